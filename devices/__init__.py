@@ -1,0 +1,1 @@
+"""Everything that touches the participant or the stimulus, and a simulated twin of each."""

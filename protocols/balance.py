@@ -1,0 +1,67 @@
+"""A certificate of balance: how often every item stood at every position and followed every other."""
+
+from __future__ import annotations
+
+from collections import Counter
+from collections.abc import Iterable, Sequence
+from dataclasses import dataclass
+from itertools import pairwise
+
+
+@dataclass(frozen=True)
+class Balance:
+    """Counts over sequences of the same items.
+
+    positions[item][p] counts the sequences with the item at position p (0-based); carry_over[(a, b)] counts
+    how often b came straight after a.
+    """
+
+    sequences: int
+    items: tuple[str, ...]
+    positions: dict[str, tuple[int, ...]]
+    carry_over: dict[tuple[str, str], int]
+
+    @property
+    def position_range(self) -> tuple[int, int]:
+        """Least and greatest position count: equal in a design balanced for order."""
+        counts = [count for row in self.positions.values() for count in row]
+        return (min(counts), max(counts)) if counts else (0, 0)
+
+    @property
+    def carry_over_range(self) -> tuple[int, int]:
+        """Least and greatest count over all ordered pairs of different items."""
+        counts = [self.carry_over.get((a, b), 0) for a in self.items for b in self.items if a != b]
+        return (min(counts), max(counts)) if counts else (0, 0)
+
+    @property
+    def balanced(self) -> bool:
+        """Whether all positions and all carry-overs are equally frequent."""
+        return all(low == high for low, high in (self.position_range, self.carry_over_range))
+
+    def text(self) -> str:
+        """The certificate in words."""
+        (p_low, p_high), (c_low, c_high) = self.position_range, self.carry_over_range
+        verdict = "balanced" if self.balanced else "not balanced (yet)"
+        return (
+            f"{self.sequences} sequences of {len(self.items)} items: {verdict}. "
+            f"Each item stood at each position {_times(p_low, p_high)} "
+            f"and followed each other item {_times(c_low, c_high)}."
+        )
+
+
+def certificate(sequences: Iterable[Sequence[str]]) -> Balance:
+    """Count positions and carry-overs; every sequence must hold the same items."""
+    rows = [tuple(row) for row in sequences]
+    items = tuple(sorted(set(rows[0]))) if rows else ()
+    for number, row in enumerate(rows):
+        if tuple(sorted(set(row))) != items or len(row) != len(rows[0]):
+            raise ValueError(f"sequence {number} does not hold the same items as sequence 0")
+    length = len(rows[0]) if rows else 0
+    at = Counter((item, place) for row in rows for place, item in enumerate(row))
+    follows = Counter(pair for row in rows for pair in pairwise(row))
+    positions = {item: tuple(at[item, place] for place in range(length)) for item in items}
+    return Balance(len(rows), items, positions, dict(follows))
+
+
+def _times(low: int, high: int) -> str:
+    return f"{low} times" if low == high else f"{low} to {high} times"

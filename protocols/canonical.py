@@ -1,0 +1,107 @@
+"""One value, one text: canonical JSON and the digests made from it."""
+
+from __future__ import annotations
+
+import hashlib
+import json
+from collections.abc import Mapping
+from typing import Any
+
+Json = Any  # None | bool | int | float | str | list[Json] | tuple[Json, ...] | Mapping[str, Json]
+
+
+class NotCanonical(ValueError):
+    """The value has no canonical text: a key that is no text, a number that is not finite, a foreign type."""
+
+
+def canonical(value: Json) -> bytes:
+    """The value's only UTF-8 JSON text: keys sorted by code point, no blanks, shortest float, no NaN.
+
+    Equal on every machine and Python version. Raises NotCanonical and names the place ($.a[2]).
+    """
+    try:
+        text = json.dumps(
+            _plain(value, "$"), sort_keys=True, separators=(",", ":"), ensure_ascii=False, allow_nan=False
+        )
+        return text.encode("utf-8")
+    except UnicodeEncodeError as error:
+        raise NotCanonical(f"a text holds half a character (lone surrogate): {error.object!r:.60}") from None
+
+
+def digest(value: Json) -> str:
+    """SHA-256 of the canonical text, in hexadecimal."""
+    return hashlib.sha256(canonical(value)).hexdigest()
+
+
+def parse(text: bytes) -> Json:
+    """The value of a canonical text; refuses NaN, Infinity and a key that stands twice."""
+    return json.loads(text, parse_constant=_refuse_constant, object_pairs_hook=_without_repeats)
+
+
+def difference(recorded: Json, now: Json, place: str = "$") -> str | None:
+    """The first place where two values differ and how, or None where they are the same text."""
+    if isinstance(recorded, Mapping) and isinstance(now, Mapping):
+        return _mapping_difference(recorded, now, place)
+    if isinstance(recorded, list | tuple) and isinstance(now, list | tuple):
+        return _list_difference(recorded, now, place)
+    if canonical(recorded) == canonical(now):
+        return None
+    return f"{place}: recorded {_short(recorded)}, now {_short(now)}"
+
+
+def _mapping_difference(recorded: Mapping[str, Json], now: Mapping[str, Json], place: str) -> str | None:
+    for key in sorted({*recorded, *now}):
+        inner = f"{place}.{key}"
+        if key not in now:
+            return f"{inner}: recorded {_short(recorded[key])}, now missing"
+        if key not in recorded:
+            return f"{inner}: not recorded, now {_short(now[key])}"
+        if found := difference(recorded[key], now[key], inner):
+            return found
+    return None
+
+
+def _list_difference(recorded: Json, now: Json, place: str) -> str | None:
+    for index, (old, new) in enumerate(zip(recorded, now, strict=False)):
+        if found := difference(old, new, f"{place}[{index}]"):
+            return found
+    if len(recorded) != len(now):
+        return f"{place}: recorded {len(recorded)} items, now {len(now)}"
+    return None
+
+
+def _plain(value: Json, place: str) -> Json:
+    if isinstance(value, Mapping):
+        for key in value:
+            if not isinstance(key, str):
+                raise NotCanonical(f"{place}: the key {key!r} is not text")
+        return {key: _plain(inner, f"{place}.{key}") for key, inner in value.items()}
+    if isinstance(value, list | tuple):
+        return [_plain(inner, f"{place}[{index}]") for index, inner in enumerate(value)]
+    return _scalar(value, place)
+
+
+def _scalar(value: Json, place: str) -> Json:
+    if value is None or type(value) in (bool, int, str):
+        return value
+    if type(value) is float:
+        if value - value != 0:
+            raise NotCanonical(f"{place}: {value} is not a finite number")
+        return value
+    raise NotCanonical(f"{place}: {type(value).__name__} {value!r:.60} has no JSON form")
+
+
+def _refuse_constant(name: str) -> Json:
+    raise NotCanonical(f"{name} is not a finite number")
+
+
+def _without_repeats(pairs: list[tuple[str, Json]]) -> dict[str, Json]:
+    found = dict(pairs)
+    if len(found) != len(pairs):
+        raise NotCanonical("a key stands twice in one object")
+    return found
+
+
+def _short(value: Json) -> str:
+    text = canonical(value).decode()
+    return text if len(text) <= 80 else f"{text[:77]}..."

@@ -1,0 +1,139 @@
+"""Whether the parts of a study fit together: names that are used exist, and nothing stands twice."""
+
+from __future__ import annotations
+
+from collections.abc import Iterable, Iterator, Sequence
+from dataclasses import dataclass
+from difflib import get_close_matches
+
+from protocols.study import Study
+from protocols.yaml_text import Path
+
+
+@dataclass(frozen=True)
+class Problem:
+    """What is wrong at a path of the study file."""
+
+    path: Path
+    message: str
+
+
+def inconsistencies(study: Study) -> Iterator[Problem]:
+    """Every misfit between the parts of a study that is well-formed by itself."""
+    yield from _repeated((s.id for s in study.stimuli), ("stimuli",), "the stimulus id")
+    yield from _adjectives(study)
+    yield from _groups(study)
+    if study.order.blocks is not None:
+        yield from _column(study, study.order.blocks.by, ("order", "blocks", "by"))
+    if study.practice is not None:
+        ids = [s.id for s in study.stimuli]
+        for index, wanted in enumerate(study.practice.stimuli):
+            yield from _known(wanted, ids, ("practice", "stimuli", index), "a stimulus id")
+    yield from _analysis(study)
+    yield from _simulation(study)
+
+
+def nearest(name: str, names: Iterable[str]) -> str:
+    """', did you mean ...?' where a known name is close, else the known names."""
+    known = [str(each) for each in names]
+    close = get_close_matches(name, known, n=1, cutoff=0.6)
+    if close:
+        return f"did you mean {close[0]!r}?"
+    shown = ", ".join(known[:12]) + (", ..." if len(known) > 12 else "")
+    return f"known: {shown or 'none'}"
+
+
+def _adjectives(study: Study) -> Iterator[Problem]:
+    seen: dict[str, Path] = {}
+    for index, attribute in enumerate(study.attributes):
+        for pole, word in enumerate((attribute.low, attribute.high)):
+            key = " ".join(word.casefold().split())
+            if key in seen:
+                yield Problem(("attributes", index, pole), f"the adjective {word!r} stands twice")
+            seen[key] = ("attributes", index, pole)
+
+
+def _groups(study: Study) -> Iterator[Problem]:
+    for group, selection in study.groups.items():
+        problems = [p for c, levels in selection.items() for p in _selection(study, group, c, levels)]
+        yield from problems
+        if not problems and not study.stimuli_of(group):
+            yield Problem(("groups", group), "no stimulus belongs to this group")
+
+
+def _selection(study: Study, group: str, column: str, levels: Sequence[str]) -> Iterator[Problem]:
+    path = ("groups", group, column)
+    missing = list(_column(study, column, path))
+    yield from missing
+    if not missing:
+        known = sorted({s.columns[column] for s in study.stimuli})
+        for index, level in enumerate(levels):
+            yield from _known(level, known, (*path, index), f"a level of {column}")
+        yield from _repeated(levels, path, f"the level of {column}")
+
+
+def _analysis(study: Study) -> Iterator[Problem]:
+    if study.analysis is None:
+        return
+    named: list[tuple[Path, str | None]] = [
+        *((("analysis", "within", i), name) for i, name in enumerate(study.analysis.within)),
+        (("analysis", "pooled"), study.analysis.pooled),
+        (("analysis", "families"), study.analysis.families),
+    ]
+    for path, name in named:
+        if name is not None:
+            yield from _column(study, name, path)
+
+
+def _simulation(study: Study) -> Iterator[Problem]:
+    if study.simulation is None:
+        return
+    names = [attribute.name for attribute in study.attributes]
+    for attribute, weights in study.simulation.latents.items():
+        path = ("simulation", "latents", attribute)
+        yield from _known(attribute, names, path, "an attribute (its low adjective)")
+        for column in weights:
+            if column != "intercept":
+                yield from _numeric_column(study, column, (*path, column))
+
+
+def _numeric_column(study: Study, column: str, path: Path) -> Iterator[Problem]:
+    missing = list(_column(study, column, path))
+    yield from missing
+    if missing:
+        return
+    for stimulus in study.stimuli:
+        if not is_number(stimulus.columns[column]):
+            found = stimulus.columns[column]
+            yield Problem(path, f"stimulus {stimulus.id!r} has {found!r} in {column!r}, not a finite number")
+            return
+
+
+def is_number(text: str) -> bool:
+    """Whether the text is a finite number."""
+    try:
+        value = float(text)
+    except ValueError:
+        return False
+    return value - value == 0
+
+
+def _column(study: Study, column: str, path: Path) -> Iterator[Problem]:
+    columns = sorted({name for s in study.stimuli for name in s.columns})
+    yield from _known(column, columns, path, "a column of the stimulus table")
+    if column in columns and any(column not in s.columns for s in study.stimuli):
+        yield Problem(path, f"not every stimulus has the column {column!r}")
+
+
+def _known(name: str, names: Iterable[str], path: Path, what: str) -> Iterator[Problem]:
+    names = list(names)
+    if name not in names:
+        yield Problem(path, f"found {name!r}, expected {what}; {nearest(name, names)}")
+
+
+def _repeated(names: Iterable[str], path: Path, what: str) -> Iterator[Problem]:
+    seen: set[str] = set()
+    for name in names:
+        if name in seen:
+            yield Problem(path, f"{what} {name!r} stands twice")
+        seen.add(name)

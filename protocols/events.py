@@ -1,0 +1,49 @@
+"""What a session is made of: numbered events, appended one at a time."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from typing import Any, Protocol
+
+from protocols.canonical import parse
+from protocols.requests import Reply, Request, Samples
+
+
+@dataclass(frozen=True)
+class Event:
+    """One thing that happened; `body` is canonical JSON, `trial` and `attempt` are set inside a trial."""
+
+    seq: int
+    t_ns: int
+    kind: str
+    body: bytes
+    trial: int | None = None
+    attempt: int | None = None
+    samples: tuple[Samples, ...] = ()
+
+    @property
+    def value(self) -> Any:
+        """The body as data."""
+        return parse(self.body)
+
+    def place(self) -> str:
+        """Where the event stands, for messages."""
+        within = f", trial {self.trial}" if self.trial is not None else ""
+        return f"event {self.seq} ({self.kind}{within})"
+
+
+class Log(Protocol):
+    """Where events go; an event is durable when `append` returns."""
+
+    def append(self, event: Event) -> None:
+        """Keep the event."""
+
+
+class World(Protocol):
+    """The one seam: all that the program does not decide enters here and nowhere else."""
+
+    def now(self) -> int:
+        """Nanoseconds since the session began; never runs backwards."""
+
+    def perform(self, request: Request) -> Reply:
+        """Do what is asked and return when it is done."""

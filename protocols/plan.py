@@ -1,0 +1,168 @@
+"""A study compiled for one participant: an immutable, numbered tuple of trials with a digest."""
+
+from __future__ import annotations
+
+from collections.abc import Iterator, Mapping, Sequence
+from dataclasses import dataclass
+from functools import cached_property
+from typing import Any
+
+from protocols.canonical import digest
+from protocols.keyed import shuffled
+from protocols.orders import Design, latin_row, rows_of, williams_row
+from protocols.study import Attribute, Scale, Stimulus, Study
+
+
+@dataclass(frozen=True)
+class ParticipantRow:
+    """A pseudonym with its group and its row of the counterbalancing square (0-based)."""
+
+    participant: str
+    group: str | None = None
+    row: int = 0
+
+
+@dataclass(frozen=True)
+class Trial:
+    """One stimulus and what is asked about it; `attempt` and `previous` are set when it is met again."""
+
+    number: int
+    block: str
+    practice: bool
+    stimulus: Stimulus
+    attributes: tuple[Attribute, ...]
+    scale: Scale
+    may_go_back: bool
+    rest_before: bool
+    attempt: int = 1
+    previous: Mapping[str, float] | None = None
+
+
+@dataclass(frozen=True)
+class Plan:
+    """What one participant will meet. Same study, participant row and seed: same plan, same digest, everywhere."""
+
+    study: Study
+    who: ParticipantRow
+    seed: int
+    trials: tuple[Trial, ...]
+
+    @cached_property
+    def digest(self) -> str:
+        """SHA-256 over the definition of the study, the participant's row, the seed and the order."""
+        return digest(
+            {
+                "plan": 1,
+                "study": self.study.definition(),
+                "who": [self.who.participant, self.who.group, self.who.row],
+                "seed": self.seed,
+                "order": [[t.number, t.block, t.practice, t.stimulus.id, t.rest_before] for t in self.trials],
+            }
+        )
+
+
+class PlanError(ValueError):
+    """The participant's row does not fit the study."""
+
+
+def compile_plan(study: Study, who: ParticipantRow, seed: int = 0) -> Plan:
+    """Order the study's stimuli for one participant: practice first, then the counterbalanced trials.
+
+    Raises PlanError on an unknown group, a group where the study has none, or a negative row.
+    """
+    _check(study, who)
+    practice = [("practice", stimulus) for stimulus in _practice(study)]
+    main = list(main_order(study, who, seed))
+    trials = [
+        _trial(study, number, block, stimulus, number - 1 - len(practice))
+        for number, (block, stimulus) in enumerate([*practice, *main], start=1)
+    ]
+    return Plan(study, who, seed, tuple(trials))
+
+
+def main_order(study: Study, who: ParticipantRow, seed: int = 0) -> Iterator[tuple[str, Stimulus]]:
+    """(block, stimulus) of every counted trial; a repeat takes the next row of the square."""
+    stimuli = study.stimuli_of(who.group)
+    for repeat in range(study.order.repeats):
+        yield from _one_pass(study, who, seed, repeat, stimuli)
+
+
+def ordered(
+    design: Design, items: Sequence[str], row: int, label: tuple[Any, ...], chance: tuple[Any, ...]
+) -> list[str]:
+    """The items in the order of a design's row.
+
+    A square's item numbers are dealt to the items by the key `label`, one deal for the whole study;
+    `random` draws by the key `chance`, which holds the participant.
+    """
+    if design == "as_listed":
+        return list(items)
+    if design == "random":
+        return list(shuffled(items, *chance))
+    row_of = williams_row if design == "williams" else latin_row
+    dealt = shuffled(items, *label)
+    return [dealt[number] for number in row_of(len(items), row % rows_of(design, len(items)))]
+
+
+def _one_pass(
+    study: Study, who: ParticipantRow, seed: int, repeat: int, stimuli: Sequence[Stimulus]
+) -> Iterator[tuple[str, Stimulus]]:
+    by_id = {stimulus.id: stimulus for stimulus in stimuli}
+    label = ("deal", study.study, who.group, study.order.seed)
+    chance = ("order", study.study, seed, who.participant, repeat)
+    row = who.row + repeat
+    for name, members, inner_row in _blocks(study, by_id, row, label, chance):
+        inner = ordered(study.order.design, members, inner_row, (*label, name), (*chance, name))
+        yield from ((name, by_id[each]) for each in inner)
+
+
+def _blocks(
+    study: Study, by_id: Mapping[str, Stimulus], row: int, label: tuple[Any, ...], chance: tuple[Any, ...]
+) -> Iterator[tuple[str, list[str], int]]:
+    """(name, stimulus ids, row within) of every block in order.
+
+    The row within a block moves on once more after each full round of block orders, so that in time
+    every block order meets every order within.
+    """
+    blocks = study.order.blocks
+    if blocks is None:
+        yield "main", list(by_id), row
+        return
+    members: dict[str, list[str]] = {}
+    for each in by_id.values():
+        members.setdefault(each.columns[blocks.by], []).append(each.id)
+    inner_row = row + row // rows_of(blocks.design, len(members))
+    for name in ordered(blocks.design, list(members), row, (*label, "blocks"), (*chance, "blocks")):
+        yield name, members[name], inner_row
+
+
+def _practice(study: Study) -> list[Stimulus]:
+    if study.practice is None:
+        return []
+    by_id = {stimulus.id: stimulus for stimulus in study.stimuli}
+    return [by_id[each] for each in study.practice.stimuli]
+
+
+def _trial(study: Study, number: int, block: str, stimulus: Stimulus, counted: int) -> Trial:
+    """`counted` is the 0-based place among the counted trials, negative in practice."""
+    first_of_phase = number == 1 or counted == 0
+    return Trial(
+        number=number,
+        block=block,
+        practice=counted < 0,
+        stimulus=stimulus,
+        attributes=study.attributes,
+        scale=study.scale,
+        may_go_back=study.navigation == "back_and_forward" and not first_of_phase,
+        rest_before=study.rest is not None and counted > 0 and counted % study.rest.every == 0,
+    )
+
+
+def _check(study: Study, who: ParticipantRow) -> None:
+    if who.row < 0:
+        raise PlanError(f"participant {who.participant}: row {who.row}; a row of 0 or more is expected")
+    if study.groups and who.group not in study.groups:
+        known = ", ".join(sorted(study.groups))
+        raise PlanError(f"participant {who.participant}: group {who.group!r}; {study.study} has groups {known}")
+    if not study.groups and who.group is not None:
+        raise PlanError(f"participant {who.participant}: group {who.group!r}, but {study.study} has no groups")

@@ -1,0 +1,205 @@
+"""What a study is: the schema of study.yaml, frozen and strict."""
+
+from __future__ import annotations
+
+from typing import Annotated, Any, Literal, Self
+
+from pydantic import (
+    AfterValidator,
+    AliasChoices,
+    BaseModel,
+    BeforeValidator,
+    ConfigDict,
+    Field,
+    model_validator,
+)
+
+from protocols.orders import Design
+
+LARGEST_STUDY = 5000
+ROUNDING = 1e-9
+
+
+def _level(value: Any) -> Any:
+    """A level may be written as a whole number; it is a text from then on."""
+    return str(value) if type(value) is int else value
+
+
+def _plain_name(value: str) -> str:
+    if not value.replace("_", "").replace("-", "").isalnum() or not value.isascii():
+        raise ValueError("a name of letters, digits, _ and - is expected")
+    return value
+
+
+Text = Annotated[str, Field(strict=True, min_length=1, max_length=10_000)]
+Name = Annotated[str, Field(strict=True, min_length=1, max_length=64), AfterValidator(_plain_name)]
+Level = Annotated[Text, BeforeValidator(_level)]
+Whole = Annotated[int, Field(strict=True)]
+Number = Annotated[float, Field(strict=True, allow_inf_nan=False)] | Whole
+Share = Annotated[float, Field(ge=0, le=1, allow_inf_nan=False)]
+Positive = Annotated[float, Field(gt=0, allow_inf_nan=False)]
+Spread = Annotated[float, Field(ge=0, allow_inf_nan=False)]
+
+
+class Strict(BaseModel):
+    """Frozen, and no key that the schema does not know."""
+
+    model_config = ConfigDict(frozen=True, extra="forbid")
+
+
+class Attribute(Strict):
+    """A bipolar adjective pair; written as [low, high] or with its category and explanation."""
+
+    low: Text
+    high: Text
+    category: Text | None = None
+    explanation: Text | None = None
+
+    @model_validator(mode="before")
+    @classmethod
+    def _from_pair(cls, value: Any) -> Any:
+        if isinstance(value, list | tuple):
+            if len(value) != 2:
+                raise ValueError(f"a pair of two adjectives is expected, found {len(value)}")
+            return {"low": value[0], "high": value[1]}
+        return value
+
+    @property
+    def name(self) -> str:
+        """The low pole names the attribute."""
+        return self.low
+
+
+class Scale(Strict):
+    """A rating scale; without a step it is continuous. The marker starts unset: untouched is not zero."""
+
+    low: Number = Field(validation_alias=AliasChoices("from", "low"))
+    high: Number = Field(validation_alias=AliasChoices("to", "high"))
+    step: Number | None = None
+    start: Literal["unset"] = "unset"
+
+    @model_validator(mode="after")
+    def _in_order(self) -> Self:
+        if self.low >= self.high:
+            raise ValueError(f"from ({self.low}) must be below to ({self.high})")
+        if self.step is not None:
+            steps = (self.high - self.low) / self.step if self.step > 0 else 0
+            if steps < 1 or abs(steps - round(steps)) > ROUNDING * steps:
+                raise ValueError(f"step ({self.step}) must divide the range {self.low} to {self.high}")
+        return self
+
+    def nearest(self, value: float) -> float:
+        """The scale's answer closest to `value`: clipped, and on a step where the scale has steps."""
+        inside = min(max(value, self.low), self.high)
+        if self.step is None:
+            return round(float(inside), 4)
+        return self.low + round((inside - self.low) / self.step) * self.step
+
+    def holds(self, value: object) -> bool:
+        """Whether `value` is an answer that the scale allows."""
+        if type(value) not in (int, float):
+            return False
+        number = float(value)  # type: ignore[arg-type]
+        if not self.low <= number <= self.high:
+            return False
+        return self.step is None or abs(self.nearest(number) - number) <= ROUNDING * abs(self.step)
+
+
+class Blocks(Strict):
+    """Stimuli gathered into blocks by a column, and the design that orders the blocks."""
+
+    by: Text
+    design: Design = "latin"
+
+
+class Order(Strict):
+    """The design that orders the stimuli, within a participant's group or within each block."""
+
+    design: Design
+    within: Literal["group", "block"] = "group"
+    blocks: Blocks | None = None
+    repeats: Annotated[Whole, Field(ge=1, le=100)] = 1
+    seed: Whole = 0
+
+    @model_validator(mode="after")
+    def _blocks_when_needed(self) -> Self:
+        if (self.within == "block") != (self.blocks is not None):
+            raise ValueError("within: block and blocks: {by: COLUMN} go together")
+        return self
+
+
+class Practice(Strict):
+    """Stimuli met first, by their ids, in the order they are listed; their answers are kept but do not count."""
+
+    stimuli: Annotated[tuple[Level, ...], Field(min_length=1)]
+
+
+class Rest(Strict):
+    """A rest before every trial that follows this many counted ones."""
+
+    every: Annotated[Whole, Field(ge=1)]
+
+
+class Simulation(Strict):
+    """How simulated participants perceive.
+
+    latents[attribute][column] is the weight, in scale units, of the column's z-score over the study's stimuli;
+    the column `intercept` is a constant. gain_sd, bias_sd (scale units) vary between participants and attributes,
+    noise_sd (scale units) between answers; a lapse is an answer anywhere on the scale.
+    """
+
+    latents: dict[Text, dict[Text, Number]]
+    gain_sd: Spread = 0.15
+    bias_sd: Spread = 1.0
+    noise_sd: Spread = 1.5
+    lapse_rate: Share = 0.0
+    revise_rate: Share = 0.0
+    answer_s: Positive = 2.0
+    present_s: Positive = 2.5
+
+
+class Analysis(Strict):
+    """What the report tests: factors crossed within a group, the factor all participants share, its families."""
+
+    within: tuple[Text, ...] = ()
+    pooled: Text | None = None
+    families: Text | None = None
+
+
+class Stimulus(Strict):
+    """A row of the stimulus table: its columns as written, and the SHA-256 of its file where it has one."""
+
+    id: Level
+    columns: dict[Text, Annotated[str, Field(strict=True)]] = {}
+    sha256: Text | None = None
+
+
+class Study(Strict):
+    """A study with its stimuli: everything that a plan is made from."""
+
+    study: Name
+    title: Text | None = None
+    task: Literal["slider_rating"]
+    instructions: Text | None = None
+    stimuli: Annotated[tuple[Stimulus, ...], Field(min_length=1, max_length=LARGEST_STUDY)]
+    groups: dict[Level, dict[Text, tuple[Level, ...]]] = {}
+    attributes: Annotated[tuple[Attribute, ...], Field(min_length=1, max_length=80)]
+    scale: Scale
+    order: Order
+    practice: Practice | None = None
+    rest: Rest | None = None
+    navigation: Literal["forward", "back_and_forward"] = "forward"
+    needs: tuple[Literal["door", "window"], ...] = ()
+    analysis: Analysis | None = None
+    simulation: Simulation | None = None
+
+    def definition(self) -> dict[str, Any]:
+        """The study as JSON data, only what its author set: a default added later changes no digest."""
+        return self.model_dump(mode="json", exclude_unset=True)
+
+    def stimuli_of(self, group: str | None) -> tuple[Stimulus, ...]:
+        """The stimuli of a group, in the order of the table; all of them where the study has no groups."""
+        if group is None:
+            return self.stimuli
+        wanted = self.groups[group]
+        return tuple(s for s in self.stimuli if all(s.columns[c] in levels for c, levels in wanted.items()))

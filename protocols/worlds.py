@@ -1,0 +1,128 @@
+"""Two of the three worlds: the simulated one, and the recorded one that may go on live."""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Sequence
+from dataclasses import dataclass
+
+from protocols.canonical import difference
+from protocols.events import Event, Log, World
+from protocols.perceiver import Perceiver
+from protocols.requests import Ask, Present, Reply, Request, Rest, Sense
+
+NS = 1_000_000_000
+
+
+@dataclass(frozen=True)
+class Done:
+    """A simulated act: its reply and how long it took."""
+
+    reply: Reply
+    seconds: float
+
+
+Twin = Callable[[Request, int], Done]
+"""A simulated device: performs a request that begins at t_ns."""
+
+
+@dataclass
+class VirtualClock:
+    """A clock that only acts move on."""
+
+    t_ns: int = 0
+
+    def advance(self, seconds: float) -> None:
+        """Let time pass."""
+        self.t_ns += round(seconds * NS)
+
+
+@dataclass
+class Simulated:
+    """A simulated participant at simulated devices under a virtual clock."""
+
+    person: Perceiver
+    device: Twin
+    clock: VirtualClock
+
+    def now(self) -> int:
+        """Virtual nanoseconds since the session began."""
+        return self.clock.t_ns
+
+    def perform(self, request: Request) -> Reply:
+        """Answer at once; the clock moves on by what the act would have taken."""
+        done = self._act(request)
+        self.clock.advance(done.seconds)
+        return done.reply
+
+    def _act(self, request: Request) -> Done:
+        match request:
+            case Present() | Sense():
+                return self.device(request, self.clock.t_ns)
+            case Ask():
+                return Done(*self.person.answer(request))
+            case Rest():
+                return Done(Reply({"seconds": self.person.rest_s(request)}), self.person.rest_s(request))
+            case _:
+                return Done(Reply({}), self.person.reading_s)
+
+
+class Divergence(ValueError):
+    """What the code does now is not what was recorded."""
+
+
+class EndOfRecord(Exception):
+    """The record ends here and nobody is there to go on."""
+
+
+@dataclass
+class Recorded:
+    """A recorded session as World and Log at once: replies and times come from the record.
+
+    Every event that the runner appends must be the recorded one, byte for byte (Divergence otherwise).
+    Where the record ends, `world` and `log` take over; without them EndOfRecord is raised.
+    """
+
+    events: Sequence[Event]
+    world: World | None = None
+    log: Log | None = None
+    position: int = 0
+
+    def now(self) -> int:
+        """The recorded time of the next event, or the live time."""
+        if self.position < len(self.events):
+            return self.events[self.position].t_ns
+        return self._live()[0].now()
+
+    def perform(self, request: Request) -> Reply:
+        """The recorded reply, or the live one."""
+        if self.position == len(self.events):
+            return self._live()[0].perform(request)
+        reply = self.events[self.position]
+        if reply.kind != "reply":
+            raise Divergence(f"{reply.place()}: a reply to {request.body()['do']!r} is expected there")
+        return Reply(reply.value, reply.samples)
+
+    def append(self, event: Event) -> None:
+        """Compare with the record, or keep live."""
+        if self.position == len(self.events):
+            self._live()[1].append(event)
+            return
+        demand_equal(self.events[self.position], event)
+        self.position += 1
+
+    def _live(self) -> tuple[World, Log]:
+        if self.world is None or self.log is None:
+            raise EndOfRecord
+        return self.world, self.log
+
+
+def demand_equal(recorded: Event, now: Event) -> None:
+    """Raise Divergence naming the event, the place in it and both values, unless the two are equal."""
+    if recorded == now:
+        return
+    if recorded.kind != now.kind or recorded.trial != now.trial or recorded.attempt != now.attempt:
+        raise Divergence(
+            f"{recorded.place()}: the code now gives a {now.kind} of trial {now.trial}, attempt {now.attempt}"
+        )
+    found = difference(recorded.value, now.value) or f"recorded {recorded.body!r:.80}, now {now.body!r:.80}"
+    raise Divergence(f"{recorded.place()}: {found}")

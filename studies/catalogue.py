@@ -1,0 +1,146 @@
+"""Finding a study by name or path, and reading it with its stimulus table and files."""
+
+from __future__ import annotations
+
+import csv
+import hashlib
+import io
+from collections.abc import Iterator
+from dataclasses import dataclass
+from pathlib import Path
+from typing import Any
+
+from protocols.consistency import nearest
+from protocols.reading import StudyError, study_from
+from protocols.study import LARGEST_STUDY, Study
+from protocols.yaml_text import Document, load
+
+SHIPPED = Path(__file__).resolve().parent
+STUDY_FILE = "study.yaml"
+
+
+@dataclass(frozen=True)
+class Found:
+    """A study and the folder that its files lie in."""
+
+    study: Study
+    folder: Path
+
+
+def names(lab: Path) -> dict[str, Path]:
+    """Every study by name: the lab's own (LAB/studies/NAME/study.yaml) and the shipped ones."""
+    found = {}
+    for root in (SHIPPED, lab / "studies"):
+        for file in sorted(root.glob(f"*/{STUDY_FILE}")):
+            found[file.parent.name] = file
+    return found
+
+
+def find(name: str, lab: Path) -> Path:
+    """The study file that `name` means: a path to it, a folder that holds it, or a study's name.
+
+    Raises StudyError with the nearest known name.
+    """
+    path = Path(name)
+    if path.suffix in {".yaml", ".yml"}:
+        if not path.is_file():
+            raise StudyError(f"{path}: no such study file")
+        return path
+    if (path / STUDY_FILE).is_file():
+        return path / STUDY_FILE
+    known = names(lab)
+    if name not in known:
+        raise StudyError(f"no study is called {name!r}; {nearest(name, known)}")
+    return known[name]
+
+
+def read_study(path: Path) -> Found:
+    """Read and check a study file, its stimulus table and the files that the table names.
+
+    Raises StudyError, or YamlError, with what is wrong, where, and the nearest valid name.
+    """
+    document = load(_bytes(path), str(path))
+    rows = list(_stimuli(document, path))
+    return Found(study_from(document, rows, str(path)), path.parent)
+
+
+def _stimuli(document: Document, path: Path) -> Iterator[dict[str, Any]]:
+    named = document.data.get("stimuli") if isinstance(document.data, dict) else None
+    if isinstance(named, list):
+        yield from ({"id": each} for each in named)
+    elif isinstance(named, str):
+        yield from _table(path.parent, named, f"{path}: line {document.lines[('stimuli',)]}: stimuli")
+    elif named is not None:
+        raise StudyError(f"{path}: stimuli: found {named!r:.60}, expected the name of a CSV file or a list of ids")
+
+
+def _table(folder: Path, name: str, where: str) -> Iterator[dict[str, Any]]:
+    table = _inside(folder, name, where)
+    if not table.is_file():
+        raise StudyError(f"{where}: no file {name!r} in {folder}; {nearest(name, _csv_files(folder))}")
+    for line, row in _csv_rows(table):
+        columns = {key: value for key, value in row.items() if key != "id"}
+        stimulus = {"id": row["id"], "columns": columns}
+        if columns.get("file"):
+            stimulus["sha256"] = _file_digest(folder, columns["file"], f"{table}: line {line}")
+        yield stimulus
+
+
+def _csv_rows(table: Path) -> Iterator[tuple[int, dict[str, str]]]:
+    try:
+        text = _bytes(table).decode("utf-8-sig")
+    except UnicodeDecodeError as error:
+        raise StudyError(f"{table}: byte {error.start} is not UTF-8; save the table as UTF-8") from None
+    reader = csv.reader(io.StringIO(text, newline=""), strict=True)
+    header: list[str] = []
+    try:
+        for number, cells in enumerate(reader):
+            if number > LARGEST_STUDY:
+                raise StudyError(f"{table}: more than {LARGEST_STUDY} stimuli")
+            if not header:
+                header = _header(table, cells)
+            elif cells:
+                yield reader.line_num, _row(table, reader.line_num, header, cells)
+    except csv.Error as error:
+        raise StudyError(f"{table}: line {reader.line_num}: {error}") from None
+    if not header:
+        raise StudyError(f"{table}: the file is empty; a header with the column id is expected")
+
+
+def _header(table: Path, cells: list[str]) -> list[str]:
+    if "id" not in cells:
+        raise StudyError(f"{table}: line 1: no column 'id'; found {', '.join(cells) or 'nothing'}")
+    if len(set(cells)) != len(cells) or "" in cells:
+        raise StudyError(f"{table}: line 1: every column needs a name of its own; found {', '.join(cells)}")
+    return cells
+
+
+def _row(table: Path, line: int, header: list[str], cells: list[str]) -> dict[str, str]:
+    if len(cells) != len(header):
+        raise StudyError(f"{table}: line {line}: {len(cells)} cells, {len(header)} columns are expected")
+    return dict(zip(header, cells, strict=True))
+
+
+def _file_digest(folder: Path, name: str, where: str) -> str:
+    file = _inside(folder, name, where)
+    if not file.is_file():
+        raise StudyError(f"{where}: the stimulus file {name!r} is not in {folder}")
+    return hashlib.sha256(_bytes(file)).hexdigest()
+
+
+def _inside(folder: Path, name: str, where: str) -> Path:
+    file = folder / name
+    if not file.resolve().is_relative_to(folder.resolve()):
+        raise StudyError(f"{where}: {name!r} leads out of the study's folder; put the file into it")
+    return file
+
+
+def _bytes(path: Path) -> bytes:
+    try:
+        return path.read_bytes()
+    except OSError as error:
+        raise StudyError(f"{path}: cannot be read ({error.strerror})") from None
+
+
+def _csv_files(folder: Path) -> list[str]:
+    return sorted(file.name for file in folder.glob("*.csv"))

@@ -1,0 +1,132 @@
+"""Gathering ledgers into one database: idempotent, and always free to be dropped and rebuilt."""
+
+from __future__ import annotations
+
+import re
+from collections.abc import Iterable, Iterator
+from dataclasses import dataclass
+from pathlib import Path
+
+from sqlalchemy import Connection, Engine, create_engine, delete, insert, select
+from sqlalchemy.exc import ArgumentError, SQLAlchemyError
+
+from studies import collected_schema as schema
+from studies.record import read
+from studies.tables import SessionTables, tables
+
+OF_A_SESSION = (schema.streams, schema.events, schema.responses, schema.trials, schema.sessions)
+
+
+class CollectError(ValueError):
+    """The database cannot be used, or a ledger contradicts what it holds."""
+
+
+@dataclass(frozen=True)
+class Collected:
+    """What became of one ledger."""
+
+    path: Path
+    session: str
+    what: str
+    trials_answered: int
+
+
+def ledgers_in(lab: Path, study: str | None = None) -> list[Path]:
+    """The lab's ledgers, by name; those of one study if it is given."""
+    wanted = re.compile(rf"{re.escape(study) if study else '[^.].*'}_[A-Za-z0-9]+_s[0-9]+\.sqlite")
+    return sorted(path for path in (lab / "sessions").glob("*.sqlite") if wanted.fullmatch(path.name))
+
+
+def open_database(url: str) -> Engine:
+    """A database for collecting, its tables made where missing.
+
+    Raises CollectError on a URL that cannot be used or a database of another version.
+    """
+    try:
+        engine = create_engine(url)
+        with engine.begin() as connection:
+            schema.create_all(connection)
+            _demand_version(connection)
+    except (SQLAlchemyError, ModuleNotFoundError) as error:
+        reason = "not a database URL" if isinstance(error, ArgumentError) else str(getattr(error, "orig", error))
+        raise CollectError(f"{_without_password(url)}: {reason.strip() or type(error).__name__}") from None
+    return engine
+
+
+def collect(paths: Iterable[Path], engine: Engine) -> Iterator[Collected]:
+    """Bring each ledger's session into the database, one transaction each; again is as good as once.
+
+    Raises LedgerError on a refused ledger, CollectError on one that contradicts the database.
+    """
+    for path in paths:
+        session = tables(read(path))
+        with engine.begin() as connection:
+            what = _bring(connection, session, path)
+        yield Collected(path, session.session["session"], what, session.session["trials_answered"])
+
+
+def _bring(connection: Connection, session: SessionTables, path: Path) -> str:
+    name, head = session.session["session"], session.session["head_hash"]
+    held = connection.execute(select(schema.sessions).where(schema.sessions.c.session == name)).one_or_none()
+    if held is not None and held.head_hash == head:
+        return "unchanged"
+    if held is not None:
+        _demand_continuation(connection, session, path)
+        for table in OF_A_SESSION:
+            connection.execute(delete(table).where(table.c.session == name))
+    _insert(connection, session)
+    return "new" if held is None else "grown"
+
+
+def _demand_continuation(connection: Connection, session: SessionTables, path: Path) -> None:
+    """A session may only grow: what was collected of it must be how it still begins."""
+    name = session.session["session"]
+    query = select(schema.events.c.seq, schema.events.c.hash).where(schema.events.c.session == name)
+    now = {row["seq"]: row["hash"] for row in session.events}
+    for seq, link in connection.execute(query.order_by(schema.events.c.seq)):
+        if now.get(seq) != link:
+            how = "is cut short" if seq not in now else "is another session, or was changed,"
+            raise CollectError(
+                f"{path}: session {name} {how} compared with the one collected before (event {seq}); "
+                "give labs that share a database distinct pseudonyms"
+            )
+
+
+def _insert(connection: Connection, session: SessionTables) -> None:
+    _insert_missing(connection, session)
+    connection.execute(insert(schema.sessions), session.session)
+    for table, rows in (
+        (schema.trials, session.trials),
+        (schema.responses, session.responses),
+        (schema.events, session.events),
+        (schema.streams, session.streams),
+    ):
+        if rows:
+            connection.execute(insert(table), rows)
+
+
+def _insert_missing(connection: Connection, session: SessionTables) -> None:
+    """The study and the participant, where no earlier session brought them."""
+    study, who = session.study, session.participant
+    if not connection.execute(
+        select(schema.studies.c.study).where(schema.studies.c.study_digest == study["study_digest"])
+    ).first():
+        connection.execute(insert(schema.studies), study)
+    same = (schema.participants.c.study == who["study"]) & (schema.participants.c.participant == who["participant"])
+    if not connection.execute(select(schema.participants.c.row).where(same)).first():
+        connection.execute(insert(schema.participants), who)
+
+
+def _demand_version(connection: Connection) -> None:
+    found = connection.execute(select(schema.palpate.c.version)).scalar_one_or_none()
+    if found is None:
+        connection.execute(insert(schema.palpate), {"version": schema.VERSION})
+    elif found != schema.VERSION:
+        raise CollectError(
+            f"the database was collected in version {found}, this Palpate writes {schema.VERSION}: drop and rebuild it"
+        )
+
+
+def _without_password(url: str) -> str:
+    head, at, tail = url.rpartition("@")
+    return f"{head.split('://')[0]}://...{at}{tail}" if at else url

@@ -1,0 +1,159 @@
+"""The collected database: one tidy relational projection of many ledgers, at any SQLAlchemy URL."""
+
+from __future__ import annotations
+
+from sqlalchemy import (
+    BigInteger,
+    Boolean,
+    Column,
+    Connection,
+    Float,
+    ForeignKey,
+    Integer,
+    MetaData,
+    Select,
+    String,
+    Table,
+    Text,
+    inspect,
+    select,
+    true,
+)
+
+VERSION = 1
+NAME = String(200)
+metadata = MetaData()
+
+palpate = Table("palpate", metadata, Column("version", Integer, primary_key=True))
+studies = Table(
+    "studies",
+    metadata,
+    Column("study_digest", String(64), primary_key=True),
+    Column("study", NAME, nullable=False),
+    Column("title", Text),
+    Column("definition", Text, nullable=False),
+)
+participants = Table(
+    "participants",
+    metadata,
+    Column("study", NAME, primary_key=True),
+    Column("participant", NAME, primary_key=True),
+    Column("group_name", NAME),
+    Column("row", Integer, nullable=False),
+)
+sessions = Table(
+    "sessions",
+    metadata,
+    Column("session", NAME, primary_key=True),
+    Column("study", NAME, nullable=False),
+    Column("study_digest", String(64), ForeignKey("studies.study_digest"), nullable=False),
+    Column("participant", NAME, nullable=False),
+    Column("group_name", NAME),
+    Column("row", Integer, nullable=False),
+    Column("seed", BigInteger, nullable=False),
+    Column("simulated", Boolean, nullable=False),
+    Column("status", NAME, nullable=False),
+    Column("trials_planned", Integer, nullable=False),
+    Column("trials_answered", Integer, nullable=False),
+    Column("events", Integer, nullable=False),
+    Column("first_hash", String(64), nullable=False),
+    Column("head_hash", String(64), nullable=False),
+    Column("file", Text, nullable=False),
+    Column("file_sha256", String(64), nullable=False),
+    Column("started_at", NAME, nullable=False),
+    Column("sittings", Integer, nullable=False),
+    Column("duration_s", Float(53), nullable=False),
+    Column("palpate_version", NAME, nullable=False),
+)
+
+
+def _session_key() -> Column[str]:
+    return Column("session", NAME, ForeignKey("sessions.session"), primary_key=True)
+
+
+trials = Table(
+    "trials",
+    metadata,
+    _session_key(),
+    Column("trial", Integer, primary_key=True),
+    Column("block", NAME, nullable=False),
+    Column("practice", Boolean, nullable=False),
+    Column("stimulus", NAME, nullable=False),
+    Column("attempts", Integer, nullable=False),
+    Column("status", NAME, nullable=False),
+)
+responses = Table(
+    "responses",
+    metadata,
+    _session_key(),
+    Column("trial", Integer, primary_key=True),
+    Column("attempt", Integer, primary_key=True),
+    Column("attribute", NAME, primary_key=True),
+    Column("antonym", NAME, nullable=False),
+    Column("value", Float(53), nullable=False),
+    Column("response_time_s", Float(53)),
+    Column("revised", Boolean, nullable=False),
+    Column("counts", Boolean, nullable=False),
+)
+events = Table(
+    "events",
+    metadata,
+    _session_key(),
+    Column("seq", Integer, primary_key=True),
+    Column("t_ns", BigInteger, nullable=False),
+    Column("kind", NAME, nullable=False),
+    Column("trial", Integer),
+    Column("attempt", Integer),
+    Column("body", Text, nullable=False),
+    Column("hash", String(64), nullable=False),
+)
+streams = Table(
+    "streams",
+    metadata,
+    _session_key(),
+    Column("seq", Integer, primary_key=True),
+    Column("block", Integer, primary_key=True),
+    Column("trial", Integer),
+    Column("stream", NAME, nullable=False),
+    Column("channels", Text, nullable=False),
+    Column("units", Text, nullable=False),
+    Column("rate_hz", Float(53), nullable=False),
+    Column("t0_ns", BigInteger, nullable=False),
+    Column("samples", Integer, nullable=False),
+    Column("sha256", String(64), nullable=False),
+)
+RATINGS = "ratings"
+
+
+def ratings_query() -> Select[tuple[object, ...]]:
+    """One row per rating that counts: who, which stimulus, which attribute, which value."""
+    joined = responses.join(trials, (responses.c.session == trials.c.session) & (responses.c.trial == trials.c.trial))
+    return (
+        select(
+            sessions.c.session,
+            sessions.c.study,
+            sessions.c.participant,
+            sessions.c.group_name,
+            sessions.c.status,
+            sessions.c.simulated,
+            trials.c.trial,
+            trials.c.block,
+            trials.c.practice,
+            trials.c.stimulus,
+            responses.c.attribute,
+            responses.c.antonym,
+            responses.c.value,
+            responses.c.response_time_s,
+            responses.c.revised,
+        )
+        .select_from(joined.join(sessions, sessions.c.session == trials.c.session))
+        .where(responses.c.counts == true())
+    )
+
+
+def create_all(connection: Connection) -> None:
+    """Make the tables and the view where they are missing."""
+    metadata.create_all(connection)
+    if RATINGS not in inspect(connection).get_view_names():
+        query = ratings_query().compile(connection, compile_kwargs={"literal_binds": True})
+        connection.exec_driver_sql(f"CREATE VIEW {RATINGS} AS {query}")

@@ -1,0 +1,190 @@
+"""Verbs about studies: list, check, plan."""
+
+from __future__ import annotations
+
+from pathlib import Path
+from typing import TYPE_CHECKING, Any
+
+import click
+
+if TYPE_CHECKING:
+    from protocols.plan import Plan
+    from protocols.study import Study
+    from studies.catalogue import Found
+
+LAB = click.option(
+    "--lab", type=click.Path(file_okay=False, path_type=Path), default=Path(), show_default="the current folder",
+    help="The lab's folder.",
+)  # fmt: skip
+JSON = click.option("--json", "as_json", is_flag=True, help="Print the answer as JSON.")
+
+
+def echo_json(value: Any) -> None:
+    """Print JSON for a script: one line, keys sorted."""
+    from protocols.canonical import canonical
+
+    click.echo(canonical(value).decode())
+
+
+@click.command()
+@LAB
+@JSON
+def studies(lab: Path, as_json: bool) -> None:
+    """List the studies that can be run here: the shipped ones and the lab's own.
+
+    A lab's own studies lie in LAB/studies/NAME/study.yaml.
+    """
+    from studies.catalogue import names, read_study
+
+    rows = [_listed(name, path, read_study) for name, path in names(lab).items()]
+    if as_json:
+        echo_json(rows)
+        return
+    for row in rows:
+        click.echo(f"{row['study']:<20} {row['title']}")
+        click.echo(f"{'':<20} {row['stimuli']} stimuli, {row['attributes']} attributes; {row['file']}")
+
+
+def _listed(name: str, path: Path, read: Any) -> dict[str, Any]:
+    """A study's line in the list; a broken one is listed with its complaint."""
+    try:
+        study = read(path).study
+    except ValueError as error:
+        return {"study": name, "title": f"BROKEN: {error}", "stimuli": 0, "attributes": 0, "file": str(path)}
+    return {
+        "study": name,
+        "title": study.title or "",
+        "stimuli": len(study.stimuli),
+        "attributes": len(study.attributes),
+        "file": str(path),
+    }
+
+
+@click.command()
+@click.argument("study", nargs=-1, required=True)
+@LAB
+@JSON
+def check(study: tuple[str, ...], lab: Path, as_json: bool) -> None:
+    """Check study files: their keys and values, stimulus tables, files, names used. Writes nothing.
+
+    STUDY is a study's name, its folder or its study.yaml. Exit code 1 if one cannot be used.
+
+    Example: palpate check door_ratings
+    """
+    from studies.catalogue import find
+
+    rows = [_checked(find(name, lab)) for name in study]
+    if as_json:
+        echo_json(rows)
+    else:
+        for row in rows:
+            click.echo(row["summary"] if row["ok"] else f"NOT OK\n{row['problems']}")
+    if not all(row["ok"] for row in rows):
+        raise click.exceptions.Exit(1)
+
+
+def _checked(path: Path) -> dict[str, Any]:
+    from protocols.reading import StudyError
+    from protocols.yaml_text import YamlError
+    from studies.catalogue import read_study
+
+    try:
+        found = read_study(path)
+    except (StudyError, YamlError) as error:
+        return {"file": str(path), "ok": False, "problems": str(error)}
+    return {"file": str(path), "ok": True, "summary": _summary(found)}
+
+
+def _summary(found: Found) -> str:
+    from protocols.canonical import digest
+
+    study = found.study
+    counts = {group: len(study.stimuli_of(group)) for group in study.groups} or {"all": len(study.stimuli)}
+    lines = [
+        f"ok: {study.study}: {study.title or ''}".rstrip(": "),
+        f"    {len(study.stimuli)} stimuli; "
+        + ", ".join(f"group {name}: {count * study.order.repeats} trials" for name, count in sorted(counts.items())),
+        f"    {len(study.attributes)} attributes on {study.scale.low}..{study.scale.high}; "
+        f"order: {study.order.design} within {study.order.within}; needs {', '.join(study.needs) or 'nothing'}",
+        f"    digest {digest(study.definition())}",
+    ]
+    return "\n".join(lines)
+
+
+@click.command()
+@click.argument("study")
+@click.option("--participant", default="P001", show_default=True, help="The participant's pseudonym.")
+@click.option("--group", help="The participant's group, if not by the pseudonym's number.")
+@click.option("--row", type=click.IntRange(min=0), help="Row of the square, if not by the pseudonym's number.")
+@click.option("--seed", type=int, default=0, show_default=True, help="Seed of randomised orders.")
+@click.option("--balance", "people", type=click.IntRange(min=1), help="Certify the balance of this many participants.")
+@LAB
+@JSON
+def plan(
+    study: str, participant: str, group: str | None, row: int | None, seed: int, people: int | None, lab: Path,
+    as_json: bool,
+) -> None:  # fmt: skip
+    """Show the trials that a participant will meet, in order; or, with --balance N, how balanced N orders are.
+
+    Example: palpate plan door_ratings --participant P007; palpate plan door_ratings --balance 40
+    """
+    from protocols.plan import compile_plan
+    from studies.allocation import allocate
+    from studies.catalogue import find, read_study
+
+    declared = read_study(find(study, lab)).study
+    if people is not None:
+        _show_balance(declared, people, seed, as_json)
+        return
+    compiled = compile_plan(declared, allocate(declared, participant, group, row), seed)
+    if as_json:
+        echo_json(_plan_data(compiled))
+        return
+    who = compiled.who
+    click.echo(f"{declared.study}, participant {who.participant}, group {who.group}, row {who.row}, seed {seed}")
+    click.echo(f"plan digest {compiled.digest}")
+    for trial in compiled.trials:
+        rest = "  (rest first)" if trial.rest_before else ""
+        click.echo(f"{trial.number:>4}  {trial.block:<10} {trial.stimulus.id}{rest}")
+
+
+def _plan_data(compiled: Plan) -> dict[str, Any]:
+    who = compiled.who
+    return {
+        "study": compiled.study.study,
+        "participant": who.participant,
+        "group": who.group,
+        "row": who.row,
+        "seed": compiled.seed,
+        "digest": compiled.digest,
+        "trials": [{"trial": t.number, "block": t.block, "stimulus": t.stimulus.id} for t in compiled.trials],
+    }
+
+
+def _show_balance(study: Study, people: int, seed: int, as_json: bool) -> None:
+    """Certificates by group of the first `people` participants P001, P002, ..."""
+    from protocols.balance import certificate
+    from protocols.plan import main_order
+    from studies.allocation import allocate
+
+    orders: dict[str, list[list[str]]] = {}
+    for number in range(1, people + 1):
+        who = allocate(study, f"P{number:03d}")
+        orders.setdefault(who.group or "all", []).append([s.id for _, s in main_order(study, who, seed)])
+    certificates = {group: certificate(rows) for group, rows in sorted(orders.items())}
+    if as_json:
+        echo_json({group: _balance_data(found) for group, found in certificates.items()})
+        return
+    for group, found in certificates.items():
+        click.echo(f"group {group}: {found.text()}")
+
+
+def _balance_data(found: Any) -> dict[str, Any]:
+    return {
+        "sequences": found.sequences,
+        "balanced": found.balanced,
+        "position_range": found.position_range,
+        "carry_over_range": found.carry_over_range,
+        "positions": found.positions,
+        "carry_over": [[a, b, count] for (a, b), count in sorted(found.carry_over.items())],
+    }

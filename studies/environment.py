@@ -1,0 +1,54 @@
+"""What a session ran on: version, code and packages, and the wall clock."""
+
+from __future__ import annotations
+
+import hashlib
+import platform
+from datetime import UTC, datetime
+from importlib.metadata import PackageNotFoundError, version
+from pathlib import Path
+from typing import Any
+
+ROOMS = ("protocols", "devices", "studies")
+PACKAGES = ("pydantic", "pyyaml", "sqlalchemy", "filelock", "psychopy", "pyserial")
+
+
+def palpate_version() -> str:
+    """The installed version of Palpate."""
+    try:
+        return version("palpate")
+    except PackageNotFoundError:
+        return "unknown"
+
+
+def code_digest() -> str:
+    """SHA-256 over the sources that run a session: two sessions of one digest ran the same code."""
+    root = Path(__file__).resolve().parent.parent
+    whole = hashlib.sha256()
+    for room in ROOMS:
+        for source in sorted((root / room).rglob("*.py")):
+            whole.update(source.relative_to(root).as_posix().encode() + b"\0" + source.read_bytes())
+    return whole.hexdigest()
+
+
+def environment() -> dict[str, Any]:
+    """Versions for the ledger: Palpate, its code, Python, platform, and the packages a session uses."""
+    return {
+        "palpate": palpate_version(),
+        "code": code_digest(),
+        "python": platform.python_version(),
+        "platform": f"{platform.system()} {platform.machine()}",
+        "packages": {name: found for name in PACKAGES if (found := _installed(name)) is not None},
+    }
+
+
+def wall_time() -> str:
+    """The wall clock, UTC, to the second."""
+    return datetime.now(UTC).isoformat(timespec="seconds")
+
+
+def _installed(name: str) -> str | None:
+    try:
+        return version(name)
+    except PackageNotFoundError:
+        return None

@@ -1,0 +1,72 @@
+"""Ctrl-C and SIGTERM end a session once, between two writes, and never in the middle of one."""
+
+from __future__ import annotations
+
+import signal
+from collections.abc import Iterator
+from contextlib import contextmanager
+from dataclasses import dataclass
+from types import FrameType
+
+ENDING = (signal.SIGINT, signal.SIGTERM)
+
+
+class Interrupted(Exception):
+    """A signal asked the session to end."""
+
+
+@dataclass
+class Guard:
+    """Raises Interrupted where a signal finds the session, or at the end of the write it falls into.
+
+    Signals are held back until `listen` is called, so that the session is set up whole or not at all.
+    """
+
+    depth: int = 1
+    pending: int | None = None
+    done: bool = False
+
+    def listen(self) -> None:
+        """From here on a signal may end the session."""
+        self._leave()
+
+    @contextmanager
+    def shield(self) -> Iterator[None]:
+        """Hold signals back until the block is left."""
+        self.depth += 1
+        try:
+            yield
+        except BaseException:
+            self.depth -= 1
+            raise
+        self._leave()
+
+    def on_signal(self, number: int, _frame: FrameType | None) -> None:
+        """The signal handler."""
+        if self.done:
+            return
+        if self.depth:
+            self.pending = number
+        else:
+            self._raise(number)
+
+    def _leave(self) -> None:
+        self.depth -= 1
+        if self.depth == 0 and self.pending is not None and not self.done:
+            self._raise(self.pending)
+
+    def _raise(self, number: int) -> None:
+        self.done = True
+        raise Interrupted(signal.Signals(number).name)
+
+
+@contextmanager
+def guarded() -> Iterator[Guard]:
+    """Install the guard for the duration of a session; only the main thread can."""
+    guard = Guard()
+    before = {number: signal.signal(number, guard.on_signal) for number in ENDING}
+    try:
+        yield guard
+    finally:
+        for number, handler in before.items():
+            signal.signal(number, handler)

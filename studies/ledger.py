@@ -1,0 +1,193 @@
+"""Writing a ledger: one SQLite file per session, one commit per event, on disk before the next act."""
+
+from __future__ import annotations
+
+import os
+from collections.abc import Callable, Mapping
+from contextlib import AbstractContextManager, nullcontext, suppress
+from dataclasses import dataclass, field
+from pathlib import Path
+from typing import Any
+
+from filelock import FileLock, Timeout
+from sqlalchemy import Connection, Engine, insert, text
+from sqlalchemy.exc import OperationalError, SQLAlchemyError
+
+from protocols.canonical import canonical
+from protocols.events import Event
+from studies.ledger_schema import (
+    APPLICATION_ID,
+    FORMAT,
+    SEED,
+    engine_for,
+    event_hash,
+    events,
+    form_of,
+    metadata,
+    samples,
+    sitting_hash,
+    sittings,
+)
+from studies.record import LedgerError, Record, read
+
+Shield = Callable[[], AbstractContextManager[object]]
+
+
+def create(path: Path, header: Mapping[str, Any], sitting: Mapping[str, Any]) -> None:
+    """Make a ledger that holds session_started; it appears under its name whole or not at all.
+
+    Raises LedgerError if the name is taken.
+    """
+    path.parent.mkdir(parents=True, exist_ok=True)
+    draft = path.with_name(f".{path.name}.{os.getpid()}.draft")
+    draft.unlink(missing_ok=True)
+    try:
+        _write_first(draft, header, sitting)
+        os.link(draft, path)
+    except FileExistsError:
+        raise LedgerError(f"{path}: a session of this name exists already") from None
+    finally:
+        draft.unlink(missing_ok=True)
+    _sync_folder(path.parent)
+
+
+def _write_first(draft: Path, header: Mapping[str, Any], sitting: Mapping[str, Any]) -> None:
+    engine = engine_for(str(draft), writable=True)
+    try:
+        metadata.create_all(engine)
+        with engine.begin() as connection:
+            connection.execute(text(f"PRAGMA application_id={APPLICATION_ID}"))
+            connection.execute(text(f"PRAGMA user_version={FORMAT}"))
+            first = Event(0, 0, "session_started", canonical(header))
+            head = event_hash(SEED, first)
+            _insert_event(connection, first, head)
+            _insert_sitting(connection, 0, SEED, "created", (1, head), sitting)
+        _to_plain_file(engine)
+    finally:
+        engine.dispose()
+
+
+@dataclass
+class Ledger:
+    """An open ledger: the session so far, and the only hand that may write to it."""
+
+    record: Record
+    engine: Engine
+    connection: Connection
+    lock: FileLock
+    shield: Shield = nullcontext
+    head: str = field(init=False)
+    written: int = field(init=False)
+    last_sitting: str = field(init=False)
+
+    def __post_init__(self) -> None:
+        self.head, self.written = self.record.head, len(self.record.events)
+        self.last_sitting = self.record.sittings[-1].hash
+
+    def append(self, event: Event) -> None:
+        """Keep the event and its samples; they are on the disk when this returns."""
+        if event.seq != self.written:
+            raise LedgerError(f"{self.record.path}: event {event.seq} offered, event {self.written} is next")
+        link = event_hash(self.head, event)
+        with self.shield():
+            try:
+                with self.connection.begin():
+                    _insert_event(self.connection, event, link)
+            except SQLAlchemyError as error:
+                reason = getattr(error, "orig", error)
+                raise LedgerError(f"{self.record.path}: event {event.seq} could not be kept: {reason}") from error
+            self.head, self.written = link, self.written + 1
+
+    def sit(self, n: int, kind: str, body: Mapping[str, Any]) -> None:
+        """Put on record that a process took the ledger up or laid it down."""
+        with self.connection.begin():
+            self.last_sitting = _insert_sitting(
+                self.connection, n, self.last_sitting, kind, (self.written, self.head), body
+            )
+
+    def close(self, body: Mapping[str, Any]) -> None:
+        """Lay the ledger down: a plain single file stays, and its lock is given back."""
+        try:
+            self.sit(len(self.record.sittings) + 1, "closed", body)
+        finally:
+            self.connection.close()
+            with suppress(SQLAlchemyError):
+                _to_plain_file(self.engine)
+            self.engine.dispose()
+            self.lock.release()
+
+
+def take_up(path: Path, sitting: Mapping[str, Any], shield: Shield = nullcontext) -> Ledger:
+    """Open a ledger to go on with it; everything in it is verified first.
+
+    Raises LedgerError if the file is refused (see `studies.record.read`) or another process has it.
+    """
+    if not path.is_file():
+        raise LedgerError(f"{path}: no such ledger")
+    lock = _locked(path)
+    try:
+        engine = engine_for(str(path), writable=True)
+        record = read(path)
+        ledger = Ledger(record, engine, engine.connect(), lock, shield)
+        ledger.sit(len(record.sittings), "opened", sitting)
+    except BaseException as error:
+        lock.release()
+        if isinstance(error, OperationalError):
+            raise LedgerError(f"{path}: cannot be written ({error.orig})") from None
+        raise
+    return ledger
+
+
+def _locked(path: Path) -> FileLock:
+    folder = path.parent / ".locks"
+    folder.mkdir(exist_ok=True)
+    lock = FileLock(folder / f"{path.name}.lock", timeout=0)
+    try:
+        lock.acquire()
+    except Timeout:
+        raise LedgerError(f"{path}: another process is running this session") from None
+    return lock
+
+
+def _insert_event(connection: Connection, event: Event, link: str) -> None:
+    connection.execute(
+        insert(events),
+        {
+            "seq": event.seq,
+            "t_ns": event.t_ns,
+            "kind": event.kind,
+            "trial": event.trial,
+            "attempt": event.attempt,
+            "body": event.body.decode(),
+            "hash": link,
+        },
+    )
+    for number, block in enumerate(event.samples):
+        row = {"seq": event.seq, "block": number, "stream": block.stream}
+        connection.execute(insert(samples), {**row, "form": form_of(block).decode(), "data": block.data})
+
+
+def _insert_sitting(
+    connection: Connection, n: int, previous: str, kind: str, at: tuple[int, str], body: Mapping[str, Any]
+) -> str:
+    (count, head), text_body = at, canonical(body).decode()
+    link = sitting_hash(previous, n, kind, count, head, text_body)
+    row = {"n": n, "kind": kind, "events": count, "head": head, "body": text_body, "hash": link}
+    connection.execute(insert(sittings), row)
+    return link
+
+
+def _to_plain_file(engine: Engine) -> None:
+    """Fold the write-ahead log into the file, so that the session is one file that can be copied anywhere."""
+    with engine.connect() as connection:
+        connection.exec_driver_sql("PRAGMA wal_checkpoint(TRUNCATE)")
+        connection.exec_driver_sql("PRAGMA journal_mode=DELETE")
+
+
+def _sync_folder(folder: Path) -> None:
+    if os.name == "posix":
+        handle = os.open(folder, os.O_RDONLY)
+        try:
+            os.fsync(handle)
+        finally:
+            os.close(handle)

@@ -1,0 +1,94 @@
+"""The tables of a ledger file, and the hash chains that show tampering and truncation."""
+
+from __future__ import annotations
+
+import hashlib
+from typing import Any
+
+from sqlalchemy import Column, Engine, Integer, LargeBinary, MetaData, Table, Text, create_engine, event
+
+from protocols.canonical import canonical
+from protocols.events import Event
+from protocols.requests import Samples
+
+FORMAT = 1
+APPLICATION_ID = 0x50414C50
+"""'PALP' in the file's header: how a ledger is known from any other SQLite file."""
+SEED = hashlib.sha256(b"palpate ledger").hexdigest()
+
+metadata = MetaData()
+events = Table(
+    "events",
+    metadata,
+    Column("seq", Integer, primary_key=True, autoincrement=False),
+    Column("t_ns", Integer, nullable=False),
+    Column("kind", Text, nullable=False),
+    Column("trial", Integer),
+    Column("attempt", Integer),
+    Column("body", Text, nullable=False),
+    Column("hash", Text, nullable=False),
+)
+samples = Table(
+    "samples",
+    metadata,
+    Column("seq", Integer, primary_key=True, autoincrement=False),
+    Column("block", Integer, primary_key=True, autoincrement=False),
+    Column("stream", Text, nullable=False),
+    Column("form", Text, nullable=False),
+    Column("data", LargeBinary, nullable=False),
+)
+sittings = Table(
+    "sittings",
+    metadata,
+    Column("n", Integer, primary_key=True, autoincrement=False),
+    Column("kind", Text, nullable=False),
+    Column("events", Integer, nullable=False),
+    Column("head", Text, nullable=False),
+    Column("body", Text, nullable=False),
+    Column("hash", Text, nullable=False),
+)
+
+
+def form_of(block: Samples) -> bytes:
+    """What a sample block's bytes mean, as canonical JSON."""
+    return canonical(
+        {
+            "channels": block.channels,
+            "units": block.units,
+            "rate_hz": float(block.rate_hz),
+            "t0_ns": block.t0_ns,
+            "dtype": "<f4",
+            "count": block.count,
+        }
+    )
+
+
+def event_hash(previous: str, happened: Event) -> str:
+    """Link of the event chain: over the hash before, every field of the event, and its samples."""
+    link = hashlib.sha256(previous.encode())
+    link.update(canonical([happened.seq, happened.t_ns, happened.kind, happened.trial, happened.attempt]))
+    link.update(b"\n" + happened.body)
+    for block in happened.samples:
+        link.update(canonical([block.stream, form_of(block).decode()]))
+        link.update(hashlib.sha256(block.data).digest())
+    return link.hexdigest()
+
+
+def sitting_hash(previous: str, n: int, kind: str, events_then: int, head: str, body: str) -> str:
+    """Link of the chain of sittings."""
+    return hashlib.sha256(previous.encode() + canonical([n, kind, events_then, head, body])).hexdigest()
+
+
+def engine_for(path: str, *, writable: bool) -> Engine:
+    """A SQLAlchemy engine on a ledger file; a writer commits through to the disk (WAL, synchronous FULL)."""
+    if not writable:
+        quoted = path.replace("%", "%25").replace("?", "%3f").replace("#", "%23")
+        return create_engine(f"sqlite+pysqlite:///file:{quoted}?mode=ro&uri=true")
+    engine = create_engine(f"sqlite+pysqlite:///{path}")
+
+    @event.listens_for(engine, "connect")
+    def durable(connection: Any, _record: Any) -> None:
+        connection.execute("PRAGMA journal_mode=WAL")
+        connection.execute("PRAGMA synchronous=FULL")
+
+    return engine

@@ -1,0 +1,170 @@
+"""Reading a ledger: every event, verified; anything newer, foreign, damaged or cut short is refused by name."""
+
+from __future__ import annotations
+
+import json
+import sqlite3
+from collections.abc import Sequence
+from dataclasses import dataclass
+from functools import cached_property
+from pathlib import Path
+from typing import Any
+
+from sqlalchemy import Connection, select, text
+from sqlalchemy.exc import SQLAlchemyError
+
+from protocols.events import Event
+from protocols.requests import Samples
+from studies.ledger_schema import (
+    APPLICATION_ID,
+    FORMAT,
+    SEED,
+    engine_for,
+    event_hash,
+    events,
+    form_of,
+    samples,
+    sitting_hash,
+    sittings,
+)
+
+_MAGIC = b"SQLite format 3\0"
+
+
+class LedgerError(ValueError):
+    """The file cannot be trusted or written; the message says why."""
+
+
+@dataclass(frozen=True)
+class Sitting:
+    """A process took the ledger up or laid it down: when by the wall clock, with what software, why."""
+
+    kind: str
+    events: int
+    head: str
+    body: str
+    hash: str
+
+    @property
+    def value(self) -> Any:
+        """The body as data."""
+        return json.loads(self.body)
+
+
+@dataclass(frozen=True)
+class Record:
+    """A verified session."""
+
+    path: Path
+    events: tuple[Event, ...]
+    hashes: tuple[str, ...]
+    sittings: tuple[Sitting, ...]
+
+    @cached_property
+    def header(self) -> dict[str, Any]:
+        """The body of session_started: study, participant, plan digest, rig, versions."""
+        value: dict[str, Any] = self.events[0].value
+        return value
+
+    @property
+    def complete(self) -> bool:
+        """Whether the session came to its end."""
+        return self.events[-1].kind == "session_ended"
+
+    @property
+    def head(self) -> str:
+        """The last link of the event chain."""
+        return self.hashes[-1]
+
+
+def read(path: Path) -> Record:
+    """The session in the file, its chains checked link by link.
+
+    Raises LedgerError on a file that is missing, no ledger, newer, damaged, changed or cut short.
+    """
+    _demand_sqlite(path)
+    engine = engine_for(str(path), writable=False)
+    try:
+        with engine.connect() as connection:
+            _demand_ours(connection, path)
+            return _verified(path, connection)
+    except (SQLAlchemyError, sqlite3.Error, UnicodeDecodeError, OverflowError, TypeError) as error:
+        reason = str(getattr(error, "orig", error)).splitlines()[0]
+        raise LedgerError(f"{path}: the file is damaged ({reason}); restore it from a copy") from None
+    finally:
+        engine.dispose()
+
+
+def _demand_sqlite(path: Path) -> None:
+    if not path.is_file():
+        raise LedgerError(f"{path}: no such ledger")
+    with path.open("rb") as file:
+        start = file.read(len(_MAGIC))
+    if start != _MAGIC:
+        raise LedgerError(f"{path}: not a ledger (it does not start as an SQLite file does), or damaged at its start")
+
+
+def _demand_ours(connection: Connection, path: Path) -> None:
+    application = connection.execute(text("PRAGMA application_id")).scalar_one()
+    version = connection.execute(text("PRAGMA user_version")).scalar_one()
+    if application != APPLICATION_ID:
+        raise LedgerError(f"{path}: an SQLite file, but not a Palpate ledger (or its header is damaged)")
+    if version > FORMAT:
+        raise LedgerError(
+            f"{path}: written in ledger format {version} by a newer Palpate; this one reads up to {FORMAT}: update it"
+        )
+    if version < 1:
+        raise LedgerError(f"{path}: ledger format {version} does not exist; the file's header is damaged")
+    found = connection.execute(text("PRAGMA integrity_check(1)")).scalar_one()
+    if found != "ok":
+        raise LedgerError(f"{path}: the file is damaged ({found}); restore it from a copy")
+
+
+def _verified(path: Path, connection: Connection) -> Record:
+    blocks: dict[int, list[Samples]] = {}
+    for row in connection.execute(select(samples).order_by(samples.c.seq, samples.c.block)):
+        blocks.setdefault(row.seq, []).append(_samples(path, row))
+    happened, hashes, previous = [], [], SEED
+    for place, row in enumerate(connection.execute(select(events).order_by(events.c.seq))):
+        one = Event(
+            row.seq, row.t_ns, row.kind, row.body.encode(), row.trial, row.attempt, tuple(blocks.pop(row.seq, ()))
+        )
+        previous = event_hash(previous, one)
+        if row.seq != place or row.hash != previous:
+            raise LedgerError(f"{path}: the hash chain breaks at event {place}: the file was changed or is damaged")
+        happened.append(one)
+        hashes.append(previous)
+    if blocks or not happened or happened[0].kind != "session_started":
+        raise LedgerError(f"{path}: samples without their event, or no session_started: the file was changed")
+    return Record(path, tuple(happened), tuple(hashes), _sittings(path, connection, hashes))
+
+
+def _samples(path: Path, row: Any) -> Samples:
+    try:
+        form = json.loads(row.form)
+        block = Samples(
+            row.stream, tuple(form["channels"]), tuple(form["units"]), form["rate_hz"], form["t0_ns"], row.data
+        )
+        if form_of(block).decode() == row.form:
+            return block
+    except (ValueError, KeyError, ZeroDivisionError):
+        pass
+    raise LedgerError(f"{path}: the samples of event {row.seq} are damaged")
+
+
+def _sittings(path: Path, connection: Connection, hashes: Sequence[str]) -> tuple[Sitting, ...]:
+    found, previous = [], SEED
+    for place, row in enumerate(connection.execute(select(sittings).order_by(sittings.c.n))):
+        previous = sitting_hash(previous, row.n, row.kind, row.events, row.head, row.body)
+        if row.n != place or row.hash != previous:
+            raise LedgerError(f"{path}: the record of sittings was changed or is damaged (sitting {place})")
+        if row.events > len(hashes):
+            raise LedgerError(
+                f"{path}: cut short: {row.events} events were there when it was {row.kind}, {len(hashes)} are left"
+            )
+        if row.events < 1 or hashes[row.events - 1] != row.head:
+            raise LedgerError(f"{path}: the events are not those that were there when it was {row.kind}")
+        found.append(Sitting(row.kind, row.events, row.head, row.body, row.hash))
+    if not found:
+        raise LedgerError(f"{path}: no sitting is on record: the file was changed")
+    return tuple(found)

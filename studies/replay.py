@@ -1,0 +1,64 @@
+"""Replaying a recorded session: the same study, the recorded replies, every event compared byte for byte."""
+
+from __future__ import annotations
+
+import time
+from dataclasses import dataclass
+from pathlib import Path
+
+from protocols.canonical import difference
+from protocols.plan import ParticipantRow, Plan, compile_plan
+from protocols.runner import run
+from protocols.study import Study
+from protocols.worlds import EndOfRecord, Recorded
+from studies.record import LedgerError, Record, read
+
+NS = 1e9
+
+
+@dataclass(frozen=True)
+class Replayed:
+    """A session that the code of today repeats exactly."""
+
+    path: Path
+    events: int
+    complete: bool
+    session_s: float
+    seconds: float
+
+    @property
+    def speed(self) -> float:
+        """How many times faster than the session was."""
+        return self.session_s / self.seconds if self.seconds > 0 else float("inf")
+
+
+def replay(path: Path) -> Replayed:
+    """Replay one ledger; an interrupted one up to where it ends.
+
+    Raises LedgerError if the file is refused or the plan differs, Divergence if an event does.
+    """
+    begun = time.perf_counter()
+    record = read(path)
+    compare(record)
+    seconds = time.perf_counter() - begun
+    return Replayed(path, len(record.events), record.complete, record.events[-1].t_ns / NS, seconds)
+
+
+def compare(record: Record) -> None:
+    """Run the recorded study on the recorded replies. Raises as `replay` does."""
+    tape = Recorded(record.events)
+    try:
+        run(recompiled(record), tape, tape, record.header)
+    except EndOfRecord:
+        return
+
+
+def recompiled(record: Record) -> Plan:
+    """The plan, made anew from the study in the header. Raises LedgerError unless its digest is the recorded one."""
+    header = record.header
+    who = ParticipantRow(header["participant"], header["group"], header["row"])
+    plan = compile_plan(Study.model_validate(header["study"]), who, header["seed"])
+    if plan.digest != header["plan"]:
+        how = difference(header["study"], plan.study.definition()) or "the order of the trials differs"
+        raise LedgerError(f"{record.path}: the recorded study now compiles to another plan: {how}")
+    return plan

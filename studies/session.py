@@ -1,0 +1,115 @@
+"""A session from its first event to its last, and again from wherever it was interrupted."""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+from dataclasses import dataclass
+from pathlib import Path
+from typing import Any
+
+from protocols.plan import Plan
+from protocols.runner import run
+from protocols.worlds import Recorded
+from studies.environment import environment, wall_time
+from studies.interrupts import Guard, Interrupted, guarded
+from studies.ledger import Ledger, create, take_up
+from studies.record import LedgerError, Record
+from studies.replay import recompiled
+from studies.rig import Rig
+
+RigAt = Callable[[Plan, int], Rig]
+"""Opens the rig for a plan, its clock starting at t_ns."""
+
+
+@dataclass(frozen=True)
+class Sat:
+    """How a sitting ended."""
+
+    path: Path
+    complete: bool
+    events: int
+    reason: str
+
+
+def ledger_path(lab: Path, study: str, participant: str, number: int = 1) -> Path:
+    """Where a session's ledger lies: LAB/sessions/STUDY_PARTICIPANT_sN.sqlite."""
+    return lab / "sessions" / f"{study}_{participant}_s{number}.sqlite"
+
+
+def header_of(plan: Plan, folder: Path, rig: dict[str, Any], number: int = 1) -> dict[str, Any]:
+    """The body of session_started: everything that is needed to understand and to repeat the session."""
+    return {
+        "study": plan.study.definition(),
+        "folder": folder.name,
+        "participant": plan.who.participant,
+        "group": plan.who.group,
+        "row": plan.who.row,
+        "session": number,
+        "seed": plan.seed,
+        "plan": plan.digest,
+        "trials": len(plan.trials),
+        "rig": rig,
+        "calibration": None,
+        "environment": environment(),
+    }
+
+
+def start(lab: Path, plan: Plan, folder: Path, rig_at: RigAt, number: int = 1) -> Sat:
+    """Begin a session and run it as far as it goes.
+
+    Raises LedgerError if the participant has a session of this number already.
+    """
+    path = ledger_path(lab, plan.study.study, plan.who.participant, number)
+    if path.exists():
+        raise LedgerError(f"{path} exists: go on with it (palpate resume), or give --session {number + 1}")
+    rig = rig_at(plan, 0)
+    create(path, header_of(plan, folder, rig.description, number), {"at": wall_time()})
+    return resume(path, rig_at)
+
+
+def resume(path: Path, rig_at: RigAt) -> Sat:
+    """Replay what is recorded, then go on live at the exact act where the record ends.
+
+    Raises LedgerError if the ledger is refused, held by another process or complete; Divergence if
+    this version of Palpate does not do what was recorded.
+    """
+    with guarded() as guard:
+        ledger = take_up(path, _sitting(), guard.shield)
+        return _sit(ledger, rig_at, guard)
+
+
+def _sit(ledger: Ledger, rig_at: RigAt, guard: Guard) -> Sat:
+    rig: Rig | None = None
+    reason = "failed"
+    try:
+        guard.listen()
+        plan = _to_go_on_with(ledger.record)
+        rig = rig_at(plan, ledger.record.events[-1].t_ns)
+        tape = Recorded(ledger.record.events, rig.world, ledger)
+        run(plan, tape, tape, ledger.record.header)
+        guard.done, reason = True, "complete"
+    except Interrupted as signal:
+        reason = f"interrupted by {signal}"
+    finally:
+        guard.done = True
+        _lay_down(ledger, rig, reason)
+    return Sat(ledger.record.path, reason == "complete", ledger.written, reason)
+
+
+def _to_go_on_with(record: Record) -> Plan:
+    if record.complete:
+        raise LedgerError(f"{record.path}: the session is complete; there is nothing to go on with")
+    return recompiled(record)
+
+
+def _lay_down(ledger: Ledger, rig: Rig | None, reason: str) -> None:
+    """Safe state first, then the ledger; the ledger also where the rig fails to be safe."""
+    try:
+        if rig is not None:
+            rig.safe()
+    finally:
+        ledger.close({"at": wall_time(), "because": reason})
+
+
+def _sitting() -> dict[str, Any]:
+    return {"at": wall_time(), "environment": environment()}
