@@ -112,4 +112,4 @@ def _survey_mapping(node: yaml.MappingNode, path: Path, lines: dict[Path, int], 
 def _syntax(error: yaml.MarkedYAMLError, name: str) -> str:
     mark = error.problem_mark or error.context_mark
     where = f" line {mark.line + 1}, column {mark.column + 1}:" if mark else ""
-    return f"{name}:{where} {error.problem or error.context}"
+    return f"{name}:{where} {', '.join(filter(None, (error.context, error.problem)))}"

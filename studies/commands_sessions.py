@@ -51,7 +51,7 @@ def run(
     rig_at = _rig_at(simulate, found)
     sat = []
     for plan in _progress(plans, "running", as_json):
-        sat.append(start(lab, plan, found.folder, rig_at, number))
+        sat.append(start(lab, plan, rig_at, number))
         if not sat[-1].complete:
             break
     _report(sat, as_json)

@@ -5,6 +5,7 @@ from __future__ import annotations
 import hashlib
 import platform
 from datetime import UTC, datetime
+from functools import cache
 from importlib.metadata import PackageNotFoundError, version
 from pathlib import Path
 from typing import Any
@@ -31,6 +32,7 @@ def code_digest() -> str:
     return whole.hexdigest()
 
 
+@cache
 def environment() -> dict[str, Any]:
     """Versions for the ledger: Palpate, its code, Python, platform, and the packages a session uses."""
     return {

@@ -4,13 +4,15 @@ from __future__ import annotations
 
 import hashlib
 from typing import Any
+from urllib.parse import quote
 
-from sqlalchemy import Column, Engine, Integer, LargeBinary, MetaData, Table, Text, create_engine, event
+from sqlalchemy import URL, Column, Engine, Integer, LargeBinary, MetaData, Table, Text, create_engine, event
 
 from protocols.canonical import canonical
 from protocols.events import Event
 from protocols.requests import Samples
 
+_DRIVER = "sqlite+pysqlite"
 FORMAT = 1
 APPLICATION_ID = 0x50414C50
 """'PALP' in the file's header: how a ledger is known from any other SQLite file."""
@@ -82,9 +84,8 @@ def sitting_hash(previous: str, n: int, kind: str, events_then: int, head: str, 
 def engine_for(path: str, *, writable: bool) -> Engine:
     """A SQLAlchemy engine on a ledger file; a writer commits through to the disk (WAL, synchronous FULL)."""
     if not writable:
-        quoted = path.replace("%", "%25").replace("?", "%3f").replace("#", "%23")
-        return create_engine(f"sqlite+pysqlite:///file:{quoted}?mode=ro&uri=true")
-    engine = create_engine(f"sqlite+pysqlite:///{path}")
+        return create_engine(URL.create(_DRIVER, database=f"file:{quote(path)}", query={"mode": "ro", "uri": "true"}))
+    engine = create_engine(URL.create(_DRIVER, database=path))
 
     @event.listens_for(engine, "connect")
     def durable(connection: Any, _record: Any) -> None:

@@ -88,7 +88,9 @@ def read(path: Path) -> Record:
         with engine.connect() as connection:
             _demand_ours(connection, path)
             return _verified(path, connection)
-    except (SQLAlchemyError, sqlite3.Error, UnicodeDecodeError, OverflowError, TypeError) as error:
+    except LedgerError:
+        raise
+    except (SQLAlchemyError, sqlite3.Error, ValueError, OverflowError, TypeError, AttributeError) as error:
         reason = str(getattr(error, "orig", error)).splitlines()[0]
         raise LedgerError(f"{path}: the file is damaged ({reason}); restore it from a copy") from None
     finally:

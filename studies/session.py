@@ -36,11 +36,10 @@ def ledger_path(lab: Path, study: str, participant: str, number: int = 1) -> Pat
     return lab / "sessions" / f"{study}_{participant}_s{number}.sqlite"
 
 
-def header_of(plan: Plan, folder: Path, rig: dict[str, Any], number: int = 1) -> dict[str, Any]:
+def header_of(plan: Plan, rig: dict[str, Any], number: int = 1) -> dict[str, Any]:
     """The body of session_started: everything that is needed to understand and to repeat the session."""
     return {
         "study": plan.study.definition(),
-        "folder": folder.name,
         "participant": plan.who.participant,
         "group": plan.who.group,
         "row": plan.who.row,
@@ -54,7 +53,7 @@ def header_of(plan: Plan, folder: Path, rig: dict[str, Any], number: int = 1) ->
     }
 
 
-def start(lab: Path, plan: Plan, folder: Path, rig_at: RigAt, number: int = 1) -> Sat:
+def start(lab: Path, plan: Plan, rig_at: RigAt, number: int = 1) -> Sat:
     """Begin a session and run it as far as it goes.
 
     Raises LedgerError if the participant has a session of this number already.
@@ -63,7 +62,7 @@ def start(lab: Path, plan: Plan, folder: Path, rig_at: RigAt, number: int = 1) -
     if path.exists():
         raise LedgerError(f"{path} exists: go on with it (palpate resume), or give --session {number + 1}")
     rig = rig_at(plan, 0)
-    create(path, header_of(plan, folder, rig.description, number), {"at": wall_time()})
+    create(path, header_of(plan, rig.description, number), {"at": wall_time()})
     return resume(path, rig_at)
 
 

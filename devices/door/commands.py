@@ -1,0 +1,227 @@
+"""`palpate doors`: make, normalise, vary, compare and draw door profiles."""
+
+from __future__ import annotations
+
+import json
+from pathlib import Path
+from typing import TYPE_CHECKING, Any
+
+import click
+
+from devices.door.grid import STUDY_SEED, DoorDataError
+
+if TYPE_CHECKING:
+    from devices.door.profiles import NormalisedProfile
+
+FILE = click.Path(exists=True, dir_okay=False, path_type=Path)
+OUT = click.Path(path_type=Path)
+as_json = click.option("--json", "as_json", is_flag=True, help="Print the answer as JSON.")
+seed_option = click.option("--seed", default=STUDY_SEED, show_default=True, help="Seed of the drawn variants g8, g9.")
+
+
+@click.group()
+def doors() -> None:
+    """Car-door force profiles: 621 points over 0 to 62 degrees (thesis 5.3).
+
+    \b
+    Example:
+      palpate doors normalise recording.csv --zero --out mydoor_g0.csv
+      palpate doors augment mydoor_g0.csv --out variants/
+    """
+
+
+@doors.command("normalise")
+@click.argument("recording", type=FILE)
+@click.option("--out", type=OUT, required=True, help="The profile file to write.")
+@click.option("--angle-column", default="angle_deg", show_default=True)
+@click.option("--force-column", default="force_N", show_default=True)
+@click.option("--time-column", default="time_s", show_default=True, help="Used with --angle-file only.")
+@click.option("--angle-file", type=FILE, help="The angle's own recording, at its own rate; both need a time column.")
+@click.option("--zero", is_flag=True, help="Count the angle from the first motion.")
+@click.option("--radians", is_flag=True, help="The angle column is in radians.")
+@click.option("--largest-gap", default=2.0, show_default=True, help="Widest gap that is bridged, in degrees.")
+@as_json
+def normalise_command(
+    recording: Path,
+    out: Path,
+    angle_column: str,
+    force_column: str,
+    time_column: str,
+    angle_file: Path | None,
+    zero: bool,
+    radians: bool,
+    largest_gap: float,
+    as_json: bool,
+) -> None:
+    """Turn a RECORDING of an opening into a profile (thesis 5.3.1.2).
+
+    RECORDING is a CSV file with an angle and a force column; or with a time and a force column, and --angle-file
+    with a time and an angle column, whose slower angle is then interpolated to the force's times.
+
+    \b
+    Example:
+      palpate doors normalise force.csv --angle-file tracker.csv --zero --out k8_g0.csv
+    """
+    import numpy as np
+
+    from devices.door.profiles import normalise
+    from devices.door.stimuli import profile_text, write_text
+
+    angle, force = _read(recording, angle_file, angle_column, force_column, time_column)
+    angle = np.degrees(angle) if radians else np.asarray(angle)
+    try:
+        made = normalise(angle, force, zero=zero, largest_gap_deg=largest_gap)
+    except DoorDataError as error:
+        raise DoorDataError(f"{recording}: {error}") from error
+    write_text(out, profile_text(made.force_N))
+    _answer(as_json, _account(out, made), _account_text(out, made))
+
+
+@doors.command("simulate")
+@click.option("--door", "labels", multiple=True, help="Label of a simulated door; may be given more than once.")
+@click.option("--all", "every", is_flag=True, help="All doors of the catalogue.")
+@click.option("--parameters", type=FILE, help="A catalogue of your own, in the form of devices/door/doors.yaml.")
+@click.option("--out", type=OUT, required=True, help="Folder for the profiles, named LABEL_g0.csv.")
+@as_json
+def simulate_command(labels: tuple[str, ...], every: bool, parameters: Path | None, out: Path, as_json: bool) -> None:
+    """Compute profiles from the mechanical door model.
+
+    \b
+    Example:
+      palpate doors simulate --door G90 --door K8 --out profiles/
+    """
+    from devices.door.catalogue import DOORS_FILE, find_door, read_catalogue
+    from devices.door.mechanics import simulate
+    from devices.door.stimuli import profile_text, write_text
+
+    catalogue = read_catalogue(parameters or DOORS_FILE)
+    if bool(labels) == every:
+        raise DoorDataError(f"Name a door with --door, or all with --all. There are: {', '.join(catalogue)}.")
+    entries = [find_door(catalogue, label) for label in (catalogue if every else labels)]
+    forces = [(entry.label, simulate(entry.door, entry.label)) for entry in entries]
+    files = [write_text(out / f"{label}_g0.csv", profile_text(force)) for label, force in forces]
+    _answer_files(as_json, files)
+
+
+@doors.command("augment")
+@click.argument("source", type=click.Path(exists=True, path_type=Path))
+@click.option("--out", type=OUT, required=True, help="Folder for the variants.")
+@seed_option
+@as_json
+def augment_command(source: Path, out: Path, seed: int, as_json: bool) -> None:
+    """Make the variants g1 to g14 (thesis 5.3.4.1) of a profile, or of every *_g0.csv in a folder.
+
+    \b
+    Example:
+      palpate doors augment profiles/K8_g0.csv --out profiles/
+    """
+    import numpy as np
+
+    from devices.door.augment import VARIANTS, augment
+    from devices.door.stimuli import profile_text, write_text
+    from devices.door.twin import read_profile
+
+    texts: dict[Path, str] = {}
+    for path in _profiles_in(source):
+        label = path.stem.removesuffix("_g0")
+        base = np.array(read_profile(path))
+        for variant in VARIANTS:
+            try:
+                made = augment(base, variant, door=label, seed=seed)
+            except DoorDataError as error:
+                raise DoorDataError(f"{path}: {error} No variant was written.") from error
+            texts[out / f"{label}_{variant}.csv"] = profile_text(made)
+    _answer_files(as_json, [write_text(path, text) for path, text in texts.items()])
+
+
+@doors.command("make")
+@click.option("--out", type=OUT, help="Folder to write stimuli.csv and profiles/ into.")
+@click.option("--check", type=click.Path(exists=True, file_okay=False, path_type=Path), help="Folder to compare.")
+@click.option("--measured", type=FILE, help="Another measured recording (angle_deg, force_N) in the first place.")
+@seed_option
+@as_json
+def make_command(out: Path | None, check: Path | None, measured: Path | None, seed: int, as_json: bool) -> None:
+    """Make the 90 stimuli of the door rating study, or check that a folder holds exactly these.
+
+    Exit code 1: the folder given to --check differs.
+
+    \b
+    Example:
+      palpate doors make --check studies/door_ratings
+    """
+    from devices.door.stimuli import MEASURED_FILE, differences, make
+
+    if (out is None) == (check is None):
+        raise DoorDataError("Say either --out FOLDER to write the stimuli, or --check FOLDER to compare them.")
+    if out is not None:
+        _answer_files(as_json, make(out, measured or MEASURED_FILE, seed))
+    elif check is not None:
+        found = differences(check, measured or MEASURED_FILE, seed)
+        _answer(as_json, {"equal": not found, "differences": found}, "\n".join(found) or f"{check}: equal")
+        if found:
+            raise SystemExit(1)
+
+
+@doors.command("draw")
+@click.argument("folder", type=click.Path(exists=True, file_okay=False, path_type=Path))
+@click.option("--out", type=OUT, required=True, help="The picture: .png, .svg or .pdf.")
+def draw_command(folder: Path, out: Path) -> None:
+    """Draw all profiles that FOLDER's stimuli.csv lists.
+
+    \b
+    Example:
+      palpate doors draw studies/door_ratings --out doors.png
+    """
+    from devices.door.draw import draw
+
+    click.echo(str(draw(folder, out)))
+
+
+def _read(recording: Path, angle_file: Path | None, angle: str, force: str, time: str) -> tuple[Any, Any]:
+    """Angle and force, one value each a row, from one file or from two with a time column each."""
+    from devices.door.profiles import upsample_angle
+    from devices.door.recording import read_columns
+
+    if angle_file is None:
+        columns = read_columns(recording, (angle, force)).values
+        return columns[angle], columns[force]
+    forces, angles = read_columns(recording, (time, force)).values, read_columns(angle_file, (time, angle)).values
+    try:
+        return upsample_angle(forces[time], forces[force], angles[time], angles[angle])
+    except DoorDataError as error:
+        raise DoorDataError(f"{recording} and {angle_file}: {error}") from error
+
+
+def _profiles_in(source: Path) -> list[Path]:
+    if source.is_file():
+        return [source]
+    found = sorted(source.glob("*_g0.csv"))
+    if not found:
+        raise DoorDataError(f"{source}: no file named *_g0.csv; give one profile file, or rename the originals.")
+    return found
+
+
+def _account(out: Path, made: NormalisedProfile) -> dict[str, Any]:
+    from dataclasses import asdict
+
+    return {"file": str(out), **{name: value for name, value in asdict(made).items() if name != "force_N"}}
+
+
+def _account_text(out: Path, made: NormalisedProfile) -> str:
+    return (
+        f"{out}: {len(made.force_N)} points from {made.rows} rows\n"
+        f"  {made.backward_rows} rows moved backwards and {made.rows_after_opening} came after the opening: left out\n"
+        f"  angle counted from {made.zero_deg:.3f} degrees, widest gap {made.widest_gap_deg:.2f} degrees, "
+        f"{made.padded_points} points padded with zero"
+    )
+
+
+def _answer(as_json: bool, answer: dict[str, Any], text: str) -> None:
+    click.echo(json.dumps(answer, indent=2) if as_json else text)
+
+
+def _answer_files(as_json: bool, files: list[Path]) -> None:
+    names = [str(path) for path in files]
+    _answer(
+        as_json, {"files": names}, f"{len(names)} files written to {', '.join(sorted({str(p.parent) for p in files}))}"
+    )

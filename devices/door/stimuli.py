@@ -1,0 +1,102 @@
+"""The stimulus folder of the door rating study: six doors, fifteen profiles each, and the table that lists them."""
+
+from __future__ import annotations
+
+from collections.abc import Iterator
+from pathlib import Path
+
+import numpy as np
+from numpy.typing import NDArray
+
+from devices.door.augment import VARIANTS, augment
+from devices.door.catalogue import read_catalogue
+from devices.door.features import describe
+from devices.door.grid import FORCE_DECIMALS, POINTS, STUDY_SEED, DoorDataError, grid_angle_deg
+from devices.door.mechanics import simulate
+from devices.door.profiles import normalise
+from devices.door.recording import read_columns
+from devices.door.twin import HEADER
+
+Array = NDArray[np.float64]
+
+MEASURED_LABEL = "BC3"
+"""The place of the measured door in the thesis' design; the other five places are the catalogue's."""
+MEASURED_FILE = Path(__file__).parents[2] / "studies" / "door_ratings" / "measured" / "haptune_actual.csv"
+IDENTITY = ("id", "car", "variant", "augmentation", "source", "file")
+FEATURE_DECIMALS = {"peak_count": 0, "first_peak_deg": 1, "opening_deg": 1}
+"""All other features carry as many decimals as a force."""
+TABLE = "stimuli.csv"
+FOLDER = "profiles"
+
+
+def profile_text(force_N: Array) -> str:
+    """A profile file's content: 621 rows of angle and force with fixed decimals, line feeds only."""
+    if len(force_N) != POINTS:
+        raise DoorDataError(f"A door profile has {POINTS} points, this one has {len(force_N)}.")
+    rows = (f"{grid_angle_deg(index):.1f},{_fixed(force, FORCE_DECIMALS)}" for index, force in enumerate(force_N))
+    return "\n".join((",".join(HEADER), *rows)) + "\n"
+
+
+def write_text(path: Path, text: str) -> Path:
+    """Write UTF-8 with line feeds on every system, making the folder where needed."""
+    path.parent.mkdir(parents=True, exist_ok=True)
+    path.write_bytes(text.encode())
+    return path
+
+
+def originals(measured: Path = MEASURED_FILE) -> Iterator[tuple[str, str, Array]]:
+    """The six unmodified doors: label, source (measured or simulated) and force, the measured one first."""
+    columns = read_columns(measured, HEADER).values
+    yield MEASURED_LABEL, "measured", normalise(columns["angle_deg"], columns["force_N"]).force_N
+    for label, entry in read_catalogue().items():
+        yield label, "simulated", simulate(entry.door, label)
+
+
+def stimulus_files(measured: Path = MEASURED_FILE, seed: int = STUDY_SEED) -> dict[str, str]:
+    """Path inside the study's folder and content of everything that is made: 90 profiles and the table."""
+    files: dict[str, str] = {}
+    rows: list[str] = []
+    for label, source, force_N in originals(measured):
+        for variant in ("g0", *VARIANTS):
+            made = augment(force_N, variant, door=label, seed=seed)
+            name = f"{FOLDER}/{label}_{variant}.csv"
+            files[name] = profile_text(made)
+            rows.append(_table_row(label, variant, source, name, describe(made)))
+    header = ",".join((*IDENTITY, *describe(np.zeros(POINTS))))
+    files[TABLE] = "\n".join((header, *rows)) + "\n"
+    return files
+
+
+def make(folder: Path, measured: Path = MEASURED_FILE, seed: int = STUDY_SEED) -> list[Path]:
+    """Write the stimulus folder; files of the same name are replaced, others stay."""
+    return [write_text(folder / name, text) for name, text in stimulus_files(measured, seed).items()]
+
+
+def differences(folder: Path, measured: Path = MEASURED_FILE, seed: int = STUDY_SEED) -> list[str]:
+    """What in a folder is not, byte for byte, what `make` writes: one line each, empty when all is equal."""
+    expected = stimulus_files(measured, seed)
+    found = [_difference(folder / name, text.encode()) for name, text in expected.items()]
+    unknown = sorted(path for path in (folder / FOLDER).glob("*.csv") if f"{FOLDER}/{path.name}" not in expected)
+    return [line for line in found if line] + [f"{path}: not a file of this study" for path in unknown]
+
+
+def _difference(path: Path, expected: bytes) -> str:
+    if not path.is_file():
+        return f"{path}: missing"
+    found = path.read_bytes()
+    if found == expected:
+        return ""
+    lines = zip(found.splitlines(keepends=True), expected.splitlines(keepends=True), strict=False)
+    first = next((number for number, (a, b) in enumerate(lines, start=1) if a != b), None)
+    return f"{path}: differs from line {first}" if first else f"{path}: has another number of lines"
+
+
+def _table_row(label: str, variant: str, source: str, name: str, features: dict[str, float]) -> str:
+    augmentation = VARIANTS[variant].augmentation if variant in VARIANTS else "original"
+    numbers = (_fixed(value, FEATURE_DECIMALS.get(key, FORCE_DECIMALS)) for key, value in features.items())
+    return ",".join((f"{label}_{variant}", label, variant, augmentation, source, name, *numbers))
+
+
+def _fixed(value: float, decimals: int) -> str:
+    """Fixed decimals, and never a minus before a zero."""
+    return f"{round(float(value), decimals) + 0.0:.{decimals}f}"

@@ -1,0 +1,129 @@
+"""The door's simulated twin: a hand opens it along a minimum-jerk path and the profile answers with force.
+
+Pure Python on purpose: a rating session with a simulated door needs no numpy.
+"""
+
+from __future__ import annotations
+
+import csv
+import math
+import sys
+from array import array
+from collections.abc import Iterator, Sequence
+from dataclasses import dataclass
+from pathlib import Path
+
+from devices.door.grid import MAX_ANGLE_DEG, POINTS, POINTS_PER_DEG, DoorDataError, grid_angle_deg
+
+HEADER = ("angle_deg", "force_N")
+LONGEST = 1_000_000
+"""Most samples of one opening; more is a mistake in a rate or a duration."""
+
+
+@dataclass(frozen=True)
+class DoorTelemetry:
+    """What the door's sensors gave during one opening, one entry per sample."""
+
+    rate_hz: float
+    angle_deg: tuple[float, ...]
+    force_N: tuple[float, ...]
+
+    def interleaved(self) -> bytes:
+        """Angle and force alternating, as little-endian float32: 8 bytes a sample."""
+        pairs = array("f", [0.0]) * (2 * len(self.angle_deg))
+        pairs[0::2] = array("f", self.angle_deg)
+        pairs[1::2] = array("f", self.force_N)
+        if sys.byteorder == "big":
+            pairs.byteswap()
+        return pairs.tobytes()
+
+
+def open_door(profile_N: Sequence[float], duration_s: float, rate_hz: float) -> DoorTelemetry:
+    """Open the door from 0 to 62 degrees in `duration_s`, sampled at `rate_hz` from time 0 on.
+
+    The path is the minimum-jerk one (Flash and Hogan 1985); the force is the profile's, linear between its 621
+    points. There are floor(duration_s * rate_hz) + 1 samples.
+
+    Raises:
+        DoorDataError: a profile of another length, or a duration or rate that gives no usable number of samples.
+    """
+    if len(profile_N) != POINTS:
+        raise DoorDataError(f"A door profile has {POINTS} points, this one has {len(profile_N)}.")
+    steps = _steps(duration_s, rate_hz)
+    span = duration_s * rate_hz
+    grid = [(POINTS - 1) * _minimum_jerk(step / span) for step in range(steps + 1)]
+    force = [_between(profile_N, place) for place in grid]
+    return DoorTelemetry(rate_hz, tuple(place / POINTS_PER_DEG for place in grid), tuple(force))
+
+
+def read_profile(path: Path | str) -> tuple[float, ...]:
+    """Read the 621 forces, in newtons, of a profile file with the columns angle_deg, force_N.
+
+    Raises:
+        DoorDataError: naming file and line, when the columns, the angles, the count or a number is wrong.
+    """
+    path = Path(path)
+    try:
+        with path.open(encoding="utf-8-sig", newline="") as lines:
+            rows = csv.reader(lines)
+            _check_header(path, next(rows, []))
+            forces = tuple(_forces(path, rows))
+    except UnicodeDecodeError as error:
+        raise DoorDataError(f"{path}: not a UTF-8 text file ({error.reason}).") from error
+    if len(forces) != POINTS:
+        raise DoorDataError(
+            f"{path}: {len(forces)} points found, {POINTS} expected (0 to {MAX_ANGLE_DEG} degrees). "
+            "A raw recording becomes a profile with `palpate doors normalise`."
+        )
+    return forces
+
+
+def _steps(duration_s: float, rate_hz: float) -> int:
+    """Whole sampling steps in the opening; a product a hair below a whole number counts as that number."""
+    for name, value in (("duration_s", duration_s), ("rate_hz", rate_hz)):
+        if not (math.isfinite(value) and value > 0):
+            raise DoorDataError(f"{name} is {value}: a finite number above 0 is needed.")
+    steps = duration_s * rate_hz
+    if not 1 <= steps < LONGEST:
+        raise DoorDataError(f"{duration_s} s at {rate_hz} Hz is {steps:g} samples: between 1 and {LONGEST} are needed.")
+    return min(math.floor(steps * (1 + 1e-12)), math.ceil(steps))
+
+
+def _minimum_jerk(share: float) -> float:
+    """Share of the way after a share of the time."""
+    share = min(share, 1.0)
+    return min(share**3 * (10 + share * (6 * share - 15)), 1.0)
+
+
+def _between(profile_N: Sequence[float], place: float) -> float:
+    """The profile at a fractional grid index, linear between points and exact on them."""
+    index = min(int(place), POINTS - 2)
+    rest = place - index
+    return profile_N[index] * (1 - rest) + profile_N[index + 1] * rest
+
+
+def _check_header(path: Path, found: list[str]) -> None:
+    if tuple(found) != HEADER:
+        raise DoorDataError(f"{path}, line 1: found {','.join(found)!r}, expected {','.join(HEADER)!r}.")
+
+
+def _forces(path: Path, rows: Iterator[list[str]]) -> Iterator[float]:
+    for index, row in enumerate(rows):
+        line = index + 2
+        if len(row) != len(HEADER):
+            raise DoorDataError(f"{path}, line {line}: {len(row)} values found, 2 expected.")
+        angle, force = (_number(path, line, *cell) for cell in zip(HEADER, row, strict=True))
+        if index >= POINTS or abs(angle - grid_angle_deg(index)) > 1e-6:
+            expected = f"{grid_angle_deg(index):.1f}" if index < POINTS else "the end of the file"
+            raise DoorDataError(f"{path}, line {line}: angle {angle:g} found, {expected} expected.")
+        yield force
+
+
+def _number(path: Path, line: int, column: str, text: str) -> float:
+    try:
+        value = float(text)
+    except ValueError:
+        value = math.nan
+    if not math.isfinite(value):
+        raise DoorDataError(f"{path}, line {line}: {column} is {text!r}, a finite number is needed.")
+    return value

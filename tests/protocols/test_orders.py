@@ -1,0 +1,67 @@
+import json
+from collections import Counter
+from itertools import pairwise
+from pathlib import Path
+
+import pytest
+
+from protocols.balance import certificate
+from protocols.orders import latin_row, rows_of, square, williams_row
+
+CROSSDES = json.loads((Path(__file__).parent / "data" / "williams_crossdes.json").read_text())["designs"]
+
+
+@pytest.mark.parametrize("n", range(2, 61))
+def test_a_williams_design_is_balanced_for_position_and_carry_over(n):
+    rows = square("williams", n)
+    assert len(rows) == (n if n % 2 == 0 else 2 * n)
+    assert all(sorted(row) == list(range(n)) for row in rows)
+    positions = Counter((item, place) for row in rows for place, item in enumerate(row))
+    assert set(positions.values()) == {len(rows) // n}
+    assert len(positions) == n * n
+    follows = Counter(pair for row in rows for pair in pairwise(row))
+    assert set(follows.values()) == {1 if n % 2 == 0 else 2}
+    assert len(follows) == n * (n - 1)
+
+
+@pytest.mark.parametrize("n", range(2, 13))
+def test_a_williams_design_is_the_one_of_r_crossdes(n):
+    """Expected designs: R package crossdes 1.1-2, crossdes::williams(n)."""
+    assert [list(row) for row in square("williams", n)] == CROSSDES[str(n)]
+
+
+@pytest.mark.parametrize("n", range(1, 61))
+def test_a_latin_square_has_every_item_once_per_row_and_position(n):
+    rows = square("latin", n)
+    assert len(rows) == n
+    assert all(sorted(row) == list(range(n)) for row in (*rows, *zip(*rows, strict=True)))
+
+
+def test_one_item_has_one_order():
+    assert williams_row(1, 0) == latin_row(1, 0) == (0,)
+    assert [rows_of(d, 1) for d in ("williams", "latin", "random", "as_listed")] == [1, 1, 1, 1]
+
+
+def test_the_certificate_counts():
+    found = certificate([["a", "b", "c"], ["b", "a", "c"]])
+    assert found.positions == {"a": (1, 1, 0), "b": (1, 1, 0), "c": (0, 0, 2)}
+    assert found.carry_over == {("a", "b"): 1, ("b", "c"): 1, ("b", "a"): 1, ("a", "c"): 1}
+    assert (found.position_range, found.carry_over_range, found.balanced) == ((0, 2), (0, 1), False)
+    assert "not balanced" in found.text() and "0 to 2 times" in found.text()
+
+
+def test_a_full_williams_design_is_certified():
+    found = certificate([[f"s{item}" for item in row] for row in square("williams", 5)])
+    assert found.balanced and found.text().startswith("10 sequences of 5 items: balanced.")
+    assert "at each position 2 times and followed each other item 2 times" in found.text()
+
+
+def test_a_certificate_of_nothing_and_of_one():
+    assert certificate([]).position_range == (0, 0)
+    assert certificate([["a"]]).carry_over_range == (0, 0)
+
+
+@pytest.mark.parametrize("rows", [[["a", "b"], ["a", "c"]], [["a", "b"], ["a", "b", "a"]]])
+def test_sequences_of_different_items_have_no_certificate(rows):
+    with pytest.raises(ValueError, match="sequence 1 does not hold the same items"):
+        certificate(rows)

@@ -1,0 +1,120 @@
+import statistics
+
+import pytest
+
+from protocols.perceiver import Perceiver, z_scores
+from protocols.plan import ParticipantRow, compile_plan
+from protocols.requests import Ask
+from protocols.study import Scale
+from tests.protocols.studies_for_tests import toy
+
+QUIET = {"latents": {"Soft": {"size": 2.0, "intercept": 1.0}}, "gain_sd": 0, "bias_sd": 0, "noise_sd": 0}
+
+
+def perceiver(participant="P001", seed=0, scale=None, **simulation):
+    study = toy(simulation={**QUIET, **simulation}, **({"scale": scale} if scale else {}))
+    return Perceiver(compile_plan(study, ParticipantRow(participant), seed))
+
+
+def answers(person):
+    replies = [person.answer(Ask("sliders", trial))[0].value for trial in person.plan.trials]
+    return {t.stimulus.id: r["answers"] for t, r in zip(person.plan.trials, replies, strict=True)}
+
+
+def test_without_noise_the_answer_is_the_latent_on_the_scale():
+    """z of 0..3 is (i - 1.5) / sqrt(1.25), so the latent is 1 + 2 z, rounded to steps of 1."""
+    found = answers(perceiver())
+    assert [found[name]["Soft"] for name in "ABCD"] == [-2, 0, 2, 4]
+    assert {value["Cold"] for value in found.values()} == {0}
+    assert all(type(value["Soft"]) is int for value in found.values())
+
+
+def test_answers_do_not_depend_on_what_was_answered_before():
+    person = perceiver(noise_sd=3.0, lapse_rate=0.3)
+    last = Ask("sliders", person.plan.trials[-1])
+    alone = person.answer(last)
+    answers(person)
+    assert person.answer(last) == alone == perceiver(noise_sd=3.0, lapse_rate=0.3).answer(last)
+
+
+def test_people_and_seeds_differ():
+    def noisy(**who):
+        return answers(perceiver(**who, bias_sd=3.0, noise_sd=3.0))
+
+    assert noisy() != noisy(participant="P002") != noisy(participant="P002", seed=1)
+
+
+def spread(draw):
+    values = [draw(perceiver(f"P{n}", gain_sd=0.2, bias_sd=2.0)) for n in range(600)]
+    return statistics.fmean(values), statistics.stdev(values)
+
+
+def test_gain_and_bias_spread_as_declared():
+    soft = perceiver().plan.study.attributes[0]
+    assert spread(lambda p: p.gain(soft)) == pytest.approx((1.0, 0.2), abs=0.03)
+    assert spread(lambda p: p.bias(soft)) == pytest.approx((0.0, 2.0), abs=0.3)
+
+
+def test_gain_never_turns_the_scale_round():
+    soft = perceiver().plan.study.attributes[0]
+    assert min(perceiver(f"P{n}", gain_sd=5).gain(soft) for n in range(50)) == 0.1
+
+
+def test_lapses_come_at_their_rate_and_fill_the_scale():
+    values, lapsed = [], 0
+    for number in range(400):
+        person = perceiver(f"P{number}", lapse_rate=0.25)
+        ask = Ask("sliders", person.plan.trials[0])
+        lapsed += person.lapses(ask, person.plan.study.attributes[1])
+        values.append(person.answer(ask)[0].value["answers"]["Cold"])
+    assert lapsed == pytest.approx(100, abs=30)
+    assert sum(value != 0 for value in values) <= lapsed
+    assert min(values) < -8 and max(values) > 8 and set(values) <= set(range(-10, 11))
+
+
+def test_second_thoughts_only_where_they_are_allowed():
+    person = perceiver(revise_rate=1.0)
+    first, second = (person.answer(Ask("sliders", trial))[0].value for trial in person.plan.trials[:2])
+    assert "answers" in first and second["go"] == "back"
+
+
+def test_a_continuous_scale_is_answered_to_four_decimals():
+    found = answers(perceiver(scale={"from": 0, "to": 100}))
+    assert found["A"]["Soft"] == round(50 + 1 + 2 * -1.5 / 1.25**0.5, 4)
+
+
+def test_answers_are_clipped_to_the_scale():
+    found = answers(perceiver(latents={"Soft": {"size": 100.0}}))
+    assert found["A"]["Soft"] == -10 and found["D"]["Soft"] == 10
+
+
+def test_a_study_without_simulation_is_answered_by_noise():
+    person = Perceiver(compile_plan(toy(simulation=None), ParticipantRow("P001")))
+    assert len(answers(person)) == 4
+
+
+def test_a_constant_column_says_nothing():
+    study = toy(stimuli=[{"id": n, "columns": {"size": "3"}} for n in "AB"], simulation=None)
+    assert z_scores(study.stimuli, "size") == {"A": 0.0, "B": 0.0}
+
+
+@pytest.mark.parametrize(
+    ("scale", "value", "nearest", "holds"),
+    [
+        ({"from": -10, "to": 10, "step": 1}, 3.4, 3, False),
+        ({"from": -10, "to": 10, "step": 1}, -10, -10, True),
+        ({"from": 0, "to": 1, "step": 0.1}, 0.1 + 0.2, 0.30000000000000004, True),
+        ({"from": 0, "to": 100}, 33.33333, 33.3333, True),
+        ({"from": 0, "to": 100}, 100.01, 100.0, False),
+    ],
+)
+def test_a_scale_knows_its_answers(scale, value, nearest, holds):
+    made = Scale.model_validate(scale)
+    assert made.nearest(value) == nearest
+    assert made.holds(value) is holds
+    assert made.holds(made.nearest(value))
+
+
+@pytest.mark.parametrize("value", [None, "1", True, float("nan"), float("inf"), [1]])
+def test_a_scale_refuses_what_is_no_number(value):
+    assert not Scale.model_validate({"from": 0, "to": 1}).holds(value)

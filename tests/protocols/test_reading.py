@@ -1,0 +1,120 @@
+import pytest
+
+from protocols.reading import StudyError, study_from
+from protocols.yaml_text import load
+
+GOOD = """\
+study: toy
+task: slider_rating
+stimuli: stimuli.csv
+groups: {1: {kind: [x]}, 2: {kind: [y]}}
+attributes:
+  - [Soft, Hard]
+  - {low: Cold, high: Warm, category: physical}
+scale: {from: -10, to: 10, step: 1}
+order: {design: williams, within: group}
+practice: {stimuli: [A]}
+rest: {every: 2}
+analysis: {within: [kind], pooled: kind}
+simulation:
+  latents:
+    Soft: {size: 1.5, intercept: 1}
+"""
+ROWS = [{"id": name, "columns": {"size": str(n), "kind": "xy"[n % 2]}} for n, name in enumerate("ABCD")]
+
+
+def read(text, rows=ROWS):
+    return study_from(load(text.encode(), "study.yaml"), rows, "study.yaml")
+
+
+def test_a_study_is_read_and_its_definition_reads_back():
+    study = read(GOOD)
+    assert [a.name for a in study.attributes] == ["Soft", "Cold"]
+    assert study.scale.low == -10 and type(study.scale.low) is int
+    assert sorted(study.groups) == ["1", "2"]
+    assert [s.id for s in study.stimuli_of("2")] == ["B", "D"]
+    again = type(study).model_validate(study.definition())
+    assert again.definition() == study.definition()
+    assert "seed" not in study.definition()["order"]
+
+
+@pytest.mark.parametrize(
+    ("old", "new", "said"),
+    [
+        ("task: slider_rating", "taks: slider_rating", "study.yaml: line 2: taks: unknown key; did you mean 'task'?"),
+        ("task: slider_rating\n", "", "study.yaml: task: this key is required"),
+        ("slider_rating", "slider_ratings", "line 2: task: found 'slider_ratings', expected 'slider_rating'; did you"),
+        ("design: williams", "design: willams", "line 9: order.design: found 'willams', expected 'williams', 'latin'"),
+        ("design: williams", "design: willams", "did you mean 'williams'?"),
+        ("within: group", "wihtin: group", "order.wihtin: unknown key; did you mean 'within'?"),
+        ("from: -10", "form: -10", "scale.form: unknown key; did you mean 'from'?"),
+        ("step: 1}", "step: 3}", "line 8: scale: step (3) must divide the range -10 to 10"),
+        ("step: 1}", "step: -1}", "step (-1) must divide the range"),
+        ("to: 10", "to: -10", "scale: from (-10) must be below to (-10)"),
+        ("to: 10", "to: ten", "line 8: scale.to: found 'ten', input should be a valid"),
+        ("to: 10", 'to: "10"', "scale.to: found '10', input should be a valid"),
+        ("[Soft, Hard]", "[Soft, Hard, Firm]", "line 6: attributes[0]: a pair of two adjectives is expected, found 3"),
+        ("high: Warm", "high: soft", "attributes[1][1]: the adjective 'soft' stands twice"),
+        ("category: physical", "categorie: physical", "attributes[1].categorie: unknown key; did you mean 'category'?"),
+        ("kind: [y]", "kind: [z]", "line 4: groups.2.kind[0]: found 'z', expected a level of kind; known: x, y"),
+        ("kind: [y]", "knid: [y]", "groups.2.knid: found 'knid', expected a column of the stimulus table; did you mean 'k"),
+        ("kind: [y]", "kind: [y, y]", "groups.2.kind: the level of kind 'y' stands twice"),
+        ("{stimuli: [A]}", "{stimuli: [a]}", "practice.stimuli[0]: found 'a', expected a stimulus id"),
+        ("every: 2", "every: 0", "rest.every: found 0, input should be greater than or equal to 1"),
+        ("every: 2", "every: 2.5", "rest.every: found 2.5, input should be a valid integer"),
+        ("pooled: kind", "pooled: kin", "analysis.pooled: found 'kin'"),
+        ("Soft: {size", "Sofd: {size", "simulation.latents.Sofd: found 'Sofd', expected an attribute"),
+        ("{size: 1.5", "{sise: 1.5", "simulation.latents.Soft.sise: found 'sise'"),
+        ("{size: 1.5", "{kind: 1.5", "stimulus 'A' has 'x' in 'kind', not a finite number"),
+        ("design: williams, within: group", "design: latin, within: block", "order: within: block and blocks: {by"),
+        ("study: toy", "study: my study", "study: a name of letters, digits, _ and - is expected"),
+        ("study: toy", "study: 7", "study: found 7, input should be a valid string"),
+    ],
+)
+def test_a_complaint_names_file_line_path_and_nearest_name(old, new, said):
+    assert GOOD.count(old) == 1
+    with pytest.raises(StudyError) as caught:
+        read(GOOD.replace(old, new))
+    message = str(caught.value)
+    assert said in message
+    assert all(line.startswith("study.yaml:") for line in message.splitlines())
+
+
+def test_many_problems_fit_on_a_screen():
+    text = GOOD + "".join(f"unknown{i}: 1\n" for i in range(30))
+    with pytest.raises(StudyError) as caught:
+        read(text)
+    lines = str(caught.value).splitlines()
+    assert len(lines) == 9 and lines[-1] == "... and 22 more"
+
+
+@pytest.mark.parametrize(
+    ("rows", "said"),
+    [
+        ([*ROWS, ROWS[0]], "line 3: stimuli: the stimulus id 'A' stands twice"),
+        ([], "stimuli: "),
+        ([*ROWS, {"id": "E", "columns": {"kind": "x"}}], "not every stimulus has the column 'size'"),
+        ([*ROWS, {"id": "E", "columns": {"kind": "x", "size": "inf"}}], "stimulus 'E' has 'inf' in 'size'"),
+    ],
+)
+def test_a_bad_stimulus_table_is_refused(rows, said):
+    with pytest.raises(StudyError) as caught:
+        read(GOOD, rows)
+    assert said in str(caught.value)
+
+
+def test_a_group_without_stimuli_is_refused():
+    text = GOOD.replace("kind: [y]", "kind: [y], size: [0]")
+    with pytest.raises(StudyError, match=r"groups\.2: no stimulus belongs to this group"):
+        read(text)
+
+
+def test_blocks_by_a_column_that_is_not_there():
+    text = GOOD.replace("within: group", "within: block, blocks: {by: colour}")
+    with pytest.raises(StudyError, match=r"order\.blocks\.by: found 'colour'"):
+        read(text)
+
+
+def test_a_list_is_no_study():
+    with pytest.raises(StudyError, match="keys and values are expected"):
+        read("- a\n- b\n")

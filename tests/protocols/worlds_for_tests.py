@@ -1,0 +1,68 @@
+"""A world that answers from a script, and a log in memory."""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Iterator, Mapping
+from dataclasses import dataclass, field
+from typing import Any
+
+from protocols.events import Event
+from protocols.requests import Ask, Reply, Request
+
+
+@dataclass
+class Scripted:
+    """Answers every Ask with the next scripted reply, everything else with {}; time moves by 1 ms a look."""
+
+    replies: Iterator[Mapping[str, Any]]
+    asked: list[Request] = field(default_factory=list)
+    t_ns: int = 0
+
+    def now(self) -> int:
+        self.t_ns += 1_000_000
+        return self.t_ns
+
+    def perform(self, request: Request) -> Reply:
+        self.asked.append(request)
+        return Reply(next(self.replies) if isinstance(request, Ask) else {})
+
+
+@dataclass
+class Kept:
+    """A log in memory that checks what a ledger would: numbers without gaps, time that does not run backwards."""
+
+    events: list[Event] = field(default_factory=list)
+    on_append: Callable[[Event], None] = lambda _event: None
+
+    def append(self, event: Event) -> None:
+        assert event.seq == len(self.events)
+        assert not self.events or event.t_ns >= self.events[-1].t_ns
+        self.on_append(event)
+        self.events.append(event)
+
+    def told(self) -> list[str]:
+        """The session as short words, for comparing at a glance."""
+        return [_word(event) for event in self.events]
+
+
+def _word(event: Event) -> str:
+    value = event.value
+    match event.kind:
+        case "trial_started":
+            return f"{value['stimulus']}{event.attempt}("
+        case "trial_ended":
+            return f"){value['as']}"
+        case "request":
+            return value["do"] + ("+" if value.get("previous") else "")
+        case "reply":
+            return "back" if value.get("go") else "answer" if "answers" in value else "."
+        case _:
+            return event.kind
+
+
+def rated(*values: float) -> dict[str, Any]:
+    """A reply with answers to the toy study's two attributes."""
+    return {"answers": dict(zip(("Soft", "Cold"), values, strict=True))}
+
+
+BACK = {"go": "back"}

@@ -1,0 +1,87 @@
+"""A lab in a temporary folder, with a small study and ways to interrupt its sessions."""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+from dataclasses import dataclass, replace
+from pathlib import Path
+from typing import Any
+
+from protocols.plan import Plan
+from protocols.requests import Reply, Request
+from protocols.worlds import NS
+from studies import session
+from studies.interrupts import Interrupted
+from studies.ledger import take_up
+from studies.record import Record, read
+from studies.rig import Rig, simulated
+from tests.protocols.studies_for_tests import toy_plan
+
+LIVELY = {"simulation": {"latents": {"Soft": {"size": 4.0}}, "revise_rate": 0.2, "lapse_rate": 0.2}}
+
+
+@dataclass(frozen=True)
+class Lab:
+    """LAB, and the toy study run in it."""
+
+    path: Path
+
+    def plan(self, participant: str = "P001", **changes: Any) -> Plan:
+        return toy_plan(participant, **{**LIVELY, **changes})
+
+    def rig_at(self, plan: Plan, t_ns: int) -> Rig:
+        return simulated(plan, self.path, t_ns)
+
+    def start(self, participant: str = "P001", rig_at: Any = None, **changes: Any) -> Path:
+        """Run a session as far as it goes."""
+        return session.start(self.path, self.plan(participant, **changes), rig_at or self.rig_at).path
+
+    def cut(self, events: int, participant: str = "P001") -> Path:
+        """A ledger that holds the first `events` events, as if the power had failed then."""
+        whole = read(Lab(self.path / "whole").start(participant)) if events else None
+        assert whole is not None
+        plan = self.plan(participant)
+        path = session.ledger_path(self.path, "toy", participant)
+        session.create(path, whole.header, {"at": "2026-01-01T00:00:00+00:00"})
+        ledger = take_up(path, {"at": "2026-01-01T00:00:00+00:00"})
+        assert plan.digest == whole.header["plan"]
+        for event in whole.events[1:events]:
+            ledger.append(event)
+        ledger.connection.close()
+        ledger.engine.dispose()
+        ledger.lock.release()
+        return path
+
+    def read(self, participant: str = "P001") -> Record:
+        return read(session.ledger_path(self.path, "toy", participant))
+
+
+@dataclass
+class StopsAfter:
+    """A rig whose world raises at the n-th act."""
+
+    rig: Rig
+    acts: int
+    error: Callable[[], BaseException] = lambda: Interrupted("SIGTERM")
+
+    def now(self) -> int:
+        return self.rig.world.now()
+
+    def perform(self, request: Request) -> Reply:
+        self.acts -= 1
+        if self.acts < 0:
+            raise self.error()
+        return self.rig.world.perform(request)
+
+
+def stopping(lab: Lab, acts: int, **how: Any) -> Callable[[Plan, int], Rig]:
+    """A way to open a rig that stops the session at its n-th act."""
+
+    def rig_at(plan: Plan, t_ns: int) -> Rig:
+        rig = lab.rig_at(plan, t_ns)
+        return replace(rig, world=StopsAfter(rig, acts, **how))
+
+    return rig_at
+
+
+SECONDS = NS

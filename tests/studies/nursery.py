@@ -1,0 +1,68 @@
+"""Runs sessions in processes of their own and kills them: started as `python -m tests.studies.nursery LABS SEED KILLS`.
+
+One process imports everything once; each session is a fork of it, killed with SIGKILL at a random instant.
+"""
+
+from __future__ import annotations
+
+import os
+import random
+import signal
+import sys
+import time
+from pathlib import Path
+
+from protocols.plan import ParticipantRow, Plan, compile_plan
+from protocols.study import Study
+from studies import catalogue
+from studies.rig import Rig, simulated
+from studies.session import start
+
+SHORT = {"1": {"car": ["BC3", "FORD"]}, "2": {"car": ["K3"]}}
+DOORS = catalogue.SHIPPED / "door_ratings"
+
+
+def the_plan() -> Plan:
+    """Thirty trials with the measured door among them, lively enough to go back and to lapse."""
+    definition = catalogue.read_study(DOORS / "study.yaml").study.definition()
+    simulation = {**definition["simulation"], "revise_rate": 0.1, "lapse_rate": 0.1}
+    study = Study.model_validate({**definition, "groups": SHORT, "simulation": simulation, "rest": {"every": 5}})
+    return compile_plan(study, ParticipantRow("P001", "1", 3), seed=7)
+
+
+def rig_at(plan: Plan, t_ns: int) -> Rig:
+    """The simulated rig of the door study."""
+    return simulated(plan, DOORS, t_ns)
+
+
+def child(lab: Path, plan: Plan) -> int:
+    """Fork a process that runs one session."""
+    pid = os.fork()
+    if pid == 0:
+        try:
+            start(lab, plan, rig_at)
+        finally:
+            os._exit(0)
+    return pid
+
+
+def usual_seconds(lab: Path, plan: Plan) -> float:
+    """How long an undisturbed session takes here."""
+    begun = time.perf_counter()
+    os.waitpid(child(lab, plan), 0)
+    return time.perf_counter() - begun
+
+
+def main(labs: Path, seed: int, kills: int) -> None:
+    """Kill `kills` sessions, each in a lab of its own at an instant drawn evenly over a usual session."""
+    chance, plan = random.Random(seed), the_plan()
+    usual = min(usual_seconds(labs / f"usual{number}", plan) for number in range(3))
+    for number in range(kills):
+        pid = child(labs / str(number), plan)
+        time.sleep(chance.uniform(0, 1.1 * usual))
+        os.kill(pid, signal.SIGKILL)
+        os.waitpid(pid, 0)
+
+
+if __name__ == "__main__":
+    main(Path(sys.argv[1]), int(sys.argv[2]), int(sys.argv[3]))

@@ -1,0 +1,51 @@
+"""kill -9 at 200 random instants: nothing is lost but the act in progress."""
+
+import subprocess
+import sys
+from collections import Counter
+from pathlib import Path
+
+from protocols.plan import Plan
+from studies.record import read
+from studies.session import ledger_path, resume, start
+from tests.studies import nursery
+
+ROOT = Path(__file__).resolve().parents[2]
+NURSERIES = (1, 2)
+KILLS_EACH = 100
+
+
+def test_killed_at_any_instant_a_session_goes_on_to_the_uninterrupted_one(tmp_path):
+    commands = [
+        [sys.executable, "-m", "tests.studies.nursery", str(tmp_path / str(seed)), str(seed), str(KILLS_EACH)]
+        for seed in NURSERIES
+    ]
+    processes = [subprocess.Popen(command, cwd=ROOT) for command in commands]
+    assert [process.wait(timeout=900) for process in processes] == [0, 0]
+    plan = nursery.the_plan()
+    whole = timeless(read(start(tmp_path / "whole", plan, nursery.rig_at).path))
+    labs = [tmp_path / str(seed) / str(number) for seed in NURSERIES for number in range(KILLS_EACH)]
+    fates = Counter(fate(lab, plan, whole) for lab in labs)
+    assert sum(fates.values()) == 200
+    assert fates["in the middle"] >= 80, fates
+
+
+def fate(lab: Path, plan: Plan, whole: list[tuple[object, ...]]) -> str:
+    """Check one killed session; say where the kill found it."""
+    path = ledger_path(lab, "door_ratings", "P001")
+    if not path.exists():
+        assert start(lab, plan, nursery.rig_at).complete
+        assert timeless(read(path)) == whole
+        return "before it began"
+    killed = read(path)
+    assert timeless(killed) == whole[: len(killed.events)]
+    if killed.complete:
+        return "after it ended"
+    assert resume(path, nursery.rig_at).complete
+    assert timeless(read(path)) == whole
+    return "in the middle" if len(killed.events) > 1 else "at its beginning"
+
+
+def timeless(record):
+    """The events without their times."""
+    return [(e.seq, e.kind, e.trial, e.attempt, e.body, tuple(s.data for s in e.samples)) for e in record.events]

@@ -1,0 +1,164 @@
+import pytest
+
+from protocols.events import Event
+from protocols.worlds import Divergence
+from studies.record import LedgerError, read
+from studies.replay import replay
+from studies.rig import Rig, RigError, real, simulated
+from studies.session import ledger_path, resume, start
+from tests.studies.labs import Lab, stopping
+
+
+def same(one, other) -> bool:
+    """Event for event equal except times."""
+
+    def timeless(event: Event):
+        samples = [(s.stream, s.channels, s.units, s.rate_hz, s.data) for s in event.samples]
+        return event.seq, event.kind, event.trial, event.attempt, event.body, samples
+
+    return [timeless(e) for e in one.events[1:]] == [timeless(e) for e in other.events[1:]]
+
+
+def test_a_session_runs_to_its_end_and_explains_itself(lab):
+    record = read(lab.start())
+    assert record.complete and record.path == lab.path / "sessions" / "toy_P001_s1.sqlite"
+    header = record.header
+    assert header["plan"] == lab.plan().digest and header["trials"] == 4
+    assert header["rig"] == {"kind": "simulated", "twins": []}
+    assert set(header["environment"]) == {"palpate", "code", "python", "platform", "packages"}
+    assert len(header["environment"]["code"]) == 64
+    assert record.sittings[-1].value["because"] == "complete"
+
+
+def test_two_runs_of_one_seed_are_equal(lab, tmp_path):
+    one, other = read(lab.start()), read(Lab(tmp_path / "other").start())
+    assert one.events == other.events
+
+
+@pytest.mark.parametrize("events", [1, 2, 3, 4, 5, 6, 7, 8, 14, 20, 27])
+def test_a_session_cut_at_any_event_goes_on_to_the_uninterrupted_one(lab, events):
+    path = lab.cut(events)
+    assert len(read(path).events) == events
+    sat = resume(path, lab.rig_at)
+    assert sat.complete and read(path).events == lab.__class__(lab.path / "whole").read().events
+    replay(path)
+
+
+@pytest.mark.parametrize("acts", [0, 1, 5, 9])
+def test_an_interrupted_session_is_laid_down_safe_and_goes_on(lab, tmp_path, acts):
+    path = lab.start(rig_at=stopping(lab, acts))
+    record = read(path)
+    assert not record.complete
+    assert record.sittings[-1].value["because"] == "interrupted by SIGTERM"
+    assert record.events[-1].kind == "request"
+    assert resume(path, stopping(lab, 2)).reason == "interrupted by SIGTERM"
+    assert resume(path, lab.rig_at).complete
+    assert same(read(path), read(Lab(tmp_path / "whole").start()))
+    kinds = [s.kind for s in read(path).sittings]
+    assert kinds == ["created", *["opened", "closed"] * 3]
+
+
+def order_of_ends(lab, monkeypatch, safe_fails=False, **how):
+    from studies.ledger import Ledger
+
+    ends, close = [], Ledger.close
+
+    def safe():
+        ends.append("safe")
+        if safe_fails:
+            raise OSError("the brake does not answer")
+
+    def closing(self, body):
+        ends.append("closed")
+        close(self, body)
+
+    monkeypatch.setattr(Ledger, "close", closing)
+
+    def rig_at(plan, t_ns):
+        rig = stopping(lab, 3, **how)(plan, t_ns) if how is not None else lab.rig_at(plan, t_ns)
+        return Rig(rig.world, rig.description, safe)
+
+    try:
+        lab.start(rig_at=rig_at)
+    except Exception as error:
+        ends.append(str(error))
+    return ends
+
+
+def test_the_rig_is_safe_before_the_ledger_is_closed(lab, monkeypatch):
+    assert order_of_ends(lab, monkeypatch) == ["safe", "closed"]
+
+
+def test_the_ledger_is_closed_where_the_rig_cannot_be_made_safe(lab, monkeypatch):
+    assert order_of_ends(lab, monkeypatch, safe_fails=True) == ["safe", "closed", "the brake does not answer"]
+
+
+def test_a_failing_device_ends_the_session_safe_and_is_reported(lab, monkeypatch):
+    ends = order_of_ends(lab, monkeypatch, error=lambda: RuntimeError("the motor stalled"))
+    assert ends == ["safe", "closed", "the motor stalled"]
+    assert lab.read().sittings[-1].value["because"] == "failed"
+    assert resume(lab.read().path, lab.rig_at).complete
+
+
+def test_a_finished_session_is_not_gone_on_with(lab):
+    path = lab.start()
+    with pytest.raises(LedgerError, match="the session is complete"):
+        resume(path, lab.rig_at)
+    read(path)
+
+
+def test_a_participant_has_one_session_of_a_number(lab):
+    lab.start()
+    with pytest.raises(LedgerError, match=r"exists: go on with it .*or give --session 2"):
+        lab.start()
+    assert start(lab.path, lab.plan(), lab.rig_at, 2).complete
+    assert ledger_path(lab.path, "toy", "P001", 2).exists()
+
+
+def test_a_changed_task_is_not_resumed_into(lab, monkeypatch):
+    from protocols import tasks
+
+    path = lab.start(rig_at=stopping(lab, 5))
+    before = read(path).events
+
+    def eager(trial):
+        return tasks._outcome((yield tasks.Ask("sliders", trial)), trial)
+
+    monkeypatch.setattr("protocols.runner.TASKS", {"slider_rating": eager})
+    with pytest.raises(Divergence, match=r'event 2 \(request, trial 1\): \$\.back: not recorded, now false'):
+        resume(path, lab.rig_at)
+    assert read(path).events == before
+
+
+def test_a_plan_that_compiles_to_another_digest_is_refused(lab, monkeypatch):
+    path = lab.start()
+    monkeypatch.setattr("protocols.plan.williams_row", lambda n, row: tuple(range(n)))
+    with pytest.raises(LedgerError, match="now compiles to another plan: the order of the trials differs"):
+        replay(path)
+
+
+def test_a_replay_says_how_fast_it_was(lab):
+    found = replay(lab.start())
+    assert found.complete and found.events > 20
+    assert found.speed == found.session_s / found.seconds > 20
+
+
+def test_an_interrupted_session_replays_to_where_it_ends(lab):
+    found = replay(lab.start(rig_at=stopping(lab, 5)))
+    assert not found.complete
+
+
+def test_a_real_rig_is_not_pretended(lab):
+    with pytest.raises(RigError, match="toy needs window; this version .* simulated devices only: add --simulate"):
+        real(lab.plan())
+    with pytest.raises(RigError):
+        start(lab.path, lab.plan(), lambda plan, _t: real(plan))
+    assert not (lab.path / "sessions").exists()
+
+
+def test_without_a_device_nothing_can_be_sensed(lab):
+    from protocols.requests import Sense
+
+    plan = lab.plan()
+    with pytest.raises(RigError, match="no device of this study can do 'sense'"):
+        simulated(plan, lab.path).world.perform(Sense("door", 1.0, plan.trials[0]))
