@@ -7,6 +7,7 @@ import sys
 from collections.abc import Sequence
 from importlib import import_module
 from importlib.metadata import PackageNotFoundError, version
+from pathlib import Path
 from typing import Any
 
 import click
@@ -24,9 +25,25 @@ VERBS = {
     "import": ("analysis.commands:import_", "Read a foreign table of ratings into a lab."),
     "analyse": ("analysis.commands:analyse", "Compute a study's tables and statistics."),
     "report": ("analysis.commands:report", "Write a study's report as one HTML file."),
-    "demo": ("analysis.demo:demo", "See the whole loop: 40 participants, from study file to report."),
-    "bench": ("analysis.bench_command:bench", "Measure errors and times side by side."),
+    "demo": ("palpate:demo", "See the whole loop: 40 participants, from study file to report."),
+    "bench": ("palpate:bench", "Measure errors and times side by side."),
 }
+
+AREAS = {
+    "statistics": "analysis.bench:cases",
+    "sessions": "studies.bench:sessions",
+    "startup": "studies.bench:startup",
+}
+DEMO = (
+    "run door_ratings --participant P001..P040 --simulate --seed 1",
+    "replay",
+    "collect",
+    "analyse door_ratings",
+    "report door_ratings",
+    "import sk2011",
+    "analyse sk2011 --reference r",
+)
+DEMO_MARK = ".palpate-demo"
 
 
 class Verbs(click.Group):
@@ -40,8 +57,7 @@ class Verbs(click.Group):
         """Import the verb's room and hand over its command."""
         if name not in VERBS:
             return None
-        module, _, attribute = VERBS[name][0].partition(":")
-        command: click.Command = getattr(import_module(module), attribute)
+        command: click.Command = _named(VERBS[name][0])
         return command
 
     def format_commands(self, _ctx: click.Context, formatter: click.HelpFormatter) -> None:
@@ -56,6 +72,12 @@ class Verbs(click.Group):
 
             ctx.fail(f"no verb {args[0]!r}; {nearest(args[0], VERBS)}")
         return super().resolve_command(ctx, args)
+
+
+def _named(place: str) -> Any:
+    """What stands at `module:name`; this module by its own name, also where it runs as a script."""
+    module, _, name = place.partition(":")
+    return globals()[name] if module == "palpate" else getattr(import_module(module), name)
 
 
 def _version(ctx: click.Context, _parameter: click.Parameter, wanted: bool) -> None:
@@ -74,6 +96,64 @@ def cli() -> None:
 
     A lab is a folder (--lab, default: the current one). Sessions lie in LAB/sessions/*.sqlite.
     """
+
+
+@click.command()
+@click.option("--lab", type=click.Path(file_okay=False, path_type=Path), default=Path("demo-lab"), show_default=True)
+def demo(lab: Path) -> None:
+    """See the whole loop: 40 simulated participants, replayed, collected, analysed and reported; then real ratings.
+
+    Each step is an ordinary command, shown before it runs. The lab is made anew every time.
+    """
+    _fresh(lab)
+    for line in DEMO:
+        click.secho(f"\n$ palpate {line} --lab {lab}", bold=True)
+        if status := _status([*line.split(), "--lab", str(lab)]):
+            raise click.exceptions.Exit(status)
+
+
+def _fresh(lab: Path) -> None:
+    """An empty lab; only one that a demo made before is cleared."""
+    if lab.exists() and any(lab.iterdir()):
+        if not (lab / DEMO_MARK).exists():
+            raise click.UsageError(f"{lab} exists and is no demo lab; give another folder with --lab")
+        import shutil
+
+        shutil.rmtree(lab)
+    lab.mkdir(parents=True, exist_ok=True)
+    (lab / DEMO_MARK).touch()
+
+
+@click.command()
+@click.argument("area", nargs=-1, type=click.Choice(list(AREAS)))
+@click.option("--quick", is_flag=True, help="Smaller inputs and fewer repeats.")
+@click.option("--json", "as_json", is_flag=True, help="Print the rows as JSON.")
+@click.option("--out", type=click.Path(file_okay=False, path_type=Path), default=Path("bench"), show_default=True,
+              help="Folder for the work-precision plots.")  # fmt: skip
+def bench(area: tuple[str, ...], quick: bool, as_json: bool, out: Path) -> None:
+    """Measure errors and times side by side, in one run on the same inputs; without AREA, everything.
+
+    A row: area, case, method, error, error_kind, seconds (median), peak_MB, n, input.
+
+    Example: palpate bench statistics --quick
+    """
+    from analysis.measuring import as_json as rows_as_json
+    from analysis.measuring import run_bench
+    from analysis.work_precision import print_table, save_plots
+
+    chosen = {name: _named(AREAS[name])(quick) for name in area or AREAS}
+    rows = run_bench(chosen, _doing if sys.stderr.isatty() else lambda _: None)
+    if as_json:
+        click.echo(rows_as_json(rows), nl=False)
+        return
+    print_table(rows)
+    for path in save_plots(rows, out):
+        click.echo(f"saved {path}")
+
+
+def _doing(what: str) -> None:
+    """One line that is written over."""
+    click.echo(f"\r\x1b[K{what[:100]}\r", err=True, nl=False)
 
 
 def main(arguments: Sequence[str] | None = None) -> None:

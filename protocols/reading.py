@@ -26,12 +26,17 @@ def study_from(document: Document, stimuli: Sequence[Mapping[str, Any]], name: s
     if not isinstance(document.data, dict):
         raise StudyError(f"{name}: keys and values are expected at the top, e.g. study: NAME")
     try:
-        study = Study.model_validate({**_texts_as_keys(document.data), "stimuli": list(stimuli)})
+        study = Study.model_validate(_texts_as_keys(document.data) | _table(document, stimuli))
     except ValidationError as error:
         raise StudyError(_listed(_translated(error), document, name)) from None
     if problems := list(inconsistencies(study)):
         raise StudyError(_listed(problems, document, name))
     return study
+
+
+def _table(document: Document, stimuli: Sequence[Mapping[str, Any]]) -> dict[str, Any]:
+    """The stimulus table in the place of its name; a file that names none lacks the key."""
+    return {"stimuli": list(stimuli)} if "stimuli" in document.data else {}
 
 
 def _texts_as_keys(value: Any) -> Any:

@@ -57,7 +57,11 @@ def test_a_study_is_read_and_its_definition_reads_back():
         ("high: Warm", "high: soft", "attributes[1][1]: the adjective 'soft' stands twice"),
         ("category: physical", "categorie: physical", "attributes[1].categorie: unknown key; did you mean 'category'?"),
         ("kind: [y]", "kind: [z]", "line 4: groups.2.kind[0]: found 'z', expected a level of kind; known: x, y"),
-        ("kind: [y]", "knid: [y]", "groups.2.knid: found 'knid', expected a column of the stimulus table; did you mean 'k"),
+        (
+            "kind: [y]",
+            "knid: [y]",
+            "groups.2.knid: found 'knid', expected a column of the stimulus table; did you mean 'k",
+        ),
         ("kind: [y]", "kind: [y, y]", "groups.2.kind: the level of kind 'y' stands twice"),
         ("{stimuli: [A]}", "{stimuli: [a]}", "practice.stimuli[0]: found 'a', expected a stimulus id"),
         ("every: 2", "every: 0", "rest.every: found 0, input should be greater than or equal to 1"),

@@ -125,7 +125,7 @@ def test_a_changed_task_is_not_resumed_into(lab, monkeypatch):
         return tasks._outcome((yield tasks.Ask("sliders", trial)), trial)
 
     monkeypatch.setattr("protocols.runner.TASKS", {"slider_rating": eager})
-    with pytest.raises(Divergence, match=r'event 2 \(request, trial 1\): \$\.back: not recorded, now false'):
+    with pytest.raises(Divergence, match=r"event 2 \(request, trial 1\): \$\.back: not recorded, now false"):
         resume(path, lab.rig_at)
     assert read(path).events == before
 

@@ -1,0 +1,118 @@
+"""Figures to reach for sessions and for starting up: what an experimenter waits for."""
+
+from __future__ import annotations
+
+import subprocess
+import sys
+import tempfile
+from collections.abc import Callable, Iterator
+from dataclasses import dataclass, field
+from itertools import count
+from pathlib import Path
+
+from protocols.bench import Case
+from protocols.events import Event
+from protocols.plan import Plan, compile_plan
+from protocols.runner import run
+from protocols.worlds import NS
+from studies.allocation import allocate
+from studies.catalogue import SHIPPED, read_study
+from studies.record import read
+from studies.replay import replay
+from studies.rig import Rig, simulated
+from studies.session import start
+
+DOORS = SHIPPED / "door_ratings"
+HEAVY = ("numpy", "pandas", "scipy", "sqlalchemy", "torch", "psychopy", "matplotlib")
+LOADED = "import sys; sys.argv[1:] = {arguments}; import palpate\n" + (
+    "try: palpate.main()\nexcept SystemExit: pass\n"
+    "import sys; print(sum(name in sys.modules for name in {heavy}), file=sys.stderr)"
+)
+
+
+def sessions(quick: bool) -> Iterator[Case]:
+    """One session of 45 trials x 7 ratings: run durably, kept in memory only, and replayed."""
+    repeats = 3 if quick else 9
+    plan = _plan()
+    with tempfile.TemporaryDirectory() as folder:
+        lab = Path(folder)
+        path = start(lab, plan, _rig_at).path
+        record = read(path)
+        size, virtual_s = len(record.events), record.events[-1].t_ns / NS
+        told = f"45 trials x 7 ratings, {virtual_s:,.0f} virtual s"
+        fresh = count(2)
+
+        def case(
+            name: str, method: str, error_kind: str, act: Callable[[], object], error: Callable[..., float]
+        ) -> Case:
+            return Case("sessions", name, method, told, size, error_kind, act, error, repeats)
+
+        lost = "events lost if killed at the end"
+        yield case(
+            "a simulated session", "palpate, durable", lost,
+            lambda: start(lab, plan, _rig_at, next(fresh)).path, lambda one: float(size - len(read(one).events)),
+        )  # fmt: skip
+        yield case(
+            "a simulated session", "in memory only", lost, lambda: _in_memory(plan), lambda kept: float(len(kept))
+        )
+        yield case(
+            "replay of the session", "palpate, byte for byte", "events not repeated",
+            lambda: replay(path), lambda found: float(size - found.events),
+        )  # fmt: skip
+        yield case(
+            "reading a ledger",
+            "palpate, chain verified",
+            "events missing",
+            lambda: read(path),
+            lambda r: float(size - len(r.events)),
+        )
+
+
+def startup(quick: bool) -> Iterator[Case]:
+    """The command line from the shell: a whole process each, beside an empty Python."""
+    repeats = 5 if quick else 15
+    yield _process("python -c pass", [sys.executable, "-c", "pass"], None, repeats)
+    for arguments in (["--help"], ["run", "--help"], ["analyse", "--help"], ["studies"], ["check", "door_ratings"]):
+        command = [sys.executable, "-m", "palpate", *arguments]
+        yield _process(" ".join(["palpate", *arguments]), command, arguments, repeats)
+
+
+def _process(name: str, command: list[str], arguments: list[str] | None, repeats: int) -> Case:
+    return Case(
+        "startup", "a process", name, "from the shell", 1, "heavy packages imported",
+        lambda: subprocess.run(command, check=True, capture_output=True), lambda _done: _heavy(arguments), repeats,
+    )  # fmt: skip
+
+
+def _heavy(arguments: list[str] | None) -> float:
+    """How many of the heavy packages the verb has imported when it is done."""
+    if arguments is None:
+        return 0.0
+    code = LOADED.format(arguments=arguments, heavy=HEAVY)
+    done = subprocess.run([sys.executable, "-c", code], check=True, capture_output=True, text=True)
+    return float(done.stderr.strip().splitlines()[-1])
+
+
+def _plan() -> Plan:
+    study = read_study(DOORS / "study.yaml").study
+    return compile_plan(study, allocate(study, "P001"), seed=1)
+
+
+def _rig_at(plan: Plan, t_ns: int) -> Rig:
+    return simulated(plan, DOORS, t_ns)
+
+
+@dataclass
+class _Memory:
+    """A log that nothing survives."""
+
+    events: list[Event] = field(default_factory=list)
+
+    def append(self, event: Event) -> None:
+        self.events.append(event)
+
+
+def _in_memory(plan: Plan) -> list[Event]:
+    log = _Memory()
+    run(plan, simulated(plan, DOORS).world, log, {})
+    return log.events

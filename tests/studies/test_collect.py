@@ -1,0 +1,199 @@
+import json
+import os
+import shutil
+
+import pytest
+from sqlalchemy import create_engine, inspect, select, text
+
+from protocols.canonical import digest
+from studies import collected_schema as schema
+from studies.collect import CollectError, collect, ledgers_in, open_database
+from studies.record import LedgerError, read
+from studies.session import ledger_path, resume
+from tests.studies.labs import Lab, stopping
+
+TABLES = ("studies", "participants", "sessions", "trials", "responses", "events", "streams")
+
+
+def postgres() -> list[str]:
+    """The URL of a PostgreSQL server to test with, where there is one (CI starts it)."""
+    return [url] if (url := os.environ.get("PALPATE_TEST_POSTGRES")) else []
+
+
+@pytest.fixture(params=["sqlite", "postgres"])
+def engine(request, tmp_path):
+    if request.param == "sqlite":
+        made = open_database(f"sqlite:///{tmp_path / 'lab.sqlite'}")
+    elif postgres():
+        empty = create_engine(postgres()[0])
+        with empty.begin() as connection:
+            connection.execute(text("DROP VIEW IF EXISTS ratings"))
+            schema.metadata.drop_all(connection)
+        empty.dispose()
+        made = open_database(postgres()[0])
+    elif os.environ.get("CI"):
+        pytest.fail("CI starts a PostgreSQL server and sets PALPATE_TEST_POSTGRES")
+    else:
+        pytest.skip("no PostgreSQL server: set PALPATE_TEST_POSTGRES to its URL")
+    yield made
+    made.dispose()
+
+
+def rows(engine, query):
+    with engine.connect() as connection:
+        return [tuple(row) for row in connection.execute(text(query) if isinstance(query, str) else query)]
+
+
+def brought(lab, engine):
+    return [each.what for each in collect(ledgers_in(lab.path), engine)]
+
+
+def test_sessions_are_gathered_once(lab, engine):
+    lab.start("P001")
+    lab.start("P002")
+    assert brought(lab, engine) == ["new", "new"]
+    before = {name: sorted(rows(engine, select(schema.metadata.tables[name])), key=str) for name in TABLES}
+    assert brought(lab, engine) == ["unchanged", "unchanged"]
+    assert {name: sorted(rows(engine, select(schema.metadata.tables[name])), key=str) for name in TABLES} == before
+    assert [len(before[name]) for name in ("studies", "participants", "sessions", "trials")] == [1, 2, 2, 8]
+    assert set(TABLES) < set(inspect(engine).get_table_names())
+
+
+def test_the_view_holds_the_ratings_that_count(lab, engine):
+    record = read(lab.start("P001"))
+    brought(lab, engine)
+    seen = rows(
+        engine, "SELECT trial, stimulus, attribute, antonym, value, revised FROM ratings ORDER BY trial, attribute"
+    )
+    last = {}
+    for event in record.events:
+        if event.kind == "reply" and "answers" in event.value:
+            last[event.trial] = event.value["answers"]
+    stimuli = [t.stimulus.id for t in lab.plan().trials]
+    expected = [
+        (n, stimuli[n - 1], name, {"Soft": "Hard", "Cold": "Warm"}[name], float(last[n][name]))
+        for n in sorted(last) for name in sorted(last[n])
+    ]  # fmt: skip
+    assert [row[:5] for row in seen] == expected
+
+
+def test_a_revised_answer_keeps_both_and_counts_the_last(lab, engine):
+    simulation = {"latents": {}, "revise_rate": 0.6, "lapse_rate": 1.0}
+    record = read(lab.start("P001", simulation=simulation))
+    brought(lab, engine)
+    given = rows(engine, "SELECT trial, attempt, counts, revised FROM responses WHERE attribute = 'Soft' ORDER BY 1, 2")
+    assert any(revised for *_, revised in given)
+    for trial in {row[0] for row in given}:
+        counted = [bool(counts) for number, _, counts, _ in given if number == trial]
+        assert counted == [False] * (len(counted) - 1) + [True]
+    answers = sum(e.kind == "reply" and "answers" in e.value for e in record.events)
+    assert len(given) == answers > 4
+    attempts = dict(rows(engine, "SELECT trial, attempts FROM trials"))
+    started = [e.trial for e in record.events if e.kind == "trial_started"]
+    assert attempts == {n: started.count(n) for n in range(1, 5)}
+
+
+def test_an_interrupted_session_grows(lab, engine):
+    path = lab.start(rig_at=stopping(lab, 4))
+    assert brought(lab, engine) == ["new"]
+    status = "SELECT status, trials_planned, trials_answered, sittings FROM sessions"
+    assert rows(engine, status) == [("interrupted", 4, 2, 1)]
+    met = rows(engine, "SELECT trial, status, attempts FROM trials ORDER BY trial")
+    assert [row[1] for row in met].count("not met") >= 1
+    resume(path, lab.rig_at)
+    assert brought(lab, engine) == ["grown"]
+    assert rows(engine, status) == [("complete", 4, 4, 2)]
+    assert {row[0] for row in rows(engine, "SELECT status FROM trials")} == {"answered"}
+
+
+def test_the_database_can_be_dropped_and_rebuilt(lab, engine, tmp_path):
+    lab.start()
+    brought(lab, engine)
+    again = open_database(f"sqlite:///{tmp_path / 'again.sqlite'}")
+    brought(lab, again)
+    for name in TABLES:
+        query = select(schema.metadata.tables[name])
+        assert sorted(rows(again, query), key=str) == sorted(rows(engine, query), key=str)
+    again.dispose()
+
+
+def test_the_study_explains_itself(lab, engine):
+    lab.start()
+    brought(lab, engine)
+    [(study_digest, definition)] = rows(engine, "SELECT study_digest, definition FROM studies")
+    assert json.loads(definition) == lab.plan().study.definition()
+    assert study_digest == digest(lab.plan().study.definition())
+
+
+def test_another_session_of_the_same_name_is_refused(lab, engine, tmp_path):
+    lab.start()
+    brought(lab, engine)
+    other = Lab(tmp_path / "other")
+    other.start(title="Another lab's")
+    with pytest.raises(CollectError, match=r"session toy/P001/1 is another session.*distinct pseudonyms"):
+        brought(other, engine)
+    assert len(rows(engine, "SELECT * FROM sessions")) == 1
+
+
+def test_a_session_that_was_cut_short_is_refused(lab, engine, tmp_path):
+    whole = lab.start()
+    brought(lab, engine)
+    shorter = Lab(tmp_path / "shorter")
+    path = shorter.cut(9)
+    header = read(whole).header
+    assert read(path).header == header
+    with pytest.raises(CollectError, match=r"session toy/P001/1 is cut short .*event 9"):
+        brought(shorter, engine)
+
+
+def test_a_damaged_ledger_brings_nothing(lab, engine):
+    path = lab.start("P001")
+    path.write_bytes(path.read_bytes()[:5000])
+    with pytest.raises(LedgerError):
+        brought(lab, engine)
+    assert rows(engine, "SELECT * FROM sessions") == []
+
+
+def test_samples_are_listed_as_streams(tmp_path, engine):
+    from studies.session import start
+    from tests.studies.nursery import rig_at, the_plan
+
+    record = read(start(tmp_path, the_plan(), rig_at).path)
+    list(collect([record.path], engine))
+    streams = rows(engine, "SELECT stream, channels, units, rate_hz, samples FROM streams")
+    presented = [e for e in record.events if e.samples]
+    assert len(streams) == len(presented) >= 30
+    assert set(streams) == {("door", "angle,force", "deg,N", 100.0, e.samples[0].count) for e in presented}
+
+
+@pytest.mark.parametrize(
+    ("url", "said"),
+    [
+        ("nonsense", "nonsense: not a database URL"),
+        ("sqlite:////no/such/folder/x.sqlite", "unable to open database file"),
+        ("postgresql+psycopg://me:secret@127.0.0.1:1/x", r"postgresql\+psycopg://\.\.\.@127.0.0.1:1/x: .*"),
+        ("mysql://host/x", "MySQLdb"),
+    ],
+)
+def test_a_database_that_cannot_be_used_is_said_without_its_password(url, said):
+    with pytest.raises(CollectError, match=said) as caught:
+        open_database(url)
+    assert "secret" not in str(caught.value)
+
+
+def test_a_database_of_another_version_is_refused(tmp_path):
+    url = f"sqlite:///{tmp_path / 'x.sqlite'}"
+    engine = open_database(url)
+    with engine.begin() as connection:
+        connection.execute(text("UPDATE palpate SET version = 99"))
+    engine.dispose()
+    with pytest.raises(CollectError, match="collected in version 99, this Palpate writes 1: drop and rebuild it"):
+        open_database(url)
+
+
+def test_only_the_ledgers_of_a_study_are_listed(lab):
+    path = lab.start()
+    for name in ("toy_two_P001_s1.sqlite", "toy_P001_s1.sqlite-wal", ".toy_P003_s1.sqlite", "lab.sqlite"):
+        shutil.copy(path, path.with_name(name))
+    assert ledgers_in(lab.path, "toy") == [ledger_path(lab.path, "toy", "P001")]
+    assert len(ledgers_in(lab.path)) == 2

@@ -1,0 +1,79 @@
+"""The front door: fast, thin, and polite."""
+
+import subprocess
+import sys
+
+import pytest
+
+import palpate
+
+HEAVY = ("numpy", "pandas", "scipy", "sqlalchemy", "torch", "psychopy", "matplotlib", "pingouin", "statsmodels")
+
+
+def imported_by(*arguments):
+    """The heavy packages in sys.modules after a whole command line."""
+    code = (
+        f"import sys, palpate\ntry: palpate.main({list(arguments)!r})\nexcept SystemExit: pass\n"
+        f"print(*[name for name in {HEAVY!r} if name in sys.modules], file=sys.stderr)"
+    )
+    done = subprocess.run([sys.executable, "-c", code], capture_output=True, text=True, check=True)
+    return done.stderr.strip().splitlines()[-1].split() if done.stderr.strip() else []
+
+
+@pytest.mark.parametrize(
+    "arguments", [["--help"], ["--version"], ["studies"], ["check", "door_ratings"], ["plan", "door_ratings"]]
+)
+def test_what_needs_nothing_heavy_imports_nothing_heavy(arguments):
+    assert imported_by(*arguments) == []
+
+
+@pytest.mark.parametrize("verb", sorted(palpate.VERBS))
+def test_the_help_of_every_verb_is_light_and_helpful(verb, capsys):
+    assert imported_by(verb, "--help") == []
+    assert palpate._status([verb, "--help"]) == 0
+    text = capsys.readouterr().out
+    assert "Usage: palpate" in text and len(text) > 150
+
+
+def test_a_simulated_rating_session_imports_no_arrays_and_no_tables(tmp_path):
+    found = imported_by("run", "door_ratings", "--participant", "P001", "--simulate", "--lab", str(tmp_path))
+    assert found == ["sqlalchemy"]
+
+
+def test_help_lists_every_verb(capsys):
+    assert palpate._status(["--help"]) == 0
+    text = capsys.readouterr().out
+    assert all(f"\n  {verb} " in text for verb in palpate.VERBS)
+
+
+@pytest.mark.parametrize(
+    ("arguments", "status"), [(["--version"], 0), ([], 2), (["nonsense"], 2), (["--nonsense"], 2), (["check"], 2)]
+)
+def test_exit_codes(arguments, status, capsys):
+    assert palpate._status(arguments) == status
+    capsys.readouterr()
+
+
+def test_a_fault_of_ours_is_not_dressed_up_as_a_mistake_of_the_users(monkeypatch):
+    def broken(*_arguments, **_options):
+        raise ValueError("math domain error")
+
+    monkeypatch.setattr("studies.catalogue.names", broken)
+    with pytest.raises(ValueError, match="math domain error"):
+        palpate._status(["studies"])
+
+
+def test_ctrl_c_ends_with_one_word(monkeypatch, capsys):
+    def stopped(*_arguments, **_options):
+        raise KeyboardInterrupt
+
+    monkeypatch.setattr("studies.catalogue.names", stopped)
+    assert palpate._status(["studies"]) == 1
+    assert capsys.readouterr().err.strip() == "stopped"
+
+
+def test_a_demo_clears_only_a_demos_lab(tmp_path, capsys):
+    (tmp_path / "year_of_data.sqlite").touch()
+    assert palpate._status(["demo", "--lab", str(tmp_path)]) == 2
+    assert "exists and is no demo lab" in capsys.readouterr().err
+    assert (tmp_path / "year_of_data.sqlite").exists()

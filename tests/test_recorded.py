@@ -1,0 +1,107 @@
+"""CI replays recorded sessions, and regenerates their tables (exactly) and statistics (to 1e-9)."""
+
+import csv
+import json
+from pathlib import Path
+
+import pytest
+from sqlalchemy import text
+
+from analysis import rm_anova
+from analysis.describe import describe
+from analysis.ratings import read_ratings
+from protocols.perceiver import Perceiver
+from protocols.requests import Ask
+from studies.collect import collect, open_database
+from studies.record import read
+from studies.replay import recompiled, replay
+
+HERE = Path(__file__).resolve().parent / "recorded"
+LEDGERS = sorted((HERE / "sessions").glob("*.sqlite"))
+STATISTICS = json.loads((HERE / "expected" / "statistics.json").read_text())
+
+
+def ledger(participant):
+    return HERE / "sessions" / f"doors_small_{participant}_s1.sqlite"
+
+
+@pytest.fixture(scope="module")
+def database():
+    engine = open_database("sqlite://")
+    assert [each.what for each in collect(LEDGERS, engine)] == ["new"] * 12
+    yield engine
+    engine.dispose()
+
+
+@pytest.mark.parametrize("path", LEDGERS, ids=lambda path: path.stem)
+def test_a_recorded_session_repeats_event_by_event(path):
+    before = path.read_bytes()
+    found = replay(path)
+    assert found.complete and found.events == len(read(path).events)
+    assert path.read_bytes() == before
+
+
+def lefts(record):
+    return sum(e.kind == "trial_ended" and e.value["as"] == "left" for e in record.events)
+
+
+def lapses(record):
+    plan = recompiled(record)
+    person = Perceiver(plan)
+    return [(t.number, a.name) for t in plan.trials for a in t.attributes if person.lapses(Ask("sliders", t), a)]
+
+
+def test_every_outcome_is_among_them():
+    assert len(LEDGERS) == 12
+    plain, interrupted, lapsed, revised = (read(ledger(who)) for who in ("P001", "P002", "P004", "P006"))
+    assert (lefts(plain), lapses(plain), len(plain.sittings)) == (0, [], 3)
+    assert [s.value.get("because") for s in interrupted.sittings if s.kind == "closed"] == [
+        "interrupted by SIGTERM", "complete",
+    ]  # fmt: skip
+    assert lapses(lapsed) == [(4, "Easy-to-pull")]
+    assert lefts(revised) == 2
+
+
+def test_the_tables_are_exactly_the_expected(database):
+    with (HERE / "expected" / "ratings.csv").open(newline="") as file:
+        header, *expected = list(csv.reader(file))
+    with database.connect() as connection:
+        query = f"SELECT {', '.join(header)} FROM ratings ORDER BY session, trial, attribute"
+        found = [["" if cell is None else str(cell) for cell in row] for row in connection.execute(text(query))]
+    assert found == expected
+    assert len(found) == 12 * 7 * 3
+
+
+@pytest.mark.parametrize("attribute", sorted(STATISTICS))
+def test_the_statistics_are_the_expected(database, attribute):
+    """Expected: pingouin 0.7.0 rm_anova; F also statsmodels 0.15.0 AnovaRM."""
+    ratings = read_ratings(database, "doors_small").only(attribute)
+    found = rm_anova(ratings.table, dv="value", within=["car", "variant"], subject="participant").set_index("Source")
+    for source in ("car", "variant", "car:variant"):
+        for name, expected in STATISTICS[attribute][source].items():
+            assert found.loc[source, name] == pytest.approx(expected, rel=1e-9), (source, name)
+
+
+@pytest.mark.parametrize("attribute", sorted(STATISTICS))
+def test_means_and_sds_are_the_expected(database, attribute):
+    """Expected: pandas 3.1 mean and std."""
+    table = describe(read_ratings(database, "doors_small").only(attribute), ["attribute", "variant"])
+    found = {row.variant: {"mean": row.mean_, "sd": row.sd, "n": row.n} for row in renamed(table)}
+    assert found == {level: pytest.approx(values, rel=1e-9) for level, values in STATISTICS[attribute]["means"].items()}
+
+
+def renamed(table):
+    return table.rename(columns={"mean": "mean_"}).itertuples()
+
+
+def test_a_changed_task_makes_the_replay_fail_and_says_how(monkeypatch, capsys):
+    from palpate import _status
+    from protocols import tasks
+
+    def hasty(trial):
+        return tasks._outcome((yield tasks.Ask("sliders", trial)), trial)
+
+    monkeypatch.setattr("protocols.runner.TASKS", {"slider_rating": hasty})
+    assert _status(["replay", str(ledger("P001"))]) == 1
+    said = capsys.readouterr().out
+    assert "DIFFERS" in said and "event 4 (request, trial 1)" in said and 'recorded "present"' not in said[:20]
