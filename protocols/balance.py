@@ -64,4 +64,6 @@ def certificate(sequences: Iterable[Sequence[str]]) -> Balance:
 
 
 def _times(low: int, high: int) -> str:
-    return f"{low} times" if low == high else f"{low} to {high} times"
+    if low != high:
+        return f"{low} to {high} times"
+    return "once" if low == 1 else f"{low} times"

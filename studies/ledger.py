@@ -19,7 +19,7 @@ from studies.ledger_schema import (
     APPLICATION_ID,
     FORMAT,
     SEED,
-    engine_for,
+    engine_to_write,
     event_hash,
     events,
     form_of,
@@ -52,7 +52,7 @@ def create(path: Path, header: Mapping[str, Any], sitting: Mapping[str, Any]) ->
 
 
 def _write_first(draft: Path, header: Mapping[str, Any], sitting: Mapping[str, Any]) -> None:
-    engine = engine_for(str(draft), writable=True)
+    engine = engine_to_write(str(draft))
     try:
         metadata.create_all(engine)
         with engine.begin() as connection:
@@ -126,8 +126,8 @@ def take_up(path: Path, sitting: Mapping[str, Any], shield: Shield = nullcontext
         raise LedgerError(f"{path}: no such ledger")
     lock = _locked(path)
     try:
-        engine = engine_for(str(path), writable=True)
         record = read(path)
+        engine = engine_to_write(str(path))
         ledger = Ledger(record, engine, engine.connect(), lock, shield)
         ledger.sit(len(record.sittings), "opened", sitting)
     except BaseException as error:

@@ -81,10 +81,13 @@ def sitting_hash(previous: str, n: int, kind: str, events_then: int, head: str, 
     return hashlib.sha256(previous.encode() + canonical([n, kind, events_then, head, body])).hexdigest()
 
 
-def engine_for(path: str, *, writable: bool) -> Engine:
-    """A SQLAlchemy engine on a ledger file; a writer commits through to the disk (WAL, synchronous FULL)."""
-    if not writable:
-        return create_engine(URL.create(_DRIVER, database=f"file:{quote(path)}", query={"mode": "ro", "uri": "true"}))
+def engine_to_read(path: str, mode: str = "ro") -> Engine:
+    """A SQLAlchemy engine on a ledger file that only reads; `rw` lets SQLite finish what a crash left half done."""
+    return create_engine(URL.create(_DRIVER, database=f"file:{quote(path)}", query={"mode": mode, "uri": "true"}))
+
+
+def engine_to_write(path: str) -> Engine:
+    """A SQLAlchemy engine on a ledger file that commits through to the disk (WAL, synchronous FULL)."""
     engine = create_engine(URL.create(_DRIVER, database=path))
 
     @event.listens_for(engine, "connect")

@@ -19,7 +19,7 @@ from studies.ledger_schema import (
     APPLICATION_ID,
     FORMAT,
     SEED,
-    engine_for,
+    engine_to_read,
     event_hash,
     events,
     form_of,
@@ -83,8 +83,9 @@ def read(path: Path) -> Record:
     Raises LedgerError on a file that is missing, no ledger, newer, damaged, changed or cut short.
     """
     _demand_sqlite(path)
-    engine = engine_for(str(path), writable=False)
+    engine = engine_to_read(str(path))
     try:
+        _finish_rollback(path)
         with engine.connect() as connection:
             _demand_ours(connection, path)
             return _verified(path, connection)
@@ -104,6 +105,18 @@ def _demand_sqlite(path: Path) -> None:
         start = file.read(len(_MAGIC))
     if start != _MAGIC:
         raise LedgerError(f"{path}: not a ledger (it does not start as an SQLite file does), or damaged at its start")
+
+
+def _finish_rollback(path: Path) -> None:
+    """Let SQLite undo what a crash interrupted between two ways of journalling; only a writer may."""
+    if not path.with_name(f"{path.name}-journal").exists():
+        return
+    engine = engine_to_read(str(path), "rw")
+    try:
+        with engine.connect() as connection:
+            connection.execute(text("SELECT count(*) FROM sqlite_master"))
+    finally:
+        engine.dispose()
 
 
 def _demand_ours(connection: Connection, path: Path) -> None:

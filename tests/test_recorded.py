@@ -8,8 +8,8 @@ import pytest
 from sqlalchemy import text
 
 from analysis import rm_anova
-from analysis.describe import describe
-from analysis.ratings import read_ratings
+from analysis.ratings.describe import describe
+from analysis.ratings.reading import read_ratings
 from protocols.perceiver import Perceiver
 from protocols.requests import Ask
 from studies.collect import collect, open_database

@@ -1,4 +1,5 @@
 import random
+import shutil
 import sqlite3
 from dataclasses import replace
 
@@ -208,3 +209,19 @@ def test_a_folder_name_with_odd_characters_is_no_obstacle(tmp_path):
     folder = tmp_path / "a #1 100% lab?"
     folder.mkdir()
     assert len(read(made(folder)).events) == 3
+
+
+def test_a_write_that_a_crash_left_in_a_rollback_journal_is_undone(tmp_path):
+    path = made(tmp_path, events=60)
+    before = read(path)
+    writer = sqlite3.connect(path, isolation_level=None)
+    writer.executescript("pragma journal_mode=delete; pragma synchronous=full; pragma cache_size=1; begin;")
+    writer.execute("update events set body = body || printf('%.*c', 3000, ' ')")
+    crashed = tmp_path / "crashed.sqlite"
+    shutil.copy(path, crashed)
+    shutil.copy(f"{path}-journal", f"{crashed}-journal")
+    writer.execute("rollback")
+    writer.close()
+    assert crashed.read_bytes() != path.read_bytes()
+    assert read(crashed).events == before.events
+    take_up(crashed, SITTING).close({})

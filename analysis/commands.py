@@ -1,0 +1,250 @@
+"""Verbs about data: import, analyse, report."""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Iterator
+from contextlib import contextmanager
+from functools import wraps
+from pathlib import Path
+from typing import TYPE_CHECKING, Any
+
+import click
+
+if TYPE_CHECKING:
+    from rich.console import Console
+
+    from analysis.reporting.analysed import Analysed
+    from analysis.reporting.compare_reference import Compared
+    from analysis.reporting.sources import Wanted
+
+Progress = Callable[[int, int, str], None]
+LAB = click.option(
+    "--lab", type=click.Path(file_okay=False, path_type=Path), default=Path(), show_default="the current folder",
+    help="The lab's folder.",
+)  # fmt: skip
+JSON = click.option("--json", "as_json", is_flag=True, help="Print the answer as JSON.")
+
+
+def source_options(command: Callable[..., None]) -> Callable[..., None]:
+    """The options that say which data set is meant; the command receives them as one `Wanted`."""
+
+    @click.argument("name")
+    @LAB
+    @click.option(
+        "--database", "url", help="SQLAlchemy URL of a collected database, instead of the lab's session files."
+    )
+    @click.option("--digest", help="The version of a study that was changed between participants (its first digits).")
+    @click.option("--include-incomplete", is_flag=True, help="Also take interrupted sessions.")
+    @click.option("--simulated/--real", default=None, help="Take only simulated or only real sessions, where both are.")
+    @wraps(command)
+    def with_source(
+        *, name: str, lab: Path, url: str | None, digest: str | None, include_incomplete: bool, simulated: bool | None,
+        **others: Any,
+    ) -> None:  # fmt: skip
+        from analysis.reporting.sources import Wanted
+
+        command(Wanted(name, lab, url, digest, include_incomplete, simulated), **others)
+
+    return with_source
+
+
+@click.command()
+@source_options
+@click.option(
+    "--reference", default="none", show_default=True,
+    help="Compare with another program's numbers: r (R's, shipped for sk2011) or FILE.json#KEY.",
+)  # fmt: skip
+@click.option("--figures/--no-figures", default=True, help="Whether to draw the figures, too.")
+@JSON
+def analyse(wanted: Wanted, reference: str, figures: bool, as_json: bool) -> None:
+    """Compute the tables, statistics and figures of NAME, a study with sessions or an imported data set.
+
+    Writes statistics.json, CSV tables and figures (SVG, PNG) to LAB/analysis/NAME. Equal data give equal files.
+    Exit code 1 if --reference is given and a number differs by more than 1e-9 of its value.
+
+    Example: palpate analyse door_ratings --lab LAB
+    """
+    from analysis.reporting.report import save_figures
+    from analysis.reporting.results import write_results
+
+    with _told(as_json) as progress:
+        found = _analysed(wanted, progress)
+        folder = _folder(wanted)
+        files = write_results(found, folder)
+        if figures:
+            progress(0, 1, "drawing the figures")
+            files += save_figures(found, folder)
+    compared = _compared(found, reference)
+    if as_json:
+        _echo_json(_summary(found, files) | {"reference": [_compared_row(each) for each in compared]})
+    else:
+        _show(found, files, compared)
+    if not all(each.agrees for each in compared):
+        raise click.exceptions.Exit(1)
+
+
+@click.command()
+@source_options
+@click.option(
+    "--to", type=click.Path(dir_okay=False, path_type=Path), help="The file.  [default: LAB/analysis/NAME/report.html]"
+)
+@JSON
+def report(wanted: Wanted, to: Path | None, as_json: bool) -> None:
+    """Write the report of NAME as one HTML file that needs nothing else: mail it, archive it, print it.
+
+    Example: palpate report door_ratings --lab LAB
+    """
+    from analysis.reporting.report import write_report
+
+    with _told(as_json) as progress:
+        found = _analysed(wanted, progress)
+        progress(0, 1, "drawing the figures")
+        path = write_report(found, to or _folder(wanted) / "report.html")
+    if as_json:
+        _echo_json(_summary(found, [path]))
+    else:
+        _show(found, [path], [])
+
+
+@click.command("import")
+@click.argument("map", type=click.Path(path_type=Path))
+@click.argument("data", required=False, type=click.Path(path_type=Path))
+@LAB
+@click.option("--replace", is_flag=True, help="Replace a data set of that name.")
+@JSON
+def import_(map: Path, data: Path | None, lab: Path, replace: bool, as_json: bool) -> None:
+    """Read a foreign table of ratings into LAB by the column map MAP, all of it or nothing.
+
+    MAP is a YAML file, or the name of a shipped map: sk2011, psychopy_hussey2018. DATA is the table or its folder,
+    if it does not lie beside the map. What is left out is listed.
+
+    Example: palpate import sk2011 --lab LAB; palpate import my_map.yaml my_table.csv --lab LAB
+    """
+    from analysis.importing.map_file import find_map
+    from analysis.importing.tables import import_table
+    from analysis.ratings.saved import save_ratings
+    from analysis.reporting.sources import IMPORTED
+
+    ratings = import_table(find_map(map), data)
+    folder = lab / IMPORTED / ratings.name
+    save_ratings(ratings, folder, replace=replace)
+    if as_json:
+        _echo_json({
+            "name": ratings.name, "folder": str(folder), "participants": len(ratings.participants),
+            "ratings": len(ratings.table), "attributes": list(ratings.attributes), "within": list(ratings.within),
+            "between": list(ratings.between), "left_out": [vars(each) for each in ratings.exclusions],
+        })  # fmt: skip
+        return
+    given = f"{len(ratings.participants)} participants, {len(ratings.table):,} ratings"
+    click.echo(f"{ratings.name}: {given}, factors {ratings.factors_text()}, in {folder}")
+    for each in ratings.exclusions:
+        click.echo(f"  {each.what} of {each.who} ({each.rows:,}): {each.why}")
+    click.echo(f"Next: palpate analyse {ratings.name} --lab {lab}")
+
+
+def _analysed(wanted: Wanted, progress: Progress) -> Analysed:
+    from analysis.reporting.analysed import analyse_ratings
+    from analysis.reporting.sources import read_source
+
+    ratings, title = read_source(wanted, progress)
+    return analyse_ratings(ratings, title, progress)
+
+
+def _folder(wanted: Wanted) -> Path:
+    return wanted.lab / "analysis" / wanted.name
+
+
+def _compared(found: Analysed, choice: str) -> list[Compared]:
+    if choice == "none":
+        return []
+    from analysis.reporting.compare_reference import compare_with_reference, fitting_test, read_reference
+
+    reference = read_reference(choice, found.ratings.name)
+    return compare_with_reference(fitting_test(found.statistics.tests, reference).rows, reference)
+
+
+@contextmanager
+def _told(quiet: bool) -> Iterator[Progress]:
+    """A progress bar on a terminal, nothing elsewhere."""
+    from rich.console import Console
+    from rich.progress import BarColumn, Progress, TextColumn, TimeElapsedColumn
+
+    columns = (TextColumn("{task.description}"), BarColumn(), TimeElapsedColumn())
+    with Progress(*columns, console=Console(stderr=True), transient=True, disable=quiet) as bar:
+        task = bar.add_task("reading", total=None)
+        yield lambda done, total, what: bar.update(task, completed=done, total=total, description=what)
+
+
+def _show(found: Analysed, files: list[Path], compared: list[Compared]) -> None:
+    from rich.console import Console
+
+    console = Console(highlight=False)
+    _show_data(console, found)
+    _show_headlines(console, found)
+    if compared:
+        from analysis.reporting.compare_reference import comparison_table
+
+        console.print(comparison_table(compared, "Against the reference"))
+    for folder in dict.fromkeys(path.parent for path in files):
+        names = ", ".join(path.name for path in files if path.parent == folder)
+        click.echo(f"Written to {folder}: {names}")
+
+
+def _show_data(console: Console, found: Analysed) -> None:
+    from rich.markup import escape
+
+    from analysis.reporting.page_text import count
+
+    ratings, design = found.ratings, found.design
+    people = f"{len(ratings.participants)} participants, {len(ratings.table):,} ratings"
+    console.print(f"[bold]{escape(found.title)}[/bold]: {people}", soft_wrap=True)
+    if ratings.simulated:
+        console.print("[yellow]Simulated participants: no person gave these answers.[/yellow]")
+    if ratings.exclusions:
+        console.print(f"The exclusion ledger in the report has {count(len(ratings.exclusions), 'line')}.")
+    for problem in design.problems:
+        console.print(f"[yellow]{escape(problem.text())}[/yellow]", soft_wrap=True)
+
+
+def _show_headlines(console: Console, found: Analysed) -> None:
+    from rich.markup import escape
+    from rich.table import Table
+
+    from analysis.reporting.page_tests import refusals
+    from analysis.reporting.sentences import headlines
+
+    table = Table(box=None, pad_edge=False, show_header=False)
+    table.add_column(style="bold", no_wrap=True)
+    table.add_column(overflow="fold")
+    for attribute, sentence in headlines(found):
+        table.add_row(escape(attribute), escape(sentence))
+    console.print(table)
+    for line in refusals(found):
+        console.print(f"[yellow]not tested: {escape(line)}[/yellow]", soft_wrap=True)
+
+
+def _summary(found: Analysed, files: list[Path]) -> dict[str, Any]:
+    from analysis.reporting.page_tests import refusals
+    from analysis.reporting.sentences import headlines
+
+    return {
+        "name": found.ratings.name,
+        "participants": len(found.ratings.participants),
+        "ratings": len(found.ratings.table),
+        "simulated": found.ratings.simulated,
+        "complete": found.design.ok,
+        "left_out": len(found.ratings.exclusions),
+        "headlines": dict(headlines(found)),
+        "not_tested": list(refusals(found)),
+        "files": [str(path) for path in files],
+    }
+
+
+def _compared_row(each: Compared) -> dict[str, Any]:
+    return {**vars(each), "agrees": each.agrees}
+
+
+def _echo_json(value: Any) -> None:
+    from protocols.canonical import canonical
+
+    click.echo(canonical(value).decode())

@@ -1,0 +1,1 @@
+"""Foreign tables of ratings, read by a column map."""

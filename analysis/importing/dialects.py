@@ -1,0 +1,189 @@
+"""The bytes of a foreign table to its header and rows, each with its line; what could be read two ways is refused."""
+
+from __future__ import annotations
+
+import codecs
+import csv
+import hashlib
+import io
+import re
+from collections.abc import Iterator, Sequence
+from dataclasses import dataclass
+from pathlib import Path
+
+from analysis.ratings.dataset import DataRefused
+from protocols.consistency import nearest
+
+DELIMITERS = (",", ";", "\t", "|")
+OFFERED = "cp1252, latin-1, mac-roman or utf-16"
+_UTF8_MARK = b"\xef\xbb\xbf"
+_UTF16_MARKS = (b"\xff\xfe", b"\xfe\xff")
+_SEP_LINE = re.compile(r"sep=(.)(?:\r\n|\r|\n)")
+SHOWN = 5
+
+
+class TableRefused(DataRefused):
+    """A foreign table cannot be read as its map says; the message names file, line and reason."""
+
+
+@dataclass(frozen=True)
+class Row:
+    """The cells of one record and the 1-based line of the file on which it begins."""
+
+    line: int
+    cells: tuple[str, ...]
+
+
+@dataclass(frozen=True)
+class Sheet:
+    """A table as text: its header, its rows (none of them wholly empty) and how it was read."""
+
+    name: str
+    sha256: str
+    header: tuple[str, ...]
+    rows: tuple[Row, ...]
+    empty_rows: int
+    delimiter: str
+    encoding: str
+
+    def place(self, column: str) -> int:
+        """The index of a column that `read_sheet` was told to demand."""
+        return self.header.index(column)
+
+
+def read_sheet(
+    path: Path,
+    name: str,
+    *,
+    encodings: Sequence[str],
+    delimiter: str | None,
+    wanted: Sequence[str],
+    trim: bool,
+) -> Sheet:
+    """Read a delimited table in which every column of `wanted` must stand.
+
+    The first encoding that fits is used. Where no delimiter is told, it is the one under which the header has
+    the wanted columns. Raises TableRefused on an empty file, bytes that no encoding reads, a header without a
+    wanted column or with one name twice, a row with too few or too many cells, and unbalanced quotes.
+    """
+    data = path.read_bytes()
+    text, encoding = _decoded(data, encodings, name)
+    told, skipped, text = _told_delimiter(text)
+    chosen = delimiter or told or _likeliest_delimiter(text, wanted, trim)
+    records = list(_records(text, chosen, name, trim, skipped))
+    if not records:
+        raise TableRefused(f"{name}: holds only blank lines; a header line is expected")
+    header, rows = records[0].cells, records[1:]
+    _check_header(name, header, wanted, chosen)
+    _check_widths(name, header, rows, chosen)
+    _check_unnamed(name, header, rows)
+    filled = tuple(row for row in rows if any(row.cells))
+    digest = hashlib.sha256(data).hexdigest()
+    return Sheet(name, digest, header, filled, len(rows) - len(filled), chosen, encoding)
+
+
+def _decoded(data: bytes, encodings: Sequence[str], name: str) -> tuple[str, str]:
+    if not data:
+        raise TableRefused(f"{name}: the file is empty; leave it out or replace it")
+    for encoding in encodings:
+        try:
+            text = data.decode(encoding)
+        except UnicodeError as error:
+            failed = getattr(error, "start", 0)
+            continue
+        _check_marks(data, text, encoding, name)
+        return text.removeprefix("\ufeff"), encoding
+    line = data[:failed].count(b"\n") + 1
+    raise TableRefused(
+        f"{name}: line {line}: byte 0x{data[failed]:02x} (byte {failed + 1} of the file) is not"
+        f" {' or '.join(encodings)}; say in the map which encoding it is, e.g. encoding: {OFFERED}"
+    )
+
+
+def _check_marks(data: bytes, text: str, encoding: str, name: str) -> None:
+    """A byte-order mark says what the file is, and a NUL what it is not."""
+    known = codecs.lookup(encoding).name
+    if data.startswith(_UTF8_MARK) and not known.startswith("utf-8"):
+        raise TableRefused(f"{name}: begins with the mark of UTF-8, not of {encoding}; say encoding: utf-8-sig")
+    if data.startswith(_UTF16_MARKS) and not known.startswith(("utf-16", "utf-32")):
+        raise TableRefused(f"{name}: begins with the mark of UTF-16, not of {encoding}; say encoding: utf-16")
+    if "\0" in text:
+        raise TableRefused(f"{name}: holds NUL characters as {encoding}: is it utf-16, or no text file?")
+
+
+def _told_delimiter(text: str) -> tuple[str | None, int, str]:
+    """The delimiter that a first line `sep=;` tells (spreadsheets write it), the lines it takes, and the rest."""
+    found = _SEP_LINE.match(text)
+    return (found[1], 1, text[found.end() :]) if found else (None, 0, text)
+
+
+def _likeliest_delimiter(text: str, wanted: Sequence[str], trim: bool) -> str:
+    """The delimiter under which most wanted columns stand in the header; then the one with most columns."""
+
+    def score(delimiter: str) -> tuple[int, int]:
+        try:
+            header = next(_records(text, delimiter, "", trim, 0)).cells
+        except (TableRefused, StopIteration):
+            return 0, 0
+        return sum(column in header for column in wanted), len(header)
+
+    return max(DELIMITERS, key=score)
+
+
+def _records(text: str, delimiter: str, name: str, trim: bool, skipped: int) -> Iterator[Row]:
+    """The records that are not blank lines; `skipped` lines stood before the text."""
+    reader = csv.reader(io.StringIO(text, newline=""), delimiter=delimiter, strict=True)
+    line = 1 + skipped
+    try:
+        for cells in reader:
+            if cells:
+                yield Row(line, tuple(cell.strip() if trim else cell for cell in cells))
+            line = reader.line_num + 1 + skipped
+    except csv.Error as error:
+        raise TableRefused(
+            f"{name}: line {line}: {error}: is a quote not closed, or the delimiter another one?"
+        ) from None
+
+
+def _check_header(name: str, header: tuple[str, ...], wanted: Sequence[str], delimiter: str) -> None:
+    twice = sorted({column for column in header if column and header.count(column) > 1})
+    if twice:
+        raise TableRefused(f"{name}: the column {twice[0]!r} stands {header.count(twice[0])} times in the header")
+    for column in wanted:
+        if column not in header:
+            raise TableRefused(
+                f"{name}: no column {column!r} among {len(header)} (delimiter {delimiter!r}); {nearest(column, header)}"
+            )
+
+
+def _check_widths(name: str, header: tuple[str, ...], rows: Sequence[Row], delimiter: str) -> None:
+    ragged = [row for row in rows if len(row.cells) != len(header)]
+    if not ragged:
+        return
+    shown = ", ".join(f"line {row.line} has {len(row.cells)}" for row in ragged[:SHOWN])
+    more = f" and {len(ragged) - SHOWN} more rows" if len(ragged) > SHOWN else ""
+    raise TableRefused(
+        f"{name}: {len(header)} columns in the header, but {shown}{more};{_ragged_hint(header, rows, delimiter)}"
+        " every row needs as many cells as the header"
+    )
+
+
+def _ragged_hint(header: tuple[str, ...], rows: Sequence[Row], delimiter: str) -> str:
+    if all(len(row.cells) == len(header) + 1 and not row.cells[-1] for row in rows):
+        return f" all rows end with a {delimiter!r} that the header has not;"
+    if delimiter == "," and any(len(row.cells) > len(header) for row in rows):
+        return " an unquoted decimal comma?"
+    return ""
+
+
+def _check_unnamed(name: str, header: tuple[str, ...], rows: Sequence[Row]) -> None:
+    """The last column may lack a name only if it is empty: else a cell too many has slipped into it.
+
+    An unnamed first column holds the row numbers that some programs write; it shifts nothing.
+    """
+    for place, column in enumerate(header):
+        for row in rows if not column and place > 0 else ():
+            if row.cells[place]:
+                raise TableRefused(
+                    f"{name}: line {row.line}: {row.cells[place]!r} stands in column {place + 1}, which has no name"
+                )

@@ -1,0 +1,198 @@
+"""The rows of foreign tables that are ratings, each with its participant, attribute, factors and value."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass
+
+from analysis.importing.dialects import SHOWN, Sheet, TableRefused
+from analysis.importing.foreign_lines import Line, choose_lines, either, lines_of, one_file_each
+from analysis.importing.map_file import ColumnMap, Source
+from analysis.importing.number_texts import Decimal, NoNumber, decimal_mark, number
+from analysis.ratings.dataset import Exclusion
+from protocols.consistency import nearest
+
+
+@dataclass(frozen=True)
+class ForeignRating:
+    """One rating and where it stood, `where` being 'FILE: line N'."""
+
+    where: str
+    participant: str
+    attribute: str
+    value: float
+    within: Mapping[str, str]
+    between: Mapping[str, str]
+    stimulus: str
+    kept: Mapping[str, str]
+
+
+def ratings_of(column_map: ColumnMap, sheets: Sequence[Sheet]) -> tuple[list[ForeignRating], list[Exclusion]]:
+    """All ratings in the order of the files, and a line for all rows that the map leaves out.
+
+    Raises TableRefused as `analysis.importing.tables.import_table` says.
+    """
+    lines = [line for sheet in sheets for line in lines_of(column_map, sheet)]
+    chosen, exclusions = choose_lines(column_map, lines)
+    one_file_each(column_map, chosen)
+    groups = _Groups(column_map, lines)
+    present, dropped = _present(column_map, chosen)
+    values = _values(column_map, present)
+    found = [_rating(column_map, line, value, groups) for line, value in zip(present, values, strict=True)]
+    return found, [*exclusions, *dropped]
+
+
+def _present(column_map: ColumnMap, lines: Sequence[Line]) -> tuple[list[Line], list[Exclusion]]:
+    """The rows with a value, and the missing ones of each participant as the map says: refused or dropped."""
+    column = column_map.columns.value
+    missing = [line for line in lines if line[column] in column_map.missing]
+    if missing and column_map.missing_value == "refuse":
+        shown = ", ".join(f"{line.where} {line[column]!r}" for line in missing[:SHOWN])
+        raise TableRefused(
+            f"{len(missing)} missing values in {column!r}: {shown}{_more(missing)};"
+            " complete the table, or say missing_value: drop to leave these rows out"
+        )
+    dropped: dict[str, int] = {}
+    for line in missing:
+        person = _label(column_map, line, column_map.columns.participant)
+        dropped[person] = dropped.get(person, 0) + 1
+    present = [line for line in lines if line[column] not in column_map.missing]
+    return present, [Exclusion("rows", person, "no value", count) for person, count in dropped.items()]
+
+
+def _more(items: Sequence[object]) -> str:
+    return f" and {len(items) - SHOWN} more" if len(items) > SHOWN else ""
+
+
+def _values(column_map: ColumnMap, lines: Sequence[Line]) -> list[float]:
+    marks = _decimal_marks(column_map, lines)
+    values: list[float] = []
+    wrong: list[str] = []
+    for line in lines:
+        text = line[column_map.columns.value]
+        try:
+            values.append(number(text, marks[line.sheet.name]))
+        except NoNumber as error:
+            wrong.append(f"{line.where}: {column_map.columns.value!r} is {text!r}: {error}")
+    if wrong:
+        raise TableRefused("\n".join([*wrong[:SHOWN], *([f"...{_more(wrong)}"] if _more(wrong) else [])]))
+    _check_scale(column_map, lines, values)
+    return values
+
+
+def _decimal_marks(column_map: ColumnMap, lines: Sequence[Line]) -> dict[str, Decimal]:
+    """The decimal mark of each file: a folder may have been written on several computers."""
+    texts: dict[str, list[str]] = {}
+    delimiters = {line.sheet.name: line.sheet.delimiter for line in lines}
+    for line in lines:
+        texts.setdefault(line.sheet.name, []).append(line[column_map.columns.value])
+    if column_map.decimal is not None:
+        return dict.fromkeys(texts, column_map.decimal)
+    marks: dict[str, Decimal] = {}
+    for name, found in texts.items():
+        try:
+            marks[name] = decimal_mark(found, delimiters[name])
+        except NoNumber as error:
+            raise TableRefused(f"{name}: {column_map.columns.value!r}: {error}") from None
+    return marks
+
+
+def _check_scale(column_map: ColumnMap, lines: Sequence[Line], values: Sequence[float]) -> None:
+    if column_map.scale is None:
+        return
+    scale = column_map.scale.scale()
+    off = [
+        f"{line.where} {value:g}"
+        for line, value in zip(lines, values, strict=True)
+        if not (scale.holds(value) and scale.on_step(value))
+    ]
+    if off:
+        step = "" if scale.step is None else f" in steps of {scale.step:g}"
+        raise TableRefused(
+            f"{len(off)} values are not on the scale from {scale.low:g} to {scale.high:g}{step}:"
+            f" {', '.join(off[:SHOWN])}{_more(off)}; correct the table or the scale in the map"
+        )
+
+
+def _rating(column_map: ColumnMap, line: Line, value: float, groups: _Groups) -> ForeignRating:
+    columns = column_map.columns
+    person = _label(column_map, line, columns.participant)
+    loops = {factor: _loop_level(line, factor, levels) for factor, levels in column_map.loop.items()}
+    within = {factor: _level(column_map, line, factor, source) for factor, source in columns.within.items()}
+    return ForeignRating(
+        where=line.where,
+        participant=person,
+        attribute=columns.attribute_is or _attribute(column_map, line),
+        value=value,
+        within={**loops, **within},
+        between=groups.of(person, line),
+        stimulus=_label(column_map, line, columns.stimulus) if columns.stimulus else "",
+        kept={column: line[column] for column in columns.keep},
+    )
+
+
+def _label(column_map: ColumnMap, line: Line, column: str) -> str:
+    """The text of a cell that says whose or which rating it is: without it the rating has no place."""
+    text = line[column]
+    if text in column_map.missing:
+        raise TableRefused(
+            f"{line.where}: {column!r} is {text!r}, which means missing; complete it, leave the row out with where,"
+            " or take the text from missing in the map"
+        )
+    if text != text.strip():
+        raise TableRefused(f"{line.where}: {column!r} is {text!r}: blanks around it; say trim: true")
+    return text
+
+
+def _loop_level(line: Line, factor: str, levels: Mapping[str, str]) -> str:
+    inside = [level for level, column in levels.items() if line[column]]
+    if len(inside) != 1:
+        raise TableRefused(f"{line.where}: the row belongs to {' and '.join(inside)} of {factor!r} at once")
+    return inside[0]
+
+
+def _level(column_map: ColumnMap, line: Line, factor: str, source: Source) -> str:
+    text = _label(column_map, line, source.column)
+    if source.levels is None:
+        return text
+    if text not in source.levels:
+        raise TableRefused(f"{line.where}: {text!r} is no level of {factor!r}; {nearest(text, source.levels)}")
+    return source.levels[text]
+
+
+def _attribute(column_map: ColumnMap, line: Line) -> str:
+    source = column_map.columns.attribute
+    return _level(column_map, line, "attribute", source) if source is not None else ""
+
+
+class _Groups:
+    """Each participant's levels of the between factors; one level each, whatever row says it."""
+
+    def __init__(self, column_map: ColumnMap, lines: Sequence[Line]) -> None:
+        self._map = column_map
+        self._seen: dict[tuple[str, str], tuple[str, str]] = {}
+        for line in lines:
+            for factor, source in column_map.columns.between.items():
+                for level, part in (source.contains or {}).items():
+                    if part in line[source.column]:
+                        self._note(line[column_map.columns.participant], factor, level, line)
+
+    def of(self, person: str, line: Line) -> dict[str, str]:
+        """The participant's levels, those of this line included."""
+        for factor, source in self._map.columns.between.items():
+            if source.contains is None:
+                self._note(person, factor, _level(self._map, line, factor, source), line)
+            elif (person, factor) not in self._seen:
+                raise TableRefused(
+                    f"{line.where}: participant {person!r} has no {factor!r}: no row of {source.column!r}"
+                    f" contains {either(source.contains.values())}"
+                )
+        return {factor: self._seen[person, factor][0] for factor in self._map.columns.between}
+
+    def _note(self, person: str, factor: str, level: str, line: Line) -> None:
+        first, where = self._seen.setdefault((person, factor), (level, line.where))
+        if first != level:
+            raise TableRefused(
+                f"{line.where}: participant {person!r} is {level!r} in {factor!r}, but {first!r} at {where};"
+                " a between factor has one level for each participant"
+            )

@@ -1,0 +1,250 @@
+"""The column map: a small YAML file that says what the columns of a foreign table mean. Frozen and strict."""
+
+from __future__ import annotations
+
+from pathlib import Path, PurePath
+from typing import Annotated, Any, Literal, Self
+
+from pydantic import AfterValidator, BaseModel, BeforeValidator, ConfigDict, Field, ValidationError, model_validator
+
+from analysis.ratings.dataset import DataRefused
+from analysis.ratings.dataset import Scale as RatingScale
+from protocols.consistency import nearest
+from protocols.yaml_text import Document, YamlError, load
+
+SHIPPED = Path(__file__).resolve().parent / "maps"
+RESERVED = ("participant", "attribute", "value", "stimulus")
+MOST_SHOWN = 8
+
+
+class MapRefused(DataRefused):
+    """The column map cannot be used; the message names file, line, key and the nearest valid one."""
+
+
+def _as_text(value: Any) -> Any:
+    """A level or a column may be written as a whole number; it is a text from then on."""
+    return str(value) if type(value) is int else value
+
+
+def _as_list(value: Any) -> Any:
+    return [value] if isinstance(value, str) else value
+
+
+def _known_encoding(value: str) -> str:
+    try:
+        b"a".decode(value)
+    except UnicodeError:
+        return value  # a known one, of which one byte is no text
+    except LookupError:
+        raise ValueError(f"{value!r} is no encoding; e.g. utf-8-sig, cp1252, latin-1, mac-roman, utf-16") from None
+    return value
+
+
+def _plain_name(value: str) -> str:
+    if not value.isascii() or not value.replace("_", "").replace("-", "").isalnum():
+        raise ValueError(f"{value!r}: a name of letters, digits, _ and - is expected (it names a folder)")
+    return value
+
+
+def _relative(value: str) -> str:
+    if PurePath(value).is_absolute():
+        raise ValueError(f"{value!r}: a path relative to the map, or to DATA where that is given, is expected")
+    return value
+
+
+Text = Annotated[str, Field(strict=True), BeforeValidator(_as_text)]
+Filled = Annotated[str, Field(strict=True, min_length=1), BeforeValidator(_as_text)]
+Number = Annotated[float, Field(strict=True, allow_inf_nan=False)]
+
+
+class _Strict(BaseModel):
+    model_config = ConfigDict(frozen=True, extra="forbid")
+
+
+class Source(_Strict):
+    """Where a factor's level stands: in a column, as it is, renamed by `levels`, or told by what the text contains.
+
+    `levels` as a list gives the order and refuses others; as a mapping it renames, too. `contains` maps a level
+    to a text that some cell of the participant's column contains, in any row of the table.
+    """
+
+    column: Filled
+    levels: dict[Filled, Filled] | None = None
+    contains: dict[Filled, Filled] | None = None
+
+    @model_validator(mode="before")
+    @classmethod
+    def _from_text(cls, value: Any) -> Any:
+        if isinstance(value, str | int):
+            return {"column": value}
+        if isinstance(value, dict) and isinstance(value.get("levels"), list):
+            return {**value, "levels": {level: level for level in value["levels"]}}
+        return value
+
+    @model_validator(mode="after")
+    def _one_way(self) -> Self:
+        if self.levels is not None and self.contains is not None:
+            raise ValueError("levels and contains do not go together")
+        return self
+
+    @property
+    def declared(self) -> tuple[str, ...]:
+        """The levels in the map's order, () where the column tells them."""
+        return tuple(dict.fromkeys((self.levels or {}).values())) or tuple(self.contains or ())
+
+
+class Columns(_Strict):
+    """Which columns hold the participant, the value, the attribute and the factors."""
+
+    participant: Filled
+    value: Filled
+    attribute: Source | None = None
+    attribute_is: Filled | None = None
+    stimulus: Filled | None = None
+    within: dict[Filled, Source] = {}
+    between: dict[Filled, Source] = {}
+    keep: tuple[Filled, ...] = ()
+
+    @model_validator(mode="after")
+    def _consistent(self) -> Self:
+        if (self.attribute is None) == (self.attribute_is is None):
+            raise ValueError("either attribute (a column) or attribute_is (one text for all rows) is expected")
+        per_row = [*self.within.values(), *([self.attribute] if self.attribute else [])]
+        if any(source.contains is not None for source in per_row):
+            raise ValueError("contains tells a participant's level: it belongs under between")
+        return self
+
+
+class Condition(_Strict):
+    """Which rows are ratings: those whose cell is one of these texts, or is not empty."""
+
+    is_: Annotated[tuple[Text, ...], Field(min_length=1)] | None = Field(default=None, alias="is")
+    not_empty: Literal[True] | None = None
+
+    @model_validator(mode="after")
+    def _one_way(self) -> Self:
+        if (self.is_ is None) == (self.not_empty is None):
+            raise ValueError("either is: [TEXT, ...] or not_empty: true is expected")
+        return self
+
+
+class MapScale(_Strict):
+    """The scale on which the values stand."""
+
+    low: Number = Field(alias="from")
+    high: Number = Field(alias="to")
+    step: Number | None = None
+
+    @model_validator(mode="after")
+    def _possible(self) -> Self:
+        self.scale()
+        return self
+
+    def scale(self) -> RatingScale:
+        """The scale as the analysis knows it."""
+        return RatingScale(self.low, self.high, self.step)
+
+
+class ColumnMap(_Strict):
+    """What a foreign table is and how its columns become ratings."""
+
+    name: Annotated[str, Field(strict=True, min_length=1, max_length=64), AfterValidator(_plain_name)]
+    source: str = ""
+    licence: str = ""
+    format: Literal["long", "psychopy"] = "long"
+    files: Annotated[
+        tuple[Annotated[Filled, AfterValidator(_relative)], ...], Field(min_length=1), BeforeValidator(_as_list)
+    ]
+    encoding: Annotated[
+        tuple[Annotated[str, AfterValidator(_known_encoding)], ...], Field(min_length=1), BeforeValidator(_as_list)
+    ] = ("utf-8-sig",)
+    delimiter: Annotated[str, Field(min_length=1, max_length=1)] | None = None
+    decimal: Literal[".", ","] | None = None
+    missing: tuple[Text, ...] = ("", "NA", "NaN")
+    trim: bool = False
+    columns: Columns
+    loop: dict[Filled, dict[Filled, Filled]] = {}
+    where: dict[Filled, Condition] = {}
+    scale: MapScale | None = None
+    duplicates: Literal["refuse", "mean", "first"] = "refuse"
+    missing_value: Literal["refuse", "drop"] = "refuse"
+    antonyms: dict[Filled, Filled] = {}
+    categories: dict[Filled, Filled] = {}
+
+    @model_validator(mode="after")
+    def _each_name_once(self) -> Self:
+        names = [*RESERVED, *self.columns.within, *self.loop, *self.columns.between, *self.columns.keep]
+        for name in names:
+            if names.count(name) > 1:
+                raise ValueError(f"the column {name!r} would stand twice in the table; give it another name")
+        return self
+
+    @property
+    def within(self) -> tuple[str, ...]:
+        """The within factors: loops first, then columns."""
+        return (*self.loop, *self.columns.within)
+
+    def wanted(self) -> tuple[str, ...]:
+        """Every column of the foreign table that the map names."""
+        own = self.columns
+        sources = [*own.within.values(), *own.between.values(), *([own.attribute] if own.attribute else [])]
+        loops = [column for levels in self.loop.values() for column in levels.values()]
+        single = [own.participant, own.value, *([own.stimulus] if own.stimulus else [])]
+        return tuple(dict.fromkeys([*single, *(s.column for s in sources), *own.keep, *loops, *self.where]))
+
+
+def find_map(name: Path) -> Path:
+    """A map file by its path, or a shipped one by its name; raises MapRefused with the nearest shipped name."""
+    if name.is_file() or name.suffix in {".yaml", ".yml"}:
+        return name
+    shipped = {path.stem: path for path in sorted(SHIPPED.glob("*.yaml"))}
+    if str(name) not in shipped:
+        raise MapRefused(f"{name}: no such file, and no shipped map of that name; {nearest(str(name), shipped)}")
+    return shipped[str(name)]
+
+
+def read_map(path: Path) -> ColumnMap:
+    """The column map in a YAML file; raises MapRefused with every mistake in it (at most eight are shown)."""
+    try:
+        document = load(path.read_bytes(), path.name)
+    except YamlError as error:
+        raise MapRefused(str(error)) from None
+    if not isinstance(document.data, dict):
+        raise MapRefused(f"{path.name}: keys and values are expected at the top, e.g. name: MY_TABLE")
+    try:
+        return ColumnMap.model_validate(document.data)
+    except ValidationError as error:
+        lines = [_complaint(dict(each), document, path.name) for each in error.errors(include_url=False)]
+        more = [f"... and {len(lines) - MOST_SHOWN} more"] if len(lines) > MOST_SHOWN else []
+        raise MapRefused("\n".join([*lines[:MOST_SHOWN], *more])) from None
+
+
+def _complaint(each: dict[str, Any], document: Document, name: str) -> str:
+    path = tuple(part for part in each["loc"] if part != "[key]")
+    known = path
+    while known and known not in document.lines:
+        known = known[:-1]
+    where = f" line {document.lines[known]}:" if known else ""
+    return f"{name}:{where} {'.'.join(map(str, path)) or 'the map'}: {_reason(each, path)}"
+
+
+def _reason(each: dict[str, Any], path: tuple[str | int, ...]) -> str:
+    match each["type"]:
+        case "extra_forbidden":
+            return f"unknown key; {nearest(str(path[-1]), _keys_beside(path))}"
+        case "missing":
+            return "this key is required"
+        case "value_error":
+            return str(each["ctx"]["error"])
+        case _:
+            found = "" if isinstance(each["input"], dict | list) else f"found {each['input']!r:.60}, "
+            return f"{found}{each['msg'][0].lower()}{each['msg'][1:]}"
+
+
+def _keys_beside(path: tuple[str | int, ...]) -> list[str]:
+    """The keys that the map knows beside the last one of a path."""
+    models: dict[str, type[BaseModel]] = {"columns": Columns, "scale": MapScale, "where": Condition}
+    model = models.get(str(path[0]), ColumnMap) if len(path) > 1 else ColumnMap
+    if len(path) > 2 and path[0] == "columns":
+        model = Source
+    return [field.alias or name for name, field in model.model_fields.items()]

@@ -1,0 +1,74 @@
+"""Numbers as foreign tables write them: points or commas, and nothing that could mean two things."""
+
+from __future__ import annotations
+
+import re
+from collections.abc import Sequence
+from math import isfinite
+from typing import Literal
+
+Decimal = Literal[".", ","]
+
+_INTEGER = re.compile(r"[+-]?[0-9]+(?:[eE][+-]?[0-9]+)?")
+_FRACTION = {
+    mark: re.compile(rf"[+-]?(?:[0-9]+{re.escape(mark)}[0-9]*|{re.escape(mark)}[0-9]+)(?:[eE][+-]?[0-9]+)?")
+    for mark in ".,"
+}
+_ONE_GROUP = {mark: re.compile(rf"[+-]?[1-9][0-9]{{0,2}}{re.escape(mark)}[0-9]{{3}}") for mark in ".,"}
+_GROUPED = re.compile(r"[+-]?[0-9]{1,3}(?:([.,'’_\s\u00a0\u202f])[0-9]{3})(?:\1[0-9]{3})*(?:[.,][0-9]+)?")
+_NOT_FINITE = re.compile(r"[+-]?(?:nan|inf(?:inity)?)", re.IGNORECASE)
+_ZERO = re.compile(r"[+-]?[0.,]*(?:[eE][+-]?[0-9]+)?")
+
+
+class NoNumber(ValueError):
+    """The text is no finite number in the table's way of writing them; the message says why."""
+
+
+def decimal_mark(texts: Sequence[str], delimiter: str) -> Decimal:
+    """The decimal mark that these texts use, '.' where none has a fraction.
+
+    1.234 is a fraction to some and a thousand to others, so it decides nothing, except that a point is a decimal
+    one in a table that separates its columns by commas. Raises NoNumber where the texts disagree or do not decide.
+    """
+    points = [text for text in texts if _FRACTION["."].fullmatch(text)]
+    commas = [text for text in texts if _FRACTION[","].fullmatch(text)]
+    if points and commas:
+        raise NoNumber(f"{points[0]!r} and {commas[0]!r} stand in one column; say decimal: '.' or ','")
+    if commas:
+        return _decided(",", commas)
+    if points and delimiter != ",":
+        return _decided(".", points)
+    return "."
+
+
+def _decided(mark: Decimal, texts: Sequence[str]) -> Decimal:
+    if all(_ONE_GROUP[mark].fullmatch(text) for text in texts):
+        raise NoNumber(f"{texts[0]!r} can be a thousand or a fraction; say decimal: '.' or ','")
+    return mark
+
+
+def number(text: str, decimal: Decimal) -> float:
+    """The number that the text writes with this decimal mark; raises NoNumber on everything else."""
+    if not (_INTEGER.fullmatch(text) or _FRACTION[decimal].fullmatch(text)):
+        raise NoNumber(_why_not(text, decimal))
+    value = float(text.replace(",", "."))
+    if not isfinite(value):
+        raise NoNumber("too large for a number of 64 bits")
+    if value == 0 and not _ZERO.fullmatch(text):
+        raise NoNumber("too small for a number of 64 bits")
+    return value
+
+
+def _why_not(text: str, decimal: Decimal) -> str:
+    other = "," if decimal == "." else "."
+    if not text.strip():
+        return "nothing stands there; if that means a missing rating, list it under missing"
+    if text != text.strip():
+        return "blanks around it; say trim: true"
+    if _NOT_FINITE.fullmatch(text):
+        return "not finite; if it means a missing rating, list it under missing"
+    if _FRACTION[other].fullmatch(text):
+        return f"written with {other!r} where the decimal mark is {decimal!r}"
+    if _GROUPED.fullmatch(text):
+        return "written with thousands separators; write it without"
+    return "no number; if it means a missing rating, list it under missing"

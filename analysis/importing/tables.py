@@ -1,0 +1,159 @@
+"""Foreign tables to ratings, by a column map: all of the table, or a refusal that names the line."""
+
+from __future__ import annotations
+
+import hashlib
+from collections.abc import Sequence
+from dataclasses import replace
+from pathlib import Path
+
+import pandas as pd
+
+from analysis.importing.dialects import Sheet, TableRefused, read_sheet
+from analysis.importing.foreign_duplicates import settle_duplicates
+from analysis.importing.foreign_rows import ForeignRating, ratings_of
+from analysis.importing.map_file import ColumnMap, MapRefused, read_map
+from analysis.ratings.dataset import Crossing, Exclusion, Input, Ratings, natural
+from protocols.consistency import nearest
+
+__all__ = ["MapRefused", "TableRefused", "import_table"]
+
+
+def import_table(map_path: Path, data_path: Path | None = None) -> Ratings:
+    """The ratings that the map at `map_path` finds in its files, or in `data_path` (a file, or their folder).
+
+    Nothing is converted by guess: a delimiter or decimal mark that the table does not settle, a value that is no
+    finite number or off the scale, a missing level, a cell filled twice are refused (TableRefused) unless the map
+    says what to do; whatever is left out or averaged then has a line in `exclusions`. Raises MapRefused on a
+    mistake in the map, OSError on a file that cannot be read.
+    """
+    column_map = read_map(map_path)
+    sheets = _sheets(column_map, map_path, data_path)
+    found, exclusions = ratings_of(column_map, sheets)
+    settled, averaged, more = settle_duplicates(column_map, found)
+    exclusions = [*_empty_rows(sheets), *exclusions, *more]
+    table = _table(column_map, settled)
+    scale = column_map.scale.scale() if column_map.scale else None
+    attributes = _attributes(column_map, table)
+    _check_keys(column_map, attributes)
+    return Ratings(
+        name=column_map.name,
+        table=table,
+        within=column_map.within,
+        between=tuple(column_map.columns.between),
+        attributes=attributes,
+        # A mean of several ratings stands between the steps.
+        scale=replace(scale, step=None) if scale and averaged else scale,
+        inputs=(_input(map_path), *(_sheet_input(sheet) for sheet in sheets)),
+        exclusions=tuple(exclusions),
+        antonyms=column_map.antonyms,
+        categories=column_map.categories,
+        crossings=_crossings(column_map, table),
+        source=column_map.source,
+        licence=column_map.licence,
+    )
+
+
+def _sheets(column_map: ColumnMap, map_path: Path, data_path: Path | None) -> list[Sheet]:
+    folder = map_path.parent if data_path is None else data_path
+    paths = [folder] if folder.is_file() else _matching(column_map, folder)
+    names = _short_names(paths, folder)
+    return [
+        read_sheet(
+            path,
+            name,
+            encodings=column_map.encoding,
+            delimiter=column_map.delimiter,
+            wanted=column_map.wanted(),
+            trim=column_map.trim,
+        )
+        for path, name in zip(paths, names, strict=True)
+    ]
+
+
+def _matching(column_map: ColumnMap, folder: Path) -> list[Path]:
+    if not folder.is_dir():
+        raise TableRefused(f"{folder}: no such file or folder; name the table or its folder")
+    paths: dict[Path, None] = {}
+    for pattern in column_map.files:
+        matched = {str(path): path for path in folder.glob(pattern) if path.is_file()}
+        if not matched:
+            there = sorted(path.name for path in folder.iterdir())[:8]
+            raise TableRefused(
+                f"{folder}: no file matches {pattern!r}; the folder holds: {', '.join(there) or 'nothing'}"
+            )
+        paths.update(dict.fromkeys(matched[name] for name in natural(matched)))
+    return list(paths)
+
+
+def _short_names(paths: Sequence[Path], folder: Path) -> list[str]:
+    """File names, with their folders where two files share one."""
+    names = [path.name for path in paths]
+    if len(set(names)) == len(names):
+        return names
+    return [path.relative_to(folder).as_posix() for path in paths]
+
+
+def _input(path: Path) -> Input:
+    return Input(path.name, hashlib.sha256(path.read_bytes()).hexdigest(), "the column map")
+
+
+def _sheet_input(sheet: Sheet) -> Input:
+    note = f"{len(sheet.rows)} rows, {sheet.encoding}, delimiter {sheet.delimiter!r}"
+    return Input(sheet.name, sheet.sha256, note)
+
+
+def _empty_rows(sheets: Sequence[Sheet]) -> list[Exclusion]:
+    return [
+        Exclusion("rows", sheet.name, "empty: delimiters only", sheet.empty_rows)
+        for sheet in sheets
+        if sheet.empty_rows
+    ]
+
+
+def _table(column_map: ColumnMap, found: Sequence[ForeignRating]) -> pd.DataFrame:
+    stimulus = {"stimulus": [r.stimulus for r in found]} if column_map.columns.stimulus else {}
+    return pd.DataFrame(
+        {
+            "participant": [r.participant for r in found],
+            "attribute": [r.attribute for r in found],
+            "value": pd.Series([r.value for r in found], dtype="float64"),
+            **{factor: [r.within[factor] for r in found] for factor in column_map.within},
+            **{factor: [r.between[factor] for r in found] for factor in column_map.columns.between},
+            **stimulus,
+            **{column: [r.kept[column] for r in found] for column in column_map.columns.keep},
+        }
+    )
+
+
+def _attributes(column_map: ColumnMap, table: pd.DataFrame) -> tuple[str, ...]:
+    declared = column_map.columns.attribute.declared if column_map.columns.attribute else ()
+    return tuple(dict.fromkeys((*declared, *table["attribute"].tolist())))
+
+
+def _check_keys(column_map: ColumnMap, attributes: Sequence[str]) -> None:
+    for key in ("antonyms", "categories"):
+        for attribute in getattr(column_map, key):
+            if attribute not in attributes:
+                raise MapRefused(f"{key}: {attribute!r} is no attribute of the table; {nearest(attribute, attributes)}")
+
+
+def _crossings(column_map: ColumnMap, table: pd.DataFrame) -> tuple[Crossing, ...]:
+    """The declared cells: where the map lists some factor's levels, the others' are those that occur."""
+    declared = {factor: tuple(levels) for factor, levels in column_map.loop.items()}
+    declared |= {factor: source.declared for factor, source in column_map.columns.within.items() if source.declared}
+    if not declared:
+        return ()
+    crossings = []
+    for between, rows in _groups(table, tuple(column_map.columns.between)):
+        observed = {factor: natural(rows[factor].tolist()) for factor in column_map.within}
+        crossings.append(Crossing(between, {**observed, **declared}))
+    return tuple(crossings)
+
+
+def _groups(table: pd.DataFrame, between: tuple[str, ...]) -> list[tuple[dict[str, str], pd.DataFrame]]:
+    if not between:
+        return [({}, table)]
+    labels = pd.Series(list(zip(*(table[column].tolist() for column in between), strict=True)), index=table.index)
+    groups = sorted(set(labels.tolist()))
+    return [(dict(zip(between, group, strict=True)), table[[label == group for label in labels]]) for group in groups]

@@ -1,0 +1,1 @@
+"""Error against run time: measured rows, their table and their plot."""

@@ -1,0 +1,136 @@
+"""How wrong and how long: each declared case measured, error and time in one run on one input."""
+
+from __future__ import annotations
+
+import gc
+import json
+import math
+import statistics
+import time
+import tracemalloc
+from collections.abc import Callable, Iterable, Mapping
+from dataclasses import asdict, dataclass
+from typing import Any
+
+from protocols.bench import Case
+
+Clock = Callable[[], float]
+
+MEASURED, REFUSED, FAILED, NO_NUMBER, UNBOUNDED = "measured", "refused", "failed", "no number", "infinite"
+SLOW_S = 20.0
+"""A case slower than this is run twice in all: another five repeats tell little and cost minutes."""
+ENOUGH_S, MOST_RUNS = 0.02, 200
+"""A fast case is repeated until this much has been timed, so that a median of microseconds has meaning."""
+
+
+@dataclass(frozen=True)
+class Row:
+    """One case, measured: `error` is a number where `outcome` is `measured`, else None and `note` says why.
+
+    `seconds` is the median of `runs` timed runs after a warm-up; it is None where the method failed.
+    `peak_MB` (10^6 bytes) is what Python and NumPy allocated at most during one more run.
+    """
+
+    area: str
+    case: str
+    method: str
+    input: str
+    n: int
+    error_kind: str
+    error: float | None
+    outcome: str
+    seconds: float | None
+    runs: int
+    peak_MB: float | None
+    note: str = ""
+
+
+def measure(case: Case, clock: Clock = time.perf_counter) -> Row:
+    """Run one case: warm up, time, trace the memory in a separate run, and ask how wrong the answer was.
+
+    A case that takes longer than `SLOW_S` is run once more only, its memory traced in that same run, and the
+    shorter of its two times counts. A method that raises makes a row named `failed` and does not end the bench.
+    """
+    gc.collect()
+    try:
+        return _measured(case, clock)
+    except Exception as problem:
+        return _row(case, _Found(None, FAILED, None, 0, None, f"{type(problem).__name__}: {problem}"))
+
+
+def run_bench(areas_cases: Mapping[str, Iterable[Case]], progress: Callable[[str], None] = lambda _: None) -> list[Row]:
+    """Measure every case of every area, in order; `progress` is told what comes next."""
+    rows = []
+    for area, cases in areas_cases.items():
+        for case in cases:
+            progress(f"{area}: {case.case}, {case.input}: {case.method}")
+            rows.append(measure(case))
+    return rows
+
+
+def as_json(rows: Iterable[Row]) -> str:
+    """The rows as a JSON list, keys sorted; a number that does not exist is null, its `outcome` beside it."""
+    return json.dumps([asdict(row) for row in rows], indent=1, sort_keys=True, allow_nan=False) + "\n"
+
+
+def _measured(case: Case, clock: Clock) -> Row:
+    answer, warm_up_s = _timed(case.run, clock)
+    if warm_up_s > SLOW_S:
+        (answer, traced_s), peak_MB = _traced(lambda: _timed(case.run, clock))
+        times = [min(warm_up_s, traced_s)]
+    else:
+        answer, times = _repeated(case, clock)
+        _, peak_MB = _traced(case.run)
+    error, outcome = _judged(case.error(answer))
+    found = _Found(error, outcome, statistics.median(times), len(times), peak_MB)
+    return _row(case, found)
+
+
+@dataclass(frozen=True)
+class _Found:
+    """What measuring adds to a case."""
+
+    error: float | None
+    outcome: str
+    seconds: float | None
+    runs: int
+    peak_MB: float | None
+    note: str = ""
+
+
+def _row(case: Case, found: _Found) -> Row:
+    named = (case.area, case.case, case.method, case.input, case.n, case.error_kind)
+    return Row(*named, **asdict(found))
+
+
+def _timed(run: Callable[[], Any], clock: Clock) -> tuple[Any, float]:
+    start = clock()
+    answer = run()
+    return answer, clock() - start
+
+
+def _repeated(case: Case, clock: Clock) -> tuple[Any, list[float]]:
+    times: list[float] = []
+    answer = None
+    while len(times) < max(1, case.repeats) or (sum(times) < ENOUGH_S and len(times) < MOST_RUNS):
+        answer, seconds = _timed(case.run, clock)
+        times.append(seconds)
+    return answer, times
+
+
+def _traced(run: Callable[[], Any]) -> tuple[Any, float]:
+    tracemalloc.start()
+    try:
+        answer = run()
+        return answer, tracemalloc.get_traced_memory()[1] / 1e6
+    finally:
+        tracemalloc.stop()
+
+
+def _judged(error: float | None) -> tuple[float | None, str]:
+    """A method that answers nan or infinity has neither refused nor answered: it gets a name of its own."""
+    if error is None:
+        return None, REFUSED
+    if math.isnan(error):
+        return None, NO_NUMBER
+    return (None, UNBOUNDED) if math.isinf(error) else (abs(float(error)), MEASURED)

@@ -1,0 +1,105 @@
+"""Error against run time: the bench's rows as a table, and as a work-precision plot for each area."""
+
+from __future__ import annotations
+
+import re
+from collections.abc import Iterable, Sequence
+from itertools import groupby
+from pathlib import Path
+from typing import TYPE_CHECKING
+
+from analysis.measuring.rows import MEASURED, Row
+
+if TYPE_CHECKING:
+    from rich.console import Console
+    from rich.table import Table
+
+OURS = "palpate"
+
+
+def is_ours(row: Row) -> bool:
+    """A method of this project names itself so: `palpate`, or `palpate, exact`."""
+    return row.method.casefold().startswith((OURS, "ours"))
+
+
+def ratio_to_ours(row: Row, rows: Iterable[Row]) -> float | None:
+    """Time relative to our first method on the same area, case and input; None where either has no time."""
+    same = (row.area, row.case, row.input)
+    reference = next((o for o in rows if is_ours(o) and (o.area, o.case, o.input) == same), None)
+    if reference is None or not reference.seconds or row.seconds is None:
+        return None
+    return row.seconds / reference.seconds
+
+
+def print_table(rows: Sequence[Row], console: Console | None = None) -> None:
+    """Print one table for each area, grouped by case and input, error and time side by side."""
+    from rich.console import Console
+
+    console = console or Console()
+    for area, of_area in groupby(rows, key=lambda row: row.area):
+        console.print(_table(area, list(of_area)))
+
+
+def save_plots(rows: Sequence[Row], folder: Path) -> list[Path]:
+    """Save the work-precision plot of each area as SVG and PNG and give the paths."""
+    from analysis.measuring import work_precision_plot
+
+    areas = dict.fromkeys(row.area for row in rows)
+    paths: list[Path] = []
+    for area in areas:
+        name = "work_precision_" + re.sub(r"\W+", "_", area).strip("_")
+        paths += work_precision_plot.save_plot([row for row in rows if row.area == area], folder, name)
+    return paths
+
+
+def _table(area: str, rows: list[Row]) -> Table:
+    from rich.box import SIMPLE_HEAD
+    from rich.markup import escape
+    from rich.table import Table
+
+    title = f"{area}: error against run time"
+    table = Table(title=title, title_justify="left", title_style="bold", box=SIMPLE_HEAD, pad_edge=False)
+    table.add_column("method", overflow="fold", min_width=24)
+    for heading in ("error", "time", "x ours", "peak MB"):
+        table.add_column(heading, justify="right", no_wrap=True)
+    told = ("", "")
+    for (case, given, kind), group in groupby(rows, key=lambda row: (row.case, row.input, row.error_kind)):
+        table.add_row(f"[bold]{escape(case)}[/bold], {escape(given)}")
+        if (case, kind) != told:
+            table.add_row(f"[dim]{escape(kind)}[/dim]")
+        told = (case, kind)
+        for row in group:
+            table.add_row(*_cells(row, rows))
+        table.add_section()
+    return table
+
+
+def _cells(row: Row, rows: list[Row]) -> list[str]:
+    from rich.markup import escape
+
+    ratio = ratio_to_ours(row, rows)
+    method = f"  [cyan]{escape(row.method)}[/cyan]" if is_ours(row) else f"  {escape(row.method)}"
+    return [
+        f"{method}\n  [red]{escape(row.note)}[/red]" if row.note else method,
+        error_text(row),
+        time_text(row.seconds),
+        "" if ratio is None else f"{ratio:.3g}",
+        "" if row.peak_MB is None else f"{row.peak_MB:.2f}",
+    ]
+
+
+def error_text(row: Row) -> str:
+    """The error as a person reads it; an exact answer is `0`, and one that is no number says so."""
+    if row.outcome != MEASURED or row.error is None:
+        return row.outcome
+    return "0" if row.error == 0 else f"{row.error:.1e}"
+
+
+def time_text(seconds: float | None) -> str:
+    """A time in the unit that keeps it short."""
+    if seconds is None:
+        return ""
+    for unit, size in (("s", 1.0), ("ms", 1e-3)):
+        if seconds >= size:
+            return f"{seconds / size:.3g} {unit}"
+    return f"{seconds / 1e-6:.3g} µs"

@@ -1,0 +1,170 @@
+"""A data set of ratings: the long table, what its columns mean, where it came from, and what was left out."""
+
+from __future__ import annotations
+
+import re
+from collections.abc import Iterable, Mapping
+from dataclasses import dataclass, field, replace
+from types import MappingProxyType
+
+import pandas as pd
+
+_NONE: Mapping[str, str] = MappingProxyType({})
+
+
+class DataRefused(ValueError):
+    """The data cannot be used as they are; the message says where, what was found and what to do."""
+
+
+@dataclass(frozen=True)
+class Scale:
+    """The ends of a rating scale and its step (None: any value between the ends)."""
+
+    low: float
+    high: float
+    step: float | None = None
+
+    def __post_init__(self) -> None:
+        if not self.low < self.high:
+            raise DataRefused(f"a scale from {self.low:g} to {self.high:g}: the first end must be the lower one")
+        if self.step is not None and not self.step > 0:
+            raise DataRefused(f"a scale with step {self.step:g}: the step must be above 0")
+
+    def holds(self, value: float) -> bool:
+        """Whether `value` lies between the ends, both included."""
+        return self.low <= value <= self.high
+
+    def on_step(self, value: float) -> bool:
+        """Whether `value` is a whole number of steps from the lower end.
+
+        A step such as 0.1 is no binary fraction: 1e-9 of a step is allowed, and as much of the count of steps.
+        """
+        if self.step is None:
+            return True
+        steps = (value - self.low) / self.step
+        return abs(steps - round(steps)) <= 1e-9 * max(1.0, abs(steps))
+
+
+@dataclass(frozen=True)
+class Input:
+    """A file that the data came from, by name and SHA-256 (hex), and how it was read."""
+
+    name: str
+    sha256: str
+    note: str = ""
+
+
+@dataclass(frozen=True)
+class Exclusion:
+    """A line of the exclusion ledger: what was left out or averaged, whose, why, and how many ratings."""
+
+    what: str
+    who: str
+    why: str
+    rows: int
+
+
+@dataclass(frozen=True)
+class Crossing:
+    """The cells that each participant of one group owes: every combination of `levels`.
+
+    `between` names the group by its between factors; it is empty where there are no groups.
+    """
+
+    between: Mapping[str, str]
+    levels: Mapping[str, tuple[str, ...]]
+
+
+@dataclass(frozen=True)
+class Ratings:
+    """One row per rating, with everything a statistic or a report needs to know about the rows.
+
+    `table` has at least `participant`, `attribute` (text) and `value` (float64), and one text column for each
+    factor in `within` and `between`. `attributes` stand in the study's order. `antonyms` and `categories` map an
+    attribute to the other end of its scale and to 'physical' or 'emotional', where the study says so.
+    `crossings` are the declared cells, empty where only the rows themselves tell what was planned; each cell is
+    owed `repeats` times. `pooled` and `families` name the factor that all participants share and the column that
+    groups its levels, where the study says so.
+    """
+
+    name: str
+    table: pd.DataFrame
+    within: tuple[str, ...]
+    between: tuple[str, ...]
+    attributes: tuple[str, ...]
+    scale: Scale | None
+    inputs: tuple[Input, ...]
+    exclusions: tuple[Exclusion, ...] = ()
+    antonyms: Mapping[str, str] = field(default_factory=lambda: _NONE)
+    categories: Mapping[str, str] = field(default_factory=lambda: _NONE)
+    crossings: tuple[Crossing, ...] = ()
+    repeats: int = 1
+    pooled: str = ""
+    families: str = ""
+    simulated: bool = False
+    source: str = ""
+    licence: str = ""
+
+    def __post_init__(self) -> None:
+        needed = ("participant", "attribute", "value", *self.within, *self.between)
+        for column in needed:
+            if column not in self.table.columns:
+                found = ", ".join(map(str, self.table.columns))
+                raise DataRefused(f"data set {self.name!r}: no column {column!r}; the columns are {found}")
+        if len(set(needed)) != len(needed):
+            raise DataRefused(f"data set {self.name!r}: a factor is named twice among {', '.join(needed)}")
+
+    @property
+    def participants(self) -> tuple[str, ...]:
+        """The participants with at least one rating, in natural order."""
+        return natural(self.table["participant"].tolist())
+
+    def levels(self, factor: str) -> tuple[str, ...]:
+        """The levels of `factor`: declared ones first and in their order, then others that occur, in natural order."""
+        if factor not in self.table.columns:
+            raise DataRefused(f"data set {self.name!r}: no factor {factor!r}; the factors are {self.factors_text()}")
+        declared: dict[str, None] = {}
+        for crossing in self.crossings:
+            declared.update(dict.fromkeys(crossing.levels.get(factor, ())))
+            if factor in crossing.between:
+                declared[crossing.between[factor]] = None
+        if factor == "attribute":
+            declared.update(dict.fromkeys(self.attributes))
+        if factor == self.families and self.pooled not in ("", factor):
+            declared.update(dict.fromkeys(self._families_in_order()))
+        return (*declared, *natural(set(self.table[factor].tolist()) - set(declared)))
+
+    def _families_in_order(self) -> list[str]:
+        """The families as they come along the levels of the factor that all participants share."""
+        pairs = set(zip(self.table[self.pooled].tolist(), self.table[self.families].tolist(), strict=True))
+        rank = {level: place for place, level in enumerate(self.levels(self.pooled))}
+        return [family for _, family in sorted(pairs, key=lambda pair: (rank[pair[0]], natural_key(pair[1])))]
+
+    def factors_text(self) -> str:
+        """The factors as a message lists them."""
+        return ", ".join((*self.within, *self.between)) or "none"
+
+    def only(self, attribute: str) -> Ratings:
+        """The ratings of one attribute; the others are a question not asked here, not an exclusion."""
+        if attribute not in self.attributes:
+            raise DataRefused(
+                f"data set {self.name!r}: no attribute {attribute!r}; the attributes are {', '.join(self.attributes)}"
+            )
+        rows = self.table[self.table["attribute"] == attribute].reset_index(drop=True)
+        return replace(self, table=rows, attributes=(attribute,))
+
+
+def natural(texts: Iterable[str]) -> tuple[str, ...]:
+    """The distinct texts with their numbers in order: g2 before g10."""
+    return tuple(sorted(set(texts), key=natural_key))
+
+
+def natural_key(text: str) -> tuple[tuple[tuple[int, int, str], ...], str]:
+    """A sort key that reads runs of digits as numbers, however long; equal only for equal texts."""
+    parts = re.findall(r"[0-9]+|[^0-9]+", text)
+    return tuple(_number_key(part) if part[0] in "0123456789" else (1, 0, part) for part in parts), text
+
+
+def _number_key(digits: str) -> tuple[int, int, str]:
+    significant = digits.lstrip("0")
+    return 0, len(significant), significant

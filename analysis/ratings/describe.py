@@ -1,0 +1,124 @@
+"""Means and standard deviations, correctly rounded, over ratings or over participants: the two are named apart."""
+
+from __future__ import annotations
+
+import statistics
+from collections.abc import Sequence
+from math import isfinite
+from typing import Literal
+
+import pandas as pd
+
+from analysis.ratings.dataset import DataRefused, Ratings, natural_key
+from protocols.consistency import nearest
+
+Kind = Literal["over ratings", "over participants"]
+ONE_RATING = "one rating has no spread"
+ONE_PARTICIPANT = "one participant has no spread"
+
+
+def describe(ratings: Ratings, by: Sequence[str], *, kind: Kind = "over ratings") -> pd.DataFrame:
+    """One row for each combination of the `by` columns that occurs: n, mean, sd (n - 1) and what n counts.
+
+    'over ratings' takes every rating as it stands; 'over participants' first averages each participant's ratings
+    in the cell (over the cars of a variant, say), then takes mean and SD of these means (the error bars of thesis
+    Figure 5.9); `ratings_min` and `ratings_max` tell how many ratings a participant brought. `by` may name
+    'category'. Rows stand in the order of the study. sd is None where n is 1, and `sd_reason` says why.
+    Means and SDs are computed in exact arithmetic and rounded once. Raises DataRefused on a value that is not
+    finite, a column that is not there, and where attributes would be averaged without being asked.
+    """
+    if kind == "over ratings":
+        return _over_ratings(ratings, tuple(by))
+    if kind == "over participants":
+        return _over_participants(ratings, tuple(by))
+    raise DataRefused(f"means {kind!r}: 'over ratings' or 'over participants' is expected")
+
+
+def participant_means(ratings: Ratings, by: Sequence[str]) -> pd.DataFrame:
+    """One row for each participant and combination of `by`: the mean of the ratings there, and their number."""
+    columns = ("participant", *by)
+    cells = _cells(ratings, columns)
+    rows = [(*label, statistics.mean(values), len(values)) for label, values in cells]
+    return _frame(rows, (*columns, "mean", "ratings"))
+
+
+def _over_ratings(ratings: Ratings, by: tuple[str, ...]) -> pd.DataFrame:
+    rows = [(*label, "over ratings", *_summary(values, ONE_RATING)) for label, values in _cells(ratings, by)]
+    return _frame(rows, (*by, "kind", "n", "mean", "sd", "sd_reason"))
+
+
+def _over_participants(ratings: Ratings, by: tuple[str, ...]) -> pd.DataFrame:
+    people: dict[tuple[str, ...], list[tuple[float, int]]] = {}
+    for label, values in _cells(ratings, (*by, "participant")):
+        people.setdefault(label[:-1], []).append((statistics.mean(values), len(values)))
+    rows = []
+    for label, found in people.items():
+        means, counts = zip(*found, strict=True)
+        summary = _summary(means, ONE_PARTICIPANT)
+        rows.append((*label, "over participants", *summary, min(counts), max(counts)))
+    return _frame(rows, (*by, "kind", "n", "mean", "sd", "sd_reason", "ratings_min", "ratings_max"))
+
+
+def _summary(values: Sequence[float], reason: str) -> tuple[int, float, float | None, str]:
+    """n, mean, sample SD and why there is none; the statistics module sums fractions, so no offset costs a digit."""
+    mean = statistics.mean(values)
+    if len(values) < 2:
+        return len(values), mean, None, reason
+    return len(values), mean, statistics.stdev(values), ""
+
+
+def _cells(ratings: Ratings, by: tuple[str, ...]) -> list[tuple[tuple[str, ...], list[float]]]:
+    """The values of each combination of `by` that occurs, in the order of the study."""
+    _check(ratings, by)
+    columns = [_labels(ratings, name) for name in by]
+    cells: dict[tuple[str, ...], list[float]] = {}
+    for *label, value in zip(*columns, ratings.table["value"].tolist(), strict=True):
+        cells.setdefault(tuple(label), []).append(value)
+    ranks = [
+        {level: rank for rank, level in enumerate(_ordered(ratings, name, labels))}
+        for name, labels in zip(by, columns, strict=True)
+    ]
+    return sorted(cells.items(), key=lambda cell: [rank[level] for rank, level in zip(ranks, cell[0], strict=True)])
+
+
+def _labels(ratings: Ratings, name: str) -> list[str]:
+    if name == "category":
+        return [ratings.categories[attribute] for attribute in ratings.table["attribute"].tolist()]
+    return [str(label) for label in ratings.table[name].tolist()]
+
+
+def _ordered(ratings: Ratings, name: str, labels: Sequence[str]) -> list[str]:
+    if name == "category":
+        return list(dict.fromkeys(ratings.categories[each] for each in ratings.attributes))
+    if name in ("attribute", ratings.families, *ratings.within, *ratings.between):
+        return list(ratings.levels(name))
+    return sorted(set(labels), key=natural_key)
+
+
+def _check(ratings: Ratings, by: tuple[str, ...]) -> None:
+    known = [*map(str, ratings.table.columns), "category"]
+    for name in by:
+        if name not in known:
+            raise DataRefused(f"data set {ratings.name!r}: no column {name!r}; {nearest(name, known)}")
+    if "category" in by and (without := [a for a in ratings.attributes if a not in ratings.categories]):
+        raise DataRefused(f"data set {ratings.name!r}: {', '.join(without)}: no category is declared")
+    if len(ratings.attributes) > 1 and not {"attribute", "category"} & set(by):
+        raise DataRefused(
+            f"data set {ratings.name!r}: {len(ratings.attributes)} attributes would be averaged;"
+            " name 'attribute' or 'category' among the columns"
+        )
+    bad = [place for place, value in enumerate(ratings.table["value"].tolist()) if not isfinite(value)]
+    if bad:
+        first = ratings.table.iloc[bad[0]]
+        raise DataRefused(
+            f"data set {ratings.name!r}: {len(bad)} values are not finite, the first is {first['value']} of"
+            f" {first['participant']} on {first['attribute']}; the design check names them all"
+        )
+
+
+def _frame(rows: Sequence[tuple[object, ...]], columns: Sequence[str]) -> pd.DataFrame:
+    """A table whose missing SDs stay None: as NaN they could be taken for a number."""
+    table = pd.DataFrame(list(rows), columns=list(columns))
+    if "sd" in table.columns:
+        table["sd"] = pd.Series([row[columns.index("sd")] for row in rows], dtype="object", index=table.index)
+    return table

@@ -1,0 +1,94 @@
+"""What a design check found: typed problems with their places, all counted, the first ones listed."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass, field
+from typing import Literal
+
+Kind = Literal[
+    "no_rows", "unlabelled", "two_groups", "undeclared", "missing", "duplicate", "non_finite", "out_of_scale",
+    "off_step", "constant_rater", "constant_attribute",
+]  # fmt: skip
+NOTES: frozenset[Kind] = frozenset({"constant_rater", "constant_attribute"})
+
+_TITLES: Mapping[Kind, str] = {
+    "no_rows": "tables without a row",
+    "unlabelled": "rows without a participant or a level",
+    "two_groups": "participants in more than one group",
+    "undeclared": "cells that the design does not have",
+    "missing": "missing cells",
+    "duplicate": "cells filled more often than planned",
+    "non_finite": "values that are no finite number",
+    "out_of_scale": "values outside the scale",
+    "off_step": "values between the steps of the scale",
+    "constant_rater": "participants who gave one value throughout",
+    "constant_attribute": "attributes on which a participant gave one value throughout",
+}
+
+
+@dataclass(frozen=True)
+class Place:
+    """Where a problem lies: a participant, the cell by its columns, and what was found there."""
+
+    participant: str
+    cell: Mapping[str, str] = field(default_factory=dict)
+    found: str = ""
+
+    def text(self) -> str:
+        """One line: participant, cell, found."""
+        cell = [f"{column} {level}" for column, level in self.cell.items()]
+        where = ", ".join([self.participant, *cell])
+        return f"{where}: {self.found}" if self.found else where
+
+
+@dataclass(frozen=True)
+class Problem:
+    """All places with one kind of problem: `count` of them, the first ones listed."""
+
+    kind: Kind
+    count: int
+    listed: tuple[Place, ...]
+
+    @property
+    def title(self) -> str:
+        """What the places have in common, in words."""
+        return _TITLES[self.kind]
+
+    def text(self) -> str:
+        """A headline with the count, then one line for each listed place."""
+        lines = [f"{self.count} {self.title}:", *(f"  {place.text()}" for place in self.listed)]
+        if self.count > len(self.listed):
+            lines.append(f"  ... and {self.count - len(self.listed)} more")
+        return "\n".join(lines)
+
+
+@dataclass(frozen=True)
+class DesignReport:
+    """What the check found: `problems` forbid a statistic, `notes` are for a person to judge."""
+
+    rows: int
+    participants: int
+    cells_owed: int
+    problems: tuple[Problem, ...]
+    notes: tuple[Problem, ...]
+
+    @property
+    def ok(self) -> bool:
+        """Whether every owed cell holds exactly its finite, allowed value."""
+        return not self.problems
+
+    def of(self, kind: Kind) -> Problem | None:
+        """The problem or note of one kind, or None."""
+        return next((each for each in (*self.problems, *self.notes) if each.kind == kind), None)
+
+    def text(self) -> str:
+        """The report for a terminal."""
+        verdict = "complete" if self.ok else "not usable as it is"
+        head = f"{self.participants} participants, {self.rows} ratings, {self.cells_owed} cells owed: {verdict}"
+        return "\n".join([head, *(each.text() for each in (*self.problems, *self.notes))])
+
+
+def gathered(kind: Kind, places: Sequence[Place], limit: int) -> list[Problem]:
+    """The places as one problem, or none where there are none."""
+    return [Problem(kind, len(places), tuple(places[:limit]))] if places else []

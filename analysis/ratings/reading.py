@@ -1,0 +1,241 @@
+"""The ratings of a study, read from a collected database: one path for one session file and for a whole lab."""
+
+from __future__ import annotations
+
+from collections import Counter
+from collections.abc import Iterator, Sequence
+from contextlib import contextmanager
+from dataclasses import dataclass
+from typing import Any
+
+import pandas as pd
+from sqlalchemy import Connection, Engine, text
+from sqlalchemy.exc import SQLAlchemyError
+
+from analysis.ratings.collected_sessions import Choice, SessionRow, choose_sessions
+from analysis.ratings.crossing import crossed_columns, levels_of
+from analysis.ratings.dataset import Crossing, DataRefused, Exclusion, Input, Ratings, Scale
+from protocols.canonical import parse
+from protocols.consistency import nearest
+from protocols.study import Study
+
+__all__ = ["Crossing", "DataRefused", "Exclusion", "Input", "Ratings", "Scale", "read_ratings"]
+
+OWN_COLUMNS = (
+    "participant", "attribute", "value", "group", "study", "session", "trial", "block", "stimulus",
+    "response_time_s", "revised",
+)  # fmt: skip
+
+_SESSIONS = text(
+    "SELECT session, study_digest, participant, group_name, simulated, status, trials_planned, trials_answered,"
+    " head_hash, file, file_sha256 FROM sessions WHERE study = :study ORDER BY participant, session"
+)
+_RATINGS = text(
+    "SELECT session, participant, group_name, trial, block, practice, stimulus, attribute, value,"
+    " response_time_s, revised FROM ratings WHERE study = :study ORDER BY participant, session, trial"
+)
+
+
+@dataclass(frozen=True)
+class _Rating:
+    """A row of the view `ratings`: the counting answer to one attribute in one trial."""
+
+    session: str
+    participant: str
+    group_name: str | None
+    trial: int
+    block: int | str | None
+    practice: bool
+    stimulus: str
+    attribute: str
+    value: Any
+    response_time_s: float | None
+    revised: bool
+
+
+def read_ratings(
+    source: Engine | Connection,
+    study: str,
+    *,
+    digest: str | None = None,
+    include_incomplete: bool = False,
+    simulated: bool | None = None,
+) -> Ratings:
+    """The ratings of `study`, without practice trials and, unless told, without interrupted sessions.
+
+    Every session and practice trial left out has a line in `exclusions`. `digest` (or its beginning) chooses one
+    version of a study that was changed between participants; `simulated` keeps only simulated or only real
+    sessions where there are both. Raises DataRefused where either is needed and not given, where the database is
+    not a collected one, holds no such study or no session to analyse, and where an answer is no number.
+    """
+    with _connected(source) as connection:
+        rows = [SessionRow(**row) for row in _query(connection, _SESSIONS, study)]
+        if not rows:
+            raise DataRefused(_no_sessions(connection, study))
+        ratings = [_Rating(**row) for row in _query(connection, _RATINGS, study)]
+        choice = choose_sessions(rows, study, digest, include_incomplete, simulated)
+        definition = _definition(connection, study, choice.digest)
+    return _assembled(definition, choice, ratings)
+
+
+@contextmanager
+def _connected(source: Engine | Connection) -> Iterator[Connection]:
+    if isinstance(source, Connection):
+        yield source
+        return
+    with source.connect() as connection:
+        yield connection
+
+
+def _query(connection: Connection, statement: Any, study: str) -> list[dict[str, Any]]:
+    try:
+        return [dict(row) for row in connection.execute(statement, {"study": study}).mappings()]
+    except SQLAlchemyError as error:
+        reason = str(getattr(error, "orig", None) or error).splitlines()[0]
+        raise DataRefused(
+            f"{connection.engine.url!r}: not a collected database ({reason}); make one with: palpate collect"
+        ) from None
+
+
+def _no_sessions(connection: Connection, study: str) -> str:
+    known = [row["study"] for row in _query(connection, text("SELECT DISTINCT study FROM sessions"), study)]
+    if not known:
+        return "the collected database holds no session; collect the session files first"
+    return f"no session of study {study!r} is collected; {nearest(study, sorted(known))}"
+
+
+def _definition(connection: Connection, study: str, digest: str) -> Study:
+    found = _query(connection, text("SELECT study_digest, definition FROM studies WHERE study = :study"), study)
+    for row in found:
+        if row["study_digest"] == digest:
+            stored = row["definition"]
+            return _study(parse(stored.encode()) if isinstance(stored, str) else stored, study)
+    raise DataRefused(f"study {study!r}: its definition {digest[:12]} is not in the database; collect again")
+
+
+def _study(definition: Any, study: str) -> Study:
+    try:
+        return Study.model_validate(definition)
+    except ValueError as error:
+        lines = str(error).splitlines()
+        raise DataRefused(f"study {study!r}: the stored definition cannot be read: {' '.join(lines[1:3])}") from None
+
+
+def _assembled(study: Study, choice: Choice, found: Sequence[_Rating]) -> Ratings:
+    kept = {session.session for session in choice.kept}
+    counted = [each for each in found if each.session in kept and not each.practice]
+    within, crossings = _factors(study)
+    return Ratings(
+        name=study.study,
+        table=_table(study, counted, found),
+        within=within,
+        between=("group",) if len({session.group_name for session in choice.kept}) > 1 else (),
+        attributes=tuple(attribute.name for attribute in study.attributes),
+        scale=Scale(study.scale.low, study.scale.high, study.scale.step),
+        inputs=tuple(_inputs(study, choice)),
+        exclusions=(*_left_out(choice, found), *_without_ratings(choice, counted), *_practice(kept, found)),
+        antonyms={attribute.low: attribute.high for attribute in study.attributes},
+        categories={a.low: a.category for a in study.attributes if a.category is not None},
+        crossings=crossings,
+        repeats=study.order.repeats,
+        pooled=column_name((study.analysis and study.analysis.pooled) or ""),
+        families=column_name((study.analysis and study.analysis.families) or ""),
+        simulated=any(session.simulated for session in choice.kept),
+    )
+
+
+def column_name(stimulus_column: str) -> str:
+    """The table's name for a column of the stimulus table: its own, unless the table needs that name itself."""
+    return f"stimulus.{stimulus_column}" if stimulus_column in OWN_COLUMNS else stimulus_column
+
+
+def _factors(study: Study) -> tuple[tuple[str, ...], tuple[Crossing, ...]]:
+    """The within factors, and the cells that each group owes."""
+    groups = {group: [s.columns for s in study.stimuli_of(group)] for group in (study.groups or [None])}
+    named = study.analysis.within if study.analysis is not None else ()
+    for name in named:
+        if any(name not in stimulus.columns for stimulus in study.stimuli):
+            raise DataRefused(f"study {study.study!r}: not every stimulus has the within factor {name!r}")
+    crossed = crossed_columns(list(groups.values()), only=named)
+    crossings = []
+    for group, stimuli in groups.items():
+        levels = {column_name(c): ls for c, ls in levels_of(crossed, stimuli).items()}
+        if not crossed:
+            levels = {"stimulus": tuple(s.id for s in study.stimuli_of(group))}
+        crossings.append(Crossing({"group": group} if len(groups) > 1 and group else {}, levels))
+    within = tuple(column_name(name) for name in named or crossed) or ("stimulus",)
+    return within, tuple(crossings)
+
+
+def _table(study: Study, counted: Sequence[_Rating], found: Sequence[_Rating]) -> pd.DataFrame:
+    order = {attribute.name: place for place, attribute in enumerate(study.attributes)}
+    stimuli = {stimulus.id: stimulus.columns for stimulus in study.stimuli}
+    for each in found:
+        _check(each, order, stimuli)
+    rows = sorted(counted, key=lambda r: (r.participant, r.session, r.trial, order[r.attribute]))
+    shared = [name for name in study.stimuli[0].columns if all(name in columns for columns in stimuli.values())]
+    return pd.DataFrame(
+        {
+            "participant": [r.participant for r in rows],
+            "attribute": [r.attribute for r in rows],
+            "value": pd.Series([_number(r) for r in rows], dtype="float64"),
+            "group": [r.group_name or "" for r in rows],
+            **{column_name(name): [stimuli[r.stimulus][name] for r in rows] for name in shared},
+            "study": [study.study for _ in rows],
+            "session": [r.session for r in rows],
+            "trial": [r.trial for r in rows],
+            "block": ["" if r.block is None else str(r.block) for r in rows],
+            "stimulus": [r.stimulus for r in rows],
+            "response_time_s": pd.Series([r.response_time_s for r in rows], dtype="float64"),
+            "revised": pd.Series([bool(r.revised) for r in rows], dtype="bool"),
+        }
+    )
+
+
+def _check(rating: _Rating, attributes: dict[str, int], stimuli: dict[str, dict[str, str]]) -> None:
+    where = f"session {rating.session}, trial {rating.trial}"
+    if rating.attribute not in attributes:
+        raise DataRefused(
+            f"{where}: attribute {rating.attribute!r} is not in the study; {nearest(rating.attribute, attributes)}"
+        )
+    if rating.stimulus not in stimuli:
+        raise DataRefused(
+            f"{where}: stimulus {rating.stimulus!r} is not in the study; {nearest(rating.stimulus, stimuli)}"
+        )
+
+
+def _number(rating: _Rating) -> float:
+    if rating.value is None:
+        return float("nan")
+    if isinstance(rating.value, bool) or not isinstance(rating.value, int | float):
+        raise DataRefused(
+            f"session {rating.session}, trial {rating.trial}: {rating.attribute} was answered with"
+            f" {rating.value!r}, a number is expected: these answers are no ratings"
+        )
+    return float(rating.value)
+
+
+def _inputs(study: Study, choice: Choice) -> Iterator[Input]:
+    yield Input(f"study {study.study}", choice.digest, "the compiled study")
+    for session in (*choice.kept, *(each for each, _ in choice.left_out)):
+        yield Input(session.file, session.file_sha256, f"session {session.session}, last event {session.head_hash}")
+
+
+def _left_out(choice: Choice, found: Sequence[_Rating]) -> Iterator[Exclusion]:
+    rows = Counter(each.session for each in found if not each.practice)
+    for session, why in choice.left_out:
+        yield Exclusion("session", f"{session.participant}, session {session.session}", why, rows[session.session])
+
+
+def _without_ratings(choice: Choice, counted: Sequence[_Rating]) -> Iterator[Exclusion]:
+    """A session kept but empty has no row in the table, so only this line tells of it."""
+    rated = {each.session for each in counted}
+    for session in choice.kept:
+        if session.session not in rated:
+            yield Exclusion("session", f"{session.participant}, session {session.session}", "holds no rating", 0)
+
+
+def _practice(kept: set[str], found: Sequence[_Rating]) -> Iterator[Exclusion]:
+    practised = Counter((each.participant, each.session) for each in found if each.practice and each.session in kept)
+    for (participant, session), rows in practised.items():
+        yield Exclusion("practice", f"{participant}, session {session}", "practice trials do not count", rows)

@@ -1,0 +1,175 @@
+"""A data set in a folder: ratings.csv, which any program reads, and dataset.json, which says what it means."""
+
+from __future__ import annotations
+
+import csv
+import hashlib
+import io
+import json
+import os
+import shutil
+import tempfile
+from collections.abc import Callable
+from dataclasses import asdict
+from pathlib import Path
+from typing import Any
+
+import pandas as pd
+
+from analysis.ratings.dataset import Crossing, DataRefused, Exclusion, Input, Ratings, Scale
+
+FORMAT = 1
+TABLE = "ratings.csv"
+DESCRIPTION = "dataset.json"
+_READ: dict[str, Callable[[str], object]] = {
+    "text": str,
+    "number": float,
+    "whole": int,
+    "truth": lambda text: {"true": True, "false": False}[text],
+}
+
+
+def save_ratings(ratings: Ratings, folder: Path, *, replace: bool = False) -> None:
+    """Write the data set to `folder`, all of it or nothing; reading it again gives the same table, bit for bit.
+
+    Raises DataRefused where the folder exists and is not to be replaced, or a text column holds something else.
+    """
+    if folder.exists() and not replace:
+        raise DataRefused(f"{folder}: exists already; replace it with --replace, or give the data set another name")
+    kinds = {str(column): _kind(ratings.table[column], str(column)) for column in ratings.table.columns}
+    table = _csv(ratings.table, kinds)
+    described = json.dumps(_description(ratings, kinds, table), indent=2, ensure_ascii=False) + "\n"
+    folder.parent.mkdir(parents=True, exist_ok=True)
+    made = Path(tempfile.mkdtemp(prefix=".unfinished-", dir=folder.parent))
+    try:
+        _write(made / TABLE, table)
+        _write(made / DESCRIPTION, described.encode())
+        _put_in_place(made, folder)
+    finally:
+        shutil.rmtree(made, ignore_errors=True)
+
+
+def load_ratings(folder: Path) -> Ratings:
+    """The data set that `save_ratings` wrote to `folder`.
+
+    Raises DataRefused where it is none, is of a newer format, or its table was changed since.
+    """
+    path = folder / DESCRIPTION
+    if not path.is_file():
+        raise DataRefused(f"{folder}: no imported data set ({DESCRIPTION} is missing); import the table first")
+    try:
+        described = json.loads(path.read_text(encoding="utf-8"))
+        if described["format"] != FORMAT:
+            raise DataRefused(f"{path}: format {described['format']!r}, this version reads {FORMAT}; import again")
+        table = _checked_table(folder, described)
+        return _ratings(described, table)
+    except (KeyError, TypeError, UnicodeDecodeError, json.JSONDecodeError) as error:
+        raise DataRefused(f"{path}: not a description of a data set ({error!r}); import the table again") from None
+
+
+def _kind(column: pd.Series[Any], name: str) -> str:
+    if pd.api.types.is_bool_dtype(column):
+        return "truth"
+    if pd.api.types.is_integer_dtype(column):
+        return "whole"
+    if pd.api.types.is_float_dtype(column):
+        return "number"
+    for row, value in enumerate(column.tolist()):
+        if not isinstance(value, str):
+            raise DataRefused(f"column {name!r}, row {row + 1}: {value!r} is no text; a text is expected")
+    return "text"
+
+
+def _csv(table: pd.DataFrame, kinds: dict[str, str]) -> bytes:
+    """Texts quoted, numbers not; a float by its shortest text that reads back as the same float."""
+    text = io.StringIO(newline="")
+    writer = csv.writer(text, quoting=csv.QUOTE_NONNUMERIC, lineterminator="\n")
+    writer.writerow(list(kinds))
+    columns = [
+        [str(v).lower() for v in table[c].tolist()] if kind == "truth" else table[c].tolist()
+        for c, kind in kinds.items()
+    ]
+    writer.writerows(zip(*columns, strict=True))
+    return text.getvalue().encode("utf-8")
+
+
+def _description(ratings: Ratings, kinds: dict[str, str], table: bytes) -> dict[str, Any]:
+    return {
+        "format": FORMAT,
+        "name": ratings.name,
+        "source": ratings.source,
+        "licence": ratings.licence,
+        "table": {"file": TABLE, "sha256": hashlib.sha256(table).hexdigest(), "rows": len(ratings.table)},
+        "columns": kinds,
+        "within": ratings.within,
+        "between": ratings.between,
+        "attributes": ratings.attributes,
+        "antonyms": dict(ratings.antonyms),
+        "categories": dict(ratings.categories),
+        "scale": None if ratings.scale is None else asdict(ratings.scale),
+        "crossings": [{"between": dict(c.between), "levels": dict(c.levels)} for c in ratings.crossings],
+        "repeats": ratings.repeats,
+        "pooled": ratings.pooled,
+        "families": ratings.families,
+        "simulated": ratings.simulated,
+        "inputs": [asdict(each) for each in ratings.inputs],
+        "exclusions": [asdict(each) for each in ratings.exclusions],
+    }
+
+
+def _write(path: Path, data: bytes) -> None:
+    with path.open("wb") as file:
+        file.write(data)
+        file.flush()
+        os.fsync(file.fileno())
+
+
+def _put_in_place(made: Path, folder: Path) -> None:
+    """Rename into place; a data set that is replaced stands aside until the new one is there."""
+    if not folder.exists():
+        made.rename(folder)
+        return
+    aside = Path(tempfile.mkdtemp(prefix=".replaced-", dir=folder.parent)) / folder.name
+    folder.rename(aside)
+    made.rename(folder)
+    shutil.rmtree(aside.parent)
+
+
+def _checked_table(folder: Path, described: dict[str, Any]) -> pd.DataFrame:
+    path = folder / TABLE
+    if not path.is_file():
+        raise DataRefused(f"{path}: the table is missing; import it again")
+    data = path.read_bytes()
+    if hashlib.sha256(data).hexdigest() != described["table"]["sha256"]:
+        raise DataRefused(f"{path}: was changed after the import; change the source and import it again")
+    header, *rows = csv.reader(io.StringIO(data.decode("utf-8"), newline=""))
+    kinds = described["columns"]
+    columns = {name: [_READ[kinds[name]](row[place]) for row in rows] for place, name in enumerate(header)}
+    types = {"text": "str", "number": "float64", "whole": "int64", "truth": "bool"}
+    return pd.DataFrame({name: pd.Series(cells, dtype=types[kinds[name]]) for name, cells in columns.items()})
+
+
+def _ratings(described: dict[str, Any], table: pd.DataFrame) -> Ratings:
+    crossings = (
+        Crossing(each["between"], {name: tuple(levels) for name, levels in each["levels"].items()})
+        for each in described["crossings"]
+    )
+    return Ratings(
+        name=described["name"],
+        table=table,
+        within=tuple(described["within"]),
+        between=tuple(described["between"]),
+        attributes=tuple(described["attributes"]),
+        scale=None if described["scale"] is None else Scale(**described["scale"]),
+        inputs=tuple(Input(**each) for each in described["inputs"]),
+        exclusions=tuple(Exclusion(**each) for each in described["exclusions"]),
+        antonyms=described["antonyms"],
+        categories=described["categories"],
+        crossings=tuple(crossings),
+        repeats=described["repeats"],
+        pooled=described["pooled"],
+        families=described["families"],
+        simulated=described["simulated"],
+        source=described["source"],
+        licence=described["licence"],
+    )

@@ -1,0 +1,1 @@
+"""From ratings to tests, figures, files and one HTML report."""

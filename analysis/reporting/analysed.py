@@ -1,0 +1,88 @@
+"""Everything that a report says about one data set, computed once: design check, means and tests."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from dataclasses import dataclass
+
+import pandas as pd
+
+from analysis.ratings.dataset import Ratings
+from analysis.ratings.describe import describe
+from analysis.ratings.design import check_ratings
+from analysis.ratings.design_report import DesignReport
+from analysis.reporting.pictures import level_means
+from analysis.reporting.study_statistics import Progress, Row, StudyStatistics, Test, study_statistics
+
+GREENHOUSE_GEISSER = "Greenhouse-Geisser"
+
+
+@dataclass(frozen=True)
+class Analysed:
+    """A data set with all that was computed from it.
+
+    `levels` holds the means that the figures show, `stimuli` those of every stimulus (every cell of the design),
+    both over participants.
+    """
+
+    title: str
+    ratings: Ratings
+    design: DesignReport
+    levels: pd.DataFrame
+    stimuli: pd.DataFrame
+    statistics: StudyStatistics
+
+    def headline(self, attribute: str) -> Test | None:
+        """The test that comes first for an attribute: of the factor all participants share, else the crossed one."""
+        for kind in ("pooled", "crossed"):
+            for test in self.statistics.tests:
+                if test.attribute == attribute and test.question.kind == kind:
+                    return test
+        return None
+
+
+def analyse_ratings(ratings: Ratings, title: str = "", progress: Progress = lambda *_: None) -> Analysed:
+    """Check the design, describe and test. Raises DataRefused where the ratings cannot be described at all."""
+    return Analysed(
+        title=title or ratings.name,
+        ratings=ratings,
+        design=check_ratings(ratings),
+        levels=level_means(ratings),
+        stimuli=stimulus_means(ratings),
+        statistics=study_statistics(ratings, progress),
+    )
+
+
+def stimulus_means(ratings: Ratings) -> pd.DataFrame:
+    """Mean and SD across participants of every attribute for every stimulus."""
+    named = ("stimulus",) if "stimulus" in ratings.table.columns and "stimulus" not in ratings.within else ()
+    return describe(ratings, ("attribute", *ratings.within, *named), kind="over participants")
+
+
+def correction(row: Row) -> str:
+    """The correction that is always made where an effect within participants has more than one df, else ''.
+
+    There is no test of sphericity first: it has little power exactly where it is needed.
+    """
+    return GREENHOUSE_GEISSER if "p_GG_corr" in row and row["ddof1"] > 1 else ""
+
+
+def reported_p(row: Row) -> float | None:
+    """The p value that a sentence states: corrected wherever a correction is made."""
+    p: float | None = row["p_GG_corr" if correction(row) else "p_unc"]
+    return p
+
+
+def software() -> Mapping[str, str]:
+    """The versions that the numbers were computed with."""
+    import platform
+    from importlib.metadata import PackageNotFoundError, version
+
+    def found(package: str) -> str:
+        try:
+            return version(package)
+        except PackageNotFoundError:
+            return "not installed"
+
+    packages = ("palpate", "numpy", "scipy", "pandas", "matplotlib")
+    return {"python": platform.python_version(), **{package: found(package) for package in packages}}

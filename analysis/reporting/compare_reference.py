@@ -1,0 +1,154 @@
+"""Our numbers beside those of another program, each with its relative error."""
+
+from __future__ import annotations
+
+import json
+import math
+from collections.abc import Iterable, Iterator, Mapping
+from dataclasses import dataclass
+from itertools import groupby
+from pathlib import Path
+from typing import TYPE_CHECKING, Any
+
+from analysis.ratings.dataset import DataRefused
+from analysis.reporting.study_statistics import Row, Test
+from protocols.consistency import nearest
+
+if TYPE_CHECKING:
+    from rich.table import Table
+
+SHIPPED = Path(__file__).parent.parent / "reference" / "r_reference.json"
+SHIPPED_KEYS = {"sk2011": "sk2011_2way"}
+TOLERANCE = 1e-9
+"""The largest relative error that still counts as agreement; R itself is within 2e-13 of the exact values."""
+
+COLUMNS = {
+    "SS": "SS",
+    "SS_error": "SS_error",
+    "F": "F",
+    "p": "p_unc",
+    "GG_eps": "eps",
+    "p_GG": "p_GG_corr",
+    "HF_eps_raw": "eps_HF",
+    "p_HF": "p_HF_corr",
+    "pes": "np2",
+    "ges": "ng2",
+}
+"""The reference's name of a number (R, package afex) and ours. R does not cut its Huynh-Feldt epsilon off at 1."""
+
+SHOWN = {"SS_error": "SS error", "GG_eps": "ε (GG)", "p_GG": "p (GG)", "HF_eps_raw": "ε (HF)", "p_HF": "p (HF)",
+         "pes": "partial η²", "ges": "generalized η²"}  # fmt: skip
+
+
+@dataclass(frozen=True)
+class Compared:
+    """One number: ours, the reference's, and |ours - reference| / |reference| (None where ours is undefined)."""
+
+    effect: str
+    number: str
+    ours: float | None
+    reference: float
+    relative_error: float | None
+
+    @property
+    def agrees(self) -> bool:
+        """Whether the two are the same within `TOLERANCE`."""
+        return self.relative_error is not None and self.relative_error <= TOLERANCE
+
+
+def compare_with_reference(table: Iterable[Row], reference: Mapping[str, Any]) -> list[Compared]:
+    """Every number of an analysis of variance that the reference has, side by side.
+
+    `table` holds rows of `rm_anova` (or of a `Test`), `reference` an entry of r_reference.json: effects by name,
+    a:b for an interaction. Raises DataRefused where the reference has an effect that the table lacks.
+    """
+    rows = {str(row["Source"]): row for row in table}
+    compared = []
+    for effect, numbers in reference["effects"].items():
+        if effect not in rows:
+            raise DataRefused(f"the reference has the effect {effect!r}; {nearest(effect, rows)}")
+        compared += list(_effect(effect, rows[effect], numbers))
+    return compared
+
+
+def read_reference(choice: str, name: str) -> Mapping[str, Any]:
+    """The reference of a data set: `r` for the shipped values of R, or FILE.json#KEY.
+
+    Raises DataRefused where there is none, OSError where the file cannot be read.
+    """
+    if choice == "r" and name not in SHIPPED_KEYS:
+        known = ", ".join(SHIPPED_KEYS)
+        raise DataRefused(f"no values of R are shipped for {name!r}, only for {known}; name a file as FILE.json#KEY")
+    path, _, key = (str(SHIPPED), "#", SHIPPED_KEYS[name]) if choice == "r" else choice.partition("#")
+    try:
+        entries = json.loads(Path(path).read_text(encoding="utf-8"))
+    except (UnicodeDecodeError, json.JSONDecodeError) as error:
+        raise DataRefused(f"{path}: no JSON ({error}); a reference is a JSON object of named entries") from None
+    if not isinstance(entries, dict) or key not in entries:
+        raise DataRefused(f"{path}: no entry {key!r}; {nearest(key, list(entries))}")
+    return _checked(entries[key], f"{path}#{key}")
+
+
+def fitting_test(tests: Iterable[Test], reference: Mapping[str, Any]) -> Test:
+    """The test that has every effect of the reference; raises DataRefused where none or several have."""
+    wanted = set(reference["effects"])
+    fitting = [test for test in tests if wanted <= {row.get("Source") for row in test.rows}]
+    if len(fitting) != 1:
+        effects = ", ".join(sorted(wanted))
+        raise DataRefused(f"{len(fitting)} tests have the effects {effects}; a reference belongs to exactly one")
+    return fitting[0]
+
+
+def comparison_table(compared: Iterable[Compared], title: str) -> Table:
+    """The comparison for a terminal."""
+    from rich.box import SIMPLE_HEAD
+    from rich.markup import escape
+    from rich.table import Table
+
+    table = Table(title=escape(title), title_justify="left", title_style="bold", box=SIMPLE_HEAD, pad_edge=False)
+    table.add_column("number", overflow="fold")
+    for heading in ("palpate", "reference", "relative error"):
+        table.add_column(heading, justify="right", no_wrap=True)
+    for effect, numbers in groupby(compared, key=lambda each: each.effect):
+        table.add_row(f"[bold]{escape(effect)}[/bold]")
+        for each in numbers:
+            name = SHOWN.get(each.number, each.number)
+            table.add_row(f"  {name}", _text(each.ours), _text(each.reference), _error_text(each))
+        table.add_section()
+    return table
+
+
+def _effect(effect: str, row: Row, numbers: Mapping[str, Any]) -> Iterator[Compared]:
+    for name, column in COLUMNS.items():
+        if name in numbers and column in row:
+            reference = float(numbers[name])
+            if name == "HF_eps_raw":
+                reference = min(1.0, reference)
+            ours = row[column]
+            yield Compared(effect, name, ours, reference, _relative_error(ours, reference))
+
+
+def _relative_error(ours: float | None, reference: float) -> float | None:
+    if ours is None or math.isnan(ours):
+        return None
+    if reference == 0:
+        return 0.0 if ours == 0 else float("inf")
+    return abs(ours - reference) / abs(reference)
+
+
+def _checked(entry: Any, where: str) -> Mapping[str, Any]:
+    effects = entry.get("effects") if isinstance(entry, dict) else None
+    if not isinstance(effects, dict) or not all(isinstance(numbers, dict) for numbers in effects.values()):
+        raise DataRefused(f"{where}: no analysis of variance; an object `effects` of named numbers is expected")
+    return {"effects": effects}
+
+
+def _text(value: float | None) -> str:
+    return "undefined" if value is None else f"{value:.12g}"
+
+
+def _error_text(each: Compared) -> str:
+    if each.relative_error is None:
+        return "[red]undefined[/red]"
+    text = "0" if each.relative_error == 0 else f"{each.relative_error:.1e}"
+    return text if each.agrees else f"[red]{text}[/red]"

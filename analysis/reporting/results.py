@@ -1,0 +1,168 @@
+"""An analysis as files: one JSON with every number, and a CSV for each table."""
+
+from __future__ import annotations
+
+import csv
+import io
+import json
+import math
+import re
+from collections.abc import Iterator, Mapping, Sequence
+from dataclasses import asdict
+from pathlib import Path
+from typing import Any
+
+import pandas as pd
+
+from analysis.reporting.analysed import Analysed, correction, reported_p, software
+from analysis.reporting.pictures import shown_factors
+from analysis.reporting.study_statistics import Row, Test
+
+METHODS = {
+    "crossed": "repeated-measures analysis of variance",
+    "pooled": "repeated-measures analysis of variance",
+    "between": "one-way analysis of variance between groups",
+    "pairs": "paired t tests, two-sided",
+}
+EFFECT = {
+    "Source": "effect",
+    "SS": "sum_of_squares",
+    "SS_error": "error_sum_of_squares",
+    "MS": "mean_square",
+    "ddof1": "df1",
+    "ddof2": "df2",
+    "F": "F",
+    "p_unc": "p_uncorrected",
+    "p_GG_corr": "p_greenhouse_geisser",
+    "p_HF_corr": "p_huynh_feldt",
+    "eps": "epsilon_greenhouse_geisser",
+    "eps_HF": "epsilon_huynh_feldt",
+    "np2": "partial_eta_squared",
+    "ng2": "generalized_eta_squared",
+    "eta2": "eta_squared",
+    "note": "note",
+}
+PAIR = {
+    "Contrast": "factor",
+    "A": "a",
+    "B": "b",
+    "mean_diff": "mean_difference",
+    "ci_low": "ci95_low",
+    "ci_high": "ci95_high",
+    "T": "t",
+    "dof": "df",
+    "p_unc": "p_uncorrected",
+    "p_bonferroni": "p_bonferroni",
+    "p_holm": "p_holm",
+    "dz": "cohens_dz",
+    "note": "note",
+}
+
+
+def write_results(found: Analysed, folder: Path) -> list[Path]:
+    """Write statistics.json and the CSV tables to `folder`: equal inputs give equal bytes. The paths, in order."""
+    folder.mkdir(parents=True, exist_ok=True)
+    written = [_text(folder / "statistics.json", statistics_json(found))]
+    for name, table in result_tables(found).items():
+        written.append(_text(folder / name, csv_text(table)))
+    return written
+
+
+def statistics_json(found: Analysed) -> str:
+    """Every number of the analysis, with its method, n, exclusions and the hash of every input.
+
+    Keys are sorted and no value is NaN: an undefined number is null, and the `note` beside it says why.
+    """
+    return json.dumps(statistics_data(found), indent=1, sort_keys=True, ensure_ascii=False, allow_nan=False) + "\n"
+
+
+def statistics_data(found: Analysed) -> dict[str, Any]:
+    """What statistics.json holds, as JSON data."""
+    ratings, design = found.ratings, found.design
+    return {
+        "name": ratings.name,
+        "title": found.title,
+        "simulated": ratings.simulated,
+        "participants": len(ratings.participants),
+        "ratings": len(ratings.table),
+        "attributes": list(ratings.attributes),
+        "design": {
+            "complete": design.ok,
+            "problems": [problem.text() for problem in design.problems],
+            "notes": [note.text() for note in design.notes],
+        },
+        "exclusions": [asdict(each) for each in ratings.exclusions],
+        "inputs": [asdict(each) for each in ratings.inputs],
+        "means": {"levels": _records(found.levels), "stimuli": _records(found.stimuli)},
+        "tests": [_test(test) for test in found.statistics.tests],
+        "software": dict(software()),
+    }
+
+
+def result_tables(found: Analysed) -> dict[str, list[dict[str, Any]]]:
+    """The rows of each CSV by file name; the level means are named for their factor: variant_means.csv."""
+    levels = re.sub(r"\W+", "_", "_".join(shown_factors(found.ratings))).strip("_") or "level"
+    tests = found.statistics.tests
+    return {
+        "ratings.csv": _records(found.ratings.table),
+        "stimulus_means.csv": _records(found.stimuli),
+        f"{levels}_means.csv": _records(found.levels),
+        "anova.csv": [row for test in tests if test.question.kind != "pairs" for row in _flat(test)],
+        "pairwise.csv": [row for test in tests if test.question.kind == "pairs" for row in _flat(test)],
+    }
+
+
+def csv_text(rows: Sequence[Mapping[str, Any]]) -> str:
+    """Rows as CSV: what is missing is empty, a float is the shortest text that reads back as the same float."""
+    text = io.StringIO(newline="")
+    columns = list(dict.fromkeys(name for row in rows for name in row))
+    writer = csv.writer(text, lineterminator="\n")
+    writer.writerow(columns)
+    writer.writerows([_cell(row.get(name)) for name in columns] for row in rows)
+    return text.getvalue()
+
+
+def _cell(value: Any) -> str:
+    if value is None or (isinstance(value, float) and math.isnan(value)):
+        return ""
+    return str(value).lower() if isinstance(value, bool) else str(value)
+
+
+def _text(path: Path, text: str) -> Path:
+    path.write_text(text, encoding="utf-8", newline="\n")
+    return path
+
+
+def _records(table: pd.DataFrame) -> list[dict[str, Any]]:
+    return [{str(k): v for k, v in record.items()} for record in table.to_dict("records")]
+
+
+def _test(test: Test) -> dict[str, Any]:
+    question = test.question
+    return {
+        "attribute": test.attribute,
+        "kind": question.kind,
+        "method": METHODS[question.kind],
+        "factors": list(question.factors),
+        "scope": question.scope,
+        "averaged_over": list(question.averaged_over),
+        "participants": test.participants,
+        "refused": test.refused or None,
+        "results": [named(row) for row in test.rows],
+    }
+
+
+def named(row: Row) -> dict[str, Any]:
+    """A row of a test under names that say what the number is."""
+    if "Contrast" in row:
+        return {name: row[column] for column, name in PAIR.items() if column in row}
+    effect = {name: row[column] for column, name in EFFECT.items() if column in row}
+    return {**effect, "p": reported_p(row), "correction": correction(row) or None}
+
+
+def _flat(test: Test) -> Iterator[dict[str, Any]]:
+    about = {"attribute": test.attribute, "scope": test.question.scope, "factors": " x ".join(test.question.factors)}
+    if test.refused:
+        yield {**about, "participants": test.participants, "note": test.refused}
+    for row in test.rows:
+        yield {**about, "participants": test.participants, **named(row)}

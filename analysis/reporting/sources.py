@@ -1,0 +1,91 @@
+"""Where a data set comes from: a lab's session files, a collected database, or an imported table."""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+from dataclasses import dataclass
+from pathlib import Path
+
+from sqlalchemy import Engine, text
+
+from analysis.ratings.dataset import DataRefused, Ratings
+from analysis.ratings.reading import read_ratings
+from analysis.ratings.saved import load_ratings
+from protocols.consistency import nearest
+from studies.collect import collect, ledgers_in, open_database
+
+Progress = Callable[[int, int, str], None]
+IN_MEMORY = "sqlite://"
+IMPORTED = "imported"
+
+
+@dataclass(frozen=True)
+class Wanted:
+    """What is asked for: a study or an imported data set by name, where it lies, and which sessions of it."""
+
+    name: str
+    lab: Path
+    url: str | None = None
+    digest: str | None = None
+    include_incomplete: bool = False
+    simulated: bool | None = None
+
+
+def read_source(wanted: Wanted, progress: Progress = lambda *_: None) -> tuple[Ratings, str]:
+    """The ratings that are asked for and their title ("" where they have none).
+
+    Session files are gathered into a database in memory, so that files, a collected database and a lab of one
+    session take one path. Raises DataRefused where there is no such data set, or what reading it raises.
+    """
+    if wanted.url is not None:
+        return _from_database(open_database(wanted.url), wanted)
+    paths = ledgers_in(wanted.lab, wanted.name)
+    folder = wanted.lab / IMPORTED / wanted.name
+    if paths and folder.exists():
+        raise DataRefused(f"{wanted.name!r} is both a study with sessions and imported in {folder}; rename the import")
+    if paths:
+        return _from_ledgers(paths, wanted, progress)
+    if not folder.exists():
+        raise DataRefused(_nothing(wanted))
+    return load_ratings(folder), ""
+
+
+def _from_ledgers(paths: list[Path], wanted: Wanted, progress: Progress) -> tuple[Ratings, str]:
+    engine = open_database(IN_MEMORY)
+    try:
+        for done, path in enumerate(paths):
+            progress(done, len(paths), path.name)
+            list(collect([path], engine))
+        progress(len(paths), len(paths), "")
+        return _from_database(engine, wanted)
+    finally:
+        engine.dispose()
+
+
+def _from_database(engine: Engine, wanted: Wanted) -> tuple[Ratings, str]:
+    ratings = read_ratings(
+        engine,
+        wanted.name,
+        digest=wanted.digest,
+        include_incomplete=wanted.include_incomplete,
+        simulated=wanted.simulated,
+    )
+    return ratings, _title(engine, ratings)
+
+
+def _title(engine: Engine, ratings: Ratings) -> str:
+    """The title that stands in the study's definition; its digest is the first input of the ratings."""
+    query = text("SELECT title FROM studies WHERE study_digest = :digest")
+    with engine.connect() as connection:
+        found = connection.execute(query, {"digest": ratings.inputs[0].sha256}).scalar_one_or_none()
+    return str(found) if found else ""
+
+
+def _nothing(wanted: Wanted) -> str:
+    imported = wanted.lab / IMPORTED
+    known = sorted(path.name for path in imported.iterdir() if path.is_dir()) if imported.is_dir() else []
+    known += sorted({path.name.rsplit("_", 2)[0] for path in ledgers_in(wanted.lab)})
+    where = f"{wanted.lab}: no sessions of a study {wanted.name!r} and no imported data set of that name"
+    if not known:
+        return f"{where}; the lab holds no data yet: run a session, import a table, or name another lab with --lab"
+    return f"{where}; {nearest(wanted.name, known)}"

@@ -1,0 +1,101 @@
+"""How every figure looks, and how it is written so that the same numbers give the same bytes."""
+
+from __future__ import annotations
+
+import io
+import re
+from collections.abc import Iterator
+from contextlib import contextmanager
+from pathlib import Path
+from typing import TYPE_CHECKING, Any
+
+if TYPE_CHECKING:
+    from matplotlib.axes import Axes
+    from matplotlib.figure import Figure
+
+INK, SOFT, FAINT, PAPER = "#1f2328", "#59636e", "#d8dee4", "#ffffff"
+OKABE_ITO = ("#0072B2", "#D55E00", "#009E73", "#CC79A7", "#E69F00", "#56B4E9", "#7A5195")
+"""Okabe and Ito (2008): told apart with every common colour vision; its yellow is too pale for lines, so
+it is left out, and a violet closes the row."""
+NO_DATE = {"Date": None, "Creator": None, "Format": None, "Type": None}
+
+_SETTINGS: dict[str, Any] = {
+    "font.family": "sans-serif",
+    "font.sans-serif": ["DejaVu Sans"],
+    "font.size": 9.0,
+    "text.color": INK,
+    "text.parse_math": False,
+    "axes.edgecolor": SOFT,
+    "axes.labelcolor": INK,
+    "axes.linewidth": 0.7,
+    "axes.spines.top": False,
+    "axes.spines.right": False,
+    "axes.titlesize": 10.0,
+    "axes.titleweight": "bold",
+    "axes.titlelocation": "left",
+    "axes.axisbelow": True,
+    "grid.color": FAINT,
+    "grid.linewidth": 0.6,
+    "xtick.color": SOFT,
+    "ytick.color": SOFT,
+    "xtick.labelcolor": INK,
+    "ytick.labelcolor": INK,
+    "xtick.major.size": 0.0,
+    "ytick.major.size": 0.0,
+    "figure.facecolor": PAPER,
+    "savefig.facecolor": PAPER,
+    "svg.fonttype": "path",
+}
+
+
+@contextmanager
+def drawing(salt: str) -> Iterator[None]:
+    """Draw and save inside this: one look, no mathematics read into names, SVG ids from `salt` alone.
+
+    The person's own matplotlib settings are left as they were. Text is drawn as outlines, so that a figure
+    looks the same where the font is missing.
+    """
+    import matplotlib as mpl
+
+    with mpl.rc_context():
+        mpl.rcdefaults()
+        mpl.rcParams.update({**_SETTINGS, "svg.hashsalt": salt})
+        yield
+
+
+def svg_text(figure: Figure) -> str:
+    """The figure as SVG, equal bytes for equal content (call it within `drawing`)."""
+    buffer = io.StringIO()
+    figure.savefig(buffer, format="svg", metadata=NO_DATE)
+    return re.sub(r"[ \t]+\n", "\n", buffer.getvalue())
+
+
+def save(figure: Figure, folder: Path, name: str) -> list[Path]:
+    """Write NAME.svg and NAME.png (call it within `drawing`) and give their paths."""
+    folder.mkdir(parents=True, exist_ok=True)
+    svg, png = folder / f"{name}.svg", folder / f"{name}.png"
+    svg.write_text(svg_text(figure), encoding="utf-8", newline="\n")
+    figure.savefig(png, format="png", dpi=160, metadata={"Software": None})
+    return [svg, png]
+
+
+def inline_svg(svg: str, prefix: str) -> str:
+    """The SVG as a part of an HTML page: no prologue, no metadata, no fixed size, ids of its own."""
+    body = svg[svg.index("<svg") :]
+    body = re.sub(r"<metadata>.*?</metadata>", "", body, flags=re.DOTALL)
+    body = re.sub(r"<!--.*?-->", "", body, flags=re.DOTALL)
+    body = re.sub(r'\bid="([^"]+)"', rf'id="{prefix}-\1"', body)
+    body = re.sub(r'href="#([^"]+)"', rf'href="#{prefix}-\1"', body)
+    body = re.sub(r"url\(#([^)]+)\)", rf"url(#{prefix}-\1)", body)
+    return re.sub(r'<svg ([^>]*?)width="[^"]*" ?|height="[^"]*pt" ?', _without_size, body, count=2).strip()
+
+
+def _without_size(found: re.Match[str]) -> str:
+    return f"<svg {found[1]}" if found[1] is not None else ""
+
+
+def quiet_axes(axes: Axes) -> None:
+    """Only a grid across: the data are the ink."""
+    axes.grid(visible=True, axis="y")
+    for side in ("left", "bottom"):
+        axes.spines[side].set_visible(False)

@@ -1,0 +1,1 @@
+"""Tests that give the right number or refuse by name, and their exact oracle."""

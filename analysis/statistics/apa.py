@@ -1,0 +1,148 @@
+"""Statistics as sentences in APA style: exact p, corrected degrees of freedom, effect sizes named by their kind.
+
+Pure text: a row is anything with `get`, such as a dict or a row of a result table.
+Source: Publication Manual of the American Psychological Association, 7th ed., 6.36 and 6.43 to 6.45.
+"""
+
+from __future__ import annotations
+
+import math
+from typing import Any, Literal, Protocol, TypeAlias
+
+Eta: TypeAlias = Literal["partial", "generalized"]
+Correction: TypeAlias = Literal["auto", "GG", "HF", "none"]
+
+ETA_COLUMNS = {"partial": "np2", "generalized": "ng2"}
+ETA_NAMES = {"partial": "η²p", "generalized": "η²G"}
+CORRECTED = {"GG": ("Greenhouse–Geisser", "eps", "p_GG_corr"), "HF": ("Huynh–Feldt", "eps_HF", "p_HF_corr")}
+FAMILIES = {"bonf": "Bonferroni", "holm": "Holm"}
+
+
+class Row(Protocol):
+    """One row of a result table."""
+
+    def get(self, key: str, /) -> Any:
+        """The value of a column; None where the row has no such column, or where its value is undefined."""
+
+
+class NoSuchOption(ValueError):
+    """A kind of effect size or correction that does not exist, or that the row does not hold."""
+
+
+def apa_p(p: float) -> str:
+    """A p value as a phrase: "p = .075", "p < .001", "p > .999"; "p undefined" for NaN."""
+    if math.isnan(p):
+        return "p undefined"
+    shown = p_value(p)
+    return f"p {shown}" if shown[0] in "<>" else f"p = {shown}"
+
+
+def p_value(p: float) -> str:
+    """A p value for a table: ".075", "< .001", "> .999", never 0; "–" for NaN. Raises NoSuchOption outside [0, 1]."""
+    if math.isnan(p):
+        return "–"
+    if not 0 <= p <= 1:
+        raise NoSuchOption(f"p = {p!r} is not a probability; expected a number from 0 to 1")
+    return _share(p, 3)
+
+
+def apa_f(row: Row, eta: Eta = "partial", correction: Correction = "auto") -> str:
+    """An effect as a sentence: "F(1.83, 20.11) = 3.03, p = .075, η²p = .22 (Greenhouse–Geisser, ε = .61)".
+
+    "auto" corrects by Greenhouse-Geisser wherever a row of `rm_anova` has more than one numerator degree of freedom,
+    whatever a test of sphericity would say. An undefined F gives its reason.
+    Raises NoSuchOption for an unknown eta or correction, or one that the row does not hold.
+    """
+    if eta not in ETA_COLUMNS:
+        raise NoSuchOption(f"eta={eta!r} is unknown: 'partial' or 'generalized'")
+    df1, df2, f = (_value(row, name) for name in ("ddof1", "ddof2", "F"))
+    if math.isnan(f):
+        return f"F({_df(df1)}, {_df(df2)}) is undefined: {_reason(row, 'F')}"
+    kind = _kind(row, correction, df1)
+    if kind == "none":
+        return f"F({_df(df1)}, {_df(df2)}) {_equals(f)}, {apa_p(_value(row, 'p_unc'))}, {_eta(row, eta)}"
+    name, eps_column, p_column = CORRECTED[kind]
+    eps = _value(row, eps_column)
+    if math.isnan(eps):
+        raise NoSuchOption(f"{name} is undefined here: {row.get('note')}; pass correction='GG'")
+    statistic = f"F({_df(df1 * eps)}, {_df(df2 * eps)}) {_equals(f)}"
+    return f"{statistic}, {apa_p(_value(row, p_column))}, {_eta(row, eta)} ({name}, ε {_is(_share(eps, 2))})"
+
+
+def apa_t(row: Row) -> str:
+    """A pair as a sentence: "t(11) = −2.30, p = .253 (Bonferroni), dz = −0.66, MD = −7.00, 95% CI [−13.70, −0.30]".
+
+    The p value is the adjusted one where a family was adjusted for. An undefined t gives its reason.
+    """
+    t, df = _value(row, "T"), _df(_value(row, "dof"))
+    if math.isnan(t):
+        return f"t({df}) is undefined: {_reason(row, 't')}"
+    family = FAMILIES.get(row.get("p_adjust"), "")
+    p = apa_p(_value(row, "p_corr" if family else "p_unc")) + (f" ({family})" if family else "")
+    name, column = ("dz", "dz") if row.get("dz") is not None else ("g", "hedges")
+    size = _equals(_value(row, column))
+    mean, low, high = (number(_value(row, column)) for column in ("mean_diff", "ci_low", "ci_high"))
+    return f"t({df}) {_equals(t)}, {p}, {name} {size}, MD = {mean}, 95% CI [{low}, {high}]"
+
+
+def number(value: float, digits: int = 2) -> str:
+    """A number with a true minus sign, in powers of ten where two decimals would show too much or nothing."""
+    if value == 0 or 0.5 * 10**-digits <= abs(value) < 1e6:
+        return f"{value:.{digits}f}".replace("-", "−")
+    if not math.isfinite(value):
+        return "beyond double precision"
+    mantissa, exponent = f"{value:.2e}".split("e")
+    return f"{mantissa} × 10^{int(exponent)}".replace("-", "−")
+
+
+def _value(row: Row, column: str) -> float:
+    value = row.get(column)
+    return math.nan if value is None else float(value)
+
+
+def _equals(value: float) -> str:
+    return f"= {number(value)}"
+
+
+def _df(value: float) -> str:
+    return f"{value:.0f}" if value == int(value) else f"{value:.2f}"
+
+
+def _share(value: float, digits: int) -> str:
+    """A number from 0 to 1 without the leading zero; never rounded to 0 or, from below, to 1."""
+    least = 10**-digits
+    if value < least and (digits == 3 or 0 < value < least / 2):
+        return "< " + f"{least:.{digits}f}"[1:]
+    if value > 1 - least and (digits == 3 or 1 - least / 2 < value < 1):
+        return "> " + f"{1 - least:.{digits}f}"[1:]
+    shown = f"{value:.{digits}f}"
+    return shown[1:] if shown[0] == "0" else shown
+
+
+def _is(shown: str) -> str:
+    return shown if shown[0] in "<>" else f"= {shown}"
+
+
+def _eta(row: Row, eta: Eta) -> str:
+    value = row.get(ETA_COLUMNS[eta])
+    if value is None and row.get("eta2") is not None:
+        value = row.get("eta2")  # one factor between groups, all its values measured once: generalized is classical
+    if value is None:
+        raise NoSuchOption(f"the row has no {eta} eta squared (column {ETA_COLUMNS[eta]!r})")
+    return f"{ETA_NAMES[eta]} {_is(_share(float(value), 2))}"
+
+
+def _kind(row: Row, correction: str, df1: float) -> str:
+    if correction not in ("auto", "none", *CORRECTED):
+        raise NoSuchOption(f"correction={correction!r} is unknown: 'auto', 'GG', 'HF' or 'none'")
+    repeated = row.get("eps") is not None
+    if correction in CORRECTED and not repeated:
+        raise NoSuchOption(f"correction={correction!r} needs repeated measures; this row has no epsilon")
+    if correction != "auto":
+        return correction
+    return "GG" if repeated and df1 > 1 else "none"
+
+
+def _reason(row: Row, statistic: str) -> str:
+    note = str(row.get("note") or "no reason recorded")
+    return note.removeprefix(f"{statistic} is undefined: ")

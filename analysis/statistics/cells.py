@@ -1,0 +1,230 @@
+"""A long table to a dense array with one value per participant and cell; anything else is refused by name."""
+
+from __future__ import annotations
+
+import math
+import numbers
+from collections.abc import Hashable, Iterable, Iterator, Sequence
+from dataclasses import dataclass, field
+from typing import Any, Literal, TypeAlias
+
+import numpy as np
+import pandas as pd
+from numpy.typing import NDArray
+
+from analysis.statistics.doubles import Floats, scaled
+from analysis.statistics.labels import Coded, coded
+from analysis.statistics.refusals import BadOption, BadValue, DuplicatedCells, IncompleteCells, UnknownColumn, listed
+
+Missing: TypeAlias = Literal["raise", "listwise"]
+Aggregate: TypeAlias = Literal["mean"] | None
+Counts: TypeAlias = NDArray[np.intp]
+INTEGERS_END = 2**53  # from here on a double does not hold every integer
+
+
+@dataclass(frozen=True)
+class Cells:
+    """One value per participant and cell: `values` has shape (participants, levels of factor 1, ...)."""
+
+    values: Floats
+    participants: list[Hashable]
+    factors: list[Hashable]
+    levels: list[list[Hashable]]
+    dropped: list[Hashable] = field(default_factory=list)
+    ratings_per_cell: tuple[int, int] = (1, 1)
+
+    def attrs(self) -> dict[str, Any]:
+        """What a result says of how its table was made: participants used and left out, values averaged per cell."""
+        made = {"participants": len(self.participants), "dropped": self.dropped}
+        return made if self.ratings_per_cell == (1, 1) else made | {"ratings_per_cell": self.ratings_per_cell}
+
+
+@dataclass(frozen=True)
+class _Grid:
+    """Where each row of the long table belongs."""
+
+    axes: list[Coded]
+    names: list[Hashable]
+    flat: Counts
+
+    @property
+    def shape(self) -> tuple[int, ...]:
+        return tuple(len(axis.labels) for axis in self.axes)
+
+    def described(self, cell: int, state: str = "") -> str:
+        """A cell in words: who, in which state, at which levels."""
+        where = np.unravel_index(cell, self.shape)
+        labels = [axis.labels[int(i)] for axis, i in zip(self.axes, where, strict=True)]
+        places = ", ".join(f"{n}={v!r}" for n, v in zip(self.names[1:], labels[1:], strict=True))
+        return f"participant {labels[0]!r}{state} at {places}"
+
+
+def gather(
+    data: pd.DataFrame,
+    dv: Hashable,
+    within: Hashable | Iterable[Hashable],
+    subject: Hashable,
+    missing: Missing = "raise",
+    aggregate: Aggregate = None,
+) -> Cells:
+    """The dense array of a long table, sorted by label, whatever the order of the rows.
+
+    `missing="listwise"` leaves out participants without a value in every cell, `aggregate="mean"` averages several
+    values of one participant in one cell (so also over factors that `within` leaves out).
+    Raises UnknownColumn, BadValue, IncompleteCells, DuplicatedCells or BadOption.
+    """
+    check_options(missing, aggregate)
+    factors = name_list(within)
+    if not factors:
+        raise BadOption("within names no factor; give the name of a column or a list of names")
+    names = [subject, *factors]
+    check_columns(data, [dv, *names])
+    y = numbers_of(data[dv], dv)
+    axes = [coded(data[name], name) for name in names]
+    _refuse_sparse(axes, names, len(y))
+    grid = _Grid(axes, names, _flat(axes))
+    values = np.full(math.prod(grid.shape), np.nan)
+    values[grid.flat] = y
+    # As many rows as cells and a number in each: then each cell has exactly one.
+    if len(y) != values.size or not np.isfinite(values).all():
+        return _repaired(y, grid, missing, aggregate)
+    return Cells(values.reshape(grid.shape), axes[0].labels, factors, [axis.labels for axis in axes[1:]])
+
+
+def check_options(missing: object, aggregate: object) -> None:
+    """Refuse unknown values of the two options that every test takes."""
+    if missing not in ("raise", "listwise"):
+        raise BadOption(f"missing={missing!r} is unknown: 'raise' or 'listwise'")
+    if aggregate not in (None, "mean"):
+        raise BadOption(f"aggregate={aggregate!r} is unknown: None or 'mean'")
+
+
+def name_list(names: Hashable | Iterable[Hashable]) -> list[Hashable]:
+    """One column name or several as a list."""
+    if isinstance(names, str | bytes | tuple) or not isinstance(names, Iterable):
+        return list(names) if isinstance(names, tuple) else [names]
+    return list(names)
+
+
+def check_columns(data: pd.DataFrame, names: Sequence[Hashable]) -> None:
+    """Refuse a table without one of these columns, with two of the same name, or a name that is used twice."""
+    if not isinstance(data, pd.DataFrame):
+        raise UnknownColumn(f"data is a {type(data).__name__}; expected a pandas DataFrame in long form")
+    columns = data.columns
+    for i, name in enumerate(names):
+        if name is None or not isinstance(name, Hashable) or name not in columns:
+            known = ", ".join(map(repr, columns))
+            raise UnknownColumn(f"the table has no column {name!r}; its columns are {known}")
+        if name in names[:i]:
+            raise UnknownColumn(f"column {name!r} is named twice; dv, subject and factors must be different columns")
+    if not columns.is_unique and any((columns == name).sum() > 1 for name in names):
+        raise UnknownColumn("the table has two columns of the same name; rename or drop one")
+    if len(data) == 0:
+        raise BadValue("the table has no rows")
+
+
+def numbers_of(column: pd.Series[Any], name: Hashable) -> Floats:
+    """A column as doubles, NaN where it has no value; text, infinities and integers beyond 2**53 are refused."""
+    raw = column.to_numpy() if isinstance(column.dtype, np.dtype) else None
+    if raw is None or raw.dtype.kind not in "fiub":
+        return _numbers_one_by_one(column.tolist(), name)
+    values = raw.astype(np.float64)
+    if raw.dtype.kind in "iu" and raw.size and np.abs(values).max() >= INTEGERS_END:
+        raise BadValue(f"column {name!r} holds integers beyond 2**53, which a double rounds; subtract a constant first")
+    if raw.dtype.kind == "f" and np.isinf(values).any():
+        _refuse_values(column.tolist(), [i for i, v in enumerate(values.tolist()) if math.isinf(v)], name)
+    return values
+
+
+def _numbers_one_by_one(values: list[Any], name: Hashable) -> Floats:
+    empty = [value is None or value is pd.NA for value in values]
+    bad = [i for i, v in enumerate(values) if not empty[i] and not _is_number(v)]
+    _refuse_values(values, bad, name)
+    return np.array([math.nan if e else float(v) for e, v in zip(empty, values, strict=True)])
+
+
+def _is_number(value: Any) -> bool:
+    if not isinstance(value, numbers.Real) or math.isinf(value):
+        return False
+    return not isinstance(value, int) or abs(value) <= INTEGERS_END
+
+
+def _refuse_values(values: list[Any], rows: list[int], name: Hashable) -> None:
+    if rows:
+        found = listed((f"{values[row]!r} in row {row + 1}" for row in rows), len(rows))
+        raise BadValue(f"column {name!r} must hold finite numbers; found {found}; correct these rows or take them out")
+
+
+def _flat(axes: list[Coded]) -> Counts:
+    flat = axes[0].codes
+    for axis in axes[1:]:
+        flat = flat * len(axis.labels) + axis.codes
+    return flat
+
+
+def _refuse_sparse(axes: list[Coded], names: list[Hashable], rows: int) -> None:
+    """Refuse a table that would need far more cells than it has rows: a wrong column, not a design with gaps."""
+    sizes = [len(axis.labels) for axis in axes]
+    if math.prod(sizes) <= max(1_000_000, 16 * rows):
+        return
+    found = " x ".join(f"{size:,} {name!r}" for size, name in zip(sizes, names, strict=True))
+    raise IncompleteCells(f"{found} make {math.prod(sizes):,} cells, the table has {rows:,} rows; check the columns")
+
+
+def _repaired(y: Floats, grid: _Grid, missing: Missing, aggregate: Aggregate) -> Cells:
+    """The array of a table with gaps or repetitions, where the caller said what to do about them."""
+    size = math.prod(grid.shape)
+    count = np.bincount(grid.flat, minlength=size)
+    if count.max(initial=0) > 1 and aggregate is None:
+        _refuse_duplicates(grid, np.flatnonzero(count > 1))
+    values = cell_means(y, grid.flat, count).reshape(grid.shape)
+    complete = np.asarray(np.isfinite(values).reshape(len(values), -1).all(axis=1))
+    if not complete.all() and missing == "raise":
+        _refuse_gaps(grid, np.flatnonzero(np.isnan(values.ravel())))
+    kept = count.reshape(len(values), -1)[complete]
+    if not kept.size:
+        raise IncompleteCells("no participant has a value in every cell; nothing is left after listwise deletion")
+    people = [(label, bool(whole)) for label, whole in zip(grid.axes[0].labels, complete, strict=True)]
+    return Cells(
+        values[complete],
+        [label for label, whole in people if whole],
+        grid.names[1:],
+        [axis.labels for axis in grid.axes[1:]],
+        [label for label, whole in people if not whole],
+        (int(kept.min()), int(kept.max())),
+    )
+
+
+def cell_means(y: Floats, flat: Counts, count: Counts) -> Floats:
+    """The mean of each cell, NaN where it has no value or a missing one; the same for every order of the rows."""
+    if count.max(initial=0) <= 1:
+        values = np.full(len(count), np.nan)
+        values[flat] = y
+        return values
+    small, exponent = scaled(np.nan_to_num(y))
+    listed_values = np.where(np.isnan(y), np.nan, small)[np.argsort(flat, kind="stable")].tolist()
+    ends = np.cumsum(count).tolist()
+    means = [math.fsum(values) / len(values) if values else math.nan for values in _runs(listed_values, ends)]
+    result: Floats = np.ldexp(np.array(means), exponent)
+    return result
+
+
+def _runs(values: list[float], ends: list[int]) -> Iterator[list[float]]:
+    for start, end in zip([0, *ends], ends, strict=False):
+        yield values[start:end]
+
+
+def _refuse_duplicates(grid: _Grid, cells: Counts) -> None:
+    found = listed((grid.described(int(cell)) for cell in cells), len(cells))
+    raise DuplicatedCells(
+        f"several values in one cell: {found}; name every repeated factor in `within`, "
+        "or pass aggregate='mean' to average them"
+    )
+
+
+def _refuse_gaps(grid: _Grid, cells: Counts) -> None:
+    found = listed((grid.described(int(cell), " has no value") for cell in cells), len(cells))
+    raise IncompleteCells(
+        f"{found}; {len(cells)} {'cell' if len(cells) == 1 else 'cells'} missing in all; "
+        "pass missing='listwise' to leave such participants out"
+    )

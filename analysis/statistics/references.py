@@ -1,0 +1,80 @@
+"""The reference values that tests, benchmarks and the demonstration read: see `reference/NOTICE`."""
+
+from __future__ import annotations
+
+import csv
+import json
+import re
+from pathlib import Path
+from typing import Any
+
+import pandas as pd
+
+from analysis.statistics.refusals import StatisticsError
+
+FOLDER = Path(__file__).parent.parent / "reference"
+NUMBERS = ("y", "days")
+
+
+class NoSuchReference(StatisticsError):
+    """A reference that is not shipped."""
+
+
+def reference_path(name: str) -> Path:
+    """Where a reference file lies, by its path in the folder, such as "csv/sk2011.1.csv". Raises NoSuchReference."""
+    path = FOLDER / name
+    if not path.is_file():
+        known = ", ".join(sorted(found.name for found in path.parent.glob("*")) or sorted(folders()))
+        raise NoSuchReference(f"no reference {name!r}; there is {known}")
+    return path
+
+
+def folders() -> list[str]:
+    """What the reference folder holds."""
+    return [found.name for found in FOLDER.iterdir()]
+
+
+def reference_values(name: str) -> dict[str, Any]:
+    """A JSON file of expected values by its stem: "r_reference", "exact_reference", "edge_cases_exact"."""
+    values: dict[str, Any] = json.loads(reference_path(f"{name}.json").read_text(encoding="utf-8"))
+    return values
+
+
+def reference_table(name: str) -> pd.DataFrame:
+    """A long table by its path, labels as text and `y` as the double nearest to the decimal number in the file."""
+    with reference_path(name).open(encoding="utf-8", newline="") as lines:
+        columns = dict(zip((rows := list(csv.reader(lines)))[0], zip(*rows[1:], strict=True), strict=True))
+    return pd.DataFrame(
+        {key: list(map(float, values)) if key in NUMBERS else list(values) for key, values in columns.items()}
+    )
+
+
+def edge_cases() -> list[str]:
+    """The names of the tables that break common implementations and have an exact answer."""
+    return [name for name in reference_values("edge_cases_exact") if (FOLDER / "edge_cases" / f"{name}.csv").is_file()]
+
+
+def edge_table(name: str) -> pd.DataFrame:
+    """One edge case: columns subject, cond, y."""
+    return reference_table(f"edge_cases/{name}.csv")
+
+
+def nist_values() -> dict[str, Any]:
+    """Certified and exact values of the NIST StRD one-way sets, by set."""
+    return dict(reference_values("nist/nist_anova"))
+
+
+def nist_table(name: str) -> pd.DataFrame:
+    """One NIST StRD set: columns group (text) and y."""
+    lines = reference_path(f"nist/{name}.dat").read_text(encoding="ascii").splitlines()
+    first, last = _data_lines(lines, name)
+    pairs = [line.split() for line in lines[first - 1 : last]]
+    return pd.DataFrame({"group": [pair[0] for pair in pairs], "y": [float(pair[1]) for pair in pairs]})
+
+
+def _data_lines(lines: list[str], name: str) -> tuple[int, int]:
+    """The file says on which lines its data stand."""
+    for line in lines[:20]:
+        if found := re.search(r"Data\s+\(lines\s+(\d+)\s+to\s+(\d+)\)", line):
+            return int(found[1]), int(found[2])
+    raise NoSuchReference(f"{name}.dat does not say on which lines its data stand")

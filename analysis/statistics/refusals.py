@@ -1,0 +1,42 @@
+"""What the statistics refuse, by name: each refusal says where, what was found, what was expected and what to do."""
+
+from __future__ import annotations
+
+from collections.abc import Iterable
+
+SHOWN = 5
+
+
+class StatisticsError(ValueError):
+    """A table or a request that the statistics do not answer."""
+
+
+class UnknownColumn(StatisticsError):
+    """A column that the table lacks, or a name that stands for two things at once."""
+
+
+class BadValue(StatisticsError):
+    """A value that is not a finite number, or a row without a label."""
+
+
+class IncompleteCells(StatisticsError):
+    """A participant without a value in some cell."""
+
+
+class DuplicatedCells(StatisticsError):
+    """A participant with several values in one cell."""
+
+
+class TooFew(StatisticsError):
+    """Fewer than two participants, levels or groups."""
+
+
+class BadOption(StatisticsError):
+    """An option that does not exist, or a design that this function does not test."""
+
+
+def listed(items: Iterable[str], total: int) -> str:
+    """The first few of `total` items as one phrase; the rest as a count."""
+    shown = [item for item, _ in zip(items, range(SHOWN), strict=False)]
+    rest = total - len(shown)
+    return "; ".join(shown) + (f"; and {rest} more" if rest else "")

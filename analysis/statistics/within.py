@@ -1,0 +1,245 @@
+"""Repeated-measures ANOVA on complete data, any number of within-participant factors.
+
+Every sum of squares is that of differences: the table is differenced against its first level (and participant), so
+that an offset of 1e12 costs no digit, and only then summed, centred and squared. docs/reference/statistics.md has
+the formulas.
+"""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Hashable, Iterable, Iterator, Sequence
+from functools import lru_cache
+from itertools import combinations
+from typing import Any, NamedTuple
+
+import numpy as np
+import pandas as pd
+
+from analysis.statistics.cells import Aggregate, Cells, Missing, gather
+from analysis.statistics.doubles import (
+    ROUNDING,
+    Floats,
+    Pair,
+    centred,
+    differences,
+    rescaled,
+    row_sums,
+    scaled,
+    sum_of_squares,
+)
+from analysis.statistics.pvalues import f_tail, p_note
+from analysis.statistics.refusals import TooFew
+
+
+class Effect(NamedTuple):
+    """One row of the table; sums of squares in the data's unit squared, NaN where a statistic is undefined."""
+
+    source: str
+    ss: float
+    df1: int
+    df2: int
+    ms: float
+    f: float
+    p: float
+    p_gg: float
+    p_hf: float
+    eps: float
+    np2: float
+    ng2: float
+    eps_hf: float
+    ss_error: float
+    note: str
+
+
+# Text and integer columns are put into a block of doubles one after the other: quicker than a dict of columns.
+REAL = pd.Index(
+    ["SS", "MS", "F", "p_unc", "p_GG_corr", "p_HF_corr", "eps", "np2", "ng2", "eps_HF", "SS_error"], dtype="str"
+)
+
+
+def rm_anova(
+    data: pd.DataFrame,
+    dv: Hashable,
+    within: Hashable | Iterable[Hashable],
+    subject: Hashable,
+    *,
+    missing: Missing = "raise",
+    aggregate: Aggregate = None,
+) -> pd.DataFrame:
+    """Repeated-measures ANOVA of a long table: one row per effect, pingouin's column names.
+
+    `within` is a factor or a list of factors; `Source` joins their names with ":". `eps` is Greenhouse-Geisser's,
+    `eps_HF` Huynh-Feldt's at most 1, `np2` partial and `ng2` generalized eta squared, `note` says why a value is NaN.
+    Every participant must have one value in every cell: `missing="listwise"` leaves the others out and
+    `aggregate="mean"` averages repetitions; the result's `attrs` say whom and how many.
+    Raises a StatisticsError (a ValueError) that names what is wrong with the table.
+    """
+    cells = gather(data, dv, within, subject, missing, aggregate)
+    refuse_too_few(cells)
+    rows = list(effects(cells.values, [str(name) for name in cells.factors]))
+    table = _table(rows)
+    table.attrs.update(cells.attrs())
+    return table
+
+
+def _table(rows: Sequence[Effect]) -> pd.DataFrame:
+    table = pd.DataFrame(np.array([(row.ss, row.ms, row.f, *row[6:14]) for row in rows]), columns=REAL)
+    table.insert(0, "Source", _texts(tuple(row.source for row in rows)))
+    table.insert(2, "ddof1", np.array([row.df1 for row in rows]))
+    table.insert(3, "ddof2", np.array([row.df2 for row in rows]))
+    table.insert(14, "note", _texts(tuple(row.note for row in rows)))
+    return table
+
+
+@lru_cache(maxsize=256)
+def _texts(values: tuple[str, ...]) -> Any:
+    """A column of text; making one takes longer than the test, and the same ones come again and again."""
+    return pd.array(list(values), dtype="str")
+
+
+def refuse_too_few(cells: Cells) -> None:
+    """Refuse a factor with one level and a table with one participant."""
+    for name, levels in zip(cells.factors, cells.levels, strict=True):
+        if len(levels) < 2:
+            raise TooFew(f"factor {name!r} has one level, {levels[0]!r}; a comparison needs two or more")
+    if len(cells.participants) < 2:
+        left = f" ({len(cells.dropped)} left out for missing values)" if cells.dropped else ""
+        raise TooFew(
+            f"one participant, {cells.participants[0]!r}{left}; repeated measures need two or more participants"
+        )
+
+
+def effects(values: Floats, names: Sequence[str]) -> Iterator[Effect]:
+    """The effects of an array (participants, levels of factor 1, ...), main effects first, then interactions."""
+    x, exponent = scaled(values)
+    plain: Pair = (x, None)
+    by_subject = differences(plain, 0)
+    subject_ss = component(by_subject, (0,), 0)[1]
+    parts = []
+    for axes in _subsets(len(names)):
+        source = ":".join(names[axis - 1] for axis in axes)
+        levels, ss = [x.shape[axis] for axis in axes], component(plain, axes)[1]
+        parts.append((source, levels, ss, *component(by_subject, (0, *axes), 0)))
+    within_ss = subject_ss + math.fsum(error_ss for *_, error_ss in parts)
+    noise = x.size * ROUNDING**2
+    for source, levels, ss, residual, error_ss in parts:
+        yield _effect(source, len(x), levels, (ss, error_ss, within_ss), residual, noise, exponent)
+
+
+def _subsets(factors: int) -> Iterator[tuple[int, ...]]:
+    for size in range(1, factors + 1):
+        yield from combinations(range(1, factors + 1), size)
+
+
+def component(pair: Pair, axes: Sequence[int], done: int | None = None) -> tuple[Floats, float]:
+    """The part of a full factorial array that varies along all of these axes and only along them.
+
+    `pair` is the array, already differenced along axis `done`. Returns that part (times the sizes of its axes and
+    summed over the others, so exact on integers) and its sum of squares. Winer, Brown & Michels 1991, ch. 7, in the
+    order: difference, sum, centre, square.
+    """
+    for axis in axes:
+        pair = pair if axis == done else differences(pair, axis)
+    part = _summed(pair, axes)
+    for axis in range(part.ndim):
+        part = centred(part, axis)
+    summed = pair[0].size / part.size
+    return part, sum_of_squares(part) / summed / part.size**2
+
+
+def _summed(pair: Pair, axes: Sequence[int]) -> Floats:
+    """The pair summed over all axes but these."""
+    high, low = pair
+    shape = tuple(high.shape[axis] for axis in axes)
+    others = [axis for axis in range(high.ndim) if axis not in axes]
+    if not others:
+        return high if low is None else high + low
+
+    def rows(array: Floats) -> Floats:
+        return array.transpose(*axes, *others).reshape(math.prod(shape), -1)
+
+    return row_sums((rows(high), None if low is None else rows(low))).reshape(shape)
+
+
+def _effect(
+    source: str,
+    n: int,
+    levels: list[int],
+    ss: tuple[float, float, float],
+    residual: Floats,
+    noise: float,
+    exponent: int,
+) -> Effect:
+    effect_ss, error_ss, within_ss = ss
+    df1 = math.prod(level - 1 for level in levels)
+    df2 = df1 * (n - 1)
+    note = (
+        [undefined]
+        if (undefined := undefined_f(effect_ss, error_ss, noise, "every participant shows the same effect"))
+        else []
+    )
+    f = math.nan if note else effect_ss / df1 / (error_ss / df2)
+    eps = eps_hf = math.nan
+    if error_ss > noise:
+        eps = greenhouse_geisser(residual.reshape(n, -1), df1)
+        eps_hf = huynh_feldt(eps, n, df1)
+    p, p_gg, p_hf = (f_tail(f, df1 * e, df2 * e) for e in (1.0, eps, eps_hf))
+    if error_ss > noise and n - 1 < df1:
+        note.append(f"fewer than d + 1 = {df1 + 1} participants: Huynh-Feldt is undefined, use Greenhouse-Geisser")
+    result, ms, result_error = (rescaled(value, 2 * exponent) for value in (effect_ss, effect_ss / df1, error_ss))
+    note += range_notes(((effect_ss, result), (error_ss, result_error)), (p, p_gg, p_hf))
+    np2, ng2 = (share(effect_ss, rest, noise) for rest in (error_ss, within_ss))
+    return Effect(
+        *(source, result, df1, df2, ms, f, p, p_gg, p_hf),
+        *(eps, np2, ng2, eps_hf, result_error, "; ".join(note)),
+    )
+
+
+def greenhouse_geisser(residual: Floats, df: int) -> float:
+    """Epsilon of the doubly centred residuals (participants, cells): tr(S)^2 / (df tr(S^2)), in [1/df, 1].
+
+    Greenhouse & Geisser 1959. S and the smaller of the two cross-product matrices have the same eigenvalues.
+    """
+    if df == 1:
+        return 1.0
+    n, k = residual.shape
+    products = residual.T @ residual if k <= n else residual @ residual.T
+    trace = float(np.trace(products))
+    return min(1.0, max(1 / df, trace / sum_of_squares(products) * trace / df))
+
+
+def huynh_feldt(eps: float, n: int, df: int) -> float:
+    """Huynh & Feldt's 1976 epsilon for one group, at most 1; NaN with fewer than df + 1 participants."""
+    if df == 1:
+        return 1.0
+    if n - 1 < df:
+        return math.nan
+    room = df * (n - 1 - df * eps)
+    return 1.0 if room <= 0 else min(1.0, (n * df * eps - 2) / room)
+
+
+def undefined_f(effect_ss: float, error_ss: float, noise: float, reason: str) -> str:
+    """Why F has no value, or "": a residual of zero, or one that only the rounding of the data makes."""
+    if error_ss > noise:
+        return ""
+    level = "has no variation" if error_ss == 0 else "is at the rounding level of the data"
+    if effect_ss <= noise:
+        return f"F is undefined: the residual {level} and there is no effect"
+    return f"F is undefined: the residual {level} ({reason})"
+
+
+def share(effect_ss: float, rest_ss: float, noise: float) -> float:
+    """effect / (effect + rest), NaN where both are nothing but rounding."""
+    total = effect_ss + rest_ss
+    return effect_ss / total if total > noise else math.nan
+
+
+def range_notes(sums: Iterable[tuple[float, float]], p_values: Iterable[float]) -> list[str]:
+    """Notes on values that double precision cannot hold, though the statistics are sound."""
+    notes = []
+    if any(math.isinf(result) or (result == 0 and exact > 0) for exact, result in sums):
+        notes.append("sums of squares exceed the range of double precision")
+    if note := p_note(p_values):
+        notes.append(note)
+    return notes

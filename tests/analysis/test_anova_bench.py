@@ -1,0 +1,67 @@
+"""The declared figures run, our errors stay within the bounds, and importing the room costs nothing."""
+
+from __future__ import annotations
+
+import subprocess
+import sys
+
+import pytest
+
+from analysis.bench import cases, worst_error
+from protocols.bench import Case
+
+OURS = [case for case in cases(quick=True) if case.method == "palpate"]
+
+
+def test_the_cases_cover_the_room() -> None:
+    assert {case.case for case in OURS} == {
+        *("ANOVA against R", "ANOVA, extreme tables", "p to report", "one-way ANOVA, NIST sets", "ANOVA, large tables")
+    }
+    assert len(OURS) > 50
+    assert len({(case.case, case.input) for case in OURS}) == len(OURS)
+
+
+@pytest.mark.parametrize("case", OURS, ids=lambda case: f"{case.case}: {case.input}")
+def test_ours_is_right_or_refuses(case: Case) -> None:
+    error = case.error(case.run())
+    assert error is None or error < 1e-12
+
+
+def test_the_oracle_agrees() -> None:
+    exact = [case for case in cases(quick=True) if case.method == "exact fractions"]
+    assert len(exact) == 9
+    for case in exact:
+        assert (case.error(case.run()) or 0) < 1e-12
+
+
+def test_worst_error_tells_refusals_from_wrong_numbers() -> None:
+    nan, key = float("nan"), ("A", "F")
+    assert worst_error({}, {key: 2.0}) is None
+    assert worst_error({key: 3.0}, {key: 2.0}) == 0.5
+    assert worst_error({key: 3.0}, {key: None}) == float("inf")
+    assert str(worst_error({key: nan}, {key: None})) == "nan"
+    assert str(worst_error({key: nan}, {key: 2.0})) == "nan"
+
+
+def test_the_room_and_its_sentences_import_no_numbers() -> None:
+    code = (
+        "import sys, analysis, analysis.statistics.apa; print(sorted({'numpy', 'pandas', 'scipy'} & set(sys.modules)))"
+    )
+    done = subprocess.run([sys.executable, "-c", code], capture_output=True, text=True, check=True)
+    assert done.stdout.strip() == "[]"
+
+
+def test_public_calls_stay_functions_after_everything_is_imported() -> None:
+    import analysis
+    import analysis.bench
+    import analysis.statistics.pairwise
+
+    for name in ("rm_anova", "anova", "pairwise_tests", "apa_f", "apa_p", "apa_t"):
+        assert callable(getattr(analysis, name))
+    assert not hasattr(analysis, "no_such_call")
+
+
+def test_statistics_do_not_load_scipy_stats() -> None:
+    code = "import sys; from analysis import rm_anova; print('scipy.stats' in sys.modules)"
+    done = subprocess.run([sys.executable, "-c", code], capture_output=True, text=True, check=True)
+    assert done.stdout.strip() == "False"

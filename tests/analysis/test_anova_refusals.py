@@ -1,0 +1,181 @@
+"""What is wrong with a table is said by name, with what to do; what the caller allows is done and told."""
+
+from __future__ import annotations
+
+import numpy as np
+import pandas as pd
+import pytest
+
+from analysis import StatisticsError, anova, rm_anova
+from analysis.statistics.refusals import BadOption, BadValue, DuplicatedCells, IncompleteCells, TooFew, UnknownColumn
+from tests.analysis.anova_for_tests import long_table, same
+
+
+@pytest.fixture
+def table() -> pd.DataFrame:
+    cells = np.round(np.random.default_rng(6).normal(5, 2, (8, 3, 2)), 1)
+    found = long_table(cells).rename(columns={"A": "car", "B": "variant", "subject": "participant"})
+    found["participant"] = "P00" + found["participant"]
+    return found.assign(car=found["car"].map({"0": "BC3", "1": "FORD", "2": "G90"}))
+
+
+def tell(table: pd.DataFrame, error: type[StatisticsError], **options: object) -> str:
+    asked = {"dv": "y", "within": ["car", "variant"], "subject": "participant"} | options
+    with pytest.raises(error) as caught:
+        rm_anova(table, **asked)  # type: ignore[arg-type]
+    assert isinstance(caught.value, ValueError)
+    return str(caught.value)
+
+
+def test_a_missing_cell_is_named(table: pd.DataFrame) -> None:
+    gone = (table["participant"] == "P003") & (table["car"] == "BC3") & (table["variant"] == "1")
+    expected = (
+        "participant 'P003' has no value at car='BC3', variant='1'; 1 cell missing in all; "
+        "pass missing='listwise' to leave such participants out"
+    )
+    assert tell(table[~gone], IncompleteCells) == expected
+    assert tell(table.assign(y=table["y"].mask(gone)), IncompleteCells) == expected
+
+
+def test_at_most_five_missing_cells_are_named(table: pd.DataFrame) -> None:
+    message = tell(table[~((table["car"] == "G90") & (table["participant"] < "P006"))], IncompleteCells)
+    assert message.count("has no value") == 5
+    assert "and 7 more; 12 cells missing in all" in message
+
+
+def test_listwise_leaves_out_and_tells(table: pd.DataFrame) -> None:
+    gaps = table.drop(index=[1, 20])
+    found = rm_anova(gaps, "y", ["car", "variant"], "participant", missing="listwise")
+    assert found.attrs == {"participants": 6, "dropped": ["P000", "P003"]}
+    whole = table[~table["participant"].isin(["P000", "P003"])]
+    assert same(found, rm_anova(whole, "y", ["car", "variant"], "participant"))
+
+
+def test_listwise_that_leaves_too_few(table: pd.DataFrame) -> None:
+    empty = table.assign(y=table["y"].mask(table["variant"] == "1"))
+    assert "nothing is left" in tell(empty, IncompleteCells, missing="listwise")
+    one = table.assign(y=table["y"].mask((table["variant"] == "1") & (table["participant"] != "P002")))
+    assert "one participant, 'P002' (7 left out for missing values)" in tell(one, TooFew, missing="listwise")
+
+
+def test_a_duplicated_cell_is_named(table: pd.DataFrame) -> None:
+    twice = pd.concat([table, table.iloc[[0]]])
+    message = tell(twice, DuplicatedCells)
+    assert message.startswith("several values in one cell: participant 'P000' at car='BC3', variant='0';")
+    assert "aggregate='mean'" in message
+
+
+def test_a_factor_left_out_is_averaged_over_only_when_asked(table: pd.DataFrame) -> None:
+    assert "and 19 more" in tell(table, DuplicatedCells, within="car")
+    found = rm_anova(table, "y", "car", "participant", aggregate="mean")
+    assert found.attrs == {"participants": 8, "dropped": [], "ratings_per_cell": (2, 2)}
+    means = table.groupby(["participant", "car"])["y"].mean().reset_index()
+    pd.testing.assert_frame_equal(found, rm_anova(means, "y", "car", "participant"), rtol=1e-12)
+
+
+def test_unequal_averages_are_told(table: pd.DataFrame) -> None:
+    found = rm_anova(table.drop(index=[3]), "y", "car", "participant", aggregate="mean")
+    assert found.attrs["ratings_per_cell"] == (1, 2)
+
+
+def test_a_missing_value_among_repetitions_is_no_average(table: pd.DataFrame) -> None:
+    gap = table.assign(y=table["y"].mask(table.index == 3))
+    assert "1 cell missing" in tell(gap, IncompleteCells, within="car", aggregate="mean")
+    found = rm_anova(gap, "y", "car", "participant", aggregate="mean", missing="listwise")
+    assert found.attrs["dropped"] == ["P000"]
+
+
+@pytest.mark.parametrize("value", [np.inf, -np.inf])
+@pytest.mark.parametrize("missing", ["raise", "listwise"])
+def test_infinity_is_never_a_rating(table: pd.DataFrame, value: float, missing: str) -> None:
+    bad = table.assign(y=table["y"].mask(table.index == 4, value))
+    assert f"found {value!r} in row 5" in tell(bad, BadValue, missing=missing)
+
+
+def test_text_is_not_a_number(table: pd.DataFrame) -> None:
+    message = tell(table.assign(y=table["y"].astype(str)), BadValue)
+    assert message.count(" in row ") == 5
+    assert "and 43 more" in message
+
+
+@pytest.mark.parametrize("kind", ["int64", "object"])
+def test_integers_that_doubles_round_are_refused(table: pd.DataFrame, kind: str) -> None:
+    huge = table.assign(y=pd.Series(2**60 + np.arange(len(table)), dtype=kind))
+    assert "2**53" in tell(huge, BadValue) or "finite numbers" in tell(huge, BadValue)
+
+
+@pytest.mark.parametrize("kind", ["object", "str", "category"])
+def test_a_row_without_a_label_is_refused(table: pd.DataFrame, kind: str) -> None:
+    bad = table.assign(car=table["car"].mask(table.index == 6).astype(kind))
+    assert tell(bad, BadValue).startswith("column 'car' has no label in row 7;")
+
+
+def test_a_row_without_a_label_in_a_large_table() -> None:
+    big = long_table(np.zeros((130, 40))).rename(columns={"subject": "participant"})
+    bad = big.assign(A=big["A"].mask(big.index == 4999))
+    assert "row 5000" in tell(bad, BadValue, within="A")
+
+
+def test_labels_that_cannot_be_compared(table: pd.DataFrame) -> None:
+    bad = table.assign(car=pd.Series([[1]] * len(table)))
+    assert "cannot be compared" in tell(bad, BadValue)
+
+
+@pytest.mark.parametrize(
+    "wrong", [{"dv": "rating"}, {"subject": "person"}, {"within": ["car", "colour"]}, {"within": [["car"]]}]
+)
+def test_an_unknown_column_is_named(table: pd.DataFrame, wrong: dict[str, object]) -> None:
+    message = tell(table, UnknownColumn, **wrong)
+    assert "no column" in message
+    assert "its columns are 'participant', 'car', 'variant', 'y'" in message
+
+
+def test_a_column_has_one_role(table: pd.DataFrame) -> None:
+    assert "'car' is named twice" in tell(table, UnknownColumn, within=["car", "car"])
+    assert "'participant' is named twice" in tell(table, UnknownColumn, within=["participant"])
+    doubled = pd.concat([table, table[["y"]]], axis=1)
+    assert "two columns of the same name" in tell(doubled, UnknownColumn)
+
+
+def test_options_and_shapes(table: pd.DataFrame) -> None:
+    assert "missing='drop'" in tell(table, BadOption, missing="drop")
+    assert "aggregate='median'" in tell(table, BadOption, aggregate="median")
+    assert "no factor" in tell(table, BadOption, within=[])
+    assert "no rows" in tell(table.iloc[:0], BadValue)
+    with pytest.raises(UnknownColumn, match="expected a pandas DataFrame"):
+        rm_anova(table.to_dict("list"), "y", "car", "participant")  # type: ignore[arg-type]
+
+
+def test_a_column_of_numbers_named_as_a_factor_makes_no_giant_table() -> None:
+    n = 60_000
+    table = pd.DataFrame({"s": np.arange(n) % 5000, "a": np.arange(n), "y": np.zeros(n)})
+    with pytest.raises(IncompleteCells, match=r"5,000 's' x 60,000 'a' make 300,000,000 cells"):
+        rm_anova(table, "y", "a", "s")
+
+
+def test_between_groups_refusals(table: pd.DataFrame) -> None:
+    with pytest.raises(BadOption, match="names 2 factors"):
+        anova(table, "y", ["car", "variant"])
+    with pytest.raises(TooFew, match="1 group"):
+        anova(table[table["car"] == "BC3"], "y", "car")
+    with pytest.raises(TooFew, match="every group of 'participant' has one value"):
+        anova(table.drop_duplicates("participant"), "y", "participant")
+    with pytest.raises(IncompleteCells, match="no value in column 'y' for row 3;"):
+        anova(table.assign(y=table["y"].mask(table.index == 2)), "y", "car")
+    with pytest.raises(DuplicatedCells, match="participants in more than one group: 'P000'"):
+        anova(table, "y", "car", subject="participant")
+
+
+def test_between_groups_counts_no_participant_twice(table: pd.DataFrame) -> None:
+    grouped = table.assign(group=table["participant"].map(lambda p: "odd" if int(p[-1]) % 2 else "even"))
+    with pytest.raises(DuplicatedCells, match=r"'P000' \(6 values\)"):
+        anova(grouped, "y", "group", subject="participant")
+    found = anova(grouped, "y", "group", subject="participant", aggregate="mean")
+    assert found["ddof2"].tolist() == [6]
+    assert found.attrs == {"group_sizes": {"even": 4, "odd": 4}, "dropped": [], "ratings_per_cell": (6, 6)}
+    gap = grouped.assign(y=grouped["y"].mask(grouped.index == 0))
+    with pytest.raises(IncompleteCells, match="for P000;"):
+        anova(gap, "y", "group", subject="participant", aggregate="mean")
+    left = anova(gap, "y", "group", subject="participant", aggregate="mean", missing="listwise")
+    assert left.attrs["dropped"] == ["P000"]
+    assert left["ddof2"].tolist() == [5]

@@ -1,0 +1,141 @@
+"""The figures show describe's numbers, read nothing into names, and come out equal byte for byte."""
+
+from __future__ import annotations
+
+import itertools
+from dataclasses import replace
+from pathlib import Path
+
+import matplotlib as mpl
+import pytest
+from hypothesis import given
+from hypothesis import strategies as st
+from matplotlib.figure import Figure
+
+from analysis.ratings.dataset import DataRefused, Ratings
+from analysis.ratings.describe import describe
+from analysis.reporting.figure_data import reference_level
+from analysis.reporting.figures import means_figure, spread, trends_figure
+from analysis.reporting.pictures import level_means, picture
+from analysis.reporting.style import drawing, inline_svg, save, svg_text
+from tests.analysis.synthetic_ratings import door_ratings, reasoning, renamed
+
+
+def drawn(ratings: Ratings, make: object = means_figure) -> Figure:
+    with drawing("test"):
+        return make(picture(ratings, level_means(ratings)))  # type: ignore[operator]
+
+
+def test_every_bar_is_a_described_mean_and_every_whisker_its_sd() -> None:
+    ratings = door_ratings(people=3, attributes=1)
+    expected = describe(ratings, ("attribute", "variant"), kind="over participants")
+    axes = drawn(ratings).axes[0]
+    heights = [p.get_height() for p in axes.patches]
+    assert heights == pytest.approx(expected["mean"].tolist(), abs=1e-12)
+    spans = axes.collections[0].get_segments()  # type: ignore[attr-defined]
+    assert [(high[1] - low[1]) / 2 for low, high in spans] == pytest.approx(expected["sd"].tolist(), abs=1e-12)
+
+
+def test_each_panel_holds_its_own_attribute() -> None:
+    ratings = door_ratings(people=2)
+    expected = describe(ratings, ("attribute", "variant"), kind="over participants")
+    figure = drawn(ratings)
+    panels = [axes for axes in figure.axes if axes.texts and len(axes.patches) == 15]
+    assert len(panels) == 7
+    for axes in panels:
+        attribute = axes.texts[1].get_text()  # the word at the low end names the attribute
+        of = expected[expected["attribute"] == attribute]["mean"].tolist()
+        assert [p.get_y() + p.get_height() for p in axes.patches] == pytest.approx(of, abs=1e-12)
+        assert axes.texts[0].get_text() == ratings.antonyms[attribute]
+
+
+def test_trend_lines_are_the_described_means_family_by_family() -> None:
+    ratings = door_ratings(people=2)
+    figure = drawn(ratings, trends_figure)
+    assert [axes.get_title(loc="left") for axes in figure.axes] == ["Physical attributes", "Emotional attributes"]
+    expected = describe(ratings, ("attribute", "variant"), kind="over participants").set_index(
+        ["attribute", "variant"]
+    )["mean"]
+    lines = [line for line in figure.axes[0].lines if len(line.get_xdata()) == 3]
+    assert len(lines) == 3 * 4  # three physical attributes, four families of three
+    first = [expected["Easy-to-pull", f"g{i}"] for i in (1, 2, 3)]
+    assert list(lines[0].get_ydata()) == pytest.approx(first, abs=1e-12)
+
+
+def test_the_original_is_the_reference_and_an_import_has_none() -> None:
+    doors, imported = door_ratings(people=1, attributes=1), reasoning()
+    assert reference_level(picture(doors, level_means(doors))) == "g0"
+    assert reference_level(picture(imported, level_means(imported))) is None
+
+
+def test_two_within_factors_make_families_of_the_first() -> None:
+    ratings = reasoning()
+    shown = picture(ratings, level_means(ratings))
+    assert [name for name, _ in shown.families()] == ["AC", "DA", "MP", "MT"]
+    assert [shown.written(level) for level in shown.families()[0][1]] == ["implausible", "plausible"]
+    assert len(drawn(ratings).axes[0].patches) == 8
+
+
+def test_equal_numbers_give_equal_bytes_whatever_was_drawn_before(tmp_path: Path) -> None:
+    ratings = door_ratings(people=2, attributes=3)
+    written = []
+    for run in ("a", "b"):
+        with drawing("means"):
+            paths = save(means_figure(picture(ratings, level_means(ratings))), tmp_path / run, "means")
+        written.append([path.read_bytes() for path in paths])
+        drawn(reasoning())
+    assert written[0] == written[1]
+    assert b"Date" not in written[0][0] and b"dc:date" not in written[0][0]
+
+
+def test_drawing_leaves_the_users_settings_alone() -> None:
+    before = dict(mpl.rcParams)
+    drawn(reasoning())
+    assert dict(mpl.rcParams) == before
+
+
+def test_a_name_is_text_and_nothing_else() -> None:
+    ratings = renamed(door_ratings(people=1, attributes=2), "Hard-to-pull", "<script>$x^{2}$ -->")
+    with drawing("test"):
+        svg = svg_text(means_figure(picture(ratings, level_means(ratings))))
+    assert "<script" not in svg
+    assert "<script" not in inline_svg(svg, "f1")
+
+
+def test_an_inline_svg_has_ids_of_its_own_and_no_size() -> None:
+    with drawing("test"):
+        svg = svg_text(means_figure(picture(reasoning(), level_means(reasoning()))))
+    inline = inline_svg(svg, "f7")
+    head = inline[: inline.index(">")]
+    assert inline.startswith("<svg ") and "height=" not in head and "width=" not in head and "viewBox=" in head
+    assert 'id="f7-figure_1"' in inline and 'id="figure_1"' not in inline
+    assert "metadata" not in inline and "DOCTYPE" not in inline
+
+
+def test_one_participant_has_a_bar_and_no_whisker() -> None:
+    ratings = door_ratings(people=1, attributes=1)
+    one = replace(ratings, table=ratings.table[ratings.table["group"] == "1"].reset_index(drop=True))
+    axes = drawn(one).axes[0]
+    assert len(axes.patches) == 15
+    assert not axes.collections
+
+
+def test_a_level_in_two_families_is_refused() -> None:
+    ratings = door_ratings(people=1, attributes=1)
+    table = ratings.table.copy()
+    table.loc[0, "augmentation"] = "bump"
+    broken = replace(ratings, table=table)
+    with pytest.raises(DataRefused, match="'g0' belongs to augmentation 'bump' and 'original'"):
+        picture(broken, level_means(broken))
+
+
+@given(st.lists(st.floats(-10, 10), min_size=1, max_size=12), st.floats(0.1, 3))
+def test_spread_labels_never_overlap_and_keep_their_order(heights: list[float], step: float) -> None:
+    placed = spread(heights, step)
+    order = sorted(range(len(heights)), key=lambda i: (heights[i], i))
+    gaps = [placed[b] - placed[a] for a, b in itertools.pairwise(order)]
+    assert all(gap >= step * (1 - 1e-9) for gap in gaps)
+
+
+def test_labels_with_room_stay_where_they_are() -> None:
+    assert spread([3.0, -4.0, 0.0], 1.0) == [3.0, -4.0, 0.0]

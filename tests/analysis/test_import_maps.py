@@ -1,0 +1,31 @@
+"""The maps that come with Palpate read the tables that come with it."""
+
+from __future__ import annotations
+
+from pathlib import Path
+
+import pytest
+
+from analysis.importing.map_file import read_map
+from analysis.importing.tables import import_table
+from analysis.ratings.describe import describe
+from analysis.ratings.design import check_ratings
+
+MAPS = Path(__file__).parents[2] / "analysis" / "importing" / "maps"
+
+
+@pytest.mark.parametrize("path", sorted(MAPS.glob("*.yaml")), ids=lambda path: path.stem)
+def test_every_map_is_valid_and_says_whose_data_it_reads(path: Path) -> None:
+    column_map = read_map(path)
+    assert column_map.name == path.stem
+    assert column_map.source and column_map.licence
+
+
+def test_the_reasoning_data_are_complete_and_have_their_known_means() -> None:
+    ratings = import_table(MAPS / "sk2011.yaml")
+    assert check_ratings(ratings).ok
+    assert (ratings.within, ratings.between) == (("inference", "plausibility"), ("instruction",))
+    assert (len(ratings.participants), len(ratings.table)) == (40, 320)
+    means = describe(ratings, ["attribute"])
+    # Sum of the column y by awk over the file: 25325.
+    assert means["mean"].tolist() == [25325 / 320]
