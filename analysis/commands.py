@@ -184,7 +184,7 @@ def _show(found: Analysed, files: list[Path], compared: list[Compared]) -> None:
     if compared:
         from analysis.reporting.compare_reference import comparison_table
 
-        console.print(comparison_table(compared, "Against the reference"))
+        console.print(comparison_table(compared, "Beside the reference values"))
     for folder in dict.fromkeys(path.parent for path in files):
         names = ", ".join(path.name for path in files if path.parent == folder)
         click.echo(f"Written to {folder}: {names}")

@@ -43,12 +43,24 @@ def create(path: Path, header: Mapping[str, Any], sitting: Mapping[str, Any]) ->
     draft.unlink(missing_ok=True)
     try:
         _write_first(draft, header, sitting)
-        os.link(draft, path)
+        _publish(draft, path)
     except FileExistsError:
         raise LedgerError(f"{path}: a session of this name exists already") from None
     finally:
         draft.unlink(missing_ok=True)
     _sync_folder(path.parent)
+
+
+def _publish(draft: Path, path: Path) -> None:
+    """Give the draft its name, unless the name is taken (FileExistsError)."""
+    try:
+        os.link(draft, path)
+    except FileExistsError:
+        raise
+    except OSError:
+        # A file system without hard links: claim the name, then put the draft in its place.
+        path.open("x").close()
+        draft.replace(path)
 
 
 def _write_first(draft: Path, header: Mapping[str, Any], sitting: Mapping[str, Any]) -> None:

@@ -106,11 +106,11 @@ def comparison_table(compared: Iterable[Compared], title: str) -> Table:
     from rich.table import Table
 
     table = Table(title=escape(title), title_justify="left", title_style="bold", box=SIMPLE_HEAD, pad_edge=False)
-    table.add_column("number", overflow="fold")
+    table.add_column("number", no_wrap=True)
     for heading in ("palpate", "reference", "relative error"):
         table.add_column(heading, justify="right", no_wrap=True)
     for effect, numbers in groupby(compared, key=lambda each: each.effect):
-        table.add_row(f"[bold]{escape(effect)}[/bold]")
+        table.add_row(f"[bold]{escape(effect.replace(':', ' × '))}[/bold]")
         for each in numbers:
             name = SHOWN.get(each.number, each.number)
             table.add_row(f"  {name}", _text(each.ours), _text(each.reference), _error_text(each))

@@ -66,6 +66,18 @@ def test_a_name_is_taken_once(tmp_path):
     assert not list(tmp_path.glob("*draft*"))
 
 
+def test_a_file_system_without_hard_links_is_no_obstacle(tmp_path, monkeypatch):
+    def refused(*_paths):
+        raise PermissionError(1, "Operation not permitted")
+
+    monkeypatch.setattr("os.link", refused)
+    path = made(tmp_path)
+    assert len(read(path).events) == 3
+    with pytest.raises(LedgerError, match="exists already"):
+        create(path, {}, SITTING)
+    assert len(read(path).events) == 3
+
+
 def test_only_one_process_writes(tmp_path):
     path = made(tmp_path)
     ledger = take_up(path, SITTING)

@@ -1,0 +1,33 @@
+"""The declared figures: what they run and how their errors are judged (no times: those are for `palpate bench`)."""
+
+import pytest
+
+from studies.bench import sessions, startup
+
+
+def test_a_durable_session_loses_nothing_and_one_in_memory_everything():
+    errors = {}
+    for case in sessions(quick=True):
+        assert (case.area, case.n) == ("sessions", 278) and "45 trials x 7 ratings" in case.input
+        errors[case.method] = case.error(case.run())
+    assert errors == {
+        "palpate, durable": 0,
+        "in memory only": 278,
+        "palpate, byte for byte": 0,
+        "palpate, chain verified": 0,
+    }
+
+
+def test_starting_up_is_judged_by_what_is_imported():
+    cases = {case.method: case for case in startup(quick=True)}
+    assert cases["palpate --help"].error(None) == 0
+    assert cases["python -c pass"].error(None) == 0
+    assert cases["palpate --help"].run().stdout.startswith(b"Usage: palpate")
+
+
+@pytest.mark.parametrize("code", ["import numpy", "import pandas"])
+def test_a_heavy_import_would_be_seen(code, tmp_path, monkeypatch):
+    from studies import bench
+
+    monkeypatch.setattr(bench, "LOADED", f"{code}\n{bench.LOADED}")
+    assert bench._heavy(["--help"]) >= 1
