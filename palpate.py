@@ -68,7 +68,7 @@ class Verbs(click.Group):
     def resolve_command(self, ctx: click.Context, args: list[str]) -> Any:
         """As click does, but an unknown verb names the nearest known one."""
         if args and args[0] not in VERBS and not args[0].startswith("-"):
-            from protocols.consistency import nearest
+            from protocols.did_you_mean import nearest
 
             ctx.fail(f"no verb {args[0]!r}; {nearest(args[0], VERBS)}")
         return super().resolve_command(ctx, args)
@@ -115,8 +115,11 @@ def demo(lab: Path) -> None:
 def _fresh(lab: Path) -> None:
     """An empty lab; only one that a demo made before is cleared."""
     if lab.exists() and any(lab.iterdir()):
-        if not (lab / DEMO_MARK).exists():
-            raise click.UsageError(f"{lab} exists and is no demo lab; give another folder with --lab")
+        ours = {f"door_ratings_P{number:03d}_s1.sqlite" for number in range(1, 41)}
+        others = [path.name for path in (lab / "sessions").glob("*.sqlite") if path.name not in ours]
+        if not (lab / DEMO_MARK).exists() or others:
+            held = f"holds other sessions ({others[0]})" if others else "is no demo lab"
+            raise click.UsageError(f"{lab} exists and {held}; give another folder with --lab")
         import shutil
 
         shutil.rmtree(lab)

@@ -4,8 +4,8 @@ from __future__ import annotations
 
 from collections.abc import Iterable, Iterator, Sequence
 from dataclasses import dataclass
-from difflib import get_close_matches
 
+from protocols.did_you_mean import nearest
 from protocols.study import Study
 from protocols.yaml_text import Path
 
@@ -31,16 +31,6 @@ def inconsistencies(study: Study) -> Iterator[Problem]:
             yield from _known(wanted, ids, ("practice", "stimuli", index), "a stimulus id")
     yield from _analysis(study)
     yield from _simulation(study)
-
-
-def nearest(name: str, names: Iterable[str]) -> str:
-    """', did you mean ...?' where a known name is close, else the known names."""
-    known = [str(each) for each in names]
-    close = get_close_matches(name, known, n=1, cutoff=0.6)
-    if close:
-        return f"did you mean {close[0]!r}?"
-    shown = ", ".join(known[:12]) + (", ..." if len(known) > 12 else "")
-    return f"known: {shown or 'none'}"
 
 
 def _adjectives(study: Study) -> Iterator[Problem]:

@@ -8,6 +8,9 @@ from typing import Any, Protocol
 from protocols.canonical import parse
 from protocols.requests import Reply, Request, Samples
 
+NS = 1_000_000_000
+"""Nanoseconds in a second."""
+
 
 @dataclass(frozen=True)
 class Event:

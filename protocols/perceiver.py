@@ -53,7 +53,7 @@ class Perceiver:
 
     def answer(self, ask: Ask) -> tuple[Reply, float]:
         """The reply to a rating form and the seconds it took."""
-        if ask.trial.may_go_back and ask.trial.previous is None and self._has_second_thoughts(ask):
+        if ask.trial.may_go_back and ask.trial.attempt == 1 and self._has_second_thoughts(ask):
             return Reply({"go": "back", "seconds": 1.0}), 1.0
         answers, at_s, clock = {}, {}, 0.0
         for attribute in ask.trial.attributes:

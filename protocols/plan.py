@@ -5,12 +5,16 @@ from __future__ import annotations
 from collections.abc import Iterator, Mapping, Sequence
 from dataclasses import dataclass
 from functools import cached_property
+from math import lcm
 from typing import Any
 
 from protocols.canonical import digest
 from protocols.keyed import shuffled
 from protocols.orders import Design, latin_row, rows_of, williams_row
 from protocols.study import Attribute, Scale, Stimulus, Study
+
+LARGEST_ROW, LARGEST_SEED = 2**31, 2**63
+"""What the databases that sessions are collected into can hold."""
 
 
 @dataclass(frozen=True)
@@ -68,9 +72,9 @@ class PlanError(ValueError):
 def compile_plan(study: Study, who: ParticipantRow, seed: int = 0) -> Plan:
     """Order the study's stimuli for one participant: practice first, then the counterbalanced trials.
 
-    Raises PlanError on an unknown group, a group where the study has none, or a negative row.
+    Raises PlanError on an unknown group, a group where the study has none, or a row or seed out of range.
     """
-    _check(study, who)
+    _check(study, who, seed)
     practice = [("practice", stimulus) for stimulus in _practice(study)]
     main = list(main_order(study, who, seed))
     trials = [
@@ -121,8 +125,8 @@ def _blocks(
 ) -> Iterator[tuple[str, list[str], int]]:
     """(name, stimulus ids, row within) of every block in order.
 
-    The row within a block moves on once more after each full round of block orders, so that in time
-    every block order meets every order within.
+    The row within a block moves on once more after each common round of the two designs, so that every block
+    order meets every order within equally often in rows(blocks) x rows(within) participants.
     """
     blocks = study.order.blocks
     if blocks is None:
@@ -131,9 +135,10 @@ def _blocks(
     members: dict[str, list[str]] = {}
     for each in by_id.values():
         members.setdefault(each.columns[blocks.by], []).append(each.id)
-    inner_row = row + row // rows_of(blocks.design, len(members))
+    outer_rows = rows_of(blocks.design, len(members))
     for name in ordered(blocks.design, list(members), row, (*label, "blocks"), (*chance, "blocks")):
-        yield name, members[name], inner_row
+        common = lcm(outer_rows, rows_of(study.order.design, len(members[name])))
+        yield name, members[name], row + row // common
 
 
 def _practice(study: Study) -> list[Stimulus]:
@@ -158,9 +163,11 @@ def _trial(study: Study, number: int, block: str, stimulus: Stimulus, counted: i
     )
 
 
-def _check(study: Study, who: ParticipantRow) -> None:
-    if who.row < 0:
-        raise PlanError(f"participant {who.participant}: row {who.row}; a row of 0 or more is expected")
+def _check(study: Study, who: ParticipantRow, seed: int) -> None:
+    if not 0 <= who.row < LARGEST_ROW:
+        raise PlanError(f"participant {who.participant}: row {who.row}; a row from 0 to {LARGEST_ROW - 1} is expected")
+    if not -LARGEST_SEED <= seed < LARGEST_SEED:
+        raise PlanError(f"seed {seed}: a whole number of at most 63 bits is expected")
     if study.groups and who.group not in study.groups:
         known = ", ".join(sorted(study.groups))
         raise PlanError(f"participant {who.participant}: group {who.group!r}; {study.study} has groups {known}")

@@ -7,7 +7,8 @@ from typing import Any, get_args
 
 from pydantic import BaseModel, ValidationError
 
-from protocols.consistency import Problem, inconsistencies, nearest
+from protocols.consistency import Problem, inconsistencies
+from protocols.did_you_mean import nearest
 from protocols.study import Study
 from protocols.yaml_text import Document, Path
 

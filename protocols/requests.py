@@ -9,6 +9,10 @@ from typing import Any
 from protocols.plan import Trial
 
 
+class ReplyError(ValueError):
+    """A reply that does not answer its request: a fault of the presenter, never of the participant."""
+
+
 @dataclass(frozen=True)
 class Present:
     """Let the participant feel the trial's stimulus."""
@@ -26,6 +30,20 @@ class Ask:
 
     form: str
     trial: Trial
+
+    def demand_answer(self, reply: Reply) -> None:
+        """Raise ReplyError unless every item is answered on the scale, or the participant may go back and does."""
+        number, value = self.trial.number, reply.value
+        if value.get("go") == "back":
+            if not self.trial.may_go_back:
+                raise ReplyError(f"trial {number}: the reply goes back, which this trial does not allow")
+            return
+        answers, names = value.get("answers"), [attribute.name for attribute in self.trial.attributes]
+        if not isinstance(answers, Mapping) or sorted(answers) != sorted(names):
+            raise ReplyError(f"trial {number}: answers to {names} expected, found {answers!r:.200}")
+        for name, answer in answers.items():
+            if not self.trial.scale.holds(answer):
+                raise ReplyError(f"trial {number}: {name} = {answer!r} is not on the study's scale")
 
     def body(self) -> dict[str, Any]:
         """What the ledger keeps of the request."""

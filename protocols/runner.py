@@ -9,14 +9,15 @@ from typing import Any
 from protocols.canonical import Json, canonical
 from protocols.events import Event, Log, World
 from protocols.plan import Plan, Trial
-from protocols.requests import Instruct, Reply, Request, Rest, Samples
+from protocols.requests import Ask, Instruct, Reply, Request, Rest, Samples
 from protocols.tasks import TASKS, Outcome, Ratings, Steps, WentBack
 
 
 def run(plan: Plan, world: World, log: Log, header: Mapping[str, Any]) -> None:
     """Run the session from its first event to its last; `header` is the body of the first.
 
-    Interrupted at any point, the log holds an exact prefix of the session.
+    Interrupted at any point, the log holds an exact prefix of the session. A reply that does not answer its request
+    is not recorded (ReplyError): the session can be gone on with at that request.
     """
     record = _Recorder(world, log)
     record.note("session_started", header)
@@ -43,6 +44,8 @@ class _Recorder:
     def perform(self, request: Request) -> Reply:
         self.note("request", request.body())
         reply = self.world.perform(request)
+        if isinstance(request, Ask):
+            request.demand_answer(reply)
         self.note("reply", reply.value, reply.samples)
         return reply
 

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from math import floor, log10
 from typing import Annotated, Any, Literal, Self
 
 from pydantic import (
@@ -17,7 +18,8 @@ from pydantic import (
 from protocols.orders import Design
 
 LARGEST_STUDY = 5000
-ROUNDING = 1e-9
+ROUNDING = 1e-6
+"""How far, in steps, a decimal may lie from a step of its scale: doubles do not hold tenths."""
 
 
 def _level(value: Any) -> Any:
@@ -37,8 +39,13 @@ Level = Annotated[Text, BeforeValidator(_level)]
 Whole = Annotated[int, Field(strict=True)]
 Number = Annotated[float, Field(strict=True, allow_inf_nan=False)] | Whole
 Share = Annotated[float, Field(ge=0, le=1, allow_inf_nan=False)]
-Positive = Annotated[float, Field(gt=0, allow_inf_nan=False)]
+Seconds = Annotated[float, Field(ge=0.1, le=600, allow_inf_nan=False)]
 Spread = Annotated[float, Field(ge=0, allow_inf_nan=False)]
+
+
+def _digits(size: float) -> int:
+    """Decimals that tell apart a ten-thousandth of `size`; four from 1 upwards."""
+    return 4 - min(0, floor(log10(size)))
 
 
 class Strict(BaseModel):
@@ -84,16 +91,20 @@ class Scale(Strict):
             raise ValueError(f"from ({self.low}) must be below to ({self.high})")
         if self.step is not None:
             steps = (self.high - self.low) / self.step if self.step > 0 else 0
-            if steps < 1 or abs(steps - round(steps)) > ROUNDING * steps:
+            if round(steps) < 1 or abs(steps - round(steps)) > ROUNDING:
                 raise ValueError(f"step ({self.step}) must divide the range {self.low} to {self.high}")
         return self
 
     def nearest(self, value: float) -> float:
-        """The scale's answer closest to `value`: clipped, and on a step where the scale has steps."""
+        """The scale's answer closest to `value`: clipped, on a step where it has steps, else to four digits."""
         inside = min(max(value, self.low), self.high)
         if self.step is None:
-            return round(float(inside), 4)
-        return self.low + round((inside - self.low) / self.step) * self.step
+            return self._clipped(round(float(inside), _digits(self.high - self.low)))
+        stepped = self.low + round((inside - self.low) / self.step) * self.step
+        return self._clipped(round(stepped, _digits(self.step) + 5))
+
+    def _clipped(self, value: float) -> float:
+        return min(max(value, self.low), self.high)
 
     def holds(self, value: object) -> bool:
         """Whether `value` is an answer that the scale allows."""
@@ -154,8 +165,8 @@ class Simulation(Strict):
     noise_sd: Spread = 1.5
     lapse_rate: Share = 0.0
     revise_rate: Share = 0.0
-    answer_s: Positive = 2.0
-    present_s: Positive = 2.5
+    answer_s: Seconds = 2.0
+    present_s: Seconds = 2.5
 
 
 class Analysis(Strict):

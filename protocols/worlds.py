@@ -6,11 +6,9 @@ from collections.abc import Callable, Sequence
 from dataclasses import dataclass
 
 from protocols.canonical import difference
-from protocols.events import Event, Log, World
+from protocols.events import NS, Event, Log, World
 from protocols.perceiver import Perceiver
 from protocols.requests import Ask, Present, Reply, Request, Rest, Sense
-
-NS = 1_000_000_000
 
 
 @dataclass(frozen=True)
@@ -109,6 +107,11 @@ class Recorded:
             return
         demand_equal(self.events[self.position], event)
         self.position += 1
+
+    def demand_end(self) -> None:
+        """Raise Divergence if the session is over and events are left in the record."""
+        if self.position < len(self.events):
+            raise Divergence(f"{self.events[self.position].place()}: recorded, but the session is over before it")
 
     def _live(self) -> tuple[World, Log]:
         if self.world is None or self.log is None:

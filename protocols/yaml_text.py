@@ -10,6 +10,7 @@ import yaml
 
 LARGEST_BYTES = 1_000_000
 DEEPEST = 40
+LONGEST_NUMBER = 300
 Path = tuple[str | int, ...]
 _PREFIX = "tag:yaml.org,2002:"
 _CORE = (
@@ -70,7 +71,11 @@ class _PlainLoader(yaml.SafeLoader):
         return super().compose_node(parent, index)
 
     def construct_yaml_int(self, node: yaml.ScalarNode) -> int:
-        return int(str(self.construct_scalar(node)))
+        digits = str(self.construct_scalar(node))
+        if len(digits) > LONGEST_NUMBER:
+            problem = f"a number of {len(digits)} digits; at most {LONGEST_NUMBER} are read"
+            raise yaml.constructor.ConstructorError(None, None, problem, node.start_mark)
+        return int(digits)
 
 
 _PlainLoader.add_constructor(_PREFIX + "int", _PlainLoader.construct_yaml_int)
@@ -100,13 +105,22 @@ def _survey(node: yaml.Node, path: Path, lines: dict[Path, int], name: str) -> N
 
 
 def _survey_mapping(node: yaml.MappingNode, path: Path, lines: dict[Path, int], name: str) -> None:
-    for number, (key, value) in enumerate(node.value):
+    seen: set[str] = set()
+    for key, value in node.value:
         line = key.start_mark.line + 1
         if not isinstance(key, yaml.ScalarNode):
             raise YamlError(f"{name}: line {line}: a key must be plain text")
-        if any(key.value == earlier.value for earlier, _ in node.value[:number]):
+        plain = _plain_key(key)
+        if plain in seen:
             raise YamlError(f"{name}: line {line}: the key {key.value!r} stands twice")
+        seen.add(plain)
         _survey(value, (*path, key.value), lines, name)
+
+
+def _plain_key(key: yaml.ScalarNode) -> str:
+    """The key as text, so that 1, 01 and "1" are the same key."""
+    whole = key.tag == _PREFIX + "int" and len(key.value) <= LONGEST_NUMBER
+    return str(int(key.value)) if whole else str(key.value)
 
 
 def _syntax(error: yaml.MarkedYAMLError, name: str) -> str:

@@ -21,9 +21,10 @@ def allocate(study: Study, participant: str, group: str | None = None, row: int 
     P001, P002, ... go round the groups in turn, and take the next row of the square with every round.
     Raises AllocationError on a name that is no pseudonym, or one without a number where it is needed.
     """
-    if not _PSEUDONYM.match(participant):
+    if not _PSEUDONYM.fullmatch(participant):
         raise AllocationError(
-            f"participant {participant!r}: a pseudonym of a letter and up to 15 letters or digits is expected, as P001"
+            f"participant {participant!r}: a pseudonym of a letter and up to 15 letters or digits is expected, "
+            "as P001; with --simulate also several, as P001..P040"
         )
     groups = sorted(study.groups)
     if row is not None and (group is not None or not groups):
@@ -34,7 +35,7 @@ def allocate(study: Study, participant: str, group: str | None = None, row: int 
 
 
 def _number(participant: str) -> int:
-    counted = _COUNTED.match(participant)
+    counted = _COUNTED.fullmatch(participant)
     if counted is None:
         raise AllocationError(f"participant {participant!r} has no number, as P001 has; give --group and --row")
     return int(counted[1]) - 1

@@ -11,15 +11,14 @@ from itertools import count
 from pathlib import Path
 
 from protocols.bench import Case
-from protocols.events import Event
+from protocols.events import NS, Event
 from protocols.plan import Plan, compile_plan
 from protocols.runner import run
-from protocols.worlds import NS
 from studies.allocation import allocate
 from studies.catalogue import SHIPPED, read_study
 from studies.record import read
 from studies.replay import replay
-from studies.rig import Rig, simulated
+from studies.rig import simulated
 from studies.session import start
 
 DOORS = SHIPPED / "door_ratings"
@@ -34,9 +33,10 @@ def sessions(quick: bool) -> Iterator[Case]:
     """One session of 45 trials x 7 ratings: run durably, kept in memory only, and replayed."""
     repeats = 3 if quick else 9
     plan = _plan()
+    rig = simulated(plan.study, DOORS)
     with tempfile.TemporaryDirectory() as folder:
         lab = Path(folder)
-        path = start(lab, plan, _rig_at).path
+        path = start(lab, plan, rig).path
         record = read(path)
         size, virtual_s = len(record.events), record.events[-1].t_ns / NS
         told = f"45 trials x 7 ratings, {virtual_s:,.0f} virtual s"
@@ -50,7 +50,7 @@ def sessions(quick: bool) -> Iterator[Case]:
         lost = "events lost if killed at the end"
         yield case(
             "a simulated session", "palpate, durable", lost,
-            lambda: start(lab, plan, _rig_at, next(fresh)).path, lambda one: float(size - len(read(one).events)),
+            lambda: start(lab, plan, rig, next(fresh)).path, lambda one: float(size - len(read(one).events)),
         )  # fmt: skip
         yield case(
             "a simulated session", "in memory only", lost, lambda: _in_memory(plan), lambda kept: float(len(kept))
@@ -98,10 +98,6 @@ def _plan() -> Plan:
     return compile_plan(study, allocate(study, "P001"), seed=1)
 
 
-def _rig_at(plan: Plan, t_ns: int) -> Rig:
-    return simulated(plan, DOORS, t_ns)
-
-
 @dataclass
 class _Memory:
     """A log that nothing survives."""
@@ -114,5 +110,5 @@ class _Memory:
 
 def _in_memory(plan: Plan) -> list[Event]:
     log = _Memory()
-    run(plan, simulated(plan, DOORS).world, log, {})
+    run(plan, simulated(plan.study, DOORS).open(plan, 0).world, log, {})
     return log.events

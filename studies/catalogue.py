@@ -10,7 +10,7 @@ from dataclasses import dataclass
 from pathlib import Path
 from typing import Any
 
-from protocols.consistency import nearest
+from protocols.did_you_mean import nearest
 from protocols.reading import StudyError, study_from
 from protocols.study import LARGEST_STUDY, Study
 from protocols.yaml_text import Document, load
@@ -48,6 +48,8 @@ def find(name: str, lab: Path) -> Path:
         return path
     if (path / STUDY_FILE).is_file():
         return path / STUDY_FILE
+    if path.exists():
+        raise StudyError(f"{path}: a study's name, its folder or its study.yaml is expected")
     known = names(lab)
     if name not in known:
         raise StudyError(f"no study is called {name!r}; {nearest(name, known)}")
@@ -61,7 +63,13 @@ def read_study(path: Path) -> Found:
     """
     document = load(_bytes(path), str(path))
     rows = list(_stimuli(document, path))
-    return Found(study_from(document, rows, str(path)), path.parent)
+    study = study_from(document, rows, str(path))
+    folder = path.resolve().parent
+    if folder.parent.name == "studies" and study.study != folder.name:
+        raise StudyError(
+            f"{path}: study: found {study.study!r} in a folder named {folder.name!r}; let both be the same"
+        )
+    return Found(study, path.parent)
 
 
 def _stimuli(document: Document, path: Path) -> Iterator[dict[str, Any]]:
@@ -129,6 +137,8 @@ def _file_digest(folder: Path, name: str, where: str) -> str:
 
 
 def _inside(folder: Path, name: str, where: str) -> Path:
+    if "\0" in name:
+        raise StudyError(f"{where}: {name!r} is no file name")
     file = folder / name
     if not file.resolve().is_relative_to(folder.resolve()):
         raise StudyError(f"{where}: {name!r} leads out of the study's folder; put the file into it")

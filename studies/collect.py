@@ -7,10 +7,11 @@ from collections.abc import Iterable, Iterator
 from dataclasses import dataclass
 from pathlib import Path
 
-from sqlalchemy import Connection, Engine, create_engine, delete, insert, select
+from sqlalchemy import URL, Connection, Engine, create_engine, delete, insert, make_url, select
 from sqlalchemy.exc import ArgumentError, SQLAlchemyError
 
 from studies import collected_schema as schema
+from studies.ledger_schema import APPLICATION_ID
 from studies.record import read
 from studies.tables import SessionTables, tables
 
@@ -37,20 +38,36 @@ def ledgers_in(lab: Path, study: str | None = None) -> list[Path]:
     return sorted(path for path in (lab / "sessions").glob("*.sqlite") if wanted.fullmatch(path.name))
 
 
-def open_database(url: str) -> Engine:
+def others_in(lab: Path) -> list[Path]:
+    """SQLite files among the lab's sessions that are not named as a session: copies, for instance."""
+    named = set(ledgers_in(lab))
+    return sorted(path for path in (lab / "sessions").glob("*.sqlite") if path not in named and path.name[0] != ".")
+
+
+def open_database(url: str | URL) -> Engine:
     """A database for collecting, its tables made where missing.
 
     Raises CollectError on a URL that cannot be used or a database of another version.
     """
     try:
-        engine = create_engine(url)
+        target = make_url(url)
+        engine = create_engine(target, connect_args={"timeout": 60} if target.drivername.startswith("sqlite") else {})
         with engine.begin() as connection:
+            _demand_no_ledger(connection)
             schema.create_all(connection)
             _demand_version(connection)
     except (SQLAlchemyError, ModuleNotFoundError) as error:
         reason = "not a database URL" if isinstance(error, ArgumentError) else str(getattr(error, "orig", error))
-        raise CollectError(f"{_without_password(url)}: {reason.strip() or type(error).__name__}") from None
+        raise CollectError(f"{_without_password(str(url))}: {reason.strip() or type(error).__name__}") from None
     return engine
+
+
+def drop(engine: Engine) -> None:
+    """Empty the database of what was collected into it, so that it can be rebuilt."""
+    with engine.begin() as connection:
+        schema.drop_all(connection)
+        schema.create_all(connection)
+        _demand_version(connection)
 
 
 def collect(paths: Iterable[Path], engine: Engine) -> Iterator[Collected]:
@@ -60,22 +77,27 @@ def collect(paths: Iterable[Path], engine: Engine) -> Iterator[Collected]:
     """
     for path in paths:
         session = tables(read(path))
-        with engine.begin() as connection:
-            what = _bring(connection, session, path)
+        try:
+            with engine.begin() as connection:
+                what = _bring(connection, session, path)
+        except SQLAlchemyError as error:
+            raise CollectError(
+                f"{path}: could not be brought in ({getattr(error, 'orig', error)}); try again"
+            ) from None
         yield Collected(path, session.session["session"], what, session.session["trials_answered"])
 
 
 def _bring(connection: Connection, session: SessionTables, path: Path) -> str:
     name, head = session.session["session"], session.session["head_hash"]
     held = connection.execute(select(schema.sessions).where(schema.sessions.c.session == name)).one_or_none()
-    if held is not None and held.head_hash == head:
+    if held is not None and held.head_hash == head and held.file_sha256 == session.session["file_sha256"]:
         return "unchanged"
     if held is not None:
         _demand_continuation(connection, session, path)
         for table in OF_A_SESSION:
             connection.execute(delete(table).where(table.c.session == name))
     _insert(connection, session)
-    return "new" if held is None else "grown"
+    return "new" if held is None else "updated"
 
 
 def _demand_continuation(connection: Connection, session: SessionTables, path: Path) -> None:
@@ -88,7 +110,7 @@ def _demand_continuation(connection: Connection, session: SessionTables, path: P
             how = "is cut short" if seq not in now else "is another session, or was changed,"
             raise CollectError(
                 f"{path}: session {name} {how} compared with the one collected before (event {seq}); "
-                "give labs that share a database distinct pseudonyms"
+                "if it was run anew, collect with --rebuild; labs that share a database need distinct pseudonyms"
             )
 
 
@@ -125,6 +147,14 @@ def _demand_version(connection: Connection) -> None:
         raise CollectError(
             f"the database was collected in version {found}, this Palpate writes {schema.VERSION}: drop and rebuild it"
         )
+
+
+def _demand_no_ledger(connection: Connection) -> None:
+    """A session's own file is no place to collect into."""
+    if connection.dialect.name != "sqlite":
+        return
+    if connection.exec_driver_sql("PRAGMA application_id").scalar_one() == APPLICATION_ID:
+        raise CollectError("this file is a session's ledger; collect into a database of its own")
 
 
 def _without_password(url: str) -> str:

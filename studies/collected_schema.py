@@ -151,6 +151,12 @@ def ratings_query() -> Select[tuple[object, ...]]:
     )
 
 
+def drop_all(connection: Connection) -> None:
+    """Remove the view and the tables."""
+    connection.exec_driver_sql(f"DROP VIEW IF EXISTS {RATINGS}")
+    metadata.drop_all(connection)
+
+
 def create_all(connection: Connection) -> None:
     """Make the tables and the view where they are missing."""
     metadata.create_all(connection)

@@ -84,15 +84,29 @@ def check(study: tuple[str, ...], lab: Path, as_json: bool) -> None:
 
 
 def _checked(path: Path) -> dict[str, Any]:
+    from devices.door.grid import DoorDataError
     from protocols.reading import StudyError
     from protocols.yaml_text import YamlError
     from studies.catalogue import read_study
+    from studies.rig import RigError
 
     try:
         found = read_study(path)
-    except (StudyError, YamlError) as error:
+        _demand_playable(found)
+    except (StudyError, YamlError, RigError, DoorDataError) as error:
         return {"file": str(path), "ok": False, "problems": str(error)}
     return {"file": str(path), "ok": True, "summary": _summary(found)}
+
+
+def _demand_playable(found: Found) -> None:
+    """Every stimulus of every group can be presented."""
+    from protocols.plan import ParticipantRow, compile_plan
+    from studies.rig import simulated
+
+    rig = simulated(found.study, found.folder)
+    groups: list[str | None] = [*sorted(found.study.groups)]
+    for group in groups or [None]:
+        rig.check(compile_plan(found.study, ParticipantRow("P001", group)))
 
 
 def _summary(found: Found) -> str:

@@ -3,7 +3,9 @@
 from __future__ import annotations
 
 import re
-from collections.abc import Iterable, Iterator, Sequence
+import shlex
+from collections.abc import Generator, Iterator, Sequence
+from contextlib import closing
 from pathlib import Path
 from typing import TYPE_CHECKING, Any, TypeVar
 
@@ -12,8 +14,11 @@ import click
 from studies.commands import JSON, LAB, echo_json
 
 if TYPE_CHECKING:
+    from sqlalchemy import Engine
+
     from studies.catalogue import Found
-    from studies.session import RigAt, Sat
+    from studies.rig import RigPlan
+    from studies.session import Sat
 
 T = TypeVar("T")
 _SEVERAL = re.compile(r"^([A-Za-z]+)([0-9]+)\.\.\1([0-9]+)$")
@@ -44,35 +49,49 @@ def run(
     from studies.allocation import allocate
     from studies.catalogue import find, read_study
     from studies.session import start
+    from studies.squares import demand_free
 
     found = read_study(find(study, lab))
     people = _people(participant, simulate)
     plans = [compile_plan(found.study, allocate(found.study, who, group, row), seed) for who in people]
-    rig_at = _rig_at(simulate, found)
+    rig = _rig(simulate, found)
+    demand_free(lab, plans, number, shared=row is not None)
     sat = []
-    for plan in _progress(plans, "running", as_json):
-        sat.append(start(lab, plan, rig_at, number))
-        if not sat[-1].complete:
-            break
-    _report(sat, as_json)
+    with closing(_progress(plans, "running", as_json)) as steps:
+        for plan in steps:
+            sat.append(start(lab, plan, rig, number))
+            if not sat[-1].complete:
+                break
+    _report(sat, as_json, study)
 
 
 @click.command()
 @click.argument("ledger", type=click.Path(path_type=Path))
 @click.option("--study", help="The study's name or path, if it is not among the lab's or the shipped ones.")
+@click.option("--without-wal", is_flag=True, help="Go on although the file's -wal companion was lost.")
 @JSON
-def resume(ledger: Path, study: str | None, as_json: bool) -> None:
+def resume(ledger: Path, study: str | None, without_wal: bool, as_json: bool) -> None:
     """Go on with an interrupted session: what is recorded is replayed, then the session goes on at the exact act.
 
     Example: palpate resume LAB/sessions/door_ratings_P001_s1.sqlite
     """
-    from studies.catalogue import find, read_study
-    from studies.record import read
+    from studies.catalogue import Found, find
+    from studies.record import LedgerError, read
+    from studies.replay import recompiled
     from studies.session import resume as go_on
 
-    header = read(ledger).header
-    found = read_study(find(study or header["study"]["study"], ledger.parent.parent))
-    _report([go_on(ledger, _rig_at(header["rig"]["kind"] == "simulated", found))], as_json)
+    if ledger.is_dir():
+        raise LedgerError(f"{ledger}: a folder; name one ledger, as {ledger / 'STUDY_P001_s1.sqlite'}")
+    record = read(ledger)
+    if record.lacks_wal and not without_wal:
+        raise LedgerError(
+            f"{ledger}: its -wal file, which may hold the session's last events, is not there; copy both files, "
+            "or add --without-wal to go on from what is left"
+        )
+    declared = recompiled(record).study
+    folder = find(study or declared.study, ledger.resolve().parent.parent).parent
+    rig = _rig(record.header["rig"]["kind"] == "simulated", Found(declared, folder))
+    _report([go_on(ledger, rig)], as_json, study)
 
 
 @click.command()
@@ -89,10 +108,14 @@ def replay(ledger: tuple[Path, ...], lab: Path, as_json: bool) -> None:
     """
     from studies.collect import CollectError, ledgers_in
 
+    for path in ledger:
+        if not path.exists():
+            raise CollectError(f"{path}: no such ledger or folder")
     paths = [inner for path in ledger for inner in _ledgers(path)] or ledgers_in(lab)
     if not paths:
         raise CollectError(f"no ledgers in {lab / 'sessions'}; run a session first, or name ledgers")
-    rows = [_replayed(path) for path in _progress(paths, "replaying", as_json)]
+    with closing(_progress(paths, "replaying", as_json)) as steps:
+        rows = [_replayed(path) for path in steps]
     failed = [row for row in rows if not row["ok"]]
     if as_json:
         echo_json(rows)
@@ -103,38 +126,72 @@ def replay(ledger: tuple[Path, ...], lab: Path, as_json: bool) -> None:
 
 
 @click.command()
-@click.option("--to", "url", help="SQLAlchemy URL of the database.  [default: sqlite:///LAB/lab.sqlite]")
+@click.option("--to", "url", help="SQLAlchemy URL of the database.  [default: LAB/lab.sqlite]")
+@click.option("--rebuild", is_flag=True, help="Empty the database first.")
 @LAB
 @JSON
-def collect(url: str | None, lab: Path, as_json: bool) -> None:
+def collect(url: str | None, rebuild: bool, lab: Path, as_json: bool) -> None:
     """Gather the lab's sessions into one database; again is as good as once.
 
     Tables: studies, participants, sessions, trials, responses, events, streams; and the view `ratings`,
-    one row per rating that counts. The database can be dropped and rebuilt at any time.
+    one row per rating as it stands. The database can be dropped and rebuilt at any time.
+    A refused ledger is named and the others are collected; the exit code is 1 then.
 
     Example: palpate collect --lab LAB --to postgresql+psycopg://user@host/lab
     """
-    from studies.collect import CollectError, ledgers_in, open_database
-    from studies.collect import collect as gather
+    from sqlalchemy import URL
+
+    from studies.collect import CollectError, drop, ledgers_in, open_database, others_in
 
     paths = ledgers_in(lab)
     if not paths:
         raise CollectError(f"no ledgers in {lab / 'sessions'}; run a session first")
-    engine = open_database(url or f"sqlite:///{lab / 'lab.sqlite'}")
+    if url is not None and url.strip() in {"sqlite://", "sqlite:///", "sqlite:///:memory:"}:
+        raise CollectError(f"{url}: a database in memory is gone at once; name a file, as sqlite:///lab.sqlite")
+    engine = open_database(url or URL.create("sqlite", database=str(lab / "lab.sqlite")))
     try:
-        rows = [row for path in _progress(paths, "collecting", as_json) for row in gather([path], engine)]
+        if rebuild:
+            drop(engine)
+        with closing(_progress(paths, "collecting", as_json)) as steps:
+            rows = [_collected(path, engine) for path in steps]
     finally:
         engine.dispose()
-    counts = {what: sum(row.what == what for row in rows) for what in ("new", "grown", "unchanged")}
+    counts = {what: sum(row["what"] == what for row in rows) for what in ("new", "updated", "unchanged", "refused")}
+    refused = [row for row in rows if row["what"] == "refused"]
+    skipped = [path.name for path in others_in(lab)]
     if as_json:
-        echo_json({"sessions": len(rows), **counts})
+        echo_json(
+            {"sessions": len(rows), **counts, "problems": [row["problem"] for row in refused], "skipped": skipped}
+        )
     else:
-        told = ", ".join(f"{count} {what}" for what, count in counts.items() if count)
-        click.echo(f"{len(rows)} sessions collected ({told}) into {engine.url.render_as_string(hide_password=True)}")
+        _show_collected(counts, refused, skipped, engine.url.render_as_string(hide_password=True))
+    if refused:
+        raise click.exceptions.Exit(1)
+
+
+def _collected(path: Path, engine: Engine) -> dict[str, Any]:
+    from studies.collect import CollectError
+    from studies.collect import collect as gather
+    from studies.record import LedgerError
+
+    try:
+        [found] = gather([path], engine)
+    except (LedgerError, CollectError) as error:
+        return {"what": "refused", "problem": str(error)}
+    return {"what": found.what}
+
+
+def _show_collected(counts: dict[str, int], refused: list[dict[str, Any]], skipped: list[str], where: str) -> None:
+    told = ", ".join(f"{count} {what}" for what, count in counts.items() if count)
+    click.echo(f"{sum(counts.values()) - len(refused)} sessions collected ({told}) into {where}")
+    for row in refused:
+        click.echo(f"REFUSED  {row['problem']}")
+    if skipped:
+        click.echo(f"not taken for sessions by their names: {', '.join(skipped)}")
 
 
 def _people(participant: str, simulate: bool) -> list[str]:
-    several = _SEVERAL.match(participant)
+    several = _SEVERAL.fullmatch(participant)
     if several is None:
         return [participant]
     from studies.allocation import AllocationError
@@ -147,36 +204,34 @@ def _people(participant: str, simulate: bool) -> list[str]:
     return [f"{letters}{number:0{len(first)}d}" for number in range(int(first), int(last) + 1)]
 
 
-def _rig_at(simulate: bool, found: Found) -> RigAt:
-    from studies.rig import real, simulated
+def _rig(simulate: bool, found: Found) -> RigPlan:
+    from studies import rig
 
-    if simulate:
-        return lambda plan, t_ns: simulated(plan, found.folder, t_ns)
-    return lambda plan, _t_ns: real(plan)
+    return rig.simulated(found.study, found.folder) if simulate else rig.real(found.study)
 
 
-def _progress(items: Sequence[T], doing: str, quiet: bool) -> Iterable[T]:
-    """The items one by one, with a progress bar on a terminal where it may take long."""
-    if quiet or len(items) < 2:
-        return items
+def _progress(items: Sequence[T], doing: str, quiet: bool) -> Generator[T]:
+    """The items one by one; on a terminal with a progress bar."""
     from rich.console import Console
-    from rich.progress import track
+    from rich.progress import Progress
 
-    return track(items, doing, console=Console(stderr=True), transient=True)
+    console = Console(stderr=True)
+    with Progress(console=console, transient=True, disable=quiet or not console.is_terminal) as bar:
+        yield from bar.track(items, description=doing)
 
 
-def _report(sat: list[Sat], as_json: bool) -> None:
+def _report(sat: list[Sat], as_json: bool, study: str | None) -> None:
     if as_json:
         rows = [{"ledger": str(s.path), "complete": s.complete, "events": s.events, "ended": s.reason} for s in sat]
         echo_json(rows)
     else:
-        for line in _told(sat):
+        for line in _told(sat, study):
             click.echo(line)
     if not all(each.complete for each in sat):
         raise click.exceptions.Exit(1)
 
 
-def _told(sat: list[Sat]) -> Iterator[str]:
+def _told(sat: list[Sat], study: str | None) -> Iterator[str]:
     done = [each for each in sat if each.complete]
     if len(done) > 1:
         yield f"{len(done)} sessions complete, {sum(each.events for each in done)} events, in {done[0].path.parent}"
@@ -184,7 +239,9 @@ def _told(sat: list[Sat]) -> Iterator[str]:
         yield f"complete: {done[0].events} events in {done[0].path}"
     for each in sat:
         if not each.complete:
-            yield f"{each.reason}; {each.events} events are kept. Go on with: palpate resume {each.path}"
+            by_path = ["--study", study] if study and ("/" in study or Path(study).suffix) else []
+            command = shlex.join(["palpate", "resume", str(each.path), *by_path])
+            yield f"{each.reason}; {each.events} events are kept. Go on with: {command}"
 
 
 def _ledgers(path: Path) -> list[Path]:
@@ -198,11 +255,15 @@ def _replayed(path: Path) -> dict[str, Any]:
 
     try:
         found = repeat(path)
-    except (LedgerError, Divergence) as error:
-        return {"ledger": str(path), "ok": False, "problem": str(error)}
+    except LedgerError as error:
+        return {"ledger": str(path), "ok": False, "verdict": "refused", "problem": str(error)}
+    except Divergence as error:
+        return {"ledger": str(path), "ok": False, "verdict": "differs", "problem": str(error)}
     return {
         "ledger": str(path),
         "ok": True,
+        "verdict": "equal",
+        "lacks_wal": found.lacks_wal,
         "events": found.events,
         "complete": found.complete,
         "session_s": found.session_s,
@@ -212,10 +273,12 @@ def _replayed(path: Path) -> dict[str, Any]:
 
 def _show_replayed(rows: list[dict[str, Any]], failed: list[dict[str, Any]]) -> None:
     for row in failed:
-        click.echo(f"DIFFERS  {row['ledger']}\n         {row['problem']}")
+        click.echo(f"{row['verdict'].upper():<8} {row['ledger']}\n         {row['problem']}")
     good = [row for row in rows if row["ok"]]
     for row in good:
-        if not row["complete"]:
+        if row["lacks_wal"]:
+            click.echo(f"(the -wal file is missing, events may be lost with it: {row['ledger']})")
+        elif not row["complete"]:
             click.echo(f"(interrupted after {row['events']} events: {row['ledger']})")
     if good:
         took, lasted = sum(row["seconds"] for row in good), sum(row["session_s"] for row in good)

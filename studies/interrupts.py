@@ -8,11 +8,12 @@ from contextlib import contextmanager
 from dataclasses import dataclass
 from types import FrameType
 
-ENDING = (signal.SIGINT, signal.SIGTERM)
+ENDING = tuple(getattr(signal, name) for name in ("SIGINT", "SIGTERM", "SIGHUP", "SIGBREAK") if hasattr(signal, name))
+"""Ctrl-C, a polite kill, a closed terminal; Ctrl-Break on Windows."""
 
 
-class Interrupted(Exception):
-    """A signal asked the session to end."""
+class Interrupted(BaseException):
+    """A signal asked the session to end. No Exception: a driver that retries on errors must not swallow it."""
 
 
 @dataclass
@@ -24,7 +25,7 @@ class Guard:
 
     depth: int = 1
     pending: int | None = None
-    done: bool = False
+    over: bool = False
 
     def listen(self) -> None:
         """From here on a signal may end the session."""
@@ -42,8 +43,8 @@ class Guard:
         self._leave()
 
     def on_signal(self, number: int, _frame: FrameType | None) -> None:
-        """The signal handler."""
-        if self.done:
+        """The signal handler; once the session is over, what remains to be done is done in peace."""
+        if self.over:
             return
         if self.depth:
             self.pending = number
@@ -52,11 +53,11 @@ class Guard:
 
     def _leave(self) -> None:
         self.depth -= 1
-        if self.depth == 0 and self.pending is not None and not self.done:
+        if self.depth == 0 and self.pending is not None and not self.over:
             self._raise(self.pending)
 
     def _raise(self, number: int) -> None:
-        self.done = True
+        self.pending = None
         raise Interrupted(signal.Signals(number).name)
 
 

@@ -3,8 +3,8 @@
 from __future__ import annotations
 
 import os
-from collections.abc import Callable, Mapping
-from contextlib import AbstractContextManager, nullcontext, suppress
+from collections.abc import Callable, Iterator, Mapping
+from contextlib import AbstractContextManager, contextmanager, nullcontext, suppress
 from dataclasses import dataclass, field
 from pathlib import Path
 from typing import Any
@@ -36,13 +36,14 @@ Shield = Callable[[], AbstractContextManager[object]]
 def create(path: Path, header: Mapping[str, Any], sitting: Mapping[str, Any]) -> None:
     """Make a ledger that holds session_started; it appears under its name whole or not at all.
 
-    Raises LedgerError if the name is taken.
+    Raises LedgerError if the name is taken or the disk is full.
     """
     path.parent.mkdir(parents=True, exist_ok=True)
     draft = path.with_name(f".{path.name}.{os.getpid()}.draft")
     draft.unlink(missing_ok=True)
     try:
-        _write_first(draft, header, sitting)
+        with kept(path, "its first event"):
+            _write_first(draft, header, sitting)
         _publish(draft, path)
     except FileExistsError:
         raise LedgerError(f"{path}: a session of this name exists already") from None
@@ -79,6 +80,15 @@ def _write_first(draft: Path, header: Mapping[str, Any], sitting: Mapping[str, A
         engine.dispose()
 
 
+@contextmanager
+def kept(path: Path, what: str) -> Iterator[None]:
+    """Turn a failed write into a LedgerError that says what could not be kept and why."""
+    try:
+        yield
+    except SQLAlchemyError as error:
+        raise LedgerError(f"{path}: {what} could not be kept: {getattr(error, 'orig', error)}") from error
+
+
 @dataclass
 class Ledger:
     """An open ledger: the session so far, and the only hand that may write to it."""
@@ -90,11 +100,17 @@ class Ledger:
     shield: Shield = nullcontext
     head: str = field(init=False)
     written: int = field(init=False)
+    last_kind: str = field(init=False)
     last_sitting: str = field(init=False)
 
     def __post_init__(self) -> None:
         self.head, self.written = self.record.head, len(self.record.events)
-        self.last_sitting = self.record.sittings[-1].hash
+        self.last_kind, self.last_sitting = self.record.events[-1].kind, self.record.sittings[-1].hash
+
+    @property
+    def complete(self) -> bool:
+        """Whether the session has come to its end."""
+        return self.last_kind == "session_ended"
 
     def append(self, event: Event) -> None:
         """Keep the event and its samples; they are on the disk when this returns."""
@@ -102,17 +118,13 @@ class Ledger:
             raise LedgerError(f"{self.record.path}: event {event.seq} offered, event {self.written} is next")
         link = event_hash(self.head, event)
         with self.shield():
-            try:
-                with self.connection.begin():
-                    _insert_event(self.connection, event, link)
-            except SQLAlchemyError as error:
-                reason = getattr(error, "orig", error)
-                raise LedgerError(f"{self.record.path}: event {event.seq} could not be kept: {reason}") from error
-            self.head, self.written = link, self.written + 1
+            with kept(self.record.path, f"event {event.seq}"), self.connection.begin():
+                _insert_event(self.connection, event, link)
+            self.head, self.written, self.last_kind = link, self.written + 1, event.kind
 
     def sit(self, n: int, kind: str, body: Mapping[str, Any]) -> None:
         """Put on record that a process took the ledger up or laid it down."""
-        with self.connection.begin():
+        with kept(self.record.path, f"the note that it was {kind}"), self.connection.begin():
             self.last_sitting = _insert_sitting(
                 self.connection, n, self.last_sitting, kind, (self.written, self.head), body
             )
@@ -142,15 +154,17 @@ def take_up(path: Path, sitting: Mapping[str, Any], shield: Shield = nullcontext
         engine = engine_to_write(str(path))
         ledger = Ledger(record, engine, engine.connect(), lock, shield)
         ledger.sit(len(record.sittings), "opened", sitting)
-    except BaseException as error:
+    except OperationalError as error:
         lock.release()
-        if isinstance(error, OperationalError):
-            raise LedgerError(f"{path}: cannot be written ({error.orig})") from None
+        raise LedgerError(f"{path}: cannot be written ({error.orig})") from None
+    except BaseException:
+        lock.release()
         raise
     return ledger
 
 
 def _locked(path: Path) -> FileLock:
+    path = path.resolve()
     folder = path.parent / ".locks"
     folder.mkdir(exist_ok=True)
     lock = FileLock(folder / f"{path.name}.lock", timeout=0)

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import hashlib
+import os
 from typing import Any
 from urllib.parse import quote
 
@@ -83,7 +84,9 @@ def sitting_hash(previous: str, n: int, kind: str, events_then: int, head: str, 
 
 def engine_to_read(path: str, mode: str = "ro") -> Engine:
     """A SQLAlchemy engine on a ledger file that only reads; `rw` lets SQLite finish what a crash left half done."""
-    return create_engine(URL.create(_DRIVER, database=f"file:{quote(path)}", query={"mode": mode, "uri": "true"}))
+    return create_engine(
+        URL.create(_DRIVER, database=f"file:{quote(os.fsencode(path))}", query={"mode": mode, "uri": "true"})
+    )
 
 
 def engine_to_write(path: str) -> Engine:

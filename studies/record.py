@@ -5,13 +5,13 @@ from __future__ import annotations
 import json
 import sqlite3
 from collections.abc import Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from functools import cached_property
 from pathlib import Path
 from typing import Any
 
 from sqlalchemy import Connection, select, text
-from sqlalchemy.exc import SQLAlchemyError
+from sqlalchemy.exc import OperationalError, SQLAlchemyError
 
 from protocols.events import Event
 from protocols.requests import Samples
@@ -23,6 +23,7 @@ from studies.ledger_schema import (
     event_hash,
     events,
     form_of,
+    metadata,
     samples,
     sitting_hash,
     sittings,
@@ -59,6 +60,8 @@ class Record:
     events: tuple[Event, ...]
     hashes: tuple[str, ...]
     sittings: tuple[Sitting, ...]
+    lacks_wal: bool = False
+    """Whether the session was left in the middle and the -wal file that may hold its last events is not there."""
 
     @cached_property
     def header(self) -> dict[str, Any]:
@@ -83,17 +86,37 @@ def read(path: Path) -> Record:
     Raises LedgerError on a file that is missing, no ledger, newer, damaged, changed or cut short.
     """
     _demand_sqlite(path)
+    without_wal = _without_wal(path)
     engine = engine_to_read(str(path))
     try:
         _finish_rollback(path)
         with engine.connect() as connection:
+            connection.exec_driver_sql("BEGIN")  # one moment of a session that may be running
             _demand_ours(connection, path)
-            return _verified(path, connection)
+            record = _verified(path, connection)
+            return replace(record, lacks_wal=without_wal and record.sittings[-1].kind != "closed")
     except LedgerError:
         raise
+    except OperationalError as error:
+        raise LedgerError(f"{path}: {_unreadable(str(error.orig))}") from None
     except (SQLAlchemyError, sqlite3.Error, ValueError, OverflowError, TypeError, AttributeError) as error:
-        reason = str(getattr(error, "orig", error)).splitlines()[0]
-        raise LedgerError(f"{path}: the file is damaged ({reason}); restore it from a copy") from None
+        raise LedgerError(f"{path}: the file is damaged ({getattr(error, 'orig', error)}); restore it") from None
+    finally:
+        engine.dispose()
+
+
+def read_header(path: Path) -> dict[str, Any]:
+    """The body of session_started alone, without checking the rest. Raises LedgerError if there is none."""
+    _demand_sqlite(path)
+    engine = engine_to_read(str(path))
+    try:
+        with engine.connect() as connection:
+            value: dict[str, Any] = json.loads(
+                connection.execute(select(events.c.body).where(events.c.seq == 0)).scalar_one()
+            )
+            return value
+    except (SQLAlchemyError, sqlite3.Error, ValueError, TypeError) as error:
+        raise LedgerError(f"{path}: no first event can be read ({error})") from None
     finally:
         engine.dispose()
 
@@ -105,6 +128,20 @@ def _demand_sqlite(path: Path) -> None:
         start = file.read(len(_MAGIC))
     if start != _MAGIC:
         raise LedgerError(f"{path}: not a ledger (it does not start as an SQLite file does), or damaged at its start")
+
+
+def _without_wal(path: Path) -> bool:
+    """Whether the file says that a write-ahead log belongs to it (bytes 18 and 19), and none with content is there."""
+    log = path.with_name(f"{path.name}-wal")
+    with path.open("rb") as file:
+        return file.read(20)[18:20] == b"\2\2" and not (log.exists() and log.stat().st_size)
+
+
+def _unreadable(reason: str) -> str:
+    """A file that cannot be opened here is not thereby damaged."""
+    if any(word in reason for word in ("unable to open", "locked", "readonly", "disk I/O")):
+        return f"cannot be read here ({reason}); copy it, with its -wal file if it has one, to a folder of your own"
+    return f"the file is damaged ({reason}); restore it from a copy"
 
 
 def _finish_rollback(path: Path) -> None:
@@ -130,6 +167,11 @@ def _demand_ours(connection: Connection, path: Path) -> None:
         )
     if version < 1:
         raise LedgerError(f"{path}: ledger format {version} does not exist; the file's header is damaged")
+    tables = set(connection.execute(text("SELECT name FROM sqlite_master WHERE type IN ('table', 'view')")).scalars())
+    if foreign := tables - set(metadata.tables):
+        raise LedgerError(
+            f"{path}: holds {', '.join(sorted(foreign))}, which no ledger does: something else wrote to it"
+        )
     found = connection.execute(text("PRAGMA integrity_check(1)")).scalar_one()
     if found != "ok":
         raise LedgerError(f"{path}: the file is damaged ({found}); restore it from a copy")
@@ -139,7 +181,8 @@ def _verified(path: Path, connection: Connection) -> Record:
     blocks: dict[int, list[Samples]] = {}
     for row in connection.execute(select(samples).order_by(samples.c.seq, samples.c.block)):
         blocks.setdefault(row.seq, []).append(_samples(path, row))
-    happened, hashes, previous = [], [], SEED
+    happened: list[Event] = []
+    hashes, previous = [], SEED
     for place, row in enumerate(connection.execute(select(events).order_by(events.c.seq))):
         one = Event(
             row.seq, row.t_ns, row.kind, row.body.encode(), row.trial, row.attempt, tuple(blocks.pop(row.seq, ()))
@@ -147,6 +190,8 @@ def _verified(path: Path, connection: Connection) -> Record:
         previous = event_hash(previous, one)
         if row.seq != place or row.hash != previous:
             raise LedgerError(f"{path}: the hash chain breaks at event {place}: the file was changed or is damaged")
+        if happened and one.t_ns < happened[-1].t_ns:
+            raise LedgerError(f"{path}: time runs backwards at event {place}: the file was changed")
         happened.append(one)
         hashes.append(previous)
     if blocks or not happened or happened[0].kind != "session_started":

@@ -7,13 +7,12 @@ from dataclasses import dataclass
 from pathlib import Path
 
 from protocols.canonical import difference
+from protocols.events import NS
 from protocols.plan import ParticipantRow, Plan, compile_plan
 from protocols.runner import run
 from protocols.study import Study
 from protocols.worlds import EndOfRecord, Recorded
 from studies.record import LedgerError, Record, read
-
-NS = 1e9
 
 
 @dataclass(frozen=True)
@@ -25,6 +24,7 @@ class Replayed:
     complete: bool
     session_s: float
     seconds: float
+    lacks_wal: bool = False
 
     @property
     def speed(self) -> float:
@@ -41,7 +41,7 @@ def replay(path: Path) -> Replayed:
     record = read(path)
     compare(record)
     seconds = time.perf_counter() - begun
-    return Replayed(path, len(record.events), record.complete, record.events[-1].t_ns / NS, seconds)
+    return Replayed(path, len(record.events), record.complete, record.events[-1].t_ns / NS, seconds, record.lacks_wal)
 
 
 def compare(record: Record) -> None:
@@ -51,13 +51,19 @@ def compare(record: Record) -> None:
         run(recompiled(record), tape, tape, record.header)
     except EndOfRecord:
         return
+    tape.demand_end()
 
 
 def recompiled(record: Record) -> Plan:
     """The plan, made anew from the study in the header. Raises LedgerError unless its digest is the recorded one."""
     header = record.header
-    who = ParticipantRow(header["participant"], header["group"], header["row"])
-    plan = compile_plan(Study.model_validate(header["study"]), who, header["seed"])
+    try:
+        who = ParticipantRow(header["participant"], header["group"], header["row"])
+        plan = compile_plan(Study.model_validate(header["study"]), who, header["seed"])
+    except (KeyError, TypeError, ValueError) as error:
+        raise LedgerError(
+            f"{record.path}: its first event declares no session that this version reads: {error}"
+        ) from None
     if plan.digest != header["plan"]:
         how = difference(header["study"], plan.study.definition()) or "the order of the trials differs"
         raise LedgerError(f"{record.path}: the recorded study now compiles to another plan: {how}")

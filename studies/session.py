@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable
+from contextlib import nullcontext, suppress
 from dataclasses import dataclass
 from pathlib import Path
 from typing import Any
@@ -15,10 +15,7 @@ from studies.interrupts import Guard, Interrupted, guarded
 from studies.ledger import Ledger, create, take_up
 from studies.record import LedgerError, Record
 from studies.replay import recompiled
-from studies.rig import Rig
-
-RigAt = Callable[[Plan, int], Rig]
-"""Opens the rig for a plan, its clock starting at t_ns."""
+from studies.rig import Rig, RigPlan
 
 
 @dataclass(frozen=True)
@@ -53,46 +50,51 @@ def header_of(plan: Plan, rig: dict[str, Any], number: int = 1) -> dict[str, Any
     }
 
 
-def start(lab: Path, plan: Plan, rig_at: RigAt, number: int = 1) -> Sat:
+def start(lab: Path, plan: Plan, rig: RigPlan, number: int = 1) -> Sat:
     """Begin a session and run it as far as it goes.
 
-    Raises LedgerError if the participant has a session of this number already.
+    Raises LedgerError if the participant has a session of this number already, RigError if the rig cannot be had.
     """
     path = ledger_path(lab, plan.study.study, plan.who.participant, number)
     if path.exists():
         raise LedgerError(f"{path} exists: go on with it (palpate resume), or give --session {number + 1}")
-    rig = rig_at(plan, 0)
-    create(path, header_of(plan, rig.description, number), {"at": wall_time()})
-    return resume(path, rig_at)
+    rig.check(plan)
+    with guarded() as guard:
+        create(path, header_of(plan, rig.description, number), {"at": wall_time()})
+        return _sit(take_up(path, _sitting(), guard.shield), rig, guard)
 
 
-def resume(path: Path, rig_at: RigAt) -> Sat:
+def resume(path: Path, rig: RigPlan) -> Sat:
     """Replay what is recorded, then go on live at the exact act where the record ends.
 
     Raises LedgerError if the ledger is refused, held by another process or complete; Divergence if
     this version of Palpate does not do what was recorded.
     """
     with guarded() as guard:
-        ledger = take_up(path, _sitting(), guard.shield)
-        return _sit(ledger, rig_at, guard)
+        return _sit(take_up(path, _sitting(), guard.shield), rig, guard)
 
 
-def _sit(ledger: Ledger, rig_at: RigAt, guard: Guard) -> Sat:
+def _sit(ledger: Ledger, planned: RigPlan, guard: Guard) -> Sat:
+    """Take the session on. Signals are held back until the rig is open, and once the session is over."""
     rig: Rig | None = None
-    reason = "failed"
+    reason = "complete"
     try:
-        guard.listen()
-        plan = _to_go_on_with(ledger.record)
-        rig = rig_at(plan, ledger.record.events[-1].t_ns)
-        tape = Recorded(ledger.record.events, rig.world, ledger)
-        run(plan, tape, tape, ledger.record.header)
-        guard.done, reason = True, "complete"
+        try:
+            plan = _to_go_on_with(ledger.record)
+            rig = planned.open(plan, ledger.record.events[-1].t_ns)
+            guard.listen()
+            _go_on(plan, rig, ledger)
+        finally:
+            guard.over = True
     except Interrupted as signal:
+        guard.over = True
         reason = f"interrupted by {signal}"
+    except Exception as error:
+        reason = f"failed: {type(error).__name__}: {error}"
+        raise
     finally:
-        guard.done = True
         _lay_down(ledger, rig, reason)
-    return Sat(ledger.record.path, reason == "complete", ledger.written, reason)
+    return Sat(ledger.record.path, ledger.complete, ledger.written, "complete" if ledger.complete else reason)
 
 
 def _to_go_on_with(record: Record) -> Plan:
@@ -101,13 +103,22 @@ def _to_go_on_with(record: Record) -> Plan:
     return recompiled(record)
 
 
+def _go_on(plan: Plan, rig: Rig, ledger: Ledger) -> None:
+    tape = Recorded(ledger.record.events, rig.world, ledger)
+    run(plan, tape, tape, ledger.record.header)
+    tape.demand_end()
+
+
 def _lay_down(ledger: Ledger, rig: Rig | None, reason: str) -> None:
     """Safe state first, then the ledger; the ledger also where the rig fails to be safe."""
     try:
         if rig is not None:
             rig.safe()
     finally:
-        ledger.close({"at": wall_time(), "because": reason})
+        because = "complete" if ledger.complete else reason
+        # Where the session failed, that is the error to report, not that the note of it found no room.
+        with suppress(LedgerError) if reason.startswith("failed") else nullcontext():
+            ledger.close({"at": wall_time(), "because": because})
 
 
 def _sitting() -> dict[str, Any]:

@@ -8,12 +8,11 @@ from dataclasses import dataclass, field
 from typing import Any
 
 from protocols.canonical import canonical, digest
-from protocols.events import Event
+from protocols.events import NS, Event
 from protocols.study import Study
 from studies.record import Record
 from studies.replay import recompiled
 
-NS = 1e9
 Row = dict[str, Any]
 
 
@@ -45,6 +44,7 @@ class _Walk:
 
     session: str
     met: dict[int, _Met] = field(default_factory=dict)
+    standing: dict[int, list[Row]] = field(default_factory=dict)
     responses: list[Row] = field(default_factory=list)
     request: Any = None
 
@@ -63,22 +63,24 @@ class _Walk:
 
     def _answers(self, event: Event, trial: _Met) -> None:
         value, revised = event.value, self.request["previous"] is not None
-        for row in self.responses:
-            row["counts"] = row["counts"] and row["trial"] != event.trial
+        for row in self.standing.get(event.trial or 0, ()):
+            row["counts"] = False
         trial.answered_at = event.seq
-        for attribute in self.request["items"]:
-            self.responses.append(
-                {
-                    "session": self.session,
-                    "trial": event.trial,
-                    "attempt": event.attempt,
-                    "attribute": attribute,
-                    "value": float(value["answers"][attribute]),
-                    "response_time_s": value.get("at_s", {}).get(attribute),
-                    "revised": revised,
-                    "counts": True,
-                }
-            )
+        now = [
+            {
+                "session": self.session,
+                "trial": event.trial,
+                "attempt": event.attempt,
+                "attribute": attribute,
+                "value": float(value["answers"][attribute]),
+                "response_time_s": value.get("at_s", {}).get(attribute),
+                "revised": revised,
+                "counts": True,
+            }
+            for attribute in self.request["items"]
+        ]
+        self.standing[event.trial or 0] = now
+        self.responses += now
 
 
 def tables(record: Record) -> SessionTables:

@@ -1,6 +1,8 @@
 import statistics
 
 import pytest
+from hypothesis import given, settings
+from hypothesis import strategies as st
 
 from protocols.perceiver import Perceiver, z_scores
 from protocols.plan import ParticipantRow, compile_plan
@@ -103,7 +105,7 @@ def test_a_constant_column_says_nothing():
     [
         ({"from": -10, "to": 10, "step": 1}, 3.4, 3, False),
         ({"from": -10, "to": 10, "step": 1}, -10, -10, True),
-        ({"from": 0, "to": 1, "step": 0.1}, 0.1 + 0.2, 0.30000000000000004, True),
+        ({"from": 0, "to": 1, "step": 0.1}, 0.1 + 0.2, 0.3, True),
         ({"from": 0, "to": 100}, 33.33333, 33.3333, True),
         ({"from": 0, "to": 100}, 100.01, 100.0, False),
     ],
@@ -118,3 +120,24 @@ def test_a_scale_knows_its_answers(scale, value, nearest, holds):
 @pytest.mark.parametrize("value", [None, "1", True, float("nan"), float("inf"), [1]])
 def test_a_scale_refuses_what_is_no_number(value):
     assert not Scale.model_validate({"from": 0, "to": 1}).holds(value)
+
+
+@settings(max_examples=300)
+@given(
+    low=st.integers(-500, 500).map(lambda n: n / 10) | st.integers(-100, 100),
+    steps=st.integers(1, 200),
+    step=st.sampled_from([1, 2, 0.1, 0.25, 0.5, 0.01, 1e-6, 3]),
+    share=st.floats(0, 1),
+    continuous=st.booleans(),
+)
+def test_the_nearest_answer_of_any_scale_is_an_answer(low, steps, step, share, continuous):
+    high = low + steps * step
+    scale = Scale.model_validate({"from": low, "to": high, **({} if continuous else {"step": step})})
+    found = scale.nearest(low + share * (high - low))
+    assert scale.holds(found) and low <= found <= high
+    assert abs(found - (low + share * (high - low))) <= (1e-4 * max(1, high - low) if continuous else 0.51 * step)
+
+
+def test_tenths_are_answered_as_they_are_written():
+    scale = Scale.model_validate({"from": 0.1, "to": 0.7, "step": 0.1})
+    assert [scale.nearest(n / 10) for n in range(8)] == [0.1, 0.1, 0.2, 0.3, 0.4, 0.5, 0.6, 0.7]

@@ -8,6 +8,7 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 
 from protocols.balance import certificate
+from protocols.orders import rows_of
 from protocols.plan import ParticipantRow, PlanError, compile_plan, main_order
 from tests.protocols.studies_for_tests import toy, toy_plan
 
@@ -101,15 +102,29 @@ def test_repeats_take_the_next_row():
     assert sequences(study, 4) == [once[r] + once[r + 1] for r in range(4)]
 
 
-def test_in_time_every_block_order_meets_every_order_within():
-    stimuli = [{"id": f"{k}{i}", "columns": {"kind": k}} for k in "xyz" for i in range(3)]
-    study = toy(
-        stimuli=stimuli, simulation=None,
-        order={"design": "latin", "within": "block", "blocks": {"by": "kind", "design": "latin"}},
-    )  # fmt: skip
-    rows = sequences(study, 9)
-    firsts = Counter((row[0][0], tuple(each for each in row if each[0] == "x")) for row in rows)
-    assert len(firsts) == 9 and set(firsts.values()) == {1}
+@pytest.mark.parametrize("outer", ["latin", "williams", "random", "as_listed"])
+@pytest.mark.parametrize("inner", ["latin", "williams"])
+@pytest.mark.parametrize("blocks", range(1, 6))
+@pytest.mark.parametrize("size", range(1, 6))
+def test_in_time_every_block_order_meets_every_order_within_equally_often(blocks, size, inner, outer):
+    names = "vwxyz"[:blocks]
+    stimuli = [{"id": f"{k}{i}", "columns": {"kind": k}} for k in names for i in range(size)]
+    declared = {"design": inner, "within": "block", "blocks": {"by": "kind", "design": outer}}
+    study = toy(stimuli=stimuli, simulation=None, order=declared)
+    outer_rows, inner_rows = rows_of(outer, blocks), rows_of(inner, size)
+    rows = sequences(study, outer_rows * inner_rows)
+    order = [tuple(dict.fromkeys(each[0] for each in row)) if outer_rows > 1 else () for row in rows]
+    within = [tuple(each for each in row if each[0] == "v") for row in rows]
+    met = Counter(zip(order, within, strict=True))
+    assert len(met) == outer_rows * inner_rows and set(met.values()) == {1}
+    certificates = certificate(within)
+    assert len(set(certificates.position_range)) == 1
+
+
+@pytest.mark.parametrize("seed", [2**63, -(2**63) - 1])
+def test_a_seed_that_no_database_holds_is_refused(seed):
+    with pytest.raises(PlanError, match="at most 63 bits"):
+        toy_plan(seed=seed)
 
 
 def test_random_orders_differ_between_participants_and_seeds():

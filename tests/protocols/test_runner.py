@@ -3,10 +3,10 @@ from typing import get_args
 import pytest
 
 from protocols.perceiver import Perceiver
-from protocols.requests import Ask, Present, Reply, Samples, Sense
+from protocols.requests import Ask, Present, Reply, ReplyError, Samples, Sense
 from protocols.runner import run
 from protocols.study import Study
-from protocols.tasks import TASKS, ReplyError
+from protocols.tasks import TASKS
 from protocols.worlds import Divergence, Done, EndOfRecord, Recorded, Simulated, VirtualClock
 from tests.protocols.studies_for_tests import toy_plan
 from tests.protocols.worlds_for_tests import BACK, Kept, Scripted, rated
@@ -74,11 +74,14 @@ def test_going_back_twice_and_out_of_a_revision():
         ([rated(1, 2), rated(1, 2), rated(1, 2), {"answers": {}}], "trial 4: answers to"),
     ],
 )
-def test_a_reply_that_is_no_answer_is_kept_and_refused(replies, said):
+def test_a_reply_that_is_no_answer_is_refused_and_can_be_asked_for_again(replies, said):
     log, world = Kept(), Scripted(iter(replies))
     with pytest.raises(ReplyError, match=said):
         run(toy_plan(**LISTED), world, log, {})
-    assert log.events[-1].kind == "reply" and log.events[-1].value == replies[-1]
+    assert log.events[-1].kind == "request" and log.events[-1].value["do"] == "ask"
+    tape = Recorded(list(log.events), Scripted(iter([rated(0, 0)] * 4), t_ns=log.events[-1].t_ns), log)
+    run(toy_plan(**LISTED), tape, tape, {})
+    assert log.events[-1].kind == "session_ended"
 
 
 def test_back_is_refused_where_the_study_only_goes_forward():
@@ -195,3 +198,20 @@ def test_sensing_and_instructions_pass_through_a_simulated_world():
     assert reply.samples and world.now() == 1_500_000_000
     assert Sense("door", 2.0, plan.trials[0]).body() == {"do": "sense", "device": "door", "seconds": 2.0}
     assert Present(plan.trials[0]).body()["stimulus"] == plan.trials[0].stimulus.id
+
+
+def test_a_person_who_always_has_second_thoughts_comes_to_an_end():
+    log, plan = Kept(), toy_plan(simulation={"latents": {}, "revise_rate": 1.0})
+    run(plan, simulated(plan), log, {})
+    assert log.events[-1].kind == "session_ended"
+    assert log.told().count(")left") == 3
+
+
+def test_what_is_recorded_after_the_end_is_noticed():
+    from dataclasses import replace
+
+    events = recorded(*FOUR)
+    tape = Recorded([*events, replace(events[-1], seq=len(events), kind="reply")])
+    run(toy_plan(**LISTED), tape, tape, {"study": "toy"})
+    with pytest.raises(Divergence, match=rf"event {len(events)} \(reply\): recorded, but the session is over"):
+        tape.demand_end()

@@ -36,6 +36,10 @@ BOMB = "a: &a [x, x]\nb: &b [*a, *a]\nc: &c [*b, *b]\nd: [*c, *c]\n"
         (b"a: !!binary aGk=\n", "the tag .*binary is not read here"),
         (b"a: !!set {x}\n", "the tag .*set is not read here"),
         (b"a: 1\nb: 2\na: 3\n", "line 3: the key 'a' stands twice"),
+        (b"a: 1\n'a': 2\n", "line 2: the key 'a' stands twice"),
+        (b"1: x\n01: y\n", "line 2: the key '01' stands twice"),
+        (b"1: x\n'1': y\n", "line 2: the key '1' stands twice"),
+        (b"a: " + b"9" * 5000, "line 1, column 4: a number of 5000 digits"),
         (b"? [x]\n: 1\n", "line 1: a key must be plain text"),
         (b"a: [1\n", "line 2, column 1: while parsing a flow sequence, expected"),
         (b"a: 1\n--- \nb: 2\n", "expected a single document in the stream, but found another"),
@@ -58,3 +62,8 @@ def test_tricks_are_refused_with_file_line_and_reason(text, why):
 
 def test_a_byte_order_mark_is_no_part_of_the_text():
     assert load(b"\xef\xbb\xbfa: 1\n", "f.yaml").data == {"a": 1}
+
+
+def test_many_keys_are_read_in_one_pass():
+    text = "".join(f"k{i}: {i}\n" for i in range(60_000)).encode()
+    assert len(load(text, "f.yaml").data) == 60_000

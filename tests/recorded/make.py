@@ -7,31 +7,19 @@ from __future__ import annotations
 
 import shutil
 import tempfile
-from dataclasses import replace
 from pathlib import Path
 
-from protocols.plan import Plan, compile_plan
+from protocols.plan import compile_plan
 from studies.allocation import allocate
 from studies.catalogue import read_study
-from studies.rig import Rig, simulated
+from studies.rig import simulated
 from studies.session import resume, start
-from tests.studies.labs import StopsAfter
+from tests.studies.labs import stopping
 
 HERE = Path(__file__).resolve().parent
 STUDY = HERE / "doors_small"
 PEOPLE = tuple(f"P{number:03d}" for number in range(1, 13))
 INTERRUPTED = "P002"
-
-
-def rig_at(plan: Plan, t_ns: int) -> Rig:
-    """The simulated rig."""
-    return simulated(plan, STUDY, t_ns)
-
-
-def stopping(plan: Plan, t_ns: int) -> Rig:
-    """A rig whose participant is interrupted at the seventh act."""
-    rig = rig_at(plan, t_ns)
-    return replace(rig, world=StopsAfter(rig, 7))
 
 
 def main() -> None:
@@ -40,9 +28,10 @@ def main() -> None:
     with tempfile.TemporaryDirectory() as lab:
         for who in PEOPLE:
             plan = compile_plan(study, allocate(study, who), seed=3)
-            sat = start(Path(lab), plan, stopping if who == INTERRUPTED else rig_at)
+            rig = simulated(study, STUDY)
+            sat = start(Path(lab), plan, stopping(rig, 7) if who == INTERRUPTED else rig)
             if not sat.complete:
-                resume(sat.path, rig_at)
+                resume(sat.path, rig)
             shutil.copy(sat.path, HERE / "sessions" / sat.path.name)
 
 

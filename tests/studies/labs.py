@@ -9,12 +9,11 @@ from typing import Any
 
 from protocols.plan import Plan
 from protocols.requests import Reply, Request
-from protocols.worlds import NS
 from studies import session
 from studies.interrupts import Interrupted
 from studies.ledger import take_up
 from studies.record import Record, read
-from studies.rig import Rig, simulated
+from studies.rig import Rig, RigPlan, simulated
 from tests.protocols.studies_for_tests import toy_plan
 
 LIVELY = {"simulation": {"latents": {"Soft": {"size": 4.0}}, "revise_rate": 0.2, "lapse_rate": 0.2}}
@@ -29,12 +28,13 @@ class Lab:
     def plan(self, participant: str = "P001", **changes: Any) -> Plan:
         return toy_plan(participant, **{**LIVELY, **changes})
 
-    def rig_at(self, plan: Plan, t_ns: int) -> Rig:
-        return simulated(plan, self.path, t_ns)
+    @property
+    def rig(self) -> RigPlan:
+        return simulated(self.plan().study, self.path)
 
-    def start(self, participant: str = "P001", rig_at: Any = None, **changes: Any) -> Path:
+    def start(self, participant: str = "P001", rig: RigPlan | None = None, **changes: Any) -> Path:
         """Run a session as far as it goes."""
-        return session.start(self.path, self.plan(participant, **changes), rig_at or self.rig_at).path
+        return session.start(self.path, self.plan(participant, **changes), rig or self.rig).path
 
     def cut(self, events: int, participant: str = "P001") -> Path:
         """A ledger that holds the first `events` events, as if the power had failed then."""
@@ -74,14 +74,11 @@ class StopsAfter:
         return self.rig.world.perform(request)
 
 
-def stopping(lab: Lab, acts: int, **how: Any) -> Callable[[Plan, int], Rig]:
-    """A way to open a rig that stops the session at its n-th act."""
+def stopping(rig: RigPlan, acts: int, **how: Any) -> RigPlan:
+    """The same rig, but it stops the session at its n-th act."""
 
-    def rig_at(plan: Plan, t_ns: int) -> Rig:
-        rig = lab.rig_at(plan, t_ns)
-        return replace(rig, world=StopsAfter(rig, acts, **how))
+    def opened(plan: Plan, t_ns: int) -> Rig:
+        made = rig.open(plan, t_ns)
+        return replace(made, world=StopsAfter(made, acts, **how))
 
-    return rig_at
-
-
-SECONDS = NS
+    return replace(rig, open=opened)

@@ -15,7 +15,7 @@ from pathlib import Path
 from protocols.plan import ParticipantRow, Plan, compile_plan
 from protocols.study import Study
 from studies import catalogue
-from studies.rig import Rig, simulated
+from studies.rig import RigPlan, simulated
 from studies.session import start
 
 SHORT = {"1": {"car": ["BC3", "FORD"]}, "2": {"car": ["K3"]}}
@@ -30,35 +30,35 @@ def the_plan() -> Plan:
     return compile_plan(study, ParticipantRow("P001", "1", 3), seed=7)
 
 
-def rig_at(plan: Plan, t_ns: int) -> Rig:
+def the_rig() -> RigPlan:
     """The simulated rig of the door study."""
-    return simulated(plan, DOORS, t_ns)
+    return simulated(the_plan().study, DOORS)
 
 
-def child(lab: Path, plan: Plan) -> int:
+def child(lab: Path, plan: Plan, rig: RigPlan) -> int:
     """Fork a process that runs one session."""
     pid = os.fork()
     if pid == 0:
         try:
-            start(lab, plan, rig_at)
+            start(lab, plan, rig)
         finally:
             os._exit(0)
     return pid
 
 
-def usual_seconds(lab: Path, plan: Plan) -> float:
+def usual_seconds(lab: Path, plan: Plan, rig: RigPlan) -> float:
     """How long an undisturbed session takes here."""
     begun = time.perf_counter()
-    os.waitpid(child(lab, plan), 0)
+    os.waitpid(child(lab, plan, rig), 0)
     return time.perf_counter() - begun
 
 
 def main(labs: Path, seed: int, kills: int) -> None:
     """Kill `kills` sessions, each in a lab of its own at an instant drawn evenly over a usual session."""
-    chance, plan = random.Random(seed), the_plan()
-    usual = min(usual_seconds(labs / f"usual{number}", plan) for number in range(3))
+    chance, plan, rig = random.Random(seed), the_plan(), the_rig()
+    usual = min(usual_seconds(labs / f"usual{number}", plan, rig) for number in range(3))
     for number in range(kills):
-        pid = child(labs / str(number), plan)
+        pid = child(labs / str(number), plan, rig)
         time.sleep(chance.uniform(0, 1.1 * usual))
         os.kill(pid, signal.SIGKILL)
         os.waitpid(pid, 0)

@@ -65,6 +65,7 @@ def test_an_unknown_study_names_the_nearest(tmp_path, name, said):
         ("stimuli.csv", b"id,file\na,../../out.csv\n", "line 2: '../../out.csv' leads out of the study's folder"),
         ("stimuli.csv", b"", "the file is empty; a header with the column id"),
         ("stimuli.csv", b"name\na\n", "line 1: no column 'id'; found name"),
+        ("stimuli.csv", b"id,file\na,a\0.csv\n", "is no file name"),
         ("stimuli.csv", b"id,x,x\na,1,2\n", "every column needs a name of its own"),
         ("stimuli.csv", b"id,x,\na,1,2\n", "every column needs a name of its own"),
         ("stimuli.csv", b"id,x\na\n", "line 2: 1 cells, 2 columns are expected"),

@@ -94,14 +94,14 @@ def test_a_revised_answer_keeps_both_and_counts_the_last(lab, engine):
 
 
 def test_an_interrupted_session_grows(lab, engine):
-    path = lab.start(rig_at=stopping(lab, 4))
+    path = lab.start(rig=stopping(lab.rig, 4))
     assert brought(lab, engine) == ["new"]
     status = "SELECT status, trials_planned, trials_answered, sittings FROM sessions"
     assert rows(engine, status) == [("interrupted", 4, 2, 1)]
     met = rows(engine, "SELECT trial, status, attempts FROM trials ORDER BY trial")
     assert [row[1] for row in met].count("not met") >= 1
-    resume(path, lab.rig_at)
-    assert brought(lab, engine) == ["grown"]
+    resume(path, lab.rig)
+    assert brought(lab, engine) == ["updated"]
     assert rows(engine, status) == [("complete", 4, 4, 2)]
     assert {row[0] for row in rows(engine, "SELECT status FROM trials")} == {"answered"}
 
@@ -156,9 +156,9 @@ def test_a_damaged_ledger_brings_nothing(lab, engine):
 
 def test_samples_are_listed_as_streams(tmp_path, engine):
     from studies.session import start
-    from tests.studies.nursery import rig_at, the_plan
+    from tests.studies.nursery import the_plan, the_rig
 
-    record = read(start(tmp_path, the_plan(), rig_at).path)
+    record = read(start(tmp_path, the_plan(), the_rig()).path)
     list(collect([record.path], engine))
     streams = rows(engine, "SELECT stream, channels, units, rate_hz, samples FROM streams")
     presented = [e for e in record.events if e.samples]

@@ -1,4 +1,5 @@
 import json
+import shutil
 import sqlite3
 
 import pytest
@@ -93,13 +94,15 @@ def test_a_life_of_a_lab(said, tmp_path):
     assert connection.execute("select count(*) from ratings").fetchone() == (4 * 4 * 2,)
     connection.close()
     other = f"sqlite:///{tmp_path / 'other.sqlite'}"
-    assert json.loads(said("collect", "--to", other, "--json")) == {"grown": 0, "new": 4, "sessions": 4, "unchanged": 0}
+    assert json.loads(said("collect", "--to", other, "--json")) == {
+        "new": 4, "problems": [], "refused": 0, "sessions": 4, "skipped": [], "unchanged": 0, "updated": 0,
+    }  # fmt: skip
     assert len(json.loads(said("replay", "--json"))) == 4
 
 
 def test_an_interrupted_session_is_told_and_resumed(said, tmp_path, monkeypatch):
     lab = Lab(tmp_path)
-    monkeypatch.setattr("studies.rig.simulated", lambda plan, folder, t_ns: stopping(lab, 5)(plan, t_ns))
+    monkeypatch.setattr("studies.rig.simulated", lambda _study, _folder: stopping(lab.rig, 5))
     text = said("run", "toy", "--participant", "P001..P003", "--simulate", status=1)
     ledger = tmp_path / "sessions" / "toy_P001_s1.sqlite"
     kept = len(read(ledger).events)
@@ -116,7 +119,7 @@ def test_a_damaged_ledger_fails_the_replay_alone(said, tmp_path):
     bad = tmp_path / "sessions" / "toy_P001_s1.sqlite"
     bad.write_bytes(bad.read_bytes()[:3000])
     text = said("replay", str(tmp_path / "sessions"), status=1)
-    assert f"DIFFERS  {bad}" in text and "1 of 2 sessions repeat exactly" in text
+    assert f"REFUSED  {bad}" in text and "1 of 2 sessions repeat exactly" in text
 
 
 @pytest.mark.parametrize(
@@ -133,6 +136,12 @@ def test_a_damaged_ledger_fails_the_replay_alone(said, tmp_path):
         (("replay",), "no ledgers in"),
         (("collect",), "no ledgers in"),
         (("resume", "nowhere.sqlite"), "nowhere.sqlite: no such ledger"),
+        (("resume", "."), "a folder; name one ledger"),
+        (("replay", "nowhere.sqlite"), "nowhere.sqlite: no such ledger or folder"),
+        (("run", "toy", "--participant", "P001\n", "--simulate"), "a pseudonym of a letter"),
+        (("run", "toy", "--participant", "P001,P002", "--simulate"), "also several, as P001..P040"),
+        (("run", "toy", "--participant", "P001", "--simulate", "--seed", "9" * 20), "at most 63 bits"),
+        (("check", "."), "a study's name, its folder or its study.yaml is expected"),
     ],
 )  # fmt: skip
 def test_mistakes_are_one_clear_line_and_nothing_is_written(said, tmp_path, arguments, error):
@@ -148,3 +157,110 @@ def test_a_session_is_not_run_twice(said):
         "run", "toy", "--participant", "P001", "--simulate", status=2
     )
     said("run", "toy", "--participant", "P001", "--simulate", "--session", "2")
+
+
+def test_one_bad_ledger_does_not_hold_up_the_others(said, tmp_path):
+    said("run", "toy", "--participant", "P001..P004", "--simulate")
+    folder = tmp_path / "sessions"
+    bad = folder / "toy_P002_s1.sqlite"
+    bad.write_bytes(bad.read_bytes()[:3000])
+    shutil.copy(folder / "toy_P003_s1.sqlite", folder / "toy_P003_s1 (copy).sqlite")
+    text = said("collect", status=1)
+    assert "3 sessions collected (3 new, 1 refused)" in text and f"REFUSED  {bad}" in text
+    assert "not taken for sessions by their names: toy_P003_s1 (copy).sqlite" in text
+
+
+def test_a_database_can_be_rebuilt(said, tmp_path):
+    said("run", "toy", "--participant", "P001..P002", "--simulate")
+    said("collect")
+    (tmp_path / "sessions" / "toy_P001_s1.sqlite").unlink()
+    said("run", "toy", "--participant", "P001", "--simulate", "--seed", "5")
+    assert "if it was run anew, collect with --rebuild" in said("collect", status=1)
+    assert "2 sessions collected (2 new)" in said("collect", "--rebuild")
+
+
+@pytest.mark.parametrize("url", ["sqlite://", "sqlite:///:memory:"])
+def test_a_database_in_memory_is_refused(said, url):
+    said("run", "toy", "--participant", "P001", "--simulate")
+    assert "gone at once" in said("collect", "--to", url, status=2)
+
+
+def test_a_ledger_is_no_database_to_collect_into(said, tmp_path):
+    said("run", "toy", "--participant", "P001", "--simulate")
+    ledger = tmp_path / "sessions" / "toy_P001_s1.sqlite"
+    before = ledger.read_bytes()
+    assert "a session's ledger; collect into a database of its own" in said(
+        "collect", "--to", f"sqlite:///{ledger}", status=2
+    )
+    assert ledger.read_bytes() == before
+
+
+def test_a_lab_may_have_any_name(tmp_path, capsys):
+    lab = tmp_path / "what? 100% #lab"
+    (lab / "studies" / "toy").mkdir(parents=True)
+    (lab / "studies" / "toy" / "study.yaml").write_text(TOY)
+    for verb in (["run", "toy", "--participant", "P001", "--simulate"], ["replay"], ["collect"]):
+        assert _status([*verb, "--lab", str(lab)]) == 0
+    assert (lab / "lab.sqlite").exists() and [p.name for p in tmp_path.iterdir()] == [lab.name]
+    capsys.readouterr()
+
+
+def test_a_row_of_the_square_belongs_to_one_participant(said):
+    said("run", "toy", "--participant", "P001", "--simulate")
+    text = said("run", "toy", "--participant", "Q1", "--simulate", status=2)
+    assert "participant Q1: row 0 of group None is P001's; give --row" in text
+    assert "complete" in said("run", "toy", "--participant", "Q1", "--row", "0", "--simulate")
+    said("run", "toy", "--participant", "P001", "--simulate", "--session", "2")
+
+
+def test_several_are_refused_before_the_first_starts(said, tmp_path):
+    said("run", "toy", "--participant", "P003", "--simulate")
+    assert "toy_P003_s1.sqlite exists" in said("run", "toy", "--participant", "P001..P004", "--simulate", status=2)
+    assert len(list((tmp_path / "sessions").glob("*.sqlite"))) == 1
+
+
+def test_a_session_is_resumed_from_inside_its_folder_and_without_its_study_file(said, tmp_path, monkeypatch):
+    lab = Lab(tmp_path)
+    monkeypatch.setattr("studies.rig.simulated", lambda _study, _folder: stopping(lab.rig, 5))
+    said("run", "toy", "--participant", "P001", "--simulate", status=1)
+    monkeypatch.undo()
+    (tmp_path / "studies" / "toy" / "study.yaml").write_text("broken: [")
+    monkeypatch.chdir(tmp_path / "sessions")
+    assert "complete: " in said("resume", "toy_P001_s1.sqlite")
+
+
+def test_a_crashed_session_without_its_wal_is_not_silently_gone_on_with(said, tmp_path):
+    from studies.ledger import take_up
+    from studies.session import create, header_of
+
+    lab = Lab(tmp_path)
+    path = tmp_path / "sessions" / "toy_P001_s1.sqlite"
+    create(path, header_of(lab.plan(), lab.rig.description), {"at": "2026-01-01T00:00:00+00:00"})
+    ledger = take_up(path, {})
+    alone = tmp_path / "alone" / "sessions" / path.name
+    alone.parent.mkdir(parents=True)
+    shutil.copy(path, alone)
+    ledger.close({})
+    assert "the -wal file is missing" in said("replay", str(alone))
+    assert "its -wal file, which may hold the session's last events, is not there" in said(
+        "resume", str(alone), "--study", "toy", status=2
+    )
+    assert "complete" in said("resume", str(alone), "--study", str(tmp_path / "studies" / "toy"), "--without-wal")
+
+
+def test_a_study_that_cannot_be_presented_is_found_by_check_and_leaves_no_session(said, tmp_path):
+    folder = tmp_path / "studies" / "toy"
+    (folder / "study.yaml").write_text(TOY.replace("[A, B, C, D]", "stimuli.csv") + "needs: [door]\n")
+    (folder / "stimuli.csv").write_text("id,file\na,a.csv\nb,b.csv\n")
+    for name in "ab":
+        (folder / f"{name}.csv").write_text("hello\n")
+    assert "NOT OK" in said("check", "toy", status=1)
+    assert "a.csv" in said("run", "toy", "--participant", "P001", "--simulate", status=2)
+    assert not (tmp_path / "sessions").exists()
+    (folder / "stimuli.csv").write_text("id\na\nb\n")
+    assert "no door profile" in said("check", "toy", status=1)
+
+
+def test_a_folder_and_its_study_have_one_name(said, tmp_path):
+    (tmp_path / "studies" / "toy" / "study.yaml").write_text(TOY.replace("study: toy", "study: toys"))
+    assert "found 'toys' in a folder named 'toy'" in said("check", "toy", status=1)

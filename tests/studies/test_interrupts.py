@@ -10,13 +10,19 @@ from studies.interrupts import Guard, Interrupted, guarded
 from studies.record import read
 
 ROOT = Path(__file__).resolve().parents[2]
-BLOCKING = """
+SESSION = """
 import sys, threading
 from pathlib import Path
 from dataclasses import replace
-from protocols.requests import Ask
-from tests.studies.labs import Lab, StopsAfter
+from studies.rig import Rig
 from studies.session import start
+from tests.studies.labs import Lab
+
+where = sys.argv[2]
+
+def wait():
+    print("waiting", flush=True)
+    threading.Event().wait(2 if where == "opening" else 60)
 
 class Waits:
     '''Nobody answers: the world blocks in the fourth act, as a window would.'''
@@ -26,32 +32,61 @@ class Waits:
         return self.rig.world.now()
     def perform(self, request):
         self.acts += 1
-        if self.acts == 4:
-            print("waiting", flush=True)
-            threading.Event().wait(60)
+        if self.acts == 4 and where == "act":
+            wait()
+        if self.acts == 4 and where == "stubborn driver":
+            try:
+                wait()
+            except Exception:
+                pass
         return self.rig.world.perform(request)
 
 lab = Lab(Path(sys.argv[1]))
-def rig_at(plan, t_ns):
-    rig = lab.rig_at(plan, t_ns)
-    return replace(rig, world=Waits(rig), safe=lambda: print("safe", flush=True))
-print(start(lab.path, lab.plan(), rig_at).reason, flush=True)
+def opened(plan, t_ns):
+    rig = lab.rig.open(plan, t_ns)
+    if where == "opening":
+        wait()
+    print("opened", flush=True)
+    return Rig(Waits(rig), lambda: print("safe", flush=True))
+print(start(lab.path, lab.plan(), replace(lab.rig, open=opened)).reason, flush=True)
 """
 
 
-@pytest.mark.parametrize(("number", "name"), [(signal.SIGINT, "SIGINT"), (signal.SIGTERM, "SIGTERM")])
-def test_one_signal_ends_a_blocked_session_safely(tmp_path, number, name):
-    process = subprocess.Popen(
-        [sys.executable, "-c", BLOCKING, str(tmp_path)], cwd=ROOT, stdout=subprocess.PIPE, text=True
-    )
+def run_until_waiting(folder, where):
+    """A session in a process of its own that has said what it did and waits."""
+    command = [sys.executable, "-c", SESSION, str(folder), where]
+    process = subprocess.Popen(command, cwd=ROOT, stdout=subprocess.PIPE, text=True)
     assert process.stdout is not None
-    assert process.stdout.readline() == "waiting\n"
-    process.send_signal(number)
+    said = []
+    while (line := process.stdout.readline().strip()) != "waiting":
+        assert line, "the session ended before it waited"
+        said.append(line)
+    return process, said
+
+
+@pytest.mark.parametrize(
+    ("where", "name"),
+    [("act", "SIGINT"), ("act", "SIGTERM"), ("act", "SIGHUP"), ("opening", "SIGINT"), ("stubborn driver", "SIGINT")],
+)
+def test_one_signal_ends_a_session_safely_wherever_it_finds_it(tmp_path, where, name):
+    process, said = run_until_waiting(tmp_path, where)
+    process.send_signal(signal.Signals[name])
     rest, _ = process.communicate(timeout=30)
-    assert rest.splitlines() == ["safe", f"interrupted by {name}"]
+    assert [*said, *rest.splitlines()] == ["opened", "safe", f"interrupted by {name}"]
     assert process.returncode == 0
     record = read(tmp_path / "sessions" / "toy_P001_s1.sqlite")
     assert record.sittings[-1].value["because"] == f"interrupted by {name}"
+
+
+def test_a_storm_of_signals_ends_a_session_safely(tmp_path):
+    process, said = run_until_waiting(tmp_path, "act")
+    for number in (signal.SIGINT, signal.SIGTERM, signal.SIGHUP) * 30:
+        if process.poll() is None:
+            process.send_signal(number)
+    rest, _ = process.communicate(timeout=30)
+    lines = [*said, *rest.splitlines()]
+    assert lines[:2] == ["opened", "safe"] and lines[2].startswith("interrupted by SIG")
+    assert read(tmp_path / "sessions" / "toy_P001_s1.sqlite").sittings[-1].kind == "closed"
 
 
 def listening() -> Guard:
@@ -84,9 +119,17 @@ def test_further_signals_do_not_disturb_the_end():
     guard = listening()
     with pytest.raises(Interrupted):
         guard.on_signal(signal.SIGINT, None)
+    guard.over = True
     guard.on_signal(signal.SIGINT, None)
     with guard.shield():
         guard.on_signal(signal.SIGTERM, None)
+
+
+def test_a_signal_that_was_swallowed_can_be_repeated():
+    guard = listening()
+    for _ in range(2):
+        with pytest.raises(Interrupted):
+            guard.on_signal(signal.SIGINT, None)
 
 
 def test_an_error_in_a_write_is_not_hidden_by_a_signal():

@@ -23,7 +23,7 @@ def test_killed_at_any_instant_a_session_goes_on_to_the_uninterrupted_one(tmp_pa
     processes = [subprocess.Popen(command, cwd=ROOT) for command in commands]
     assert [process.wait(timeout=900) for process in processes] == [0, 0]
     plan = nursery.the_plan()
-    whole = timeless(read(start(tmp_path / "whole", plan, nursery.rig_at).path))
+    whole = timeless(read(start(tmp_path / "whole", plan, nursery.the_rig()).path))
     labs = [tmp_path / str(seed) / str(number) for seed in NURSERIES for number in range(KILLS_EACH)]
     fates = Counter(fate(lab, plan, whole) for lab in labs)
     assert sum(fates.values()) == 200
@@ -34,14 +34,14 @@ def fate(lab: Path, plan: Plan, whole: list[tuple[object, ...]]) -> str:
     """Check one killed session; say where the kill found it."""
     path = ledger_path(lab, "door_ratings", "P001")
     if not path.exists():
-        assert start(lab, plan, nursery.rig_at).complete
+        assert start(lab, plan, nursery.the_rig()).complete
         assert timeless(read(path)) == whole
         return "before it began"
     killed = read(path)
     assert timeless(killed) == whole[: len(killed.events)]
     if killed.complete:
         return "after it ended"
-    assert resume(path, nursery.rig_at).complete
+    assert resume(path, nursery.the_rig()).complete
     assert timeless(read(path)) == whole
     return "in the middle" if len(killed.events) > 1 else "at its beginning"
 

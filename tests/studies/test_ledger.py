@@ -1,9 +1,11 @@
 import random
 import shutil
 import sqlite3
+import threading
 from dataclasses import replace
 
 import pytest
+from sqlalchemy.exc import OperationalError
 
 from protocols.canonical import canonical
 from protocols.events import Event
@@ -237,3 +239,66 @@ def test_a_write_that_a_crash_left_in_a_rollback_journal_is_undone(tmp_path):
     assert crashed.read_bytes() != path.read_bytes()
     assert read(crashed).events == before.events
     take_up(crashed, SITTING).close({})
+
+
+def test_a_running_session_can_be_read_at_any_moment(tmp_path):
+    path = tmp_path / "s.sqlite"
+    create(path, {"study": "x"}, SITTING)
+    done = threading.Event()
+
+    def write():
+        ledger = take_up(path, SITTING)
+        for seq in range(1, 600):
+            ledger.append(Event(seq, seq, "reply", b"{}", 1, 1, (BLOCK, BLOCK)))
+        ledger.close({})
+        done.set()
+
+    writer = threading.Thread(target=write)
+    writer.start()
+    lengths = []
+    while not done.is_set():
+        lengths.append(len(read(path).events))
+    writer.join()
+    assert lengths == sorted(lengths) and len(set(lengths)) > 3
+    assert len(read(path).events) == 600
+
+
+def test_a_file_that_something_else_wrote_to_is_refused(tmp_path):
+    path = made(tmp_path)
+    change(path, "create table notes (x)")
+    with pytest.raises(LedgerError, match="holds notes, which no ledger does"):
+        read(path)
+
+
+def test_time_that_runs_backwards_is_refused(tmp_path):
+    path = tmp_path / "s.sqlite"
+    create(path, {}, SITTING)
+    ledger = take_up(path, SITTING)
+    ledger.append(Event(1, 50, "reply", b"{}"))
+    ledger.append(Event(2, 49, "reply", b"{}"))
+    ledger.close({})
+    with pytest.raises(LedgerError, match="time runs backwards at event 2"):
+        read(path)
+
+
+def test_a_crashed_ledger_without_its_wal_file_is_known(tmp_path):
+    path = tmp_path / "s.sqlite"
+    create(path, {}, SITTING)
+    ledger = take_up(path, SITTING)
+    ledger.append(Event(1, 1, "reply", b"{}"))
+    alone = tmp_path / "alone.sqlite"
+    shutil.copy(path, alone)
+    assert read(alone).lacks_wal
+    assert not read(path).lacks_wal
+    ledger.close({})
+    assert not read(path).lacks_wal
+
+
+def test_a_ledger_on_a_full_disk_cannot_be_made_and_says_so(tmp_path, monkeypatch):
+    def full(*_arguments):
+        raise OperationalError("INSERT", {}, Exception("database or disk is full"))
+
+    monkeypatch.setattr("studies.ledger._insert_event", full)
+    with pytest.raises(LedgerError, match="its first event could not be kept: database or disk is full"):
+        create(tmp_path / "s.sqlite", {}, SITTING)
+    assert list(tmp_path.iterdir()) == []

@@ -1,10 +1,12 @@
+from dataclasses import replace
+
 import pytest
 
 from protocols.events import Event
 from protocols.worlds import Divergence
 from studies.record import LedgerError, read
 from studies.replay import replay
-from studies.rig import Rig, RigError, real, simulated
+from studies.rig import Rig, RigError, real
 from studies.session import ledger_path, resume, start
 from tests.studies.labs import Lab, stopping
 
@@ -39,20 +41,20 @@ def test_two_runs_of_one_seed_are_equal(lab, tmp_path):
 def test_a_session_cut_at_any_event_goes_on_to_the_uninterrupted_one(lab, events):
     path = lab.cut(events)
     assert len(read(path).events) == events
-    sat = resume(path, lab.rig_at)
+    sat = resume(path, lab.rig)
     assert sat.complete and read(path).events == lab.__class__(lab.path / "whole").read().events
     replay(path)
 
 
 @pytest.mark.parametrize("acts", [0, 1, 5, 9])
 def test_an_interrupted_session_is_laid_down_safe_and_goes_on(lab, tmp_path, acts):
-    path = lab.start(rig_at=stopping(lab, acts))
+    path = lab.start(rig=stopping(lab.rig, acts))
     record = read(path)
     assert not record.complete
     assert record.sittings[-1].value["because"] == "interrupted by SIGTERM"
     assert record.events[-1].kind == "request"
-    assert resume(path, stopping(lab, 2)).reason == "interrupted by SIGTERM"
-    assert resume(path, lab.rig_at).complete
+    assert resume(path, stopping(lab.rig, 2)).reason == "interrupted by SIGTERM"
+    assert resume(path, lab.rig).complete
     assert same(read(path), read(Lab(tmp_path / "whole").start()))
     kinds = [s.kind for s in read(path).sittings]
     assert kinds == ["created", *["opened", "closed"] * 3]
@@ -74,36 +76,38 @@ def order_of_ends(lab, monkeypatch, safe_fails=False, **how):
 
     monkeypatch.setattr(Ledger, "close", closing)
 
-    def rig_at(plan, t_ns):
-        rig = stopping(lab, 3, **how)(plan, t_ns) if how is not None else lab.rig_at(plan, t_ns)
-        return Rig(rig.world, rig.description, safe)
+    planned = stopping(lab.rig, 3, **how)
+
+    def opened(plan, t_ns):
+        ends.append("opened")
+        return Rig(planned.open(plan, t_ns).world, safe)
 
     try:
-        lab.start(rig_at=rig_at)
+        lab.start(rig=replace(planned, open=opened))
     except Exception as error:
         ends.append(str(error))
     return ends
 
 
 def test_the_rig_is_safe_before_the_ledger_is_closed(lab, monkeypatch):
-    assert order_of_ends(lab, monkeypatch) == ["safe", "closed"]
+    assert order_of_ends(lab, monkeypatch) == ["opened", "safe", "closed"]
 
 
 def test_the_ledger_is_closed_where_the_rig_cannot_be_made_safe(lab, monkeypatch):
-    assert order_of_ends(lab, monkeypatch, safe_fails=True) == ["safe", "closed", "the brake does not answer"]
+    assert order_of_ends(lab, monkeypatch, safe_fails=True) == ["opened", "safe", "closed", "the brake does not answer"]
 
 
 def test_a_failing_device_ends_the_session_safe_and_is_reported(lab, monkeypatch):
     ends = order_of_ends(lab, monkeypatch, error=lambda: RuntimeError("the motor stalled"))
-    assert ends == ["safe", "closed", "the motor stalled"]
-    assert lab.read().sittings[-1].value["because"] == "failed"
-    assert resume(lab.read().path, lab.rig_at).complete
+    assert ends == ["opened", "safe", "closed", "the motor stalled"]
+    assert lab.read().sittings[-1].value["because"] == "failed: RuntimeError: the motor stalled"
+    assert resume(lab.read().path, lab.rig).complete
 
 
 def test_a_finished_session_is_not_gone_on_with(lab):
     path = lab.start()
     with pytest.raises(LedgerError, match="the session is complete"):
-        resume(path, lab.rig_at)
+        resume(path, lab.rig)
     read(path)
 
 
@@ -111,22 +115,22 @@ def test_a_participant_has_one_session_of_a_number(lab):
     lab.start()
     with pytest.raises(LedgerError, match=r"exists: go on with it .*or give --session 2"):
         lab.start()
-    assert start(lab.path, lab.plan(), lab.rig_at, 2).complete
+    assert start(lab.path, lab.plan(), lab.rig, 2).complete
     assert ledger_path(lab.path, "toy", "P001", 2).exists()
 
 
 def test_a_changed_task_is_not_resumed_into(lab, monkeypatch):
     from protocols import tasks
 
-    path = lab.start(rig_at=stopping(lab, 5))
+    path = lab.start(rig=stopping(lab.rig, 5))
     before = read(path).events
 
     def eager(trial):
-        return tasks._outcome((yield tasks.Ask("sliders", trial)), trial)
+        return tasks._outcome((yield tasks.Ask("sliders", trial)))
 
     monkeypatch.setattr("protocols.runner.TASKS", {"slider_rating": eager})
     with pytest.raises(Divergence, match=r"event 2 \(request, trial 1\): \$\.back: not recorded, now false"):
-        resume(path, lab.rig_at)
+        resume(path, lab.rig)
     assert read(path).events == before
 
 
@@ -144,16 +148,13 @@ def test_a_replay_says_how_fast_it_was(lab):
 
 
 def test_an_interrupted_session_replays_to_where_it_ends(lab):
-    found = replay(lab.start(rig_at=stopping(lab, 5)))
+    found = replay(lab.start(rig=stopping(lab.rig, 5)))
     assert not found.complete
 
 
 def test_a_real_rig_is_not_pretended(lab):
     with pytest.raises(RigError, match="toy needs window; this version .* simulated devices only: add --simulate"):
-        real(lab.plan())
-    with pytest.raises(RigError):
-        start(lab.path, lab.plan(), lambda plan, _t: real(plan))
-    assert not (lab.path / "sessions").exists()
+        real(lab.plan().study)
 
 
 def test_without_a_device_nothing_can_be_sensed(lab):
@@ -161,4 +162,52 @@ def test_without_a_device_nothing_can_be_sensed(lab):
 
     plan = lab.plan()
     with pytest.raises(RigError, match="no device of this study can do 'sense'"):
-        simulated(plan, lab.path).world.perform(Sense("door", 1.0, plan.trials[0]))
+        lab.rig.open(plan, 0).world.perform(Sense("door", 1.0, plan.trials[0]))
+
+
+def test_the_error_that_ended_a_session_is_the_one_reported(lab, monkeypatch):
+    from studies.ledger import Ledger
+
+    sit = Ledger.sit
+
+    def full(self, n, kind, body):
+        if kind == "closed":
+            raise LedgerError("the note could not be kept")
+        sit(self, n, kind, body)
+
+    monkeypatch.setattr(Ledger, "sit", full)
+    with pytest.raises(RuntimeError, match="the motor stalled"):
+        lab.start(rig=stopping(lab.rig, 3, error=lambda: RuntimeError("the motor stalled")))
+    monkeypatch.undo()
+    assert resume(lab.read().path, lab.rig).complete
+
+
+def test_a_rig_that_cannot_be_had_leaves_nothing_behind(lab):
+    def no(_plan):
+        raise RigError("the door is not there")
+
+    with pytest.raises(RigError):
+        start(lab.path, lab.plan(), replace(lab.rig, check=no))
+    assert not (lab.path / "sessions").exists()
+
+
+def test_a_header_that_declares_nothing_is_refused(lab):
+    from studies.ledger import create
+
+    path = lab.path / "sessions" / "toy_P001_s1.sqlite"
+    create(path, {"study": {"study": "toy"}}, {"at": "x"})
+    with pytest.raises(LedgerError, match="its first event declares no session that this version reads"):
+        replay(path)
+
+
+def test_events_after_the_end_are_noticed(lab):
+    from studies.ledger import take_up
+
+    path = lab.start()
+    ledger = take_up(path, {})
+    last = ledger.record.events[-1]
+    ledger.append(Event(last.seq + 1, last.t_ns, "reply", b"{}"))
+    ledger.close({})
+    for act in (lambda: replay(path), lambda: resume(path, lab.rig)):
+        with pytest.raises(Divergence, match="recorded, but the session is over before it"):
+            act()

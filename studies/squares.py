@@ -1,0 +1,45 @@
+"""Rows of the counterbalancing square that a lab's sessions have taken."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from pathlib import Path
+
+from protocols.plan import ParticipantRow, Plan
+from studies.allocation import AllocationError
+from studies.collect import ledgers_in
+from studies.record import LedgerError, read_header
+from studies.session import ledger_path
+
+
+def demand_free(lab: Path, plans: Sequence[Plan], number: int, shared: bool) -> None:
+    """Refuse before anything starts: a session that exists, or a row of the square that another participant has.
+
+    `shared` is set where the experimenter gave the row: a replacement inherits it. Raises LedgerError, AllocationError.
+    """
+    for plan in plans:
+        path = ledger_path(lab, plan.study.study, plan.who.participant, number)
+        if path.exists():
+            raise LedgerError(f"{path} exists: go on with it (palpate resume), or give --session {number + 1}")
+    taken = {} if shared else rows_taken(lab, plans[0].study.study)
+    for plan in plans:
+        holders = taken.setdefault((plan.who.group, plan.who.row), {plan.who.participant})
+        if plan.who.participant not in holders:
+            place = f"row {plan.who.row} of group {plan.who.group}"
+            raise AllocationError(
+                f"participant {plan.who.participant}: {place} is {min(holders)}'s; "
+                "give --row (and --group) to say which, a replacement inherits one"
+            )
+
+
+def rows_taken(lab: Path, study: str) -> dict[tuple[str | None, int], set[str]]:
+    """(group, row) -> participants, over the lab's sessions of a study; an unreadable ledger takes no row."""
+    taken: dict[tuple[str | None, int], set[str]] = {}
+    for path in ledgers_in(lab, study):
+        try:
+            header = read_header(path)
+            who = ParticipantRow(header["participant"], header["group"], header["row"])
+        except (LedgerError, KeyError):
+            continue
+        taken.setdefault((who.group, who.row), set()).add(who.participant)
+    return taken
