@@ -126,7 +126,7 @@ RATINGS = "ratings"
 
 
 def ratings_query() -> Select[tuple[object, ...]]:
-    """One row per rating that counts: who, which stimulus, which attribute, which value."""
+    """One row per rating as it stands: who, which stimulus, which attribute, which value; practice is marked."""
     joined = responses.join(trials, (responses.c.session == trials.c.session) & (responses.c.trial == trials.c.trial))
     return (
         select(

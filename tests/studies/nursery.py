@@ -10,13 +10,14 @@ import random
 import signal
 import sys
 import time
+from collections.abc import Callable
 from pathlib import Path
 
 from protocols.plan import ParticipantRow, Plan, compile_plan
 from protocols.study import Study
 from studies import catalogue
 from studies.rig import RigPlan, simulated
-from studies.session import start
+from studies.session import ledger_path, resume, start
 
 SHORT = {"1": {"car": ["BC3", "FORD"]}, "2": {"car": ["K3"]}}
 DOORS = catalogue.SHIPPED / "door_ratings"
@@ -35,12 +36,12 @@ def the_rig() -> RigPlan:
     return simulated(the_plan().study, DOORS)
 
 
-def child(lab: Path, plan: Plan, rig: RigPlan) -> int:
-    """Fork a process that runs one session."""
+def child(act: Callable[[], object]) -> int:
+    """Fork a process that does one thing."""
     pid = os.fork()
     if pid == 0:
         try:
-            start(lab, plan, rig)
+            act()
         finally:
             os._exit(0)
     return pid
@@ -49,19 +50,31 @@ def child(lab: Path, plan: Plan, rig: RigPlan) -> int:
 def usual_seconds(lab: Path, plan: Plan, rig: RigPlan) -> float:
     """How long an undisturbed session takes here."""
     begun = time.perf_counter()
-    os.waitpid(child(lab, plan, rig), 0)
+    os.waitpid(child(lambda: start(lab, plan, rig)), 0)
     return time.perf_counter() - begun
 
 
+def kill_after(seconds: float, act: Callable[[], object]) -> None:
+    """Do something in a process of its own, and kill it so many seconds later."""
+    pid = child(act)
+    time.sleep(seconds)
+    os.kill(pid, signal.SIGKILL)
+    os.waitpid(pid, 0)
+
+
 def main(labs: Path, seed: int, kills: int) -> None:
-    """Kill `kills` sessions, each in a lab of its own at an instant drawn evenly over a usual session."""
+    """Kill `kills` sessions, each in a lab of its own at an instant drawn evenly over a usual session.
+
+    Every second one is taken up again and that is killed, too.
+    """
     chance, plan, rig = random.Random(seed), the_plan(), the_rig()
     usual = min(usual_seconds(labs / f"usual{number}", plan, rig) for number in range(3))
     for number in range(kills):
-        pid = child(labs / str(number), plan, rig)
-        time.sleep(chance.uniform(0, 1.1 * usual))
-        os.kill(pid, signal.SIGKILL)
-        os.waitpid(pid, 0)
+        lab = labs / str(number)
+        kill_after(chance.uniform(0, 1.1 * usual), lambda lab=lab: start(lab, plan, rig))
+        path = ledger_path(lab, plan.study.study, plan.who.participant)
+        if number % 2 and path.exists():
+            kill_after(chance.uniform(0, 0.5 * usual), lambda path=path: resume(path, rig))
 
 
 if __name__ == "__main__":
