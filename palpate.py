@@ -142,7 +142,8 @@ def bench(area: tuple[str, ...], quick: bool, as_json: bool, out: Path) -> None:
     """
     from analysis.measuring.rows import as_json as rows_as_json
     from analysis.measuring.rows import run_bench
-    from analysis.measuring.work_precision import print_table, save_plots
+    from analysis.measuring.work_precision import print_table
+    from analysis.measuring.work_precision_plot import save_plots
 
     chosen = {name: _named(AREAS[name])(quick) for name in area or AREAS}
     rows = run_bench(chosen, _doing if sys.stderr.isatty() else lambda _: None)

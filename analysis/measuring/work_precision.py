@@ -2,10 +2,8 @@
 
 from __future__ import annotations
 
-import re
 from collections.abc import Iterable, Sequence
 from itertools import groupby
-from pathlib import Path
 from typing import TYPE_CHECKING
 
 from analysis.measuring.rows import MEASURED, Row
@@ -38,18 +36,6 @@ def print_table(rows: Sequence[Row], console: Console | None = None) -> None:
     console = console or Console()
     for area, of_area in groupby(rows, key=lambda row: row.area):
         console.print(_table(area, list(of_area)))
-
-
-def save_plots(rows: Sequence[Row], folder: Path) -> list[Path]:
-    """Save the work-precision plot of each area as SVG and PNG and give the paths."""
-    from analysis.measuring import work_precision_plot
-
-    areas = dict.fromkeys(row.area for row in rows)
-    paths: list[Path] = []
-    for area in areas:
-        name = "work_precision_" + re.sub(r"\W+", "_", area).strip("_")
-        paths += work_precision_plot.save_plot([row for row in rows if row.area == area], folder, name)
-    return paths
 
 
 def _table(area: str, rows: list[Row]) -> Table:

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import math
+import re
 import textwrap
 from collections.abc import Sequence
 from pathlib import Path
@@ -17,6 +18,16 @@ if TYPE_CHECKING:
 
 MARKERS = "osD^vP*Xh"
 Panel = tuple[str, str]
+
+
+def save_plots(rows: Sequence[Row], folder: Path) -> list[Path]:
+    """Save the work-precision plot of each area as SVG and PNG and give the paths."""
+    areas = dict.fromkeys(row.area for row in rows)
+    paths: list[Path] = []
+    for area in areas:
+        name = "work_precision_" + re.sub(r"\W+", "_", area).strip("_")
+        paths += save_plot([row for row in rows if row.area == area], folder, name)
+    return paths
 
 
 def save_plot(rows: Sequence[Row], folder: Path, name: str) -> list[Path]:

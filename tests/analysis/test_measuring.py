@@ -13,7 +13,8 @@ import pytest
 from rich.console import Console
 
 from analysis.measuring.rows import MOST_RUNS, Row, as_json, measure, run_bench
-from analysis.measuring.work_precision import error_text, print_table, ratio_to_ours, save_plots, time_text
+from analysis.measuring.work_precision import error_text, print_table, ratio_to_ours, time_text
+from analysis.measuring.work_precision_plot import save_plots
 from protocols.bench import Case
 
 
