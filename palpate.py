@@ -138,26 +138,26 @@ def bench(area: tuple[str, ...], quick: bool, as_json: bool, out: Path) -> None:
 
     A row: area, case, method, error, error_kind, seconds (median), peak_MB, n, input.
 
-    Example: palpate bench statistics --quick
+    \b
+    Example:
+      palpate bench statistics --quick
     """
+    from rich.console import Console
+
     from analysis.measuring.rows import as_json as rows_as_json
     from analysis.measuring.rows import run_bench
     from analysis.measuring.work_precision import print_table
     from analysis.measuring.work_precision_plot import save_plots
 
     chosen = {name: _named(AREAS[name])(quick) for name in area or AREAS}
-    rows = run_bench(chosen, _doing if sys.stderr.isatty() else lambda _: None)
+    with Console(stderr=True).status("measuring") as status:
+        rows = run_bench(chosen, status.update)
     if as_json:
         click.echo(rows_as_json(rows), nl=False)
         return
     print_table(rows)
     for path in save_plots(rows, out):
         click.echo(f"saved {path}")
-
-
-def _doing(what: str) -> None:
-    """One line that is written over."""
-    click.echo(f"\r\x1b[K{what[:100]}\r", err=True, nl=False)
 
 
 def main(arguments: Sequence[str] | None = None) -> None:

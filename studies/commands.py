@@ -69,7 +69,9 @@ def check(study: tuple[str, ...], lab: Path, as_json: bool) -> None:
 
     STUDY is a study's name, its folder or its study.yaml. Exit code 1 if one cannot be used.
 
-    Example: palpate check door_ratings
+    \b
+    Example:
+      palpate check door_ratings
     """
     from studies.catalogue import find
 
@@ -140,7 +142,10 @@ def plan(
 ) -> None:  # fmt: skip
     """Show the trials that a participant will meet, in order; or, with --balance N, how balanced N orders are.
 
-    Example: palpate plan door_ratings --participant P007; palpate plan door_ratings --balance 40
+    \b
+    Example:
+      palpate plan door_ratings --participant P007
+      palpate plan door_ratings --balance 40
     """
     from protocols.plan import compile_plan
     from studies.allocation import allocate

@@ -43,7 +43,9 @@ def run(
     P001, P002, ... go round the study's groups in turn and take the next row of its square with every round.
     Ctrl-C ends a session safely; go on with palpate resume.
 
-    Example: palpate run door_ratings --participant P001 --simulate --seed 1 --lab LAB
+    \b
+    Example:
+      palpate run door_ratings --participant P001 --simulate --seed 1 --lab LAB
     """
     from protocols.plan import compile_plan
     from studies.allocation import allocate
@@ -73,7 +75,9 @@ def run(
 def resume(ledger: Path, study: str | None, without_wal: bool, as_json: bool) -> None:
     """Go on with an interrupted session: what is recorded is replayed, then the session goes on at the exact act.
 
-    Example: palpate resume LAB/sessions/door_ratings_P001_s1.sqlite
+    \b
+    Example:
+      palpate resume LAB/sessions/door_ratings_P001_s1.sqlite
     """
     from studies.catalogue import Found, find
     from studies.record import LedgerError, read
@@ -104,7 +108,9 @@ def replay(ledger: tuple[Path, ...], lab: Path, as_json: bool) -> None:
     The stored study is compiled anew, must give the plan that was recorded, and its tasks must do what they did.
     Exit code 1 if a session is refused or differs; the message says which event and how.
 
-    Example: palpate replay LAB/sessions/*.sqlite
+    \b
+    Example:
+      palpate replay LAB/sessions/*.sqlite
     """
     from studies.collect import CollectError, ledgers_in
 
@@ -137,7 +143,9 @@ def collect(url: str | None, rebuild: bool, lab: Path, as_json: bool) -> None:
     one row per rating as it stands. The database can be dropped and rebuilt at any time.
     A refused ledger is named and the others are collected; the exit code is 1 then.
 
-    Example: palpate collect --lab LAB --to postgresql+psycopg://user@host/lab
+    \b
+    Example:
+      palpate collect --lab LAB --to postgresql+psycopg://user@host/lab
     """
     from sqlalchemy import URL
 
