@@ -15,7 +15,7 @@ if TYPE_CHECKING:
 
     from analysis.reporting.analysed import Analysed
     from analysis.reporting.compare_reference import Compared
-    from analysis.reporting.sources import Wanted
+    from analysis.reporting.sources import Missing, Wanted
 
 Progress = Callable[[int, int, str], None]
 LAB = click.option(
@@ -36,14 +36,18 @@ def source_options(command: Callable[..., None]) -> Callable[..., None]:
     @click.option("--digest", help="The version of a study that was changed between participants (its first digits).")
     @click.option("--include-incomplete", is_flag=True, help="Also take interrupted sessions.")
     @click.option("--simulated/--real", default=None, help="Take only simulated or only real sessions, where both are.")
+    @click.option(
+        "--missing", type=click.Choice(["refuse", "listwise"]), default="refuse", show_default=True,
+        help="A participant who lacks a cell: refuse the tests that need it, or leave the participant out.",
+    )  # fmt: skip
     @wraps(command)
     def with_source(
         *, name: str, lab: Path, url: str | None, digest: str | None, include_incomplete: bool, simulated: bool | None,
-        **others: Any,
+        missing: Missing, **others: Any,
     ) -> None:  # fmt: skip
         from analysis.reporting.sources import Wanted
 
-        command(Wanted(name, lab, url, digest, include_incomplete, simulated), **others)
+        command(Wanted(name, lab, url, digest, include_incomplete, simulated, missing), **others)
 
     return with_source
 
@@ -123,6 +127,7 @@ def import_(map: Path, data: Path | None, lab: Path, replace: bool, as_json: boo
     from analysis.importing.map_file import find_map
     from analysis.importing.tables import import_table
     from analysis.ratings.saved import save_ratings
+    from analysis.ratings.wording import count
     from analysis.reporting.sources import IMPORTED
 
     ratings = import_table(find_map(map), data)
@@ -135,7 +140,7 @@ def import_(map: Path, data: Path | None, lab: Path, replace: bool, as_json: boo
             "between": list(ratings.between), "left_out": [vars(each) for each in ratings.exclusions],
         })  # fmt: skip
         return
-    given = f"{len(ratings.participants)} participants, {len(ratings.table):,} ratings"
+    given = f"{count(len(ratings.participants), 'participant')}, {count(len(ratings.table), 'rating')}"
     click.echo(f"{ratings.name}: {given}, factors {ratings.factors_text()}, in {folder}")
     for each in ratings.exclusions:
         click.echo(f"  {each.what} of {each.who} ({each.rows:,}): {each.why}")
@@ -193,15 +198,18 @@ def _show(found: Analysed, files: list[Path], compared: list[Compared]) -> None:
 def _show_data(console: Console, found: Analysed) -> None:
     from rich.markup import escape
 
+    from analysis.reporting.page_data import inclusions
     from analysis.reporting.page_text import count
 
     ratings, design = found.ratings, found.design
-    people = f"{len(ratings.participants)} participants, {len(ratings.table):,} ratings"
+    people = f"{count(len(ratings.participants), 'participant')}, {count(len(ratings.table), 'rating')}"
     console.print(f"[bold]{escape(found.title)}[/bold]: {people}", soft_wrap=True)
     if ratings.simulated:
         console.print("[yellow]Simulated participants: no person gave these answers.[/yellow]")
     if ratings.exclusions:
         console.print(f"The exclusion ledger in the report has {count(len(ratings.exclusions), 'line')}.")
+    for line in inclusions(ratings):
+        console.print(f"[yellow]{escape(line)}[/yellow]", soft_wrap=True)
     for problem in design.problems:
         console.print(f"[yellow]{escape(problem.text())}[/yellow]", soft_wrap=True)
 
@@ -234,6 +242,7 @@ def _summary(found: Analysed, files: list[Path]) -> dict[str, Any]:
         "simulated": found.ratings.simulated,
         "complete": found.design.ok,
         "left_out": len(found.ratings.exclusions),
+        "interrupted_included": len(found.ratings.interrupted),
         "headlines": dict(headlines(found)),
         "not_tested": list(refusals(found)),
         "files": [str(path) for path in files],

@@ -12,7 +12,7 @@ from dataclasses import dataclass
 from pathlib import Path
 
 from analysis.ratings.dataset import DataRefused
-from protocols.consistency import nearest
+from protocols.did_you_mean import nearest
 
 DELIMITERS = (",", ";", "\t", "|")
 OFFERED = "cp1252, latin-1, mac-roman or utf-16"

@@ -10,6 +10,7 @@ from analysis.importing.dialects import SHOWN, TableRefused
 from analysis.importing.foreign_rows import ForeignRating
 from analysis.importing.map_file import ColumnMap
 from analysis.ratings.dataset import Exclusion
+from analysis.ratings.wording import count
 
 Cell = tuple[str, ...]
 
@@ -43,7 +44,8 @@ def _listed(column_map: ColumnMap, several: dict[Cell, list[ForeignRating]]) -> 
     lines = [f"  {_named(ratings[0])}: {_wheres(ratings)}" for ratings in list(several.values())[:SHOWN]]
     more = [f"  ... and {len(several) - SHOWN} more"] if len(several) > SHOWN else []
     advice = "say duplicates: mean or first, or name the column that tells them apart under within or stimulus"
-    return "\n".join([f"{column_map.name}: {len(several)} cells hold several ratings; {advice}:", *lines, *more])
+    held = f"{count(len(several), 'cell')} {'holds' if len(several) == 1 else 'hold'} several ratings"
+    return "\n".join([f"{column_map.name}: {held}; {advice}:", *lines, *more])
 
 
 def _named(rating: ForeignRating) -> str:
@@ -76,7 +78,12 @@ def _exclusions(several: dict[Cell, list[ForeignRating]], averaged: bool) -> lis
     if averaged:
         return _averaged({person: (sum(counts), len(counts)) for person, counts in people.items()})
     return [
-        Exclusion("rows", person, f"not the first rating of its cell ({len(counts)} cells)", sum(counts) - len(counts))
+        Exclusion(
+            "repeated",
+            person,
+            f"not the first rating of its cell ({count(len(counts), 'cell')})",
+            sum(counts) - len(counts),
+        )
         for person, counts in people.items()
     ]
 
@@ -86,9 +93,10 @@ def _averaged(people: dict[str, tuple[int, int]]) -> list[Exclusion]:
     alike = set(people.values())
     if len(people) > 1 and len(alike) == 1:
         ratings, cells = alike.pop()
-        why = f"{ratings} ratings of each averaged into {cells} cells"
-        return [Exclusion("averaged", f"{len(people)} participants", why, len(people) * ratings)]
+        why = f"{count(ratings, 'rating')} of each averaged into {count(cells, 'cell')}"
+        who = count(len(people), "participant")
+        return [Exclusion("averaged", who, why, len(people) * ratings, len(people) * cells)]
     return [
-        Exclusion("averaged", person, f"{ratings} ratings averaged into {cells} cells", ratings)
+        Exclusion("averaged", person, f"{ratings} ratings averaged into {count(cells, 'cell')}", ratings, cells)
         for person, (ratings, cells) in people.items()
     ]

@@ -8,7 +8,8 @@ from dataclasses import dataclass
 from analysis.importing.dialects import Row, Sheet, TableRefused
 from analysis.importing.map_file import ColumnMap, Condition
 from analysis.ratings.dataset import Exclusion
-from protocols.consistency import nearest
+from analysis.ratings.wording import count
+from protocols.did_you_mean import nearest
 
 
 @dataclass(frozen=True)
@@ -50,7 +51,7 @@ def choose_lines(column_map: ColumnMap, lines: Sequence[Line]) -> tuple[list[Lin
         exclusions += _left_out(kept, inside, _unmet(column, condition))
         kept = inside
     if not kept:
-        reasons = "".join(f" {each.rows} rows are no rating: {each.why}." for each in exclusions)
+        reasons = "".join(f" {count(each.rows, 'row is', 'rows are')} no rating: {each.why}." for each in exclusions)
         raise TableRefused(f"{column_map.name}: no row is a rating.{reasons} Check loop and where in the map")
     return kept, exclusions
 
@@ -77,7 +78,7 @@ def _left_out(before: Sequence[Line], after: Sequence[Line], why: str) -> list[E
     if len(before) == len(after):
         return []
     names = list(dict.fromkeys(line.sheet.name for line in before))
-    who = names[0] if len(names) == 1 else f"{len(names)} files"
+    who = names[0] if len(names) == 1 else count(len(names), "file")
     return [Exclusion("rows", who, why, len(before) - len(after))]
 
 

@@ -10,7 +10,8 @@ from analysis.importing.foreign_lines import Line, choose_lines, either, lines_o
 from analysis.importing.map_file import ColumnMap, Source
 from analysis.importing.number_texts import Decimal, NoNumber, decimal_mark, number
 from analysis.ratings.dataset import Exclusion
-from protocols.consistency import nearest
+from analysis.ratings.wording import count as counted
+from protocols.did_you_mean import nearest
 
 
 @dataclass(frozen=True)
@@ -49,7 +50,7 @@ def _present(column_map: ColumnMap, lines: Sequence[Line]) -> tuple[list[Line], 
     if missing and column_map.missing_value == "refuse":
         shown = ", ".join(f"{line.where} {line[column]!r}" for line in missing[:SHOWN])
         raise TableRefused(
-            f"{len(missing)} missing values in {column!r}: {shown}{_more(missing)};"
+            f"{counted(len(missing), 'missing value')} in {column!r}: {shown}{_more(missing)};"
             " complete the table, or say missing_value: drop to leave these rows out"
         )
     dropped: dict[str, int] = {}
@@ -109,8 +110,8 @@ def _check_scale(column_map: ColumnMap, lines: Sequence[Line], values: Sequence[
     if off:
         step = "" if scale.step is None else f" in steps of {scale.step:g}"
         raise TableRefused(
-            f"{len(off)} values are not on the scale from {scale.low:g} to {scale.high:g}{step}:"
-            f" {', '.join(off[:SHOWN])}{_more(off)}; correct the table or the scale in the map"
+            f"{counted(len(off), 'value is', 'values are')} not on the scale from {scale.low:g} to {scale.high:g}"
+            f"{step}: {', '.join(off[:SHOWN])}{_more(off)}; correct the table or the scale in the map"
         )
 
 

@@ -2,18 +2,19 @@
 
 from __future__ import annotations
 
+from collections.abc import Iterable
 from pathlib import Path, PurePath
 from typing import Annotated, Any, Literal, Self
 
 from pydantic import AfterValidator, BaseModel, BeforeValidator, ConfigDict, Field, ValidationError, model_validator
 
+from analysis.ratings.column_names import RESERVED, taken_names
 from analysis.ratings.dataset import DataRefused
 from analysis.ratings.dataset import Scale as RatingScale
-from protocols.consistency import nearest
+from protocols.did_you_mean import nearest
 from protocols.yaml_text import Document, YamlError, load
 
 SHIPPED = Path(__file__).resolve().parent / "maps"
-RESERVED = ("participant", "attribute", "value", "stimulus")
 MOST_SHOWN = 8
 
 
@@ -145,6 +146,14 @@ class MapScale(_Strict):
         return RatingScale(self.low, self.high, self.step)
 
 
+def _taken(role: str, name: str) -> str:
+    advice = "rename the column or leave it out" if role == "keep" else "give the factor another name"
+    return (
+        f"{role}: the name {name!r} has a meaning of its own in the analysis; {advice}"
+        f" (names that are taken: {', '.join(sorted(RESERVED))})"
+    )
+
+
 class ColumnMap(_Strict):
     """What a foreign table is and how its columns become ratings."""
 
@@ -173,10 +182,16 @@ class ColumnMap(_Strict):
 
     @model_validator(mode="after")
     def _each_name_once(self) -> Self:
-        names = [*RESERVED, *self.columns.within, *self.loop, *self.columns.between, *self.columns.keep]
+        own = self.columns
+        names = [*own.within, *self.loop, *own.between, *own.keep]
         for name in names:
             if names.count(name) > 1:
                 raise ValueError(f"the column {name!r} would stand twice in the table; give it another name")
+        roles: dict[str, Iterable[str]] = {
+            "within": own.within, "loop": self.loop, "between": own.between, "keep": own.keep,
+        }  # fmt: skip
+        for role, name in taken_names(roles):
+            raise ValueError(_taken(role, name))
         return self
 
     @property

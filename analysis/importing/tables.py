@@ -14,7 +14,8 @@ from analysis.importing.foreign_duplicates import settle_duplicates
 from analysis.importing.foreign_rows import ForeignRating, ratings_of
 from analysis.importing.map_file import ColumnMap, MapRefused, read_map
 from analysis.ratings.dataset import Crossing, Exclusion, Input, Ratings, natural
-from protocols.consistency import nearest
+from analysis.ratings.wording import count
+from protocols.did_you_mean import nearest
 
 __all__ = ["MapRefused", "TableRefused", "import_table"]
 
@@ -99,7 +100,7 @@ def _input(path: Path) -> Input:
 
 
 def _sheet_input(sheet: Sheet) -> Input:
-    note = f"{len(sheet.rows)} rows, {sheet.encoding}, delimiter {sheet.delimiter!r}"
+    note = f"{count(len(sheet.rows), 'row')}, {sheet.encoding}, delimiter {sheet.delimiter!r}"
     return Input(sheet.name, sheet.sha256, note)
 
 

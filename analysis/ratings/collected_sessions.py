@@ -7,7 +7,7 @@ from collections.abc import Callable, Sequence
 from dataclasses import dataclass
 
 from analysis.ratings.dataset import DataRefused
-from protocols.consistency import nearest
+from protocols.did_you_mean import nearest
 
 STATUSES = ("complete", "interrupted")
 
@@ -20,6 +20,7 @@ class SessionRow:
     study_digest: str
     participant: str
     group_name: str | None
+    seed: int
     simulated: bool
     status: str
     trials_planned: int

@@ -9,7 +9,10 @@ from types import MappingProxyType
 
 import pandas as pd
 
+from analysis.ratings.column_names import RESERVED, taken_names
+
 _NONE: Mapping[str, str] = MappingProxyType({})
+_NO_COUNTS: Mapping[str, int] = MappingProxyType({})
 
 
 class DataRefused(ValueError):
@@ -56,12 +59,17 @@ class Input:
 
 @dataclass(frozen=True)
 class Exclusion:
-    """A line of the exclusion ledger: what was left out or averaged, whose, why, and how many ratings."""
+    """A line of the exclusion ledger: what was left out or averaged, whose, why, and how many.
+
+    `what` says what `rows` counts: ratings left out with a 'session', as 'practice', with a 'participant', or as
+    'repeated' in their cell; ratings 'averaged' `into` fewer values; 'rows' of a foreign table that are no ratings.
+    """
 
     what: str
     who: str
     why: str
     rows: int
+    into: int = 0
 
 
 @dataclass(frozen=True)
@@ -84,7 +92,9 @@ class Ratings:
     attribute to the other end of its scale and to 'physical' or 'emotional', where the study says so.
     `crossings` are the declared cells, empty where only the rows themselves tell what was planned; each cell is
     owed `repeats` times. `pooled` and `families` name the factor that all participants share and the column that
-    groups its levels, where the study says so.
+    groups its levels, where the study says so. `interrupted` names the interrupted sessions among the ratings;
+    `seeds` are those of simulated sessions; `stimulus_sources` counts the stimuli by where they come from.
+    Raises DataRefused where a factor has no column, or a name that means something else.
     """
 
     name: str
@@ -102,6 +112,9 @@ class Ratings:
     pooled: str = ""
     families: str = ""
     simulated: bool = False
+    interrupted: tuple[str, ...] = ()
+    seeds: tuple[int, ...] = ()
+    stimulus_sources: Mapping[str, int] = field(default_factory=lambda: _NO_COUNTS)
     source: str = ""
     licence: str = ""
 
@@ -113,6 +126,18 @@ class Ratings:
                 raise DataRefused(f"data set {self.name!r}: no column {column!r}; the columns are {found}")
         if len(set(needed)) != len(needed):
             raise DataRefused(f"data set {self.name!r}: a factor is named twice among {', '.join(needed)}")
+        for role, name in taken_names({"within": self.within, "between": self.between}):
+            if (role, name) == ("within", "stimulus"):
+                continue  # the factor of a study whose stimuli nothing crosses
+            raise DataRefused(
+                f"data set {self.name!r}: the {role} factor {name!r} has a name with a meaning of its own;"
+                f" give it another one than {', '.join(sorted(RESERVED))}"
+            )
+
+    @property
+    def cells(self) -> tuple[str, ...]:
+        """The columns whose combinations each participant owes: the declared ones, else the within factors."""
+        return tuple(dict.fromkeys(name for each in self.crossings for name in each.levels)) or self.within
 
     @property
     def participants(self) -> tuple[str, ...]:

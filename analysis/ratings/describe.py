@@ -10,7 +10,8 @@ from typing import Literal
 import pandas as pd
 
 from analysis.ratings.dataset import DataRefused, Ratings, natural_key
-from protocols.consistency import nearest
+from analysis.ratings.wording import count
+from protocols.did_you_mean import nearest
 
 Kind = Literal["over ratings", "over participants"]
 ONE_RATING = "one rating has no spread"
@@ -111,8 +112,8 @@ def _check(ratings: Ratings, by: tuple[str, ...]) -> None:
     if bad:
         first = ratings.table.iloc[bad[0]]
         raise DataRefused(
-            f"data set {ratings.name!r}: {len(bad)} values are not finite, the first is {first['value']} of"
-            f" {first['participant']} on {first['attribute']}; the design check names them all"
+            f"data set {ratings.name!r}: {count(len(bad), 'value is', 'values are')} not finite, the first is"
+            f" {first['value']} of {first['participant']} on {first['attribute']}; the design check names them all"
         )
 
 

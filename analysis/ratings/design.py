@@ -13,6 +13,7 @@ import pandas as pd
 from analysis.ratings.dataset import Crossing, DataRefused, Ratings, Scale, natural_key
 from analysis.ratings.design_report import NOTES, DesignReport, Kind, Place, Problem, gathered
 from analysis.ratings.design_values import value_problems
+from analysis.ratings.lookalikes import lookalikes
 
 __all__ = ["DesignReport", "Kind", "Place", "Problem", "check_design", "check_ratings"]
 
@@ -22,8 +23,7 @@ MOST_CELLS = 5_000_000
 
 def check_ratings(ratings: Ratings, *, limit: int = 20) -> DesignReport:
     """The design check of a data set against its declared cells, or against its own levels where none are declared."""
-    declared = tuple(dict.fromkeys(name for each in ratings.crossings for name in each.levels))
-    cells = declared or ratings.within
+    cells = ratings.cells
     attributes = {"attribute": ratings.attributes}
     nested = [name for name in ("stimulus",) if name in ratings.table.columns and name not in cells]
     return check_design(
@@ -54,8 +54,9 @@ def check_design(
     """Compare the rows with the full crossing of the columns `cells`, which every participant owes.
 
     The levels are those of `crossings`, one for each group, or else all that occur within a group of `between`.
-    `nested` columns tell rows of one cell apart but are not crossed (items that belong to one cell); without
-    them a cell is owed `repeats` rows. At most `limit` places of a kind are listed; all are counted.
+    A cell is owed `repeats` rows. `nested` columns tell rows of one cell apart but are not crossed (items that
+    belong to one cell): there it is owed as many items as the participant of the group with most of them has.
+    At most `limit` places of a kind are listed; all are counted.
     Raises DataRefused where a column is not there.
     """
     groups = tuple(dict.fromkeys((*between, *(name for each in crossings for name in each.between))))
@@ -69,6 +70,7 @@ def check_design(
         *gathered("two_groups", list(_two_groups(rows)), limit),
         *_cell_problems(rows, plan, value, repeats, limit),
         *value_problems(table, participant, (*cells, *nested), value, scale=scale, limit=limit),
+        *gathered("lookalike", list(lookalikes(table, labels)), limit),
     ]
     return DesignReport(
         rows=len(table),
@@ -166,15 +168,27 @@ def _cell_problems(rows: _Rows, plan: Plan, value: str, repeats: int, limit: int
     keys = rows.labels((rows.participant, *rows.cells, *rows.nested))
     filled = Counter(key[:width] for key in keys)
     _demand_possible(plan)
-    owed = {(person, *cell): None for person, levels in plan.items() for cell in product(*levels.values())}
-    wanted = 1 if rows.nested and repeats == 1 else repeats
-    missing = [_missing(rows, key, filled[key], wanted) for key in owed if filled[key] < wanted]
+    owed = {(person, *cell): repeats for person, levels in plan.items() for cell in product(*levels.values())}
+    if rows.nested and repeats == 1:
+        owed = _items_owed(rows, keys, owed)
+    missing = [_missing(rows, key, filled[key], wanted) for key, wanted in owed.items() if filled[key] < wanted]
     strange = [_place(rows, key, f"{filled[key]} ratings") for key in filled if key not in owed]
     return [
         *gathered("missing", missing, limit),
         *gathered("undeclared", strange, limit),
         *gathered("duplicate", _duplicates(rows, keys, value, repeats), limit),
     ]
+
+
+def _items_owed(rows: _Rows, keys: Sequence[Label], owed: Mapping[Label, int]) -> dict[Label, int]:
+    """As many different items in a cell as the participant of the group with most of them has, at least one."""
+    width = 1 + len(rows.cells)
+    group_of = {person: groups[0] for person, groups in rows.groups_of().items()}
+    most: dict[Label, int] = {}
+    for key, items in Counter(key[:width] for key in set(keys)).items():
+        place = (*group_of[key[0]], *key[1:])
+        most[place] = max(items, most.get(place, 1))
+    return {key: most.get((*group_of[key[0]], *key[1:]), 1) for key in owed}
 
 
 def _demand_possible(plan: Plan) -> None:

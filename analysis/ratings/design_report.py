@@ -6,25 +6,29 @@ from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, field
 from typing import Literal
 
+from analysis.ratings.wording import count
+
 Kind = Literal[
     "no_rows", "unlabelled", "two_groups", "undeclared", "missing", "duplicate", "non_finite", "out_of_scale",
-    "off_step", "constant_rater", "constant_attribute",
+    "off_step", "constant_rater", "constant_attribute", "lookalike",
 ]  # fmt: skip
-NOTES: frozenset[Kind] = frozenset({"constant_rater", "constant_attribute"})
+NOTES: frozenset[Kind] = frozenset({"constant_rater", "constant_attribute", "lookalike"})
 
-_TITLES: Mapping[Kind, str] = {
-    "no_rows": "tables without a row",
-    "unlabelled": "rows without a participant or a level",
-    "two_groups": "participants in more than one group",
-    "undeclared": "cells that the design does not have",
-    "missing": "missing cells",
-    "duplicate": "cells filled more often than planned",
-    "non_finite": "values that are no finite number",
-    "out_of_scale": "values outside the scale",
-    "off_step": "values between the steps of the scale",
-    "constant_rater": "participants who gave one value throughout",
-    "constant_attribute": "attributes on which a participant gave one value throughout",
+_TITLES: Mapping[Kind, tuple[str, str]] = {
+    "no_rows": ("table", "without a row"),
+    "unlabelled": ("row", "without a participant or a level"),
+    "two_groups": ("participant", "in more than one group"),
+    "undeclared": ("cell", "that the design does not have"),
+    "missing": ("missing cell", ""),
+    "duplicate": ("cell", "filled more often than planned"),
+    "non_finite": ("value", "that is no finite number"),
+    "out_of_scale": ("value", "outside the scale"),
+    "off_step": ("value", "between the steps of the scale"),
+    "constant_rater": ("participant", "who gave one value throughout"),
+    "constant_attribute": ("attribute", "on which a participant gave one value throughout"),
+    "lookalike": ("set", "of labels that look alike and count as different"),
 }
+_MANY: Mapping[Kind, str] = {"non_finite": "that are no finite numbers"}
 
 
 @dataclass(frozen=True)
@@ -52,14 +56,17 @@ class Problem:
 
     @property
     def title(self) -> str:
-        """What the places have in common, in words."""
-        return _TITLES[self.kind]
+        """How many places there are and what they have in common: `2 cells filled more often than planned`."""
+        thing, shared = _TITLES[self.kind]
+        if self.count != 1:
+            shared = _MANY.get(self.kind, shared)
+        return f"{count(self.count, thing)} {shared}".rstrip()
 
     def text(self) -> str:
         """A headline with the count, then one line for each listed place."""
-        lines = [f"{self.count} {self.title}:", *(f"  {place.text()}" for place in self.listed)]
+        lines = [f"{self.title}:", *(f"  {place.text()}" for place in self.listed)]
         if self.count > len(self.listed):
-            lines.append(f"  ... and {self.count - len(self.listed)} more")
+            lines.append(f"  ... and {self.count - len(self.listed):,} more")
         return "\n".join(lines)
 
 
@@ -85,7 +92,8 @@ class DesignReport:
     def text(self) -> str:
         """The report for a terminal."""
         verdict = "complete" if self.ok else "not usable as it is"
-        head = f"{self.participants} participants, {self.rows} ratings, {self.cells_owed} cells owed: {verdict}"
+        people, given = count(self.participants, "participant"), count(self.rows, "rating")
+        head = f"{people}, {given}, {count(self.cells_owed, 'cell')} owed: {verdict}"
         return "\n".join([head, *(each.text() for each in (*self.problems, *self.notes))])
 
 

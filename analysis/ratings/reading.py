@@ -13,21 +13,20 @@ from sqlalchemy import Connection, Engine, text
 from sqlalchemy.exc import SQLAlchemyError
 
 from analysis.ratings.collected_sessions import Choice, SessionRow, choose_sessions
+from analysis.ratings.column_names import RESERVED
 from analysis.ratings.crossing import crossed_columns, levels_of
 from analysis.ratings.dataset import Crossing, DataRefused, Exclusion, Input, Ratings, Scale
 from protocols.canonical import parse
-from protocols.consistency import nearest
+from protocols.did_you_mean import nearest
 from protocols.study import Study
 
 __all__ = ["Crossing", "DataRefused", "Exclusion", "Input", "Ratings", "Scale", "read_ratings"]
 
-OWN_COLUMNS = (
-    "participant", "attribute", "value", "group", "study", "session", "trial", "block", "stimulus",
-    "response_time_s", "revised",
-)  # fmt: skip
+SOURCE = "source"
+"""The column of a stimulus table that says whether a stimulus was measured or simulated."""
 
 _SESSIONS = text(
-    "SELECT session, study_digest, participant, group_name, simulated, status, trials_planned, trials_answered,"
+    "SELECT session, study_digest, participant, group_name, seed, simulated, status, trials_planned, trials_answered,"
     " head_hash, file, file_sha256 FROM sessions WHERE study = :study ORDER BY participant, session"
 )
 _RATINGS = text(
@@ -141,12 +140,26 @@ def _assembled(study: Study, choice: Choice, found: Sequence[_Rating]) -> Rating
         pooled=column_name((study.analysis and study.analysis.pooled) or ""),
         families=column_name((study.analysis and study.analysis.families) or ""),
         simulated=any(session.simulated for session in choice.kept),
+        interrupted=tuple(_told(session) for session in choice.kept if session.status == "interrupted"),
+        seeds=tuple(sorted({session.seed for session in choice.kept if session.simulated})),
+        stimulus_sources=_sources(study, {each.stimulus for each in counted}),
     )
 
 
+def _told(session: SessionRow) -> str:
+    answered = f"{session.trials_answered} of {session.trials_planned} trials"
+    return f"{session.participant}, session {session.session}: {answered}"
+
+
+def _sources(study: Study, met: set[str]) -> dict[str, int]:
+    """How many of the stimuli that were met have each value in the column `source`, where the study has one."""
+    columns = [stimulus.columns for stimulus in study.stimuli if stimulus.id in met]
+    return dict(Counter(each[SOURCE] for each in columns)) if all(SOURCE in each for each in columns) else {}
+
+
 def column_name(stimulus_column: str) -> str:
-    """The table's name for a column of the stimulus table: its own, unless the table needs that name itself."""
-    return f"stimulus.{stimulus_column}" if stimulus_column in OWN_COLUMNS else stimulus_column
+    """The table's name for a column of the stimulus table: its own, unless that name has a meaning of its own."""
+    return f"stimulus.{stimulus_column}" if stimulus_column in RESERVED else stimulus_column
 
 
 def _factors(study: Study) -> tuple[tuple[str, ...], tuple[Crossing, ...]]:

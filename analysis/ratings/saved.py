@@ -112,6 +112,9 @@ def _description(ratings: Ratings, kinds: dict[str, str], table: bytes) -> dict[
         "pooled": ratings.pooled,
         "families": ratings.families,
         "simulated": ratings.simulated,
+        "interrupted": ratings.interrupted,
+        "seeds": ratings.seeds,
+        "stimulus_sources": dict(ratings.stimulus_sources),
         "inputs": [asdict(each) for each in ratings.inputs],
         "exclusions": [asdict(each) for each in ratings.exclusions],
     }
@@ -170,6 +173,9 @@ def _ratings(described: dict[str, Any], table: pd.DataFrame) -> Ratings:
         pooled=described["pooled"],
         families=described["families"],
         simulated=described["simulated"],
+        interrupted=tuple(described.get("interrupted", ())),
+        seeds=tuple(described.get("seeds", ())),
+        stimulus_sources=described.get("stimulus_sources", {}),
         source=described["source"],
         licence=described["licence"],
     )

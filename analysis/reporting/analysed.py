@@ -33,8 +33,8 @@ class Analysed:
     statistics: StudyStatistics
 
     def headline(self, attribute: str) -> Test | None:
-        """The test that comes first for an attribute: of the factor all participants share, else the crossed one."""
-        for kind in ("pooled", "crossed"):
+        """The test that comes first for an attribute: of the pooled factor, else the crossed one, else of groups."""
+        for kind in ("pooled", "crossed", "between"):
             for test in self.statistics.tests:
                 if test.attribute == attribute and test.question.kind == kind:
                     return test

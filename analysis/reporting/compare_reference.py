@@ -12,7 +12,7 @@ from typing import TYPE_CHECKING, Any
 
 from analysis.ratings.dataset import DataRefused
 from analysis.reporting.study_statistics import Row, Test
-from protocols.consistency import nearest
+from protocols.did_you_mean import nearest
 
 if TYPE_CHECKING:
     from rich.table import Table
@@ -144,7 +144,7 @@ def _checked(entry: Any, where: str) -> Mapping[str, Any]:
 
 
 def _text(value: float | None) -> str:
-    return "undefined" if value is None else f"{value:.12g}"
+    return "undefined" if value is None else f"{value:.10g}"
 
 
 def _error_text(each: Compared) -> str:

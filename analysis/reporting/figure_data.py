@@ -6,22 +6,23 @@ from collections.abc import Mapping
 from dataclasses import dataclass
 from itertools import groupby
 
+from analysis.ratings.wording import count
 from analysis.reporting.style import INK, OKABE_ITO
 
 
 @dataclass(frozen=True)
-class Pair:
+class RatedAttribute:
     """A bipolar attribute: its word at each end of the scale (`high` empty where there is none), its category."""
 
-    attribute: str
+    name: str
     low: str
     high: str
     category: str = ""
 
     @property
     def title(self) -> str:
-        """The pair as it is read: from the low end to the high one."""
-        return f"{self.low} → {self.high}" if self.high else self.attribute
+        """Both words as they are read: from the low end to the high one."""
+        return f"{self.low} → {self.high}" if self.high else self.name
 
 
 @dataclass(frozen=True)
@@ -43,13 +44,18 @@ class Picture:
     `levels` and `families` keep the order of the study; levels of one family stand next to each other.
     """
 
-    pairs: tuple[Pair, ...]
+    attributes: tuple[RatedAttribute, ...]
     levels: tuple[str, ...]
     family_of: Mapping[str, str]
     dots: Mapping[tuple[str, str], Dot]
     scale: tuple[float, float]
     short: Mapping[str, str] | None = None
     """How a level is written at an axis, where its full name is too long."""
+
+    def people(self) -> str:
+        """How many participants the means are over, in words."""
+        n = sorted({dot.n for dot in self.dots.values()})
+        return count(n[-1], "participant") if len(n) == 1 else f"{n[0]} to {n[-1]} participants"
 
     def families(self) -> list[tuple[str, list[str]]]:
         """Each family with its levels, in order."""

@@ -5,7 +5,7 @@ from __future__ import annotations
 from collections.abc import Mapping
 from typing import TYPE_CHECKING
 
-from analysis.reporting.figure_data import Pair, Picture, reference_level
+from analysis.reporting.figure_data import Picture, RatedAttribute, reference_level
 from analysis.reporting.style import FAINT, INK, OKABE_ITO, SOFT, quiet_axes
 
 if TYPE_CHECKING:
@@ -34,7 +34,7 @@ def means_figure(picture: Picture) -> Figure:
         else:
             panel.set_axis_off()
     for column, first in zip(grid, axes[0], strict=True):
-        if len({pair.category for pair in column}) == 1 and column[0].category:
+        if len({attribute.category for attribute in column}) == 1 and column[0].category:
             first.set_title(f"{column[0].category} attributes".capitalize())
     _key(axes[-1][0] if key_row or len(grid[0]) < rows else axes[-1][-1], picture)
     return figure
@@ -56,37 +56,37 @@ def trends_figure(picture: Picture) -> Figure:
     categories = _by_category(picture)
     figure = Figure(figsize=(10.2, 4.0 * len(categories) + 0.2), layout="constrained")
     panels = figure.subplots(len(categories), 1, squeeze=False)[:, 0]
-    for panel, (category, pairs) in zip(panels, categories.items(), strict=True):
-        _trend_panel(panel, picture, pairs)
-        panel.set_title(_heading(category, pairs), pad=22)
-        if any(pair.high for pair in pairs):
+    for panel, (category, attributes) in zip(panels, categories.items(), strict=True):
+        _trend_panel(panel, picture, attributes)
+        panel.set_title(_heading(category, attributes), pad=22)
+        if any(attribute.high for attribute in attributes):
             low, high = (_number(end, picture.scale) for end in picture.scale)
             panel.set_ylabel(f"mean rating ({low}: first word, {high}: second)", color=SOFT, fontsize=8.0)
     return figure
 
 
-def _heading(category: str, pairs: list[Pair]) -> str:
+def _heading(category: str, attributes: list[RatedAttribute]) -> str:
     if category:
         return f"{category} attributes".capitalize()
-    return pairs[0].title if len(pairs) == 1 else "All attributes"
+    return attributes[0].title if len(attributes) == 1 else "All attributes"
 
 
-def _by_category(picture: Picture) -> dict[str, list[Pair]]:
-    found: dict[str, list[Pair]] = {}
-    for pair in picture.pairs:
-        found.setdefault(pair.category, []).append(pair)
+def _by_category(picture: Picture) -> dict[str, list[RatedAttribute]]:
+    found: dict[str, list[RatedAttribute]] = {}
+    for attribute in picture.attributes:
+        found.setdefault(attribute.category, []).append(attribute)
     return found
 
 
-def _grid(picture: Picture) -> list[list[Pair]]:
+def _grid(picture: Picture) -> list[list[RatedAttribute]]:
     """Two columns: the categories where there are two of about equal length, else simply the halves."""
     columns = list(_by_category(picture).values())
     if len(columns) == 2 and abs(len(columns[0]) - len(columns[1])) <= 2:
         return columns
-    if len(picture.pairs) == 1:
-        return [list(picture.pairs)]
-    half = (len(picture.pairs) + 1) // 2
-    return [list(picture.pairs[:half]), list(picture.pairs[half:])]
+    if len(picture.attributes) == 1:
+        return [list(picture.attributes)]
+    half = (len(picture.attributes) + 1) // 2
+    return [list(picture.attributes[:half]), list(picture.attributes[half:])]
 
 
 def _positions(picture: Picture, gap: float = 0.6) -> dict[str, float]:
@@ -130,10 +130,10 @@ def _level_axis(axes: Axes, picture: Picture, places: Mapping[str, float], room:
     axes.tick_params(axis="x", rotation=90 if many else 30 if slanted else 0, labelsize=size)
 
 
-def _means_panel(axes: Axes, picture: Picture, pair: Pair) -> None:
+def _means_panel(axes: Axes, picture: Picture, attribute: RatedAttribute) -> None:
     places, colours, base = _positions(picture), picture.colours(), _base(picture)
     _scale_axis(axes, picture)
-    dots = {level: picture.dots[pair.attribute, level] for level in places if (pair.attribute, level) in picture.dots}
+    dots = {level: picture.dots[attribute.name, level] for level in places if (attribute.name, level) in picture.dots}
     heights = [dot.mean - base for dot in dots.values()]
     filled = [colours[picture.family_of[level]] for level in dots]
     at = [places[level] for level in dots]
@@ -142,16 +142,16 @@ def _means_panel(axes: Axes, picture: Picture, pair: Pair) -> None:
     if known:
         x, mean, sd = zip(*known, strict=True)
         axes.errorbar(x, mean, sd, fmt="none", ecolor=INK, elinewidth=0.9, capsize=2.2, zorder=3)
-    _level_axis(axes, picture, places, 60 if len(picture.pairs) > 1 else 100)
-    _poles(axes, pair, picture.scale)
+    _level_axis(axes, picture, places, 60 if len(picture.attributes) > 1 else 100)
+    _poles(axes, attribute, picture.scale)
 
 
-def _poles(axes: Axes, pair: Pair, scale: tuple[float, float]) -> None:
+def _poles(axes: Axes, attribute: RatedAttribute, scale: tuple[float, float]) -> None:
     """The two words stand at the two ends of the scale that they name."""
-    if not pair.high:
-        axes.set_title(pair.attribute)
+    if not attribute.high:
+        axes.set_title(attribute.name)
         return
-    for word, height, side in ((pair.high, scale[1], "top"), (pair.low, scale[0], "bottom")):
+    for word, height, side in ((attribute.high, scale[1], "top"), (attribute.low, scale[0], "bottom")):
         place = axes.get_yaxis_transform()
         axes.text(1.01, height, word, transform=place, ha="left", va=side, fontweight="bold", color=INK)
 
@@ -164,9 +164,7 @@ def _key(axes: Axes, picture: Picture) -> None:
     handles = [Patch(facecolor=colours[name], alpha=0.85) for name, _ in picture.families()]
     labels = [_key_label(picture, name, levels) for name, levels in picture.families()]
     axes.legend(handles, labels, loc="center left", frameon=False, handlelength=1.1, handleheight=1.1)
-    n = sorted({dot.n for dot in picture.dots.values()})
-    people = f"{n[0]}" if len(n) == 1 else f"{n[0]} to {n[-1]}"
-    note = f"Bars: means. Whiskers: ± 1 SD\nacross {people} participants."
+    note = f"Bars: means. Whiskers: ± 1 SD\nacross {picture.people()}."
     axes.text(0.98, 0.5, note, transform=axes.transAxes, ha="right", va="center", fontsize=8.0, color=SOFT)
 
 
@@ -177,16 +175,16 @@ def _key_label(picture: Picture, family: str, levels: list[str]) -> str:
     return f"{family}  ({ends[0]})" if len(levels) == 1 else f"{family}  ({ends[0]} – {ends[1]})"
 
 
-def _trend_panel(axes: Axes, picture: Picture, pairs: list[Pair]) -> None:
+def _trend_panel(axes: Axes, picture: Picture, attributes: list[RatedAttribute]) -> None:
     places = _positions(picture)
     _scale_axis(axes, picture)
     _shade(axes, picture, places)
     ends: list[tuple[float, str, str]] = []
-    for pair, colour in zip(pairs, _line_colours(len(pairs)), strict=True):
-        _trend(axes, picture, pair, colour, places)
-        known = [picture.dots[pair.attribute, x].mean for x in picture.levels if (pair.attribute, x) in picture.dots]
+    for attribute, colour in zip(attributes, _line_colours(len(attributes)), strict=True):
+        _trend(axes, picture, attribute, colour, places)
+        known = [picture.dots[attribute.name, x].mean for x in picture.levels if (attribute.name, x) in picture.dots]
         if known:
-            ends.append((known[-1], pair.title, colour))
+            ends.append((known[-1], attribute.title, colour))
     _level_axis(axes, picture, places, 110)
     _direct_labels(axes, ends, max(places.values()), picture.scale)
 
@@ -211,17 +209,17 @@ def _shade(axes: Axes, picture: Picture, places: Mapping[str, float]) -> None:
         )
 
 
-def _trend(axes: Axes, picture: Picture, pair: Pair, colour: str, places: Mapping[str, float]) -> None:
+def _trend(axes: Axes, picture: Picture, attribute: RatedAttribute, colour: str, places: Mapping[str, float]) -> None:
     reference = reference_level(picture)
     for _, levels in picture.families():
         known = [
-            (places[level], picture.dots[pair.attribute, level].mean)
+            (places[level], picture.dots[attribute.name, level].mean)
             for level in levels
-            if (pair.attribute, level) in picture.dots
+            if (attribute.name, level) in picture.dots
         ]
         if known and levels != [reference]:
             axes.plot(*zip(*known, strict=True), color=colour, linewidth=1.9, marker="o", markersize=5, zorder=3)
-    if reference is not None and (start := picture.dots.get((pair.attribute, reference))):
+    if reference is not None and (start := picture.dots.get((attribute.name, reference))):
         axes.axhline(start.mean, color=colour, linewidth=0.8, linestyle=(0, (1, 2.5)), zorder=2)
         axes.plot(
             [places[reference]],

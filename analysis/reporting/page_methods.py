@@ -5,7 +5,9 @@ from __future__ import annotations
 from collections.abc import Iterator
 
 from analysis.reporting.analysed import Analysed
-from analysis.reporting.page_text import count, phrase
+from analysis.reporting.page_data import averaged
+from analysis.reporting.page_tests import GROUPS_APART, groups_met
+from analysis.reporting.page_text import phrase
 
 
 def methods(found: Analysed) -> Iterator[str]:
@@ -14,21 +16,31 @@ def methods(found: Analysed) -> Iterator[str]:
     yield _means(found)
     if kinds & {"crossed", "pooled"}:
         yield from _REPEATED_MEASURES
+    if found.ratings.between and (shared := _shared_kinds(found)):
+        yield f"{GROUPS_APART} These are {shared}: there everyone is one sample, whatever the group."
     if "between" in kinds:
-        yield _BETWEEN
+        yield f"{_BETWEEN} {groups_met(found)}".rstrip()
     if "pairs" in kinds:
         yield from _PAIRS
     yield _families(found)
 
 
 def _means(found: Analysed) -> str:
-    within = phrase(found.ratings.within)
+    factors = found.ratings.within
+    within = f" {'The factor' if len(factors) == 1 else 'Factors'} within participants: {phrase(factors)}."
     return (
         "Means and standard deviations are taken over participants: each participant's ratings of a level are "
-        "averaged first, so that everybody counts once, and the standard deviation (n − 1) is that of these means. "
-        f"The factors within participants are {within}. Means and standard deviations are computed in exact "
-        "arithmetic and rounded once."
+        "averaged first, so that everybody counts once, and the standard deviation (n − 1) is that of these means."
+        f"{within if factors else ''} Means and standard deviations are computed in exact arithmetic and rounded once."
     )
+
+
+def _shared_kinds(found: Analysed) -> str:
+    """The tests of everyone together, in words."""
+    shared = [question for question in found.statistics.questions if question.group is None]
+    effects = [" × ".join(each.factors) for each in shared if each.kind in ("crossed", "pooled")]
+    pairs = [f"the pairs of {each.factors[0]}" for each in shared if each.kind == "pairs"]
+    return phrase([*(f"the analysis of {name}" for name in effects), *pairs])
 
 
 _REPEATED_MEASURES = (
@@ -44,8 +56,7 @@ _REPEATED_MEASURES = (
 )
 _BETWEEN = (
     "Groups of participants are compared by a one-way analysis of variance of participants' means, one value for "
-    "each participant; η² is the sum of squares between groups over the total. The groups may differ in the stimuli "
-    "that they felt as well as in the people."
+    "each participant; η² is the sum of squares between groups over the total."
 )
 _PAIRS = (
     "Pairs of levels are compared by two-sided t tests of the differences within participants, each with the "
@@ -56,10 +67,12 @@ _PAIRS = (
 
 
 def _families(found: Analysed) -> str:
-    attributes = count(len(found.ratings.attributes), "attribute")
-    if len(found.ratings.attributes) == 1:
-        return "No p value is ever rounded to zero, and no value is replaced or imputed."
-    return (
-        f"The {attributes} are tested one by one and p values are not adjusted across them. "
-        "No p value is ever rounded to zero, and no value is replaced or imputed."
-    )
+    """What was not done: adjusting across attributes, rounding p to zero, imputing."""
+    own = len(found.ratings.attributes)
+    apart = f"The {own} attributes are tested one by one and p values are not adjusted across them. " if own > 1 else ""
+    ratings, values = averaged(found.ratings)
+    if ratings:
+        made = f"No value is imputed, but {ratings:,} ratings that shared cells are replaced by {values:,} means."
+    else:
+        made = "No value is replaced or imputed, and a missing cell is never averaged away: its tests are not made."
+    return f"{apart}No p value is ever rounded to zero. {made}"

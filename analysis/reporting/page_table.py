@@ -5,7 +5,7 @@ from __future__ import annotations
 from collections.abc import Iterable, Sequence
 from dataclasses import dataclass
 
-SUPERSCRIPTS = "ᵃᵇᶜᵈᵉᶠᵍʰⁱʲᵏˡᵐⁿᵒᵖʳˢᵗᵘᵛʷˣʸᶻ"
+SUPERSCRIPTS = str.maketrans("0123456789", "⁰¹²³⁴⁵⁶⁷⁸⁹")
 
 
 @dataclass(frozen=True)
@@ -56,18 +56,18 @@ def without_repeats(rows: Iterable[Sequence[str]]) -> list[tuple[str, ...]]:
 
 
 class Footnotes:
-    """Notes of one table, each written once: `marked` gives a text its letter and keeps the note."""
+    """Notes of one table, each written once: `marked` gives a text its number and keeps the note."""
 
     def __init__(self) -> None:
-        self._letters: dict[str, str] = {}
+        self._numbers: dict[str, str] = {}
 
     def marked(self, text: str, note: str) -> str:
-        """The text with the letter of its note, or as it is where there is no note."""
+        """The text with the number of its note, or as it is where there is no note."""
         if not note:
             return text
-        letter = self._letters.setdefault(note, SUPERSCRIPTS[len(self._letters) % len(SUPERSCRIPTS)])
-        return f"{text} {letter}"
+        number = self._numbers.setdefault(note, str(len(self._numbers) + 1).translate(SUPERSCRIPTS))
+        return f"{text} {number}"
 
     def lines(self) -> tuple[str, ...]:
         """The notes as they stand below the table."""
-        return tuple(f"{letter} {note}" for note, letter in self._letters.items())
+        return tuple(f"{number} {note}" for note, number in self._numbers.items())

@@ -9,10 +9,12 @@ from analysis.reporting.analysed import Analysed, correction, reported_p
 from analysis.reporting.page_table import Footnotes, Table, number, table, without_repeats
 from analysis.reporting.page_text import NONE, count, degrees, fixed, p_cell, phrase, share
 from analysis.reporting.sentences import all_sentences, effect_name, pair_sentence
-from analysis.reporting.study_statistics import Question, Row, Test
+from analysis.reporting.study_statistics import Question, Row, Test, differing_factors, levels_by_group
 
 CROSS = " × "
 ALPHA = 0.05
+MOST_LEVELS = 8
+GROUPS_APART = "Groups are not a factor of these tests."
 
 
 @dataclass(frozen=True)
@@ -26,7 +28,7 @@ class VarianceTable:
 
 
 @dataclass(frozen=True)
-class Comparison:
+class PairsTable:
     """The pairwise tests of one attribute and how many of them are below the level."""
 
     title: str
@@ -43,46 +45,99 @@ def variance_tables(found: Analysed) -> Iterator[VarianceTable]:
             between = question.kind == "between"
             shown = _between_table(tests) if between else _within_table(tests)
             if tests:
-                told = question_words(question, tests)
+                told = question_words(question, tests, grouped=bool(found.ratings.between))
+                told = f"{told} {groups_met(found)}".rstrip() if between else told
                 yield VarianceTable(_title(question), told, shown, tuple(all_sentences(tests)))
 
 
-def comparisons(found: Analysed) -> Iterator[Comparison]:
+def comparisons(found: Analysed) -> Iterator[PairsTable]:
     """The pairwise tests of every attribute."""
     for question in found.statistics.questions:
         if question.kind == "pairs":
             for test in found.statistics.of(question):
                 if test.rows:
                     title = f"{test.attribute}, {question.factors[0]}"
-                    yield Comparison(title, _summary(test), _pairs_table(test), tuple(map(pair_sentence, test.rows)))
+                    yield PairsTable(title, _summary(test), _pairs_table(test), tuple(map(pair_sentence, test.rows)))
 
 
 def refusals(found: Analysed) -> Iterator[str]:
-    """The tests that could not be made, and why."""
+    """The tests that could not be made, those that one reason stopped in one line, and the reason."""
+    stopped: dict[str, dict[str, list[str]]] = {}
     for test in found.statistics.tests:
         if test.refused:
-            yield f"{test.attribute}, {_title(test.question)}: {test.refused}"
+            stopped.setdefault(test.refused, {}).setdefault(_title(test.question), []).append(test.attribute)
+    for reason, titles in stopped.items():
+        named = (f"{title}{_of_attributes(found, attributes)}" for title, attributes in titles.items())
+        yield f"{'; '.join(named)}: {reason}"
 
 
-def question_words(question: Question, tests: list[Test]) -> str:
-    """What was compared, of whom, and which averages went in."""
+def _of_attributes(found: Analysed, attributes: list[str]) -> str:
+    every = found.ratings.attributes
+    if len(every) == 1:
+        return ""
+    return f" (all {len(every)} attributes)" if len(attributes) == len(every) else f" ({phrase(attributes)})"
+
+
+def groups_met(found: Analysed) -> str:
+    """Whether the groups differ in what they met as well as in the people: "" where there is nothing to meet."""
+    factors, differing = found.ratings.cells, differing_factors(found.ratings)
+    if not differing:
+        return f"The groups met the same levels of {phrase(factors)}." if factors else ""
+    groups = levels_by_group(found.ratings, differing[0])
+    met = "; ".join(f"{group}: {phrase(levels)}" for group, levels in groups.items())
+    shown = f" ({met})" if max(map(len, groups.values())) <= MOST_LEVELS else ""
+    return (
+        f"The groups met different levels of {phrase(differing)}{shown}, so that an effect of the group may be one "
+        "of these levels as well as one of the people."
+    )
+
+
+def question_words(question: Question, tests: list[Test], *, grouped: bool) -> str:
+    """What was compared, of whom, which averages went in, and whether groups that there are play no part."""
     people = sorted({test.participants for test in tests})
     who = count(people[-1], "participant") if len(people) == 1 else f"{people[0]} to {people[-1]} participants"
-    return " ".join([f"{who}.", *_averaging(question, tests)])
+    apart = question.kind == "between" or question.group is not None
+    return " ".join([f"{who}.", *_averaging(question, tests), *([GROUPS_APART] if grouped and not apart else [])])
 
 
 def _averaging(question: Question, tests: list[Test]) -> Iterator[str]:
-    factor = question.factors[0]
-    if question.kind == "crossed":
-        if max(test.ratings_per_cell[1] for test in tests) > 1:
-            yield "Repeated ratings of one stimulus were averaged for each participant first."
-        return
-    over = phrase(question.averaged_over)
-    if question.kind == "pooled":
-        mean = f": the mean of their ratings over {over}" if over else ""
-        yield f"Each participant has one value for each {factor}{mean}."
-    else:
-        yield f"Each participant has one value: the mean of all their ratings of the attribute, over {over}."
+    most, over = max(test.ratings_per_cell[1] for test in tests), phrase(question.averaged_over)
+    mean = f"the mean of {per_value(tests)}" + (f", over {over}" if over else "")
+    if question.kind == "between":
+        yield f"Each participant has one value, {mean}." if most > 1 else "Each participant has one rating."
+    elif question.kind == "pooled":
+        means = f", {mean}" if most > 1 else ""
+        yield f"Each participant has one value for each {question.factors[0]}{means}."
+    elif most > 1:
+        yield f"Each participant has one value in each cell, {mean}."
+
+
+def per_value(tests: list[Test]) -> str:
+    """How many ratings a participant's value is the mean of."""
+    least, most = (pick(test.ratings_per_cell[i] for test in tests) for i, pick in ((0, min), (1, max)))
+    return count(most, "rating") if least == most else f"{least:,} to {most:,} ratings"
+
+
+def pairs_words(question: Question, tests: list[Test], *, grouped: bool) -> str:
+    """What a comparison of pairs compares, and how many ratings the means of each level rest on."""
+    told = f"Levels of {question.factors[0]}, compared within participants."
+    least, most = (pick(test.ratings_per_cell[i] for test in tests) for i, pick in ((0, min), (1, max)))
+    if most > 1 and least == most:
+        told += f" A participant's value at a level is the mean of {count(most, 'rating')}."
+    elif most > 1:
+        told += f" A participant's value is the mean of {_by_number(tests)}: the levels' means rest on unequal numbers."
+    return f"{told} {GROUPS_APART}" if grouped else told
+
+
+def _by_number(tests: list[Test]) -> str:
+    """The levels by their number of ratings: `3 ratings for original, 9 for amplitude and position`."""
+    levels: dict[str, list[str]] = {}
+    for level in tests[0].ratings_per_level:
+        ends = {end for test in tests for end in test.ratings_per_level.get(level, ())}
+        levels.setdefault(f"{min(ends)}" if len(ends) == 1 else f"{min(ends)} to {max(ends)}", []).append(level)
+    unit = "rating" if next(iter(levels)) == "1" else "ratings"
+    told = [f"{number} for {phrase(names)}" for number, names in levels.items()]
+    return ", ".join(told).replace(" for", f" {unit} for", 1)
 
 
 def _title(question: Question) -> str:
@@ -98,8 +153,9 @@ def _within_table(tests: list[Test]) -> Table:
     notes = Footnotes()
     rows = [(test.attribute, *_within_cells(row, notes)) for test in tests for row in test.rows]
     columns = (
-        *("attribute", "effect", number("F"), number("df"), number("p"), number("ε (GG)"), number("p uncorrected")),
-        *(number("p (HF)"), number("partial η²"), number("generalized η²")),
+        *("attribute", "effect", number("SS"), number("SS error"), number("F"), number("df"), number("p")),
+        *(number("ε (GG)"), number("p uncorrected"), number("ε (HF)"), number("p (HF)")),
+        *(number("partial η²"), number("generalized η²")),
     )
     return table(columns, without_repeats(rows), notes.lines())
 
@@ -108,11 +164,14 @@ def _within_cells(row: Row, notes: Footnotes) -> tuple[str, ...]:
     epsilon = row["eps"] if correction(row) and row["eps"] is not None else 1.0
     return (
         notes.marked(effect_name(row["Source"]), row["note"]),
+        fixed(row["SS"]),
+        fixed(row["SS_error"]),
         fixed(row["F"]),
         f"{degrees(row['ddof1'] * epsilon)}, {degrees(row['ddof2'] * epsilon)}",
         p_cell(reported_p(row)),
         share(row["eps"]) if correction(row) else NONE,
         p_cell(row["p_unc"]),
+        share(row["eps_HF"]) if correction(row) else NONE,
         p_cell(row["p_HF_corr"]) if correction(row) else NONE,
         share(row["np2"]),
         share(row["ng2"]),
@@ -122,12 +181,15 @@ def _within_cells(row: Row, notes: Footnotes) -> tuple[str, ...]:
 def _between_table(tests: list[Test]) -> Table:
     notes = Footnotes()
     rows = [(test.attribute, *_between_cells(row, notes)) for test in tests for row in test.rows]
-    return table(("attribute", "effect", number("F"), number("df"), number("p"), number("η²")), rows, notes.lines())
+    numbers = map(number, ("SS", "SS error", "F", "df", "p", "η²"))
+    return table(("attribute", "effect", *numbers), rows, notes.lines())
 
 
 def _between_cells(row: Row, notes: Footnotes) -> tuple[str, ...]:
     return (
         notes.marked(row["Source"], row["note"]),
+        fixed(row["SS"]),
+        fixed(row["SS_error"]),
         fixed(row["F"]),
         f"{degrees(row['ddof1'])}, {degrees(row['ddof2'])}",
         p_cell(row["p_unc"]),

@@ -3,9 +3,11 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Sequence
 
+from analysis.ratings.wording import count, phrase
 from analysis.statistics.apa import number, p_value
+
+__all__ = ["NONE", "count", "degrees", "fixed", "p_cell", "phrase", "share"]
 
 NONE = "–"
 
@@ -34,13 +36,3 @@ def degrees(value: float | None) -> str:
     if value is None or math.isnan(value):
         return NONE
     return f"{value:.0f}" if value == int(value) else f"{value:.2f}"
-
-
-def phrase(words: Sequence[str]) -> str:
-    """Words as a list within a sentence."""
-    return " and ".join([", ".join(words[:-1]), words[-1]] if len(words) > 2 else words)
-
-
-def count(number: int, one: str, many: str = "") -> str:
-    """A number of things: `1 rating`, `2 ratings`, `12,600 ratings`."""
-    return f"{number:,} {one if number == 1 else many or one + 's'}"

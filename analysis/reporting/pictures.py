@@ -9,14 +9,14 @@ import pandas as pd
 
 from analysis.ratings.dataset import DataRefused, Ratings
 from analysis.ratings.describe import describe
-from analysis.reporting.figure_data import Dot, Pair, Picture
+from analysis.reporting.figure_data import Dot, Picture, RatedAttribute
 
 JOINT = "\x1f"
 """Between the levels of one cell: a character that no name holds, so that two cells never share a name."""
 
 
 def shown_factors(ratings: Ratings) -> tuple[str, ...]:
-    """The factors whose levels stand on the axis: the one all participants share, else every within factor."""
+    """The factors whose levels stand on the axis: the pooled one, else every within factor; () leaves no figure."""
     return (ratings.pooled,) if ratings.pooled else ratings.within
 
 
@@ -42,7 +42,7 @@ def picture(ratings: Ratings, means: pd.DataFrame) -> Picture:
     levels = sorted((JOINT.join(cell) for cell in cells), key=lambda level: order.index(family[level]))
     several = len(factors) > 1
     return Picture(
-        pairs=tuple(_pair(ratings, attribute) for attribute in ratings.attributes),
+        attributes=tuple(_attribute(ratings, name) for name in ratings.attributes),
         levels=tuple(levels),
         family_of=family,
         dots=_dots(means, factors),
@@ -51,9 +51,8 @@ def picture(ratings: Ratings, means: pd.DataFrame) -> Picture:
     )
 
 
-def _pair(ratings: Ratings, attribute: str) -> Pair:
-    high = ratings.antonyms.get(attribute, "")
-    return Pair(attribute, attribute, high, ratings.categories.get(attribute, ""))
+def _attribute(ratings: Ratings, name: str) -> RatedAttribute:
+    return RatedAttribute(name, name, ratings.antonyms.get(name, ""), ratings.categories.get(name, ""))
 
 
 def _families(ratings: Ratings, cells: list[tuple[str, ...]]) -> dict[str, str]:

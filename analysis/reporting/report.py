@@ -13,7 +13,7 @@ from analysis.reporting.figures import means_figure, trends_figure
 from analysis.reporting.page import level_table, page_of
 from analysis.reporting.page_table import Table
 from analysis.reporting.page_text import phrase
-from analysis.reporting.pictures import picture
+from analysis.reporting.pictures import picture, shown_factors
 from analysis.reporting.style import drawing, inline_svg, save, svg_text
 
 if TYPE_CHECKING:
@@ -44,27 +44,33 @@ class ReportFigure:
 
 def drawings(found: Analysed, shown: Picture) -> Iterator[Drawing]:
     """The figures that this data set has: the means, and the trends where levels follow each other."""
-    factors = phrase(shown_names(found))
-    sd = "Bars are means over participants, whiskers ± 1 standard deviation across participants"
-    yield Drawing("means", f"Mean ratings by {factors}.", f"{sd}, on the study's scale.", means_figure)
+    factors, people = phrase(shown_factors(found.ratings)), shown.people()
+    scale = "on the declared scale" if found.ratings.scale else "on the range of the data"
+    sd = f"Bars are means over {people}, whiskers ± 1 standard deviation across participants, {scale}.{_unequal(found)}"
+    yield Drawing("means", f"Mean ratings by {factors}.", sd, means_figure)
     if any(len(levels) > 1 for _, levels in shown.families()) and len(shown.families()) > 1:
         family = found.ratings.families or found.ratings.within[0]
-        note = "Points are means over participants; lines join the levels of one family."
+        note = f"Points are means over {people}; their spread is drawn in Figure 1, not here."
+        note += f" Lines join the levels of one family.{_unequal(found)}"
         if reference_level(shown) is not None:
             note += f" A ring and the dotted line across mark {shown.written(shown.levels[0])}, the reference."
         title = f"Mean ratings within each {family}."
         yield Drawing("trends", title, note, trends_figure)
 
 
-def shown_names(found: Analysed) -> tuple[str, ...]:
-    """The factors on the axes of the figures."""
-    from analysis.reporting.pictures import shown_factors
-
-    return shown_factors(found.ratings)
+def _unequal(found: Analysed) -> str:
+    """What a caption says where participants' means at one level rest on unequal numbers of ratings."""
+    least, most = found.levels["ratings_min"], found.levels["ratings_max"]
+    uneven = least != most
+    if not uneven.any():
+        return ""
+    return f" Not every participant's mean rests on as many ratings: {least[uneven].min()} to {most[uneven].max()}."
 
 
 def save_figures(found: Analysed, folder: Path) -> list[Path]:
-    """Write every figure as SVG and PNG to `folder` and give the paths."""
+    """Write every figure as SVG and PNG to `folder` and give the paths; none where no factor has levels to show."""
+    if not shown_factors(found.ratings):
+        return []
     shown = picture(found.ratings, found.levels)
     paths: list[Path] = []
     for each in drawings(found, shown):
@@ -98,6 +104,8 @@ def write_report(found: Analysed, path: Path) -> Path:
 
 
 def _figures(found: Analysed) -> Iterator[ReportFigure]:
+    if not shown_factors(found.ratings):
+        return
     shown = picture(found.ratings, found.levels)
     numbers = level_table(found)
     for index, each in enumerate(drawings(found, shown)):

@@ -72,6 +72,7 @@ def statistics_json(found: Analysed) -> str:
     """Every number of the analysis, with its method, n, exclusions and the hash of every input.
 
     Keys are sorted and no value is NaN: an undefined number is null, and the `note` beside it says why.
+    `ratings_per_cell` are the fewest and the most ratings that one participant's value is the mean of.
     """
     return json.dumps(statistics_data(found), indent=1, sort_keys=True, ensure_ascii=False, allow_nan=False) + "\n"
 
@@ -91,6 +92,9 @@ def statistics_data(found: Analysed) -> dict[str, Any]:
             "problems": [problem.text() for problem in design.problems],
             "notes": [note.text() for note in design.notes],
         },
+        "interrupted_sessions_included": list(ratings.interrupted),
+        "simulation_seeds": list(ratings.seeds),
+        "stimulus_sources": dict(ratings.stimulus_sources),
         "exclusions": [asdict(each) for each in ratings.exclusions],
         "inputs": [asdict(each) for each in ratings.inputs],
         "means": {"levels": _records(found.levels), "stimuli": _records(found.stimuli)},
@@ -147,6 +151,8 @@ def _test(test: Test) -> dict[str, Any]:
         "scope": question.scope,
         "averaged_over": list(question.averaged_over),
         "participants": test.participants,
+        "ratings_per_cell": list(test.ratings_per_cell) if test.rows else None,
+        "ratings_per_level": {level: list(ends) for level, ends in test.ratings_per_level.items()},
         "refused": test.refused or None,
         "results": [named(row) for row in test.rows],
     }

@@ -9,14 +9,16 @@ from analysis.reporting.analysed import Analysed
 from analysis.reporting.study_statistics import Row, Test
 from analysis.statistics.apa import apa_f, apa_t
 
+NOT_TESTED = "not tested; the reason stands below"
+
 
 def headlines(found: Analysed) -> Iterator[tuple[str, str]]:
-    """Each attribute with its first result in a sentence, or with the reason why there is none."""
+    """Each attribute with its first result in a sentence, or with a word that it was not tested."""
     for attribute in found.ratings.attributes:
         test = found.headline(attribute)
         if test is not None:
             told = "; ".join(sentence(row) for row in test.rows)
-            yield attribute_title(found, attribute), told or f"not tested: {test.refused}"
+            yield attribute_title(found, attribute), told or NOT_TESTED
 
 
 def attribute_title(found: Analysed, attribute: str) -> str:

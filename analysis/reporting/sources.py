@@ -5,15 +5,18 @@ from __future__ import annotations
 from collections.abc import Callable
 from dataclasses import dataclass
 from pathlib import Path
+from typing import Literal
 
 from sqlalchemy import Engine, text
 
+from analysis.ratings.completeness import without_incomplete
 from analysis.ratings.dataset import DataRefused, Ratings
 from analysis.ratings.reading import read_ratings
 from analysis.ratings.saved import load_ratings
-from protocols.consistency import nearest
+from protocols.did_you_mean import nearest
 from studies.collect import collect, ledgers_in, open_database
 
+Missing = Literal["refuse", "listwise"]
 Progress = Callable[[int, int, str], None]
 IN_MEMORY = "sqlite://"
 IMPORTED = "imported"
@@ -21,7 +24,11 @@ IMPORTED = "imported"
 
 @dataclass(frozen=True)
 class Wanted:
-    """What is asked for: a study or an imported data set by name, where it lies, and which sessions of it."""
+    """What is asked for: a study or an imported data set by name, where it lies, and which sessions of it.
+
+    `missing` says what is done about a participant who lacks a cell: the tests that need it are refused, or the
+    participant is left out ("listwise").
+    """
 
     name: str
     lab: Path
@@ -29,6 +36,7 @@ class Wanted:
     digest: str | None = None
     include_incomplete: bool = False
     simulated: bool | None = None
+    missing: Missing = "refuse"
 
 
 def read_source(wanted: Wanted, progress: Progress = lambda *_: None) -> tuple[Ratings, str]:
@@ -37,6 +45,11 @@ def read_source(wanted: Wanted, progress: Progress = lambda *_: None) -> tuple[R
     Session files are gathered into a database in memory, so that files, a collected database and a lab of one
     session take one path. Raises DataRefused where there is no such data set, or what reading it raises.
     """
+    ratings, title = _read(wanted, progress)
+    return (without_incomplete(ratings) if wanted.missing == "listwise" else ratings), title
+
+
+def _read(wanted: Wanted, progress: Progress) -> tuple[Ratings, str]:
     if wanted.url is not None:
         return _from_database(open_database(wanted.url), wanted)
     paths = ledgers_in(wanted.lab, wanted.name)

@@ -3,15 +3,18 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Callable, Iterator, Mapping
-from dataclasses import dataclass
+from collections.abc import Callable, Iterator, Mapping, Sequence
+from dataclasses import dataclass, field
 from typing import Any, Literal
 
 import pandas as pd
 
-from analysis.ratings.dataset import Ratings
+from analysis.ratings.completeness import Faults, cell_faults
+from analysis.ratings.dataset import DataRefused, Ratings, natural
+from analysis.ratings.wording import count, phrase
 from analysis.statistics.between import anova
 from analysis.statistics.pairwise import pairwise_tests
+from analysis.statistics.pvalues import adjusted
 from analysis.statistics.within import rm_anova
 
 Kind = Literal["crossed", "pooled", "between", "pairs"]
@@ -19,6 +22,8 @@ Progress = Callable[[int, int, str], None]
 Row = Mapping[str, Any]
 
 EVERYONE = "all participants"
+ASKED: Mapping[str, Any] = {"dv": "value", "subject": "participant", "aggregate": "mean"}
+"""Averaging is safe here: no test is made before each participant has every cell as often as the design asks for."""
 
 
 @dataclass(frozen=True)
@@ -40,8 +45,10 @@ class Question:
 class Test:
     """The answer to one question for one attribute: one row per effect or pair, or the reason why there is none.
 
-    A number that is undefined is None and its row's `note` says why. Where `dropped` is not empty those
-    participants were left out of this test; `ratings_per_cell` says how many ratings a value is the mean of.
+    A row has the columns of `rm_anova`, `anova` or `pairwise_tests` (there `p_bonferroni` and `p_holm` stand for
+    `p_corr`). A number that is undefined is None and the row's `note` says why. `refused` is "" where there are rows.
+    `ratings_per_cell` are the fewest and the most ratings that one participant's value is the mean of,
+    `ratings_per_level` the same for each level of the first factor.
     """
 
     question: Question
@@ -50,6 +57,7 @@ class Test:
     rows: tuple[Row, ...] = ()
     ratings_per_cell: tuple[int, int] = (1, 1)
     refused: str = ""
+    ratings_per_level: Mapping[str, tuple[int, int]] = field(default_factory=dict)
 
 
 @dataclass(frozen=True)
@@ -65,46 +73,69 @@ class StudyStatistics:
 
 
 def questions_of(ratings: Ratings) -> tuple[Question, ...]:
-    """What is tested: the crossed factors, the factor that all participants share, the groups, and the pairs.
+    """What is tested, in this order: the crossed factors, the pooled factor, the groups, the pairs of levels.
 
-    The crossed factors are tested within each group where the groups felt different stimuli (the door study:
-    other cars), over everyone where all felt the same. The last question on means of what is left out is asked
-    of participants' means, so that no participant counts twice.
+    The crossed factors are tested within each group where the groups met different levels (the door study: other
+    cars), over everyone where all met the same. The other tests are of everyone: of each participant's means over
+    the factors in `averaged_over`, so that a participant counts once in each level (between groups: once).
     """
     return (*_crossed(ratings), *_pooled(ratings), *_between(ratings), *_pairs(ratings))
 
 
 def study_statistics(ratings: Ratings, progress: Progress = lambda *_: None) -> StudyStatistics:
-    """Ask every question for every attribute; a test that cannot be made keeps its place, with the reason."""
+    """Ask every question for every attribute; a test that cannot be made keeps its place, with the reason.
+
+    No test averages a missing cell away: one of which any participant lacks a cell is refused.
+    """
     questions = questions_of(ratings)
+    faults = cell_faults(ratings)
     steps = [(question, attribute) for question in questions for attribute in ratings.attributes]
     tests = []
     for done, (question, attribute) in enumerate(steps):
         progress(done, len(steps), f"{attribute}: {' x '.join(question.factors)}, {question.scope}")
-        tests.append(_answer(ratings, question, attribute))
+        tests.append(_answer(ratings, faults, question, attribute))
     progress(len(steps), len(steps), "")
     return StudyStatistics(questions, tuple(tests))
+
+
+def levels_by_group(ratings: Ratings, factor: str) -> dict[str, tuple[str, ...]]:
+    """The levels of a factor that each group met, in the order of the study, {} where there are no groups."""
+    if not ratings.between:
+        return {}
+    groups = ratings.table.groupby(list(ratings.between), sort=True)
+    return {
+        ", ".join(f"{name} {level}" for name, level in zip(ratings.between, group, strict=True)): tuple(
+            level for level in ratings.levels(factor) if level in set(rows[factor])
+        )
+        for group, rows in groups
+    }
+
+
+def differing_factors(ratings: Ratings) -> tuple[str, ...]:
+    """The factors of which the groups of participants met different levels."""
+    return tuple(name for name in ratings.cells if len(set(levels_by_group(ratings, name).values())) > 1)
 
 
 def _crossed(ratings: Ratings) -> Iterator[Question]:
     if not ratings.within:
         return
-    if len(ratings.between) == 1 and not _same_for_all(ratings):
+    averaged = tuple(name for name in ratings.cells if name not in ratings.within)
+    if len(ratings.between) == 1 and differing_factors(ratings):
         for group in ratings.levels(ratings.between[0]):
-            yield Question("crossed", ratings.within, (ratings.between[0], group))
+            yield Question("crossed", ratings.within, (ratings.between[0], group), averaged)
     else:
-        yield Question("crossed", ratings.within)
+        yield Question("crossed", ratings.within, None, averaged)
 
 
 def _pooled(ratings: Ratings) -> Iterator[Question]:
-    only = ratings.within == (ratings.pooled,) and _same_for_all(ratings)
+    only = ratings.within == (ratings.pooled,) and not differing_factors(ratings)
     if ratings.pooled and not only:
         yield Question("pooled", (ratings.pooled,), None, _others(ratings, ratings.pooled))
 
 
 def _between(ratings: Ratings) -> Iterator[Question]:
     for factor in ratings.between:
-        yield Question("between", (factor,), None, ratings.within)
+        yield Question("between", (factor,), None, ratings.cells)
 
 
 def _pairs(ratings: Ratings) -> Iterator[Question]:
@@ -117,50 +148,84 @@ def _pairs(ratings: Ratings) -> Iterator[Question]:
 
 
 def _others(ratings: Ratings, factor: str) -> tuple[str, ...]:
-    return tuple(name for name in ratings.within if name != factor)
+    return tuple(name for name in ratings.cells if name != factor)
 
 
-def _same_for_all(ratings: Ratings) -> bool:
-    """Whether every group of participants met the same levels of every within factor."""
-    if not ratings.between:
-        return True
-    groups = ratings.table.groupby(list(ratings.between), sort=True)
-    met = [tuple(frozenset(rows[factor]) for factor in ratings.within) for _, rows in groups]
-    return len(set(met)) <= 1
-
-
-def _answer(ratings: Ratings, question: Question, attribute: str) -> Test:
+def _answer(ratings: Ratings, faults: Faults, question: Question, attribute: str) -> Test:
     table = ratings.table[ratings.table["attribute"] == attribute]
     if question.group is not None:
         table = table[table[question.group[0]] == question.group[1]]
     try:
+        faults.demand_none(attribute, _people(ratings, question))
+        _demand_shared_levels(table, question)
         found = _tested(table, question, ratings)
     except ValueError as refusal:
         return Test(question, attribute, refused=str(refusal))
-    people = int(found.attrs.get("participants", table["participant"].nunique()))
-    per_cell = found.attrs.get("ratings_per_cell", (1, 1))
+    per_level = _ratings_per_level(table, question, ratings)
+    ends = (min(least for least, _ in per_level.values()), max(most for _, most in per_level.values()))
     rows = tuple(_row(record) for record in found.to_dict("records"))
-    return Test(question, attribute, people, rows, (int(per_cell[0]), int(per_cell[1])))
+    return Test(question, attribute, table["participant"].nunique(), rows, ends, ratings_per_level=per_level)
+
+
+def _people(ratings: Ratings, question: Question) -> tuple[str, ...]:
+    """Everyone who is asked about, also one without any rating of the attribute."""
+    if question.group is None:
+        return ratings.participants
+    factor, group = question.group
+    return natural(ratings.table["participant"][ratings.table[factor] == group].tolist())
+
+
+def _demand_shared_levels(table: pd.DataFrame, question: Question) -> None:
+    """Refuse levels that only some participants were to meet: groups may differ in them without a cell missing."""
+    for factor in question.factors if question.kind != "between" else ():
+        met = table.groupby("participant")[factor].agg(frozenset)
+        every = frozenset(table[factor])
+        lacking = [(str(who), natural(every - own)) for who, own in met.items() if own != every]
+        if lacking:
+            who, levels = lacking[0]
+            more = f" ({count(len(lacking), 'participant')} in all lack a level)" if len(lacking) > 1 else ""
+            raise DataRefused(
+                f"{who} was not to meet {factor} {phrase(levels)}, others were{more};"
+                f" levels of {factor} are compared only where everyone met them all"
+            )
 
 
 def _tested(table: pd.DataFrame, question: Question, ratings: Ratings) -> pd.DataFrame:
-    asked: dict[str, Any] = {"dv": "value", "subject": "participant"}
-    if question.kind == "crossed":
-        once = ratings.repeats == 1
-        return rm_anova(table, within=list(question.factors), aggregate=None if once else "mean", **asked)
-    if question.kind == "pooled":
-        return rm_anova(table, within=list(question.factors), aggregate="mean", **asked)
+    factor = question.factors[0]
     if question.kind == "between":
-        return anova(table, between=question.factors[0], aggregate="mean", **asked)
-    return _both_adjusted(table, question.factors[0], asked)
+        return anova(table, between=factor, **ASKED)
+    if question.kind == "pairs":
+        return _pairwise(table, factor, ratings.levels(factor))
+    return rm_anova(table, within=list(question.factors), **ASKED)
 
 
-def _both_adjusted(table: pd.DataFrame, factor: str, asked: Mapping[str, Any]) -> pd.DataFrame:
-    """The pairs with the p value unadjusted, by Bonferroni and by Holm, side by side."""
-    found = pairwise_tests(table, within=factor, padjust="bonferroni", aggregate="mean", **asked)
-    holm = pairwise_tests(table, within=factor, padjust="holm", aggregate="mean", **asked)
-    both = found.rename(columns={"p_corr": "p_bonferroni"}).drop(columns="p_adjust")
-    return both.assign(p_holm=holm["p_corr"])
+def _pairwise(table: pd.DataFrame, factor: str, order: Sequence[str]) -> pd.DataFrame:
+    """The pairs in the order of the study, with p unadjusted, by Bonferroni and by Holm, side by side."""
+    found = pairwise_tests(table, within=factor, **ASKED).drop(columns=["p_corr", "p_adjust"])
+    rank = {level: place for place, level in enumerate(order)}
+    records = [_forwards(record, rank) for record in found.to_dict("records")]
+    records.sort(key=lambda record: (rank[record["A"]], rank[record["B"]]))
+    p = [record["p_unc"] for record in records]
+    both = zip(records, adjusted(p, "bonf"), adjusted(p, "holm"), strict=True)
+    return pd.DataFrame([{**record, "p_bonferroni": bonferroni, "p_holm": holm} for record, bonferroni, holm in both])
+
+
+def _forwards(record: Mapping[Any, Any], rank: Mapping[str, int]) -> dict[str, Any]:
+    """The pair as the earlier level minus the later one."""
+    row = {str(name): value for name, value in record.items()}
+    if rank[row["A"]] < rank[row["B"]]:
+        return row
+    turned = {"A": row["B"], "B": row["A"], "ci_low": -row["ci_high"], "ci_high": -row["ci_low"]}
+    return {**row, **turned, **{name: -row[name] for name in ("mean_diff", "T", "dz")}}
+
+
+def _ratings_per_level(table: pd.DataFrame, question: Question, ratings: Ratings) -> dict[str, tuple[int, int]]:
+    factor = question.factors[0]
+    unit = ["participant", *(question.factors if question.kind != "between" else ())]
+    sizes = table.groupby(unit, as_index=False).agg(level=(factor, "first"), size=("value", "size"))
+    found = {str(level): own["size"] for level, own in sizes.groupby("level")}
+    order = (level for level in ratings.levels(factor) if level in found)
+    return {level: (int(found[level].min()), int(found[level].max())) for level in order}
 
 
 def _row(record: Mapping[Any, Any]) -> Row:

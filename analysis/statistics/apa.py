@@ -14,6 +14,7 @@ Correction: TypeAlias = Literal["auto", "GG", "HF", "none"]
 
 ETA_COLUMNS = {"partial": "np2", "generalized": "ng2"}
 ETA_NAMES = {"partial": "η²p", "generalized": "η²G"}
+ETA_BETWEEN = "η²"  # one factor between groups: partial, generalized and classical eta squared are one number
 CORRECTED = {"GG": ("Greenhouse–Geisser", "eps", "p_GG_corr"), "HF": ("Huynh–Feldt", "eps_HF", "p_HF_corr")}
 FAMILIES = {"bonf": "Bonferroni", "holm": "Holm"}
 
@@ -50,10 +51,11 @@ def apa_f(row: Row, eta: Eta = "partial", correction: Correction = "auto") -> st
     """An effect as a sentence: "F(1.83, 20.11) = 3.03, p = .075, η²p = .22 (Greenhouse–Geisser, ε = .61)".
 
     "auto" corrects by Greenhouse-Geisser wherever a row of `rm_anova` has more than one numerator degree of freedom,
-    whatever a test of sphericity would say. An undefined F gives its reason.
+    whatever a test of sphericity would say. For a row of `anova` every kind of eta squared is one number, "η²".
+    An undefined F gives its reason.
     Raises NoSuchOption for an unknown eta or correction, or one that the row does not hold.
     """
-    if eta not in ETA_COLUMNS:
+    if not isinstance(eta, str) or eta not in ETA_COLUMNS:
         raise NoSuchOption(f"eta={eta!r} is unknown: 'partial' or 'generalized'")
     df1, df2, f = (_value(row, name) for name in ("ddof1", "ddof2", "F"))
     if math.isnan(f):
@@ -124,16 +126,16 @@ def _is(shown: str) -> str:
 
 
 def _eta(row: Row, eta: Eta) -> str:
-    value = row.get(ETA_COLUMNS[eta])
-    if value is None and row.get("eta2") is not None:
-        value = row.get("eta2")  # one factor between groups, all its values measured once: generalized is classical
+    between = row.get("eta2")
+    value = row.get(ETA_COLUMNS[eta]) if between is None else between
     if value is None:
         raise NoSuchOption(f"the row has no {eta} eta squared (column {ETA_COLUMNS[eta]!r})")
-    return f"{ETA_NAMES[eta]} {_is(_share(float(value), 2))}"
+    name = ETA_NAMES[eta] if between is None else ETA_BETWEEN
+    return f"{name} {_is(_share(float(value), 2))}"
 
 
 def _kind(row: Row, correction: str, df1: float) -> str:
-    if correction not in ("auto", "none", *CORRECTED):
+    if not isinstance(correction, str) or correction not in ("auto", "none", *CORRECTED):
         raise NoSuchOption(f"correction={correction!r} is unknown: 'auto', 'GG', 'HF' or 'none'")
     repeated = row.get("eps") is not None
     if correction in CORRECTED and not repeated:

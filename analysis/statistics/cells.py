@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import math
-import numbers
+from collections import Counter
 from collections.abc import Hashable, Iterable, Iterator, Sequence
 from dataclasses import dataclass, field
 from typing import Any, Literal, TypeAlias
@@ -12,14 +12,22 @@ import numpy as np
 import pandas as pd
 from numpy.typing import NDArray
 
+from analysis.statistics.column_values import numbers_of
 from analysis.statistics.doubles import Floats, scaled
 from analysis.statistics.labels import Coded, coded
-from analysis.statistics.refusals import BadOption, BadValue, DuplicatedCells, IncompleteCells, UnknownColumn, listed
+from analysis.statistics.refusals import (
+    BadOption,
+    BadValue,
+    DuplicatedCells,
+    IncompleteCells,
+    UnknownColumn,
+    listed,
+    shown,
+)
 
 Missing: TypeAlias = Literal["raise", "listwise"]
 Aggregate: TypeAlias = Literal["mean"] | None
 Counts: TypeAlias = NDArray[np.intp]
-INTEGERS_END = 2**53  # from here on a double does not hold every integer
 
 
 @dataclass(frozen=True)
@@ -81,22 +89,23 @@ def gather(
     check_columns(data, [dv, *names])
     y = numbers_of(data[dv], dv)
     axes = [coded(data[name], name) for name in names]
-    _refuse_sparse(axes, names, len(y))
-    grid = _Grid(axes, names, _flat(axes))
-    values = np.full(math.prod(grid.shape), np.nan)
-    values[grid.flat] = y
+    shape = [len(axis.labels) for axis in axes]
+    _refuse_sparse(shape, names, len(y))
+    flat = _flat(axes)
+    values = np.full(math.prod(shape), np.nan)
+    values[flat] = y
     # As many rows as cells and a number in each: then each cell has exactly one.
-    if len(y) != values.size or not np.isfinite(values).all():
-        return _repaired(y, grid, missing, aggregate)
-    return Cells(values.reshape(grid.shape), axes[0].labels, factors, [axis.labels for axis in axes[1:]])
+    if len(y) != values.size or np.count_nonzero(np.isnan(values)):
+        return _repaired(y, _Grid(axes, names, flat), missing, aggregate)
+    return Cells(values.reshape(shape), axes[0].labels, factors, [axis.labels for axis in axes[1:]])
 
 
 def check_options(missing: object, aggregate: object) -> None:
     """Refuse unknown values of the two options that every test takes."""
-    if missing not in ("raise", "listwise"):
-        raise BadOption(f"missing={missing!r} is unknown: 'raise' or 'listwise'")
-    if aggregate not in (None, "mean"):
-        raise BadOption(f"aggregate={aggregate!r} is unknown: None or 'mean'")
+    if not isinstance(missing, str) or missing not in ("raise", "listwise"):
+        raise BadOption(f"missing={shown(missing)} is unknown: 'raise' or 'listwise'")
+    if aggregate is not None and (not isinstance(aggregate, str) or aggregate != "mean"):
+        raise BadOption(f"aggregate={shown(aggregate)} is unknown: None or 'mean'")
 
 
 def name_list(names: Hashable | Iterable[Hashable]) -> list[Hashable]:
@@ -110,49 +119,17 @@ def check_columns(data: pd.DataFrame, names: Sequence[Hashable]) -> None:
     """Refuse a table without one of these columns, with two of the same name, or a name that is used twice."""
     if not isinstance(data, pd.DataFrame):
         raise UnknownColumn(f"data is a {type(data).__name__}; expected a pandas DataFrame in long form")
-    columns = data.columns
+    columns: Counter[Hashable] = Counter(data.columns.tolist())
     for i, name in enumerate(names):
         if name is None or not isinstance(name, Hashable) or name not in columns:
             known = ", ".join(map(repr, columns))
             raise UnknownColumn(f"the table has no column {name!r}; its columns are {known}")
         if name in names[:i]:
             raise UnknownColumn(f"column {name!r} is named twice; dv, subject and factors must be different columns")
-    if not columns.is_unique and any((columns == name).sum() > 1 for name in names):
-        raise UnknownColumn("the table has two columns of the same name; rename or drop one")
+        if columns[name] > 1:
+            raise UnknownColumn(f"the table has two columns of the same name, {name!r}; rename or drop one")
     if len(data) == 0:
         raise BadValue("the table has no rows")
-
-
-def numbers_of(column: pd.Series[Any], name: Hashable) -> Floats:
-    """A column as doubles, NaN where it has no value; text, infinities and integers beyond 2**53 are refused."""
-    raw = column.to_numpy() if isinstance(column.dtype, np.dtype) else None
-    if raw is None or raw.dtype.kind not in "fiub":
-        return _numbers_one_by_one(column.tolist(), name)
-    values = raw.astype(np.float64)
-    if raw.dtype.kind in "iu" and raw.size and np.abs(values).max() >= INTEGERS_END:
-        raise BadValue(f"column {name!r} holds integers beyond 2**53, which a double rounds; subtract a constant first")
-    if raw.dtype.kind == "f" and np.isinf(values).any():
-        _refuse_values(column.tolist(), [i for i, v in enumerate(values.tolist()) if math.isinf(v)], name)
-    return values
-
-
-def _numbers_one_by_one(values: list[Any], name: Hashable) -> Floats:
-    empty = [value is None or value is pd.NA for value in values]
-    bad = [i for i, v in enumerate(values) if not empty[i] and not _is_number(v)]
-    _refuse_values(values, bad, name)
-    return np.array([math.nan if e else float(v) for e, v in zip(empty, values, strict=True)])
-
-
-def _is_number(value: Any) -> bool:
-    if not isinstance(value, numbers.Real) or math.isinf(value):
-        return False
-    return not isinstance(value, int) or abs(value) <= INTEGERS_END
-
-
-def _refuse_values(values: list[Any], rows: list[int], name: Hashable) -> None:
-    if rows:
-        found = listed((f"{values[row]!r} in row {row + 1}" for row in rows), len(rows))
-        raise BadValue(f"column {name!r} must hold finite numbers; found {found}; correct these rows or take them out")
 
 
 def _flat(axes: list[Coded]) -> Counts:
@@ -162,9 +139,8 @@ def _flat(axes: list[Coded]) -> Counts:
     return flat
 
 
-def _refuse_sparse(axes: list[Coded], names: list[Hashable], rows: int) -> None:
+def _refuse_sparse(sizes: list[int], names: list[Hashable], rows: int) -> None:
     """Refuse a table that would need far more cells than it has rows: a wrong column, not a design with gaps."""
-    sizes = [len(axis.labels) for axis in axes]
     if math.prod(sizes) <= max(1_000_000, 16 * rows):
         return
     found = " x ".join(f"{size:,} {name!r}" for size, name in zip(sizes, names, strict=True))

@@ -26,7 +26,7 @@ def scaled(values: Floats) -> tuple[Floats, int]:
 
     Exact, so that no square overflows or underflows and a unit of measurement changes no F.
     """
-    _, exponent = math.frexp(float(np.abs(values).max()))
+    _, exponent = math.frexp(float(np.maximum.reduce(np.abs(values), axis=None)))
     return np.ldexp(values, -exponent), exponent
 
 
@@ -52,7 +52,7 @@ def differences(pair: Pair, axis: int) -> Pair:
     new, lost = difference(high, high[first])
     if low is not None:
         lost += low - low[first]
-    return new, (lost if lost.any() else None)
+    return new, (lost if np.count_nonzero(lost) else None)
 
 
 def row_sums(pair: Pair) -> Floats:

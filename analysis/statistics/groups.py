@@ -17,8 +17,8 @@ from analysis.statistics.cells import (
     check_columns,
     check_options,
     name_list,
-    numbers_of,
 )
+from analysis.statistics.column_values import numbers_of
 from analysis.statistics.doubles import Floats
 from analysis.statistics.labels import Coded, coded
 from analysis.statistics.refusals import BadOption, DuplicatedCells, IncompleteCells, TooFew, listed

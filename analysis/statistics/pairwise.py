@@ -11,7 +11,7 @@ from analysis.statistics.cells import Aggregate, Missing, gather, name_list
 from analysis.statistics.comparisons import Comparison, paired, unpaired
 from analysis.statistics.groups import gather_groups
 from analysis.statistics.pvalues import adjusted, p_note, t_critical, t_two_sided
-from analysis.statistics.refusals import BadOption
+from analysis.statistics.refusals import BadOption, shown
 from analysis.statistics.within import refuse_too_few
 
 ADJUSTMENTS = {"none": "none", "bonf": "bonf", "bonferroni": "bonf", "holm": "holm"}
@@ -20,11 +20,11 @@ ADJUSTMENTS = {"none": "none", "bonf": "bonf", "bonferroni": "bonf", "holm": "ho
 def pairwise_tests(
     data: pd.DataFrame,
     dv: Hashable,
+    *,
     within: Hashable | Iterable[Hashable] | None = None,
     subject: Hashable | None = None,
     between: Hashable | Iterable[Hashable] | None = None,
     padjust: str = "none",
-    *,
     missing: Missing = "raise",
     aggregate: Aggregate = None,
 ) -> pd.DataFrame:
@@ -36,8 +36,8 @@ def pairwise_tests(
     is the adjusted p. A pair whose values do not vary has NaN and a `note`, and still counts in the family.
     Raises a StatisticsError (a ValueError) that names what is wrong with the table or the request.
     """
-    if padjust not in ADJUSTMENTS:
-        raise BadOption(f"padjust={padjust!r} is unknown: one of {', '.join(map(repr, ADJUSTMENTS))}")
+    if not isinstance(padjust, str) or padjust not in ADJUSTMENTS:
+        raise BadOption(f"padjust={shown(padjust)} is unknown: one of {', '.join(map(repr, ADJUSTMENTS))}")
     if (within is None) == (between is None):
         raise BadOption("give one factor: either `within` (with `subject`) or `between`")
     if within is not None:

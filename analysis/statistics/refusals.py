@@ -40,3 +40,8 @@ def listed(items: Iterable[str], total: int) -> str:
     shown = [item for item, _ in zip(items, range(SHOWN), strict=False)]
     rest = total - len(shown)
     return "; ".join(shown) + (f"; and {rest} more" if rest else "")
+
+
+def shown(option: object) -> str:
+    """A wrong value of an option as one word: text, numbers and None as they are, anything else by its type."""
+    return repr(option) if option is None or isinstance(option, str | int | float) else f"<{type(option).__name__}>"

@@ -9,11 +9,8 @@ from __future__ import annotations
 
 import math
 from collections.abc import Hashable, Iterable, Iterator, Sequence
-from functools import lru_cache
 from itertools import combinations
-from typing import Any, NamedTuple
 
-import numpy as np
 import pandas as pd
 
 from analysis.statistics.cells import Aggregate, Cells, Missing, gather
@@ -28,34 +25,9 @@ from analysis.statistics.doubles import (
     scaled,
     sum_of_squares,
 )
+from analysis.statistics.effects import Effect, effects_table
 from analysis.statistics.pvalues import f_tail, p_note
-from analysis.statistics.refusals import TooFew
-
-
-class Effect(NamedTuple):
-    """One row of the table; sums of squares in the data's unit squared, NaN where a statistic is undefined."""
-
-    source: str
-    ss: float
-    df1: int
-    df2: int
-    ms: float
-    f: float
-    p: float
-    p_gg: float
-    p_hf: float
-    eps: float
-    np2: float
-    ng2: float
-    eps_hf: float
-    ss_error: float
-    note: str
-
-
-# Text and integer columns are put into a block of doubles one after the other: quicker than a dict of columns.
-REAL = pd.Index(
-    ["SS", "MS", "F", "p_unc", "p_GG_corr", "p_HF_corr", "eps", "np2", "ng2", "eps_HF", "SS_error"], dtype="str"
-)
+from analysis.statistics.refusals import TooFew, UnknownColumn, listed
 
 
 def rm_anova(
@@ -77,25 +49,21 @@ def rm_anova(
     """
     cells = gather(data, dv, within, subject, missing, aggregate)
     refuse_too_few(cells)
-    rows = list(effects(cells.values, [str(name) for name in cells.factors]))
-    table = _table(rows)
+    table = effects_table(list(effects(cells.values, sources(cells.factors))))
     table.attrs.update(cells.attrs())
     return table
 
 
-def _table(rows: Sequence[Effect]) -> pd.DataFrame:
-    table = pd.DataFrame(np.array([(row.ss, row.ms, row.f, *row[6:14]) for row in rows]), columns=REAL)
-    table.insert(0, "Source", _texts(tuple(row.source for row in rows)))
-    table.insert(2, "ddof1", np.array([row.df1 for row in rows]))
-    table.insert(3, "ddof2", np.array([row.df2 for row in rows]))
-    table.insert(14, "note", _texts(tuple(row.note for row in rows)))
-    return table
-
-
-@lru_cache(maxsize=256)
-def _texts(values: tuple[str, ...]) -> Any:
-    """A column of text; making one takes longer than the test, and the same ones come again and again."""
-    return pd.array(list(values), dtype="str")
+def sources(factors: Sequence[Hashable]) -> list[str]:
+    """The names of the effects, main effects first; refuses two effects of one name ("a:b" and "a" by "b")."""
+    names = [":".join(str(factors[axis - 1]) for axis in axes) for axes in _subsets(len(factors))]
+    if len(set(names)) < len(names):
+        twice = sorted({repr(name) for name in names if names.count(name) > 1})
+        raise UnknownColumn(
+            f"two effects of the factors {', '.join(map(repr, factors))} have the same name: "
+            f"{listed(twice, len(twice))}; rename a column"
+        )
+    return names
 
 
 def refuse_too_few(cells: Cells) -> None:
@@ -111,14 +79,13 @@ def refuse_too_few(cells: Cells) -> None:
 
 
 def effects(values: Floats, names: Sequence[str]) -> Iterator[Effect]:
-    """The effects of an array (participants, levels of factor 1, ...), main effects first, then interactions."""
+    """The effects of an array (participants, levels of factor 1, ...), one for each of the names from `sources`."""
     x, exponent = scaled(values)
     plain: Pair = (x, None)
     by_subject = differences(plain, 0)
     subject_ss = component(by_subject, (0,), 0)[1]
     parts = []
-    for axes in _subsets(len(names)):
-        source = ":".join(names[axis - 1] for axis in axes)
+    for source, axes in zip(names, _subsets(x.ndim - 1), strict=True):
         levels, ss = [x.shape[axis] for axis in axes], component(plain, axes)[1]
         parts.append((source, levels, ss, *component(by_subject, (0, *axes), 0)))
     within_ss = subject_ss + math.fsum(error_ss for *_, error_ss in parts)
@@ -151,15 +118,14 @@ def component(pair: Pair, axes: Sequence[int], done: int | None = None) -> tuple
 def _summed(pair: Pair, axes: Sequence[int]) -> Floats:
     """The pair summed over all axes but these."""
     high, low = pair
-    shape = tuple(high.shape[axis] for axis in axes)
     others = [axis for axis in range(high.ndim) if axis not in axes]
     if not others:
         return high if low is None else high + low
-
-    def rows(array: Floats) -> Floats:
-        return array.transpose(*axes, *others).reshape(math.prod(shape), -1)
-
-    return row_sums((rows(high), None if low is None else rows(low))).reshape(shape)
+    shape = [high.shape[axis] for axis in axes]
+    rows = (math.prod(shape), -1)
+    high = high.transpose(*axes, *others).reshape(rows)
+    low = None if low is None else low.transpose(*axes, *others).reshape(rows)
+    return row_sums((high, low)).reshape(shape)
 
 
 def _effect(
@@ -172,27 +138,26 @@ def _effect(
     exponent: int,
 ) -> Effect:
     effect_ss, error_ss, within_ss = ss
-    df1 = math.prod(level - 1 for level in levels)
+    df1 = math.prod([level - 1 for level in levels])
     df2 = df1 * (n - 1)
-    note = (
-        [undefined]
-        if (undefined := undefined_f(effect_ss, error_ss, noise, "every participant shows the same effect"))
-        else []
-    )
-    f = math.nan if note else effect_ss / df1 / (error_ss / df2)
-    eps = eps_hf = math.nan
+    f = eps = eps_hf = math.nan
+    notes = []
     if error_ss > noise:
+        f = effect_ss / df1 / (error_ss / df2)
         eps = greenhouse_geisser(residual.reshape(n, -1), df1)
         eps_hf = huynh_feldt(eps, n, df1)
-    p, p_gg, p_hf = (f_tail(f, df1 * e, df2 * e) for e in (1.0, eps, eps_hf))
-    if error_ss > noise and n - 1 < df1:
-        note.append(f"fewer than d + 1 = {df1 + 1} participants: Huynh-Feldt is undefined, use Greenhouse-Geisser")
-    result, ms, result_error = (rescaled(value, 2 * exponent) for value in (effect_ss, effect_ss / df1, error_ss))
-    note += range_notes(((effect_ss, result), (error_ss, result_error)), (p, p_gg, p_hf))
-    np2, ng2 = (share(effect_ss, rest, noise) for rest in (error_ss, within_ss))
+        if n - 1 < df1:
+            notes.append(f"fewer than d + 1 = {df1 + 1} participants: Huynh-Feldt is undefined, use Greenhouse-Geisser")
+    else:
+        notes.append(undefined_f(effect_ss, error_ss, noise, "every participant shows the same effect"))
+    p = f_tail(f, df1, df2)
+    p_gg, p_hf = [p if e == 1 else f_tail(f, df1 * e, df2 * e) for e in (eps, eps_hf)]
+    result, ms, result_error = [rescaled(value, 2 * exponent) for value in (effect_ss, effect_ss / df1, error_ss)]
+    notes += range_notes(((effect_ss, result), (error_ss, result_error)), (p, p_gg, p_hf))
+    np2, ng2 = share(effect_ss, error_ss, noise), share(effect_ss, within_ss, noise)
     return Effect(
         *(source, result, df1, df2, ms, f, p, p_gg, p_hf),
-        *(eps, np2, ng2, eps_hf, result_error, "; ".join(note)),
+        *(eps, np2, ng2, eps_hf, result_error, "; ".join(notes)),
     )
 
 
@@ -205,7 +170,7 @@ def greenhouse_geisser(residual: Floats, df: int) -> float:
         return 1.0
     n, k = residual.shape
     products = residual.T @ residual if k <= n else residual @ residual.T
-    trace = float(np.trace(products))
+    trace = float(products.trace())
     return min(1.0, max(1 / df, trace / sum_of_squares(products) * trace / df))
 
 

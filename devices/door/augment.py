@@ -51,7 +51,7 @@ class Draw:
 def augment(force_N: Array, variant: str, *, door: str = "", seed: int = STUDY_SEED) -> Array:
     """Make one variant, `g1` to `g14`, of a 621-point profile (`g0` is the profile itself).
 
-    The result is rounded to the decimals of a profile file. `door` and `seed` only matter for g7 to g9.
+    The result is rounded to the decimals of a profile file. `door` and `seed` only matter for g8 and g9.
 
     Raises:
         DoorDataError: an unknown variant, a profile that is not 621 finite points, or one that lacks the feature

@@ -4,7 +4,10 @@ from __future__ import annotations
 
 import numpy as np
 import pandas as pd
+import pytest
 from numpy.typing import NDArray
+
+from analysis import StatisticsError, rm_anova
 
 NAMES = {  # reference name -> our column
     "SS": "SS",
@@ -38,3 +41,20 @@ def same(a: pd.DataFrame, b: pd.DataFrame) -> bool:
     """Whether two results agree in every bit."""
     pd.testing.assert_frame_equal(a, b, check_exact=True)
     return True
+
+
+def rated_table() -> pd.DataFrame:
+    """8 participants who rated 3 cars in 2 variants each, labels as text."""
+    cells = np.round(np.random.default_rng(6).normal(5, 2, (8, 3, 2)), 1)
+    found = long_table(cells).rename(columns={"A": "car", "B": "variant", "subject": "participant"})
+    found["participant"] = "P00" + found["participant"]
+    return found.assign(car=found["car"].map({"0": "BC3", "1": "FORD", "2": "G90"}))
+
+
+def tell(table: pd.DataFrame, error: type[StatisticsError], **options: object) -> str:
+    """What `rm_anova` says when it refuses a table like `rated_table`."""
+    asked = {"dv": "y", "within": ["car", "variant"], "subject": "participant"} | options
+    with pytest.raises(error) as caught:
+        rm_anova(table, **asked)  # type: ignore[arg-type]
+    assert isinstance(caught.value, ValueError)
+    return str(caught.value)

@@ -193,3 +193,23 @@ def test_a_file_that_is_no_reference_is_refused(tmp_path: Path, text: str) -> No
     path.write_text(text)
     with pytest.raises(DataRefused):
         read_reference(f"{path}#k", "sk2011")
+
+
+def test_no_number_of_the_comparison_is_cut_on_a_narrow_terminal(lab: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.setenv("COLUMNS", "80")
+    code, out, _ = told("analyse", "sk2011", "--lab", lab, "--no-figures", "--reference", "r")
+    shown = out[out.index("Beside the reference") : out.index("Written to")]
+    assert code == 0 and "…" not in shown and "5.910221424e-06" in shown
+    assert max(map(len, shown.splitlines())) <= 80
+
+
+def test_a_table_without_within_factors_is_reported_on_the_command_line(tmp_path: Path) -> None:
+    rows = "".join(f"P{i},{'ab'[i % 2]},{i * i % 7}\n" for i in range(8))
+    (tmp_path / "t.csv").write_text(f"who,sex,score\n{rows}")
+    columns = "{participant: who, value: score, attribute_is: Soft, between: {sex: sex}}"
+    (tmp_path / "map.yaml").write_text(f"name: lone\nfiles: t.csv\ncolumns: {columns}\n")
+    assert told("import", tmp_path / "map.yaml", "--lab", tmp_path)[0] == 0
+    code, out, _ = told("report", "lone", "--lab", tmp_path, "--json")
+    assert code == 0 and "F(1, 6)" in json.loads(out)["headlines"]["Soft"]
+    code, out, _ = told("analyse", "lone", "--lab", tmp_path)
+    assert code == 0 and "means.svg" not in out and "anova.csv" in out

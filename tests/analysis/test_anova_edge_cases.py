@@ -7,9 +7,9 @@ import math
 import numpy as np
 import pytest
 
-from analysis import apa_f, rm_anova
+from analysis import anova, apa_f, pairwise_tests, rm_anova
 from analysis.statistics.doubles import Floats
-from analysis.statistics.exact import exact_within
+from analysis.statistics.exact import exact_one_way, exact_within
 from analysis.statistics.pvalues import f_tail
 from analysis.statistics.references import edge_cases, edge_table, reference_values
 from analysis.statistics.refusals import TooFew
@@ -81,6 +81,36 @@ def test_additive_decimals_are_noise_not_an_f() -> None:
     assert math.isnan(row["F"])
     assert "rounding level" in row["note"]
     assert row["np2"] == 1.0
+
+
+def few_ulps() -> Floats:
+    """Conditions 0.05 apart around 0.7, and a residual of about 20 units in the last place (2**-53) of the values."""
+    ulps = np.random.default_rng(20).integers(-30, 31, (12, 4))
+    return 0.6 + np.arange(4) * 2.0**-4 + ulps * 2.0**-53
+
+
+def test_a_residual_of_20_units_in_the_last_place_is_no_rounding() -> None:
+    cells = few_ulps()
+    row = rm_anova(long_table(cells), "y", "A", "subject").iloc[0]
+    f, eps = exact_row(cells)
+    assert 10 * 2.0**-53 < math.sqrt(row["SS_error"] / cells.size) < 25 * 2.0**-53
+    assert row["note"] in ("", "p < 5e-324", "p < 2.3e-308 has lost digits")
+    assert relative_error(row["F"], f) < 1e-14
+    assert relative_error(row["eps"], eps) < 1e-13
+
+
+def test_t_tests_and_groups_take_20_units_in_the_last_place_for_variation() -> None:
+    cells = few_ulps()
+    table = long_table(cells)
+    exact = exact_one_way([column.tolist() for column in cells.T])
+    assert exact.f is not None
+    assert relative_error(anova(table, "y", "A").iloc[0]["F"], float(exact.f)) < 1e-14
+    pair = table[table["A"].isin(["0", "1"])]
+    f, _ = exact_row(cells[:, :2])
+    assert relative_error(pairwise_tests(pair, "y", within="A", subject="subject")["T"][0] ** 2, f) < 1e-13
+    two = exact_one_way([column.tolist() for column in cells[:, :2].T])
+    assert two.f is not None
+    assert relative_error(pairwise_tests(pair, "y", between="A")["T"][0] ** 2, float(two.f)) < 1e-13
 
 
 def test_an_effect_at_rounding_level_beside_a_real_one() -> None:

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import pickle
 import tracemalloc
 
 import numpy as np
@@ -12,6 +13,7 @@ from hypothesis import strategies as st
 from hypothesis.extra import numpy as hnp
 
 from analysis import anova, pairwise_tests, rm_anova
+from analysis.statistics.labels import _natural, ordered
 from tests.analysis.anova_for_tests import long_table, same
 
 SHAPES = st.one_of(
@@ -35,7 +37,7 @@ def test_the_order_of_rows_changes_no_bit(cells: np.ndarray, seed: int) -> None:
     mixed = table.sample(frac=1, random_state=seed)
     assert same(result_of(table), result_of(mixed))
     if cells.ndim == 2:
-        pairs = [pairwise_tests(rows, "y", "A", "subject", padjust="holm") for rows in (table, mixed)]
+        pairs = [pairwise_tests(rows, "y", within="A", subject="subject", padjust="holm") for rows in (table, mixed)]
         groups = [anova(rows, "y", "A") for rows in (table, mixed)]
         assert same(*pairs)
         assert same(*groups)
@@ -73,11 +75,31 @@ def test_unusual_labels(labels: list[object]) -> None:
     assert found["F"].iloc[0] == pytest.approx(plain["F"].iloc[0], rel=1e-13)
 
 
-def test_true_and_1_are_different_levels() -> None:
-    cells = np.array([[1.0, 2.0], [3.0, 5.0], [2.0, 2.0]])
-    table = long_table(cells, int)
-    odd = table.assign(A=pd.Series([[True, 1][i] for i in table["A"]], dtype=object))
-    assert rm_anova(odd, "y", "A", "subject")["ddof1"].tolist() == [1]
+def test_equal_labels_of_different_types_are_one_label_in_every_order_of_rows() -> None:
+    groups = pd.Series([1, 1.0, np.int64(1), 2.0, 2, 2], dtype=object)
+    table = pd.DataFrame({"g": groups, "y": [1.0, 2.0, 4.0, 2.0, 5.0, 9.0]})
+    found = [anova(rows, "y", "g") for rows in (table, table.iloc[::-1])]
+    assert same(*found)
+    assert [list(map(repr, table.attrs["group_sizes"])) for table in found] == [["1.0", "2.0"]] * 2
+    assert found[0].attrs["group_sizes"] == {1: 3, 2: 3}
+
+
+@pytest.mark.parametrize(
+    "labels",
+    [
+        ["P001", "P010", "P002", "P100"],
+        ["1e5", "9e4", "2e1", "-1.5", "-1.25", " 7", "+3"],
+        ["10", "9", "09", "1" * 400, "2" * 400],
+        ["a2", "a10", "b1", "a1"],
+        ["v1x2", "v1x1", "v0x9"],
+    ],
+)
+def test_short_cuts_sort_as_the_long_way_does(labels: list[str]) -> None:
+    expected = sorted(labels, key=_natural)
+    assert ordered(labels) == expected
+    values = range(2 * len(labels))
+    table = pd.DataFrame({"g": labels * 2, "y": [float(value) ** 2 for value in values]})
+    assert list(anova(table, "y", "g").attrs["group_sizes"]) == expected
 
 
 @settings(max_examples=40, deadline=None)
@@ -132,12 +154,31 @@ def test_a_large_table_gives_what_a_small_path_gives() -> None:
 
 def test_a_result_can_be_changed_without_changing_the_next() -> None:
     table = long_table(np.array([[1.0, 2.0], [3.0, 5.0], [2.0, 2.0]]))
-    first = rm_anova(table, "y", "A", "subject")
+    first, untouched = rm_anova(table, "y", "A", "subject"), rm_anova(table, "y", "A", "subject")
     first.loc[0, "Source"] = "changed"
     first["note"].array[0] = "changed"
+    first.columns.name = "changed"
     again = rm_anova(table, "y", "A", "subject")
+    assert same(again, untouched)
     assert again["Source"].tolist() == ["A"]
     assert again["note"].tolist() == [""]
+    assert again.columns.name is None
+
+
+def test_a_result_is_an_ordinary_table() -> None:
+    """It is put together from blocks; the usual constructor, and what is done with a table, must see no difference."""
+    found = rm_anova(long_table(np.random.default_rng(1).normal(size=(6, 3, 2))), "y", ["A", "B"], "subject")
+    usual = pd.DataFrame({name: found[name].tolist() for name in found.columns})
+    assert same(found, usual)
+    assert found.index.equals(usual.index)
+    assert same(pickle.loads(pickle.dumps(found)), usual)
+    assert same(pd.concat([found, found], ignore_index=True), pd.concat([usual, usual], ignore_index=True))
+    for table in (found, usual):
+        table["F"] = 1.0
+        table.insert(0, "attribute", "soft")
+        table.loc[table["Source"] == "A", ["ddof1", "SS"]] = 7
+        del table["note"]
+    assert same(found.sort_values("p_unc").T, usual.sort_values("p_unc").T)
 
 
 def test_the_callers_table_is_not_changed() -> None:

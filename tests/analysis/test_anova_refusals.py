@@ -6,25 +6,14 @@ import numpy as np
 import pandas as pd
 import pytest
 
-from analysis import StatisticsError, anova, rm_anova
+from analysis import anova, pairwise_tests, rm_anova
 from analysis.statistics.refusals import BadOption, BadValue, DuplicatedCells, IncompleteCells, TooFew, UnknownColumn
-from tests.analysis.anova_for_tests import long_table, same
+from tests.analysis.anova_for_tests import rated_table, same, tell
 
 
 @pytest.fixture
 def table() -> pd.DataFrame:
-    cells = np.round(np.random.default_rng(6).normal(5, 2, (8, 3, 2)), 1)
-    found = long_table(cells).rename(columns={"A": "car", "B": "variant", "subject": "participant"})
-    found["participant"] = "P00" + found["participant"]
-    return found.assign(car=found["car"].map({"0": "BC3", "1": "FORD", "2": "G90"}))
-
-
-def tell(table: pd.DataFrame, error: type[StatisticsError], **options: object) -> str:
-    asked = {"dv": "y", "within": ["car", "variant"], "subject": "participant"} | options
-    with pytest.raises(error) as caught:
-        rm_anova(table, **asked)  # type: ignore[arg-type]
-    assert isinstance(caught.value, ValueError)
-    return str(caught.value)
+    return rated_table()
 
 
 def test_a_missing_cell_is_named(table: pd.DataFrame) -> None:
@@ -98,27 +87,23 @@ def test_text_is_not_a_number(table: pd.DataFrame) -> None:
     assert "and 43 more" in message
 
 
-@pytest.mark.parametrize("kind", ["int64", "object"])
-def test_integers_that_doubles_round_are_refused(table: pd.DataFrame, kind: str) -> None:
-    huge = table.assign(y=pd.Series(2**60 + np.arange(len(table)), dtype=kind))
-    assert "2**53" in tell(huge, BadValue) or "finite numbers" in tell(huge, BadValue)
+def test_effects_of_one_name_are_refused(table: pd.DataFrame) -> None:
+    three = pd.DataFrame(np.indices((4, 2, 2, 2)).reshape(4, -1).T, columns=["participant", "a", "b", "a:b"])
+    three["y"] = np.arange(32.0) ** 2 % 11
+    assert tell(three, UnknownColumn, within=["a", "b", "a:b"]) == (
+        "two effects of the factors 'a', 'b', 'a:b' have the same name: 'a:b'; rename a column"
+    )
+    numbered = three.rename(columns={"a": 1, "b": "1"})
+    assert "have the same name: '1'" in tell(numbered, UnknownColumn, within=[1, "1"], aggregate="mean")
+    found = rm_anova(three.rename(columns={"a:b": "c"}), "y", ["a", "b", "c"], "participant")
+    assert found["Source"].is_unique
 
 
-@pytest.mark.parametrize("kind", ["object", "str", "category"])
-def test_a_row_without_a_label_is_refused(table: pd.DataFrame, kind: str) -> None:
-    bad = table.assign(car=table["car"].mask(table.index == 6).astype(kind))
-    assert tell(bad, BadValue).startswith("column 'car' has no label in row 7;")
-
-
-def test_a_row_without_a_label_in_a_large_table() -> None:
-    big = long_table(np.zeros((130, 40))).rename(columns={"subject": "participant"})
-    bad = big.assign(A=big["A"].mask(big.index == 4999))
-    assert "row 5000" in tell(bad, BadValue, within="A")
-
-
-def test_labels_that_cannot_be_compared(table: pd.DataFrame) -> None:
-    bad = table.assign(car=pd.Series([[1]] * len(table)))
-    assert "cannot be compared" in tell(bad, BadValue)
+def test_columns_are_found_by_their_whole_name(table: pd.DataFrame) -> None:
+    levels = table.copy()
+    levels.columns = pd.MultiIndex.from_product([["x"], table.columns])
+    assert "no column 'y'" in tell(levels, UnknownColumn)
+    assert "no column 'x'" in tell(levels, UnknownColumn, dv="x")
 
 
 @pytest.mark.parametrize(
@@ -140,6 +125,12 @@ def test_a_column_has_one_role(table: pd.DataFrame) -> None:
 def test_options_and_shapes(table: pd.DataFrame) -> None:
     assert "missing='drop'" in tell(table, BadOption, missing="drop")
     assert "aggregate='median'" in tell(table, BadOption, aggregate="median")
+    for wrong in (["mean"], {"mean": 1}, table, np.zeros(2)):
+        expected = f"<{type(wrong).__name__}> is unknown"
+        assert "aggregate=" + expected in tell(table, BadOption, aggregate=wrong)
+        assert "missing=" + expected in tell(table, BadOption, missing=wrong)
+        with pytest.raises(BadOption, match=f"padjust={expected}"):
+            pairwise_tests(table, "y", within="car", subject="participant", padjust=wrong)  # type: ignore[arg-type]
     assert "no factor" in tell(table, BadOption, within=[])
     assert "no rows" in tell(table.iloc[:0], BadValue)
     with pytest.raises(UnknownColumn, match="expected a pandas DataFrame"):

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import math
 
+import numpy as np
 import pytest
 
 from analysis import anova, apa_f, apa_p, apa_t, pairwise_tests, rm_anova
@@ -53,8 +54,8 @@ def test_one_degree_of_freedom_needs_no_correction() -> None:
 
 def test_between_groups() -> None:
     row = anova(reference_table("csv/sk2011.1.csv"), "y", "inference").iloc[0]
-    assert apa_f(row) == "F(3, 316) = 5.97, p < .001, η²p = .05"
-    assert apa_f(row, "generalized") == "F(3, 316) = 5.97, p < .001, η²G = .05"
+    for eta in ("partial", "generalized"):
+        assert apa_f(row, eta) == apa_f(row.to_dict(), eta) == "F(3, 316) = 5.97, p < .001, η² = .05"
     with pytest.raises(NoSuchOption, match="needs repeated measures"):
         apa_f(row, correction="GG")
 
@@ -87,6 +88,11 @@ def test_unknown_options() -> None:
     row = {"ddof1": 1, "ddof2": 9, "F": 2.0, "p_unc": 0.2}
     with pytest.raises(NoSuchOption, match="'partial' or 'generalized'"):
         apa_f(row, eta="omega")  # type: ignore[arg-type]
+    for wrong in (["partial"], {"partial": 1}, np.zeros(2)):
+        with pytest.raises(NoSuchOption, match="'partial' or 'generalized'"):
+            apa_f(row, eta=wrong)  # type: ignore[arg-type]
+        with pytest.raises(NoSuchOption, match="'auto', 'GG', 'HF' or 'none'"):
+            apa_f(row, correction=wrong)  # type: ignore[arg-type]
     with pytest.raises(NoSuchOption, match="'auto', 'GG', 'HF' or 'none'"):
         apa_f(row, correction="auto?")  # type: ignore[arg-type]
     with pytest.raises(NoSuchOption, match="no partial eta squared"):
@@ -95,9 +101,9 @@ def test_unknown_options() -> None:
 
 def test_t_sentences() -> None:
     table = reference_table("csv/md_15.1.csv")
-    paired = pairwise_tests(table, "y", "time", "subject", padjust="bonf").iloc[1]
+    paired = pairwise_tests(table, "y", within="time", subject="subject", padjust="bonf").iloc[1]
     assert apa_t(paired) == "t(11) = −2.30, p = .253 (Bonferroni), dz = −0.66, MD = −7.00, 95% CI [−13.70, −0.30]"
     between = pairwise_tests(reference_table("csv/sk2011.1.csv"), "y", between="inference").iloc[0]
     assert apa_t(between) == "t(158) = −2.74, p = .007, g = −0.43, MD = −13.54, 95% CI [−23.31, −3.78]"
-    same = pairwise_tests(edge_table("all_constant_7"), "y", "cond", "subject").iloc[0]
+    same = pairwise_tests(edge_table("all_constant_7"), "y", within="cond", subject="subject").iloc[0]
     assert apa_t(same) == "t(11) is undefined: the differences do not vary and their mean is zero"

@@ -98,7 +98,7 @@ def test_attributes_are_averaged_only_when_a_category_is_asked_for() -> None:
 @pytest.mark.parametrize("bad", [nan, inf, -inf])
 def test_a_value_that_is_not_finite_is_refused_not_skipped(bad: float) -> None:
     ratings = small_ratings([("P1", "Soft", "x", 1.0), ("P2", "Soft", "x", bad)])
-    with pytest.raises(DataRefused, match=r"1 values are not finite, the first is .* of P2 on Soft"):
+    with pytest.raises(DataRefused, match=r"1 value is not finite, the first is .* of P2 on Soft"):
         describe(ratings, ["attribute"])
 
 

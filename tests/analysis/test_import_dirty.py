@@ -82,9 +82,9 @@ def test_a_bad_value_anywhere_is_refused_with_its_line(table: Foreign, data: st.
 
 
 REFUSED_VALUES = {
-    "": "1 missing values",
-    "NA": "1 missing values",
-    "NaN": "1 missing values",
+    "": "1 missing value ",
+    "NA": "1 missing value ",
+    "NaN": "1 missing value ",
     "nan": "not finite",
     "inf": "not finite",
     "-Infinity": "not finite",
@@ -119,7 +119,7 @@ def test_a_row_that_stands_twice_is_refused_with_both_lines(table: Foreign, data
     doubled = table.also(records=(*table.records, table.records[row]))
     with tempfile.TemporaryDirectory() as name, pytest.raises(TableRefused) as refusal:
         imported(Path(name), doubled)
-    assert "1 cells hold several ratings" in str(refusal.value)
+    assert "1 cell holds several ratings" in str(refusal.value)
     assert f"line {row + 2} " in str(refusal.value)
     assert f"line {len(table.records) + 2} " in str(refusal.value)
 

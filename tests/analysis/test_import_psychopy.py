@@ -54,7 +54,7 @@ def test_the_condition_is_that_of_the_authors(ratings: Ratings, authors: dict[st
 def test_nothing_is_left_out_without_a_line(ratings: Ratings) -> None:
     assert ratings.exclusions == (
         Exclusion("rows", "3 files", "likertPre.thisN and likertPost.thisN are empty", 600),
-        Exclusion("averaged", "3 participants", "20 ratings of each averaged into 4 cells", 60),
+        Exclusion("averaged", "3 participants", "20 ratings of each averaged into 4 cells", 60, 12),
     )
     assert [each.note.split(", ")[1] for each in ratings.inputs[1:]] == ["mac-roman", "mac-roman", "utf-8-sig"]
     assert check_ratings(ratings).ok

@@ -133,11 +133,11 @@ def test_duplicates_are_settled_only_as_told(tmp_path: Path) -> None:
     mean = imported(tmp_path, doubled, duplicates="mean", scale=scale)
     assert values(mean) == [1.0, 4.0, 3.0, 4.0]
     assert mean.scale == Scale(0, 10), "a mean may stand between the steps"
-    assert mean.exclusions == (Exclusion("averaged", "P1", "3 ratings averaged into 1 cells", 3),)
+    assert mean.exclusions == (Exclusion("averaged", "P1", "3 ratings averaged into 1 cell", 3, 1),)
     first = imported(tmp_path, doubled, duplicates="first", scale=scale)
     assert values(first) == [1.0, 2.0, 3.0, 4.0]
     assert first.scale == Scale(0, 10, 1)
-    assert first.exclusions == (Exclusion("rows", "P1", "not the first rating of its cell (1 cells)", 2),)
+    assert first.exclusions == (Exclusion("repeated", "P1", "not the first rating of its cell (1 cell)", 2),)
 
 
 def test_a_kept_column_is_not_averaged_away(tmp_path: Path) -> None:
@@ -154,7 +154,7 @@ def test_items_of_one_cell_are_told_apart_by_the_stimulus(tmp_path: Path) -> Non
 
 
 def test_a_value_off_the_scale_is_refused_with_its_line(tmp_path: Path) -> None:
-    with pytest.raises(TableRefused, match=r"1 values are not on the scale from 1 to 3: table.csv: line 5 4;"):
+    with pytest.raises(TableRefused, match=r"1 value is not on the scale from 1 to 3: table.csv: line 5 4;"):
         imported(tmp_path, CLEAN, scale={"from": 1, "to": 3})
     with pytest.raises(TableRefused, match=r"2 values are not on the scale from 0 to 10 in steps of 2"):
         imported(tmp_path, CLEAN, scale={"from": 0, "to": 10, "step": 2})
@@ -239,7 +239,7 @@ def test_files_are_taken_in_natural_order_from_the_folder_that_is_named(tmp_path
         ({"columns": {**COLUMNS, "within": {"car": {"column": "car", "level": ["a"]}}}}, "did you mean 'levels'"),
         ({"columns": {**COLUMNS, "attribute_is": "soft"}}, "either attribute .* or attribute_is"),
         ({"columns": {"participant": "who", "value": "score"}}, "either attribute .* or attribute_is"),
-        ({"columns": {**COLUMNS, "within": {"value": "car"}}}, "the column 'value' would stand twice"),
+        ({"columns": {**COLUMNS, "within": {"value": "car"}}}, "within: the name 'value' has a meaning of its own"),
         ({"columns": {**COLUMNS, "within": {"car": {"column": "car", "contains": {"a": "b"}}}}}, "under between"),
         ({"columns": None}, "columns: this key is required"),
         ({"name": "../elsewhere"}, "a name of letters, digits"),

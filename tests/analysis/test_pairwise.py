@@ -23,7 +23,7 @@ LIMITS = {"ci_low": "ci_low", "ci_high": "ci_high"}
 
 def family(name: str, factor: str, padjust: str) -> pd.DataFrame:
     table = reference_table(f"csv/{R[name]['csv']}")
-    found = pairwise_tests(table, "y", factor, "subject", padjust=padjust, aggregate="mean")
+    found = pairwise_tests(table, "y", within=factor, subject="subject", padjust=padjust, aggregate="mean")
     return found.set_index(["A", "B"])
 
 
@@ -68,20 +68,20 @@ def test_columns() -> None:
 
 def test_an_undefined_pair_keeps_its_place_in_the_family() -> None:
     cells = np.array([[1.0, 2.0, 4.0], [2.0, 3.0, 1.0], [5.0, 6.0, 3.0], [3.0, 4.0, 9.0]])
-    found = pairwise_tests(long_table(cells), "y", "A", "subject", padjust="bonf")
+    found = pairwise_tests(long_table(cells), "y", within="A", subject="subject", padjust="bonf")
     first = found.iloc[0]
     assert first["note"] == "t is undefined: the differences do not vary"
     assert first["mean_diff"] == -1.0
     assert all(math.isnan(first[column]) for column in ("T", "p_unc", "p_corr", "dz"))
     assert found["p_corr"][1] == pytest.approx(min(1, 3 * found["p_unc"][1]))
     assert "undefined" in apa_t(first)
-    equal = pairwise_tests(long_table(cells[:, [0, 0]]), "y", "A", "subject").iloc[0]
+    equal = pairwise_tests(long_table(cells[:, [0, 0]]), "y", within="A", subject="subject").iloc[0]
     assert equal["note"].endswith("do not vary and their mean is zero")
 
 
 def test_decimals_that_differ_by_rounding_alone() -> None:
     cells = np.column_stack([np.arange(1, 9) / 10, np.arange(1, 9) / 10 + 0.1])
-    row = pairwise_tests(long_table(cells), "y", "A", "subject").iloc[0]
+    row = pairwise_tests(long_table(cells), "y", within="A", subject="subject").iloc[0]
     assert math.isnan(row["T"])
     assert "rounding level" in row["note"]
 
@@ -97,8 +97,8 @@ def test_holm_is_monotone_and_counts_the_undefined() -> None:
 @pytest.mark.parametrize("offset", [1e6, 1e9, 1e12])
 def test_offsets_of_participants_change_no_paired_t(offset: float) -> None:
     cells = np.round(np.random.default_rng(1).normal(50, 5, (12, 4)))
-    plain = pairwise_tests(long_table(cells), "y", "A", "subject")
-    moved = pairwise_tests(long_table(cells + offset * np.arange(12)[:, None]), "y", "A", "subject")
+    plain = pairwise_tests(long_table(cells), "y", within="A", subject="subject")
+    moved = pairwise_tests(long_table(cells + offset * np.arange(12)[:, None]), "y", within="A", subject="subject")
     np.testing.assert_allclose(moved["T"], plain["T"], rtol=1e-14)
     np.testing.assert_allclose(moved["ci_low"], plain["ci_low"], rtol=1e-12)
 
@@ -136,19 +136,26 @@ def test_groups_without_variation_or_of_one() -> None:
     assert "a group has one value" in found.at[("a", "c"), "note"]
 
 
+def test_the_factor_is_given_by_name() -> None:
+    """pingouin has `between` in third place: a position must not choose between two tests."""
+    table = long_table(np.arange(12.0).reshape(4, 3) ** 2)
+    with pytest.raises(TypeError, match="positional"):
+        pairwise_tests(table, "y", "A", "subject")  # type: ignore[misc]
+
+
 def test_requests_that_are_refused() -> None:
     table = long_table(np.round(np.random.default_rng(1).normal(size=(5, 2, 2)), 2))
     with pytest.raises(BadOption, match=r"names 2 factors; compare .* aggregate='mean'"):
-        pairwise_tests(table, "y", ["A", "B"], "subject")
+        pairwise_tests(table, "y", within=["A", "B"], subject="subject")
     with pytest.raises(BadOption, match="padjust='fdr' is unknown"):
-        pairwise_tests(table, "y", "A", "subject", padjust="fdr")
+        pairwise_tests(table, "y", within="A", subject="subject", padjust="fdr")
     with pytest.raises(BadOption, match="give one factor"):
-        pairwise_tests(table, "y", "A", "subject", between="B")
+        pairwise_tests(table, "y", within="A", subject="subject", between="B")
     with pytest.raises(BadOption, match="give one factor"):
         pairwise_tests(table, "y")
     with pytest.raises(BadOption, match="needs `subject`"):
-        pairwise_tests(table, "y", "A")
+        pairwise_tests(table, "y", within="A")
     with pytest.raises(DuplicatedCells):
-        pairwise_tests(table, "y", "A", "subject")
+        pairwise_tests(table, "y", within="A", subject="subject")
     with pytest.raises(IncompleteCells):
-        pairwise_tests(table[table["B"] == "0"].iloc[1:], "y", "A", "subject")
+        pairwise_tests(table[table["B"] == "0"].iloc[1:], "y", within="A", subject="subject")

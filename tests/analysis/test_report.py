@@ -140,8 +140,14 @@ def test_a_missing_cell_is_on_the_page_with_the_tests_that_it_cost() -> None:
     ratings = door_ratings(people=2, attributes=1)
     lacking = replace(ratings, table=ratings.table.drop(index=[0]).reset_index(drop=True))
     text = words(report_html(analyse_ratings(lacking)))
-    assert "1 missing cells" in text and "P100, attribute Easy-to-pull, car BC3, variant g0" in text
-    assert "Not tested" in text and "the design asks for:" not in text
+    assert "1 missing cell:" in text and "P100, attribute Easy-to-pull, car BC3, variant g0" in text
+    assert "the design asks for:" not in text and "were not made" in text
+    assert (
+        "Not tested car × variant, group 1; variant, all participants; group, between participants; pairs of"
+        " augmentation: P100 lacks 1 of 45 cells (car BC3, variant g0); find the ratings, or leave such participants"
+        " out with --missing listwise"
+    ) in text
+    assert text.count("P100 lacks") == 1
 
 
 def test_an_imported_table_has_a_report_without_doors() -> None:

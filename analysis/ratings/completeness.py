@@ -1,0 +1,92 @@
+"""Whether every cell that a test averages is there: a missing one is refused, or its participant is left out."""
+
+from __future__ import annotations
+
+import sys
+from collections.abc import Iterable, Mapping, Sequence
+from dataclasses import dataclass, field, replace
+
+from analysis.ratings.dataset import DataRefused, Exclusion, Ratings
+from analysis.ratings.design import check_ratings
+from analysis.ratings.design_report import Kind, Place
+from analysis.ratings.wording import count
+
+SHOWN = 5
+ADVICE = "find the ratings, or leave such participants out with --missing listwise"
+_FAULTS: Mapping[Kind, tuple[str, str]] = {
+    "missing": ("lacks {cells}", ADVICE),
+    "duplicate": ("has {cells} filled more often than planned", "leave one of the ratings out"),
+    "undeclared": ("has {cells} that the design does not have", "correct the design or the table"),
+}
+
+
+class CellsRefused(DataRefused):
+    """A test's cells do not hold what the design asks for."""
+
+
+@dataclass(frozen=True)
+class Faults:
+    """The cells that are missing, filled twice or not of the design, by attribute and participant.
+
+    `owed` is how many cells of one attribute each participant owes, 0 where that differs between groups.
+    """
+
+    places: Mapping[tuple[str, str], Mapping[Kind, Sequence[Place]]] = field(default_factory=dict)
+    owed: int = 0
+
+    def demand_none(self, attribute: str, participants: Iterable[str]) -> None:
+        """Raise CellsRefused where a cell of the attribute is at fault for one of the participants."""
+        people = list(participants)
+        for kind, (words, advice) in _FAULTS.items():
+            found = {who: each for who in people if (each := self.places.get((attribute, who), {}).get(kind))}
+            if found:
+                told = [self._told(words, who, each) for who, each in list(found.items())[:SHOWN]]
+                more = f"; and {count(len(found) - SHOWN, 'more participant')}" if len(found) > SHOWN else ""
+                raise CellsRefused(f"{'; '.join(told)}{more}; {advice}")
+
+    def _told(self, words: str, who: str, places: Sequence[Place]) -> str:
+        of = f"{len(places):,} of {count(self.owed, 'cell')}" if self.owed else count(len(places), "cell")
+        first = _cell(places[0])
+        told = f"{who} {words.format(cells=of)}"
+        return told + (f" ({'the first: ' if len(places) > 1 else ''}{first})" if first else "")
+
+
+def cell_faults(ratings: Ratings) -> Faults:
+    """Every cell of the design check that forbids an average, none left unlisted."""
+    report = check_ratings(ratings, limit=sys.maxsize)
+    places: dict[tuple[str, str], dict[Kind, list[Place]]] = {}
+    for problem in report.problems:
+        for place in problem.listed if problem.kind in _FAULTS else ():
+            kinds = places.setdefault((place.cell["attribute"], place.participant), {})
+            kinds.setdefault(problem.kind, []).append(place)
+    owed, uneven = divmod(report.cells_owed, max(1, report.participants * len(ratings.attributes) * ratings.repeats))
+    return Faults(places, 0 if uneven else owed)
+
+
+def without_incomplete(ratings: Ratings) -> Ratings:
+    """The ratings of the participants who filled every owed cell, with a line in `exclusions` for each other one.
+
+    Raises DataRefused where nobody is left.
+    """
+    missing: dict[str, int] = {}
+    for (_, who), kinds in cell_faults(ratings).places.items():
+        missing[who] = missing.get(who, 0) + len(kinds.get("missing", ()))
+    gone = [who for who in ratings.participants if missing.get(who)]
+    if not gone:
+        return ratings
+    if len(gone) == len(ratings.participants):
+        raise DataRefused(
+            f"data set {ratings.name!r}: nobody is left without incomplete participants: each of"
+            f" {count(len(gone), 'participant')} lacks a cell; the design check of a run without --missing names them"
+        )
+    whose = ratings.table["participant"]
+    lines = [
+        Exclusion("participant", who, f"incomplete: {count(missing[who], 'cell')} missing", int((whose == who).sum()))
+        for who in gone
+    ]
+    kept = ratings.table[~whose.isin(gone)].reset_index(drop=True)
+    return replace(ratings, table=kept, exclusions=(*ratings.exclusions, *lines))
+
+
+def _cell(place: Place) -> str:
+    return ", ".join(f"{column} {level}" for column, level in place.cell.items() if column != "attribute")

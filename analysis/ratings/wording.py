@@ -1,0 +1,15 @@
+"""Numbers of things and lists, as a sentence writes them."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+
+
+def count(number: int, one: str, many: str = "") -> str:
+    """A number of things: `1 rating`, `2 ratings`, `12,600 ratings`."""
+    return f"{number:,} {one if number == 1 else many or one + 's'}"
+
+
+def phrase(words: Sequence[str]) -> str:
+    """Words as a list within a sentence."""
+    return " and ".join([", ".join(words[:-1]), words[-1]] if len(words) > 2 else words)

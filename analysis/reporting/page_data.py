@@ -1,0 +1,152 @@
+"""What a report's page says about its data: how many, of whom, what was left out, and whether the design is full."""
+
+from __future__ import annotations
+
+from collections.abc import Iterator
+
+from analysis.ratings.dataset import Exclusion, Ratings
+from analysis.reporting.analysed import Analysed
+from analysis.reporting.page_table import Column, Table, number, table, words
+from analysis.reporting.page_text import count, fixed
+
+MOST_SEEDS = 6
+
+
+def lead(ratings: Ratings) -> str:
+    """The data set in one line."""
+    people, given = count(len(ratings.participants), "participant"), count(len(ratings.table), "rating")
+    if len(ratings.attributes) == 1:
+        return f"{people}, {given}."
+    return f"{people}, {given} on {len(ratings.attributes)} attributes."
+
+
+def facts(ratings: Ratings) -> Iterator[tuple[str, str]]:
+    """Each fact with its name, those that this data set has."""
+    yield "Study" if "session" in ratings.table.columns else "Data set", ratings.name
+    yield "Participants", _by_group(ratings)
+    yield "Ratings", f"{len(ratings.table):,}"
+    factors = ", ".join(f"{name} ({_levels_met(ratings, name)})" for name in ratings.within)
+    yield "Within participants", factors or "no factor"
+    if ratings.scale is not None:
+        low, high = (f"{end:g}".replace("-", "−") for end in (ratings.scale.low, ratings.scale.high))
+        yield "Scale", f"{low} to {high}" + (f", steps of {ratings.scale.step:g}" if ratings.scale.step else "")
+    yield from _origins(ratings)
+    yield "Left out", left_out(ratings.exclusions)
+    yield from _not_left_out(ratings.exclusions)
+    for name, told in (("Source", ratings.source), ("Licence", ratings.licence)):
+        if told:
+            yield name, told
+
+
+def left_out(exclusions: tuple[Exclusion, ...]) -> str:
+    """How much was left out, each kind by itself; what was averaged or never was a rating is not among it."""
+    told = []
+    for what in ("session", "participant"):
+        lines = [each for each in exclusions if each.what == what]
+        if lines:
+            told.append(f"{count(len(lines), what)} ({count(_rows(lines), 'rating')})")
+    single = {what: _rows([each for each in exclusions if each.what == what]) for what in ("practice", "repeated")}
+    told += [count(rows, f"{what} rating") for what, rows in single.items() if rows]
+    return ", ".join(told) or "nothing"
+
+
+def averaged(ratings: Ratings) -> tuple[int, int]:
+    """How many ratings were averaged when the table was read, and into how many values: (0, 0) where none were."""
+    lines = [each for each in ratings.exclusions if each.what == "averaged"]
+    return _rows(lines), sum(each.into for each in lines)
+
+
+def check_words(found: Analysed) -> str:
+    """What the check of the design found, in a sentence that holds for these data."""
+    ratings, merged = found.ratings, averaged(found.ratings)[0] > 0
+    if not found.design.ok:
+        kinds = {problem.kind for problem in found.design.problems}
+        if kinds & {"missing", "duplicate", "undeclared"}:
+            return "The ratings do not fill the design; tests that need the cells named here were not made."
+        return "The ratings have the problems that are named here; the tests were made with these ratings."
+    wrong = ["missing", *(["repeated"] if not merged else []), *(["off the scale"] if ratings.scale else [])]
+    claim = " or ".join([", ".join(wrong[:-1]), wrong[-1]] if len(wrong) > 1 else wrong)
+    who = "Every participant kept" if any(e.what == "participant" for e in ratings.exclusions) else "Every participant"
+    told = f"{who} rated every cell that the design asks for: nothing is {claim}."
+    return f"{told} A cell that held several ratings holds their mean; the ledger below says whose." if merged else told
+
+
+def inclusions(ratings: Ratings) -> Iterator[str]:
+    """What a reader must know of the sessions that were taken in."""
+    if ratings.interrupted:
+        several = len(ratings.interrupted) > 1
+        what = f"{count(len(ratings.interrupted), 'interrupted session')} {'were' if several else 'was'} included"
+        yield f"{what} on request and {'are' if several else 'is'} incomplete: {'; '.join(ratings.interrupted)}."
+
+
+def exclusions(ratings: Ratings) -> Table:
+    """The exclusion ledger."""
+    rows = [(each.what, each.who, each.why, f"{each.rows:,}") for each in ratings.exclusions]
+    return table(("what", words("who"), words("why"), number("how many")), rows)
+
+
+def participants(ratings: Ratings) -> Table:
+    """Each participant with the groups, the number of ratings and, from sessions, how they were given."""
+    has = [name for name in ("session", "revised", "response_time_s") if name in ratings.table.columns]
+    heads = {"session": words("session"), "revised": number("revised"), "response_time_s": number("median response, s")}
+    rows = []
+    people = dict(iter(ratings.table.groupby("participant", sort=False)))
+    for name in ratings.participants:
+        own = people[name]
+        cells = {
+            "session": lambda own=own: ", ".join(dict.fromkeys(own["session"])),
+            "revised": lambda own=own: f"{int(own['revised'].sum()):,}",
+            "response_time_s": lambda own=own: fixed(own["response_time_s"].median(), 1),
+        }
+        groups = [", ".join(dict.fromkeys(own[factor])) for factor in ratings.between]
+        rows.append((name, *groups, f"{len(own):,}", *(cells[column]() for column in has)))
+    return table(("participant", *ratings.between, number("ratings"), *(heads[name] for name in has)), rows)
+
+
+def inputs(ratings: Ratings) -> Table:
+    """Every input with its hash."""
+    rows = [(each.name, each.note, each.sha256) for each in ratings.inputs]
+    return table((words("input"), words("what"), Column("SHA-256", "hash")), rows)
+
+
+def _rows(lines: list[Exclusion]) -> int:
+    return sum(each.rows for each in lines)
+
+
+def _origins(ratings: Ratings) -> Iterator[tuple[str, str]]:
+    """Where the stimuli and the answers come from, as far as the study says."""
+    if ratings.stimulus_sources:
+        sources = ", ".join(f"{number:,} {source}" for source, number in ratings.stimulus_sources.items())
+        yield "Stimuli", f"{sum(ratings.stimulus_sources.values()):,}: {sources}"
+    if ratings.seeds:
+        shown = ", ".join(map(str, ratings.seeds[:MOST_SEEDS]))
+        more = f" and {len(ratings.seeds) - MOST_SEEDS} more" if len(ratings.seeds) > MOST_SEEDS else ""
+        yield "Simulation seed" if len(ratings.seeds) == 1 else "Simulation seeds", shown + more
+    if ratings.interrupted:
+        yield "Interrupted sessions", f"{len(ratings.interrupted):,} included"
+
+
+def _not_left_out(exclusions: tuple[Exclusion, ...]) -> Iterator[tuple[str, str]]:
+    merged = [each for each in exclusions if each.what == "averaged"]
+    if merged:
+        yield "Averaged", f"{_rows(merged):,} into {sum(each.into for each in merged):,}"
+    if rows := _rows([each for each in exclusions if each.what == "rows"]):
+        yield "Rows without a rating", f"{rows:,}"
+
+
+def _levels_met(ratings: Ratings, factor: str) -> str:
+    """How many levels there are, and how many of them a participant met where these are fewer."""
+    total = len(ratings.levels(factor))
+    met = ratings.table.groupby("participant")[factor].nunique()
+    most = int(met.max()) if len(met) else 0
+    return f"{total}" if most == total else f"{total}, of which each met {most}"
+
+
+def _by_group(ratings: Ratings) -> str:
+    total = str(len(ratings.participants))
+    if len(ratings.between) != 1:
+        return total
+    factor = ratings.between[0]
+    groups = ratings.table.groupby(factor)["participant"].nunique()
+    sizes = ", ".join(f"{factor} {group}: {groups.get(group, 0)}" for group in ratings.levels(factor))
+    return f"{total} ({sizes})"
