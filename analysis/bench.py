@@ -11,6 +11,7 @@ from analysis.measuring.statistics_inputs import (
     Input,
     big_inputs,
     edge_inputs,
+    label_inputs,
     nist_inputs,
     reference_inputs,
     wide_input,
@@ -33,6 +34,8 @@ def cases(quick: bool) -> Iterator[Case]:
     # AnovaRM makes a matrix of all values by all values: 16 GB at 500 x 90.
     large = [method for method in ORDINARY if not method.name.startswith("statsmodels")]
     yield from _cases("ANOVA, large tables", big_inputs(quick), large, f"{WORST}; against extended precision")
+    title = "ANOVA, types of labels"
+    yield from _cases(title, label_inputs(quick), large, f"{WORST}; against extended precision")
 
 
 def _cases(title: str, inputs: Iterable[Input], methods: Iterable[Method], error_kind: str) -> Iterator[Case]:

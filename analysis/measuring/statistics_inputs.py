@@ -144,6 +144,21 @@ def big_inputs(quick: bool) -> Iterator[Input]:
         yield Input(f"{n} x 90", table, ("A",), cache(partial(extended_answer, cells)))
 
 
+LABEL_TYPES = {"integers": "int64", "text": "str", "categories": "category", "objects": "object"}
+
+
+def label_inputs(quick: bool) -> Iterator[Input]:
+    """5000 (500, if quick) participants by 90 conditions, rows in random order, labels of each type."""
+    n = 500 if quick else 5000
+    cells = random_cells(n, 90, seed=n + 1, effect=3 / n**0.5)
+    answer = cache(partial(extended_answer, cells))
+    table = long_table(cells).sample(frac=1, random_state=n, ignore_index=True)
+    numbered = {name: table[name].str[1:].astype("int64") for name in ("subject", "A")}
+    for name, kind in LABEL_TYPES.items():
+        labelled = table.assign(**numbered) if kind == "int64" else table.astype({"subject": kind, "A": kind})
+        yield Input(f"{n} x 90, {name}", labelled, ("A",), answer)
+
+
 def random_cells(n: int, k: int, seed: int, effect: float) -> Floats:
     """Ratings around 50 with a participant's level, a condition's effect and noise; the same for every run."""
     rng = np.random.default_rng(seed)

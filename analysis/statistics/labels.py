@@ -12,6 +12,7 @@ from typing import Any, NamedTuple, TypeAlias
 import numpy as np
 import pandas as pd
 from numpy.typing import NDArray
+from pandas.api.types import infer_dtype, is_scalar
 
 from analysis.statistics.refusals import BadValue, listed
 
@@ -38,7 +39,7 @@ def coded(column: pd.Series[Any], name: Hashable) -> Coded:
     Raises BadValue where a row has no label (None, NA, NaT, a NaN of any type), where labels cannot be compared, and
     where different labels read the same: 1 and "1", True and 1.
     """
-    if len(column) > FEW and (column.dtype != object or set(map(type, column.to_numpy())) in PLAIN):
+    if len(column) > FEW and (column.dtype != object or infer_dtype(column, skipna=False) in ("string", "integer")):
         return _coded_by_pandas(column, name)
     values = column.tolist()
     labels = ordered(_distinct(values, name))
@@ -106,7 +107,7 @@ def _missing(value: Any) -> bool:
     if value is None or value is pd.NA:
         return True
     try:
-        return bool(operator.ne(value, value)) or (pd.api.types.is_scalar(value) and bool(pd.isna(value)))
+        return bool(operator.ne(value, value)) or (is_scalar(value) and bool(pd.isna(value)))
     except (
         TypeError,
         ValueError,

@@ -83,14 +83,14 @@ def test_additive_decimals_are_noise_not_an_f() -> None:
     assert row["np2"] == 1.0
 
 
-def few_ulps() -> Floats:
-    """Conditions 0.05 apart around 0.7, and a residual of about 20 units in the last place (2**-53) of the values."""
-    ulps = np.random.default_rng(20).integers(-30, 31, (12, 4))
+def few_ulps(most: int) -> Floats:
+    """Conditions 1/16 apart around 0.7, residuals of up to `most` units in the last place (2**-53) of the values."""
+    ulps = np.random.default_rng(20).integers(-most, most + 1, (12, 4))
     return 0.6 + np.arange(4) * 2.0**-4 + ulps * 2.0**-53
 
 
 def test_a_residual_of_20_units_in_the_last_place_is_no_rounding() -> None:
-    cells = few_ulps()
+    cells = few_ulps(30)
     row = rm_anova(long_table(cells), "y", "A", "subject").iloc[0]
     f, eps = exact_row(cells)
     assert 10 * 2.0**-53 < math.sqrt(row["SS_error"] / cells.size) < 25 * 2.0**-53
@@ -99,8 +99,21 @@ def test_a_residual_of_20_units_in_the_last_place_is_no_rounding() -> None:
     assert relative_error(row["eps"], eps) < 1e-13
 
 
+def test_a_residual_of_2_units_in_the_last_place_is_rounding() -> None:
+    cells = few_ulps(3)
+    row = rm_anova(long_table(cells), "y", "A", "subject").iloc[0]
+    assert 1.5 * 2.0**-53 < math.sqrt(row["SS_error"] / cells.size) < 2.5 * 2.0**-53
+    assert "rounding level" in row["note"]
+    assert "rounding level" in anova(long_table(cells), "y", "A").iloc[0]["note"]
+    found = [
+        *pairwise_tests(long_table(cells), "y", within="A", subject="subject")["note"],
+        *pairwise_tests(long_table(cells), "y", between="A")["note"],
+    ]
+    assert all("rounding level" in note for note in found)
+
+
 def test_t_tests_and_groups_take_20_units_in_the_last_place_for_variation() -> None:
-    cells = few_ulps()
+    cells = few_ulps(30)
     table = long_table(cells)
     exact = exact_one_way([column.tolist() for column in cells.T])
     assert exact.f is not None

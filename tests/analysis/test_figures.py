@@ -139,3 +139,8 @@ def test_spread_labels_never_overlap_and_keep_their_order(heights: list[float], 
 
 def test_labels_with_room_stay_where_they_are() -> None:
     assert spread([3.0, -4.0, 0.0], 1.0) == [3.0, -4.0, 0.0]
+
+
+def test_the_key_says_over_how_many_participants() -> None:
+    notes = [text.get_text() for axes in drawn(door_ratings(people=2)).axes for text in axes.texts]
+    assert "Bars: means. Whiskers: ± 1 SD\nacross 4 participants." in notes
