@@ -13,7 +13,7 @@ from protocols.worlds import Recorded
 from studies.environment import environment, wall_time
 from studies.interrupts import Guard, Interrupted, guarded
 from studies.ledger import Ledger, create, take_up
-from studies.record import LedgerError, Record
+from studies.record import LedgerError, Record, read
 from studies.replay import recompiled
 from studies.rig import Rig, RigPlan
 
@@ -31,6 +31,14 @@ class Sat:
 def ledger_path(lab: Path, study: str, participant: str, number: int = 1) -> Path:
     """Where a session's ledger lies: LAB/sessions/STUDY_PARTICIPANT_sN.sqlite."""
     return lab / "sessions" / f"{study}_{participant}_s{number}.sqlite"
+
+
+def fresh_path(lab: Path, plan: Plan, number: int) -> Path:
+    """Where a new session of the plan will lie. Raises LedgerError if there is one already."""
+    path = ledger_path(lab, plan.study.study, plan.who.participant, number)
+    if path.exists():
+        raise LedgerError(f"{path} exists: go on with it (palpate resume), or give --session {number + 1}")
+    return path
 
 
 def header_of(plan: Plan, rig: dict[str, Any], number: int = 1) -> dict[str, Any]:
@@ -55,9 +63,7 @@ def start(lab: Path, plan: Plan, rig: RigPlan, number: int = 1) -> Sat:
 
     Raises LedgerError if the participant has a session of this number already, RigError if the rig cannot be had.
     """
-    path = ledger_path(lab, plan.study.study, plan.who.participant, number)
-    if path.exists():
-        raise LedgerError(f"{path} exists: go on with it (palpate resume), or give --session {number + 1}")
+    path = fresh_path(lab, plan, number)
     rig.check(plan)
     with guarded() as guard:
         create(path, header_of(plan, rig.description, number), {"at": wall_time()})
@@ -68,8 +74,9 @@ def resume(path: Path, rig: RigPlan) -> Sat:
     """Replay what is recorded, then go on live at the exact act where the record ends.
 
     Raises LedgerError if the ledger is refused, held by another process or complete; Divergence if
-    this version of Palpate does not do what was recorded.
+    this version of Palpate does not do what was recorded. A complete or refused ledger is not touched.
     """
+    _to_go_on_with(read(path))
     with guarded() as guard:
         return _sit(take_up(path, _sitting(), guard.shield), rig, guard)
 

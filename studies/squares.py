@@ -9,7 +9,7 @@ from protocols.plan import ParticipantRow, Plan
 from studies.allocation import AllocationError
 from studies.collect import ledgers_in
 from studies.record import LedgerError, read_header
-from studies.session import ledger_path
+from studies.session import fresh_path
 
 
 def demand_free(lab: Path, plans: Sequence[Plan], number: int, shared: bool) -> None:
@@ -18,9 +18,7 @@ def demand_free(lab: Path, plans: Sequence[Plan], number: int, shared: bool) -> 
     `shared` is set where the experimenter gave the row: a replacement inherits it. Raises LedgerError, AllocationError.
     """
     for plan in plans:
-        path = ledger_path(lab, plan.study.study, plan.who.participant, number)
-        if path.exists():
-            raise LedgerError(f"{path} exists: go on with it (palpate resume), or give --session {number + 1}")
+        fresh_path(lab, plan, number)
     taken = {} if shared else rows_taken(lab, plans[0].study.study)
     for plan in plans:
         holders = taken.setdefault((plan.who.group, plan.who.row), {plan.who.participant})

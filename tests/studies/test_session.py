@@ -106,9 +106,10 @@ def test_a_failing_device_ends_the_session_safe_and_is_reported(lab, monkeypatch
 
 def test_a_finished_session_is_not_gone_on_with(lab):
     path = lab.start()
+    before = path.read_bytes()
     with pytest.raises(LedgerError, match="the session is complete"):
         resume(path, lab.rig)
-    read(path)
+    assert path.read_bytes() == before
 
 
 def test_a_participant_has_one_session_of_a_number(lab):
