@@ -10,6 +10,8 @@ from typing import TYPE_CHECKING, Any
 
 import click
 
+from studies.options import JSON, LAB, echo_json
+
 if TYPE_CHECKING:
     from rich.console import Console
 
@@ -18,11 +20,6 @@ if TYPE_CHECKING:
     from analysis.reporting.sources import Missing, Wanted
 
 Progress = Callable[[int, int, str], None]
-LAB = click.option(
-    "--lab", type=click.Path(file_okay=False, path_type=Path), default=Path(), show_default="the current folder",
-    help="The lab's folder.",
-)  # fmt: skip
-JSON = click.option("--json", "as_json", is_flag=True, help="Print the answer as JSON.")
 
 
 def source_options(command: Callable[..., None]) -> Callable[..., None]:
@@ -80,7 +77,7 @@ def analyse(wanted: Wanted, reference: str, figures: bool, as_json: bool) -> Non
             files += save_figures(found, folder)
     compared = _compared(found, reference)
     if as_json:
-        _echo_json(_summary(found, files) | {"reference": [_compared_row(each) for each in compared]})
+        echo_json(_summary(found, files) | {"reference": [_compared_row(each) for each in compared]})
     else:
         _show(found, files, compared)
     if not all(each.agrees for each in compared):
@@ -105,7 +102,7 @@ def report(wanted: Wanted, to: Path | None, as_json: bool) -> None:
         progress(0, 1, "drawing the figures")
         path = write_report(found, to or _folder(wanted) / "report.html")
     if as_json:
-        _echo_json(_summary(found, [path]))
+        echo_json(_summary(found, [path]))
     else:
         _show(found, [path], [])
 
@@ -134,7 +131,7 @@ def import_(map: Path, data: Path | None, lab: Path, replace: bool, as_json: boo
     folder = lab / IMPORTED / ratings.name
     save_ratings(ratings, folder, replace=replace)
     if as_json:
-        _echo_json({
+        echo_json({
             "name": ratings.name, "folder": str(folder), "participants": len(ratings.participants),
             "ratings": len(ratings.table), "attributes": list(ratings.attributes), "within": list(ratings.within),
             "between": list(ratings.between), "left_out": [vars(each) for each in ratings.exclusions],
@@ -251,9 +248,3 @@ def _summary(found: Analysed, files: list[Path]) -> dict[str, Any]:
 
 def _compared_row(each: Compared) -> dict[str, Any]:
     return {**vars(each), "agrees": each.agrees}
-
-
-def _echo_json(value: Any) -> None:
-    from protocols.canonical import canonical
-
-    click.echo(canonical(value).decode())

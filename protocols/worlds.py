@@ -59,7 +59,8 @@ class Simulated:
             case Ask():
                 return Done(*self.person.answer(request))
             case Rest():
-                return Done(Reply({"seconds": self.person.rest_s(request)}), self.person.rest_s(request))
+                seconds = self.person.rest_s(request)
+                return Done(Reply({"seconds": seconds}), seconds)
             case _:
                 return Done(Reply({}), self.person.reading_s)
 

@@ -7,23 +7,12 @@ from typing import TYPE_CHECKING, Any
 
 import click
 
+from studies.options import JSON, LAB, echo_json
+
 if TYPE_CHECKING:
     from protocols.plan import Plan
     from protocols.study import Study
     from studies.catalogue import Found
-
-LAB = click.option(
-    "--lab", type=click.Path(file_okay=False, path_type=Path), default=Path(), show_default="the current folder",
-    help="The lab's folder.",
-)  # fmt: skip
-JSON = click.option("--json", "as_json", is_flag=True, help="Print the answer as JSON.")
-
-
-def echo_json(value: Any) -> None:
-    """Print JSON for a script: one line, keys sorted."""
-    from protocols.canonical import canonical
-
-    click.echo(canonical(value).decode())
 
 
 @click.command()

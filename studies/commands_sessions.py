@@ -11,7 +11,7 @@ from typing import TYPE_CHECKING, Any, TypeVar
 
 import click
 
-from studies.commands import JSON, LAB, echo_json
+from studies.options import JSON, LAB, echo_json
 
 if TYPE_CHECKING:
     from sqlalchemy import Engine

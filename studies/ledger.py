@@ -102,10 +102,12 @@ class Ledger:
     written: int = field(init=False)
     last_kind: str = field(init=False)
     last_sitting: str = field(init=False)
+    sat: int = field(init=False)
 
     def __post_init__(self) -> None:
         self.head, self.written = self.record.head, len(self.record.events)
         self.last_kind, self.last_sitting = self.record.events[-1].kind, self.record.sittings[-1].hash
+        self.sat = len(self.record.sittings)
 
     @property
     def complete(self) -> bool:
@@ -122,17 +124,17 @@ class Ledger:
                 _insert_event(self.connection, event, link)
             self.head, self.written, self.last_kind = link, self.written + 1, event.kind
 
-    def sit(self, n: int, kind: str, body: Mapping[str, Any]) -> None:
+    def sit(self, kind: str, body: Mapping[str, Any]) -> None:
         """Put on record that a process took the ledger up or laid it down."""
         with kept(self.record.path, f"the note that it was {kind}"), self.connection.begin():
-            self.last_sitting = _insert_sitting(
-                self.connection, n, self.last_sitting, kind, (self.written, self.head), body
-            )
+            at = (self.written, self.head)
+            self.last_sitting = _insert_sitting(self.connection, self.sat, self.last_sitting, kind, at, body)
+        self.sat += 1
 
     def close(self, body: Mapping[str, Any]) -> None:
         """Lay the ledger down: a plain single file stays, and its lock is given back."""
         try:
-            self.sit(len(self.record.sittings) + 1, "closed", body)
+            self.sit("closed", body)
         finally:
             self.connection.close()
             with suppress(SQLAlchemyError):
@@ -141,8 +143,13 @@ class Ledger:
             self.lock.release()
 
 
-def take_up(path: Path, sitting: Mapping[str, Any], shield: Shield = nullcontext) -> Ledger:
-    """Open a ledger to go on with it; everything in it is verified first.
+def take_up(
+    path: Path,
+    sitting: Mapping[str, Any],
+    shield: Shield = nullcontext,
+    demand: Callable[[Record], object] = lambda _record: None,
+) -> Ledger:
+    """Open a ledger to go on with it; everything in it is verified first, and `demand` may refuse it untouched.
 
     Raises LedgerError if the file is refused (see `studies.record.read`) or another process has it.
     """
@@ -151,9 +158,10 @@ def take_up(path: Path, sitting: Mapping[str, Any], shield: Shield = nullcontext
     lock = _locked(path)
     try:
         record = read(path)
+        demand(record)
         engine = engine_to_write(str(path))
         ledger = Ledger(record, engine, engine.connect(), lock, shield)
-        ledger.sit(len(record.sittings), "opened", sitting)
+        ledger.sit("opened", sitting)
     except OperationalError as error:
         lock.release()
         raise LedgerError(f"{path}: cannot be written ({error.orig})") from None

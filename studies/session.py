@@ -13,7 +13,7 @@ from protocols.worlds import Recorded
 from studies.environment import environment, wall_time
 from studies.interrupts import Guard, Interrupted, guarded
 from studies.ledger import Ledger, create, take_up
-from studies.record import LedgerError, Record, read
+from studies.record import LedgerError, Record
 from studies.replay import recompiled
 from studies.rig import Rig, RigPlan
 
@@ -76,9 +76,8 @@ def resume(path: Path, rig: RigPlan) -> Sat:
     Raises LedgerError if the ledger is refused, held by another process or complete; Divergence if
     this version of Palpate does not do what was recorded. A complete or refused ledger is not touched.
     """
-    _to_go_on_with(read(path))
     with guarded() as guard:
-        return _sit(take_up(path, _sitting(), guard.shield), rig, guard)
+        return _sit(take_up(path, _sitting(), guard.shield, _to_go_on_with), rig, guard)
 
 
 def _sit(ledger: Ledger, planned: RigPlan, guard: Guard) -> Sat:
@@ -87,7 +86,7 @@ def _sit(ledger: Ledger, planned: RigPlan, guard: Guard) -> Sat:
     reason = "complete"
     try:
         try:
-            plan = _to_go_on_with(ledger.record)
+            plan = recompiled(ledger.record)
             rig = planned.open(plan, ledger.record.events[-1].t_ns)
             guard.listen()
             _go_on(plan, rig, ledger)
@@ -104,10 +103,11 @@ def _sit(ledger: Ledger, planned: RigPlan, guard: Guard) -> Sat:
     return Sat(ledger.record.path, ledger.complete, ledger.written, "complete" if ledger.complete else reason)
 
 
-def _to_go_on_with(record: Record) -> Plan:
+def _to_go_on_with(record: Record) -> None:
+    """Refuse a session that is over, or whose plan is not what it was."""
     if record.complete:
         raise LedgerError(f"{record.path}: the session is complete; there is nothing to go on with")
-    return recompiled(record)
+    recompiled(record)
 
 
 def _go_on(plan: Plan, rig: Rig, ledger: Ledger) -> None:

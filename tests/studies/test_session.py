@@ -171,10 +171,10 @@ def test_the_error_that_ended_a_session_is_the_one_reported(lab, monkeypatch):
 
     sit = Ledger.sit
 
-    def full(self, n, kind, body):
+    def full(self, kind, body):
         if kind == "closed":
             raise LedgerError("the note could not be kept")
-        sit(self, n, kind, body)
+        sit(self, kind, body)
 
     monkeypatch.setattr(Ledger, "sit", full)
     with pytest.raises(RuntimeError, match="the motor stalled"):
