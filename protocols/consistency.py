@@ -3,24 +3,18 @@
 from __future__ import annotations
 
 from collections.abc import Iterable, Iterator, Sequence
-from dataclasses import dataclass
 
 from protocols.did_you_mean import nearest
+from protocols.problems import Problem
 from protocols.study import Study
+from protocols.task_parts import parts_of_task
 from protocols.yaml_text import Path
-
-
-@dataclass(frozen=True)
-class Problem:
-    """What is wrong at a path of the study file."""
-
-    path: Path
-    message: str
 
 
 def inconsistencies(study: Study) -> Iterator[Problem]:
     """Every misfit between the parts of a study that is well-formed by itself."""
     yield from _repeated((s.id for s in study.stimuli), ("stimuli",), "the stimulus id")
+    yield from parts_of_task(study)
     yield from _adjectives(study)
     yield from _groups(study)
     if study.order.blocks is not None:
@@ -34,13 +28,23 @@ def inconsistencies(study: Study) -> Iterator[Problem]:
 
 
 def _adjectives(study: Study) -> Iterator[Problem]:
-    seen: dict[str, Path] = {}
-    for index, attribute in enumerate(study.attributes):
-        for pole, word in enumerate((attribute.low, attribute.high)):
-            key = " ".join(word.casefold().split())
-            if key in seen:
-                yield Problem(("attributes", index, pole), f"the adjective {word!r} stands twice")
-            seen[key] = ("attributes", index, pole)
+    poles = [
+        (("attributes", i, pole), word)
+        for i, a in enumerate(study.attributes)
+        for pole, word in enumerate((a.low, a.high))
+    ]
+    listed = study.adjectives.words if study.adjectives is not None else ()
+    yield from _same_words(poles)
+    yield from _same_words([(("adjectives", "words", index), each.word) for index, each in enumerate(listed)])
+
+
+def _same_words(words: Iterable[tuple[Path, str]]) -> Iterator[Problem]:
+    seen: set[str] = set()
+    for path, word in words:
+        key = " ".join(word.casefold().split())
+        if key in seen:
+            yield Problem(path, f"the adjective {word!r} stands twice")
+        seen.add(key)
 
 
 def _groups(study: Study) -> Iterator[Problem]:
@@ -78,13 +82,22 @@ def _analysis(study: Study) -> Iterator[Problem]:
 def _simulation(study: Study) -> Iterator[Problem]:
     if study.simulation is None:
         return
-    names = [attribute.name for attribute in study.attributes]
+    names = list(_perceived(study))
     for attribute, weights in study.simulation.latents.items():
         path = ("simulation", "latents", attribute)
-        yield from _known(attribute, names, path, "an attribute (its low adjective)")
+        yield from _known(attribute, names, path, "an attribute (its low adjective), a word or an item of the study")
         for column in weights:
             if column != "intercept":
                 yield from _numeric_column(study, column, (*path, column))
+
+
+def _perceived(study: Study) -> Iterator[str]:
+    """What simulated participants may have latents for."""
+    yield from (attribute.name for attribute in study.attributes)
+    if study.adjectives is not None:
+        yield from (each.word for each in study.adjectives.words)
+    if study.questionnaire is not None:
+        yield from (item.name for item in study.questionnaire.items)
 
 
 def _numeric_column(study: Study, column: str, path: Path) -> Iterator[Problem]:

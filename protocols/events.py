@@ -6,7 +6,7 @@ from dataclasses import dataclass
 from typing import Any, Protocol
 
 from protocols.canonical import parse
-from protocols.requests import Reply, Request, Samples
+from protocols.requests import Aside, Reply, Request, Samples
 
 NS = 1_000_000_000
 """Nanoseconds in a second."""
@@ -48,5 +48,9 @@ class World(Protocol):
     def now(self) -> int:
         """Nanoseconds since the session began; never runs backwards."""
 
-    def perform(self, request: Request) -> Reply:
-        """Do what is asked and return when it is done."""
+    def perform(self, request: Request) -> Reply | Aside:
+        """Do what is asked and return when it is done.
+
+        An Aside comes back when the experimenter did something meanwhile: it is put on record, and the same request
+        is performed on.
+        """

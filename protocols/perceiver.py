@@ -7,6 +7,7 @@ from collections.abc import Mapping
 from dataclasses import dataclass
 from functools import cached_property
 
+from protocols.forms import Sliders
 from protocols.keyed import Key, normal, uniform
 from protocols.plan import Plan
 from protocols.requests import Ask, Reply, Rest
@@ -37,60 +38,66 @@ class Perceiver:
         columns = sorted({c for weights in self.simulation.latents.values() for c in weights} - {"intercept"})
         return {column: z_scores(self.plan.study.stimuli, column) for column in columns}
 
-    def latent(self, attribute: Attribute, stimulus: Stimulus) -> float:
-        """What everybody would feel, in scale units around the middle of the scale."""
-        weights = self.simulation.latents.get(attribute.name, {})
+    def latent(self, item: str, stimulus: Stimulus) -> float:
+        """What everybody would feel: scale units around the middle of the scale, or logits of ticking a word."""
+        weights = self.simulation.latents.get(item, {})
         parts = [w * (1.0 if c == "intercept" else self.z_scores[c][stimulus.id]) for c, w in weights.items()]
         return math.fsum(parts)
 
     def gain(self, attribute: Attribute) -> float:
         """The participant's own gain, at least 0.1."""
-        return max(GAIN_FLOOR, 1.0 + self.simulation.gain_sd * normal(*self._trait("gain", attribute)))
+        return max(GAIN_FLOOR, 1.0 + self.simulation.gain_sd * normal(*self.trait("gain", attribute.name)))
 
     def bias(self, attribute: Attribute) -> float:
         """The participant's own bias in scale units."""
-        return self.simulation.bias_sd * normal(*self._trait("bias", attribute))
+        return self.simulation.bias_sd * normal(*self.trait("bias", attribute.name))
 
-    def answer(self, ask: Ask) -> tuple[Reply, float]:
+    def rate(self, ask: Ask, form: Sliders) -> tuple[Reply, float]:
         """The reply to a rating form and the seconds it took."""
-        if ask.trial.may_go_back and ask.trial.attempt == 1 and self._has_second_thoughts(ask):
+        if ask.trial is None:
+            raise ValueError("a rating form needs a trial")
+        if ask.may_go_back and ask.trial.attempt == 1 and self.has_second_thoughts(ask):
             return Reply({"go": "back", "seconds": 1.0}), 1.0
         answers, at_s, clock = {}, {}, 0.0
-        for attribute in ask.trial.attributes:
-            clock = round(clock + self._seconds(ask, attribute), 3)
-            answers[attribute.name] = self._rating(ask, attribute)
+        for attribute in form.attributes:
+            clock = round(clock + self.seconds(ask, attribute.name), 3)
+            answers[attribute.name] = self._rating(ask, form, attribute, ask.trial.stimulus)
             at_s[attribute.name] = clock
         return Reply({"answers": answers, "at_s": at_s, "seconds": clock}), clock
 
     def lapses(self, ask: Ask, attribute: Attribute) -> bool:
         """Whether this answer is a lapse."""
-        return uniform(*self._moment("lapse", ask, attribute.name)) < self.simulation.lapse_rate
+        return uniform(*self.moment("lapse", ask, attribute.name)) < self.simulation.lapse_rate
 
     def rest_s(self, rest: Rest) -> float:
         """How long the participant rests."""
         return round(60.0 + 60.0 * uniform("rest", self.plan.seed, self.plan.who.participant, rest.done), 3)
 
-    def _rating(self, ask: Ask, attribute: Attribute) -> float:
-        scale = ask.trial.scale
-        if self.lapses(ask, attribute):
-            anywhere = uniform(*self._moment("anywhere", ask, attribute.name))
-            return scale.nearest(scale.low + anywhere * (scale.high - scale.low))
-        felt = self.gain(attribute) * self.latent(attribute, ask.trial.stimulus) + self.bias(attribute)
-        noise = self.simulation.noise_sd * normal(*self._moment("noise", ask, attribute.name))
-        return scale.nearest((scale.low + scale.high) / 2 + felt + noise)
+    def has_second_thoughts(self, ask: Ask) -> bool:
+        """Whether the participant, meeting a trial first, goes back to the one before."""
+        return uniform(*self.moment("revise", ask, "")) < self.simulation.revise_rate
 
-    def _has_second_thoughts(self, ask: Ask) -> bool:
-        return uniform(*self._moment("revise", ask, "")) < self.simulation.revise_rate
+    def seconds(self, ask: Ask, item: str) -> float:
+        """How long the answer to one item takes."""
+        return self.simulation.answer_s * math.exp(0.4 * normal(*self.moment("time", ask, item)))
 
-    def _seconds(self, ask: Ask, attribute: Attribute) -> float:
-        return self.simulation.answer_s * math.exp(0.4 * normal(*self._moment("time", ask, attribute.name)))
+    def trait(self, what: str, item: str) -> tuple[Key, ...]:
+        """The key of what is the participant's own throughout the session."""
+        return (what, self.plan.study.study, self.plan.seed, self.plan.who.participant, item)
 
-    def _trait(self, what: str, attribute: Attribute) -> tuple[Key, ...]:
-        return (what, self.plan.study.study, self.plan.seed, self.plan.who.participant, attribute.name)
-
-    def _moment(self, what: str, ask: Ask, item: str) -> tuple[Key, ...]:
-        at = (ask.trial.number, ask.trial.attempt)
+    def moment(self, what: str, ask: Ask, item: str) -> tuple[Key, ...]:
+        """The key of what is drawn for one item of one form."""
+        at = (ask.form.name, 0) if ask.trial is None else (ask.trial.number, ask.trial.attempt)
         return (what, self.plan.study.study, self.plan.seed, self.plan.who.participant, *at, item)
+
+    def _rating(self, ask: Ask, form: Sliders, attribute: Attribute, stimulus: Stimulus) -> float:
+        scale = form.scale
+        if self.lapses(ask, attribute):
+            anywhere = uniform(*self.moment("anywhere", ask, attribute.name))
+            return scale.nearest(scale.low + anywhere * (scale.high - scale.low))
+        felt = self.gain(attribute) * self.latent(attribute.name, stimulus) + self.bias(attribute)
+        noise = self.simulation.noise_sd * normal(*self.moment("noise", ask, attribute.name))
+        return scale.nearest((scale.low + scale.high) / 2 + felt + noise)
 
 
 def z_scores(stimuli: tuple[Stimulus, ...], column: str) -> dict[str, float]:

@@ -9,9 +9,10 @@ from math import lcm
 from typing import Any
 
 from protocols.canonical import digest
+from protocols.forms import Consent, Demographics, Form, LabForms, Lexicon, Likert, Sliders, Words
 from protocols.keyed import shuffled
 from protocols.orders import Design, latin_row, rows_of, williams_row
-from protocols.study import Attribute, Scale, Stimulus, Study
+from protocols.study import RATED, Stimulus, Study
 
 LARGEST_ROW, LARGEST_SEED = 2**31, 2**63
 """What the databases that sessions are collected into can hold."""
@@ -27,19 +28,27 @@ class ParticipantRow:
 
 
 @dataclass(frozen=True)
+class Recording:
+    """What is recorded of a stimulus: the device and for how long."""
+
+    device: str
+    seconds: float
+
+
+@dataclass(frozen=True)
 class Trial:
-    """One stimulus and what is asked about it; `attempt` and `previous` are set when it is met again."""
+    """One stimulus and what is asked about it, or recorded; `attempt`, `previous` are set when it is met again."""
 
     number: int
     block: str
     practice: bool
     stimulus: Stimulus
-    attributes: tuple[Attribute, ...]
-    scale: Scale
+    form: Form | None
     may_go_back: bool
     rest_before: bool
+    recording: Recording | None = None
     attempt: int = 1
-    previous: Mapping[str, float] | None = None
+    previous: Mapping[str, Any] | None = None
 
 
 @dataclass(frozen=True)
@@ -50,10 +59,11 @@ class Plan:
     who: ParticipantRow
     seed: int
     trials: tuple[Trial, ...]
+    lab_forms: LabForms | None = None
 
     @cached_property
     def digest(self) -> str:
-        """SHA-256 over the definition of the study, the participant's row, the seed and the order."""
+        """SHA-256 over the study's definition, the participant's row, the seed, the order, and the lab's forms."""
         return digest(
             {
                 "plan": 1,
@@ -62,26 +72,53 @@ class Plan:
                 "seed": self.seed,
                 "order": [[t.number, t.block, t.practice, t.stimulus.id, t.rest_before] for t in self.trials],
             }
+            | ({} if self.lab_forms is None else {"lab_forms": self.lab_forms.definition()})
         )
+
+    @property
+    def opening(self) -> tuple[Form, ...]:
+        """The forms before the first trial. Raises PlanError if the study has some and the lab's were not given."""
+        if not self.study.opening:
+            return ()
+        if self.lab_forms is None:
+            raise PlanError(
+                f"{self.study.study} opens with {', '.join(self.study.opening)}: the lab's forms are missing"
+            )
+        forms: dict[str, Form] = {
+            "consent": Consent(self.lab_forms.consent),
+            "demographics": Demographics(self.lab_forms.questions),
+        }
+        return tuple(forms[name] for name in self.study.opening)
+
+    @property
+    def closing(self) -> tuple[Form, ...]:
+        """The forms after the last trial."""
+        asked = self.study.questionnaire
+        forms: dict[str, Form] = {"suggestions": Lexicon(0, "suggestions")}
+        if asked is not None:
+            forms["questionnaire"] = Likert(asked)
+        return tuple(forms[name] for name in self.study.closing)
 
 
 class PlanError(ValueError):
     """The participant's row does not fit the study."""
 
 
-def compile_plan(study: Study, who: ParticipantRow, seed: int = 0) -> Plan:
+def compile_plan(study: Study, who: ParticipantRow, seed: int = 0, lab_forms: LabForms | None = None) -> Plan:
     """Order the study's stimuli for one participant: practice first, then the counterbalanced trials.
 
+    `lab_forms` are needed to run a study that opens with them; they do not touch the order.
     Raises PlanError on an unknown group, a group where the study has none, or a row or seed out of range.
     """
     _check(study, who, seed)
+    form = _form(study, who, seed)
     practice = [("practice", stimulus) for stimulus in _practice(study)]
     main = list(main_order(study, who, seed))
     trials = [
-        _trial(study, number, block, stimulus, number - 1 - len(practice))
+        _trial(study, form, number, block, stimulus, number - 1 - len(practice))
         for number, (block, stimulus) in enumerate([*practice, *main], start=1)
     ]
-    return Plan(study, who, seed, tuple(trials))
+    return Plan(study, who, seed, tuple(trials), lab_forms if study.opening else None)
 
 
 def main_order(study: Study, who: ParticipantRow, seed: int = 0) -> Iterator[tuple[str, Stimulus]]:
@@ -148,7 +185,31 @@ def _practice(study: Study) -> list[Stimulus]:
     return [by_id[each] for each in study.practice.stimuli]
 
 
-def _trial(study: Study, number: int, block: str, stimulus: Stimulus, counted: int) -> Trial:
+def _form(study: Study, who: ParticipantRow, seed: int) -> Form | None:
+    """What is asked in every trial; the order of a word list may be the participant's own."""
+    if study.task in RATED and study.scale is not None:
+        sides = study.sides if study.task == "similarity" else ()
+        return Sliders(study.attributes, study.scale, sides, tries=study.task == "authoring")
+    if study.task == "adjective_selection" and study.adjectives is not None:
+        words = [each.word for each in study.adjectives.words]
+        if study.adjectives.order == "random":
+            words = list(shuffled(words, "words", study.study, seed, who.participant))
+        return Words(tuple(words), study.adjectives.further)
+    if study.task == "free_lexicon":
+        return Lexicon(study.lexicon.at_least if study.lexicon is not None else 1)
+    return None
+
+
+def _recording(study: Study, stimulus: Stimulus) -> Recording | None:
+    if study.capture is None:
+        return None
+    seconds = study.capture.seconds
+    return Recording(
+        study.capture.device, float(stimulus.columns[seconds]) if isinstance(seconds, str) else float(seconds)
+    )
+
+
+def _trial(study: Study, form: Form | None, number: int, block: str, stimulus: Stimulus, counted: int) -> Trial:
     """`counted` is the 0-based place among the counted trials, negative in practice."""
     first_of_phase = number == 1 or counted == 0
     return Trial(
@@ -156,10 +217,10 @@ def _trial(study: Study, number: int, block: str, stimulus: Stimulus, counted: i
         block=block,
         practice=counted < 0,
         stimulus=stimulus,
-        attributes=study.attributes,
-        scale=study.scale,
+        form=form,
         may_go_back=study.navigation == "back_and_forward" and not first_of_phase,
         rest_before=study.rest is not None and counted > 0 and counted % study.rest.every == 0,
+        recording=_recording(study, stimulus),
     )
 
 

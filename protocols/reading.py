@@ -7,8 +7,9 @@ from typing import Any, get_args
 
 from pydantic import BaseModel, ValidationError
 
-from protocols.consistency import Problem, inconsistencies
+from protocols.consistency import inconsistencies
 from protocols.did_you_mean import nearest
+from protocols.problems import Problem
 from protocols.study import Study
 from protocols.yaml_text import Document, Path
 

@@ -6,6 +6,7 @@ from collections.abc import Mapping
 from dataclasses import dataclass
 from typing import Any
 
+from protocols.forms import Form, Sliders
 from protocols.plan import Trial
 
 
@@ -15,44 +16,59 @@ class ReplyError(ValueError):
 
 @dataclass(frozen=True)
 class Present:
-    """Let the participant feel the trial's stimulus."""
+    """Let the participant feel the trial's stimulus, or what is generated for `wish` ({attribute: value})."""
 
     trial: Trial
+    wish: Mapping[str, float] | None = None
 
     def body(self) -> dict[str, Any]:
         """What the ledger keeps of the request."""
-        return {"do": "present", "stimulus": self.trial.stimulus.id}
+        wished = {} if self.wish is None else {"wish": dict(self.wish)}
+        return {"do": "present", "stimulus": self.trial.stimulus.id, **wished}
 
 
 @dataclass(frozen=True)
 class Ask:
-    """Put a form before the participant: every item is to be answered, or the participant goes back."""
+    """Put a form before the participant: it is to be answered, or left by going back where the trial allows it.
 
-    form: str
-    trial: Trial
+    Outside a trial `trial` is None. `former` are answers that the form starts from; else those of an earlier attempt.
+    """
+
+    form: Form
+    trial: Trial | None = None
+    former: Mapping[str, Any] | None = None
+
+    @property
+    def may_go_back(self) -> bool:
+        """Whether the participant may go to the trial before."""
+        return self.trial is not None and self.trial.may_go_back
+
+    @property
+    def previous(self) -> Mapping[str, Any] | None:
+        """The answers that the form starts from."""
+        return self.former if self.former is not None or self.trial is None else self.trial.previous
 
     def demand_answer(self, reply: Reply) -> None:
-        """Raise ReplyError unless every item is answered on the scale, or the participant may go back and does."""
-        number, value = self.trial.number, reply.value
-        if value.get("go") == "back":
-            if not self.trial.may_go_back:
-                raise ReplyError(f"trial {number}: the reply goes back, which this trial does not allow")
+        """Raise ReplyError unless the reply answers the form, or goes back where that is allowed."""
+        where = self.form.name if self.trial is None else f"trial {self.trial.number}"
+        go = reply.value.get("go")
+        if go == "back":
+            if not self.may_go_back:
+                raise ReplyError(f"{where}: the reply goes back, which this trial does not allow")
             return
-        answers, names = value.get("answers"), [attribute.name for attribute in self.trial.attributes]
-        if not isinstance(answers, Mapping) or sorted(answers) != sorted(names):
-            raise ReplyError(f"trial {number}: answers to {names} expected, found {answers!r:.200}")
-        for name, answer in answers.items():
-            if not self.trial.scale.holds(answer):
-                raise ReplyError(f"trial {number}: {name} = {answer!r} is not on the study's scale")
+        if go is not None and not (go == "try" and isinstance(self.form, Sliders) and self.form.tries):
+            raise ReplyError(f"{where}: the reply goes {go!r}, which this form does not know")
+        if problem := self.form.problem(reply.value.get("answers")):
+            raise ReplyError(f"{where}: {problem}")
 
     def body(self) -> dict[str, Any]:
         """What the ledger keeps of the request."""
         return {
             "do": "ask",
-            "form": self.form,
-            "items": [attribute.name for attribute in self.trial.attributes],
-            "back": self.trial.may_go_back,
-            "previous": self.trial.previous,
+            "form": self.form.name,
+            "items": self.form.items(),
+            "back": self.may_go_back,
+            "previous": self.previous,
         }
 
 
@@ -92,12 +108,26 @@ class Instruct:
         return {"do": "instruct", "page": self.page}
 
 
-Request = Present | Ask | Sense | Rest | Instruct
+@dataclass(frozen=True)
+class Confirm:
+    """Have the experimenter confirm something before the session goes on: the drawn length of `calibration`."""
+
+    what: str
+
+    def body(self) -> dict[str, Any]:
+        """What the ledger keeps of the request."""
+        return {"do": "confirm", "what": self.what}
+
+
+Request = Present | Ask | Sense | Rest | Instruct | Confirm
 
 
 @dataclass(frozen=True)
 class Samples:
-    """A block of samples of one stream: `data` holds rows of channels, little-endian float32."""
+    """A block of samples of one stream: `data` holds rows of channels, little-endian float32.
+
+    Where things were noted as they happened, rate_hz is 0 and a channel holds the time.
+    """
 
     stream: str
     channels: tuple[str, ...]
@@ -118,3 +148,13 @@ class Reply:
 
     value: Mapping[str, Any]
     samples: tuple[Samples, ...] = ()
+
+
+@dataclass(frozen=True)
+class Aside:
+    """What the experimenter did while a request was being performed: the request goes on.
+
+    {do: note, text}, {do: pause}, {do: go_on}, {do: repeat, which: this|last}, {do: abort, text}.
+    """
+
+    value: Mapping[str, Any]

@@ -9,8 +9,10 @@ from typing import Any
 from protocols.canonical import Json, canonical
 from protocols.events import Event, Log, World
 from protocols.plan import Plan, Trial
-from protocols.requests import Ask, Instruct, Reply, Request, Rest, Samples
-from protocols.tasks import TASKS, Outcome, Ratings, Steps, WentBack
+from protocols.requests import Aside, Ask, Confirm, Instruct, Reply, ReplyError, Request, Rest, Samples
+from protocols.tasks import TASKS, Answered, Outcome, Steps, WentBack
+
+COMPLETE, DECLINED, ABORTED = "complete", "declined", "aborted"
 
 
 def run(plan: Plan, world: World, log: Log, header: Mapping[str, Any]) -> None:
@@ -21,10 +23,38 @@ def run(plan: Plan, world: World, log: Log, header: Mapping[str, Any]) -> None:
     """
     record = _Recorder(world, log)
     record.note("session_started", header)
+    try:
+        ended = _session(plan, record, header)
+    except _Aborted:
+        ended = ABORTED
+    record.trial = None
+    record.note("session_ended", {"trials": len(plan.trials)} | ({} if ended == COMPLETE else {"as": ended}))
+
+
+def _session(plan: Plan, record: _Recorder, header: Mapping[str, Any]) -> str:
+    if header.get("calibration") is not None:
+        record.perform(Confirm("calibration"))
+    for form in plan.opening:
+        if record.perform(Ask(form)).value["answers"].get("agreed") is False:
+            return DECLINED
     if plan.study.instructions is not None:
         record.perform(Instruct("instructions"))
     _walk(plan, record)
-    record.note("session_ended", {"trials": len(plan.trials)})
+    for form in plan.closing:
+        record.perform(Ask(form))
+    return COMPLETE
+
+
+class _Aborted(Exception):
+    """The experimenter ended the session for good."""
+
+
+class _Repeat(Exception):
+    """The experimenter wants a trial again: this one, or the one before."""
+
+    def __init__(self, last: bool) -> None:
+        super().__init__()
+        self.last = last
 
 
 @dataclass
@@ -43,18 +73,30 @@ class _Recorder:
 
     def perform(self, request: Request) -> Reply:
         self.note("request", request.body())
-        reply = self.world.perform(request)
+        while isinstance(reply := self.world.perform(request), Aside):
+            self.heed(reply)
         if isinstance(request, Ask):
             request.demand_answer(reply)
         self.note("reply", reply.value, reply.samples)
         return reply
+
+    def heed(self, aside: Aside) -> None:
+        """Put on record what the experimenter did; to repeat and to abort leaves the request without a reply."""
+        what = aside.value.get("do")
+        if what not in {"note", "pause", "go_on", "abort"} and (what != "repeat" or self.trial is None):
+            raise ReplyError(f"the experimenter's {what!r} is unknown, or not to be done here")
+        self.note("experimenter", aside.value)
+        if what == "abort":
+            raise _Aborted
+        if what == "repeat":
+            raise _Repeat(last=aside.value.get("which") == "last")
 
 
 @dataclass
 class _Progress:
     """How far the participant is: answers given, attempts made, and the furthest trial reached."""
 
-    answers: dict[int, Mapping[str, float]] = field(default_factory=dict)
+    answers: dict[int, Mapping[str, Any]] = field(default_factory=dict)
     attempts: dict[int, int] = field(default_factory=dict)
     furthest: int = -1
 
@@ -70,10 +112,21 @@ def _walk(plan: Plan, record: _Recorder) -> None:
         if trial.rest_before and position > progress.furthest:
             _rest(plan, position, record)
         progress.furthest = max(progress.furthest, position)
+        position = max(0, position + _one_trial(plan, position, progress, record))
+
+
+def _one_trial(plan: Plan, position: int, progress: _Progress, record: _Recorder) -> int:
+    """Meet the trial once; how far to move on from it."""
+    trial = plan.trials[position]
+    try:
         outcome = _attempt(plan.study.task, progress.meet(trial), record)
-        if isinstance(outcome, Ratings):
-            progress.answers[trial.number] = outcome.values
-        position += -1 if isinstance(outcome, WentBack) else 1
+    except _Repeat as again:
+        step = -1 if again.last and position > 0 else 0
+        progress.answers.pop(plan.trials[position + step].number, None)
+        return step
+    if isinstance(outcome, Answered):
+        progress.answers[trial.number] = outcome.answers
+    return -1 if isinstance(outcome, WentBack) else 1
 
 
 def _rest(plan: Plan, position: int, record: _Recorder) -> None:
@@ -85,10 +138,25 @@ def _rest(plan: Plan, position: int, record: _Recorder) -> None:
 def _attempt(task: str, trial: Trial, record: _Recorder) -> Outcome:
     record.trial = trial
     record.note("trial_started", {"stimulus": trial.stimulus.id, "block": trial.block})
-    outcome = _interact(TASKS[task](trial), record)
-    record.note("trial_ended", {"as": "left" if isinstance(outcome, WentBack) else "answered"})
+    try:
+        outcome = _interact(TASKS[task](trial), record)
+    except _Repeat:
+        record.note("trial_ended", {"as": "repeated"})
+        record.trial = None
+        raise
+    record.note("trial_ended", {"as": _ended_as(outcome)})
     record.trial = None
     return outcome
+
+
+def _ended_as(outcome: Outcome) -> str:
+    match outcome:
+        case WentBack():
+            return "left"
+        case Answered():
+            return "answered"
+        case _:
+            return "captured"
 
 
 def _interact(steps: Steps, record: _Recorder) -> Outcome:

@@ -18,6 +18,7 @@ from pydantic import (
 from protocols.orders import Design
 
 LARGEST_STUDY = 5000
+MOST_ADJECTIVES = 80
 ROUNDING = 1e-6
 """How far, in steps, a decimal may lie from a step of its scale: doubles do not hold tenths."""
 
@@ -41,6 +42,13 @@ Number = Annotated[float, Field(strict=True, allow_inf_nan=False)] | Whole
 Share = Annotated[float, Field(ge=0, le=1, allow_inf_nan=False)]
 Seconds = Annotated[float, Field(ge=0.1, le=600, allow_inf_nan=False)]
 Spread = Annotated[float, Field(ge=0, allow_inf_nan=False)]
+RecordingSeconds = Annotated[float, Field(ge=0.1, le=3600, allow_inf_nan=False)]
+TaskName = Literal[
+    "slider_rating", "matching", "similarity", "adjective_selection", "free_lexicon", "authoring", "capture"
+]
+RATED = ("slider_rating", "matching", "similarity", "authoring")
+"""Tasks that rate attributes on a scale."""
+Need = Literal["door", "window", "samples", "tool", "door_sensors", "texture_renderer", "door_generator"]
 
 
 def _digits(size: float) -> int:
@@ -151,12 +159,61 @@ class Rest(Strict):
     every: Annotated[Whole, Field(ge=1)]
 
 
+class Word(Strict):
+    """An adjective of a list, and where it comes from."""
+
+    word: Text
+    source: Text | None = None
+
+    @model_validator(mode="before")
+    @classmethod
+    def _from_text(cls, value: Any) -> Any:
+        return {"word": value} if isinstance(value, str) else value
+
+
+class Adjectives(Strict):
+    """The list that a participant ticks words of: in the listed order, or shuffled once for each participant."""
+
+    words: Annotated[tuple[Word, ...], Field(min_length=1, max_length=MOST_ADJECTIVES)]
+    order: Literal["as_listed", "random"] = "as_listed"
+    further: bool = False
+
+
+class Lexicon(Strict):
+    """Words of the participant's own."""
+
+    at_least: Annotated[Whole, Field(ge=0, le=20)] = 1
+
+
+class Capture(Strict):
+    """A recording of each stimulus: which device, for how many seconds or by which column of the stimulus table."""
+
+    device: Literal["tool", "door_sensors"]
+    seconds: RecordingSeconds | Text
+
+
+class Item(Strict):
+    """A statement of a questionnaire."""
+
+    name: Name
+    text: Text
+
+
+class Questionnaire(Strict):
+    """Statements that are agreed with from 1 to `points`; the ends are labelled."""
+
+    items: Annotated[tuple[Item, ...], Field(min_length=1, max_length=20)]
+    ends: tuple[Text, Text] = ("Strongly disagree", "Strongly agree")
+    points: Annotated[Whole, Field(ge=2, le=11)] = 7
+
+
 class Simulation(Strict):
     """How simulated participants perceive.
 
     latents[attribute][column] is the weight, in scale units, of the column's z-score over the study's stimuli;
-    the column `intercept` is a constant. gain_sd, bias_sd (scale units) vary between participants and attributes,
-    noise_sd (scale units) between answers; a lapse is an answer anywhere on the scale.
+    the column `intercept` is a constant. Words and questionnaire items have latents too, in logits and in points;
+    `vocabulary` holds the words that come to mind. gain_sd, bias_sd (scale units) vary between participants and
+    attributes, noise_sd (scale units) between answers; a lapse is an answer anywhere on the scale.
     """
 
     latents: dict[Text, dict[Text, Number]]
@@ -167,6 +224,7 @@ class Simulation(Strict):
     revise_rate: Share = 0.0
     answer_s: Seconds = 2.0
     present_s: Seconds = 2.5
+    vocabulary: tuple[Text, ...] = ()
 
 
 class Analysis(Strict):
@@ -190,17 +248,24 @@ class Study(Strict):
 
     study: Name
     title: Text | None = None
-    task: Literal["slider_rating"]
+    task: TaskName
+    opening: tuple[Literal["consent", "demographics"], ...] = ()
     instructions: Text | None = None
     stimuli: Annotated[tuple[Stimulus, ...], Field(min_length=1, max_length=LARGEST_STUDY)]
     groups: dict[Level, dict[Text, tuple[Level, ...]]] = {}
-    attributes: Annotated[tuple[Attribute, ...], Field(min_length=1, max_length=80)]
-    scale: Scale
+    attributes: Annotated[tuple[Attribute, ...], Field(max_length=80)] = ()
+    scale: Scale | None = None
+    sides: Annotated[tuple[Name, ...], Field(max_length=4)] = ()
+    adjectives: Adjectives | None = None
+    lexicon: Lexicon | None = None
+    capture: Capture | None = None
+    closing: tuple[Literal["suggestions", "questionnaire"], ...] = ()
+    questionnaire: Questionnaire | None = None
     order: Order
     practice: Practice | None = None
     rest: Rest | None = None
     navigation: Literal["forward", "back_and_forward"] = "forward"
-    needs: tuple[Literal["door", "window"], ...] = ()
+    needs: tuple[Need, ...] = ()
     analysis: Analysis | None = None
     simulation: Simulation | None = None
 

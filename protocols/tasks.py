@@ -4,16 +4,23 @@ from __future__ import annotations
 
 from collections.abc import Callable, Generator, Mapping
 from dataclasses import dataclass
+from typing import Any
 
-from protocols.plan import Trial
-from protocols.requests import Ask, Present, Reply, Request
+from protocols.forms import Form
+from protocols.plan import Recording, Trial
+from protocols.requests import Ask, Present, Reply, Request, Sense
 
 
 @dataclass(frozen=True)
-class Ratings:
-    """One value per attribute, by the attribute's name, in scale units."""
+class Answered:
+    """The answers as the trial's form shapes them: one value per attribute, words ticked, words written."""
 
-    values: Mapping[str, float]
+    answers: Mapping[str, Any]
+
+
+@dataclass(frozen=True)
+class Captured:
+    """The stimulus was recorded; the samples lie beside the reply."""
 
 
 @dataclass(frozen=True)
@@ -21,24 +28,67 @@ class WentBack:
     """The participant left the trial for the one before."""
 
 
-Outcome = Ratings | WentBack
+Outcome = Answered | Captured | WentBack
 Steps = Generator[Request, Reply, Outcome]
 Task = Callable[[Trial], Steps]
 
 
-def slider_rating(trial: Trial) -> Steps:
-    """Feel the stimulus, then rate it on every attribute (thesis 3.3.3, 5.3.4.2).
+class TaskError(ValueError):
+    """A trial that lacks what its task needs: the study was not checked."""
+
+
+def feel_and_answer(trial: Trial) -> Steps:
+    """Feel the stimulus, then answer the trial's form (thesis 3.3.2, 3.3.3, 4.7.1, 5.3.3, 5.3.4.2, 5.7.1.2).
 
     Asked again to revise, the participant sees the former answers and does not feel the stimulus again.
     """
     if trial.previous is None:
         yield Present(trial)
-    return _outcome((yield Ask("sliders", trial)))
+    return _outcome((yield Ask(_form_of(trial), trial)))
 
 
-TASKS: Mapping[str, Task] = {"slider_rating": slider_rating}
+def authoring(trial: Trial) -> Steps:
+    """Set sliders, feel what is made from them, as often as wished; the last setting stands (thesis 5.7.2.1)."""
+    former: Mapping[str, Any] | None = None
+    while True:
+        reply = yield Ask(_form_of(trial), trial, former)
+        if reply.value.get("go") != "try":
+            return _outcome(reply)
+        former = reply.value["answers"]
+        yield Present(trial, wish=former)
+
+
+def capture(trial: Trial) -> Steps:
+    """Mount the stimulus, then record it while it is explored (thesis 3.4.1, 4.3.3, 5.3.1.1)."""
+    yield Present(trial)
+    recording = _recording_of(trial)
+    yield Sense(recording.device, recording.seconds, trial)
+    return Captured()
+
+
+TASKS: Mapping[str, Task] = {
+    "slider_rating": feel_and_answer,
+    "matching": feel_and_answer,
+    "similarity": feel_and_answer,
+    "adjective_selection": feel_and_answer,
+    "free_lexicon": feel_and_answer,
+    "authoring": authoring,
+    "capture": capture,
+}
 
 
 def _outcome(reply: Reply) -> Outcome:
-    """What a reply to a rating form means; the runner has made sure that it answers the form."""
-    return WentBack() if reply.value.get("go") == "back" else Ratings(reply.value["answers"])
+    """What a reply to a form means; the runner has made sure that it answers the form."""
+    return WentBack() if reply.value.get("go") == "back" else Answered(reply.value["answers"])
+
+
+def _form_of(trial: Trial) -> Form:
+    if trial.form is None:
+        raise TaskError(f"trial {trial.number}: nothing to ask")
+    return trial.form
+
+
+def _recording_of(trial: Trial) -> Recording:
+    if trial.recording is None:
+        raise TaskError(f"trial {trial.number}: nothing to record")
+    return trial.recording

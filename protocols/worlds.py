@@ -5,10 +5,11 @@ from __future__ import annotations
 from collections.abc import Callable, Sequence
 from dataclasses import dataclass
 
+from protocols.answering import answer
 from protocols.canonical import difference
 from protocols.events import NS, Event, Log, World
 from protocols.perceiver import Perceiver
-from protocols.requests import Ask, Present, Reply, Request, Rest, Sense
+from protocols.requests import Aside, Ask, Present, Reply, Request, Rest, Sense
 
 
 @dataclass(frozen=True)
@@ -57,7 +58,7 @@ class Simulated:
             case Present() | Sense():
                 return self.device(request, self.clock.t_ns)
             case Ask():
-                return Done(*self.person.answer(request))
+                return Done(*answer(self.person, request))
             case Rest():
                 seconds = self.person.rest_s(request)
                 return Done(Reply({"seconds": seconds}), seconds)
@@ -92,14 +93,16 @@ class Recorded:
             return self.events[self.position].t_ns
         return self._live()[0].now()
 
-    def perform(self, request: Request) -> Reply:
-        """The recorded reply, or the live one."""
+    def perform(self, request: Request) -> Reply | Aside:
+        """The recorded reply, or what the experimenter did before it; or the live one."""
         if self.position == len(self.events):
             return self._live()[0].perform(request)
-        reply = self.events[self.position]
-        if reply.kind != "reply":
-            raise Divergence(f"{reply.place()}: a reply to {request.body()['do']!r} is expected there")
-        return Reply(reply.value, reply.samples)
+        came = self.events[self.position]
+        if came.kind == "experimenter":
+            return Aside(came.value)
+        if came.kind != "reply":
+            raise Divergence(f"{came.place()}: a reply to {request.body()['do']!r} is expected there")
+        return Reply(came.value, came.samples)
 
     def append(self, event: Event) -> None:
         """Compare with the record, or keep live."""

@@ -48,7 +48,7 @@ def lefts(record):
 def lapses(record):
     plan = recompiled(record)
     person = Perceiver(plan)
-    return [(t.number, a.name) for t in plan.trials for a in t.attributes if person.lapses(Ask("sliders", t), a)]
+    return [(t.number, a.name) for t in plan.trials for a in t.form.attributes if person.lapses(Ask(t.form, t), a)]
 
 
 def test_every_outcome_is_among_them():
@@ -99,7 +99,7 @@ def test_a_changed_task_makes_the_replay_fail_and_says_how(monkeypatch, capsys):
     from protocols import tasks
 
     def hasty(trial):
-        return tasks._outcome((yield tasks.Ask("sliders", trial)))
+        return tasks._outcome((yield tasks.Ask(trial.form, trial)))
 
     monkeypatch.setattr("protocols.runner.TASKS", {"slider_rating": hasty})
     assert _status(["replay", str(ledger("P001"))]) == 1

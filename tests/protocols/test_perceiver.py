@@ -4,6 +4,7 @@ import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
+from protocols.answering import answer
 from protocols.perceiver import Perceiver, z_scores
 from protocols.plan import ParticipantRow, compile_plan
 from protocols.requests import Ask
@@ -19,7 +20,7 @@ def perceiver(participant="P001", seed=0, scale=None, **simulation):
 
 
 def answers(person):
-    replies = [person.answer(Ask("sliders", trial))[0].value for trial in person.plan.trials]
+    replies = [answer(person, Ask(trial.form, trial))[0].value for trial in person.plan.trials]
     return {t.stimulus.id: r["answers"] for t, r in zip(person.plan.trials, replies, strict=True)}
 
 
@@ -33,10 +34,10 @@ def test_without_noise_the_answer_is_the_latent_on_the_scale():
 
 def test_answers_do_not_depend_on_what_was_answered_before():
     person = perceiver(noise_sd=3.0, lapse_rate=0.3)
-    last = Ask("sliders", person.plan.trials[-1])
-    alone = person.answer(last)
+    last = Ask(person.plan.trials[-1].form, person.plan.trials[-1])
+    alone = answer(person, last)
     answers(person)
-    assert person.answer(last) == alone == perceiver(noise_sd=3.0, lapse_rate=0.3).answer(last)
+    assert answer(person, last) == alone == answer(perceiver(noise_sd=3.0, lapse_rate=0.3), last)
 
 
 def test_people_and_seeds_differ():
@@ -66,9 +67,9 @@ def test_lapses_come_at_their_rate_and_fill_the_scale():
     values, lapsed = [], 0
     for number in range(400):
         person = perceiver(f"P{number}", lapse_rate=0.25)
-        ask = Ask("sliders", person.plan.trials[0])
+        ask = Ask(person.plan.trials[0].form, person.plan.trials[0])
         lapsed += person.lapses(ask, person.plan.study.attributes[1])
-        values.append(person.answer(ask)[0].value["answers"]["Cold"])
+        values.append(answer(person, ask)[0].value["answers"]["Cold"])
     assert lapsed == pytest.approx(100, abs=30)
     assert sum(value != 0 for value in values) <= lapsed
     assert min(values) < -8 and max(values) > 8 and set(values) <= set(range(-10, 11))
@@ -76,7 +77,7 @@ def test_lapses_come_at_their_rate_and_fill_the_scale():
 
 def test_second_thoughts_only_where_they_are_allowed():
     person = perceiver(revise_rate=1.0)
-    first, second = (person.answer(Ask("sliders", trial))[0].value for trial in person.plan.trials[:2])
+    first, second = (answer(person, Ask(trial.form, trial))[0].value for trial in person.plan.trials[:2])
     assert "answers" in first and second["go"] == "back"
 
 

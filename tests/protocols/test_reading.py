@@ -43,7 +43,11 @@ def test_a_study_is_read_and_its_definition_reads_back():
     [
         ("task: slider_rating", "taks: slider_rating", "study.yaml: line 2: taks: unknown key; did you mean 'task'?"),
         ("task: slider_rating\n", "", "study.yaml: task: this key is required"),
-        ("slider_rating", "slider_ratings", "line 2: task: found 'slider_ratings', expected 'slider_rating'; did you"),
+        (
+            "slider_rating",
+            "slider_ratings",
+            "line 2: task: found 'slider_ratings', expected 'slider_rating', 'matching', ",
+        ),
         ("design: williams", "design: willams", "line 9: order.design: found 'willams', expected 'williams', 'latin'"),
         ("design: williams", "design: willams", "did you mean 'williams'?"),
         ("within: group", "wihtin: group", "order.wihtin: unknown key; did you mean 'within'?"),

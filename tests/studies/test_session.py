@@ -127,7 +127,7 @@ def test_a_changed_task_is_not_resumed_into(lab, monkeypatch):
     before = read(path).events
 
     def eager(trial):
-        return tasks._outcome((yield tasks.Ask("sliders", trial)))
+        return tasks._outcome((yield tasks.Ask(trial.form, trial)))
 
     monkeypatch.setattr("protocols.runner.TASKS", {"slider_rating": eager})
     with pytest.raises(Divergence, match=r"event 2 \(request, trial 1\): \$\.back: not recorded, now false"):

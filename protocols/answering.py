@@ -1,0 +1,161 @@
+"""How a simulated participant answers each form: plausible, keyed, and the same whenever it is asked again."""
+
+from __future__ import annotations
+
+import math
+from typing import Any
+
+from protocols.forms import Consent, Demographics, Lexicon, Likert, Question, Sliders, Words
+from protocols.keyed import normal, shuffled, uniform
+from protocols.perceiver import Perceiver
+from protocols.requests import Ask, Reply
+
+TICKED_WITHOUT_LATENT = -2.2
+"""Logit of ticking a word that the study's simulation says nothing about: one in ten."""
+VOCABULARY = (
+    "smooth",
+    "rough",
+    "heavy",
+    "light",
+    "stiff",
+    "soft",
+    "even",
+    "jerky",
+    "warm",
+    "cold",
+    "pleasant",
+    "cheap",
+)
+LONGEST_TRY = 5
+AGES = (19, 64)
+
+
+def answer(person: Perceiver, ask: Ask) -> tuple[Reply, float]:
+    """The simulated reply to any form, and the seconds it took."""
+    match ask.form:
+        case Sliders() as form:
+            how = _authored if form.tries else _compared if form.sides else Perceiver.rate
+            return how(person, ask, form)
+        case Words() as form:
+            return _ticked(person, ask, form)
+        case Lexicon() as form:
+            return _written(person, ask, form)
+        case Likert() as form:
+            return _agreed(person, ask, form)
+        case Demographics() as form:
+            return _after(person, ask, {question.name: _about_oneself(person, question) for question in form.questions})
+        case Consent():
+            return _after(person, ask, {"agreed": True})
+
+
+def _after(person: Perceiver, ask: Ask, answers: dict[str, Any], **beside: Any) -> tuple[Reply, float]:
+    """The reply, after one answer time for each item that was answered."""
+    if ask.may_go_back and ask.trial is not None and ask.trial.attempt == 1 and person.has_second_thoughts(ask):
+        return Reply({"go": "back", "seconds": 1.0}), 1.0
+    seconds = round(math.fsum(person.seconds(ask, item) for item in answers), 3)
+    return Reply({"answers": answers, "seconds": seconds, **beside}), seconds
+
+
+def _compared(person: Perceiver, ask: Ask, form: Sliders) -> tuple[Reply, float]:
+    """Rate while switching to and fro a few times; every switch takes a second or two."""
+    reply, seconds = person.rate(ask, form)
+    if "answers" not in reply.value:
+        return reply, seconds
+    count = 2 + math.floor(5 * uniform(*person.moment("switches", ask, "")))
+    gaps = [round(0.8 + 1.6 * uniform(*person.moment("switch", ask, str(n))), 3) for n in range(count)]
+    switches = [{"to": form.sides[n % len(form.sides)], "at_s": round(sum(gaps[: n + 1]), 3)} for n in range(count)]
+    explored = round(sum(gaps), 3)
+    at_s = {name: round(explored + at, 3) for name, at in reply.value["at_s"].items()}
+    total = round(explored + seconds, 3)
+    return Reply({**reply.value, "at_s": at_s, "seconds": total, "switches": switches}), total
+
+
+def _authored(person: Perceiver, ask: Ask, form: Sliders) -> tuple[Reply, float]:
+    """Wish for something, try it, change one attribute after another, and settle after a few tries."""
+    tried = 0 if ask.former is None else _tries_behind(person, ask, form)
+    wish = _wish(person, ask, form, tried)
+    seconds = round(person.seconds(ask, f"try {tried}"), 3)
+    go = {"go": "try"} if tried < _tries(person, ask) else {}
+    return Reply({**go, "answers": wish, "at_s": dict.fromkeys(wish, seconds), "seconds": seconds}), seconds
+
+
+def _tries(person: Perceiver, ask: Ask) -> int:
+    return 2 + math.floor((LONGEST_TRY - 1) * uniform(*person.moment("tries", ask, "")))
+
+
+def _tries_behind(person: Perceiver, ask: Ask, form: Sliders) -> int:
+    """Which try the former answers were: the person remembers by what was wished."""
+    wishes = (_wish(person, ask, form, n) for n in range(_tries(person, ask)))
+    return next((n + 1 for n, wish in enumerate(wishes) if wish == ask.former), _tries(person, ask))
+
+
+def _wish(person: Perceiver, ask: Ask, form: Sliders, tried: int) -> dict[str, float]:
+    """The setting at the n-th try: attribute n was changed last, those before stay changed; the last wish stands."""
+    settled = min(tried, _tries(person, ask) - 1)
+    scale = form.scale
+    wish = {}
+    for place, attribute in enumerate(form.attributes):
+        times = sum(1 for n in range(1, settled + 1) if n % len(form.attributes) == place)
+        share = uniform(*person.moment("wish", ask, f"{attribute.name} {times}"))
+        wish[attribute.name] = scale.nearest(scale.low + share * (scale.high - scale.low))
+    return wish
+
+
+def _ticked(person: Perceiver, ask: Ask, form: Words) -> tuple[Reply, float]:
+    ticked = [word for word in form.words if _fits(person, ask, word)]
+    further: list[str] = []
+    if form.further and uniform(*person.moment("further", ask, "")) < 0.1:
+        further = list(_from_memory(person, ask, 1, without=form.words))
+    answers = {"ticked": ticked, "further": further}
+    reading = [person.seconds(ask, word) for word in (ticked or form.words[:1])]
+    seconds = round(math.fsum(reading), 3)
+    reply, took = _after(person, ask, answers)
+    return (reply, took) if "answers" not in reply.value else (Reply({"answers": answers, "seconds": seconds}), seconds)
+
+
+def _fits(person: Perceiver, ask: Ask, word: str) -> bool:
+    """Whether the word is ticked: a logit of its latents, the person's own leaning and the moment's noise."""
+    known = word in person.simulation.latents and ask.trial is not None
+    felt = person.latent(word, ask.trial.stimulus) if known and ask.trial is not None else TICKED_WITHOUT_LATENT
+    leaning = person.simulation.bias_sd * normal(*person.trait("bias", word))
+    return uniform(*person.moment("tick", ask, word)) < 1 / (1 + math.exp(-(felt + leaning)))
+
+
+def _written(person: Perceiver, ask: Ask, form: Lexicon) -> tuple[Reply, float]:
+    count = form.at_least + math.floor(4 * uniform(*person.moment("words", ask, "")))
+    words = _from_memory(person, ask, count)
+    reply, _ = _after(person, ask, {"words": list(words)})
+    seconds = round(math.fsum(person.seconds(ask, word) for word in words), 3)
+    if "answers" not in reply.value:
+        return reply, 1.0
+    return Reply({"answers": {"words": list(words)}, "seconds": seconds}), seconds
+
+
+def _from_memory(person: Perceiver, ask: Ask, count: int, without: tuple[str, ...] = ()) -> tuple[str, ...]:
+    known = [word for word in person.simulation.vocabulary or VOCABULARY if word not in without]
+    return shuffled(known, *person.moment("memory", ask, ""))[:count]
+
+
+def _agreed(person: Perceiver, ask: Ask, form: Likert) -> tuple[Reply, float]:
+    middle, points = (form.questionnaire.points + 1) / 2, form.questionnaire.points
+    answers = {}
+    for name in form.items():
+        leaning = person.simulation.latents.get(name, {}).get("intercept", 0.0)
+        felt = middle + leaning + normal(*person.moment("noise", ask, name))
+        answers[name] = min(max(round(felt), 1), points)
+    return _after(person, ask, answers)
+
+
+def _about_oneself(person: Perceiver, question: Question) -> Any:
+    share = uniform(*person.trait("about oneself", question.name))
+    match question.kind:
+        case "choice":
+            return question.levels[math.floor(share * len(question.levels))][0]
+        case "number":
+            low, high = (
+                question.low if question.low is not None else AGES[0],
+                question.high if question.high is not None else AGES[1],
+            )
+            return round(max(low, 0) + share * (min(high, AGES[1]) - max(low, 0)))
+        case _:
+            return None if question.optional else "not stated"

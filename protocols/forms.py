@@ -1,0 +1,218 @@
+"""The forms that can be put before a participant: what each holds, and what counts as an answer to it.
+
+A reply's value holds `answers`, in a shape that the form fixes; how and when they were given may stand beside it.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Mapping, Sequence
+from dataclasses import asdict, dataclass
+from typing import Any, Literal
+
+from protocols.study import Attribute, Questionnaire, Scale
+
+LONGEST_WORD = 200
+MOST_WORDS = 200
+
+
+@dataclass(frozen=True)
+class Sliders:
+    """Bipolar attributes, each rated on the scale: {attribute: number}.
+
+    `sides` are two or more things that the participant switches between while rating; `tries` marks a form whose
+    answers may be tried out (go: try) before they are final.
+    """
+
+    attributes: tuple[Attribute, ...]
+    scale: Scale
+    sides: tuple[str, ...] = ()
+    tries: bool = False
+
+    @property
+    def name(self) -> str:
+        """The form's name in the ledger."""
+        return "similarity" if self.sides else "authoring" if self.tries else "sliders"
+
+    def items(self) -> list[str]:
+        """The attributes' names."""
+        return [attribute.name for attribute in self.attributes]
+
+    def problem(self, answers: Any) -> str | None:
+        """Why these are no answers, or None."""
+        if not isinstance(answers, Mapping) or sorted(answers) != sorted(self.items()):
+            return f"answers to {self.items()} expected, found {answers!r:.200}"
+        for name, answer in answers.items():
+            if not self.scale.holds(answer):
+                return f"{name} = {answer!r} is not on the study's scale"
+        return None
+
+
+@dataclass(frozen=True)
+class Words:
+    """Adjectives to tick, in the order they are shown: {ticked: [word, ...], further: [word, ...]}."""
+
+    words: tuple[str, ...]
+    further: bool = False
+    name: Literal["adjectives"] = "adjectives"
+
+    def items(self) -> list[str]:
+        """The words, as shown."""
+        return list(self.words)
+
+    def problem(self, answers: Any) -> str | None:
+        """Why these are no answers, or None."""
+        if not isinstance(answers, Mapping) or set(answers) != {"ticked", "further"}:
+            return f"ticked and further words expected, found {answers!r:.200}"
+        ticked, further = answers["ticked"], answers["further"]
+        if not _texts(ticked) or len(set(ticked)) != len(ticked) or not set(ticked) <= set(self.words):
+            return f"ticked = {ticked!r:.200}: different words of the list are expected"
+        if further and not self.further:
+            return "further words, which the study does not ask for"
+        return None if _texts(further) else f"further = {further!r:.200}: words are expected"
+
+
+@dataclass(frozen=True)
+class Lexicon:
+    """Words of the participant's own, at least so many: {words: [word, ...]}."""
+
+    at_least: int = 1
+    name: str = "lexicon"
+
+    def items(self) -> list[str]:
+        """One item."""
+        return ["words"]
+
+    def problem(self, answers: Any) -> str | None:
+        """Why these are no answers, or None."""
+        if not isinstance(answers, Mapping) or set(answers) != {"words"} or not _texts(answers["words"]):
+            return f"words expected, found {answers!r:.200}"
+        found = len(answers["words"])
+        return None if found >= self.at_least else f"at least {self.at_least} words expected, found {found}"
+
+
+@dataclass(frozen=True)
+class Likert:
+    """Items with labelled ends, each answered by a whole number from 1 to `points`: {item: number}."""
+
+    questionnaire: Questionnaire
+    name: Literal["likert"] = "likert"
+
+    def items(self) -> list[str]:
+        """The items' names."""
+        return [item.name for item in self.questionnaire.items]
+
+    def problem(self, answers: Any) -> str | None:
+        """Why these are no answers, or None."""
+        if not isinstance(answers, Mapping) or sorted(answers) != sorted(self.items()):
+            return f"answers to {self.items()} expected, found {answers!r:.200}"
+        points = self.questionnaire.points
+        for name, answer in answers.items():
+            if type(answer) is not int or not 1 <= answer <= points:
+                return f"{name} = {answer!r}: a whole number from 1 to {points} is expected"
+        return None
+
+
+@dataclass(frozen=True)
+class Question:
+    """One question about the participant; `levels` are (value, label) pairs, low and high bound a number."""
+
+    name: str
+    text: str
+    kind: Literal["number", "choice", "text"]
+    levels: tuple[tuple[str, str], ...] = ()
+    unit: str | None = None
+    low: float | None = None
+    high: float | None = None
+    optional: bool = True
+
+    def problem(self, answer: Any) -> str | None:
+        """Why this is no answer, or None; null is one where the question is optional."""
+        if answer is None:
+            return None if self.optional else f"{self.name} is not answered"
+        match self.kind:
+            case "number":
+                return None if self._in_range(answer) else f"{self.name} = {answer!r}: {self._expected()} is expected"
+            case "choice":
+                values = [value for value, _ in self.levels]
+                return None if answer in values else f"{self.name} = {answer!r}: one of {values} is expected"
+            case _:
+                known = isinstance(answer, str) and 0 < len(answer) <= LONGEST_WORD
+                return None if known else f"{self.name} = {answer!r:.80}: a text is expected"
+
+    def _in_range(self, answer: Any) -> bool:
+        if type(answer) not in (int, float):
+            return False
+        return (self.low is None or answer >= self.low) and (self.high is None or answer <= self.high)
+
+    def _expected(self) -> str:
+        bounds = [
+            f"from {self.low:g}" if self.low is not None else "",
+            f"to {self.high:g}" if self.high is not None else "",
+        ]
+        return " ".join(["a number", *(bound for bound in bounds if bound)])
+
+
+@dataclass(frozen=True)
+class Demographics:
+    """Questions about the participant: {question: answer or null}."""
+
+    questions: tuple[Question, ...]
+    name: Literal["demographics"] = "demographics"
+
+    def items(self) -> list[str]:
+        """The questions' names."""
+        return [question.name for question in self.questions]
+
+    def problem(self, answers: Any) -> str | None:
+        """Why these are no answers, or None."""
+        if not isinstance(answers, Mapping) or sorted(answers) != sorted(self.items()):
+            return f"answers to {self.items()} expected, found {answers!r:.200}"
+        return next(filter(None, (question.problem(answers[question.name]) for question in self.questions)), None)
+
+
+@dataclass(frozen=True)
+class Consent:
+    """The consent text, agreed to or not: {agreed: true or false}. Who declines takes no part."""
+
+    text: str
+    name: Literal["consent"] = "consent"
+
+    def items(self) -> list[str]:
+        """One item."""
+        return ["agreed"]
+
+    def problem(self, answers: Any) -> str | None:
+        """Why these are no answers, or None."""
+        good = isinstance(answers, Mapping) and set(answers) == {"agreed"} and type(answers["agreed"]) is bool
+        return None if good else f"agreed: true or false expected, found {answers!r:.80}"
+
+
+Form = Sliders | Words | Lexicon | Likert | Demographics | Consent
+
+
+@dataclass(frozen=True)
+class LabForms:
+    """What a lab puts before every participant: its consent text and its questions about the person."""
+
+    consent: str
+    questions: tuple[Question, ...]
+
+    def definition(self) -> dict[str, Any]:
+        """The forms as JSON data, for the ledger."""
+        return {"consent": self.consent, "questions": [asdict(question) for question in self.questions]}
+
+    @classmethod
+    def from_definition(cls, data: Mapping[str, Any]) -> LabForms:
+        """The forms that a ledger holds."""
+        return cls(data["consent"], tuple(_question(each) for each in data["questions"]))
+
+
+def _question(data: Mapping[str, Any]) -> Question:
+    return Question(**{**data, "levels": tuple((value, label) for value, label in data["levels"])})
+
+
+def _texts(value: Any) -> bool:
+    """Whether the value is a list of at most so many texts of a sensible length."""
+    if not isinstance(value, Sequence) or isinstance(value, str) or len(value) > MOST_WORDS:
+        return False
+    return all(isinstance(each, str) and 0 < len(each.strip()) <= LONGEST_WORD for each in value)

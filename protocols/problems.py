@@ -1,0 +1,15 @@
+"""A complaint about a study file."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+from protocols.yaml_text import Path
+
+
+@dataclass(frozen=True)
+class Problem:
+    """What is wrong at a path of the study file."""
+
+    path: Path
+    message: str

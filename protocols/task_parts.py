@@ -1,0 +1,76 @@
+"""Which parts of a study file belong to which task."""
+
+from __future__ import annotations
+
+from collections.abc import Iterator
+
+from protocols.problems import Problem
+from protocols.study import RATED, Study
+
+REQUIRED = {
+    **dict.fromkeys(RATED, ("attributes", "scale")),
+    "adjective_selection": ("adjectives",),
+    "free_lexicon": (),
+    "capture": ("capture",),
+}
+OWN = {"attributes": RATED, "scale": RATED, "sides": ("similarity",), "adjectives": ("adjective_selection",),
+       "lexicon": ("free_lexicon",), "capture": ("capture",)}  # fmt: skip
+ONE_WAY = ("authoring", "capture")
+"""Tasks in which there is nothing to go back to."""
+
+
+def parts_of_task(study: Study) -> Iterator[Problem]:
+    """A part that the task needs and the file lacks, or that no such task has."""
+    present = {name for name in OWN if getattr(study, name)}
+    for name in REQUIRED[study.task]:
+        if name not in present:
+            yield Problem((name,), f"this key is required for task {study.task}")
+    for name in sorted(present):
+        if study.task not in OWN[name]:
+            yield Problem((name,), f"belongs to task {' or '.join(OWN[name])}, and this one is {study.task}")
+    yield from _of_similarity(study)
+    yield from _of_ends(study)
+    if study.task in ONE_WAY and study.navigation == "back_and_forward":
+        yield Problem(("navigation",), f"task {study.task} goes forward only")
+    if study.capture is not None:
+        yield from _recorded(study, study.capture.seconds)
+
+
+def _of_similarity(study: Study) -> Iterator[Problem]:
+    if study.task == "similarity" and len(set(study.sides)) < 2:
+        yield Problem(("sides",), "two different sides to switch between are expected, as [real, virtual]")
+
+
+def _of_ends(study: Study) -> Iterator[Problem]:
+    for key in ("opening", "closing"):
+        names = getattr(study, key)
+        if len(set(names)) < len(names):
+            yield Problem((key,), f"a form stands twice in {', '.join(names)}")
+    asked = "questionnaire" in study.closing
+    if asked != (study.questionnaire is not None):
+        yield Problem(("questionnaire",), "closing: [questionnaire] and questionnaire: {items: ...} go together")
+    if study.questionnaire is not None:
+        items = [item.name for item in study.questionnaire.items]
+        for index, name in enumerate(items):
+            if name in items[:index]:
+                yield Problem(("questionnaire", "items", index), f"the item {name!r} stands twice")
+
+
+def _recorded(study: Study, seconds: float | str) -> Iterator[Problem]:
+    if not isinstance(seconds, str):
+        return
+    for stimulus in study.stimuli:
+        if not _is_duration(stimulus.columns.get(seconds, "")):
+            found = stimulus.columns.get(seconds)
+            yield Problem(
+                ("capture", "seconds"),
+                f"stimulus {stimulus.id!r} has {found!r} in {seconds!r}; seconds from 0.1 to 3600 are expected",
+            )
+            return
+
+
+def _is_duration(text: str) -> bool:
+    try:
+        return 0.1 <= float(text) <= 3600
+    except ValueError:
+        return False

@@ -1,0 +1,48 @@
+"""One small study for each task."""
+
+from protocols.forms import LabForms, Question
+from protocols.plan import ParticipantRow, compile_plan
+from protocols.study import Study
+from tests.protocols.studies_for_tests import toy
+
+WORDS = ["rough", "smooth", "sticky", "cold", "warm", "soft"]
+SCALE = {"from": 0, "to": 100}
+PARTS = {
+    "slider_rating": {},
+    "matching": {"scale": SCALE},
+    "similarity": {"attributes": [["different", "same"]], "scale": SCALE, "sides": ["real", "virtual"]},
+    "authoring": {"scale": SCALE, "navigation": "forward"},
+    "adjective_selection": {"adjectives": {"words": WORDS, "order": "random", "further": True}},
+    "free_lexicon": {"lexicon": {"at_least": 2}},
+    "capture": {"capture": {"device": "tool", "seconds": 2.0}, "navigation": "forward"},
+}
+UNRATED = ("adjective_selection", "free_lexicon", "capture")
+ITEMS = [{"name": "Realism", "text": "It felt real."}, {"name": "Ease", "text": "It was easy."}]
+LAB = LabForms(
+    "Do you agree?",
+    (
+        Question("age", "How old are you?", "number", low=18, high=99, optional=False),
+        Question("handedness", "Which hand?", "choice", levels=(("left", "Left"), ("right", "Right"))),
+        Question("remark", "Anything else?", "text"),
+    ),
+)
+
+
+def study_of(task, **changes) -> Study:
+    """The toy study with another task, everything before and after it included."""
+    parts = {
+        "task": task,
+        "opening": ["consent", "demographics"],
+        "closing": ["questionnaire", "suggestions"],
+        "questionnaire": {"items": ITEMS},
+        "simulation": {"latents": {}, "revise_rate": 0.2},
+        **PARTS[task],
+        **changes,
+    }
+    without = ("attributes", "scale") if task in UNRATED else ()
+    data = {key: value for key, value in {**toy().definition(), **parts}.items() if key not in without}
+    return Study.model_validate(data)
+
+
+def plan_of(task, participant="P001", seed=0, **changes):
+    return compile_plan(study_of(task, **changes), ParticipantRow(participant, None, 0), seed, LAB)

@@ -1,0 +1,119 @@
+"""What the experimenter does meanwhile is an event at once, and replays like any other."""
+
+import pytest
+
+from protocols.requests import Aside, Ask, Present, Reply, ReplyError
+from protocols.runner import run
+from protocols.worlds import EndOfRecord, Recorded
+from tests.protocols.studies_for_tests import toy_plan
+from tests.protocols.worlds_for_tests import Kept, rated
+
+PLAN = toy_plan(order={"design": "as_listed"})
+NOTE = {"do": "note", "text": "sneezed"}
+REPEAT, LAST = {"do": "repeat", "which": "this"}, {"do": "repeat", "which": "last"}
+
+
+class Desk:
+    """Answers every form; at the n-th request first gives the asides scripted for it."""
+
+    def __init__(self, **asides):
+        self.asides = {int(key[1:]): list(values) for key, values in asides.items()}
+        self.requests, self.t_ns = [], 0
+
+    def now(self):
+        self.t_ns += 1
+        return self.t_ns
+
+    def perform(self, request):
+        if not self.requests or self.requests[-1] is not request:
+            self.requests.append(request)
+        if waiting := self.asides.get(len(self.requests)):
+            return Aside(waiting.pop(0))
+        return Reply(rated(1, 2) if isinstance(request, Ask) else {})
+
+
+def ran(**asides):
+    log, desk = Kept(), Desk(**asides)
+    run(PLAN, desk, log, {})
+    return log, desk
+
+
+def replayed(events):
+    tape = Recorded(events)
+    run(PLAN, tape, tape, {})
+    tape.demand_end()
+
+
+def test_a_note_stands_between_a_request_and_its_reply():
+    log, _ = ran(n2=[NOTE, {"do": "pause"}, {"do": "go_on"}])
+    assert log.told()[4:9] == ["ask", "experimenter", "experimenter", "experimenter", "answer"]
+    assert log.events[5].value == NOTE and log.events[5].trial == 1
+    replayed(log.events)
+
+
+def test_a_note_is_kept_before_the_answer_comes():
+    log, desk = Kept(), Desk(n2=[NOTE])
+    seen = []
+    log.on_append = lambda event: seen.append((event.kind, len(desk.asides[2])))
+    run(PLAN, desk, log, {})
+    assert seen[5] == ("experimenter", 0) and seen[6][0] == "reply"
+
+
+def test_a_trial_that_is_repeated_is_felt_again():
+    log, _ = ran(n2=[REPEAT])
+    assert " ".join(log.told()[1:12]) == ("A1( present . ask experimenter )repeated A2( present . ask answer")
+    replayed(log.events)
+
+
+def test_the_last_trial_is_repeated_and_its_answer_is_forgotten():
+    log, desk = ran(n4=[LAST])
+    assert " ".join(log.told()[7:21]) == (
+        "B1( present . ask experimenter )repeated A2( present . ask answer )answered B2( present"
+    )
+    again = [request for request in desk.requests if isinstance(request, Ask)][2]
+    assert again.trial.previous is None
+    replayed(log.events)
+
+
+def test_the_first_trial_has_none_before_it():
+    log, _ = ran(n1=[LAST])
+    assert " ".join(log.told()[1:7]) == "A1( present experimenter )repeated A2( present"
+
+
+def test_a_session_that_is_aborted_is_over():
+    log, desk = ran(n3=[NOTE, {"do": "abort", "text": "felt unwell"}])
+    assert log.told()[-3:] == ["experimenter", "experimenter", "session_ended"]
+    assert log.events[-1].value == {"trials": 4, "as": "aborted"} and log.events[-1].trial is None
+    assert isinstance(desk.requests[-1], Present)
+    replayed(log.events)
+
+
+@pytest.mark.parametrize("cut", range(1, 12))
+def test_a_record_with_asides_cut_anywhere_goes_on(cut):
+    whole, _ = ran(n2=[NOTE, REPEAT])
+    events = whole.events[:cut]
+    with pytest.raises(EndOfRecord):
+        tape = Recorded(events)
+        run(PLAN, tape, tape, {})
+    kept = Kept(list(events))
+    desk = Desk()
+    desk.t_ns = 1000
+    tape = Recorded(events, desk, kept)
+    run(PLAN, tape, tape, {})
+    assert kept.events[:cut] == events and kept.events[-1].value == {"trials": 4}
+
+
+def test_a_rest_cannot_be_repeated():
+    with pytest.raises(ReplyError, match="'repeat' is unknown, or not to be done here"):
+        ran(n5=[REPEAT])
+
+
+def test_an_unknown_act_is_refused():
+    with pytest.raises(ReplyError, match="'dance' is unknown"):
+        ran(n2=[{"do": "dance"}])
+
+
+def test_the_calibration_is_confirmed_where_there_is_one():
+    log, desk = Kept(), Desk()
+    run(PLAN, desk, log, {"calibration": {"px_per_mm": 3.6}})
+    assert log.events[1].value == {"do": "confirm", "what": "calibration"} and log.events[3].kind == "trial_started"

@@ -1,0 +1,206 @@
+"""Every task runs from consent to the last form, replays, and refuses what is no answer to it."""
+
+import pytest
+
+from protocols.consistency import inconsistencies
+from protocols.forms import LabForms
+from protocols.perceiver import Perceiver
+from protocols.plan import ParticipantRow, PlanError, compile_plan
+from protocols.requests import Ask, Reply, ReplyError, Samples
+from protocols.runner import run
+from protocols.study import Study
+from protocols.worlds import Done, Recorded, Simulated, VirtualClock
+from tests.protocols.every_task import ITEMS, LAB, PARTS, WORDS, plan_of, study_of
+from tests.protocols.worlds_for_tests import Kept
+
+TASKS = sorted(PARTS)
+
+
+def device(request, t_ns):
+    return Done(Reply({"presented": True}, (Samples("tool", ("a",), ("m/s^2",), 1.0, t_ns, b"\0" * 4),)), 1.0)
+
+
+def simulated(plan, t_ns=0):
+    return Simulated(Perceiver(plan), device, VirtualClock(t_ns))
+
+
+def ran(plan):
+    log = Kept()
+    run(plan, simulated(plan), log, {"study": "toy"})
+    return log.events
+
+
+def replies(events, form):
+    asked = [e.value.get("form") if e.kind == "request" else None for e in events]
+    return [events[n + 1].value for n, name in enumerate(asked) if name == form]
+
+
+@pytest.mark.parametrize("task", TASKS)
+def test_a_task_runs_from_consent_to_the_last_form_and_replays(task):
+    events = ran(plan_of(task))
+    forms = [e.value["form"] for e in events if e.kind == "request" and e.value["do"] == "ask"]
+    assert forms[:2] == ["consent", "demographics"] and forms[-2:] == ["likert", "suggestions"]
+    assert events[-1].value == {"trials": 4}
+    tape = Recorded(events)
+    run(plan_of(task), tape, tape, {"study": "toy"})
+    tape.demand_end()
+
+
+@pytest.mark.parametrize("task", TASKS)
+@pytest.mark.parametrize("cut", [3, 9, 14, 22])
+def test_a_task_cut_anywhere_goes_on_to_the_same_session(task, cut):
+    whole = ran(plan_of(task))
+    kept = Kept(list(whole[:cut]))
+    tape = Recorded(whole[:cut], simulated(plan_of(task), whole[cut - 1].t_ns), kept)
+    run(plan_of(task), tape, tape, {"study": "toy"})
+    assert kept.events == whole
+
+
+@pytest.mark.parametrize("task", TASKS)
+def test_the_study_of_a_task_is_consistent_and_lacks_nothing(task):
+    assert list(inconsistencies(study_of(task))) == []
+
+
+WITHOUT = {
+    "slider_rating": ("attributes", "scale"),
+    "adjective_selection": ("adjectives",),
+    "capture": ("capture",),
+    "similarity": ("sides", "scale"),
+}
+
+
+@pytest.mark.parametrize(("task", "part"), [(task, part) for task, parts in WITHOUT.items() for part in parts])
+def test_a_part_that_the_task_needs_is_asked_for_by_name(task, part):
+    data = {key: value for key, value in study_of(task).definition().items() if key != part}
+    assert (part,) in [problem.path for problem in inconsistencies(Study.model_validate(data))]
+
+
+@pytest.mark.parametrize(
+    ("task", "changes", "said"),
+    [
+        ("free_lexicon", {"sides": ["a", "b"]}, "belongs to task similarity, and this one is free_lexicon"),
+        ("similarity", {"sides": ["real", "real"]}, "two different sides"),
+        ("capture", {"navigation": "back_and_forward"}, "task capture goes forward only"),
+        ("capture", {"capture": {"device": "tool", "seconds": "size"}}, "stimulus 'A' has '0' in 'size'"),
+        ("capture", {"capture": {"device": "tool", "seconds": "kind"}}, "seconds from 0.1 to 3600"),
+        ("adjective_selection", {"adjectives": {"words": ["Glassy", "glassy "]}}, "'glassy ' stands twice"),
+        ("matching", {"closing": []}, "closing: [questionnaire] and questionnaire"),
+        ("matching", {"questionnaire": {"items": ITEMS[:1] * 2}}, "the item 'Realism' stands twice"),
+        ("matching", {"opening": ["consent", "consent"]}, "a form stands twice"),
+        ("matching", {"simulation": {"latents": {"Sof": {"size": 1}}}}, "did you mean 'Soft'?"),
+    ],
+)
+def test_parts_that_do_not_fit_are_named(task, changes, said):
+    problems = [problem.message for problem in inconsistencies(study_of(task, **changes))]
+    assert any(said in problem for problem in problems), problems
+
+
+def test_words_are_shuffled_once_for_each_participant():
+    orders = {who: {trial.form.words for trial in plan_of("adjective_selection", who).trials} for who in ("P1", "P2")}
+    assert all(len(each) == 1 for each in orders.values()) and orders["P1"] != orders["P2"]
+    assert sorted(next(iter(orders["P1"]))) == sorted(WORDS)
+    [listed] = {trial.form.words for trial in plan_of("adjective_selection", adjectives={"words": WORDS}).trials}
+    assert listed == tuple(WORDS)
+
+
+def test_switches_lie_before_the_answer_and_alternate():
+    for value in replies(ran(plan_of("similarity", simulation={"latents": {}})), "similarity"):
+        sides = [each["to"] for each in value["switches"]]
+        assert sides == [("real", "virtual")[n % 2] for n in range(len(sides))] and len(sides) >= 2
+        assert value["switches"][-1]["at_s"] < min(value["at_s"].values()) <= value["seconds"]
+
+
+def test_an_author_tries_what_was_wished_before_it_stands():
+    events = ran(plan_of("authoring"))
+    asked = [e.value for e in events if e.kind == "request" and e.value.get("form") == "authoring"]
+    given = replies(events, "authoring")
+    felt = [e.value["wish"] for e in events if e.kind == "request" and "wish" in e.value]
+    assert felt == [value["answers"] for value in given if value.get("go") == "try"] and len(felt) >= 8
+    finals = [value["answers"] for value in given if "go" not in value]
+    assert len(finals) == 4 and all(final in felt for final in finals)
+    assert [a["previous"] is None for a in asked].count(True) == 4
+
+
+def test_latents_of_words_make_them_likely():
+    people = [f"P{n}" for n in range(60)]
+    latents = {"rough": {"size": 2.0}, "smooth": {"intercept": -6}}
+    plans = [plan_of("adjective_selection", who, simulation={"latents": latents}) for who in people]
+    ticked = {"A": 0, "D": 0}
+    for plan in plans:
+        for trial, value in zip(plan.trials, replies(ran(plan), "adjectives"), strict=True):
+            assert "smooth" not in value["answers"]["ticked"]
+            ticked[trial.stimulus.id] = ticked.get(trial.stimulus.id, 0) + ("rough" in value["answers"]["ticked"])
+    assert ticked["A"] < 15 and ticked["D"] > 45
+
+
+def test_the_lab_s_forms_are_part_of_the_plan_and_read_back():
+    plan = plan_of("matching")
+    assert LabForms.from_definition(LAB.definition()) == LAB
+    other = LabForms("Another text", LAB.questions)
+    assert compile_plan(plan.study, plan.who, 0, other).digest != plan.digest
+    bare = compile_plan(plan.study, ParticipantRow("P001"))
+    with pytest.raises(PlanError, match="opens with consent, demographics: the lab's forms are missing"):
+        ran(bare)
+
+
+def test_who_declines_takes_no_part():
+    plan = plan_of("matching")
+    log = Kept()
+
+    class Declines(Simulated):
+        def perform(self, request):
+            if isinstance(request, Ask) and request.form.name == "consent":
+                return Reply({"answers": {"agreed": False}})
+            return super().perform(request)
+
+    run(plan, Declines(Perceiver(plan), device, VirtualClock()), log, {})
+    assert [e.kind for e in log.events] == ["session_started", "request", "reply", "session_ended"]
+    assert log.events[-1].value == {"trials": 4, "as": "declined"}
+
+
+def at_first(task):
+    return plan_of(task).trials[0]
+
+
+NO_ANSWERS = [
+    (at_first("adjective_selection"), {"ticked": ["rough", "rough"], "further": []}, "different words of the list"),
+    (at_first("adjective_selection"), {"ticked": ["green"], "further": []}, "different words of the list"),
+    (at_first("adjective_selection"), {"ticked": [], "further": [""]}, "words are expected"),
+    (at_first("adjective_selection"), {"ticked": []}, "ticked and further words expected"),
+    (at_first("free_lexicon"), {"words": ["one"]}, "at least 2 words expected, found 1"),
+    (at_first("free_lexicon"), {"words": "rough"}, "words expected"),
+    (at_first("matching"), {"Soft": 1.0}, "answers to"),
+    (at_first("matching"), {"Soft": 101.0, "Cold": 3.0}, "not on the study's scale"),
+]
+
+
+@pytest.mark.parametrize(("trial", "answers", "said"), NO_ANSWERS)
+def test_what_is_no_answer_is_refused(trial, answers, said):
+    with pytest.raises(ReplyError, match=f"trial 1: .*{said}"):
+        Ask(trial.form, trial).demand_answer(Reply({"answers": answers}))
+
+
+@pytest.mark.parametrize(
+    ("place", "answers", "said"),
+    [
+        (0, {"agreed": "yes"}, "true or false"),
+        (1, {"age": 17, "handedness": None, "remark": None}, "from 18 to 99"),
+        (1, {"age": None, "handedness": None, "remark": None}, "age is not answered"),
+        (1, {"age": 30, "handedness": "both", "remark": None}, "one of"),
+        (1, {"age": 30, "handedness": "left"}, "answers to"),
+        (1, {"age": 30, "handedness": "left", "remark": 3}, "a text is expected"),
+        (-2, {"Realism": 8, "Ease": 1}, "from 1 to 7"),
+        (-2, {"Realism": 4.0, "Ease": 1}, "from 1 to 7"),
+    ],
+)
+def test_what_is_no_answer_to_a_form_outside_trials_is_refused(place, answers, said):
+    plan = plan_of("matching")
+    form = [*plan.opening, *plan.closing][place]
+    with pytest.raises(ReplyError, match=f"{form.name}: .*{said}"):
+        Ask(form).demand_answer(Reply({"answers": answers}))
+
+
+def test_trying_out_is_only_for_authors():
+    trial = at_first("matching")
+    with pytest.raises(ReplyError, match="goes 'try'"):
+        Ask(trial.form, trial).demand_answer(Reply({"go": "try", "answers": {"Soft": 1.0, "Cold": 1.0}}))
