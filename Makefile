@@ -2,21 +2,23 @@
 PYTHON ?= $(shell command -v python3.11 || command -v python3.12 || command -v python3)
 BIN := .venv/bin
 LOCK := -c constraints.txt
+# What `make test` installs: `make test EXTRAS=dev,lab` adds PsychoPy, and with it the tests of the real window.
+EXTRAS ?= dev
 ROOMS := protocols devices studies analysis modeling
-SOURCES := pyproject.toml palpate.py $(shell find $(ROOMS) -type f -not -path '*/__pycache__/*')
+SOURCES := pyproject.toml palpate.py $(shell find $(ROOMS) participants_template -type f -not -path '*/__pycache__/*')
 
 .PHONY: demo test check clean
 
 demo: .venv/.demo
 	$(BIN)/palpate demo --lab demo-lab
 
-test: .venv/.dev check
+test: .venv/.$(EXTRAS) check
 	$(BIN)/coverage erase
 	$(BIN)/python -m pytest -n 2 --cov --cov-report=
 	$(BIN)/coverage report --include='protocols/*' --fail-under=95
 	$(BIN)/coverage report --include='studies/*' --fail-under=90
 
-check: .venv/.dev
+check: .venv/.$(EXTRAS)
 	$(BIN)/ruff check .
 	$(BIN)/ruff format --check .
 	$(BIN)/mypy
@@ -27,11 +29,11 @@ check: .venv/.dev
 
 .venv/.demo: .venv/bin/python $(SOURCES) constraints.txt
 	$(BIN)/python -m pip install --quiet --disable-pip-version-check $(LOCK) .
-	rm -rf build .venv/.dev
+	rm -rf build .venv/.dev*
 	touch $@
 
-.venv/.dev: .venv/bin/python pyproject.toml constraints.txt
-	$(BIN)/python -m pip install --quiet --disable-pip-version-check $(LOCK) -e '.[dev]'
+.venv/.$(EXTRAS): .venv/bin/python pyproject.toml constraints.txt
+	$(BIN)/python -m pip install --quiet --disable-pip-version-check $(LOCK) -e '.[$(EXTRAS)]'
 	rm -rf build .venv/.demo
 	touch $@
 

@@ -14,13 +14,17 @@ import click
 
 ROOMS = ("protocols", "devices", "studies", "analysis", "modeling")
 VERBS = {
+    "init": ("studies.participants.commands:init", "Make a folder a lab."),
+    "participants": ("studies.participants.commands:participants", "Add, list, withdraw people; who holds which row."),
     "studies": ("studies.commands:studies", "List the studies that can be run here."),
     "check": ("studies.commands:check", "Check a study file and everything it names."),
     "plan": ("studies.commands:plan", "Show what a participant will meet, and how balanced the orders are."),
     "run": ("studies.commands_sessions:run", "Run a session of a study."),
     "resume": ("studies.commands_sessions:resume", "Go on with an interrupted session where it stopped."),
-    "replay": ("studies.commands_sessions:replay", "Prove that recorded sessions repeat, event by event."),
-    "collect": ("studies.commands_sessions:collect", "Gather a lab's sessions into one database."),
+    "replay": ("studies.commands_records:replay", "Prove that recorded sessions repeat, event by event."),
+    "collect": ("studies.commands_records:collect", "Gather a lab's sessions into one database."),
+    "window": ("devices.window.commands:window", "Calibrate and check the participant's window."),
+    "monitor": ("analysis.monitoring.commands:monitor", "Watch a lab's sessions on a small local page."),
     "doors": ("devices.door.commands:doors", "Make car-door stimuli: normalise, simulate, augment."),
     "import": ("analysis.commands:import_", "Read a foreign table of ratings into a lab."),
     "analyse": ("analysis.commands:analyse", "Compute a study's tables and statistics."),
@@ -33,6 +37,7 @@ AREAS = {
     "statistics": "analysis.bench:cases",
     "sessions": "studies.bench:sessions",
     "startup": "studies.bench:startup",
+    "window": "studies.bench_window:cases",
 }
 DEMO = (
     "run door_ratings --participant P001..P040 --simulate --seed 1",

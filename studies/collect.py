@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import re
-from collections.abc import Iterable, Iterator
+from collections.abc import Collection, Iterable, Iterator
 from dataclasses import dataclass
 from pathlib import Path
 
@@ -15,7 +15,10 @@ from studies.ledger_schema import APPLICATION_ID
 from studies.record import read
 from studies.tables import SessionTables, tables
 
-OF_A_SESSION = (schema.streams, schema.events, schema.responses, schema.trials, schema.sessions)
+OF_A_SESSION = (
+    schema.streams, schema.events, schema.switches, schema.answers, schema.words, schema.responses, schema.trials,
+    schema.sessions,
+)  # fmt: skip
 
 
 class CollectError(ValueError):
@@ -44,8 +47,8 @@ def others_in(lab: Path) -> list[Path]:
     return sorted(path for path in (lab / "sessions").glob("*.sqlite") if path not in named and path.name[0] != ".")
 
 
-def open_database(url: str | URL) -> Engine:
-    """A database for collecting, its tables made where missing.
+def open_database(url: str | URL, rebuild: bool = False) -> Engine:
+    """A database for collecting, its tables made where missing; to `rebuild` empties it first.
 
     Raises CollectError on a URL that cannot be used or a database of another version.
     """
@@ -54,7 +57,8 @@ def open_database(url: str | URL) -> Engine:
         engine = create_engine(target, connect_args={"timeout": 60} if target.drivername.startswith("sqlite") else {})
         with engine.begin() as connection:
             _demand_no_ledger(connection)
-            schema.create_all(connection)
+            if rebuild:
+                schema.drop_all(connection)
             _demand_version(connection)
     except (SQLAlchemyError, ModuleNotFoundError) as error:
         reason = "not a database URL" if isinstance(error, ArgumentError) else str(getattr(error, "orig", error))
@@ -62,21 +66,16 @@ def open_database(url: str | URL) -> Engine:
     return engine
 
 
-def drop(engine: Engine) -> None:
-    """Empty the database of what was collected into it, so that it can be rebuilt."""
-    with engine.begin() as connection:
-        schema.drop_all(connection)
-        schema.create_all(connection)
-        _demand_version(connection)
-
-
-def collect(paths: Iterable[Path], engine: Engine) -> Iterator[Collected]:
+def collect(paths: Iterable[Path], engine: Engine, withdrawn: Collection[str] = ()) -> Iterator[Collected]:
     """Bring each ledger's session into the database, one transaction each; again is as good as once.
+
+    Sessions of the pseudonyms in `withdrawn` are marked, so that no analysis holds them.
 
     Raises LedgerError on a refused ledger, CollectError on one that contradicts the database.
     """
     for path in paths:
-        session = tables(read(path))
+        record = read(path)
+        session = tables(record, record.header["participant"] in withdrawn)
         try:
             with engine.begin() as connection:
                 what = _bring(connection, session, path)
@@ -90,7 +89,8 @@ def collect(paths: Iterable[Path], engine: Engine) -> Iterator[Collected]:
 def _bring(connection: Connection, session: SessionTables, path: Path) -> str:
     name, head = session.session["session"], session.session["head_hash"]
     held = connection.execute(select(schema.sessions).where(schema.sessions.c.session == name)).one_or_none()
-    if held is not None and held.head_hash == head and held.file_sha256 == session.session["file_sha256"]:
+    same = ("file_sha256", "status")
+    if held is not None and held.head_hash == head and all(getattr(held, k) == session.session[k] for k in same):
         return "unchanged"
     if held is not None:
         _demand_continuation(connection, session, path)
@@ -120,6 +120,9 @@ def _insert(connection: Connection, session: SessionTables) -> None:
     for table, rows in (
         (schema.trials, session.trials),
         (schema.responses, session.responses),
+        (schema.words, session.words),
+        (schema.answers, session.answers),
+        (schema.switches, session.switches),
         (schema.events, session.events),
         (schema.streams, session.streams),
     ):
@@ -140,13 +143,16 @@ def _insert_missing(connection: Connection, session: SessionTables) -> None:
 
 
 def _demand_version(connection: Connection) -> None:
+    """Make what is missing; what is there must be of this version."""
+    schema.palpate.create(connection, checkfirst=True)
     found = connection.execute(select(schema.palpate.c.version)).scalar_one_or_none()
     if found is None:
         connection.execute(insert(schema.palpate), {"version": schema.VERSION})
     elif found != schema.VERSION:
         raise CollectError(
-            f"the database was collected in version {found}, this Palpate writes {schema.VERSION}: drop and rebuild it"
+            f"the database was collected in version {found}, this Palpate writes {schema.VERSION}: collect --rebuild"
         )
+    schema.create_all(connection)
 
 
 def _demand_no_ledger(connection: Connection) -> None:

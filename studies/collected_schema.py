@@ -20,7 +20,7 @@ from sqlalchemy import (
     true,
 )
 
-VERSION = 1
+VERSION = 2
 NAME = String(200)
 metadata = MetaData()
 
@@ -121,6 +121,39 @@ streams = Table(
     Column("t0_ns", BigInteger, nullable=False),
     Column("samples", Integer, nullable=False),
     Column("sha256", String(64), nullable=False),
+)
+words = Table(
+    "words",
+    metadata,
+    _session_key(),
+    Column("seq", Integer, primary_key=True),
+    Column("n", Integer, primary_key=True),
+    Column("form", NAME, nullable=False),
+    Column("trial", Integer),
+    Column("attempt", Integer),
+    Column("kind", NAME, nullable=False),
+    Column("word", NAME, nullable=False),
+    Column("counts", Boolean, nullable=False),
+)
+answers = Table(
+    "answers",
+    metadata,
+    _session_key(),
+    Column("seq", Integer, primary_key=True),
+    Column("item", NAME, primary_key=True),
+    Column("form", NAME, nullable=False),
+    Column("value", Text, nullable=False),
+    Column("number", Float(53)),
+)
+switches = Table(
+    "switches",
+    metadata,
+    _session_key(),
+    Column("seq", Integer, primary_key=True),
+    Column("n", Integer, primary_key=True),
+    Column("trial", Integer),
+    Column("side", NAME, nullable=False),
+    Column("at_s", Float(53), nullable=False),
 )
 RATINGS = "ratings"
 

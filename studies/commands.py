@@ -54,7 +54,7 @@ def _listed(name: str, path: Path, read: Any) -> dict[str, Any]:
 @LAB
 @JSON
 def check(study: tuple[str, ...], lab: Path, as_json: bool) -> None:
-    """Check study files: their keys and values, stimulus tables, files, names used. Writes nothing.
+    """Check study files: keys and values, stimulus tables, files, names used, translations. Writes nothing.
 
     STUDY is a study's name, its folder or its study.yaml. Exit code 1 if one cannot be used.
 
@@ -64,7 +64,7 @@ def check(study: tuple[str, ...], lab: Path, as_json: bool) -> None:
     """
     from studies.catalogue import find
 
-    rows = [_checked(find(name, lab)) for name in study]
+    rows = [_checked(find(name, lab), lab) for name in study]
     if as_json:
         echo_json(rows)
     else:
@@ -74,7 +74,7 @@ def check(study: tuple[str, ...], lab: Path, as_json: bool) -> None:
         raise click.exceptions.Exit(1)
 
 
-def _checked(path: Path) -> dict[str, Any]:
+def _checked(path: Path, lab: Path) -> dict[str, Any]:
     from devices.door.grid import DoorDataError
     from protocols.reading import StudyError
     from protocols.yaml_text import YamlError
@@ -86,7 +86,18 @@ def _checked(path: Path) -> dict[str, Any]:
         _demand_playable(found)
     except (StudyError, YamlError, RigError, DoorDataError) as error:
         return {"file": str(path), "ok": False, "problems": str(error)}
+    if faults := _wordings(found, lab):
+        return {"file": str(path), "ok": False, "problems": "\n".join(faults)}
     return {"file": str(path), "ok": True, "summary": _summary(found)}
+
+
+def _wordings(found: Found, lab: Path) -> list[str]:
+    """What is wrong with the words on the screens: the window's, the lab's own, and the study's translations."""
+    from devices.window.texts import SHIPPED, problems
+    from devices.window.texts_study import check_study_texts
+
+    files = [*sorted(SHIPPED.glob("*.yaml")), *sorted((lab / "texts").glob("*.yaml"))]
+    return [*(fault for file in files for fault in problems(file)), *check_study_texts(found.study, found.folder)]
 
 
 def _demand_playable(found: Found) -> None:
@@ -109,11 +120,22 @@ def _summary(found: Found) -> str:
         f"ok: {study.study}: {study.title or ''}".rstrip(": "),
         f"    {len(study.stimuli)} stimuli; "
         + ", ".join(f"group {name}: {count * study.order.repeats} trials" for name, count in sorted(counts.items())),
-        f"    {len(study.attributes)} attributes on {study.scale.low}..{study.scale.high}; "
+        f"    {_asked(study)}; "
         f"order: {study.order.design} within {study.order.within}; needs {', '.join(study.needs) or 'nothing'}",
         f"    digest {digest(study.definition())}",
     ]
     return "\n".join(lines)
+
+
+def _asked(study: Study) -> str:
+    """What a trial asks or records, in words."""
+    if study.scale is not None:
+        return f"{len(study.attributes)} attributes on {study.scale.low}..{study.scale.high}"
+    if study.adjectives is not None:
+        return f"{len(study.adjectives.words)} adjectives to tick"
+    if study.capture is not None:
+        return f"recorded by {study.capture.device}"
+    return "words of the participant's own"
 
 
 @click.command()

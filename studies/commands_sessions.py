@@ -1,26 +1,26 @@
-"""Verbs about sessions: run, resume, replay, collect."""
+"""Verbs that run sessions: run, resume."""
 
 from __future__ import annotations
 
 import re
 import shlex
-from collections.abc import Generator, Iterator, Sequence
+from collections.abc import Iterator
 from contextlib import closing
 from pathlib import Path
-from typing import TYPE_CHECKING, Any, TypeVar
+from typing import TYPE_CHECKING, Any
 
 import click
 
-from studies.options import JSON, LAB, echo_json
+from studies.live_options import LiveOptions, to_go_on, to_start
+from studies.options import JSON, LAB, echo_json, progress
 
 if TYPE_CHECKING:
-    from sqlalchemy import Engine
-
+    from protocols.plan import Plan
     from studies.catalogue import Found
+    from studies.record import Record
     from studies.rig import RigPlan
     from studies.session import Sat
 
-T = TypeVar("T")
 _SEVERAL = re.compile(r"^([A-Za-z]+)([0-9]+)\.\.\1([0-9]+)$")
 
 
@@ -29,59 +29,133 @@ _SEVERAL = re.compile(r"^([A-Za-z]+)([0-9]+)\.\.\1([0-9]+)$")
 @click.option("--participant", required=True, help="A pseudonym, as P001; with --simulate also several, as P001..P040.")
 @click.option("--simulate", is_flag=True, help="A simulated participant at simulated devices, in virtual time.")
 @click.option("--seed", type=int, default=0, show_default=True, help="Seed of randomised orders and simulated people.")
-@click.option("--group", help="The participant's group, if not by the pseudonym's number.")
-@click.option("--row", type=click.IntRange(min=0), help="Row of the square, if not by the pseudonym's number.")
+@click.option("--group", help="The participant's group, if not by registry or number.")
+@click.option("--row", type=click.IntRange(min=0), help="Row of the square, if not by registry or number.")
 @click.option("--session", "number", type=click.IntRange(min=1), default=1, show_default=True, help="Which session.")
+@to_start
 @LAB
 @JSON
 def run(
     study: str, participant: str, simulate: bool, seed: int, group: str | None, row: int | None, number: int, lab: Path,
-    as_json: bool,
+    as_json: bool, live: LiveOptions,
 ) -> None:  # fmt: skip
     """Run a session of STUDY; every event is on disk before the next thing happens.
 
-    P001, P002, ... go round the study's groups in turn and take the next row of its square with every round.
+    A real participant is known to the lab (palpate participants add) and gets a row of the square once and for all.
+    Simulated ones go round the study's groups in turn and take the next row with every round, by their numbers.
     Ctrl-C ends a session safely; go on with palpate resume.
 
     \b
-    Example:
-      palpate run door_ratings --participant P001 --simulate --seed 1 --lab LAB
+    Examples:
+      palpate run texture_ratings --participant P001 --lab LAB
+      palpate run texture_ratings --participant P001 --lab LAB --rehearse
+      palpate run door_ratings --participant P001..P040 --simulate --seed 1 --lab LAB
     """
-    from protocols.plan import compile_plan
-    from studies.allocation import allocate
     from studies.catalogue import find, read_study
+    from studies.live_rig import demand_drivers
+
+    if simulate and (live.rehearse or live.twins):
+        raise click.UsageError("--simulate needs no window: leave --rehearse and --twins out, or leave it out")
+    found = read_study(find(study, lab))
+    people = _people(participant, simulate)
+    if live.rehearse:
+        _report([_rehearsed(found, lab, people, seed, (group, row), live)], as_json, study)
+    elif simulate:
+        plans = _plans(found, lab, people, seed, (group, row), live, real=False)
+        _report(_simulated(found, lab, plans, number, row is not None, live), as_json, study)
+    else:
+        demand_drivers(found.study, live.twins)
+        [plan] = _plans(found, lab, people, seed, (group, row), live, real=True)
+        _report([_live(found, lab, plan, number, live)], as_json, study)
+
+
+def _plans(
+    found: Found, lab: Path, people: list[str], seed: int, place: tuple[str | None, int | None], live: LiveOptions,
+    real: bool,
+) -> list[Plan]:  # fmt: skip
+    from studies.launch import plans_of
+
+    return plans_of(found.study, lab, people, seed, real, live.language or "en", *place)
+
+
+def _simulated(found: Found, lab: Path, plans: list[Plan], number: int, shared: bool, live: LiveOptions) -> list[Sat]:
+    from studies.rig import simulated
     from studies.session import start
     from studies.squares import demand_free
 
-    found = read_study(find(study, lab))
-    people = _people(participant, simulate)
-    plans = [compile_plan(found.study, allocate(found.study, who, group, row), seed) for who in people]
-    rig = _rig(simulate, found)
-    demand_free(lab, plans, number, shared=row is not None)
-    sat = []
-    with closing(_progress(plans, "running", as_json)) as steps:
+    rig = simulated(found.study, found.folder)
+    accepted = {plan.who.participant: _before(found, lab, plan, number, live) for plan in plans}
+    demand_free(lab, plans, number, shared)
+    sat: list[Sat] = []
+    with closing(progress(plans, "running", live.as_json)) as steps:
         for plan in steps:
-            sat.append(start(lab, plan, rig, number))
+            sat.append(start(lab, plan, rig, number, accepted[plan.who.participant]))
             if not sat[-1].complete:
                 break
-    _report(sat, as_json, study)
+    return sat
+
+
+def _live(found: Found, lab: Path, plan: Plan, number: int, live: LiveOptions) -> Sat:
+    from studies.live_rig import live_plan
+    from studies.session import start
+    from studies.squares import demand_free
+
+    accepted = _before(found, lab, plan, number, live)
+    demand_free(lab, [plan], number, shared=True)
+    sat = start(lab, plan, live_plan(found, lab, live), number, accepted)
+    _on_record(found, lab, plan.who.participant, sat)
+    return sat
+
+
+def _on_record(found: Found, lab: Path, participant: str, sat: Sat) -> None:
+    """What a real session's end means for the participant's row: who declined gives it up."""
+    from studies.participants.admission import finish
+    from studies.participants.registry import open_registry
+    from studies.participants.rows import release
+
+    if sat.complete:
+        finish(lab, found.study, participant)
+    elif sat.status == "declined":
+        release(open_registry(lab), found.study, participant, "declined to take part")
+
+
+def _before(found: Found, lab: Path, plan: Plan, number: int, live: LiveOptions) -> dict[str, Any] | None:
+    """The participant's earlier sessions are there and over; what of a change of the study goes on record."""
+    from studies.changes import demand_unchanged, earlier_header
+    from studies.launch import demand_next
+
+    study, who = found.study.study, plan.who.participant
+    demand_next(lab, study, who, number)
+    header = earlier_header(lab, study, who, number)
+    return None if header is None else demand_unchanged(header, found.study, live.accept_change)
+
+
+def _rehearsed(
+    found: Found, lab: Path, people: list[str], seed: int, place: tuple[str | None, int | None], live: LiveOptions
+) -> Sat:
+    from studies.rehearsal import rehearsal_plan, rehearse
+
+    [plan] = _plans(found, lab, people, seed, place, live, real=False)
+    return rehearse(lab, plan, rehearsal_plan(found, lab, live))
 
 
 @click.command()
 @click.argument("ledger", type=click.Path(path_type=Path))
 @click.option("--study", help="The study's name or path, if it is not among the lab's or the shipped ones.")
 @click.option("--without-wal", is_flag=True, help="Go on although the file's -wal companion was lost.")
+@to_go_on
 @JSON
-def resume(ledger: Path, study: str | None, without_wal: bool, as_json: bool) -> None:
+def resume(ledger: Path, study: str | None, without_wal: bool, as_json: bool, live: LiveOptions) -> None:
     """Go on with an interrupted session: what is recorded is replayed, then the session goes on at the exact act.
+
+    It goes on with the study as it was recorded. If the study's file has changed since, --accept-change is needed,
+    and goes on record.
 
     \b
     Example:
       palpate resume LAB/sessions/door_ratings_P001_s1.sqlite
     """
-    from studies.catalogue import Found, find
     from studies.record import LedgerError, read
-    from studies.replay import recompiled
     from studies.session import resume as go_on
 
     if ledger.is_dir():
@@ -92,110 +166,35 @@ def resume(ledger: Path, study: str | None, without_wal: bool, as_json: bool) ->
             f"{ledger}: its -wal file, which may hold the session's last events, is not there; copy both files, "
             "or add --without-wal to go on from what is left"
         )
-    declared = recompiled(record).study
-    folder = find(study or declared.study, ledger.resolve().parent.parent).parent
-    rig = _rig(record.header["rig"]["kind"] == "simulated", Found(declared, folder))
-    _report([go_on(ledger, rig)], as_json, study)
+    lab = ledger.resolve().parent.parent
+    found, rig, accepted = _to_go_on(record, lab, study, live)
+    sat = go_on(ledger, rig, accepted)
+    if record.header["rig"]["kind"] == "live":
+        _on_record(found, lab, record.header["participant"], sat)
+    _report([sat], as_json, study)
 
 
-@click.command()
-@click.argument("ledger", nargs=-1, type=click.Path(path_type=Path))
-@LAB
-@JSON
-def replay(ledger: tuple[Path, ...], lab: Path, as_json: bool) -> None:
-    """Replay recorded sessions and compare every event byte for byte; without LEDGER, all of the lab's.
+def _to_go_on(
+    record: Record, lab: Path, study: str | None, live: LiveOptions
+) -> tuple[Found, RigPlan, dict[str, Any] | None]:
+    """The recorded study at its folder, its rig, and what of changes since then goes on record."""
+    from studies.catalogue import Found, find
+    from studies.launch import changed_since
+    from studies.live_rig import plan_to_go_on
+    from studies.participants.admission import admit
+    from studies.replay import recompiled
+    from studies.rig import simulated
 
-    The stored study is compiled anew, must give the plan that was recorded, and its tasks must do what they did.
-    Exit code 1 if a session is refused or differs; the message says which event and how.
-
-    \b
-    Example:
-      palpate replay LAB/sessions/*.sqlite
-    """
-    from studies.collect import CollectError, ledgers_in
-
-    for path in ledger:
-        if not path.exists():
-            raise CollectError(f"{path}: no such ledger or folder")
-    paths = [inner for path in ledger for inner in _ledgers(path)] or ledgers_in(lab)
-    if not paths:
-        raise CollectError(f"no ledgers in {lab / 'sessions'}; run a session first, or name ledgers")
-    with closing(_progress(paths, "replaying", as_json)) as steps:
-        rows = [_replayed(path) for path in steps]
-    failed = [row for row in rows if not row["ok"]]
-    if as_json:
-        echo_json(rows)
-    else:
-        _show_replayed(rows, failed)
-    if failed:
-        raise click.exceptions.Exit(1)
-
-
-@click.command()
-@click.option("--to", "url", help="SQLAlchemy URL of the database.  [default: LAB/lab.sqlite]")
-@click.option("--rebuild", is_flag=True, help="Empty the database first.")
-@LAB
-@JSON
-def collect(url: str | None, rebuild: bool, lab: Path, as_json: bool) -> None:
-    """Gather the lab's sessions into one database; again is as good as once.
-
-    Tables: studies, participants, sessions, trials, responses, events, streams; and the view `ratings`,
-    one row per rating as it stands. The database can be dropped and rebuilt at any time.
-    A refused ledger is named and the others are collected; the exit code is 1 then.
-
-    \b
-    Example:
-      palpate collect --lab LAB --to postgresql+psycopg://user@host/lab
-    """
-    from sqlalchemy import URL
-
-    from studies.collect import CollectError, drop, ledgers_in, open_database, others_in
-
-    paths = ledgers_in(lab)
-    if not paths:
-        raise CollectError(f"no ledgers in {lab / 'sessions'}; run a session first")
-    if url is not None and url.strip() in {"sqlite://", "sqlite:///", "sqlite:///:memory:"}:
-        raise CollectError(f"{url}: a database in memory is gone at once; name a file, as sqlite:///lab.sqlite")
-    engine = open_database(url or URL.create("sqlite", database=str(lab / "lab.sqlite")))
-    try:
-        if rebuild:
-            drop(engine)
-        with closing(_progress(paths, "collecting", as_json)) as steps:
-            rows = [_collected(path, engine) for path in steps]
-    finally:
-        engine.dispose()
-    counts = {what: sum(row["what"] == what for row in rows) for what in ("new", "updated", "unchanged", "refused")}
-    refused = [row for row in rows if row["what"] == "refused"]
-    skipped = [path.name for path in others_in(lab)]
-    if as_json:
-        echo_json(
-            {"sessions": len(rows), **counts, "problems": [row["problem"] for row in refused], "skipped": skipped}
-        )
-    else:
-        _show_collected(counts, refused, skipped, engine.url.render_as_string(hide_password=True))
-    if refused:
-        raise click.exceptions.Exit(1)
-
-
-def _collected(path: Path, engine: Engine) -> dict[str, Any]:
-    from studies.collect import CollectError
-    from studies.collect import collect as gather
-    from studies.record import LedgerError
-
-    try:
-        [found] = gather([path], engine)
-    except (LedgerError, CollectError) as error:
-        return {"what": "refused", "problem": str(error)}
-    return {"what": found.what}
-
-
-def _show_collected(counts: dict[str, int], refused: list[dict[str, Any]], skipped: list[str], where: str) -> None:
-    told = ", ".join(f"{count} {what}" for what, count in counts.items() if count)
-    click.echo(f"{sum(counts.values()) - len(refused)} sessions collected ({told}) into {where}")
-    for row in refused:
-        click.echo(f"REFUSED  {row['problem']}")
-    if skipped:
-        click.echo(f"not taken for sessions by their names: {', '.join(skipped)}")
+    plan = recompiled(record)
+    header, declared = record.header, plan.study
+    file = find(study or declared.study, lab)
+    accepted = changed_since(header, file, live.accept_change)
+    found, real = Found(declared, file.parent), header["rig"]["kind"] != "simulated"
+    admit(lab, declared, plan.who.participant, live=False)
+    if not real:
+        return found, simulated(declared, file.parent), accepted or None
+    rig, of_screen = plan_to_go_on(found, lab, live, header)
+    return found, rig, {**accepted, **(of_screen or {})} or None
 
 
 def _people(participant: str, simulate: bool) -> list[str]:
@@ -210,22 +209,6 @@ def _people(participant: str, simulate: bool) -> list[str]:
     if not 0 < int(last) - int(first) + 1 <= 10_000:
         raise AllocationError(f"participant {participant!r}: from first to last is expected, as P001..P040")
     return [f"{letters}{number:0{len(first)}d}" for number in range(int(first), int(last) + 1)]
-
-
-def _rig(simulate: bool, found: Found) -> RigPlan:
-    from studies import rig
-
-    return rig.simulated(found.study, found.folder) if simulate else rig.real(found.study)
-
-
-def _progress(items: Sequence[T], doing: str, quiet: bool) -> Generator[T]:
-    """The items one by one; on a terminal with a progress bar."""
-    from rich.console import Console
-    from rich.progress import Progress
-
-    console = Console(stderr=True)
-    with Progress(console=console, transient=True, disable=quiet or not console.is_terminal) as bar:
-        yield from bar.track(items, description=doing)
 
 
 def _report(sat: list[Sat], as_json: bool, study: str | None) -> None:
@@ -250,47 +233,3 @@ def _told(sat: list[Sat], study: str | None) -> Iterator[str]:
             by_path = ["--study", study] if study and ("/" in study or Path(study).suffix) else []
             command = shlex.join(["palpate", "resume", str(each.path), *by_path])
             yield f"{each.reason}; {each.events} events are kept. Go on with: {command}"
-
-
-def _ledgers(path: Path) -> list[Path]:
-    return sorted(path.glob("*.sqlite")) if path.is_dir() else [path]
-
-
-def _replayed(path: Path) -> dict[str, Any]:
-    from protocols.worlds import Divergence
-    from studies.record import LedgerError
-    from studies.replay import replay as repeat
-
-    try:
-        found = repeat(path)
-    except LedgerError as error:
-        return {"ledger": str(path), "ok": False, "verdict": "refused", "problem": str(error)}
-    except Divergence as error:
-        return {"ledger": str(path), "ok": False, "verdict": "differs", "problem": str(error)}
-    return {
-        "ledger": str(path),
-        "ok": True,
-        "verdict": "equal",
-        "lacks_wal": found.lacks_wal,
-        "events": found.events,
-        "complete": found.complete,
-        "session_s": found.session_s,
-        "seconds": round(found.seconds, 4),
-    }
-
-
-def _show_replayed(rows: list[dict[str, Any]], failed: list[dict[str, Any]]) -> None:
-    for row in failed:
-        click.echo(f"{row['verdict'].upper():<8} {row['ledger']}\n         {row['problem']}")
-    good = [row for row in rows if row["ok"]]
-    for row in good:
-        if row["lacks_wal"]:
-            click.echo(f"(the -wal file is missing, events may be lost with it: {row['ledger']})")
-        elif not row["complete"]:
-            click.echo(f"(interrupted after {row['events']} events: {row['ledger']})")
-    if good:
-        took, lasted = sum(row["seconds"] for row in good), sum(row["session_s"] for row in good)
-        click.echo(
-            f"{len(good)} of {len(rows)} sessions repeat exactly: {sum(row['events'] for row in good)} events, "
-            f"{lasted / 3600:.1f} h of sessions in {took:.1f} s ({lasted / max(took, 1e-9):,.0f} times as fast)"
-        )

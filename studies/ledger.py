@@ -100,19 +100,14 @@ class Ledger:
     shield: Shield = nullcontext
     head: str = field(init=False)
     written: int = field(init=False)
-    last_kind: str = field(init=False)
+    status: str = field(init=False)
     last_sitting: str = field(init=False)
     sat: int = field(init=False)
 
     def __post_init__(self) -> None:
         self.head, self.written = self.record.head, len(self.record.events)
-        self.last_kind, self.last_sitting = self.record.events[-1].kind, self.record.sittings[-1].hash
+        self.status, self.last_sitting = self.record.status, self.record.sittings[-1].hash
         self.sat = len(self.record.sittings)
-
-    @property
-    def complete(self) -> bool:
-        """Whether the session has come to its end."""
-        return self.last_kind == "session_ended"
 
     def append(self, event: Event) -> None:
         """Keep the event and its samples; they are on the disk when this returns."""
@@ -122,7 +117,8 @@ class Ledger:
         with self.shield():
             with kept(self.record.path, f"event {event.seq}"), self.connection.begin():
                 _insert_event(self.connection, event, link)
-            self.head, self.written, self.last_kind = link, self.written + 1, event.kind
+            self.head, self.written = link, self.written + 1
+            self.status = str(event.value.get("as", "complete")) if event.kind == "session_ended" else "interrupted"
 
     def sit(self, kind: str, body: Mapping[str, Any]) -> None:
         """Put on record that a process took the ledger up or laid it down."""

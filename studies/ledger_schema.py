@@ -14,7 +14,8 @@ from protocols.events import Event
 from protocols.requests import Samples
 
 _DRIVER = "sqlite+pysqlite"
-FORMAT = 1
+FORMAT = 2
+"""2: forms, tasks and what the experimenter does; a ledger of format 1 is read as ever."""
 APPLICATION_ID = 0x50414C50
 """'PALP' in the file's header: how a ledger is known from any other SQLite file."""
 SEED = hashlib.sha256(b"palpate ledger").hexdigest()

@@ -2,10 +2,13 @@
 
 from __future__ import annotations
 
+from collections.abc import Generator, Sequence
 from pathlib import Path
-from typing import Any
+from typing import Any, TypeVar
 
 import click
+
+T = TypeVar("T")
 
 LAB = click.option(
     "--lab", type=click.Path(file_okay=False, path_type=Path), default=Path(), show_default="the current folder",
@@ -19,3 +22,13 @@ def echo_json(value: Any) -> None:
     from protocols.canonical import canonical
 
     click.echo(canonical(value).decode())
+
+
+def progress(items: Sequence[T], doing: str, quiet: bool) -> Generator[T]:
+    """The items one by one; on a terminal with a progress bar."""
+    from rich.console import Console
+    from rich.progress import Progress
+
+    console = Console(stderr=True)
+    with Progress(console=console, transient=True, disable=quiet or not console.is_terminal) as bar:
+        yield from bar.track(items, description=doing)

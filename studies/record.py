@@ -70,9 +70,19 @@ class Record:
         return value
 
     @property
-    def complete(self) -> bool:
-        """Whether the session came to its end."""
+    def ended(self) -> bool:
+        """Whether the session is over: nothing more can be added to it."""
         return self.events[-1].kind == "session_ended"
+
+    @property
+    def status(self) -> str:
+        """`complete`; `aborted` by the experimenter; `declined`, without consent; `interrupted`, to be gone on with."""
+        return str(self.events[-1].value.get("as", "complete")) if self.ended else "interrupted"
+
+    @property
+    def complete(self) -> bool:
+        """Whether the session came to its regular end."""
+        return self.status == "complete"
 
     @property
     def head(self) -> str:

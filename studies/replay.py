@@ -8,6 +8,7 @@ from pathlib import Path
 
 from protocols.canonical import difference
 from protocols.events import NS
+from protocols.forms import LabForms
 from protocols.plan import ParticipantRow, Plan, compile_plan
 from protocols.runner import run
 from protocols.study import Study
@@ -59,7 +60,8 @@ def recompiled(record: Record) -> Plan:
     header = record.header
     try:
         who = ParticipantRow(header["participant"], header["group"], header["row"])
-        plan = compile_plan(Study.model_validate(header["study"]), who, header["seed"])
+        forms = LabForms.from_definition(header["lab_forms"]) if "lab_forms" in header else None
+        plan = compile_plan(Study.model_validate(header["study"]), who, header["seed"], forms)
     except (KeyError, TypeError, ValueError) as error:
         raise LedgerError(
             f"{record.path}: its first event declares no session that this version reads: {error}"

@@ -2,30 +2,37 @@
 
 from __future__ import annotations
 
+from collections.abc import Callable, Mapping
 from contextlib import nullcontext, suppress
 from dataclasses import dataclass
 from pathlib import Path
 from typing import Any
 
+from protocols.events import Event
 from protocols.plan import Plan
 from protocols.runner import run
 from protocols.worlds import Recorded
 from studies.environment import environment, wall_time
 from studies.interrupts import Guard, Interrupted, guarded
 from studies.ledger import Ledger, create, take_up
-from studies.record import LedgerError, Record
+from studies.record import LedgerError, Record, read
 from studies.replay import recompiled
 from studies.rig import Rig, RigPlan
 
 
 @dataclass(frozen=True)
 class Sat:
-    """How a sitting ended."""
+    """How a sitting ended; `status` is the session's (see studies.record.Record.status)."""
 
     path: Path
-    complete: bool
+    status: str
     events: int
     reason: str
+
+    @property
+    def complete(self) -> bool:
+        """Whether the session came to its regular end."""
+        return self.status == "complete"
 
 
 def ledger_path(lab: Path, study: str, participant: str, number: int = 1) -> Path:
@@ -37,12 +44,27 @@ def fresh_path(lab: Path, plan: Plan, number: int) -> Path:
     """Where a new session of the plan will lie. Raises LedgerError if there is one already."""
     path = ledger_path(lab, plan.study.study, plan.who.participant, number)
     if path.exists():
-        raise LedgerError(f"{path} exists: go on with it (palpate resume), or give --session {number + 1}")
+        raise LedgerError(_taken(path, plan, number))
     return path
 
 
-def header_of(plan: Plan, rig: dict[str, Any], number: int = 1) -> dict[str, Any]:
-    """The body of session_started: everything that is needed to understand and to repeat the session."""
+def _taken(path: Path, plan: Plan, number: int) -> str:
+    """What to say where the participant has a session of this number."""
+    status = read(path).status
+    if status == "interrupted":
+        return f"{path} exists and is not over: go on with it: palpate resume {path}"
+    who, study = plan.who.participant, plan.study.study
+    return (
+        f"{path}: {who} has had session {number} of {study} ({status}); if a further one is meant, give"
+        f" --session {number + 1}"
+    )
+
+
+def header_of(plan: Plan, rig: RigPlan, number: int = 1, accepted: Mapping[str, Any] | None = None) -> dict[str, Any]:
+    """The body of session_started: everything that is needed to understand and to repeat the session.
+
+    `accepted` is a change of the study since the participant's earlier session, which the experimenter accepted.
+    """
     return {
         "study": plan.study.definition(),
         "participant": plan.who.participant,
@@ -52,32 +74,37 @@ def header_of(plan: Plan, rig: dict[str, Any], number: int = 1) -> dict[str, Any
         "seed": plan.seed,
         "plan": plan.digest,
         "trials": len(plan.trials),
-        "rig": rig,
-        "calibration": None,
+        "rig": rig.description,
+        "calibration": rig.calibration,
         "environment": environment(),
+        **({} if plan.lab_forms is None else {"lab_forms": plan.lab_forms.definition()}),
+        **({} if accepted is None else {"accepted_change": dict(accepted)}),
     }
 
 
-def start(lab: Path, plan: Plan, rig: RigPlan, number: int = 1) -> Sat:
-    """Begin a session and run it as far as it goes.
+def start(lab: Path, plan: Plan, rig: RigPlan, number: int = 1, accepted: Mapping[str, Any] | None = None) -> Sat:
+    """Begin a session and run it as far as it goes; `accepted` as for `header_of`.
 
     Raises LedgerError if the participant has a session of this number already, RigError if the rig cannot be had.
     """
     path = fresh_path(lab, plan, number)
     rig.check(plan)
     with guarded() as guard:
-        create(path, header_of(plan, rig.description, number), {"at": wall_time()})
+        create(path, header_of(plan, rig, number, accepted), {"at": wall_time()})
         return _sit(take_up(path, _sitting(), guard.shield), rig, guard)
 
 
-def resume(path: Path, rig: RigPlan) -> Sat:
+def resume(path: Path, rig: RigPlan, accepted: Mapping[str, Any] | None = None) -> Sat:
     """Replay what is recorded, then go on live at the exact act where the record ends.
 
-    Raises LedgerError if the ledger is refused, held by another process or complete; Divergence if
+    `accepted` is a change of the study's file since the session began, which the experimenter accepted; it goes into
+    the note of this sitting, and the session goes on with the study as recorded.
+    Raises LedgerError if the ledger is refused, held by another process or over; Divergence if
     this version of Palpate does not do what was recorded. A complete or refused ledger is not touched.
     """
+    sitting = _sitting() | ({} if accepted is None else {"accepted_change": dict(accepted)})
     with guarded() as guard:
-        return _sit(take_up(path, _sitting(), guard.shield, _to_go_on_with), rig, guard)
+        return _sit(take_up(path, sitting, guard.shield, _to_go_on_with), rig, guard)
 
 
 def _sit(ledger: Ledger, planned: RigPlan, guard: Guard) -> Sat:
@@ -90,6 +117,7 @@ def _sit(ledger: Ledger, planned: RigPlan, guard: Guard) -> Sat:
             rig = planned.open(plan, ledger.record.events[-1].t_ns)
             guard.listen()
             _go_on(plan, rig, ledger)
+            rig.finish()
         finally:
             guard.over = True
     except Interrupted as signal:
@@ -100,18 +128,20 @@ def _sit(ledger: Ledger, planned: RigPlan, guard: Guard) -> Sat:
         raise
     finally:
         _lay_down(ledger, rig, reason)
-    return Sat(ledger.record.path, ledger.complete, ledger.written, "complete" if ledger.complete else reason)
+    return Sat(ledger.record.path, ledger.status, ledger.written, _because(ledger, reason))
 
 
 def _to_go_on_with(record: Record) -> None:
     """Refuse a session that is over, or whose plan is not what it was."""
-    if record.complete:
-        raise LedgerError(f"{record.path}: the session is complete; there is nothing to go on with")
+    if record.ended:
+        raise LedgerError(f"{record.path}: the session is {record.status}; there is nothing to go on with")
     recompiled(record)
 
 
 def _go_on(plan: Plan, rig: Rig, ledger: Ledger) -> None:
-    tape = Recorded(ledger.record.events, rig.world, ledger)
+    tape = Recorded(ledger.record.events, rig.world, Watched(ledger, rig.watch))
+    for event in ledger.record.events:
+        rig.watch(event)
     run(plan, tape, tape, ledger.record.header)
     tape.demand_end()
 
@@ -122,10 +152,28 @@ def _lay_down(ledger: Ledger, rig: Rig | None, reason: str) -> None:
         if rig is not None:
             rig.safe()
     finally:
-        because = "complete" if ledger.complete else reason
+        because = _because(ledger, reason)
         # Where the session failed, that is the error to report, not that the note of it found no room.
         with suppress(LedgerError) if reason.startswith("failed") else nullcontext():
             ledger.close({"at": wall_time(), "because": because})
+
+
+def _because(ledger: Ledger, reason: str) -> str:
+    """The session's own end, where it has come to one; else why the sitting ended."""
+    return reason if ledger.status == "interrupted" else ledger.status
+
+
+@dataclass(frozen=True)
+class Watched:
+    """The ledger, and somebody who is told of every event once it is kept."""
+
+    ledger: Ledger
+    watch: Callable[[Event], None]
+
+    def append(self, event: Event) -> None:
+        """Keep the event, then tell of it."""
+        self.ledger.append(event)
+        self.watch(event)
 
 
 def _sitting() -> dict[str, Any]:

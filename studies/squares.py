@@ -30,14 +30,20 @@ def demand_free(lab: Path, plans: Sequence[Plan], number: int, shared: bool) -> 
             )
 
 
-def rows_taken(lab: Path, study: str) -> dict[tuple[str | None, int], set[str]]:
-    """(group, row) -> participants, over the lab's sessions of a study; an unreadable ledger takes no row."""
+def rows_taken(lab: Path, study: str, simulated: bool = True) -> dict[tuple[str | None, int], set[str]]:
+    """(group, row) -> participants, over the lab's sessions of a study, simulated ones only where told.
+
+    An unreadable ledger takes no row.
+    """
     taken: dict[tuple[str | None, int], set[str]] = {}
     for path in ledgers_in(lab, study):
         try:
             header = read_header(path)
             who = ParticipantRow(header["participant"], header["group"], header["row"])
-        except (LedgerError, KeyError):
+            by_person = header["rig"]["kind"] == "live"
+        except (LedgerError, KeyError, TypeError):
+            continue
+        if not (simulated or by_person):
             continue
         taken.setdefault((who.group, who.row), set()).add(who.participant)
     return taken

@@ -14,6 +14,8 @@ from studies.record import Record
 from studies.replay import recompiled
 
 Row = dict[str, Any]
+WORDS = ("adjectives", "lexicon", "suggestions")
+"""Forms that are answered by words."""
 
 
 @dataclass(frozen=True)
@@ -25,6 +27,9 @@ class SessionTables:
     session: Row
     trials: list[Row]
     responses: list[Row]
+    words: list[Row]
+    answers: list[Row]
+    switches: list[Row]
     events: list[Row]
     streams: list[Row]
 
@@ -46,45 +51,116 @@ class _Walk:
     met: dict[int, _Met] = field(default_factory=dict)
     standing: dict[int, list[Row]] = field(default_factory=dict)
     responses: list[Row] = field(default_factory=list)
+    words: list[Row] = field(default_factory=list)
+    answers: list[Row] = field(default_factory=list)
+    switches: list[Row] = field(default_factory=list)
     request: Any = None
 
     def take(self, event: Event) -> None:
         if event.kind == "request":
             self.request = event.value
-        if event.trial is None:
-            return
-        trial = self.met.setdefault(event.trial, _Met())
+        if event.trial is not None:
+            self._progress(event, self.met.setdefault(event.trial, _Met()))
+        if event.kind == "reply" and self.request["do"] == "ask" and "answers" in event.value:
+            self._answered(event)
+
+    def _progress(self, event: Event, trial: _Met) -> None:
         if event.kind == "trial_started":
             trial.attempts, trial.status = event.attempt or 0, "started"
         elif event.kind == "trial_ended":
-            trial.status = event.value["as"] if trial.answered_at is None else "answered"
-        elif event.kind == "reply" and self.request["do"] == "ask" and "answers" in event.value:
-            self._answers(event, trial)
+            as_ = event.value["as"]
+            if as_ == "captured":
+                trial.answered_at = event.seq
+            if as_ == "repeated":
+                self._withdraw(event.trial or 0, trial)
+            trial.status = "answered" if trial.answered_at is not None and as_ != "captured" else as_
 
-    def _answers(self, event: Event, trial: _Met) -> None:
-        value, revised = event.value, self.request["previous"] is not None
-        for row in self.standing.get(event.trial or 0, ()):
+    def _withdraw(self, number: int, trial: _Met) -> None:
+        """A trial that is repeated has no answer until it is answered anew."""
+        trial.answered_at = None
+        self._stand(number, [])
+
+    def _stand(self, number: int, rows: list[Row]) -> None:
+        for row in self.standing.get(number, ()):
             row["counts"] = False
-        trial.answered_at = event.seq
-        now = [
+        self.standing[number] = rows
+
+    def _answered(self, event: Event) -> None:
+        if event.value.get("go") == "try":
+            return
+        rows = list(self._rows(event))
+        if event.trial is not None:
+            self.met[event.trial].answered_at = event.seq
+            self._stand(event.trial, rows)
+        self.switches += [
             {
+                "session": self.session,
+                "seq": event.seq,
+                "n": n,
+                "trial": event.trial,
+                "side": each["to"],
+                "at_s": each["at_s"],
+            }
+            for n, each in enumerate(event.value.get("switches", ()))
+        ]
+
+    def _rows(self, event: Event) -> Iterator[Row]:
+        """The rows that a form's answers make, each put into its table."""
+        form = self.request["form"]
+        if form in WORDS:
+            rows, table = list(self._words(event)), self.words
+        elif event.trial is None:
+            rows, table = list(self._about(event)), self.answers
+        else:
+            rows, table = list(self._ratings(event)), self.responses
+        table += rows
+        yield from rows
+
+    def _ratings(self, event: Event) -> Iterator[Row]:
+        value = event.value
+        for attribute in self.request["items"]:
+            yield {
                 "session": self.session,
                 "trial": event.trial,
                 "attempt": event.attempt,
                 "attribute": attribute,
                 "value": float(value["answers"][attribute]),
                 "response_time_s": value.get("at_s", {}).get(attribute),
-                "revised": revised,
+                "revised": self.request["previous"] is not None,
                 "counts": True,
             }
-            for attribute in self.request["items"]
-        ]
-        self.standing[event.trial or 0] = now
-        self.responses += now
+
+    def _words(self, event: Event) -> Iterator[Row]:
+        said = [(kind, word) for kind, words in event.value["answers"].items() for word in words]
+        for n, (kind, word) in enumerate(said):
+            yield {
+                "session": self.session,
+                "seq": event.seq,
+                "n": n,
+                "form": self.request["form"],
+                "trial": event.trial,
+                "attempt": event.attempt,
+                "kind": kind,
+                "word": word,
+                "counts": True,
+            }
+
+    def _about(self, event: Event) -> Iterator[Row]:
+        for item in self.request["items"]:
+            answer = event.value["answers"][item]
+            number = float(answer) if type(answer) in (int, float) else None
+            yield {
+                "session": self.session,
+                "seq": event.seq,
+                "item": item,
+                "form": self.request["form"],
+                "value": answer if isinstance(answer, str) else canonical(answer).decode(),
+                "number": number,
+            }
 
 
-def tables(record: Record) -> SessionTables:
-    """Every table's rows for one session."""
+def tables(record: Record, withdrawn: bool = False) -> SessionTables:
+    """Every table's rows for one session; `withdrawn` marks that of a participant who withdrew."""
     plan = recompiled(record)
     header = record.header
     session = session_name(record)
@@ -96,9 +172,12 @@ def tables(record: Record) -> SessionTables:
     return SessionTables(
         study=_study_row(plan.study),
         participant={**who, "group_name": header["group"], "row": header["row"]},
-        session=_session_row(record, walk),
+        session=_session_row(record, walk) | ({"status": "withdrawn"} if withdrawn else {}),
         trials=[_trial_row(session, trial, walk.met.get(trial.number, _Met())) for trial in plan.trials],
         responses=[{**row, "antonym": antonyms[row["attribute"]]} for row in walk.responses],
+        words=walk.words,
+        answers=walk.answers,
+        switches=walk.switches,
         events=[_event_row(session, e, h) for e, h in zip(record.events, record.hashes, strict=True)],
         streams=list(_stream_rows(session, record.events)),
     )
@@ -126,8 +205,8 @@ def _session_row(record: Record, walk: _Walk) -> Row:
         "group_name": header["group"],
         "row": header["row"],
         "seed": header["seed"],
-        "simulated": header["rig"]["kind"] == "simulated",
-        "status": "complete" if record.complete else "interrupted",
+        "simulated": header["rig"]["kind"] != "live" or bool(header["rig"].get("twins")),
+        "status": record.status,
         "trials_planned": header["trials"],
         "trials_answered": sum(met.answered_at is not None for met in walk.met.values()),
         "events": len(record.events),

@@ -9,7 +9,9 @@ from dataclasses import dataclass
 from analysis.ratings.dataset import DataRefused
 from protocols.did_you_mean import nearest
 
-STATUSES = ("complete", "interrupted")
+STATUSES = ("complete", "interrupted", "aborted", "declined", "withdrawn")
+NEVER = ("declined", "withdrawn")
+"""Sessions that no analysis may hold, whatever was asked for."""
 
 
 @dataclass(frozen=True)
@@ -53,6 +55,7 @@ def choose_sessions(
     kept = _keep(kept, left_out, lambda s: bool(s.simulated) == wanted, _other_kind)
     for session in kept:
         _check_status(session)
+    kept = _keep(kept, left_out, lambda s: s.status not in NEVER, _unwanted)
     kept = _keep(kept, left_out, lambda s: include_incomplete or s.status == "complete", _interrupted)
     if not kept:
         raise DataRefused(_nothing_left(study, left_out))
@@ -77,8 +80,12 @@ def _other_kind(session: SessionRow) -> str:
     return "a simulated session" if session.simulated else "a real session, only simulated ones were asked for"
 
 
+def _unwanted(session: SessionRow) -> str:
+    return "the participant withdrew" if session.status == "withdrawn" else "the participant declined to take part"
+
+
 def _interrupted(session: SessionRow) -> str:
-    return f"interrupted after {session.trials_answered} of {session.trials_planned} trials"
+    return f"{session.status} after {session.trials_answered} of {session.trials_planned} trials"
 
 
 def _one_version(rows: Sequence[SessionRow], study: str, digest: str | None) -> str:

@@ -121,6 +121,11 @@ def _study(definition: Any, study: str) -> Study:
 
 
 def _assembled(study: Study, choice: Choice, found: Sequence[_Rating]) -> Ratings:
+    if not study.attributes:
+        raise DataRefused(
+            f"study {study.study!r}: its task is {study.task}, which gives no ratings; what was answered lies in the"
+            " tables words, answers and streams of the collected database"
+        )
     kept = {session.session for session in choice.kept}
     counted = [each for each in found if each.session in kept and not each.practice]
     within, crossings = _factors(study)
@@ -130,7 +135,7 @@ def _assembled(study: Study, choice: Choice, found: Sequence[_Rating]) -> Rating
         within=within,
         between=("group",) if len({session.group_name for session in choice.kept}) > 1 else (),
         attributes=tuple(attribute.name for attribute in study.attributes),
-        scale=Scale(study.scale.low, study.scale.high, study.scale.step),
+        scale=None if study.scale is None else Scale(study.scale.low, study.scale.high, study.scale.step),
         inputs=tuple(_inputs(study, choice)),
         exclusions=(*_left_out(choice, found), *_without_ratings(choice, counted), *_practice(kept, found)),
         antonyms={attribute.low: attribute.high for attribute in study.attributes},
@@ -140,7 +145,7 @@ def _assembled(study: Study, choice: Choice, found: Sequence[_Rating]) -> Rating
         pooled=column_name((study.analysis and study.analysis.pooled) or ""),
         families=column_name((study.analysis and study.analysis.families) or ""),
         simulated=any(session.simulated for session in choice.kept),
-        interrupted=tuple(_told(session) for session in choice.kept if session.status == "interrupted"),
+        interrupted=tuple(_told(session) for session in choice.kept if session.status != "complete"),
         seeds=tuple(sorted({session.seed for session in choice.kept if session.simulated})),
         stimulus_sources=_sources(study, {each.stimulus for each in counted}),
     )

@@ -1,6 +1,7 @@
 import json
 import shutil
 import sqlite3
+from pathlib import Path
 
 import pytest
 
@@ -39,7 +40,8 @@ def said(tmp_path, capsys):
 def test_studies_are_listed(said):
     text = said("studies")
     assert "door_ratings" in text and "90 stimuli, 7 attributes" in text and "toy" in text
-    assert {row["study"] for row in json.loads(said("studies", "--json"))} == {"door_ratings", "toy"}
+    listed = {row["study"] for row in json.loads(said("studies", "--json"))}
+    assert {name for name in listed if "_" not in name} == {"toy"} and len(listed) == 11
 
 
 def test_a_broken_study_is_listed_as_broken(said, tmp_path):
@@ -125,7 +127,10 @@ def test_a_damaged_ledger_fails_the_replay_alone(said, tmp_path):
 @pytest.mark.parametrize(
     ("arguments", "error"),
     [
-        (("run", "toy", "--participant", "P001"), "drives simulated devices only: add --simulate"),
+        (("run", "toy", "--participant", "P001"), "is no lab"),
+        (("run", "door_ratings", "--participant", "P001"), "needs door; this version of Palpate has no driver for that"),
+        (("run", "toy", "--participant", "P001", "--simulate", "--rehearse"), "needs no window"),
+        (("run", "toy", "--participant", "P001", "--no-window"), "--no-window goes with --rehearse"),
         (("run", "toy", "--participant", "Anna Smith", "--simulate"), "a pseudonym of a letter"),
         (("run", "toy", "--participant", "P001..P003"), "only simulated sessions run several at once"),
         (("run", "toy", "--participant", "P003..P001", "--simulate"), "from first to last is expected"),
@@ -153,7 +158,7 @@ def test_mistakes_are_one_clear_line_and_nothing_is_written(said, tmp_path, argu
 
 def test_a_session_is_not_run_twice(said):
     said("run", "toy", "--participant", "P001", "--simulate")
-    assert "exists: go on with it (palpate resume), or give --session 2" in said(
+    assert "P001 has had session 1 of toy (complete); if a further one is meant, give --session 2" in said(
         "run", "toy", "--participant", "P001", "--simulate", status=2
     )
     said("run", "toy", "--participant", "P001", "--simulate", "--session", "2")
@@ -215,7 +220,9 @@ def test_a_row_of_the_square_belongs_to_one_participant(said):
 
 def test_several_are_refused_before_the_first_starts(said, tmp_path):
     said("run", "toy", "--participant", "P003", "--simulate")
-    assert "toy_P003_s1.sqlite exists" in said("run", "toy", "--participant", "P001..P004", "--simulate", status=2)
+    assert "P003 has had session 1 of toy (complete)" in said(
+        "run", "toy", "--participant", "P001..P004", "--simulate", status=2
+    )
     assert len(list((tmp_path / "sessions").glob("*.sqlite"))) == 1
 
 
@@ -226,7 +233,23 @@ def test_a_session_is_resumed_from_inside_its_folder_and_without_its_study_file(
     monkeypatch.undo()
     (tmp_path / "studies" / "toy" / "study.yaml").write_text("broken: [")
     monkeypatch.chdir(tmp_path / "sessions")
-    assert "complete: " in said("resume", "toy_P001_s1.sqlite")
+    assert "The study's file cannot be read any more" in said("resume", "toy_P001_s1.sqlite", status=2)
+    assert "complete: " in said("resume", "toy_P001_s1.sqlite", "--accept-change")
+    assert read(Path("toy_P001_s1.sqlite")).sittings[-2].value["accepted_change"] == {
+        "since_session": 1, "differences": "the study's file could not be read",
+    }  # fmt: skip
+
+
+def test_a_study_changed_meanwhile_is_named_and_its_acceptance_recorded(said, tmp_path):
+    said("run", "toy", "--participant", "P001", "--simulate")
+    file = tmp_path / "studies" / "toy" / "study.yaml"
+    file.write_text(file.read_text().replace("[Soft, Hard]", "[Soft, Firm]"))
+    again = ("run", "toy", "--participant", "P001", "--simulate", "--session", "2")
+    assert 'attributes.Soft.high was "Hard" and is "Firm"' in said(*again, status=2)
+    said(*again, "--accept-change")
+    accepted = read(tmp_path / "sessions" / "toy_P001_s2.sqlite").header["accepted_change"]
+    assert accepted["since_session"] == 1 and accepted["study_before"] != accepted["study_now"]
+    assert "P001 has no session 3" in said(*again[:-1], "4", status=2)
 
 
 def test_a_crashed_session_without_its_wal_is_not_silently_gone_on_with(said, tmp_path):
@@ -235,7 +258,7 @@ def test_a_crashed_session_without_its_wal_is_not_silently_gone_on_with(said, tm
 
     lab = Lab(tmp_path)
     path = tmp_path / "sessions" / "toy_P001_s1.sqlite"
-    create(path, header_of(lab.plan(), lab.rig.description), {"at": "2026-01-01T00:00:00+00:00"})
+    create(path, header_of(lab.plan(), lab.rig), {"at": "2026-01-01T00:00:00+00:00"})
     ledger = take_up(path, {})
     alone = tmp_path / "alone" / "sessions" / path.name
     alone.parent.mkdir(parents=True)
@@ -245,7 +268,9 @@ def test_a_crashed_session_without_its_wal_is_not_silently_gone_on_with(said, tm
     assert "its -wal file, which may hold the session's last events, is not there" in said(
         "resume", str(alone), "--study", "toy", status=2
     )
-    assert "complete" in said("resume", str(alone), "--study", str(tmp_path / "studies" / "toy"), "--without-wal")
+    assert "complete" in said(
+        "resume", str(alone), "--study", str(tmp_path / "studies" / "toy"), "--without-wal", "--accept-change"
+    )
 
 
 def test_a_study_that_cannot_be_presented_is_found_by_check_and_leaves_no_session(said, tmp_path):

@@ -114,7 +114,7 @@ def test_a_finished_session_is_not_gone_on_with(lab):
 
 def test_a_participant_has_one_session_of_a_number(lab):
     lab.start()
-    with pytest.raises(LedgerError, match=r"exists: go on with it .*or give --session 2"):
+    with pytest.raises(LedgerError, match=r"P001 has had session 1 of toy \(complete\); .* give --session 2"):
         lab.start()
     assert start(lab.path, lab.plan(), lab.rig, 2).complete
     assert ledger_path(lab.path, "toy", "P001", 2).exists()

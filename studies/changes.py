@@ -1,0 +1,144 @@
+"""What has changed in a study, or in the screen, since a participant began: refused by name, or accepted on record."""
+
+from __future__ import annotations
+
+from collections.abc import Iterator, Mapping, Sequence
+from pathlib import Path
+from typing import TYPE_CHECKING, Any
+
+from protocols.canonical import canonical, digest
+from protocols.study import Study
+from studies.record import read_header
+from studies.session import ledger_path
+
+if TYPE_CHECKING:
+    from devices.window.calibration import Calibration
+
+MOST_NAMED = 3
+LONGEST = 60
+NAMES = ("id", "name", "word", "low")
+"""What the items of a study's lists are called by."""
+
+
+class StudyChanged(ValueError):
+    """The study is not the one that the participant began with."""
+
+
+class ScreenChanged(ValueError):
+    """The screen is not the one that the session was begun on."""
+
+
+def study_change(recorded: Mapping[str, Any], current: Study) -> str | None:
+    """The first differences of the study from its recorded definition, in plain words; None where it is the same."""
+    found = list(differences(recorded, current.definition()))
+    if not found:
+        return None
+    more = f"; and {len(found) - MOST_NAMED} more" if len(found) > MOST_NAMED else ""
+    return "; ".join(found[:MOST_NAMED]) + more
+
+
+def demand_unchanged(header: Mapping[str, Any], current: Study, accept: bool) -> dict[str, Any] | None:
+    """What is to be put on record where the study has changed since `header` was written; None where it has not.
+
+    `header` is the body of the session's, or of the participant's earlier session's, first event.
+    Raises StudyChanged naming the differences, unless they are accepted.
+    """
+    told = study_change(header["study"], current)
+    if told is None:
+        return None
+    if not accept:
+        raise StudyChanged(
+            f"{current.study}: the study has changed since participant {header['participant']} began session "
+            f"{header['session']}: {told}. Put it back as it was, or accept the change for this participant with "
+            "--accept-change, which goes on record"
+        )
+    before, now = digest(header["study"]), digest(current.definition())
+    return {"since_session": header["session"], "study_before": before, "study_now": now, "differences": told}
+
+
+def earlier_header(lab: Path, study: str, participant: str, number: int) -> dict[str, Any] | None:
+    """The first event of the participant's latest session before this one; None where there is none."""
+    for earlier in range(number - 1, 0, -1):
+        path = ledger_path(lab, study, participant, earlier)
+        if path.is_file():
+            return read_header(path)
+    return None
+
+
+def demand_same_screen(header: Mapping[str, Any], now: Calibration, accept: bool) -> dict[str, Any] | None:
+    """What is to be put on record where a session goes on at another screen; None where it is the same.
+
+    A screen is the same where its pixels are, and where 127 mm stay within half a millimetre.
+    Raises ScreenChanged unless the change is accepted.
+    """
+    before = header.get("calibration")
+    if before is None or _same_screen(before, now):
+        return None
+    if not accept:
+        raise ScreenChanged(
+            f"the session was begun on a screen of {_screen(before)}, this one has {_screen(now.definition())}: go on "
+            "where it was begun, or accept the change with --accept-change, which goes on record"
+        )
+    return {"calibration_before": dict(before), "calibration_now": now.definition()}
+
+
+def _same_screen(before: Mapping[str, Any], now: Calibration) -> bool:
+    from devices.window.calibration import TOLERANCE_MM
+
+    drawn_mm = now.nominal_mm * now.px_per_mm / before["px_per_mm"]
+    return tuple(before["size_px"]) == now.size_px and abs(drawn_mm - now.nominal_mm) <= TOLERANCE_MM
+
+
+def _screen(calibration: Mapping[str, Any]) -> str:
+    width, height = calibration["size_px"]
+    return f"{width}x{height} px at {calibration['px_per_mm']:.3f} px/mm"
+
+
+def differences(before: Any, now: Any, place: str = "") -> Iterator[str]:
+    """Every difference of two definitions in plain words, keys in order; items of lists go by their names."""
+    if isinstance(before, Mapping) and isinstance(now, Mapping):
+        yield from _of_mappings(before, now, place)
+    elif _is_list(before) and _is_list(now):
+        yield from _of_lists(before, now, place)
+    elif canonical(before) != canonical(now):
+        yield f"{place} was {_short(before)} and is {_short(now)}"
+
+
+def _of_mappings(before: Mapping[str, Any], now: Mapping[str, Any], place: str) -> Iterator[str]:
+    for key in sorted({*before, *now}):
+        inner = f"{place}.{key}" if place else key
+        if key not in now:
+            yield f"{inner} was {_short(before[key])} and is gone"
+        elif key not in before:
+            yield f"{inner} is new: {_short(now[key])}"
+        else:
+            yield from differences(before[key], now[key], inner)
+
+
+def _of_lists(before: Sequence[Any], now: Sequence[Any], place: str) -> Iterator[str]:
+    old, new = _named(before), _named(now)
+    if old is None or new is None:
+        if canonical(before) != canonical(now):
+            yield f"{place} was {_short(before)} and is {_short(now)}"
+        return
+    found = list(_of_mappings(old, new, place))
+    if not found and list(old) != list(new):
+        found = [f"{place} stands in another order"]
+    yield from found
+
+
+def _named(items: Sequence[Any]) -> dict[str, Any] | None:
+    """Items by what they are called; None where they have no names, or one stands twice."""
+    names = [next((str(item[key]) for key in NAMES if key in item), "") for item in items if isinstance(item, Mapping)]
+    if len(names) < len(items) or "" in names or len(set(names)) < len(names):
+        return None
+    return dict(zip(names, items, strict=True))
+
+
+def _is_list(value: Any) -> bool:
+    return isinstance(value, Sequence) and not isinstance(value, str)
+
+
+def _short(value: Any) -> str:
+    text = canonical(value).decode()
+    return text if len(text) <= LONGEST else f"{text[: LONGEST - 3]}..."

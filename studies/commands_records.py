@@ -1,0 +1,160 @@
+"""Verbs about recorded sessions: replay, collect."""
+
+from __future__ import annotations
+
+from collections.abc import Collection
+from contextlib import closing
+from pathlib import Path
+from typing import TYPE_CHECKING, Any
+
+import click
+
+from studies.options import JSON, LAB, echo_json, progress
+
+if TYPE_CHECKING:
+    from sqlalchemy import Engine
+
+
+@click.command()
+@click.argument("ledger", nargs=-1, type=click.Path(path_type=Path))
+@LAB
+@JSON
+def replay(ledger: tuple[Path, ...], lab: Path, as_json: bool) -> None:
+    """Replay recorded sessions and compare every event byte for byte; without LEDGER, all of the lab's.
+
+    The stored study is compiled anew, must give the plan that was recorded, and its tasks must do what they did.
+    Exit code 1 if a session is refused or differs; the message says which event and how.
+
+    \b
+    Example:
+      palpate replay LAB/sessions/*.sqlite
+    """
+    from studies.collect import CollectError, ledgers_in
+
+    for path in ledger:
+        if not path.exists():
+            raise CollectError(f"{path}: no such ledger or folder")
+    paths = [inner for path in ledger for inner in _ledgers(path)] or ledgers_in(lab)
+    if not paths:
+        raise CollectError(f"no ledgers in {lab / 'sessions'}; run a session first, or name ledgers")
+    with closing(progress(paths, "replaying", as_json)) as steps:
+        rows = [_replayed(path) for path in steps]
+    failed = [row for row in rows if not row["ok"]]
+    if as_json:
+        echo_json(rows)
+    else:
+        _show_replayed(rows, failed)
+    if failed:
+        raise click.exceptions.Exit(1)
+
+
+@click.command()
+@click.option("--to", "url", help="SQLAlchemy URL of the database.  [default: LAB/lab.sqlite]")
+@click.option("--rebuild", is_flag=True, help="Empty the database first.")
+@LAB
+@JSON
+def collect(url: str | None, rebuild: bool, lab: Path, as_json: bool) -> None:
+    """Gather the lab's sessions into one database; again is as good as once.
+
+    Tables: studies, participants, sessions, trials, responses, words, answers, switches, events, streams; and the
+    view `ratings`, one row per rating as it stands. Sessions of participants who withdrew are marked.
+    The database can be dropped and rebuilt at any time.
+    A refused ledger is named and the others are collected; the exit code is 1 then.
+
+    \b
+    Example:
+      palpate collect --lab LAB --to postgresql+psycopg://user@host/lab
+    """
+    from sqlalchemy import URL
+
+    from studies.collect import CollectError, ledgers_in, open_database, others_in
+    from studies.participants.registry import withdrawn
+
+    paths = ledgers_in(lab)
+    if not paths:
+        raise CollectError(f"no ledgers in {lab / 'sessions'}; run a session first")
+    if url is not None and url.strip() in {"sqlite://", "sqlite:///", "sqlite:///:memory:"}:
+        raise CollectError(f"{url}: a database in memory is gone at once; name a file, as sqlite:///lab.sqlite")
+    gone = withdrawn(lab)
+    engine = open_database(url or URL.create("sqlite", database=str(lab / "lab.sqlite")), rebuild)
+    try:
+        with closing(progress(paths, "collecting", as_json)) as steps:
+            rows = [_collected(path, engine, gone) for path in steps]
+    finally:
+        engine.dispose()
+    counts = {what: sum(row["what"] == what for row in rows) for what in ("new", "updated", "unchanged", "refused")}
+    refused = [row for row in rows if row["what"] == "refused"]
+    skipped = [path.name for path in others_in(lab)]
+    if as_json:
+        echo_json(
+            {"sessions": len(rows), **counts, "problems": [row["problem"] for row in refused], "skipped": skipped}
+        )
+    else:
+        _show_collected(counts, refused, skipped, engine.url.render_as_string(hide_password=True))
+    if refused:
+        raise click.exceptions.Exit(1)
+
+
+def _collected(path: Path, engine: Engine, gone: Collection[str]) -> dict[str, Any]:
+    from studies.collect import CollectError
+    from studies.collect import collect as gather
+    from studies.record import LedgerError
+
+    try:
+        [found] = gather([path], engine, gone)
+    except (LedgerError, CollectError) as error:
+        return {"what": "refused", "problem": str(error)}
+    return {"what": found.what}
+
+
+def _show_collected(counts: dict[str, int], refused: list[dict[str, Any]], skipped: list[str], where: str) -> None:
+    told = ", ".join(f"{count} {what}" for what, count in counts.items() if count)
+    click.echo(f"{sum(counts.values()) - len(refused)} sessions collected ({told}) into {where}")
+    for row in refused:
+        click.echo(f"REFUSED  {row['problem']}")
+    if skipped:
+        click.echo(f"not taken for sessions by their names: {', '.join(skipped)}")
+
+
+def _ledgers(path: Path) -> list[Path]:
+    return sorted(path.glob("*.sqlite")) if path.is_dir() else [path]
+
+
+def _replayed(path: Path) -> dict[str, Any]:
+    from protocols.worlds import Divergence
+    from studies.record import LedgerError
+    from studies.replay import replay as repeat
+
+    try:
+        found = repeat(path)
+    except LedgerError as error:
+        return {"ledger": str(path), "ok": False, "verdict": "refused", "problem": str(error)}
+    except Divergence as error:
+        return {"ledger": str(path), "ok": False, "verdict": "differs", "problem": str(error)}
+    return {
+        "ledger": str(path),
+        "ok": True,
+        "verdict": "equal",
+        "lacks_wal": found.lacks_wal,
+        "events": found.events,
+        "complete": found.complete,
+        "session_s": found.session_s,
+        "seconds": round(found.seconds, 4),
+    }
+
+
+def _show_replayed(rows: list[dict[str, Any]], failed: list[dict[str, Any]]) -> None:
+    for row in failed:
+        click.echo(f"{row['verdict'].upper():<8} {row['ledger']}\n         {row['problem']}")
+    good = [row for row in rows if row["ok"]]
+    for row in good:
+        if row["lacks_wal"]:
+            click.echo(f"(the -wal file is missing, events may be lost with it: {row['ledger']})")
+        elif not row["complete"]:
+            click.echo(f"(interrupted after {row['events']} events: {row['ledger']})")
+    if good:
+        took, lasted = sum(row["seconds"] for row in good), sum(row["session_s"] for row in good)
+        click.echo(
+            f"{len(good)} of {len(rows)} sessions repeat exactly: {sum(row['events'] for row in good)} events, "
+            f"{lasted / 3600:.1f} h of sessions in {took:.1f} s ({lasted / max(took, 1e-9):,.0f} times as fast)"
+        )

@@ -1,0 +1,149 @@
+"""The live world: a person at the window, an experimenter at the desk, devices between them."""
+
+from __future__ import annotations
+
+import time
+from collections.abc import Callable
+from dataclasses import dataclass, field
+from typing import TYPE_CHECKING, Protocol
+
+from devices.acts import Act, going_on
+from devices.desk import Desk, Pages
+from devices.samples import HandMounted
+from protocols.requests import Aside, Ask, Present, Reply, Request, Sense
+from protocols.worlds import Done, Twin
+from studies.rig import RigError
+
+if TYPE_CHECKING:
+    from devices.window.presenter import Presenter
+
+
+class Presents(Protocol):
+    """What presents stimuli, while the window shows a page and the desk may break in."""
+
+    def perform(self, request: Present, window: Pages, desk: Desk, now_ns: Callable[[], int]) -> Reply | Aside:
+        """Do what is asked; called again with the same request after an aside, it goes on where it was."""
+
+
+class Records(Protocol):
+    """What records a stimulus while it is explored, in the same way."""
+
+    def perform(self, request: Sense, window: Pages, desk: Desk, now_ns: Callable[[], int]) -> Reply | Aside:
+        """Do what is asked; called again with the same request after an aside, it goes on where it was."""
+
+
+def clock_from(t_ns: int, count_ns: Callable[[], int] = time.perf_counter_ns) -> Callable[[], int]:
+    """A clock of session time that stands at t_ns now and never runs backwards."""
+    begun = count_ns()
+    return lambda: t_ns + count_ns() - begun
+
+
+@dataclass
+class LiveWorld:
+    """Requests go to the window or to a device; what the experimenter does meanwhile comes back as asides.
+
+    `left_paused` tells, once everything recorded has been seen, whether the last sitting ended in a pause: to take
+    the session up again is to go on.
+    """
+
+    presenter: Presenter
+    desk: Desk
+    device: Station
+    clock: Callable[[], int]
+    left_paused: Callable[[], bool] = lambda: False
+    _taken_up: bool = False
+
+    def now(self) -> int:
+        """Nanoseconds since the session began, time between sittings left out."""
+        return self.clock()
+
+    def perform(self, request: Request) -> Reply | Aside:
+        """Do what is asked; a demand to the experimenter goes with a request that is given up."""
+        if not self._taken_up:
+            self._taken_up = True
+            if self.left_paused():
+                return Aside({"do": "go_on"})
+        came = self._act(request)
+        if isinstance(came, Aside) and came.value["do"] in {"repeat", "abort"}:
+            self.desk.demand(None)
+        if isinstance(request, Ask):
+            self._no_side(came)
+        return came
+
+    def _act(self, request: Request) -> Reply | Aside:
+        if isinstance(request, Present | Sense):
+            return self.device.perform(request, self.presenter, self.desk, self.clock)
+        return self.presenter.perform(request, self.desk, self.clock)
+
+    def _no_side(self, came: Reply | Aside) -> None:
+        if isinstance(came, Reply) or came.value["do"] in {"repeat", "abort"}:
+            self.desk.tell({"side": None})
+
+
+@dataclass
+class TwinInRealTime:
+    """A simulated device that takes its simulated time in earnest; pauses stop it. Its replies say what they are."""
+
+    name: str
+    twin: Twin
+    act: Act | None = None
+    done: Done | None = None
+
+    def perform(self, request: Present | Sense, window: Pages, desk: Desk, now_ns: Callable[[], int]) -> Reply | Aside:
+        """Wait as long as the simulated act takes, then give its reply."""
+        act = going_on(self.act, request, now_ns)
+        if act is not self.act or self.done is None:
+            self.act, self.done = act, self.twin(request, act.begun_ns)
+            desk.tell({self.name: f"simulated, {self.done.seconds:.1f} s"})
+        done = self.done
+        page = "recording" if isinstance(request, Sense) else "feel_now"
+        aside = act.wait(page, window, desk, now_ns, lambda: act.seconds(now_ns()) >= done.seconds)
+        if aside is not None:
+            return aside
+        self.act = self.done = None
+        desk.tell({self.name: "simulated, idle"})
+        return Reply({**done.reply.value, "by": "twin"}, done.reply.samples)
+
+
+@dataclass
+class Mounted:
+    """A sample that a person mounts, and a device that then presents something with it."""
+
+    presents: Presents
+    hand: HandMounted = field(default_factory=HandMounted)
+    mounted: tuple[Request, Reply] | None = None
+
+    def perform(self, request: Present, window: Pages, desk: Desk, now_ns: Callable[[], int]) -> Reply | Aside:
+        """First the hand, then the device; the reply holds what both said, and the sum of their seconds."""
+        if self.mounted is None or self.mounted[0] is not request:
+            by_hand = self.hand.perform(request, window, desk, now_ns)
+            if isinstance(by_hand, Aside):
+                return by_hand
+            self.mounted = (request, by_hand)
+        came = self.presents.perform(request, window, desk, now_ns)
+        if isinstance(came, Aside):
+            return came
+        by_hand, self.mounted = self.mounted[1], None
+        return _both(by_hand, came)
+
+
+@dataclass
+class Station:
+    """All devices of a study: what presents, and what records where anything does."""
+
+    presents: Presents
+    records: Records | None = None
+
+    def perform(self, request: Present | Sense, window: Pages, desk: Desk, now_ns: Callable[[], int]) -> Reply | Aside:
+        """Hand the request to the device that it is for."""
+        if isinstance(request, Present):
+            return self.presents.perform(request, window, desk, now_ns)
+        if self.records is None:
+            raise RigError(f"{request.device} is to record, and the study's needs lack it")
+        return self.records.perform(request, window, desk, now_ns)
+
+
+def _both(by_hand: Reply, by_device: Reply) -> Reply:
+    seconds = round(by_hand.value["seconds"] + by_device.value.get("seconds", 0.0), 3)
+    value = {**by_hand.value, **by_device.value, "by": f"experimenter, {by_device.value.get('by', 'device')}"}
+    return Reply({**value, "seconds": seconds}, by_device.samples)

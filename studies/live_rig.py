@@ -1,0 +1,197 @@
+"""Putting a live session together: the window, the desk, and devices or their stand-ins, opened and closed as one."""
+
+from __future__ import annotations
+
+import sys
+from collections.abc import Callable, Mapping
+from contextlib import ExitStack
+from dataclasses import dataclass, replace
+from pathlib import Path
+from typing import TYPE_CHECKING, Any
+
+from devices.samples import HandMounted
+from protocols.plan import Plan
+from protocols.study import Study
+from studies.catalogue import Found
+from studies.changes import demand_same_screen
+from studies.live import LiveWorld, Mounted, Presents, Station, TwinInRealTime, clock_from
+from studies.live_options import LiveOptions
+from studies.rig import Rig, RigError, RigPlan, simulated
+from studies.windowless import Windowless, asks_anything
+
+if TYPE_CHECKING:
+    from devices.window.calibration import Calibration
+    from devices.window.presenter import Presenter
+    from studies.console.seat import Seat
+
+LANGUAGE = "en"
+PRESENTING = ("door", "texture_renderer", "door_generator")
+RECORDING = ("tool", "door_sensors")
+LAST_PAGE = {"declined": "thanks", "aborted": "aborted"}
+"""The last page, where a session does not end as it should."""
+
+
+def live_plan(found: Found, lab: Path, options: LiveOptions) -> RigPlan:
+    """How a live session of the study gets its rig.
+
+    Raises RigError where a device has no driver and no stand-in is asked for, WindowError where this station's screen
+    is not calibrated. The window itself is opened by `check`, before anything is recorded.
+    """
+    twins = demand_drivers(found.study, options.twins)
+    calibration = window_calibration(found.study, lab, options)
+    language = options.language or LANGUAGE
+    description = {"kind": "live", "window": None, "twins": twins, "language": language}
+
+    def devices(plan: Plan) -> None:
+        if twins:
+            simulated(found.study, found.folder).check(plan)
+
+    def furnish(plan: Plan, t_ns: int, presenter: Presenter, opened: ExitStack) -> Rig:
+        now_ns = clock_from(t_ns)
+        seat = seat_at(plan, now_ns, presenter, options.as_json, opened)
+        seat.tell(dict.fromkeys(twins, "simulated, idle"))
+        world = LiveWorld(presenter, seat, station(plan, found.folder, twins), now_ns, lambda: seat.board.paused)
+        return Rig(world, opened.close, seat.watch, lambda: presenter.finish(seat, last_page(seat)))
+
+    opening = Opening(description, devices, window_of(found, calibration, language, options.windowed is None), furnish)
+    return RigPlan(description, opening.check, opening.open, None if calibration is None else calibration.definition())
+
+
+def plan_to_go_on(
+    found: Found, lab: Path, options: LiveOptions, header: Mapping[str, Any]
+) -> tuple[RigPlan, dict[str, Any] | None]:
+    """The rig plan to go on with a recorded live session, and what of the screen's change is to be put on record.
+
+    Stand-ins and the language are those of the session's beginning. Raises RigError on a rehearsal, ScreenChanged on
+    another screen unless that is accepted, and what `live_plan` raises.
+    """
+    rig = header["rig"]
+    if rig["kind"] == "rehearsal":
+        raise RigError("a rehearsal is not gone on with: rehearse again")
+    as_begun = replace(
+        options,
+        twins=options.twins or bool(rig.get("twins")),
+        language=options.language or rig.get("language"),
+    )
+    calibration = window_calibration(found.study, lab, as_begun)
+    accepted = None
+    if calibration is not None:
+        accepted = demand_same_screen(header, calibration, options.accept_change)
+    return live_plan(found, lab, as_begun), accepted
+
+
+def demand_drivers(study: Study, twins: bool) -> list[str]:
+    """The devices that stand-ins are needed for. Raises RigError naming them, unless stand-ins are asked for."""
+    without: list[str] = [need for need in study.needs if need in (*PRESENTING, *RECORDING)]
+    if without and not twins:
+        named = ", ".join(each.replace("_", " ") for each in without)
+        raise RigError(
+            f"{study.study} needs {named}; this version of Palpate has no driver for that. Rehearse the procedure with "
+            "a simulated one and a real window: --twins (every record says so); or without a participant: --simulate"
+        )
+    return without
+
+
+def window_calibration(study: Study, lab: Path, options: LiveOptions) -> Calibration | None:
+    """This station's calibration, cut to the window where one is asked for; None where nothing is shown.
+
+    Raises WindowError where the screen is not calibrated, RigError where another screen was.
+    """
+    if not asks_anything(study):
+        return None
+    from devices.window.calibration import read_calibration
+
+    calibration = read_calibration(lab)
+    if options.screen not in (None, calibration.screen):
+        raise RigError(
+            f"screen {calibration.screen} is calibrated, and screen {options.screen} is asked for: "
+            f"palpate window calibrate --screen {options.screen}"
+        )
+    return replace(calibration, size_px=options.windowed) if options.windowed is not None else calibration
+
+
+@dataclass
+class Opening:
+    """A rig between being planned and being open; `check` opens the window, so that a refusal leaves nothing behind.
+
+    `description` goes into the ledger; its `window` is filled in once the window is open. `devices` checks that they
+    can be had, `furnish` makes the rest of the rig around the window and puts what is to be closed on the stack.
+    """
+
+    description: dict[str, Any]
+    devices: Callable[[Plan], None]
+    window: Callable[[Plan], Presenter]
+    furnish: Callable[[Plan, int, Presenter, ExitStack], Rig]
+    presenter: Presenter | None = None
+
+    def check(self, plan: Plan) -> None:
+        """Raise RigError or WindowError unless everything is to be had."""
+        self.devices(plan)
+        self.presenter = self.window(plan)
+        self.description["window"] = dict(self.presenter.description) or None
+
+    def open(self, plan: Plan, t_ns: int) -> Rig:
+        """The rig, with session time going on from t_ns. On an error all that was opened is closed."""
+        presenter = self.presenter if self.presenter is not None else self.window(plan)
+        self.presenter = None
+        opened = ExitStack()
+        opened.callback(presenter.close)
+        try:
+            rig = self.furnish(plan, t_ns, presenter, opened)
+        except BaseException:
+            opened.close()
+            raise
+        return replace(rig, safe=opened.close)
+
+
+def seat_at(plan: Plan, now_ns: Callable[[], int], presenter: Presenter, as_json: bool, opened: ExitStack) -> Seat:
+    """The experimenter's console at this process' terminal; it hears which side the participant has switched to."""
+    from studies.console.open import open_seat
+
+    seat = open_seat(plan, now_ns, sys.stdin, sys.stderr if as_json else sys.stdout)
+    opened.callback(seat.close)
+    seat.tell(_screen(presenter.description))
+    presenter.on_side = lambda side: seat.tell({"side": side})
+    return seat
+
+
+def _screen(description: Mapping[str, Any]) -> dict[str, Any]:
+    """What the console says of the participant's window throughout."""
+    if "size_px" not in description:
+        return {}
+    width, height = description["size_px"]
+    return {"screen": f"{width}x{height}, {description['px_per_mm']:.2f} px/mm, {description['language']}"}
+
+
+def window_of(found: Found, calibration: Calibration | None, language: str, full: bool) -> Callable[[Plan], Presenter]:
+    """How the participant's window is opened for a plan; without a calibration there is none."""
+
+    def opened(plan: Plan) -> Presenter:
+        if calibration is None:
+            return Windowless()
+        from devices.window.presenter import open_presenter
+
+        return open_presenter(found.study, calibration, language, found.folder, fullscreen=full, plan=plan)
+
+    return opened
+
+
+def last_page(seat: Seat) -> str:
+    """The text key of the page that a session of this end closes with."""
+    return LAST_PAGE.get(seat.board.ended or "", "end")
+
+
+def station(plan: Plan, folder: Path, twins: list[str]) -> Station:
+    """The study's devices; a stimulus that no device presents is put in place by hand."""
+    by_twin: dict[str, TwinInRealTime] = {}
+    if twins:
+        from studies.twins import twin_for
+
+        twin = twin_for(plan.study, plan, folder)
+        by_twin = {name: TwinInRealTime(name, twin) for name in twins}
+    device = next((by_twin[name] for name in PRESENTING if name in by_twin), None)
+    records = next((by_twin[name] for name in RECORDING if name in by_twin), None)
+    presents: Presents = HandMounted() if device is None else device
+    if device is not None and "samples" in plan.study.needs:
+        presents = Mounted(device)
+    return Station(presents, records)

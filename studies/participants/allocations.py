@@ -1,0 +1,86 @@
+"""Who holds which row of a study's counterbalancing square, as the registry has it."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from typing import Any
+
+from sqlalchemy import Connection, Select, insert, select, update
+
+from studies.environment import wall_time
+from studies.participants import schema
+from studies.participants.registry import Registry, reading
+
+table = schema.allocations
+
+
+@dataclass(frozen=True)
+class Allocation:
+    """A participant's row in a study: 0-based, in a group or in none; `replaces` is whose row was inherited."""
+
+    study: str
+    participant: str
+    group: str | None
+    row: int
+    status: str
+    replaces: str | None = None
+
+    @property
+    def place(self) -> tuple[str | None, int]:
+        """Group and row."""
+        return (self.group, self.row)
+
+    @property
+    def holds(self) -> bool:
+        """Whether the row is this participant's and nobody else's."""
+        return self.status in schema.HOLDING
+
+    def told(self) -> str:
+        """The row in words."""
+        return place_told(self.place)
+
+
+def place_told(place: tuple[str | None, int]) -> str:
+    """A row in words."""
+    group, row = place
+    return f"row {row}" + (f" of group {group}" if group is not None else "")
+
+
+def allocations_of(connection: Connection, study: str) -> list[Allocation]:
+    """A study's allocations, also those given up, by group, row and participant."""
+    return _found(connection, select(table).where(table.c.study == study))
+
+
+def allocation_of(connection: Connection, study: str, participant: str) -> Allocation | None:
+    """A participant's allocation in a study, also one given up."""
+    query = select(table).where(table.c.study == study, table.c.participant == participant)
+    return next(iter(_found(connection, query)), None)
+
+
+def every_allocation(registry: Registry, study: str | None = None) -> list[Allocation]:
+    """All allocations of the lab, or of one study."""
+    query = select(table) if study is None else select(table).where(table.c.study == study)
+    with reading(registry) as connection:
+        return _found(connection, query)
+
+
+def keep(connection: Connection, one: Allocation) -> None:
+    """Write an allocation, new or changed. Raises IntegrityError where another participant holds its row."""
+    values = {
+        "group_name": one.group or "",
+        "row": one.row,
+        "status": one.status,
+        "replaces": one.replaces,
+        "at": wall_time(),
+    }
+    mine = (table.c.study == one.study) & (table.c.participant == one.participant)
+    if connection.execute(update(table).where(mine).values(values)).rowcount == 0:
+        connection.execute(insert(table), {"study": one.study, "participant": one.participant, **values})
+
+
+def _found(connection: Connection, query: Select[Any]) -> list[Allocation]:
+    ordered = query.order_by(table.c.study, table.c.group_name, table.c.row, table.c.at, table.c.participant)
+    return [
+        Allocation(row.study, row.participant, row.group_name or None, row.row, row.status, row.replaces)
+        for row in connection.execute(ordered)
+    ]

@@ -1,0 +1,67 @@
+"""What participants answered about themselves, from the ledgers."""
+
+from __future__ import annotations
+
+from collections.abc import Iterator
+from dataclasses import dataclass, field
+from pathlib import Path
+from typing import Any
+
+from studies.collect import ledgers_in
+from studies.record import LedgerError, Record, read
+
+FORM = "demographics"
+
+
+@dataclass(frozen=True)
+class Answers:
+    """given: participant -> question -> the last answer that was one, with the session it was given in.
+
+    `simulated` and `refused` name the sessions that were left out; `studies`: participant -> studies sat in.
+    """
+
+    given: dict[str, dict[str, tuple[Any, str]]] = field(default_factory=dict)
+    studies: dict[str, set[str]] = field(default_factory=dict)
+    simulated: list[str] = field(default_factory=list)
+    refused: list[str] = field(default_factory=list)
+
+
+def demographics(lab: Path, with_simulated: bool = False) -> Answers:
+    """Every answer about themselves that participants gave in the lab's sessions, the latest sitting last.
+
+    Simulated people are nobody: their sessions are left out unless asked for.
+    """
+    found = Answers()
+    for record in _in_order(lab, found.refused):
+        if record.header["rig"]["kind"] == "simulated" and not with_simulated:
+            found.simulated.append(record.path.name)
+            continue
+        who = record.header["participant"]
+        found.studies.setdefault(who, set()).add(record.header["study"]["study"])
+        given = found.given.setdefault(who, {})
+        for name, value in _answered(record):
+            if value is not None:
+                given[name] = (value, record.path.name)
+    return found
+
+
+def _in_order(lab: Path, refused: list[str]) -> list[Record]:
+    records = []
+    for path in ledgers_in(lab):
+        try:
+            records.append(read(path))
+        except LedgerError as error:
+            refused.append(str(error))
+    return sorted(records, key=lambda record: (record.sittings[0].value["at"], record.path.name))
+
+
+def _answered(record: Record) -> Iterator[tuple[str, Any]]:
+    """(question, answer) of the session's last reply to the form."""
+    request: Any = {}
+    answers: dict[str, Any] = {}
+    for event in record.events:
+        if event.kind == "request":
+            request = event.value
+        elif event.kind == "reply" and request.get("form") == FORM and "answers" in event.value:
+            answers = event.value["answers"]
+    yield from answers.items()

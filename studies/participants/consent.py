@@ -1,0 +1,67 @@
+"""The consent text of a lab, as it is shown on the screen, and the blanks that are still in it."""
+
+from __future__ import annotations
+
+import re
+from pathlib import Path
+
+from studies.participants.errors import ParticipantError
+from studies.participants.lab import TEMPLATE
+
+ON_PAPER = "<!-- on paper only -->"
+_BLANK = re.compile(r"\[([^\[\]]{2,200})\](?![(\[:])")
+_MARKS = re.compile(r"^#+ +|\*\*|(?<!_)__(?!_)", re.MULTILINE)
+_COMMENT = re.compile(r"<!--.*?-->", re.DOTALL)
+
+
+def consent_text(lab: Path | None, language: str = "en") -> str:
+    """What the participant reads on the screen: the lab's consent.md (consent.ko.md for ko), else the template's.
+
+    Paragraphs come as one line each with a blank line between, without marks of Markdown and without what stands
+    below the line <!-- on paper only -->. Raises ParticipantError where there is no text in that language.
+    """
+    return plain(_read(consent_file(lab, language)).partition(ON_PAPER)[0])
+
+
+def consent_file(lab: Path | None, language: str = "en") -> Path:
+    """Where the consent text of a language lies. Raises ParticipantError where neither lab nor template has one."""
+    name = "consent.md" if language == "en" else f"consent.{language}.md"
+    places = [folder / name for folder in (lab, TEMPLATE) if folder is not None]
+    for place in places:
+        if place.is_file():
+            return place
+    raise ParticipantError(f"{places[0]}: there is no consent text in this language; write it into this file")
+
+
+def demand_filled(lab: Path, language: str = "en") -> None:
+    """Raise ParticipantError unless the lab has a consent text of its own without [blanks]."""
+    file = consent_file(lab, language)
+    if file.parent == TEMPLATE:
+        raise ParticipantError(f"{lab / file.name}: no such consent text; copy {file} there and fill in its [blanks]")
+    text = _read(file)
+    if not plain(text.partition(ON_PAPER)[0]):
+        raise ParticipantError(f"{file}: the consent text is empty")
+    if blanks := unfilled(text):
+        shown = ", ".join(f"[{blank}]" for blank in blanks[:4]) + (", ..." if len(blanks) > 4 else "")
+        raise ParticipantError(
+            f"{file}: {len(blanks)} blanks are not filled in: {shown}; fill them in before the first real session"
+        )
+
+
+def unfilled(text: str) -> list[str]:
+    """The [blanks] of a text in their order, without brackets; links and check boxes are none."""
+    return [" ".join(found.split()) for found in _BLANK.findall(text)]
+
+
+def plain(text: str) -> str:
+    """Markdown as plain paragraphs: no marks of headings and emphasis, no comments, one line a paragraph."""
+    bare = _MARKS.sub("", _COMMENT.sub("", text))
+    paragraphs = (" ".join(part.split()) for part in re.split(r"\n\s*\n", bare))
+    return "\n\n".join(paragraph for paragraph in paragraphs if paragraph)
+
+
+def _read(file: Path) -> str:
+    try:
+        return file.read_text("utf-8-sig")
+    except UnicodeDecodeError as error:
+        raise ParticipantError(f"{file}: byte {error.start} is not UTF-8; save the text as UTF-8") from None

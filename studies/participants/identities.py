@@ -1,0 +1,194 @@
+"""Who is behind a pseudonym: a store of its own that only its owner can read, and that forgets for good."""
+
+from __future__ import annotations
+
+import os
+import stat
+from collections.abc import Iterator
+from contextlib import contextmanager, suppress
+from dataclasses import asdict, dataclass
+from datetime import date
+from pathlib import Path
+from typing import Any
+
+from sqlalchemy import (
+    URL,
+    Column,
+    Connection,
+    Engine,
+    MetaData,
+    NullPool,
+    String,
+    Table,
+    Text,
+    create_engine,
+    delete,
+    event,
+    insert,
+    inspect,
+    select,
+    update,
+)
+from sqlalchemy.exc import SQLAlchemyError
+
+from studies.participants.errors import ParticipantError
+
+metadata = MetaData()
+table = Table(
+    "identities",
+    metadata,
+    Column("pseudonym", String(16), primary_key=True),
+    Column("name", Text),
+    Column("contact", Text),
+    Column("consented", String(10)),
+    Column("note", Text),
+)
+
+_FORGETTING = ("secure_delete=ON", "temp_store=MEMORY")
+_ALONE = (*_FORGETTING, "locking_mode=EXCLUSIVE", "journal_mode=PERSIST")
+"""For erasing: the journal stays where it is until it was overwritten, and nobody else writes meanwhile."""
+
+
+@dataclass(frozen=True)
+class Identity:
+    """A person; `consented` is the ISO date of the signed consent. None means: not told."""
+
+    name: str | None = None
+    contact: str | None = None
+    consented: str | None = None
+    note: str | None = None
+
+    def told(self) -> dict[str, str]:
+        """What was told."""
+        return {key: value for key, value in asdict(self).items() if value is not None}
+
+
+def store(lab: Path) -> Path:
+    """Where the lab's identities lie: LAB/private/identities.sqlite."""
+    return lab / "private" / "identities.sqlite"
+
+
+def demand_private(lab: Path) -> None:
+    """Raise ParticipantError if anybody but the owner can look into the store; do nothing where there is none.
+
+    On Windows, access is for the owner to set (docs/reference/participants.md): there are no such permissions.
+    """
+    for path, mode in ((store(lab).parent, "700"), (store(lab), "600")):
+        if os.name == "posix" and path.exists() and stat.S_IMODE(path.stat().st_mode) & 0o077:
+            raise ParticipantError(
+                f"{path}: others than its owner can look into it, which holds people's names: chmod {mode} {path}"
+            )
+
+
+def identify(lab: Path, pseudonym: str, identity: Identity) -> None:
+    """Write down or correct who is behind a pseudonym; what is None stays as it was.
+
+    Raises ParticipantError on an empty text, one with line breaks, a date that is none, or a store open to others.
+    """
+    demand_good(identity)
+    told = identity.told()
+    if not told:
+        return
+    with _opened(lab) as connection:
+        mine = table.c.pseudonym == pseudonym
+        if connection.execute(update(table).where(mine).values(told)).rowcount == 0:
+            connection.execute(insert(table), {"pseudonym": pseudonym, **told})
+
+
+def demand_good(identity: Identity) -> None:
+    """Raise ParticipantError on an empty text, one of several lines, or a date that is none."""
+    for what, text in identity.told().items():
+        if not text.strip() or not text.isprintable():
+            raise ParticipantError(f"{what}: found {text!r:.60}, a text of one line is expected")
+    _demand_date(identity.consented)
+
+
+def identities(lab: Path) -> dict[str, Identity]:
+    """Everybody by pseudonym; nobody where there is no store. Raises ParticipantError if it is open to others."""
+    demand_private(lab)
+    if not store(lab).exists():
+        return {}
+    with _opened(lab) as connection:
+        return {
+            row.pseudonym: Identity(row.name, row.contact, row.consented, row.note)
+            for row in connection.execute(select(table).order_by(table.c.pseudonym))
+        }
+
+
+def erase(lab: Path, pseudonym: str) -> bool:
+    """Erase a person so that no byte of them is left in the file; returns whether there was anything to erase.
+
+    The freed places are overwritten (secure_delete), the file is written anew (VACUUM), its journal overwritten.
+    """
+    demand_private(lab)
+    if not store(lab).exists():
+        return False
+    with _said(lab), _engine(lab, _ALONE).connect() as connection:
+        if not inspect(connection).has_table(table.name):
+            return False
+        erased = connection.execute(delete(table).where(table.c.pseudonym == pseudonym)).rowcount > 0
+        connection.commit()
+        connection.exec_driver_sql("VACUUM")
+        _wipe(store(lab).with_name(f"{store(lab).name}-journal"))
+    return erased
+
+
+def _wipe(journal: Path) -> None:
+    """Overwrite the journal, which holds what was erased as it was before."""
+    if not journal.exists():
+        return
+    with journal.open("r+b") as file:
+        file.write(bytes(journal.stat().st_size))
+        file.flush()
+        os.fsync(file.fileno())
+    journal.unlink()
+
+
+def _demand_date(text: str | None) -> None:
+    if text is None:
+        return
+    try:
+        good = date.fromisoformat(text).isoformat() == text
+    except ValueError:
+        good = False
+    if not good:
+        raise ParticipantError(f"consented: found {text!r}, a date as 2026-03-31 is expected")
+
+
+@contextmanager
+def _opened(lab: Path) -> Iterator[Connection]:
+    demand_private(lab)
+    _make(lab)
+    with _said(lab), _engine(lab).begin() as connection:
+        if not inspect(connection).has_table(table.name):
+            metadata.create_all(connection)
+        yield connection
+
+
+def _make(lab: Path) -> None:
+    """The folder, kept out of version control, and the file: for their owner only before they hold anything."""
+    file = store(lab)
+    if not file.parent.exists():
+        file.parent.mkdir(mode=0o700, parents=True)
+        (file.parent / ".gitignore").write_text("*\n", "utf-8")
+    with suppress(FileExistsError):
+        os.close(os.open(file, os.O_CREAT | os.O_EXCL | os.O_WRONLY, 0o600))
+
+
+def _engine(lab: Path, pragmas: tuple[str, ...] = _FORGETTING) -> Engine:
+    engine = create_engine(URL.create("sqlite", database=str(store(lab))), poolclass=NullPool)
+
+    @event.listens_for(engine, "connect")
+    def forgetting(connection: Any, _record: Any) -> None:
+        for pragma in pragmas:
+            connection.execute(f"PRAGMA {pragma}")
+
+    return engine
+
+
+@contextmanager
+def _said(lab: Path) -> Iterator[None]:
+    try:
+        yield
+    except SQLAlchemyError as error:
+        raise ParticipantError(f"{store(lab)}: {getattr(error, 'orig', error)}") from None

@@ -1,0 +1,50 @@
+"""A lab's folder: what makes it one, and its few settings in lab.yaml."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from pathlib import Path
+
+from protocols.did_you_mean import nearest
+from protocols.yaml_text import load
+from studies.participants.errors import ParticipantError
+
+TEMPLATE = Path(__file__).resolve().parents[2] / "participants_template"
+"""Beside the rooms, in a checkout and where Palpate is installed."""
+SIDECAR = "participants.json"
+"""The file that makes a folder a lab: what is known about participants, as BIDS describes columns."""
+SETTINGS = "lab.yaml"
+_KEYS = ("registry",)
+
+
+@dataclass(frozen=True)
+class Settings:
+    """What lab.yaml says; `registry` is the SQLAlchemy URL of a registry that several stations share."""
+
+    registry: str | None = None
+
+
+def demand_lab(lab: Path) -> None:
+    """Raise ParticipantError unless `palpate init` made the folder a lab."""
+    if not (lab / SIDECAR).is_file():
+        raise ParticipantError(f"{lab} is no lab: it holds no {SIDECAR}; make it one with: palpate init {lab}")
+
+
+def settings(lab: Path) -> Settings:
+    """The lab's settings; those of a lab without lab.yaml are the defaults.
+
+    Raises YamlError on what is no plain YAML, ParticipantError on an unknown key or a value of the wrong kind.
+    """
+    file = lab / SETTINGS
+    if not file.is_file():
+        return Settings()
+    document = load(file.read_bytes(), str(file))
+    if not isinstance(document.data, dict):
+        raise ParticipantError(f"{file}: keys and values are expected, as registry: URL")
+    for key, value in document.data.items():
+        where = f"{file}: line {document.lines[(key,)]}: {key}"
+        if key not in _KEYS:
+            raise ParticipantError(f"{where}: unknown key; {nearest(str(key), _KEYS)}")
+        if not isinstance(value, str) or not value.strip():
+            raise ParticipantError(f"{where}: found {value!r:.60}, a text is expected")
+    return Settings(**document.data)

@@ -1,0 +1,66 @@
+"""The lab's participants in a list: status, rows, sessions."""
+
+from __future__ import annotations
+
+from collections.abc import Iterator, Mapping, Sequence
+from typing import Any
+
+from sqlalchemy import select
+
+from studies.participants import schema
+from studies.participants.allocations import Allocation, every_allocation
+from studies.participants.identities import Identity
+from studies.participants.pseudonyms import in_sessions
+from studies.participants.registry import Registry, reading
+from studies.participants.withdrawal import sessions_of
+
+Row = dict[str, Any]
+
+
+def listed(registry: Registry, study: str | None = None) -> list[Row]:
+    """Everybody in the registry, and who has sessions here without being in it (status: session), by pseudonym.
+
+    With a study, those with a row of it, also one given up. No names.
+    """
+    people = schema.participants
+    with reading(registry) as connection:
+        status = {row.participant: row.status for row in connection.execute(select(people))}
+    rows: dict[str, list[Allocation]] = {}
+    for each in every_allocation(registry, study):
+        rows.setdefault(each.participant, []).append(each)
+    status = dict.fromkeys(in_sessions(registry.lab), "session") | status
+    return [
+        _row(registry, who, status[who], rows.get(who, [])) for who in sorted(status) if study is None or who in rows
+    ]
+
+
+def _row(registry: Registry, participant: str, status: str, rows: Sequence[Allocation]) -> Row:
+    return {
+        "participant": participant,
+        "status": status,
+        "studies": [
+            {
+                "study": each.study,
+                "group": each.group,
+                "row": each.row,
+                "status": each.status,
+                "replaces": each.replaces,
+            }
+            for each in rows
+        ],
+        "sessions": list(sessions_of(registry.lab, participant)),
+    }
+
+
+def lines(people: Sequence[Row], identities: Mapping[str, Identity]) -> Iterator[str]:
+    """The list for the screen; with names where identities are given."""
+    for person in people:
+        known = identities.get(person["participant"])
+        named = "".join(f"  {text}" for text in known.told().values()) if known is not None else ""
+        count = len(person["sessions"])
+        yield f"{person['participant']:<8} {person['status']:<10} {count} session{'s' * (count != 1)}{named}"
+        for each in person["studies"]:
+            group = f"group {each['group']}, " if each["group"] is not None else ""
+            inherited = f", inherited from {each['replaces']}" if each["replaces"] else ""
+            yield f"{'':<8} {each['study']}: {group}row {each['row']}, {each['status']}{inherited}"
+    yield f"{len(people)} participants, {sum(person['status'] == 'withdrawn' for person in people)} withdrawn"

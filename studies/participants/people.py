@@ -1,0 +1,67 @@
+"""Who there is: adding a pseudonym, and whether one is known and active."""
+
+from __future__ import annotations
+
+from pathlib import Path
+
+from sqlalchemy import Connection, insert, select
+
+from studies.environment import wall_time
+from studies.participants import schema
+from studies.participants.errors import ParticipantError
+from studies.participants.pseudonyms import demand_pseudonym, in_sessions, next_pseudonym
+from studies.participants.registry import Registry, note, reading, write
+
+people = schema.participants
+
+
+def add(registry: Registry, pseudonym: str | None = None) -> str:
+    """Add a participant: the pseudonym given, else the next that neither registry nor sessions hold; returns it.
+
+    Raises ParticipantError on a name that is no pseudonym, or one that is known.
+    """
+    if pseudonym is not None:
+        demand_pseudonym(pseudonym)
+    held = in_sessions(registry.lab)
+    return write(registry, lambda connection: _added(connection, pseudonym, held))
+
+
+def status_of(registry: Registry, participant: str) -> str | None:
+    """active, withdrawn, or None where the participant is not known."""
+    with reading(registry) as connection:
+        return _status(connection, participant)
+
+
+def demand_known(registry: Registry, participant: str) -> None:
+    """Raise ParticipantError unless the participant is known and has not withdrawn."""
+    with reading(registry) as connection:
+        demand_active(connection, registry.lab, participant)
+
+
+def demand_active(connection: Connection, lab: Path, participant: str) -> None:
+    """Raise ParticipantError unless the participant is known and has not withdrawn."""
+    status = _status(connection, participant)
+    if status is None:
+        raise ParticipantError(unknown(lab, participant))
+    if status == "withdrawn":
+        raise ParticipantError(f"{participant} has withdrawn from {lab}: no row and no session can be had")
+
+
+def unknown(lab: Path, participant: str) -> str:
+    """What to say of a participant who is not in the registry."""
+    return f"{participant} is not known in {lab}: palpate participants add --pseudonym {participant} --lab {lab}"
+
+
+def _status(connection: Connection, participant: str) -> str | None:
+    return connection.execute(select(people.c.status).where(people.c.participant == participant)).scalar()
+
+
+def _added(connection: Connection, pseudonym: str | None, held: set[str]) -> str:
+    known = set(connection.execute(select(people.c.participant)).scalars())
+    new = pseudonym or next_pseudonym(known | held)
+    same = next((each for each in sorted(known) if each.casefold() == new.casefold()), None)
+    if same is not None:
+        raise ParticipantError(f"{same} is known already; leave --pseudonym out for the next free one")
+    connection.execute(insert(people), {"participant": new, "status": "active", "added_at": wall_time()})
+    note(connection, "added", {"participant": new})
+    return new

@@ -1,0 +1,198 @@
+"""A lab's registry: one SQLite file, or a database that several stations share; every write is one transaction.
+
+Writers come one after another (a write lock in SQLite, an advisory lock in PostgreSQL), and a partial unique index
+lets no row be held twice even by a writer that knows no lock.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Iterator
+from contextlib import contextmanager
+from dataclasses import dataclass
+from pathlib import Path
+from typing import Any, TypeVar
+
+from sqlalchemy import URL, Connection, Engine, NullPool, create_engine, event, insert, inspect, make_url, select
+from sqlalchemy.exc import ArgumentError, IntegrityError, SQLAlchemyError
+
+from protocols.canonical import canonical
+from studies.environment import wall_time
+from studies.participants import schema
+from studies.participants.errors import ParticipantError
+from studies.participants.lab import SETTINGS, settings
+
+T = TypeVar("T")
+TRIES = 20
+WAIT_S = 60
+_WRITES = "palpate_writes"
+
+
+@dataclass(frozen=True)
+class Registry:
+    """An open registry; it holds no connection between two calls."""
+
+    lab: Path
+    engine: Engine
+
+
+def registry_url(lab: Path) -> URL:
+    """Where the lab's registry is: LAB/participants/registry.sqlite, or what lab.yaml says.
+
+    A relative SQLite path is the lab's. Raises ParticipantError on a URL that cannot be used.
+    """
+    told = settings(lab).registry
+    if told is None:
+        return URL.create("sqlite", database=str(lab / "participants" / "registry.sqlite"))
+    try:
+        url = make_url(told)
+    except ArgumentError:
+        raise ParticipantError(
+            f"{lab / SETTINGS}: registry: not a database URL; expected, as postgresql+psycopg://user@host/lab"
+        ) from None
+    dialect = url.get_backend_name()
+    if dialect not in {"sqlite", "postgresql"}:
+        raise ParticipantError(f"{lab / SETTINGS}: registry: found {dialect}; expected postgresql+psycopg or sqlite")
+    if dialect == "sqlite":
+        if url.database in {None, "", ":memory:"}:
+            raise ParticipantError(f"{lab / SETTINGS}: registry: a database in memory is gone at once; name a file")
+        url = url.set(database=str(lab / str(url.database)))
+    return url
+
+
+def find_registry(lab: Path) -> Registry | None:
+    """The lab's registry to read, or None where it has none yet. Writes nothing.
+
+    Raises ParticipantError where it cannot be reached or is newer.
+    """
+    url = registry_url(lab)
+    if url.get_backend_name() == "sqlite" and not Path(str(url.database)).is_file():
+        return None
+    registry = _at(lab, url)
+    with reading(registry) as connection:
+        made = inspect(connection).has_table(schema.registry.name)
+        if made:
+            _demand_version(connection, url)
+    return registry if made else None
+
+
+def open_registry(lab: Path) -> Registry:
+    """The lab's registry to write, its tables made where missing.
+
+    Raises ParticipantError where it cannot be reached or is newer.
+    """
+    found = find_registry(lab)
+    if found is not None:
+        return found
+    url = registry_url(lab)
+    if settings(lab).registry is None:
+        Path(str(url.database)).parent.mkdir(parents=True, exist_ok=True)
+    registry = _at(lab, url)
+    write(registry, lambda connection: _create(connection, url))
+    return registry
+
+
+@contextmanager
+def reading(registry: Registry) -> Iterator[Connection]:
+    """One moment of the registry."""
+    with _said(registry), registry.engine.connect() as connection, connection.begin():
+        yield connection
+
+
+def write(registry: Registry, act: Callable[[Connection], T]) -> T:
+    """Do something in one transaction that no other process or station interleaves with; tried anew on a conflict.
+
+    Raises ParticipantError where the registry cannot be written.
+    """
+    engine, conflict = registry.engine.execution_options(**{_WRITES: True}), ""
+    for _ in range(TRIES):
+        try:
+            with _said(registry), engine.connect() as connection, connection.begin():
+                if connection.dialect.name == "postgresql":
+                    connection.exec_driver_sql(f"SELECT pg_advisory_xact_lock({schema.LOCK})")
+                return act(connection)
+        except IntegrityError as error:
+            conflict = str(error.orig).strip()
+    raise ParticipantError(f"{where(registry)}: {conflict}; tried {TRIES} times")
+
+
+def note(connection: Connection, what: str, body: dict[str, Any]) -> None:
+    """A line of the audit trail; `body` holds pseudonyms, never identities."""
+    connection.execute(insert(schema.audit), {"at": wall_time(), "what": what, "body": canonical(body).decode()})
+
+
+def withdrawn(lab: Path) -> set[str]:
+    """The pseudonyms of those who withdrew: their sessions are not to be collected, analysed or exported."""
+    registry = find_registry(lab)
+    if registry is None:
+        return set()
+    people = schema.participants
+    with reading(registry) as connection:
+        return set(connection.execute(select(people.c.participant).where(people.c.status == "withdrawn")).scalars())
+
+
+def where(registry: Registry) -> str:
+    """The registry's place for messages, without a password."""
+    return f"registry {_shown(registry.engine.url)}"
+
+
+def _shown(url: URL) -> str:
+    return str(url.database) if url.get_backend_name() == "sqlite" else url.render_as_string(hide_password=True)
+
+
+def _at(lab: Path, url: URL) -> Registry:
+    sqlite = url.get_backend_name() == "sqlite"
+    try:
+        engine = create_engine(
+            url, poolclass=NullPool, connect_args={"timeout": WAIT_S} if sqlite else {"connect_timeout": 10}
+        )
+    except ModuleNotFoundError as error:
+        raise ParticipantError(
+            f"registry {_shown(url)}: the driver {error.name} is not installed: write postgresql+psycopg://..., and "
+            "pip install 'palpate[postgres]'"
+        ) from None
+    except SQLAlchemyError as error:
+        raise ParticipantError(f"registry {_shown(url)}: {error}") from None
+    if sqlite:
+        _take_begin_over(engine)
+    return Registry(lab, engine)
+
+
+def _take_begin_over(engine: Engine) -> None:
+    """SQLite's driver begins a transaction only at its first write: too late to read, choose and write as one act."""
+
+    @event.listens_for(engine, "connect")
+    def by_hand(connection: Any, _record: Any) -> None:
+        connection.isolation_level = None
+        connection.execute("PRAGMA foreign_keys=ON")
+
+    @event.listens_for(engine, "begin")
+    def begin(connection: Connection) -> None:
+        writes = connection.get_execution_options().get(_WRITES)
+        connection.exec_driver_sql("BEGIN IMMEDIATE" if writes else "BEGIN")
+
+
+@contextmanager
+def _said(registry: Registry) -> Iterator[None]:
+    try:
+        yield
+    except IntegrityError:
+        raise
+    except SQLAlchemyError as error:
+        reason = str(getattr(error, "orig", error)).strip() or type(error).__name__
+        raise ParticipantError(f"{where(registry)}: {reason}") from None
+
+
+def _create(connection: Connection, url: URL) -> None:
+    schema.metadata.create_all(connection)
+    if connection.execute(select(schema.registry.c.version)).first() is None:
+        connection.execute(insert(schema.registry), {"version": schema.VERSION})
+    _demand_version(connection, url)
+
+
+def _demand_version(connection: Connection, url: URL) -> None:
+    found = connection.execute(select(schema.registry.c.version)).scalar()
+    if found != schema.VERSION:
+        raise ParticipantError(
+            f"registry {_shown(url)}: written in version {found}, this Palpate reads {schema.VERSION}: "
+            "update Palpate on this station"
+        )

@@ -1,0 +1,182 @@
+"""Allocating rows of a counterbalancing square: once, atomically, inherited by a replacement, offered again."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass, replace
+
+from sqlalchemy import Connection, select
+
+from protocols.did_you_mean import nearest
+from protocols.plan import LARGEST_ROW, ParticipantRow
+from protocols.study import Study
+from studies.participants import schema
+from studies.participants.allocations import Allocation, allocation_of, allocations_of, keep, place_told
+from studies.participants.errors import ParticipantError
+from studies.participants.people import demand_active
+from studies.participants.places import Place, Places, Recorded, emptiest, places, recorded_rows
+from studies.participants.registry import Registry, note, write
+
+
+@dataclass(frozen=True)
+class Wish:
+    """What the experimenter asks for: a group, a row in it, or the row of a participant who dropped out."""
+
+    group: str | None = None
+    row: int | None = None
+    replaces: str | None = None
+
+
+def allocate_row(
+    registry: Registry,
+    study: Study,
+    participant: str,
+    group: str | None = None,
+    row: int | None = None,
+    replaces: str | None = None,
+) -> ParticipantRow:
+    """The participant's row in the study: the one they have, else one that nobody else holds; atomic everywhere.
+
+    Without a wish it is in the group with the fewest holders: the lowest row that somebody gave up, else the lowest
+    never taken. Rows grow without bound; a design takes them modulo its own number. `replaces` inherits the row of
+    somebody who dropped out or withdrew.
+    Raises ParticipantError on an unknown or withdrawn participant, a row that is held, a group that does not exist.
+    """
+    wish = Wish(group, row, replaces)
+    _demand_possible(study, participant, wish)
+    recorded = recorded_rows(registry.lab, study.study)
+    got = write(registry, lambda connection: _allocated(connection, registry, study, participant, wish, recorded))
+    return ParticipantRow(participant, got.group, got.row)
+
+
+def release(registry: Registry, study: Study, participant: str, why: str) -> Allocation:
+    """Give up a participant's row: they dropped out of the study, and the row is on offer again.
+
+    Raises ParticipantError where the participant is not known, or holds no row of the study.
+    """
+    recorded = recorded_rows(registry.lab, study.study)
+
+    def act(connection: Connection) -> Allocation:
+        demand_active(connection, registry.lab, participant)
+        own = allocation_of(connection, study.study, participant) or _earlier(study.study, participant, recorded)
+        if own is None or not own.holds:
+            raise ParticipantError(f"{participant} holds no row of {study.study}")
+        return give_up(connection, own, why)
+
+    return write(registry, act)
+
+
+def give_up(connection: Connection, own: Allocation, why: str) -> Allocation:
+    """Put on record that an allocation is released."""
+    released = replace(own, status="released")
+    keep(connection, released)
+    note(connection, "released", {**_told(own), "why": why})
+    return released
+
+
+def _earlier(study: str, participant: str, recorded: Recorded) -> Allocation | None:
+    """The row of the participant's session from before there was a registry."""
+    if participant not in recorded:
+        return None
+    group, row = recorded[participant]
+    return Allocation(study, participant, group, row, "active")
+
+
+def _demand_possible(study: Study, participant: str, wish: Wish) -> None:
+    if wish.replaces == participant:
+        raise ParticipantError(f"{participant} cannot replace {participant}")
+    if wish.replaces is not None and (wish.group is not None or wish.row is not None):
+        raise ParticipantError(f"{participant}: --replaces inherits group and row; leave --group and --row out")
+    if wish.group is not None and wish.group not in study.groups:
+        told = nearest(wish.group, sorted(study.groups)) if study.groups else "it has no groups"
+        raise ParticipantError(f"{study.study} has no group {wish.group!r}; {told}")
+    if wish.row is not None and study.groups and wish.group is None:
+        raise ParticipantError(
+            f"row {wish.row} of which group? {study.study} has groups {', '.join(sorted(study.groups))}: give --group"
+        )
+    if wish.row is not None and not 0 <= wish.row < LARGEST_ROW:
+        raise ParticipantError(f"row {wish.row}: a row from 0 to {LARGEST_ROW - 1} is expected")
+
+
+def _allocated(
+    connection: Connection, registry: Registry, study: Study, participant: str, wish: Wish, recorded: Recorded
+) -> Allocation:
+    demand_active(connection, registry.lab, participant)
+    everybody = allocations_of(connection, study.study)
+    own = next((each for each in everybody if each.participant == participant), None)
+    place = _wished(study.study, wish, everybody, recorded)
+    if own is not None and own.holds:
+        _demand_same(own, wish, place)
+        return own
+    # The participant's own session from before the registry holds nothing against the participant.
+    others = {who: at for who, at in recorded.items() if who != participant}
+    standing = places(everybody, others, _gone(connection))
+    earlier = own or _earlier(study.study, participant, recorded)
+    if earlier is not None:
+        _demand_same(earlier, wish, place)
+        return _given(connection, _taken_up(earlier, standing))
+    return _given(
+        connection, Allocation(study.study, participant, *_free(study, standing, place, wish), "active", wish.replaces)
+    )
+
+
+def _taken_up(earlier: Allocation, standing: Places) -> Allocation:
+    """The row that the participant had before, if nobody got it meanwhile."""
+    holder = standing.held.get(earlier.place)
+    if holder is not None:
+        raise ParticipantError(
+            f"{earlier.participant} had {earlier.told()} of {earlier.study}, which is {holder}'s now, and a row is "
+            f"allocated once; if {holder} dropped out: palpate participants release {earlier.study} {holder} --why ..."
+        )
+    return replace(earlier, status="active")
+
+
+def _free(study: Study, standing: Places, place: Place | None, wish: Wish) -> Place:
+    """The place asked for, if nobody holds it, else the next on offer."""
+    if place is None:
+        group = wish.group if wish.group is not None else emptiest(standing, list(study.groups))
+        return group, standing.offer(group)
+    if place in standing.held:
+        raise ParticipantError(
+            f"{place_told(place)} of {study.study} is {standing.held[place]}'s; leave --row out for one on offer, or "
+            f"first: palpate participants release {study.study} {standing.held[place]} --why ..."
+        )
+    return place
+
+
+def _wished(study: str, wish: Wish, everybody: list[Allocation], recorded: Recorded) -> Place | None:
+    """The very place that is asked for, or None where any will do."""
+    if wish.replaces is None:
+        return (wish.group, wish.row) if wish.row is not None else None
+    left = next((each for each in everybody if each.participant == wish.replaces), None)
+    left = left or _earlier(study, wish.replaces, recorded)
+    if left is None:
+        raise ParticipantError(f"{wish.replaces} never had a row of {study}; there is nothing to inherit")
+    if left.holds:
+        raise ParticipantError(
+            f"{wish.replaces} still holds {left.told()} of {study}; if they dropped out: "
+            f"palpate participants release {study} {wish.replaces} --why ..."
+        )
+    return left.place
+
+
+def _demand_same(own: Allocation, wish: Wish, place: Place | None) -> None:
+    """A row is allocated once: refuse a wish for another."""
+    if (place is not None and place != own.place) or (wish.group is not None and wish.group != own.group):
+        raise ParticipantError(
+            f"{own.participant} has {own.told()} of {own.study}; a row is allocated once, and another cannot be had"
+        )
+
+
+def _given(connection: Connection, got: Allocation) -> Allocation:
+    keep(connection, got)
+    note(connection, "allocated", {**_told(got), "replaces": got.replaces})
+    return got
+
+
+def _gone(connection: Connection) -> set[str]:
+    people = schema.participants
+    return set(connection.execute(select(people.c.participant).where(people.c.status == "withdrawn")).scalars())
+
+
+def _told(one: Allocation) -> dict[str, str | int | None]:
+    return {"study": one.study, "participant": one.participant, "group": one.group, "row": one.row}

@@ -1,0 +1,129 @@
+"""participants.json: what each column of the table of participants means (BIDS), and which are asked."""
+
+from __future__ import annotations
+
+import json
+import re
+from collections.abc import Mapping
+from difflib import get_close_matches
+from itertools import pairwise
+from pathlib import Path
+from typing import Any
+
+from studies.participants.errors import ParticipantError
+from studies.participants.lab import SIDECAR, TEMPLATE
+
+IDENTIFYING = frozenset(
+    word
+    for line in (
+        "name names surname forename firstname lastname fullname nickname initials signature photo",
+        "email mail phone telephone mobile contact kakao address street postcode postal zip",
+        "birth birthday birthdate born dob passport ssn iban",
+        "이름 성명 성함 연락처 전화 전화번호 휴대폰 이메일 주소 생일 생년월일 주민등록번호 학번",
+    )
+    for word in line.split()
+)
+"""Words that no column's name may hold: nothing that says who somebody is enters a ledger, a table or an export."""
+_TEXTS = ("LongName", "Description", "Units", "Question", "TermURL", "Delimiter", "Format")
+_MAPPINGS = ("Levels",)
+_NUMBERS = ("Minimum", "Maximum")
+_SWITCHES = ("Optional",)
+_KNOWN = (*_TEXTS, *_MAPPINGS, *_NUMBERS, *_SWITCHES, "HED", "Derivative")
+_TRANSLATED = re.compile(r"^(Question|Levels|Units|LongName)_([a-z]{2,3}(?:-[A-Za-z0-9]+)*)$")
+_NAME = re.compile(r"^[a-z][a-z0-9_]{0,63}$")
+
+Columns = dict[str, dict[str, Any]]
+
+
+def sidecar_file(lab: Path | None) -> Path:
+    """The lab's participants.json, or the template's where there is no lab or it has none."""
+    own = lab / SIDECAR if lab is not None else None
+    return own if own is not None and own.is_file() else TEMPLATE / SIDECAR
+
+
+def columns(file: Path) -> Columns:
+    """The columns by name, in the file's order, participant_id first.
+
+    Raises ParticipantError with file, key and expectation: on what is no JSON, a value of the wrong kind, a name that
+    no column may have, a column that would say who somebody is.
+    """
+    data = _parsed(file)
+    if not isinstance(data, dict) or next(iter(data), None) != "participant_id":
+        raise ParticipantError(f'{file}: an object is expected whose first key is "participant_id"')
+    for name, column in data.items():
+        _demand_column(f"{file}: {name}", name, column)
+    return data
+
+
+def identifying(name: str) -> str | None:
+    """The word in a column's name that says who somebody is, or None."""
+    spaced = re.sub(r"(?<=[a-z])(?=[A-Z])", " ", name)
+    words = re.split(r"[\W_0-9]+", spaced.casefold())
+    pairs = [first + second for first, second in pairwise(words)]
+    return next((word for word in (*words, *pairs) if word in IDENTIFYING), None)
+
+
+def _parsed(file: Path) -> Any:
+    try:
+        return json.loads(file.read_text("utf-8-sig"), object_pairs_hook=_once_each)
+    except UnicodeDecodeError as error:
+        raise ParticipantError(f"{file}: byte {error.start} is not UTF-8; save the file as UTF-8") from None
+    except json.JSONDecodeError as error:
+        where = f"line {error.lineno}, column {error.colno}"
+        raise ParticipantError(f"{file}: {where}: this is no JSON ({error.msg})") from None
+    except KeyError as error:
+        raise ParticipantError(f"{file}: the key {error.args[0]!r} stands twice in one object") from None
+    except RecursionError:
+        raise ParticipantError(f"{file}: nested too deeply") from None
+
+
+def _once_each(pairs: list[tuple[str, Any]]) -> dict[str, Any]:
+    found: dict[str, Any] = {}
+    for key, value in pairs:
+        if key in found:
+            raise KeyError(key)
+        found[key] = value
+    return found
+
+
+def _demand_column(where: str, name: str, column: Any) -> None:
+    if word := identifying(name):
+        raise ParticipantError(
+            f"{where}: a column about {word!r} would say who somebody is; identities are kept apart "
+            "(palpate participants identify); rename the column if it does not"
+        )
+    if not _NAME.fullmatch(name):
+        raise ParticipantError(f"{where}: a column's name in snake_case is expected, as driving_experience")
+    if not isinstance(column, dict):
+        raise ParticipantError(f"{where}: found {column!r:.60}, an object with Description is expected")
+    for key, value in column.items():
+        _demand_value(f"{where}.{key}", key, value)
+    low, high = column.get("Minimum"), column.get("Maximum")
+    if low is not None and high is not None and low > high:
+        raise ParticipantError(f"{where}: Minimum ({low}) lies above Maximum ({high})")
+
+
+def _demand_value(where: str, key: str, value: Any) -> None:
+    translated = _TRANSLATED.fullmatch(key)
+    plain = translated[1] if translated else key
+    if plain in _TEXTS and not (isinstance(value, str) and value.strip()):
+        raise ParticipantError(f"{where}: found {value!r:.60}, a text is expected")
+    if plain in _MAPPINGS and not _levels(value):
+        raise ParticipantError(f'{where}: found {value!r:.60}, an object is expected, as {{"F": "Woman"}}')
+    if plain in _NUMBERS and type(value) not in (int, float):
+        raise ParticipantError(f"{where}: found {value!r:.60}, a number is expected")
+    if plain in _SWITCHES and type(value) is not bool:
+        raise ParticipantError(f"{where}: found {value!r:.60}, true or false is expected")
+    if plain not in _KNOWN and (meant := get_close_matches(key, _KNOWN, n=1, cutoff=0.8)):
+        raise ParticipantError(f"{where}: unknown key; did you mean {meant[0]!r}?")
+
+
+def _levels(value: Any) -> bool:
+    """Level -> label, or BIDS's level -> {Description}."""
+    return isinstance(value, Mapping) and bool(value) and all(level_label(label) for label in value.values())
+
+
+def level_label(label: Any) -> str | None:
+    """The words for a level; BIDS allows a text or an object with a Description."""
+    text = label.get("Description") if isinstance(label, Mapping) else label
+    return text if isinstance(text, str) and text.strip() else None

@@ -1,0 +1,82 @@
+"""How a study stands: its balance so far, who holds which row, what is on offer, and who took part in what else."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+from protocols.balance import Balance, certificate
+from protocols.plan import ParticipantRow, main_order
+from protocols.study import Study
+from studies.collect import ledgers_in
+from studies.participants.allocations import Allocation, every_allocation
+from studies.participants.places import Places, places, recorded_rows
+from studies.participants.registry import Registry, withdrawn
+
+
+@dataclass(frozen=True)
+class GroupStanding:
+    """One group: its certificate, its rows with their holders, rows given up, and the row the next one gets."""
+
+    group: str | None
+    certificate: Balance
+    holders: tuple[Allocation, ...]
+    given_up: tuple[tuple[int, str], ...]
+    next_row: int
+
+
+@dataclass(frozen=True)
+class Overlap:
+    """How many of a study's participants also took part in another."""
+
+    other: str
+    common: int
+    of: int
+
+    def text(self) -> str:
+        """As a method section says it."""
+        share = round(100 * self.common / self.of) if self.of else 0
+        return f"{share} % ({self.common} of {self.of}) also took part in {self.other}"
+
+
+def standing(registry: Registry, study: Study, seed: int = 0) -> list[GroupStanding]:
+    """Every group of a study as it stands; `seed` is that of the sessions, for orders drawn at random."""
+    kept = every_allocation(registry, study.study)
+    found = places(kept, recorded_rows(registry.lab, study.study), withdrawn(registry.lab))
+    known = {each.participant: each for each in kept if each.holds}
+    groups: list[str | None] = [*sorted(study.groups)]
+    return [_of_group(study, group, found, known, seed) for group in groups or [None]]
+
+
+def overlaps(registry: Registry, study: str) -> list[Overlap]:
+    """For each other study of the lab, how many of this study's participants took part in it, too.
+
+    Somebody takes part who holds a row of the study or has a session of it here; who withdrew does not count.
+    """
+    of = _participation(registry)
+    mine = of.pop(study, set())
+    return [Overlap(other, len(mine & theirs), len(mine)) for other, theirs in sorted(of.items())]
+
+
+def _of_group(study: Study, group: str | None, found: Places, known: dict[str, Allocation], seed: int) -> GroupStanding:
+    held = sorted((row, who) for (of, row), who in found.held.items() if of == group)
+    orders = [[s.id for _, s in main_order(study, ParticipantRow(who, group, row), seed)] for row, who in held]
+    return GroupStanding(
+        group,
+        certificate(orders),
+        tuple(known.get(who) or Allocation(study.study, who, group, row, "session") for row, who in held),
+        tuple(sorted((row, who) for (of, row), who in found.given_up.items() if of == group)),
+        found.offer(group),
+    )
+
+
+def _participation(registry: Registry) -> dict[str, set[str]]:
+    """Study -> who takes part."""
+    found: dict[str, set[str]] = {}
+    for each in every_allocation(registry):
+        if each.holds:
+            found.setdefault(each.study, set()).add(each.participant)
+    for path in ledgers_in(registry.lab):
+        study, participant, _ = path.stem.rsplit("_", 2)
+        found.setdefault(study, set()).add(participant)
+    gone = withdrawn(registry.lab)
+    return {study: people - gone for study, people in found.items() if people - gone}

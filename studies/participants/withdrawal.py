@@ -1,0 +1,95 @@
+"""Withdrawing: a person is erased, their rows are free again, their sessions are marked, and a line stays of it."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from pathlib import Path
+
+from sqlalchemy import Connection, select, update
+
+from protocols.plan import ParticipantRow
+from studies.collect import ledgers_in
+from studies.participants import schema
+from studies.participants.allocations import Allocation, allocation_of
+from studies.participants.errors import ParticipantError
+from studies.participants.export import forget
+from studies.participants.identities import erase
+from studies.participants.people import status_of, unknown
+from studies.participants.registry import Registry, note, write
+from studies.participants.rows import give_up
+from studies.record import LedgerError, read_header
+
+
+@dataclass(frozen=True)
+class Withdrawn:
+    """What a withdrawal did."""
+
+    participant: str
+    erased: bool
+    released: tuple[Allocation, ...]
+    sessions: tuple[str, ...]
+
+
+def withdraw(registry: Registry, participant: str, why: str) -> Withdrawn:
+    """Erase who a participant is, give up their rows, mark their sessions; the pseudonym is never given again.
+
+    The identity goes first: interrupted in between, the same call does the rest.
+    Raises ParticipantError on a participant who is not known or has withdrawn already.
+    """
+    status = status_of(registry, participant)
+    if status is None:
+        raise ParticipantError(unknown(registry.lab, participant))
+    erased = erase(registry.lab, participant)
+    forget(registry.lab, participant)
+    if status == "withdrawn":
+        raise ParticipantError(f"{participant} has withdrawn already; nothing is kept of who they are")
+    sessions = sessions_of(registry.lab, participant)
+    rows = recorded_everywhere(registry.lab, participant)
+    return write(registry, lambda connection: _withdrawn(connection, participant, why, erased, sessions, rows))
+
+
+def sessions_of(lab: Path, participant: str) -> tuple[str, ...]:
+    """The names of the participant's session files in this lab's folder."""
+    return tuple(path.name for path in ledgers_in(lab) if path.stem.rsplit("_", 2)[1] == participant)
+
+
+def recorded_everywhere(lab: Path, participant: str) -> dict[str, ParticipantRow]:
+    """Study -> the row that the participant's sessions in this lab's folder were recorded with."""
+    found = {}
+    for name in sessions_of(lab, participant):
+        try:
+            header = read_header(lab / "sessions" / name)
+            found[header["study"]["study"]] = ParticipantRow(participant, header["group"], header["row"])
+        except (LedgerError, KeyError, TypeError):
+            continue
+    return found
+
+
+def _withdrawn(
+    connection: Connection,
+    participant: str,
+    why: str,
+    erased: bool,
+    sessions: tuple[str, ...],
+    rows: dict[str, ParticipantRow],
+) -> Withdrawn:
+    people = schema.participants
+    connection.execute(update(people).where(people.c.participant == participant).values(status="withdrawn"))
+    released = [give_up(connection, each, "withdrawn") for each in _held(connection, participant, rows)]
+    body = {"participant": participant, "why": why, "identity_erased": erased, "sessions": list(sessions)}
+    note(connection, "withdrawn", body)
+    return Withdrawn(participant, erased, tuple(released), sessions)
+
+
+def _held(connection: Connection, participant: str, rows: dict[str, ParticipantRow]) -> list[Allocation]:
+    """The participant's rows in the registry, and those of sessions from before there was one."""
+    mine = schema.allocations
+    query = select(mine.c.study).where(mine.c.participant == participant).order_by(mine.c.study)
+    known = connection.execute(query).scalars().all()
+    found = [allocation_of(connection, study, participant) for study in known]
+    earlier = [
+        Allocation(study, participant, who.group, who.row, "active")
+        for study, who in sorted(rows.items())
+        if study not in known
+    ]
+    return [each for each in (*found, *earlier) if each is not None and each.holds]

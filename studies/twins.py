@@ -1,0 +1,240 @@
+"""The simulated twins of a study's devices, each performing the requests that its device would."""
+
+from __future__ import annotations
+
+import hashlib
+from collections.abc import Callable, Mapping
+from dataclasses import dataclass, field
+from pathlib import Path
+from typing import Protocol
+
+from devices.blocks import interleaved
+from devices.door.twin import open_door, read_profile
+from protocols.keyed import Key, normal
+from protocols.plan import Plan, Trial
+from protocols.requests import Present, Reply, Request, Samples, Sense
+from protocols.study import Need, Stimulus, Study
+from protocols.worlds import Done
+from studies.rig import RigError
+
+DOOR_RATE_HZ = 100.0
+AXES = ("x", "y", "z")
+
+
+class DeviceTwin(Protocol):
+    """A simulated device."""
+
+    def check(self, trial: Trial) -> None:
+        """Raise RigError, or the device's own error, if the trial's stimulus cannot be had."""
+
+    def __call__(self, request: Request, t_ns: int) -> Done:
+        """Perform a request that begins at t_ns."""
+
+
+@dataclass(frozen=True)
+class Twins:
+    """The simulated devices of one study: what presents its stimuli, and what records them."""
+
+    presents: DeviceTwin
+    records: Mapping[str, DeviceTwin]
+
+    def check(self, plan: Plan) -> None:
+        """Raise RigError, or a device's own error, if a stimulus of the plan cannot be had."""
+        for trial in plan.trials:
+            for device in (self.presents, *self.records.values()):
+                device.check(trial)
+
+    def __call__(self, request: Request, t_ns: int) -> Done:
+        """Hand the request to the device that it is for. Raises RigError where the study has none."""
+        if isinstance(request, Present):
+            return self.presents(request, t_ns)
+        if isinstance(request, Sense) and request.device in self.records:
+            return self.records[request.device](request, t_ns)
+        raise RigError(f"no device of this study can do {request.body()['do']!r}")
+
+
+def twin_for(study: Study, plan: Plan, folder: Path, profiles: Profiles | None = None) -> Twins:
+    """The twins of the devices that the study needs; `folder` holds its files, `profiles` what was read of them.
+
+    Samples need no twin: somebody hands them over, whatever else presents something with them.
+    """
+    profiles = profiles if profiles is not None else Profiles(folder)
+    made: dict[Need, Callable[[], DeviceTwin]] = {
+        "door": lambda: DoorTwin(plan, profiles),
+        "door_generator": lambda: GeneratorTwin(plan),
+        "door_sensors": lambda: DoorSensorsTwin(plan, profiles),
+        "tool": lambda: ToolTwin(plan),
+    }
+    here: dict[Need, DeviceTwin] = {need: made[need]() for need in study.needs if need in made}
+    presenting = [here[need] for need in here if need in ("door", "door_generator")]
+    records: dict[str, DeviceTwin] = {need: here[need] for need in here if need in ("tool", "door_sensors")}
+    return Twins(presenting[0] if presenting else HandedOver(plan), records)
+
+
+@dataclass
+class Profiles:
+    """The door profiles of a study, read once; each must be the file that the study was planned with."""
+
+    folder: Path
+    read: dict[str, tuple[float, ...]] = field(default_factory=dict)
+
+    def of(self, stimulus: Stimulus) -> tuple[float, ...]:
+        """The 621 forces, in newtons, of a stimulus. Raises RigError, or DoorDataError on a file that is no profile."""
+        if stimulus.id not in self.read:
+            file = self.folder / stimulus.columns.get("file", "")
+            if not file.is_file():
+                raise RigError(f"stimulus {stimulus.id!r}: no door profile {file} (the column `file` of its table)")
+            if hashlib.sha256(file.read_bytes()).hexdigest() != stimulus.sha256:
+                raise RigError(f"{file}: not the file that the session was planned with (its SHA-256 differs)")
+            self.read[stimulus.id] = read_profile(file)
+        return self.read[stimulus.id]
+
+
+@dataclass(frozen=True)
+class DoorTwin:
+    """The simulated door: a simulated hand opens it once along the stimulus' profile."""
+
+    plan: Plan
+    profiles: Profiles
+
+    def check(self, trial: Trial) -> None:
+        """The stimulus has a profile."""
+        self.profiles.of(trial.stimulus)
+
+    def __call__(self, request: Request, t_ns: int) -> Done:
+        """Present a stimulus; the reply carries the angle and the force that the hand met."""
+        if not isinstance(request, Present):
+            raise RigError(f"the simulated door cannot do {request.body()['do']!r}")
+        return opened(self.plan, request, self.profiles.of(request.trial.stimulus), t_ns)
+
+
+@dataclass(frozen=True)
+class GeneratorTwin:
+    """The simulated door with the stand-in for the model that turns wishes into a profile (thesis 5.7.2)."""
+
+    plan: Plan
+
+    def check(self, trial: Trial) -> None:
+        """Wishes come from the participant: nothing to check before."""
+
+    def __call__(self, request: Request, t_ns: int) -> Done:
+        """Make the door that is wished for, and let the hand open it. Raises RigError where there is no wish."""
+        if not isinstance(request, Present) or request.wish is None:
+            raise RigError(f"the simulated door generator needs a wish to present, and was asked {request.body()!r}")
+        from devices.door.wished import wished_profile
+
+        made: tuple[float, ...] = tuple(wished_profile(request.wish).tolist())
+        return opened(self.plan, request, made, t_ns)
+
+
+@dataclass(frozen=True)
+class HandedOver:
+    """Where a study needs no device, somebody hands its stimuli over."""
+
+    plan: Plan
+
+    def check(self, trial: Trial) -> None:
+        """Whatever can be handed over, can be had."""
+
+    def __call__(self, request: Request, t_ns: int) -> Done:  # noqa: ARG002
+        """Present the stimulus."""
+        if not isinstance(request, Present):
+            raise RigError(f"no device of this study can do {request.body()['do']!r}")
+        return Done(Reply({"presented": True}), seconds_to_present(self.plan))
+
+
+@dataclass(frozen=True)
+class ToolTwin:
+    """The simulated tool: a simulated hand strokes over the texture while its sensors are recorded."""
+
+    plan: Plan
+
+    def check(self, trial: Trial) -> None:
+        """The stimulus says what the simulation needs to know of it."""
+        from devices.tool.texture import ToolDataError, texture_of
+
+        try:
+            texture_of(trial.stimulus.columns, trial.stimulus.id)
+        except ToolDataError as error:
+            raise RigError(str(error)) from None
+
+    def __call__(self, request: Request, t_ns: int) -> Done:
+        """Record acceleration, force and position."""
+        from devices.tool.texture import texture_of
+        from devices.tool.twin import SENSOR_HZ, TRACKER_HZ, explore
+
+        sense = sensing(request, "tool")
+        stimulus = sense.trial.stimulus
+        found = explore(texture_of(stimulus.columns, stimulus.id), sense.seconds, *_drawn(self.plan, sense.trial))
+        blocks = (
+            Samples("tool_acceleration", AXES, ("m/s^2",) * 3, SENSOR_HZ, t_ns, interleaved(*found.acceleration_m_s2)),
+            Samples("tool_force", AXES, ("N",) * 3, SENSOR_HZ, t_ns, interleaved(*found.force_N)),
+            Samples("tool_position", AXES, ("mm",) * 3, TRACKER_HZ, t_ns, interleaved(*found.position_mm)),
+        )
+        return recorded(sense, blocks)
+
+
+@dataclass(frozen=True)
+class DoorSensorsTwin:
+    """The simulated sensors at a real door: a simulated hand opens it once while force and angle are recorded.
+
+    The car that is simulated is the profile in the stimulus' column `file`; a lab's own cars need none, and are then
+    simulated as a mid-size door.
+    """
+
+    plan: Plan
+    profiles: Profiles
+
+    def check(self, trial: Trial) -> None:
+        """The profile can be read, where there is one."""
+        self._profile(trial.stimulus)
+
+    def __call__(self, request: Request, t_ns: int) -> Done:
+        """Record force and angle."""
+        from devices.door.sensors_twin import ANGLE_HZ, FORCE_HZ, record_opening
+
+        sense = sensing(request, "door_sensors")
+        found = record_opening(self._profile(sense.trial.stimulus), sense.seconds, *_drawn(self.plan, sense.trial))
+        blocks = (
+            Samples("door_force", ("force",), ("N",), FORCE_HZ, t_ns, interleaved(found.force_N)),
+            Samples("door_angle", ("angle",), ("deg",), ANGLE_HZ, t_ns, interleaved(found.angle_deg)),
+        )
+        return recorded(sense, blocks)
+
+    def _profile(self, stimulus: Stimulus) -> tuple[float, ...]:
+        if stimulus.columns.get("file"):
+            return self.profiles.of(stimulus)
+        from devices.door.wished import NEUTRAL, TURNS, wished_profile
+
+        return tuple(wished_profile(dict.fromkeys(TURNS, NEUTRAL)).tolist())
+
+
+def opened(plan: Plan, request: Present, profile_N: tuple[float, ...], t_ns: int) -> Done:
+    """A hand opens the door of this profile once."""
+    chance = normal("opening", plan.seed, plan.who.participant, request.trial.number, request.trial.attempt)
+    seconds = round(seconds_to_present(plan) * max(0.5, 1.0 + 0.15 * chance), 3)
+    opening = open_door(profile_N, seconds, DOOR_RATE_HZ)
+    block = Samples("door", ("angle", "force"), ("deg", "N"), DOOR_RATE_HZ, t_ns, opening.interleaved())
+    return Done(Reply({"presented": True, "seconds": seconds}, (block,)), seconds)
+
+
+def sensing(request: Request, device: str) -> Sense:
+    """The request, if it asks this device to record. Raises RigError otherwise."""
+    if not isinstance(request, Sense) or request.device != device:
+        raise RigError(f"the simulated {device} cannot do {request.body()['do']!r}")
+    return request
+
+
+def recorded(sense: Sense, blocks: tuple[Samples, ...]) -> Done:
+    """The reply to a recording, and the time it took."""
+    return Done(Reply({"recorded": True, "seconds": sense.seconds}, blocks), sense.seconds)
+
+
+def seconds_to_present(plan: Plan) -> float:
+    """How long a simulated presentation takes on average."""
+    return plan.study.simulation.present_s if plan.study.simulation is not None else 2.5
+
+
+def _drawn(plan: Plan, trial: Trial) -> tuple[Key, ...]:
+    """What decides a simulated recording; the study's name keeps two studies of one seed apart."""
+    return (plan.study.study, plan.seed, plan.who.participant, trial.number, trial.attempt)

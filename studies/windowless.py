@@ -1,0 +1,63 @@
+"""A session without a participant's window: what nobody need see is waited for, anything to be answered is refused."""
+
+from __future__ import annotations
+
+import time
+from collections.abc import Callable, Mapping
+from dataclasses import dataclass, field
+from typing import TYPE_CHECKING, Any
+
+from devices.desk import Desk
+from protocols.requests import Aside, Reply
+from protocols.study import Study
+from studies.rig import RigError
+
+if TYPE_CHECKING:
+    from devices.window.presenter import Shown
+
+TURN_S = 0.02
+
+
+@dataclass
+class Windowless:
+    """A presenter (devices.window.presenter) that shows nothing."""
+
+    clock: Callable[[], float] = time.monotonic
+    rest: Callable[[float], None] = time.sleep
+    on_side: Callable[[str], None] | None = None
+    description: Mapping[str, Any] = field(default_factory=dict)
+    paused: bool = False
+
+    def perform(self, request: Shown, desk: Desk, now_ns: Callable[[], int]) -> Reply | Aside:  # noqa: ARG002
+        """Raises RigError: nobody could answer."""
+        raise RigError(f"there is no window to {request.body()['do']} in: the study's needs lack window")
+
+    def wait_for(self, key: str, desk: Desk, ready: Callable[[], bool]) -> Aside | None:  # noqa: ARG002
+        """Wait until `ready` or until the experimenter did something; while paused only for the latter."""
+        while self.paused or not ready():
+            if (aside := desk.poll()) is not None:
+                return self._heed(aside)
+            self.rest(TURN_S)
+        return None
+
+    def show_answered(self, request: Shown, reply: Reply, seconds: float, desk: Desk) -> Aside | None:  # noqa: ARG002
+        """Let the moment pass in which it would be seen."""
+        until_s = self.clock() + seconds
+        return self.wait_for("", desk, lambda: self.clock() >= until_s)
+
+    def finish(self, desk: Desk | None = None, page: str = "end") -> None:
+        """Nothing to show."""
+
+    def close(self) -> None:
+        """Nothing to close."""
+
+    def _heed(self, aside: Aside) -> Aside:
+        if aside.value["do"] in {"pause", "go_on"}:
+            self.paused = aside.value["do"] == "pause"
+        return aside
+
+
+def asks_anything(study: Study) -> bool:
+    """Whether a participant reads or answers anything in a session of the study."""
+    shown = study.opening or study.closing or study.instructions or study.rest
+    return "window" in study.needs or study.task != "capture" or bool(shown)

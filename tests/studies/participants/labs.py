@@ -1,0 +1,81 @@
+"""Labs with people in them: registries at SQLite and PostgreSQL, and sessions as real people leave them."""
+
+from __future__ import annotations
+
+import os
+import uuid
+from collections.abc import Iterator
+from contextlib import contextmanager
+from pathlib import Path
+from typing import Any
+
+import pytest
+from sqlalchemy import create_engine
+
+from protocols.canonical import canonical
+from protocols.events import Event
+from protocols.study import Study
+from studies import session
+from studies.ledger import create, take_up
+from studies.participants.making import make_lab
+from studies.participants.people import add
+from studies.participants.registry import Registry, open_registry
+from tests.protocols.studies_for_tests import toy
+
+GROUPS = {"x": {"kind": ["x"]}, "y": {"kind": ["y"]}}
+
+
+def grouped(**changes: Any) -> Study:
+    """The toy study with two groups, x and y."""
+    return toy(groups=GROUPS, **changes)
+
+
+@contextmanager
+def postgres_schema() -> Iterator[str]:
+    """The URL of an empty place in the PostgreSQL server to test with; CI starts one."""
+    url = os.environ.get("PALPATE_TEST_POSTGRES")
+    if not url:
+        (pytest.fail if os.environ.get("CI") else pytest.skip)("no PostgreSQL server: set PALPATE_TEST_POSTGRES")
+    name, engine = f"registry_{uuid.uuid4().hex}", create_engine(url)
+    with engine.begin() as connection:
+        connection.exec_driver_sql(f"CREATE SCHEMA {name}")
+    try:
+        yield f"{url}?options=-csearch_path%3D{name}"
+    finally:
+        with engine.begin() as connection:
+            connection.exec_driver_sql(f"DROP SCHEMA {name} CASCADE")
+        engine.dispose()
+
+
+def filled(registry: Registry, people: int) -> Registry:
+    """The same registry with P001, P002, ... added."""
+    for _ in range(people):
+        add(registry)
+    return registry
+
+
+def new_lab(path: Path, url: str | None = None) -> Registry:
+    """A lab made by `init`, its registry at a URL or where it lies by default."""
+    make_lab(path)
+    if url is not None:
+        (path / "lab.yaml").write_text(f"registry: {url}\n")
+    return open_registry(path)
+
+
+def sat(
+    lab: Path, participant: str, answers: dict[str, Any] | None = None, at: str = "2026-01-01T00:00:00+00:00",
+    number: int = 1, kind: str = "live", row: tuple[str | None, int] = (None, 0), study: str = "toy",
+) -> Path:  # fmt: skip
+    """A session's ledger as far as people concern it: who, which row, and what they said about themselves."""
+    header = {
+        "study": {"study": study}, "participant": participant, "group": row[0], "row": row[1], "rig": {"kind": kind},
+    }  # fmt: skip
+    path = session.ledger_path(lab, study, participant, number)
+    create(path, header, {"at": at})
+    ledger = take_up(path, {"at": at})
+    if answers is not None:
+        ask = {"do": "ask", "form": "demographics", "items": sorted(answers)}
+        ledger.append(Event(1, 1, "request", canonical(ask)))
+        ledger.append(Event(2, 2, "reply", canonical({"answers": answers})))
+    ledger.close({"at": at})
+    return path

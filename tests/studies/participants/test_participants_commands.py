@@ -1,0 +1,163 @@
+import json
+import subprocess
+import sys
+
+import pytest
+from click.testing import CliRunner
+
+from studies.participants.commands import init, participants
+from tests.studies.participants.labs import sat
+
+TOY = """\
+study: toy
+task: slider_rating
+stimuli: [A, B, C, D]
+attributes: [[Soft, Hard]]
+scale: {from: -10, to: 10, step: 1}
+order: {design: williams}
+"""
+
+
+@pytest.fixture
+def said(tmp_path):
+    """Call a verb in a lab with the studies toy and other; returns what it printed, or the mistake it was told of."""
+    lab = tmp_path / "lab"
+    assert CliRunner().invoke(init, [str(lab)]).exit_code == 0
+    for name in ("toy", "other"):
+        (lab / "studies" / name).mkdir()
+        (lab / "studies" / name / "study.yaml").write_text(TOY.replace("study: toy", f"study: {name}"))
+
+    def call(*arguments, status=0):
+        done = CliRunner().invoke(participants, [*arguments, "--lab", str(lab)])
+        if isinstance(done.exception, ValueError):
+            assert status == 2, done.exception
+            return str(done.exception)
+        assert done.exit_code == status, done.output
+        return done.output
+
+    call.lab = lab
+    return call
+
+
+def test_the_life_of_a_lab(said):
+    assert said("add", "--name", "Kim Hana", "--consented", "2026-03-31") == "P001\n"
+    assert json.loads(said("add", "--json")) == {"participant": "P002"}
+    assert said("add", "--pseudonym", "P007") == "P007\n"
+    assert said("allocate", "toy", "P001") == "P001 has row 0 of toy\n"
+    assert json.loads(said("allocate", "toy", "P002", "--json"))["row"] == 1
+    assert said("allocate", "toy", "P007", "--row", "5") == "P007 has row 5 of toy\n"
+    said("allocate", "other", "P001")
+    assert "row 1 of toy is on offer again" in said("release", "toy", "P002", "--why", "ill")
+    text = said("balance", "toy")
+    assert text.startswith("group all: 2 sequences of 4 items: not balanced (yet).")
+    assert "row   5  P007     active" in text and "row   1  on offer, given up by P002" in text
+    assert text.endswith("next: row 1\n50 % (1 of 2) also took part in other\n")
+    text = said("withdraw", "P001", "--why", "on request")
+    assert "their identity is erased" in text and "row 0 of other is on offer again" in text
+    assert said("add") == "P003\n"
+    assert said("allocate", "toy", "P003", "--replaces", "P001") == "P003 has row 0 of toy\n"
+    assert "row   0  P003     active, inherited from P001" in said("balance", "toy")
+    assert said("overlap", "toy") == "nobody has taken part in any other study of this lab\n"
+    assert "3 participants in" in said("export") and "sub-P001" not in (said.lab / "participants.tsv").read_text()
+
+
+def test_names_are_shown_when_asked_for_and_never_otherwise(said):
+    said("add", "--name", "Kim Hana", "--contact", "hana@example.org", "--note", "prefers mornings")
+    said("identify", "P001", "--contact", "new@example.org")
+    said("allocate", "toy", "P001")
+    told = "".join(
+        [said("list"), said("list", "--json"), said("balance", "toy"), said("balance", "toy", "--json"), said("export"),
+         said("overlap", "toy", "--json"), said("export", "--json"), said("withdraw", "--help")]
+    )  # fmt: skip
+    shown = said("list", "--identities")
+    for secret in ("Kim Hana", "new@example.org", "prefers mornings"):
+        assert secret in shown and secret not in told
+        holding = [path for path in said.lab.rglob("*") if path.is_file() and secret.encode() in path.read_bytes()]
+        assert holding == [said.lab / "private" / "identities.sqlite"]
+    assert said("list", "--identities", "--json", status=2).count("names go into no JSON") == 1
+
+
+def test_the_list_says_who_has_which_rows_and_sessions(said):
+    said("add")
+    said("add")
+    said("allocate", "toy", "P001")
+    sat(said.lab, "P001")
+    sat(said.lab, "P005", row=(None, 4))
+    rows = json.loads(said("list", "--json"))
+    assert [(row["participant"], row["status"], row["sessions"]) for row in rows] == [
+        ("P001", "active", ["toy_P001_s1.sqlite"]), ("P002", "active", []), ("P005", "session", ["toy_P005_s1.sqlite"]),
+    ]  # fmt: skip
+    assert rows[0]["studies"] == [{"study": "toy", "group": None, "row": 0, "status": "active", "replaces": None}]
+    assert [row["participant"] for row in json.loads(said("list", "--study", "toy", "--json"))] == ["P001"]
+    assert "P001     active     1 session\n" in said("list")
+
+
+def test_balance_as_json_has_counts_and_what_is_on_offer(said):
+    for _ in range(4):
+        said("allocate", "toy", said("add").strip())
+    [group] = json.loads(said("balance", "toy", "--json"))["groups"]
+    assert group["balanced"] is True and group["position_range"] == group["carry_over_range"] == [1, 1]
+    assert [row["participant"] for row in group["rows"]] == ["P001", "P002", "P003", "P004"]
+    assert (group["on_offer"], group["next_row"]) == ([], 4)
+    [empty] = json.loads(said("balance", "other", "--json"))["groups"]
+    assert empty["balanced"] is False and "nobody holds a row yet" in said("balance", "other")
+
+
+@pytest.mark.parametrize(
+    ("arguments", "mistake"),
+    [
+        (["allocate", "toy", "P009"], "palpate participants add --pseudonym P009 --lab"),
+        (["allocate", "tyo", "P001"], "no study is called 'tyo'; did you mean 'toy'?"),
+        (["allocate", "toy", "P002", "--replaces", "P001"], "P001 still holds row 0 of toy"),
+        (["allocate", "toy", "P002", "--row", "0"], "row 0 of toy is P001's"),
+        (["identify", "P009", "--name", "x"], "P009 is not known"),
+        (["add", "--pseudonym", "Hana"], "a pseudonym as P001 is expected"),
+        (["add", "--consented", "yesterday"], "consented: found 'yesterday'"),
+        (["withdraw", "P009", "--why", "-"], "P009 is not known"),
+    ],
+)
+def test_a_mistake_is_said_and_changes_nothing(said, arguments, mistake):
+    said("allocate", "toy", said("add").strip())
+    said("add")
+    before = said("list", "--json")
+    assert mistake in said(*arguments, status=2)
+    assert said("list", "--json") == before
+
+
+def test_what_lacks_an_option_is_a_mistake_of_use(said):
+    said("add")
+    assert "nothing to write down: give --name" in said("identify", "P001", status=2)
+    assert "--why" in said("withdraw", "P001", status=2)
+
+
+def test_nobody_is_added_while_the_store_of_names_is_open_to_others(said):
+    said("add", "--name", "Kim Hana")
+    (said.lab / "private").chmod(0o755)
+    assert "chmod 700" in said("add", "--name", "Lee", status=2)
+    assert len(json.loads(said("list", "--json"))) == 1
+
+
+def test_a_folder_that_is_no_lab_is_said_so_by_every_verb(tmp_path):
+    verbs = (["add"], ["list"], ["withdraw", "P001", "--why", "-"], ["allocate", "door_ratings", "P001"], ["export"],
+             ["release", "door_ratings", "P001", "--why", "-"], ["balance", "door_ratings"],
+             ["identify", "P1", "--name", "x"], ["overlap", "door_ratings"])  # fmt: skip
+    assert {verb[0] for verb in verbs} == set(participants.commands)
+    for verb in verbs:
+        done = CliRunner().invoke(participants, [*verb, "--lab", str(tmp_path)])
+        assert "is no lab: it holds no participants.json; make it one with: palpate init" in str(done.exception)
+    assert list(tmp_path.iterdir()) == []
+
+
+def test_init_says_what_is_still_to_do(tmp_path):
+    text = CliRunner().invoke(init, [str(tmp_path / "lab")]).output
+    assert "consent.md: 9 [blanks] to fill in" in text and "then: palpate participants add --lab" in text
+    again = CliRunner().invoke(init, [str(tmp_path / "lab")])
+    assert "is a lab already" in str(again.exception)
+
+
+def test_help_imports_nothing_heavy():
+    code = (
+        "import sys, studies.participants.commands\n"
+        "print(sorted({'sqlalchemy', 'pydantic', 'numpy', 'pandas', 'yaml'} & set(sys.modules)))"
+    )
+    assert subprocess.run([sys.executable, "-c", code], capture_output=True, text=True, check=True).stdout == "[]\n"

@@ -1,0 +1,62 @@
+from studies.participants.people import add
+from studies.participants.rows import allocate_row, release
+from studies.participants.standing import Overlap, overlaps, standing
+from studies.participants.withdrawal import withdraw
+from tests.protocols.studies_for_tests import toy
+from tests.studies.participants.labs import filled, grouped, sat
+
+
+def test_a_study_is_certified_balanced_when_its_square_is_full_and_not_before(registry):
+    filled(registry, 5)
+    for number in range(1, 4):
+        allocate_row(registry, toy(), f"P{number:03d}")
+        assert not standing(registry, toy())[0].certificate.balanced
+    allocate_row(registry, toy(), "P004")
+    [whole] = standing(registry, toy())
+    assert whole.certificate.balanced and whole.certificate.sequences == 4 and whole.group is None
+    assert [each.participant for each in whole.holders] == ["P001", "P002", "P003", "P004"] and whole.next_row == 4
+    release(registry, toy(), "P002", "ill")
+    [gap] = standing(registry, toy())
+    assert not gap.certificate.balanced and gap.given_up == ((1, "P002"),) and gap.next_row == 1
+    allocate_row(registry, toy(), "P005", replaces="P002")
+    [mended] = standing(registry, toy())
+    assert mended.certificate.balanced and mended.given_up == () and mended.holders[1].replaces == "P002"
+
+
+def test_groups_stand_by_themselves_and_sessions_from_before_the_registry_count(home):
+    sat(home.lab, "P001", row=("x", 0))
+    filled(home, 1)
+    allocate_row(home, grouped(), "P002")
+    x, y = standing(home, grouped())
+    assert [(each.participant, each.status) for each in x.holders] == [("P001", "session")]
+    assert [(each.participant, each.status) for each in y.holders] == [("P002", "active")]
+    assert (x.certificate.sequences, y.certificate.sequences) == (1, 1)
+
+
+def test_a_study_that_nobody_is_in_stands_empty(home):
+    [empty] = standing(home, toy())
+    assert (empty.holders, empty.given_up, empty.next_row, empty.certificate.sequences) == ((), (), 0, 0)
+
+
+def test_how_many_also_took_part_in_another_study(registry):
+    filled(registry, 8)
+    people = [f"P{number:03d}" for number in range(1, 9)]
+    for who in people[:5]:
+        allocate_row(registry, toy(), who)
+    for who in people[3:]:
+        allocate_row(registry, toy(study="door_lexicon"), who)
+    sat(registry.lab, "P001", study="similarity")
+    found = overlaps(registry, "toy")
+    assert found == [Overlap("door_lexicon", 2, 5), Overlap("similarity", 1, 5)]
+    assert found[0].text() == "40 % (2 of 5) also took part in door_lexicon"
+    release(registry, toy(study="door_lexicon"), "P004", "left before it began")
+    withdraw(registry, "P001", "-")
+    assert overlaps(registry, "toy") == [Overlap("door_lexicon", 1, 4)]
+    assert overlaps(registry, "nothing") == [Overlap("door_lexicon", 0, 0), Overlap("toy", 0, 0)]
+
+
+def test_a_pseudonym_within_another_is_not_taken_for_it(home):
+    add(home, "P1")
+    sat(home.lab, "P11", study="other")
+    allocate_row(home, toy(), "P1")
+    assert overlaps(home, "toy") == [Overlap("other", 0, 1)]

@@ -1,0 +1,52 @@
+"""Several processes take people in at once: no row twice, none left out, whatever the database."""
+
+import json
+import subprocess
+import sys
+from collections import Counter
+from pathlib import Path
+
+import pytest
+
+from studies.participants.allocations import every_allocation
+from studies.participants.making import make_lab
+from studies.participants.registry import open_registry
+from tests.studies.participants.labs import postgres_schema
+
+ROOT = Path(__file__).resolve().parents[3]
+STATIONS, PEOPLE = 8, 20
+
+
+def arrive(lab):
+    command = [sys.executable, "-m", "tests.studies.participants.arrivals", str(lab), str(STATIONS), str(PEOPLE)]
+    done = subprocess.run(command, check=False, cwd=ROOT, capture_output=True, text=True, timeout=300)
+    assert done.returncode == 0, done.stderr
+    return [tuple(line) for line in json.loads(done.stdout)]
+
+
+@pytest.fixture(params=["sqlite", "postgres"])
+def lab(request, tmp_path):
+    """A lab whose registry nobody has opened yet: making its tables is part of the race."""
+    make_lab(tmp_path / "lab")
+    if request.param == "sqlite":
+        yield tmp_path / "lab"
+        return
+    with postgres_schema() as url:
+        (tmp_path / "lab" / "lab.yaml").write_text(f"registry: {url}\n")
+        yield tmp_path / "lab"
+
+
+def test_stations_that_take_people_in_at_once_give_no_row_twice_and_leave_none_out(lab):
+    people = arrive(lab)
+    assert sorted(who for who, *_ in people) == [f"P{n:03d}" for n in range(1, STATIONS * PEOPLE + 1)]
+    kept = {each.participant: each for each in every_allocation(open_registry(lab))}
+    assert {who: (group, row, not dropped) for who, group, row, dropped in people} == {
+        who: (*each.place, each.holds) for who, each in kept.items()
+    }
+    held = [each for each in kept.values() if each.holds]
+    stayed = STATIONS * PEOPLE * 4 // 5
+    assert len(held) == len({each.place for each in held}) == stayed
+    given = {group: sorted({each.row for each in kept.values() if each.group == group}) for group in ("x", "y")}
+    assert all(rows == list(range(len(rows))) for rows in given.values())
+    counts = Counter(each.group for each in held)
+    assert abs(counts["x"] - counts["y"]) <= STATIONS

@@ -1,0 +1,78 @@
+import pytest
+
+from studies.participants.allocations import every_allocation
+from studies.participants.errors import ParticipantError
+from studies.participants.export import export
+from studies.participants.identities import Identity, identify, identities
+from studies.participants.people import add
+from studies.participants.registry import withdrawn
+from studies.participants.rows import allocate_row
+from studies.participants.withdrawal import withdraw
+from tests.protocols.studies_for_tests import toy
+from tests.studies.participants.labs import filled, sat
+from tests.studies.participants.test_registry import audit_of
+
+
+def everything_in(lab):
+    return b"".join(path.read_bytes() for path in lab.rglob("*") if path.is_file())
+
+
+def test_who_withdraws_is_erased_their_rows_go_back_and_their_sessions_are_marked(registry):
+    lab = registry.lab
+    filled(registry, 2)
+    for who, name in (("P001", "Kim Hana"), ("P002", "Lee Minsu")):
+        identify(lab, who, Identity(name, f"{who}@example.org"))
+        allocate_row(registry, toy(), who)
+        sat(lab, who, {"age": 30}, row=(None, int(who[-1]) - 1))
+    allocate_row(registry, toy(study="other"), "P001")
+    sat(lab, "P0011", row=(None, 5))
+    export(registry)
+    assert "sub-P001\t30" in (lab / "participants.tsv").read_text()
+
+    done = withdraw(registry, "P001", "on request")
+    assert (done.erased, done.sessions) == (True, ("toy_P001_s1.sqlite",))
+    assert [(each.study, each.row) for each in done.released] == [("other", 0), ("toy", 0)]
+    assert withdrawn(lab) == {"P001"} and set(identities(lab)) == {"P002"}
+    assert b"Kim Hana" not in everything_in(lab) and b"P001@example" not in everything_in(lab)
+    assert "sub-P001\t" not in (lab / "participants.tsv").read_text()
+    assert "sub-P002\t30" in (lab / "participants.tsv").read_text()
+    assert audit_of(registry)[-1] == (
+        "withdrawn",
+        {"participant": "P001", "why": "on request", "identity_erased": True, "sessions": ["toy_P001_s1.sqlite"]},
+    )
+    assert {(each.participant, each.study): each.holds for each in every_allocation(registry)} == {
+        ("P001", "other"): False, ("P001", "toy"): False, ("P002", "toy"): True,
+    }  # fmt: skip
+    assert add(registry) == "P003"
+
+
+def test_a_withdrawal_that_was_interrupted_is_finished_by_the_next(home):
+    filled(home, 1)
+    withdraw(home, "P001", "on request")
+    identify(home.lab, "P001", Identity("Kim Hana"))
+    with pytest.raises(ParticipantError, match="P001 has withdrawn already; nothing is kept of who they are"):
+        withdraw(home, "P001", "on request")
+    assert identities(home.lab) == {}
+
+
+def test_nobody_unknown_can_withdraw(home):
+    with pytest.raises(ParticipantError, match="P009 is not known"):
+        withdraw(home, "P009", "-")
+
+
+def test_nothing_is_withdrawn_while_the_store_is_open_to_others(home):
+    filled(home, 1)
+    identify(home.lab, "P001", Identity("Kim Hana"))
+    (home.lab / "private").chmod(0o755)
+    with pytest.raises(ParticipantError, match="chmod 700"):
+        withdraw(home, "P001", "-")
+    assert withdrawn(home.lab) == set()
+
+
+def test_the_row_of_a_session_from_before_the_registry_is_on_offer_again(home):
+    sat(home.lab, "P001", row=(None, 4))
+    add(home, "P001")
+    [released] = withdraw(home, "P001", "-").released
+    assert (released.study, released.row) == ("toy", 4)
+    filled(home, 1)
+    assert allocate_row(home, toy(), "P002").row == 4
