@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import os
+import time
 from collections.abc import Callable, Iterator, Mapping
 from contextlib import AbstractContextManager, contextmanager, nullcontext, suppress
 from dataclasses import dataclass, field
@@ -39,6 +40,7 @@ def create(path: Path, header: Mapping[str, Any], sitting: Mapping[str, Any]) ->
     Raises LedgerError if the name is taken or the disk is full.
     """
     path.parent.mkdir(parents=True, exist_ok=True)
+    _demand_no_leftover(path)
     draft = path.with_name(f".{path.name}.{os.getpid()}.draft")
     draft.unlink(missing_ok=True)
     try:
@@ -50,6 +52,13 @@ def create(path: Path, header: Mapping[str, Any], sitting: Mapping[str, Any]) ->
     finally:
         draft.unlink(missing_ok=True)
     _sync_folder(path.parent)
+
+
+def _demand_no_leftover(path: Path) -> None:
+    """A log that a ledger of this name left behind would be taken for the new one's."""
+    log = path.with_name(f"{path.name}-wal")
+    if log.exists() and not path.exists():
+        raise LedgerError(f"{log}: belongs to a ledger that is gone; bring that ledger back, or move this file away")
 
 
 def _publish(draft: Path, path: Path) -> None:
@@ -208,10 +217,20 @@ def _insert_sitting(
 
 
 def _to_plain_file(engine: Engine) -> None:
-    """Fold the write-ahead log into the file, so that the session is one file that can be copied anywhere."""
+    """Fold the write-ahead log into the file, so that the session is one file that can be copied anywhere.
+
+    Somebody who is reading at that instant is waited for, a second at most.
+    """
     with engine.connect() as connection:
         connection.exec_driver_sql("PRAGMA wal_checkpoint(TRUNCATE)")
-        connection.exec_driver_sql("PRAGMA journal_mode=DELETE")
+        for patience in reversed(range(50)):
+            try:
+                connection.exec_driver_sql("PRAGMA journal_mode=DELETE")
+                return
+            except OperationalError:
+                if not patience:
+                    raise
+                time.sleep(0.02)
 
 
 def _sync_folder(folder: Path) -> None:

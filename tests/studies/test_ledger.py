@@ -302,3 +302,37 @@ def test_a_ledger_on_a_full_disk_cannot_be_made_and_says_so(tmp_path, monkeypatc
     with pytest.raises(LedgerError, match="its first event could not be kept: database or disk is full"):
         create(tmp_path / "s.sqlite", {}, SITTING)
     assert list(tmp_path.iterdir()) == []
+
+
+def test_a_log_that_a_lost_ledger_left_is_not_taken_over(tmp_path):
+    path = made(tmp_path)
+    log = path.with_name(f"{path.name}-wal")
+    path.rename(tmp_path / "elsewhere.sqlite")
+    log.write_bytes(b"events of another session")
+    with pytest.raises(LedgerError, match=r"s\.sqlite-wal: belongs to a ledger that is gone"):
+        made(tmp_path)
+    assert log.read_bytes() == b"events of another session" and not path.exists()
+
+
+def test_a_reader_at_the_last_instant_does_not_keep_the_log_alive(tmp_path):
+    path = made(tmp_path)
+    ledger = take_up(path, {})
+    ledger.append(Event(3, 3000, "reply", canonical({"n": 3})))
+    reading = threading.Event()
+
+    def look():
+        connection = sqlite3.connect(f"file:{path}?mode=ro", uri=True)
+        connection.execute("BEGIN")
+        connection.execute("SELECT count(*) FROM events").fetchone()
+        reading.set()
+        closing.wait(10)
+        connection.close()
+
+    closing = threading.Event()
+    reader = threading.Thread(target=look)
+    reader.start()
+    reading.wait(10)
+    threading.Timer(0.1, closing.set).start()
+    ledger.close({})
+    reader.join()
+    assert path.read_bytes()[18:20] == b"\1\1" and not path.with_name(f"{path.name}-wal").exists()

@@ -1,0 +1,111 @@
+"""The monitor's web application: two addresses, GET and HEAD only, nothing that could be changed."""
+
+from __future__ import annotations
+
+import hashlib
+import secrets
+from typing import TYPE_CHECKING
+
+from analysis.monitoring.access import Access
+from analysis.monitoring.page import Pages
+from analysis.monitoring.watching import MonitorError, Watch
+
+if TYPE_CHECKING:
+    from flask import Flask
+    from werkzeug.wrappers import Response as Answered
+
+BUDGET_S = 1.0
+"""How long a request may read ledgers that were never read: in a large lab the first page comes at once, in part."""
+HEADERS = {
+    "Cache-Control": "no-store",
+    "X-Content-Type-Options": "nosniff",
+    "X-Frame-Options": "DENY",
+    "Referrer-Policy": "no-referrer",
+    "Cross-Origin-Resource-Policy": "same-origin",
+    "Cross-Origin-Opener-Policy": "same-origin",
+}
+POLICY = "default-src 'none'; base-uri 'none'; form-action 'none'; frame-ancestors 'none'"
+
+
+def make_app(watch: Watch, access: Access) -> Flask:
+    """The application that shows `watch` to those whom `access` lets in."""
+    from flask import Flask
+
+    app = Flask("palpate monitor", static_folder=None, template_folder=None)
+    _guard(app, access)
+    _pages(app, watch)
+    return app
+
+
+def _pages(app: Flask, watch: Watch) -> None:
+    from flask import Response, request
+
+    pages = Pages()
+
+    @app.get("/")
+    def page() -> Answered:
+        nonce = secrets.token_urlsafe(18)
+        answer = Response(pages.live(watch.look(BUDGET_S), nonce), mimetype="text/html")
+        own = f"style-src 'nonce-{nonce}'; script-src 'nonce-{nonce}'; connect-src 'self'; img-src data:"
+        answer.headers["Content-Security-Policy"] = f"{POLICY}; {own}"
+        return answer
+
+    @app.get("/fragment")
+    def changing() -> Answered:
+        body = pages.fragment(watch.look(BUDGET_S))
+        answer = Response(body, mimetype="text/html")
+        answer.set_etag(hashlib.sha256(body.encode()).hexdigest())
+        return answer.make_conditional(request)
+
+    @app.errorhandler(MonitorError)
+    def lost(error: MonitorError) -> Answered:
+        return _plain(str(error), 503)
+
+
+def _guard(app: Flask, access: Access) -> None:
+    """What every request must pass, and what every answer carries."""
+    from flask import redirect, request
+
+    @app.before_request
+    def admitted() -> Answered | None:
+        if request.method not in {"GET", "HEAD"}:
+            refused = _plain("This page only shows; nothing can be changed here.", 405)
+            refused.headers["Allow"] = "GET, HEAD"
+            return refused
+        if not access.host_ok(request.host):
+            return _plain(
+                "This page answers only to this machine's own name: open http://127.0.0.1 with its port.", 403
+            )
+        if not access.lets_in(request.args.get("token"), request.headers.get("Authorization"), request.cookies):
+            refused = _plain("A token is needed: open the address that palpate monitor printed when it started.", 401)
+            refused.headers["WWW-Authenticate"] = "Bearer"
+            return refused
+        if access.token is not None and "token" in request.args:
+            return _remembered(access, redirect(request.path))
+        return None
+
+    @app.after_request
+    def careful(answer: Answered) -> Answered:
+        for name, value in HEADERS.items():
+            answer.headers[name] = value
+        answer.headers.setdefault("Content-Security-Policy", POLICY)
+        return answer
+
+
+def _remembered(access: Access, answer: Answered) -> Answered:
+    """The token leaves the address, where others might read it, for a cookie that no script can read."""
+    answer.set_cookie(access.cookie, access.cookie_value, httponly=True, samesite="Strict", path="/")
+    return answer
+
+
+def _plain(text: str, status: int) -> Answered:
+    from flask import Response
+
+    page = f'<!DOCTYPE html><html lang="en"><meta charset="utf-8"><title>Palpate monitor</title><p>{_escaped(text)}</p>'
+    return Response(page, status=status, mimetype="text/html")
+
+
+def _escaped(text: str) -> str:
+    from html import escape
+
+    return escape(text)

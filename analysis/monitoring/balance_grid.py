@@ -1,0 +1,109 @@
+"""The counterbalancing of a study so far: who holds which row, and how often what stood where."""
+
+from __future__ import annotations
+
+from collections.abc import Iterable, Sequence
+from dataclasses import dataclass
+
+from protocols.balance import Balance, certificate
+from protocols.orders import rows_of
+from protocols.study import Study
+
+RANK = ("complete", "running", "interrupted", "allocated", "aborted", "declined", "released", "withdrawn")
+"""A row is shown by the first of these that one of its holders has."""
+GIVEN_UP = ("released", "withdrawn")
+COUNTED = ("complete", "running")
+
+
+@dataclass(frozen=True)
+class Holder:
+    """Somebody on a row: a session's status, or `allocated` where there is no session yet."""
+
+    participant: str
+    group: str | None
+    row: int
+    status: str
+    order: tuple[str, ...] = ()
+
+
+@dataclass(frozen=True)
+class Row:
+    """A row of the design that somebody is on; `place` is the row within the design's round."""
+
+    place: int
+    state: str
+    holders: tuple[Holder, ...]
+
+
+@dataclass(frozen=True)
+class GroupBalance:
+    """One group of a study: its design's rows, and the certificate over the orders that count.
+
+    `rows` holds only those that somebody is on; `round` is how many there are, 1 where orders are drawn or as listed.
+    """
+
+    group: str | None
+    design: str
+    round: int
+    rows: tuple[Row, ...]
+    certificate: Balance
+
+    @property
+    def counts(self) -> dict[str, int]:
+        """How many rows are in each state; free are those that nobody holds."""
+        found = {state: sum(row.state == state for row in self.rows) for state in RANK}
+        taken = sum(row.state not in GIVEN_UP for row in self.rows)
+        return {state: n for state, n in found.items() if n} | {"free": self.round - taken}
+
+    @property
+    def verdict(self) -> str:
+        """The certificate in words."""
+        if self.design == "as_listed":
+            return "Everybody meets the stimuli as listed: there is nothing to balance."
+        return self.certificate.text() if self.certificate.sequences else "No complete or running session yet."
+
+
+@dataclass(frozen=True)
+class StudyBalance:
+    """The balance of one version of a study, by group."""
+
+    study: str
+    title: str
+    digest: str
+    groups: tuple[GroupBalance, ...]
+
+
+def balance_of(study: Study, digest: str, holders: Sequence[Holder]) -> StudyBalance:
+    """The balance of a study whose participants are `holders`."""
+    groups: list[str | None] = [*sorted(study.groups)] or [None]
+    found = (_of_group(study, group, [each for each in holders if each.group == group]) for group in groups)
+    return StudyBalance(study.study, study.title or study.study, digest, tuple(found))
+
+
+def round_of(study: Study, group: str | None) -> int:
+    """How many rows the design of a group has before its orders come again."""
+    stimuli, blocks = study.stimuli_of(group), study.order.blocks
+    if blocks is None:
+        return rows_of(study.order.design, len(stimuli))
+    members: dict[str, int] = {}
+    for stimulus in stimuli:
+        name = stimulus.columns[blocks.by]
+        members[name] = members.get(name, 0) + 1
+    inner = max(rows_of(study.order.design, n) for n in members.values())
+    return rows_of(blocks.design, len(members)) * inner
+
+
+def _of_group(study: Study, group: str | None, holders: Sequence[Holder]) -> GroupBalance:
+    length = round_of(study, group)
+    orders = [each.order for each in holders if each.status in COUNTED and each.order]
+    design = study.order.design if study.order.blocks is None else f"{study.order.design} within blocks"
+    return GroupBalance(group, design, length, tuple(_rows(holders, length)), certificate(orders))
+
+
+def _rows(holders: Iterable[Holder], length: int) -> Iterable[Row]:
+    by_place: dict[int, list[Holder]] = {}
+    for each in holders:
+        by_place.setdefault(each.row % length, []).append(each)
+    for place, found in sorted(by_place.items()):
+        found.sort(key=lambda each: (RANK.index(each.status), each.participant))
+        yield Row(place, found[0].status, tuple(found))

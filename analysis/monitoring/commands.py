@@ -1,0 +1,119 @@
+"""The verb that watches a lab."""
+
+from __future__ import annotations
+
+from pathlib import Path
+from typing import TYPE_CHECKING
+
+import click
+
+from studies.options import JSON, LAB, echo_json
+
+if TYPE_CHECKING:
+    import socket
+
+    from analysis.monitoring.access import Access
+    from analysis.monitoring.watching import Watch
+
+
+@click.command()
+@LAB
+@click.option("--port", type=click.IntRange(0, 65535), default=8321, show_default=True, help="0 finds a free one.")
+@click.option("--host", default="127.0.0.1", show_default=True, help="Any but this machine alone needs a token.")
+@click.option("--token", help="At least 16 characters; made and printed where one is needed and none is given.")
+@click.option(
+    "--once", type=click.Path(dir_okay=False, path_type=Path), metavar="FILE.html",
+    help="Write the page to a file that needs nothing else, and end.",
+)  # fmt: skip
+@JSON
+def monitor(lab: Path, port: int, host: str, token: str | None, once: Path | None, as_json: bool) -> None:
+    """Watch a lab on a small web page: sessions, balance of the orders, how its raters answer.
+
+    The page only reads, refreshes itself every two seconds and can be seen from this machine alone, unless --host says
+    otherwise. A session that is running is not disturbed. Ctrl-C ends it.
+
+    \b
+    Example:
+      palpate monitor --lab LAB
+      palpate monitor --lab LAB --once monitor.html
+    """
+    from analysis.monitoring.access import access_for
+    from analysis.monitoring.watching import Watch
+
+    watch = Watch(lab)
+    if once is not None or as_json:
+        _show_once(watch, once, as_json)
+        return
+    _serve(watch, host, port, access_for(host, token))
+
+
+def _show_once(watch: Watch, once: Path | None, as_json: bool) -> None:
+    from analysis.monitoring.data import as_data
+    from analysis.monitoring.page import Pages
+
+    snapshot = watch.look()
+    if once is not None:
+        once.parent.mkdir(parents=True, exist_ok=True)
+        once.write_text(Pages().still(snapshot), encoding="utf-8", newline="\n")
+    if as_json:
+        echo_json(as_data(snapshot))
+    else:
+        click.echo(f"{len(snapshot.sessions)} sessions, {len(snapshot.refused)} refused: {once}")
+
+
+def _serve(watch: Watch, host: str, port: int, access: Access) -> None:
+    demand_server()
+    from importlib import import_module
+
+    from analysis.monitoring.app import make_app
+
+    watch.look(0.0)  # A lab that is none is refused now, not in the page.
+    with _listening(host, port) as listening:
+        app = make_app(watch, access)
+        server = import_module("waitress.server").create_server(app, sockets=[listening], threads=4, ident=None)
+        address = _address(host, listening.getsockname()[1], access.token)
+        click.echo(f"Watching {watch.lab} at {address} (Ctrl-C ends it)")
+        try:
+            server.run()
+        finally:
+            server.close()
+
+
+def demand_server() -> None:
+    """Raise MonitorError unless the packages that serve the page are installed."""
+    from importlib.util import find_spec
+
+    from analysis.monitoring.watching import MonitorError
+
+    missing = [name for name in ("flask", "waitress") if find_spec(name) is None]
+    if missing:
+        raise MonitorError(
+            f"palpate monitor needs {' and '.join(missing)}: pip install 'palpate[monitor]' "
+            "(--once and --json work without)"
+        )
+
+
+def _listening(host: str, port: int) -> socket.socket:
+    """A socket at the address. Raises MonitorError where it cannot be had."""
+    import socket
+
+    from analysis.monitoring.watching import MonitorError
+
+    family = socket.AF_INET6 if ":" in host else socket.AF_INET
+    try:
+        return socket.create_server((host, port), family=family)
+    except OSError as error:
+        raise MonitorError(
+            f"{host}, port {port}: {error.strerror or error}; give another --port (0 finds a free one), "
+            "or as --host a name or address of this machine"
+        ) from None
+
+
+def _address(host: str, port: int, token: str | None) -> str:
+    """What to open in a browser; where the page is served at every address, this machine's name stands for them."""
+    import socket
+    from urllib.parse import quote
+
+    name = socket.gethostname() if host in {"0.0.0.0", "::"} else host
+    secret = f"?token={quote(token, safe='')}" if token else ""
+    return f"http://[{name}]:{port}/{secret}" if ":" in name else f"http://{name}:{port}/{secret}"

@@ -1,0 +1,59 @@
+"""What the monitor knows, as plain data for a script."""
+
+from __future__ import annotations
+
+from dataclasses import asdict
+from typing import Any
+
+from analysis.monitoring.balance_grid import GroupBalance, StudyBalance
+from analysis.monitoring.sessions import Session
+from analysis.monitoring.watching import Snapshot
+
+
+def as_data(snapshot: Snapshot) -> dict[str, Any]:
+    """The snapshot as JSON data: times in seconds, times of day in seconds since 1970."""
+    return {
+        "lab": snapshot.lab,
+        "at": snapshot.at,
+        "sessions": [_session(session) for session in snapshot.sessions],
+        "refused": [asdict(refused) for refused in snapshot.refused],
+        "not_named_as_sessions": list(snapshot.others),
+        "balance": [_study(balance) for balance in snapshot.balances],
+        "people_problem": snapshot.people_problem,
+    }
+
+
+def _session(session: Session) -> dict[str, Any]:
+    data = asdict(session)
+    data["flags"] = [] if session.rated is None else [sign.sentence for sign in session.rated.flags]
+    return data
+
+
+def _study(balance: StudyBalance) -> dict[str, Any]:
+    return {
+        "study": balance.study,
+        "digest": balance.digest,
+        "groups": [_group(group) for group in balance.groups],
+    }
+
+
+def _group(group: GroupBalance) -> dict[str, Any]:
+    found = group.certificate
+    return {
+        "group": group.group,
+        "design": group.design,
+        "rows": group.round,
+        "counts": group.counts,
+        "verdict": group.verdict,
+        "balanced": found.balanced if found.sequences else None,
+        "sequences": found.sequences,
+        "positions": found.positions,
+        "taken": [
+            {
+                "row": row.place,
+                "state": row.state,
+                "holders": [{"participant": each.participant, "status": each.status} for each in row.holders],
+            }
+            for row in group.rows
+        ],
+    }

@@ -1,0 +1,115 @@
+"""Following a ledger while it grows: read and verified once, from then on only what is new."""
+
+from __future__ import annotations
+
+import json
+import sqlite3
+from collections.abc import Iterator
+from dataclasses import dataclass
+from pathlib import Path
+from typing import Any
+
+from sqlalchemy import Connection, select
+from sqlalchemy.exc import SQLAlchemyError
+
+from analysis.monitoring.course import Course
+from analysis.monitoring.file_state import FileState, file_state
+from protocols.events import Event
+from protocols.requests import Samples
+from studies.ledger_schema import engine_to_read, event_hash, events, samples, sittings
+from studies.record import LedgerError, Sitting, read
+
+
+@dataclass
+class Followed:
+    """A ledger as far as it was read: every event's hash was checked when it was taken in."""
+
+    path: Path
+    state: FileState
+    course: Course
+    head: str
+    sittings: tuple[Sitting, ...]
+    lacks_wal: bool
+
+    @property
+    def laid_down(self) -> bool:
+        """Whether the last process to hold the ledger laid it down properly."""
+        return self.sittings[-1].kind == "closed"
+
+
+def follow(path: Path) -> Followed:
+    """Read a ledger whole. Raises as `studies.record.read` does, FileNotFoundError where there is none."""
+    state = file_state(path)
+    record = read(path)
+    course = Course()
+    try:
+        for event in record.events:
+            course.take(event)
+    except (AttributeError, KeyError, TypeError, ValueError) as error:
+        raise LedgerError(f"{path}: an event is not such as this version reads ({error!r})") from None
+    return Followed(path, state, course, record.head, record.sittings, record.lacks_wal)
+
+
+def catch_up(followed: Followed) -> Followed:
+    """The ledger as it is now: what is new is added; a file that does not go on as it began is read whole again."""
+    state = file_state(followed.path)
+    if state == followed.state:
+        return followed
+    try:
+        grown = _grown(followed, state)
+    except (SQLAlchemyError, sqlite3.Error, ValueError, KeyError, TypeError, AttributeError):
+        grown = None  # Whatever it is, reading it whole says it in words.
+    return follow(followed.path) if grown is None else grown
+
+
+def _grown(followed: Followed, state: FileState) -> Followed | None:
+    known = len(followed.course.times_ns)
+    engine = engine_to_read(str(followed.path))
+    try:
+        with engine.connect() as connection:
+            connection.exec_driver_sql("BEGIN")  # one moment of a session that is running
+            last = connection.execute(select(events.c.hash).where(events.c.seq == known - 1)).scalar_one_or_none()
+            if last != followed.head:
+                return None
+            new, head = _verified(connection, followed)
+            sat = tuple(_sittings(connection))
+    finally:
+        engine.dispose()
+    if new is None or len(sat) < len(followed.sittings):
+        return None
+    for event in new:
+        followed.course.take(event)
+    return Followed(followed.path, state, followed.course, head, sat, lacks_wal=False)
+
+
+def _verified(connection: Connection, followed: Followed) -> tuple[list[Event] | None, str]:
+    """The events after those known and the new head; None where the chain breaks or time runs backwards."""
+    head, t_ns = followed.head, followed.course.times_ns[-1]
+    new: list[Event] = []
+    for place, (event, link) in enumerate(_after(connection, len(followed.course.times_ns))):
+        head = event_hash(head, event)
+        if link != head or event.seq != len(followed.course.times_ns) + place or event.t_ns < t_ns:
+            return None, head
+        t_ns = event.t_ns
+        new.append(event)
+    return new, head
+
+
+def _after(connection: Connection, first: int) -> Iterator[tuple[Event, str]]:
+    blocks: dict[int, list[Samples]] = {}
+    wanted = select(samples).where(samples.c.seq >= first)
+    for row in connection.execute(wanted.order_by(samples.c.seq, samples.c.block)):
+        blocks.setdefault(row.seq, []).append(_samples(row))
+    for row in connection.execute(select(events).where(events.c.seq >= first).order_by(events.c.seq)):
+        with_it = tuple(blocks.get(row.seq, ()))
+        yield Event(row.seq, row.t_ns, row.kind, row.body.encode(), row.trial, row.attempt, with_it), row.hash
+
+
+def _samples(row: Any) -> Samples:
+    form = json.loads(row.form)
+    return Samples(row.stream, tuple(form["channels"]), tuple(form["units"]), form["rate_hz"], form["t0_ns"], row.data)
+
+
+def _sittings(connection: Connection) -> Iterator[Sitting]:
+    for row in connection.execute(select(sittings).order_by(sittings.c.n)):
+        yield Sitting(row.kind, row.events, row.head, row.body, row.hash)

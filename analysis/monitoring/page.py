@@ -1,0 +1,126 @@
+"""The monitor's page as HTML: live with its small script, or as one file that needs nothing else."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import dataclass, field
+from functools import partial
+from pathlib import Path
+from typing import Any
+
+from analysis.monitoring import drawings, words
+from analysis.monitoring.balance_grid import StudyBalance
+from analysis.monitoring.sessions import Session
+from analysis.monitoring.watching import Snapshot
+from analysis.ratings.wording import count
+
+TEMPLATES = Path(__file__).parent / "templates"
+HOUSE_STYLE = Path(__file__).parent.parent / "reporting" / "templates" / "report.css"
+SHOWN_AT_ONCE = 12
+REFRESH_S = 2
+FIRST = ("running", "interrupted")
+
+
+def environment() -> Any:
+    """The templates, everything escaped that is put into them."""
+    from jinja2 import Environment, FileSystemLoader, StrictUndefined
+
+    made = Environment(
+        loader=FileSystemLoader(TEMPLATES),
+        autoescape=True,
+        undefined=StrictUndefined,
+        trim_blocks=True,
+        lstrip_blocks=True,
+    )
+    made.filters.update({name: getattr(words, name) for name in ("duration", "rough", "clock", "exact_clock", "sign")})
+    made.globals.update(
+        drawings=drawings, STATUS=words.STATUS, NONE=words.NONE, SHOWN=SHOWN_AT_ONCE, REFRESH=REFRESH_S, count=count
+    )
+    return made
+
+
+@dataclass
+class Pages:
+    """Writes the page. The parts that change seldom and are long are kept, and written anew when they do."""
+
+    templates: Any = field(default_factory=environment)
+    kept: dict[tuple[str, str], tuple[Any, Any]] = field(default_factory=dict)
+
+    def fragment(self, snapshot: Snapshot) -> str:
+        """What changes on the page."""
+        return self._rendered("fragment.html", self._view(snapshot))
+
+    def live(self, snapshot: Snapshot, nonce: str) -> str:
+        """The page with its style and script, both under the nonce of the Content-Security-Policy header."""
+        return self._rendered("page.html", {"nonce": nonce, "css": _style(), **self._view(snapshot)})
+
+    def still(self, snapshot: Snapshot) -> str:
+        """The page as one file: nothing is loaded, nothing runs."""
+        return self._rendered("page.html", {"nonce": None, "css": _style(), **self._view(snapshot)})
+
+    def _rendered(self, template: str, view: dict[str, Any]) -> str:
+        html: str = self.templates.get_template(template).render(view)
+        return html
+
+    def _view(self, snapshot: Snapshot) -> dict[str, Any]:
+        sessions = sorted(snapshot.sessions, key=_urgency)
+        alike = {
+            "one_study": len({session.study for session in sessions}) == 1,
+            "all_simulated": bool(sessions) and all(session.simulated for session in sessions),
+        }
+        studies = [self._study(each, snapshot, _raters(each, sessions), alike) for each in snapshot.balances]
+        notes = [(session, note) for session in sessions for note in session.notes]
+        parts = {"balances": [one for one, _ in studies], "raters": [one for _, one in studies if one]}
+        return {"lab": snapshot, "sessions": sessions, "facts": list(_facts(snapshot)), "notes": notes} | parts | alike
+
+    def _study(self, study: StudyBalance, snapshot: Snapshot, raters: list[Session], alike: Any) -> tuple[Any, Any]:
+        """The balance of a study and the table of its raters, as HTML."""
+        several = sum(other.study == study.study for other in snapshot.balances) > 1
+        view = {"study": study, "several": several, "raters": raters, **alike}
+        who = tuple((each.participant, each.number, each.withdrawn, each.simulated, each.rated) for each in raters)
+        balance = self._part("balance.html", (study, several), view)
+        return balance, self._part("raters.html", (who, several, alike), view) if raters else ""
+
+    def _part(self, template: str, rests_on: Any, view: dict[str, Any]) -> Any:
+        from markupsafe import Markup
+
+        name = (template, view["study"].digest)
+        if name not in self.kept or self.kept[name][0] != rests_on:
+            self.kept[name] = rests_on, Markup(self._rendered(template, view))  # its template escaped what it holds
+        return self.kept[name][1]
+
+
+def _urgency(session: Session) -> tuple[int, float, str]:
+    """Those that run, those to go on with, then the latest."""
+    rank = FIRST.index(session.status) if session.status in FIRST else len(FIRST)
+    return rank, -(session.ended_at or session.started_at or 0.0), session.file
+
+
+def _raters(study: StudyBalance, sessions: Sequence[Session]) -> list[Session]:
+    """The sessions of a study that have answers, the flagged first."""
+    answered = [session for session in sessions if session.rated is not None and session.digest == study.digest]
+    return sorted(answered, key=lambda each: (-len(each.rated.flags if each.rated else ()), each.participant))
+
+
+def _facts(snapshot: Snapshot) -> Any:
+    of = partial(_number, snapshot.sessions)
+    yield "Running", of("running")
+    yield "Complete", of("complete")
+    yield "Interrupted", of("interrupted")
+    if any(session.status in {"aborted", "declined"} for session in snapshot.sessions):
+        yield "Aborted or declined", of("aborted") + of("declined")
+    yield "Raters with a flag", sum(bool(each.rated and each.rated.flags) for each in snapshot.sessions)
+    if snapshot.refused:
+        yield "Refused ledgers", len(snapshot.refused)
+
+
+def _number(sessions: Sequence[Session], status: str) -> int:
+    return sum(session.status == status for session in sessions)
+
+
+def _style() -> Any:
+    """Our own style sheets: the report's, and what the monitor adds."""
+    from markupsafe import Markup
+
+    sheets = (HOUSE_STYLE, TEMPLATES / "monitor.css")
+    return Markup("\n".join(sheet.read_text(encoding="utf-8") for sheet in sheets))

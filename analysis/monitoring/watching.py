@@ -1,0 +1,216 @@
+"""Watching a lab: what was read is kept, and only files that changed are read again."""
+
+from __future__ import annotations
+
+import time
+from collections.abc import Callable, Iterator, Sequence
+from dataclasses import dataclass, field
+from pathlib import Path
+from threading import Lock
+
+from analysis.monitoring.balance_grid import Holder, StudyBalance, balance_of
+from analysis.monitoring.file_state import FileState, file_state, held
+from analysis.monitoring.following import Followed, catch_up, follow
+from analysis.monitoring.people import People, people_of
+from analysis.monitoring.raters import Rated, rated
+from analysis.monitoring.sessions import Session, session_of, status_of
+from protocols.canonical import digest
+from protocols.plan import ParticipantRow, Plan, compile_plan
+from protocols.study import Study
+from studies.collect import ledgers_in, others_in
+from studies.participants.allocations import Allocation
+from studies.record import LedgerError
+
+
+class MonitorError(ValueError):
+    """The lab cannot be watched; the message says why."""
+
+
+@dataclass(frozen=True)
+class Refused:
+    """A ledger that cannot be trusted, and why."""
+
+    file: str
+    reason: str
+
+
+@dataclass(frozen=True)
+class Snapshot:
+    """The lab at one moment. `unread` ledgers were left for the next look."""
+
+    lab: str
+    at: float
+    sessions: tuple[Session, ...]
+    refused: tuple[Refused, ...]
+    others: tuple[str, ...]
+    unread: int
+    balances: tuple[StudyBalance, ...]
+    people_problem: str | None
+
+
+@dataclass
+class _Known:
+    """A ledger that was read: as far as it went, its plan, and what its answers came to when it was so long."""
+
+    followed: Followed
+    digest: str
+    plan: Plan
+    rated: Rated | None = None
+    rated_at: tuple[int, bool] = (-1, False)
+
+    def diagnosed(self, over: bool) -> Rated | None:
+        at = (len(self.followed.course.times_ns), over)
+        if self.rated_at != at:
+            self.rated, self.rated_at = rated(self.followed.course, self.plan, over), at
+        return self.rated
+
+
+@dataclass
+class _Bad:
+    state: FileState
+    reason: str
+
+
+@dataclass
+class Watch:
+    """What is known of a lab, from one look to the next; any number of threads may look."""
+
+    lab: Path
+    now: Callable[[], float] = time.time
+    known: dict[Path, _Known] = field(default_factory=dict)
+    bad: dict[Path, _Bad] = field(default_factory=dict)
+    studies: dict[str, Study] = field(default_factory=dict)
+    balances: dict[str, tuple[tuple[Holder, ...], StudyBalance]] = field(default_factory=dict)
+    people: People = field(default_factory=People)
+    looking: Lock = field(default_factory=Lock)
+
+    def look(self, budget_s: float | None = None) -> Snapshot:
+        """The lab now; after `budget_s` seconds of reading, the ledgers that were never read are left for later.
+
+        Raises MonitorError where there is no such folder.
+        """
+        if not self.lab.is_dir():
+            raise MonitorError(f"{self.lab}: no such folder; give the lab's with --lab")
+        with self.looking:
+            return self._looked(budget_s)
+
+    def _looked(self, budget_s: float | None) -> Snapshot:
+        paths = ledgers_in(self.lab)
+        for gone in (self.known.keys() | self.bad.keys()) - set(paths):
+            self.known.pop(gone, None)
+            self.bad.pop(gone, None)
+        unread = self._read(paths, budget_s)
+        now = self.now()
+        self.people = people_of(self.lab, self.people, now)
+        sessions = tuple(self._sessions(now))
+        return Snapshot(
+            lab=str(self.lab.resolve()),
+            at=now,
+            sessions=sessions,
+            refused=tuple(Refused(path.name, bad.reason) for path, bad in sorted(self.bad.items())),
+            others=tuple(path.name for path in others_in(self.lab)),
+            unread=unread,
+            balances=tuple(self._balances(sessions)),
+            people_problem=self.people.problem,
+        )
+
+    def _read(self, paths: list[Path], budget_s: float | None) -> int:
+        """Bring every ledger up to date; how many were left unread for want of time."""
+        begun, unread = time.monotonic(), 0
+        for path in sorted(paths, key=_changed_at, reverse=True):
+            late = budget_s is not None and time.monotonic() - begun > budget_s
+            if late and path not in self.known and path not in self.bad:
+                unread += 1
+                continue
+            self._bring(path)
+        return unread
+
+    def _bring(self, path: Path) -> None:
+        bad = self.bad.get(path)
+        try:
+            if bad is not None and bad.state == file_state(path) and "cannot be read here" not in bad.reason:
+                return
+            self._follow(path)
+            self.bad.pop(path, None)
+        except FileNotFoundError:
+            self.known.pop(path, None)
+            self.bad.pop(path, None)
+        except LedgerError as error:
+            self.known.pop(path, None)
+            self.bad[path] = _Bad(file_state(path), str(error))
+
+    def _follow(self, path: Path) -> None:
+        known = self.known.get(path)
+        if known is None:
+            followed = follow(path)
+            self.known[path] = _Known(followed, *self._planned(followed))
+            return
+        course = known.followed.course
+        known.followed = catch_up(known.followed)
+        if known.followed.course is not course:  # Another session lies there now.
+            self.known[path] = _Known(known.followed, *self._planned(known.followed))
+
+    def _planned(self, followed: Followed) -> tuple[str, Plan]:
+        """The study's digest and the session's plan. Raises LedgerError on what this version cannot compile."""
+        header = followed.course.header
+        try:
+            name = digest(header["study"])
+            if name not in self.studies:
+                self.studies[name] = Study.model_validate(header["study"])
+            who = ParticipantRow(header["participant"], header["group"], header["row"])
+            plan = compile_plan(self.studies[name], who, header["seed"])
+        except (KeyError, TypeError, ValueError) as error:
+            raise LedgerError(
+                f"{followed.path}: its first event declares no session that this version reads: {error}"
+            ) from None
+        order = {trial.number: trial.stimulus.id for trial in plan.trials}
+        met = {number: one.stimulus for number, one in followed.course.trials.items()}
+        if any(order.get(number) != stimulus for number, stimulus in met.items()):
+            raise LedgerError(f"{followed.path}: the recorded study now compiles to another order of trials")
+        return name, plan
+
+    def _sessions(self, now: float) -> Iterator[Session]:
+        for path, known in sorted(self.known.items()):
+            course, followed = known.followed.course, known.followed
+            might_run = course.ended is None and not followed.laid_down
+            status = status_of(followed, might_run and held(path))
+            withdrawn = course.header["participant"] in self.people.withdrawn
+            answers = None if withdrawn else known.diagnosed(over=status == "complete")
+            yield session_of(followed, status, known.digest, answers, withdrawn, now)
+
+    def _balances(self, sessions: tuple[Session, ...]) -> Iterator[StudyBalance]:
+        """One for every version of a study; made anew only where somebody's row or status changed."""
+        holders: dict[str, list[Holder]] = {}
+        for session, known in zip(sessions, (self.known[path] for path in sorted(self.known)), strict=True):
+            order = tuple(trial.stimulus.id for trial in known.plan.trials if not trial.practice)
+            given = self.people.allocations.get(session.study, ())
+            holder = Holder(session.participant, session.group, session.row, _standing(session, given), order)
+            holders.setdefault(session.digest, []).append(holder)
+        for name, met in holders.items():
+            found = (*met, *_waiting(met, self.people.allocations.get(self.studies[name].study, ())))
+            if name not in self.balances or self.balances[name][0] != found:
+                self.balances[name] = found, balance_of(self.studies[name], name, found)
+            yield self.balances[name][1]
+
+
+def _changed_at(path: Path) -> float:
+    """What is going on is read first."""
+    try:
+        return file_state(path).changed_at
+    except FileNotFoundError:
+        return 0.0
+
+
+def _standing(session: Session, given: Sequence[Allocation]) -> str:
+    """A session's claim to its row: a participant who withdrew or was released gave it up."""
+    if session.withdrawn:
+        return "withdrawn"
+    released = any(each.participant == session.participant and not each.holds for each in given)
+    return "released" if released else session.status
+
+
+def _waiting(met: Sequence[Holder], given: Sequence[Allocation]) -> list[Holder]:
+    """Participants with a row and no session yet."""
+    there = {holder.participant for holder in met}
+    waiting = [each for each in given if each.holds and each.participant not in there]
+    return [Holder(each.participant, each.group, each.row, "allocated") for each in waiting]

@@ -1,0 +1,287 @@
+"""How a rater answered: signs of straight-lining, extreme, hurried, inconsistent or missing answers.
+
+Every sign is a number beside the threshold from which it is flagged. A flag asks an experimenter to look; it excludes
+nobody. The signs and their pitfalls are reviewed by Curran (2016, J. Exp. Soc. Psychol. 66, 4-19) and compared by
+Meade & Craig (2012, Psychol. Methods 17, 437-455); for words see `analysis.ratings.word_diagnostics`.
+"""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Iterable, Iterator, Mapping, Sequence
+from dataclasses import dataclass, field
+from itertools import groupby, pairwise
+from statistics import median, pstdev
+
+from analysis.ratings.wording import count
+
+
+class DiagnosticsError(ValueError):
+    """The answers are not such as a rating study gives."""
+
+
+@dataclass(frozen=True)
+class Limits:
+    """From where on a sign is flagged.
+
+    From the field: `retest_r`, the reliability of a single person under which answers count as careless (.30: Jackson,
+    in Johnson 2005, J. Res. Pers. 39, 103-129); `run_share`, the same answer for half of the items (Curran 2016);
+    `fast_share`, more than a tenth of the answers too fast (a response time effort below .90: Wise & Kong 2005, Appl.
+    Meas. Educ. 18, 163-183). Our judgement: all others. `seconds_per_item` is far below the 2 s of questionnaires
+    (Huang et al. 2012, J. Bus. Psychol. 27, 99-114): a slider can hardly be found, dragged and let go in less.
+    """
+
+    same_share: float = 0.5
+    run: int = 5
+    run_share: float = 0.5
+    variability: float = 0.05
+    ends_share: float = 0.5
+    fast_share: float = 0.1
+    seconds_per_item: float = 0.4
+    seconds_per_trial: float = 2.0
+    retest_r: float = 0.3
+    retest_difference: float = 0.25
+    least_trials: int = 5
+    least_pairs: int = 10
+
+
+@dataclass(frozen=True)
+class Answered:
+    """The answers that stand for one trial, in scale units by item, and the seconds from question to answer."""
+
+    trial: int
+    stimulus: str
+    values: Mapping[str, float]
+    seconds: float | None = None
+    practice: bool = False
+
+
+@dataclass(frozen=True)
+class Diagnostic:
+    """One sign: its number (None where there is none, and the sentence says why), over n of what, and the flag.
+
+    `unit` is share, trials, s, r or range (a share of the scale's range).
+    """
+
+    name: str
+    value: float | None
+    unit: str
+    n: int
+    threshold: float | None
+    flagged: bool
+    sentence: str
+
+
+@dataclass(frozen=True)
+class Rater:
+    """One session's counted answers, as the signs need them."""
+
+    trials: tuple[Answered, ...]
+    low: float
+    high: float
+    owed: int
+    items: int
+    limits: Limits = field(default_factory=Limits)
+
+    @property
+    def enough(self) -> bool:
+        """Whether there are trials enough to flag anything."""
+        return len(self.trials) >= self.limits.least_trials
+
+
+def diagnose(
+    trials: Iterable[Answered], low: float, high: float, owed: int | None = None, limits: Limits | None = None
+) -> tuple[Diagnostic, ...]:
+    """Every sign of one session's ratings on a scale from `low` to `high`; practice trials do not count.
+
+    `owed` is how many counted trials should have been answered by now; the default is those that were.
+    Raises DiagnosticsError on a scale without extent, or a value that is not finite or off the scale.
+    """
+    if not (math.isfinite(low) and math.isfinite(high) and low < high):
+        raise DiagnosticsError(f"a scale from {low} to {high}: two finite ends are expected, the lower first")
+    counted = tuple(sorted((each for each in trials if not each.practice), key=lambda each: each.trial))
+    for each in counted:
+        _demand_on_scale(each, low, high)
+    items = max((len(each.values) for each in counted), default=0)
+    rater = Rater(counted, low, high, len(counted) if owed is None else owed, items, limits or Limits())
+    return tuple(_signs(rater))
+
+
+def _demand_on_scale(answered: Answered, low: float, high: float) -> None:
+    for item, value in answered.values.items():
+        if not low <= value <= high:
+            raise DiagnosticsError(
+                f"trial {answered.trial}: {item} = {value!r}; a finite number from {low:g} to {high:g} is expected"
+            )
+
+
+def _signs(rater: Rater) -> Iterator[Diagnostic]:
+    yield same_value(rater)
+    yield longest_run(rater)
+    yield variability(rater)
+    yield at_the_ends(rater)
+    yield too_fast(rater)
+    yield seconds_per_item(rater)
+    yield from retest(rater)
+    yield missing(rater)
+
+
+def same_value(rater: Rater) -> Diagnostic:
+    """Straight-lining within a trial: the share of trials in which every item got the same value."""
+    name, limit = "same value on all items", rater.limits.same_share
+    if rater.items < 2 or not rater.trials:
+        return none(name, "share", "a trial has fewer than two items" if rater.trials else "no trial is answered yet")
+    straight = sum(len(set(each.values.values())) == 1 for each in rater.trials)
+    return of_share(name, straight, len(rater.trials), limit, rater.enough, "trials have one value on all items")
+
+
+def longest_run(rater: Rater) -> Diagnostic:
+    """Straight-lining across trials: the most trials in a row with the same answers (long string, Johnson 2005)."""
+    n = len(rater.trials)
+    lengths = [len(list(same)) for _, same in groupby(rater.trials, key=lambda each: sorted(each.values.items()))]
+    limit = rater.limits.run
+    if rater.items == 1:  # One value alike now and then says little: the rule for single items.
+        limit = max(limit, math.ceil(rater.limits.run_share * n))
+    return of_run("same answers in a row", max(lengths, default=0), n, limit, "the same answers")
+
+
+def variability(rater: Rater) -> Diagnostic:
+    """Intra-individual response variability: the median over trials of the SD of a trial's values.
+
+    In shares of the scale's range; too little is flagged (Dunn et al. 2018, J. Bus. Psychol. 33, 105-121; the
+    threshold is our judgement).
+    """
+    name, limit = "spread within a trial", rater.limits.variability
+    spreads = [pstdev(each.values.values()) for each in rater.trials if len(each.values) > 1]
+    if not spreads:
+        return none(name, "range", "a trial has fewer than two items" if rater.trials else "no trial is answered yet")
+    value = median(spreads) / (rater.high - rater.low)
+    flagged = rater.enough and value < limit
+    sentence = f"The values of a trial spread over {value:.1%} of the scale (median SD); flagged below {limit:.0%}."
+    return Diagnostic(name, value, "range", len(spreads), limit, flagged, sentence)
+
+
+def at_the_ends(rater: Rater) -> Diagnostic:
+    """Endpoint pile-up: the share of ratings at either end of the scale (our threshold)."""
+    values = [value for each in rater.trials for value in each.values.values()]
+    if not values:
+        return none("at the ends", "share", "no trial is answered yet")
+    ends = sum(value in (rater.low, rater.high) for value in values)
+    return of_share("at the ends", ends, len(values), rater.limits.ends_share, rater.enough, "ratings lie at an end")
+
+
+def too_fast(rater: Rater) -> Diagnostic:
+    """The share of trials answered in less than `seconds_per_item` for each item."""
+    per_item = _per_item(rater)
+    limits = rater.limits
+    if not per_item:
+        return none("too fast", "share", "no response time is on record")
+    fast = sum(seconds < limits.seconds_per_item for seconds in per_item)
+    what = f"trials took less than {limits.seconds_per_item:g} s an item"
+    return of_share("too fast", fast, len(per_item), limits.fast_share, rater.enough, what, above=True)
+
+
+def seconds_per_item(rater: Rater) -> Diagnostic:
+    """The median over trials of the seconds an item took."""
+    per_item, limit = _per_item(rater), rater.limits.seconds_per_item
+    if not per_item:
+        return none("time per item", "s", "no response time is on record")
+    return of_seconds("time per item", per_item, limit, rater.enough, "an item")
+
+
+def retest(rater: Rater) -> tuple[Diagnostic, Diagnostic]:
+    """Test-retest: agreement of a stimulus' ratings with those at its next meeting, over items and pairs.
+
+    Pearson's r, and the mean absolute difference as a share of the scale's range.
+    """
+    pairs = list(_pairs(rater.trials))
+    names = "retest r", "retest difference"
+    if not pairs:
+        why = "no stimulus was rated twice"
+        return none(names[0], "r", why), none(names[1], "range", why)
+    return _correlation(names[0], pairs, rater.limits), _difference(names[1], pairs, rater)
+
+
+def missing(rater: Rater) -> Diagnostic:
+    """Ratings that are owed and were not given, as a share of those owed."""
+    owed, items = max(rater.owed, len(rater.trials)), max(rater.items, 1)
+    given = sum(len(each.values) for each in rater.trials)
+    if not owed:
+        return none("missing", "share", "no trial is owed yet")
+    share = 1 - given / (owed * items)
+    sentence = f"{owed * items - given} of {count(owed * items, 'rating')} owed are missing; flagged from the first."
+    return Diagnostic("missing", share, "share", owed * items, 0.0, share > 0, sentence)
+
+
+def _per_item(rater: Rater) -> list[float]:
+    """To the nanosecond that times are recorded in, so that 1.2 s for three items is 0.4 s an item."""
+    return [
+        round(each.seconds / len(each.values), 9) for each in rater.trials if each.seconds is not None and each.values
+    ]
+
+
+def _pairs(trials: Sequence[Answered]) -> Iterator[tuple[float, float]]:
+    met: dict[str, list[Answered]] = {}
+    for each in trials:
+        met.setdefault(each.stimulus, []).append(each)
+    for meetings in met.values():
+        for first, again in pairwise(meetings):
+            yield from ((first.values[item], again.values[item]) for item in first.values if item in again.values)
+
+
+def _correlation(name: str, pairs: Sequence[tuple[float, float]], limits: Limits) -> Diagnostic:
+    r, n = _pearson(pairs), len(pairs)
+    if r is None:
+        why = "fewer than three pairs" if n < 3 else "all first or all second ratings are equal"
+        return none(name, "r", f"{count(n, 'pair')} of ratings: {why}", n)
+    few = n < limits.least_pairs
+    rule = f"too few to judge (from {limits.least_pairs})" if few else f"flagged below {limits.retest_r:g}"
+    sentence = f"Ratings of stimuli met again correlate with r = {r:.2f} over {count(n, 'pair')}; {rule}."
+    return Diagnostic(name, r, "r", n, limits.retest_r, not few and r < limits.retest_r, sentence)
+
+
+def _difference(name: str, pairs: Sequence[tuple[float, float]], rater: Rater) -> Diagnostic:
+    n, limit = len(pairs), rater.limits.retest_difference
+    value = math.fsum(abs(a - b) for a, b in pairs) / n / (rater.high - rater.low)
+    flagged = n >= rater.limits.least_pairs and value > limit
+    sentence = f"They differ by {value:.1%} of the scale on average ({count(n, 'pair')}); flagged above {limit:.0%}."
+    return Diagnostic(name, value, "range", n, limit, flagged, sentence)
+
+
+def _pearson(pairs: Sequence[tuple[float, float]]) -> float | None:
+    """r, or None where it has no value. Equal values are told by themselves: their mean may be off in the last bit."""
+    columns = list(zip(*pairs, strict=True))
+    if len(pairs) < 3 or any(min(column) == max(column) for column in columns):
+        return None
+    x, y = ([value - math.fsum(column) / len(column) for value in column] for column in columns)
+    x, y = ([value / max(map(abs, column)) for value in column] for column in (x, y))
+    r = math.fsum(a * b for a, b in zip(x, y, strict=True))
+    r /= math.sqrt(math.fsum(a * a for a in x)) * math.sqrt(math.fsum(b * b for b in y))
+    return min(max(r, -1.0), 1.0)
+
+
+def none(name: str, unit: str, why: str, n: int = 0) -> Diagnostic:
+    """A sign without a number, and why."""
+    return Diagnostic(name, None, unit, n, None, False, f"No number: {why}.")
+
+
+def of_share(name: str, part: int, n: int, limit: float, enough: bool, what: str, *, above: bool = False) -> Diagnostic:
+    """A share that is flagged from its limit on, or above it."""
+    value, rule = part / n, f"flagged {'above' if above else 'from'} {limit:.0%}"
+    flagged = enough and (value > limit if above else value >= limit)
+    return Diagnostic(name, value, "share", n, limit, flagged, f"{part} of {n} {what} ({value:.0%}); {rule}.")
+
+
+def of_run(name: str, run: int, n: int, limit: int, what: str) -> Diagnostic:
+    """A run of trials that is flagged from its limit on."""
+    if not n:
+        return none(name, "trials", "no trial is answered yet")
+    sentence = f"At most {count(run, 'trial')} in a row with {what}, of {n}; flagged from {limit}."
+    return Diagnostic(name, float(run), "trials", n, float(limit), run >= limit, sentence)
+
+
+def of_seconds(name: str, seconds: Sequence[float], limit: float, enough: bool, unit: str) -> Diagnostic:
+    """A median time that is flagged below its limit."""
+    value = median(seconds)
+    sentence = f"{value:.2f} s {unit} (median of {count(len(seconds), 'trial')}); flagged below {limit:g} s."
+    return Diagnostic(name, value, "s", len(seconds), limit, enough and value < limit, sentence)

@@ -1,0 +1,92 @@
+"""How a participant chose words: signs of ticking the same words throughout, none, or in a hurry."""
+
+from __future__ import annotations
+
+from collections.abc import Iterable, Iterator
+from dataclasses import dataclass
+from itertools import groupby
+from statistics import median
+
+from analysis.ratings.diagnostics import Diagnostic, Limits, none, of_run, of_seconds, of_share
+
+
+@dataclass(frozen=True)
+class Worded:
+    """The words that stand for one trial: ticked of those offered, or written freely (offered is 0)."""
+
+    trial: int
+    stimulus: str
+    words: tuple[str, ...]
+    offered: int = 0
+    seconds: float | None = None
+    practice: bool = False
+
+
+def diagnose_words(
+    trials: Iterable[Worded], owed: int | None = None, limits: Limits | None = None
+) -> tuple[Diagnostic, ...]:
+    """Every sign of one session's words; practice trials do not count. All thresholds are our judgement.
+
+    `owed` is how many counted trials should have been answered by now; the default is those that were.
+    """
+    counted = sorted((each for each in trials if not each.practice), key=lambda each: each.trial)
+    return tuple(_signs(counted, len(counted) if owed is None else owed, limits or Limits()))
+
+
+def _signs(trials: list[Worded], owed: int, limits: Limits) -> Iterator[Diagnostic]:
+    enough, n = len(trials) >= limits.least_trials, len(trials)
+    yield _amount(trials)
+    lengths = [len(list(same)) for _, same in groupby(trials, key=lambda each: frozenset(each.words))]
+    yield of_run("same words in a row", max(lengths, default=0), n, limits.run, "the same words")
+    yield _always_the_same(trials, limits)
+    if n:
+        empty = sum(not each.words for each in trials)
+        yield of_share("no word at all", empty, n, limits.same_share, enough, "trials have no word")
+    else:
+        yield none("no word at all", "share", "no trial is answered yet")
+    yield from _times(trials, enough, limits)
+    yield _missing(n, owed)
+
+
+def _amount(trials: list[Worded]) -> Diagnostic:
+    """How much was ticked of what was offered; how many words were written, where nothing was offered."""
+    if not trials:
+        return none("words per trial", "words", "no trial is answered yet")
+    if any(each.offered for each in trials):
+        shares = [len(each.words) / each.offered for each in trials if each.offered]
+        value = median(shares)
+        return Diagnostic(
+            "words ticked", value, "share", len(shares), None, False, f"{value:.0%} of the words are ticked (median)."
+        )
+    number = float(median([len(each.words) for each in trials]))
+    return Diagnostic("words per trial", number, "words", len(trials), None, False, f"{number:g} words (median).")
+
+
+def _always_the_same(trials: list[Worded], limits: Limits) -> Diagnostic:
+    """How many different sets of words there are, as a share of the trials: one set throughout is flagged."""
+    name, n = "different sets of words", len(trials)
+    if not n:
+        return none(name, "share", "no trial is answered yet")
+    sets = len({frozenset(each.words) for each in trials})
+    sentence = f"{sets} different sets of words in {n} trials; flagged where there is one throughout."
+    return Diagnostic(name, sets / n, "share", n, 1 / n, n >= limits.least_trials and sets == 1, sentence)
+
+
+def _times(trials: list[Worded], enough: bool, limits: Limits) -> Iterator[Diagnostic]:
+    seconds = [each.seconds for each in trials if each.seconds is not None]
+    if not seconds:
+        yield none("too fast", "share", "no response time is on record")
+        yield none("time per trial", "s", "no response time is on record")
+        return
+    fast, what = sum(each < limits.seconds_per_trial for each in seconds), f"less than {limits.seconds_per_trial:g} s"
+    yield of_share("too fast", fast, len(seconds), limits.fast_share, enough, f"trials took {what}", above=True)
+    yield of_seconds("time per trial", seconds, limits.seconds_per_trial, enough, "a trial")
+
+
+def _missing(given: int, owed: int) -> Diagnostic:
+    owed = max(owed, given)
+    if not owed:
+        return none("missing", "share", "no trial is owed yet")
+    share = 1 - given / owed
+    sentence = f"{owed - given} of {owed} trials owed are missing; flagged from the first."
+    return Diagnostic("missing", share, "share", owed, 0.0, share > 0, sentence)

@@ -1,0 +1,194 @@
+from __future__ import annotations
+
+import json
+import os
+import shutil
+import sqlite3
+from datetime import datetime
+from itertools import pairwise
+
+import pytest
+
+from analysis.monitoring import following, watching
+from analysis.monitoring.watching import MonitorError, Watch
+from protocols.canonical import canonical
+from protocols.events import Event
+from protocols.plan import ParticipantRow, compile_plan
+from protocols.study import Study
+from studies import session
+from studies.ledger import take_up
+from studies.record import read
+from studies.rig import simulated
+from tests.analysis.monitoring.people_for_tests import PLAIN, play, run, straight
+from tests.protocols.studies_for_tests import toy, toy_plan
+from tests.studies.labs import Lab
+
+AT = {"at": "2026-01-01T00:00:00+00:00"}
+
+
+@pytest.fixture
+def lab(tmp_path):
+    return Lab(tmp_path)
+
+
+def seen(lab, **how):
+    return {each.participant: each for each in Watch(lab.path, **how).look().sessions}
+
+
+def test_each_way_a_session_can_stand_is_told_apart(lab):
+    run(lab, "P001")
+    run(lab, "P002", stop_before=3)
+    run(lab, "P003", asides=[(2, {"do": "abort", "text": "unwell"})])
+    cut = lab.cut(20, "P004")
+    ledger = take_up(cut, AT)
+    found = {who: (each.status, each.trials_done, each.trials_planned) for who, each in seen(lab).items()}
+    ledger.close({**AT, "because": "interrupted"})
+    assert found == {
+        "P001": ("complete", 4, 4),
+        "P002": ("interrupted", 2, 4),
+        "P003": ("aborted", 1, 4),
+        "P004": ("running", found["P004"][1], 4),
+    }
+
+
+def test_who_did_not_consent_declined(lab):
+    path = session.ledger_path(lab.path, "toy", "P002")
+    session.create(path, session.header_of(toy_plan("P002"), lab.rig), AT)
+    ledger = take_up(path, AT)
+    ledger.append(Event(1, 5, "session_ended", canonical({"trials": 4, "as": "declined"})))
+    ledger.close({**AT, "because": "declined"})
+    assert seen(lab)["P002"].status == "declined"
+
+
+def test_going_back_does_not_make_more_trials_of_them(lab):
+    lab.start("P001", simulation={"latents": {"Soft": {"size": 4.0}}, "revise_rate": 0.5})
+    found = seen(lab)["P001"]
+    assert (found.trials_done, found.trials_planned) == (4, 4)
+    assert any(event.kind == "trial_ended" and event.value["as"] == "left" for event in lab.read("P001").events)
+
+
+@pytest.mark.parametrize(("which", "left"), [("this", 1), ("last", 0)])
+def test_a_trial_to_be_repeated_is_not_done_until_it_is_answered_again(lab, which, left):
+    asides = [(2, {"do": "repeat", "which": which})]
+    run(lab, "P001", asides=asides, stop_before=2)
+    run(lab, "P002", asides=[(2, {"do": "repeat", "which": which})])
+    found = seen(lab)
+    assert (found["P001"].trials_done, found["P002"].trials_done) == (left, 4)
+    assert found["P001"].notes[0].do == "repeat"
+
+
+def test_the_time_left_is_the_participants_own_median_from_trial_to_trial(lab):
+    plan = toy_plan("P001", **PLAIN)
+    path = run(lab, "P001", stop_before=4)
+    events = read(path).events
+    marks = [next(e.t_ns for e in events if e.kind == "trial_started")]
+    marks += [event.t_ns for event in events if event.kind == "trial_ended"]
+    steps = sorted(b - a for a, b in pairwise(marks))
+    assert len(steps) == 3
+    assert seen(lab)["P001"].left_s == pytest.approx(steps[1] / 1e9)
+    assert len(plan.trials) == 4
+
+
+def test_before_three_trials_no_time_left_is_told(lab):
+    run(lab, "P001", stop_before=3)
+    assert seen(lab)["P001"].left_s is None
+
+
+def test_a_session_that_ran_by_the_wall_clock_tells_its_notes_by_it(lab):
+    asides = [(2, {"do": "note", "text": "hand cold"}), (2, {"do": "pause"}), (2, {"do": "go_on"})]
+    plan = toy_plan("P001", **PLAIN)
+    rig = simulated(plan.study, lab.path)
+    path = play(lab.path, plan, rig.__class__({"kind": "window"}, rig.check, rig.open), asides=asides)
+    note, pause, go_on = seen(lab)["P001"].notes
+    opened = json.loads(sqlite3.connect(path).execute("SELECT body FROM sittings WHERE n = 1").fetchone()[0])["at"]
+    assert (note.do, note.text, note.trial, pause.do, go_on.do) == ("note", "hand cold", 2, "pause", "go_on")
+    assert note.at == pytest.approx(datetime.fromisoformat(opened).timestamp() + note.at_s)
+
+
+def test_the_last_events_age_is_that_of_the_file(lab):
+    path = run(lab, "P001", stop_before=2)
+    os.utime(path, (1000.0, 1000.0))
+    assert seen(lab, now=lambda: 1042.0)["P001"].last_event_age_s == 42.0
+
+
+def test_a_straight_liner_is_flagged_and_the_others_are_not(lab):
+    changes = {"order": {"design": "williams", "repeats": 3}}
+    run(lab, "P001", changes=changes)
+    run(lab, "P002", changes=changes, change=straight(2.0))
+    found = seen(lab)
+    assert found["P001"].rated.flags == ()
+    assert {sign.name for sign in found["P002"].rated.flags} >= {"same value on all items", "same answers in a row"}
+    assert found["P001"].rated.signs[6].n == 2 * 4 * 2  # retest: two attributes, four stimuli, three meetings
+
+
+def test_words_are_diagnosed_as_words_and_captures_not_at_all(lab):
+    words = {"task": "adjective_selection", "adjectives": {"words": ["soft", "warm", "rough"]}, "attributes": (),
+             "scale": None, "simulation": {"latents": {"soft": {"size": 1.0}}}}  # fmt: skip
+    study = {key: value for key, value in {**toy(**PLAIN).definition(), **words}.items() if value is not None}
+    plan = compile_plan(Study.model_validate(study), ParticipantRow("P001"), 0)
+    play(lab.path, plan, simulated(plan.study, lab.path))
+    found = seen(lab)["P001"]
+    assert (found.rated.kind, found.trials_done) == ("words", 4)
+    assert found.rated.signs[0].name == "words ticked"
+
+
+def test_bad_ledgers_are_named_with_their_reason_and_the_rest_goes_on(lab):
+    run(lab, "P001")
+    newer, damaged = run(lab, "P002"), run(lab, "P003")
+    with sqlite3.connect(newer) as connection:
+        connection.execute("PRAGMA user_version = 99")
+    connection.close()
+    with sqlite3.connect(damaged) as connection:
+        connection.execute("UPDATE events SET body = body || ' ' WHERE seq = 3")
+    connection.close()
+    shutil.copy(newer, newer.with_name("copy of P002.sqlite"))
+    found = Watch(lab.path).look()
+    assert [each.participant for each in found.sessions] == ["P001"]
+    reasons = {each.file: each.reason for each in found.refused}
+    assert "a newer Palpate" in reasons["toy_P002_s1.sqlite"]
+    assert "breaks at event 3" in reasons["toy_P003_s1.sqlite"]
+    assert found.others == ("copy of P002.sqlite",)
+
+
+def test_a_ledger_that_was_mended_is_shown_again_and_one_that_went_is_gone(lab):
+    path = run(lab, "P001")
+    good = path.read_bytes()
+    path.write_bytes(good[:5000])
+    watch = Watch(lab.path)
+    assert len(watch.look().refused) == 1
+    path.write_bytes(good)
+    assert [each.status for each in watch.look().sessions] == ["complete"]
+    path.unlink()
+    gone = watch.look()
+    assert (gone.sessions, gone.refused) == ((), ())
+
+
+def test_at_the_second_look_nothing_that_stayed_is_read(lab, monkeypatch):
+    run(lab, "P001")
+    run(lab, "P002", stop_before=2)
+    watch = Watch(lab.path)
+    first = watch.look()
+    monkeypatch.setattr(following, "engine_to_read", lambda *_: pytest.fail("a ledger was opened"))
+    monkeypatch.setattr(watching, "balance_of", lambda *_: pytest.fail("the balance was made anew"))
+    again = watch.look()
+    assert [each.file for each in again.sessions] == [each.file for each in first.sessions]
+    assert again.balances == first.balances
+
+
+def test_without_time_to_read_the_newest_come_first_and_the_rest_at_the_next_looks(lab):
+    for number in range(1, 5):
+        os.utime(run(lab, f"P00{number}"), (1000.0 + number, 1000.0 + number))
+    watch = Watch(lab.path)
+    assert watch.look(budget_s=-1).unread == 4
+    assert watch.look().unread == 0
+    assert watch.look(budget_s=-1).unread == 0
+
+
+def test_a_lab_that_is_not_there_is_refused(tmp_path):
+    with pytest.raises(MonitorError, match="no such folder; give the lab's with --lab"):
+        Watch(tmp_path / "nowhere").look()
+
+
+def test_a_lab_without_sessions_is_shown_empty(tmp_path):
+    found = Watch(tmp_path).look()
+    assert (found.sessions, found.balances, found.refused) == ((), (), ())

@@ -1,0 +1,45 @@
+"""A virtual display, and a lab whose screen is calibrated to it."""
+
+from __future__ import annotations
+
+import os
+
+import pytest
+
+from devices.window.bench_display import missing, virtual_display
+from devices.window.bench_hand import Hand
+from devices.window.calibration import Calibration, write_calibration
+from studies.participants.making import make_lab
+from studies.participants.people import add
+from studies.participants.registry import open_registry
+
+SIZE, PX_PER_MM = (1280, 720), 3.6
+WRITTEN = "smothrundy0123456789 ."
+
+
+@pytest.fixture(scope="session", autouse=True)
+def _a_display_can_be_had():
+    if lacking := missing():
+        told = f"no window can be opened here: {', '.join(lacking)} is not installed"
+        pytest.fail(told) if os.environ.get("CI") else pytest.skip(told)
+
+
+@pytest.fixture
+def hand():
+    with virtual_display(*SIZE) as display:
+        one = Hand(display)
+        one.teach(WRITTEN)
+        yield one
+        one.close()
+
+
+@pytest.fixture
+def lab(tmp_path):
+    """A lab that may run real sessions: consent filled in, P001 known, this station's screen calibrated."""
+    path = tmp_path / "lab"
+    make_lab(path)
+    for consent in path.glob("consent*.md"):
+        consent.write_text(consent.read_text().replace("[", "").replace("]", ""))
+    add(open_registry(path), "P001")
+    write_calibration(path, Calibration(SIZE, PX_PER_MM, 0, "2026-01-01"))
+    return path

@@ -1,0 +1,245 @@
+"""A participant made of X events and an experimenter made of lines, at a real session in a process of its own.
+
+The robot keeps a mirror of the participant's screen: the same state machine, fed with the same inputs. It sees by the
+mirror where to press, waits until the display shows what the mirror paints, and knows what must be recorded.
+"""
+
+from __future__ import annotations
+
+import os
+import subprocess
+import sys
+import time
+from contextlib import contextmanager
+from dataclasses import dataclass, field
+from pathlib import Path
+
+from PIL import Image, ImageChops
+
+from devices.window.bench_hand import Hand
+from devices.window.build import page_for, screen_for
+from devices.window.calibration import read_calibration
+from devices.window.inputs import Key, Pressed, Released, Typed
+from devices.window.presenter_page import prepare
+from protocols.requests import Ask, Confirm, Instruct, Present, Rest, Sense
+from protocols.runner import run
+from protocols.worlds import EndOfRecord, Recorded
+from studies.record import LedgerError, read
+from studies.replay import recompiled
+
+PATIENCE_S = 60.0
+LEADING = ("agree", "next", "continue")
+
+
+class Asked(Exception):
+    """The record ends while this request is being performed."""
+
+
+class Tape(Recorded):
+    """A record that says which request waits at its end."""
+
+    def perform(self, request):
+        if self.position == len(self.events):
+            raise Asked(request)
+        return super().perform(request)
+
+
+def pending(record):
+    """The request that a running session is performing, or None where it is between acts or over."""
+    tape = Tape(record.events)
+    try:
+        run(recompiled(record), tape, tape, record.header)
+    except Asked as asked:
+        return asked.args[0]
+    except EndOfRecord:
+        pass
+    return None
+
+
+@contextmanager
+def until(what):
+    """Give up by name after a while."""
+    deadline = time.monotonic() + PATIENCE_S
+
+    def late():
+        if time.monotonic() > deadline:
+            raise AssertionError(f"waited in vain until {what}")
+        time.sleep(0.03)
+
+    yield late
+
+
+@dataclass
+class Sitting:
+    """`palpate run` or `palpate resume` in a process of its own, on a virtual display."""
+
+    display: str
+    lab: Path
+    ledger: Path
+    arguments: list[str]
+    process: subprocess.Popen = field(init=False)
+
+    def __post_init__(self):
+        self.said = self.lab / "said.txt"
+        environment = {**os.environ, "DISPLAY": self.display, "PYTHONUNBUFFERED": "1"}
+        with self.said.open("ab") as out:
+            self.process = subprocess.Popen(
+                [sys.executable, "-m", "palpate", *self.arguments], stdin=subprocess.PIPE, stdout=out, stderr=out,
+                env=environment, cwd=Path(__file__).resolve().parents[3],
+            )  # fmt: skip
+
+    def order(self, line):
+        self.process.stdin.write(f"{line}\n".encode())
+        self.process.stdin.flush()
+
+    def record(self, seen=-1):
+        """The ledger, once it holds more than `seen` events and the session waits for somebody, or is over."""
+        with until(f"the ledger goes on after event {seen}; said: {self.told()}") as late:
+            while True:
+                if self.ledger.exists():
+                    try:
+                        record = read(self.ledger)
+                    except LedgerError:
+                        record = None
+                    if record is not None and len(record.events) > seen and (record.ended or pending(record)):
+                        return record
+                assert self.process.poll() is None, self.told()
+                late()
+
+    def told(self):
+        return self.said.read_text(errors="replace")[-2000:] if self.said.exists() else ""
+
+    def end(self, status):
+        self.process.stdin.close()
+        assert self.process.wait(PATIENCE_S) == status, self.told()
+
+    def kill(self):
+        self.process.kill()
+        self.process.wait()
+        self.process.stdin.close()
+
+
+@dataclass
+class Robot:
+    """Does what the session asks for, until it is told to stop; `answers` are what it gave, by form."""
+
+    hand: Hand
+    sitting: Sitting
+    folder: Path
+    language: str = "en"
+    keys_only: bool = False
+    shots: dict[str, Image.Image] = field(default_factory=dict)
+    given: list = field(default_factory=list)
+    page: object = None
+
+    def go_on(self, stop):
+        """Perform request after request until `stop(request, record)` says so, or the session is over."""
+        seen = -1
+        while True:
+            record = self.sitting.record(seen)
+            if record.ended:
+                return record
+            request, seen = pending(record), len(record.events)
+            if stop(request, record):
+                return record
+            self.perform(request, record)
+
+    def perform(self, request, record):
+        match request:
+            case Confirm():
+                self.sitting.order("127")
+            case Present() if "samples" in recompiled(record).study.needs:
+                self.sitting.order("confirm")
+            case Present() | Sense():
+                pass
+            case Ask() | Instruct() | Rest():
+                self.answer(request, self._page(record))
+
+    def answer(self, request, page):
+        """Go through the screen as a participant would, in step with its mirror."""
+        mirror = screen_for(request, page, 0)
+        picture = Image.new("RGB", (page.metrics.width_px, page.metrics.height_px))
+        name = request.form.name if isinstance(request, Ask) else request.body()["do"]
+        self._see(mirror, picture, name)
+        done, acts = set(), 0
+        settled = isinstance(request, Ask) and request.former is not None
+        while mirror.reply is None:
+            acts += 1
+            assert acts < 400, f"{name}: cannot be finished; left: {[p.name for p in mirror.placed()]}"
+            target = next_target(mirror, done, settled)
+            self._use(mirror, target)
+            if target.name in LEADING and mirror.reply is None:
+                done.clear()
+                self._see(mirror, picture, name)
+        self.given.append((name, mirror.reply.value))
+
+    def _use(self, mirror, target):
+        x, y = place_of(target)
+        self.hand.click(x, y)
+        mirror.handle(Pressed(x, y, 0.0))
+        mirror.handle(Released(x, y, 0.0))
+        for text in written(target.name):
+            self.hand.type(text)
+            for character in text:
+                mirror.handle(Typed(character, 0.0))
+            if target.name == "words":
+                self.hand.key("enter")
+                mirror.handle(Key("enter", False, 0.0))
+
+    def _see(self, mirror, picture, name):
+        """Wait until the display shows what the mirror paints: every pixel, but for the rounding of colours."""
+        mirror.paint(picture)
+        with until(f"{name} is on the screen; said: {self.sitting.told()}") as late:
+            while True:
+                shot = self.hand.picture()
+                if shot.size == picture.size and largest_difference(shot, picture) <= 2:
+                    self.shots.setdefault(name, shot)
+                    return
+                assert self.sitting.process.poll() is None, self.sitting.told()
+                late()
+
+    def _page(self, record):
+        if self.page is None:
+            plan = recompiled(record)
+            self.page = prepare(plan.study, read_calibration(self.sitting.lab), self.language, self.folder, plan=plan)
+        return self.page
+
+
+def next_target(mirror, done, settled=False):
+    """What a participant would press next: whatever is not answered yet, then what leads on; if settled only that."""
+    targets = [placed for placed in mirror.placed() if placed.kind == "target"]
+    for target in targets if not settled else ():
+        group = " ".join(target.name.split()[:2])
+        if target.name in (*LEADING, "back", "decline", "try") or group in done or "." in group:
+            continue
+        done.add(group)
+        if not group.startswith("word ") or int(group.split()[1]) % 9 == 2:
+            return target
+    by_name = {target.name: target for target in targets}
+    if "try" in by_name and not settled:
+        return by_name["try"]
+    return next(by_name[name] for name in LEADING if name in by_name)
+
+
+def place_of(target):
+    """Where in a target to press: along a line or a row of points by its number, else in the middle."""
+    box = target.box
+    x, y = box.middle
+    kind, _, number = target.name.partition(" ")
+    if kind in ("slider", "item") and number.isdigit():
+        x = round(box.left + box.width * (0.25 + 0.08 * (int(number) % 7)))
+    return x, y
+
+
+def written(name):
+    """What is typed into a field, line by line."""
+    if name.endswith(" field"):
+        return ["31"]
+    return {"words": ["smooth", "round"], "further": ["dry"]}.get(name, [])
+
+
+def largest_difference(one, other):
+    return max(high for _, high in ImageChops.difference(one, other).getextrema())
+
+
+__all__ = ["Key", "Robot", "Sitting", "page_for", "pending", "until"]

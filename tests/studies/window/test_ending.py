@@ -1,0 +1,153 @@
+"""How a live session ends: by the experimenter, by a signal, by a crash; and what then goes on."""
+
+import signal
+
+import pytest
+
+from protocols.requests import Ask
+from studies.catalogue import SHIPPED
+from studies.participants.admission import admit
+from studies.participants.people import add, status_of
+from studies.participants.registry import open_registry
+from studies.record import read
+from studies.replay import replay
+from studies.session import ledger_path
+from tests.studies.window.robot import Robot, Sitting, pending
+
+STUDY = "texture_ratings"
+
+
+def sit(hand, lab, *arguments):
+    ledger = ledger_path(lab, STUDY, "P001")
+    return Sitting(hand.display.get_display_name(), lab, ledger, list(arguments))
+
+
+def begin(hand, lab, *more):
+    sitting = sit(hand, lab, "run", STUDY, "--participant", "P001", "--lab", str(lab), *more)
+    return sitting, Robot(hand, sitting, SHIPPED / STUDY, *("ko",) * ("ko" in more))
+
+
+def at_trial(number):
+    """The form of a trial is before the participant."""
+    return lambda request, record: (
+        isinstance(request, Ask) and request.trial is not None and request.trial.number == number
+    )
+
+
+def test_a_killed_window_loses_nothing_and_goes_on_at_the_same_form(hand, lab):
+    sitting, robot = begin(hand, lab)
+    before = robot.go_on(at_trial(2))
+    sitting.kill()
+    kept = read(sitting.ledger)
+    assert kept.events[: len(before.events)] == before.events and pending(kept).trial.number == 2
+
+    sitting = sit(hand, lab, "resume", str(sitting.ledger))
+    robot = Robot(hand, sitting, SHIPPED / STUDY)
+    after = robot.go_on(at_trial(3))
+    assert after.events[: len(kept.events)] == kept.events
+    sitting.process.send_signal(signal.SIGTERM)
+    sitting.end(status=1)
+    assert read(sitting.ledger).sittings[-1].value["because"] == "interrupted by SIGTERM"
+    assert not replay(sitting.ledger).complete
+
+
+def test_what_the_experimenter_does_is_on_record_at_once(hand, lab):
+    sitting, robot = begin(hand, lab)
+    record = robot.go_on(at_trial(1))
+    for order, does in (("note the fan came on", {"do": "note", "text": "the fan came on"}), ("pause", {"do": "pause"}),
+                        ("go on", {"do": "go_on"}), ("repeat", {"do": "repeat", "which": "this"})):  # fmt: skip
+        sitting.order(order)
+        record = sitting.record(len(record.events))
+        assert does in [event.value for event in record.events if event.kind == "experimenter"]
+    record = robot.go_on(at_trial(2))
+    assert [e.value["as"] for e in record.events if e.kind == "trial_ended"] == ["repeated", "answered"]
+    sitting.order("abort felt unwell")
+    record = sitting.record(len(record.events))
+    sitting.order("confirm")
+    sitting.end(status=1)
+    assert record.status == "aborted" and "aborted" in sitting.told()
+    assert replay(sitting.ledger).events == len(record.events)
+
+
+def test_korean_is_read_and_what_is_recorded_stays_as_the_study_says(hand, lab):
+    sitting, robot = begin(hand, lab, "--language", "ko")
+    record = robot.go_on(at_trial(2))
+    sitting.order("quit")
+    sitting.end(status=1)
+    given = dict(robot.given)
+    assert record.header["rig"]["language"] == "ko" and set(given) >= {"consent", "demographics", "sliders"}
+    asked = (event.value for event in record.events if event.kind == "request")
+    assert all(item.isascii() for item in next(body["items"] for body in asked if body.get("form") == "sliders"))
+
+
+def test_who_declines_takes_no_part_and_gives_up_the_row(hand, lab):
+    sitting, robot = begin(hand, lab)
+    record = robot.go_on(lambda request, _record: isinstance(request, Ask))
+    page = robot._page(record)
+    assert pending(record).form.name == "consent" and page is not None
+    decline(robot, pending(record), page)
+    record = sitting.record(len(record.events))
+    sitting.order("confirm")
+    sitting.end(status=1)
+    assert record.status == "declined"
+    registry = open_registry(lab)
+    assert status_of(registry, "P001") == "active"
+    add(registry, "P002")
+    assert admit(lab, found(), "P002", live=True).row == record.header["row"]
+
+
+def decline(robot, request, page):
+    from PIL import Image
+
+    from devices.window.build import screen_for
+
+    mirror = screen_for(request, page, 0)
+    robot._see(mirror, Image.new("RGB", (page.metrics.width_px, page.metrics.height_px)), "consent")
+    [button] = [placed for placed in mirror.placed() if placed.name == "decline"]
+    robot.hand.click(*button.box.middle)
+
+
+def found():
+    from studies.catalogue import read_study
+
+    return read_study(SHIPPED / STUDY / "study.yaml").study
+
+
+def wrong_size(lab):
+    from devices.window.calibration import Calibration, write_calibration
+
+    write_calibration(lab, Calibration((1024, 768), 3.6, 0, "2026-01-01"))
+
+
+def withdrawn(lab):
+    from studies.participants.withdrawal import withdraw
+
+    withdraw(open_registry(lab), "P001", "asked to")
+
+
+@pytest.mark.parametrize(
+    ("prepare", "said"),
+    [
+        (lambda lab: (lab / "stations").rename(lab / "old"), "this station's screen is not calibrated"),
+        (wrong_size, "calibrated at 1024x768 px, the screen has 1280x720"),
+        (lambda lab: (lab / "consent.md").write_text("I agree, [name]."), "1 blanks are not filled in"),
+        (withdrawn, "P001 has withdrawn"),
+        (lambda lab: (lab / "participants" / "registry.sqlite").unlink(), "P001 is not known"),
+    ],
+)
+def test_a_session_that_may_not_be_is_refused_before_anything_is_recorded(hand, lab, prepare, said):
+    prepare(lab)
+    sitting, _ = begin(hand, lab)
+    sitting.end(status=2)
+    assert said in sitting.told() and "Traceback" not in sitting.told()
+    assert not sitting.ledger.exists()
+
+
+def test_a_wrong_ruler_ends_the_sitting_and_the_session_can_be_gone_on_with(hand, lab):
+    sitting, _ = begin(hand, lab)
+    record = sitting.record()
+    for _ in range(2):
+        sitting.order("120")
+    sitting.end(status=2)
+    assert "the bar of 127 mm measures 120 mm" in sitting.told()
+    assert read(sitting.ledger).events == record.events

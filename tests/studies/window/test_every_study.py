@@ -1,0 +1,108 @@
+"""Each of the ten studies in the real window: from the first screen through the first trial, then the last one."""
+
+import pytest
+
+from protocols.requests import Ask, Present, Sense
+from protocols.runner import run
+from protocols.worlds import Recorded
+from studies.catalogue import SHIPPED, read_study
+from studies.ledger import take_up
+from studies.record import read
+from studies.replay import recompiled, replay
+from studies.rig import simulated
+from studies.session import ledger_path
+from tests.studies.window.robot import Robot, Sitting
+
+STUDIES = sorted(path.parent.name for path in SHIPPED.glob("*/study.yaml"))
+GROUP = {"texture_capture": ["--group", "pilot"]}
+
+
+class Reached(Exception):
+    """The last trial is about to begin."""
+
+
+class Stops:
+    """A ledger that is written up to the last trial."""
+
+    def __init__(self, ledger, last):
+        self.ledger, self.last = ledger, last
+
+    def append(self, event):
+        if event.kind == "trial_started" and event.trial == self.last:
+            raise Reached
+        self.ledger.append(event)
+
+
+def fast_forward(path, folder):
+    """Let a simulated participant go on with the session, up to its last trial."""
+    ledger = take_up(path, {"at": "2026-01-01T00:00:00+00:00"})
+    plan, events = recompiled(ledger.record), ledger.record.events
+    last = plan.trials[-1].number
+    world = simulated(plan.study, folder).open(plan, events[-1].t_ns).world
+    tape = Recorded(events, world, Stops(ledger, last))
+    if all(event.trial != last for event in events):
+        with pytest.raises(Reached):
+            run(plan, tape, tape, ledger.record.header)
+    ledger.close({"at": "2026-01-01T00:00:00+00:00", "because": "the last trial is to come"})
+    return plan
+
+
+def second_trial(request, record):
+    """The first trial is behind the participant."""
+    return any(event.kind == "trial_ended" for event in record.events)
+
+
+def never(_request, _record):
+    return False
+
+
+def live(hand, lab, study, *arguments):
+    ledger = ledger_path(lab, study, "P001")
+    return Sitting(hand.display.get_display_name(), lab, ledger, [*arguments])
+
+
+@pytest.mark.parametrize("name", STUDIES)
+def test_a_study_s_first_and_last_trial_in_the_window(name, hand, lab):
+    found = read_study(SHIPPED / name / "study.yaml")
+    begin = ["run", name, "--participant", "P001", "--lab", str(lab), "--twins", *GROUP.get(name, [])]
+    sitting = live(hand, lab, name, *begin)
+    first = Robot(hand, sitting, found.folder)
+    first.go_on(second_trial)
+    sitting.order("quit")
+    sitting.end(status=1)
+
+    plan = fast_forward(sitting.ledger, found.folder)
+    sitting = live(hand, lab, name, "resume", str(sitting.ledger))
+    last = Robot(hand, sitting, found.folder)
+    assert last.go_on(never).complete
+    sitting.order("confirm")
+    sitting.end(status=0)
+
+    record = read(sitting.ledger)
+    assert record.header["rig"]["kind"] == "live" and record.header["group"] == plan.who.group
+    assert [s.value.get("because") for s in record.sittings if s.kind == "closed"] == [
+        "interrupted by QUIT", "the last trial is to come", "complete",
+    ]  # fmt: skip
+    assert replay(sitting.ledger).complete
+    for robot in (first, last):
+        for form, value in robot.given:
+            assert value.get("answers") in answers(record, form), f"{form}: another answer was recorded than was given"
+    assert trial_is_met(plan, record)
+
+
+def answers(record, form):
+    """Every answer on record to a form; [None] for pages that are only read."""
+    requests = [event.value if event.kind == "request" else {} for event in record.events]
+    found = [
+        record.events[n + 1].value.get("answers")
+        for n, request in enumerate(requests)
+        if request.get("form") == form and record.events[n + 1].kind == "reply"
+    ]
+    return found or [None]
+
+
+def trial_is_met(plan, record):
+    """What the first trial asks for was performed live."""
+    kinds = {"ask": Ask, "present": Present, "sense": Sense}
+    first = [event.value["do"] for event in record.events if event.kind == "request" and event.trial == 1]
+    return first and set(first) <= set(kinds)
