@@ -43,7 +43,7 @@ class Balance:
         (p_low, p_high), (c_low, c_high) = self.position_range, self.carry_over_range
         verdict = "balanced" if self.balanced else "not balanced (yet)"
         return (
-            f"{self.sequences} sequences of {len(self.items)} items: {verdict}. "
+            f"{self.sequences} sequence{'s' if self.sequences != 1 else ''} of {len(self.items)} items: {verdict}. "
             f"Each item stood at each position {_times(p_low, p_high)} "
             f"and followed each other item {_times(c_low, c_high)}."
         )

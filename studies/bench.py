@@ -16,6 +16,7 @@ from protocols.plan import Plan, compile_plan
 from protocols.runner import run
 from studies.allocation import allocate
 from studies.catalogue import SHIPPED, read_study
+from studies.lab_forms import lab_forms
 from studies.record import read
 from studies.replay import replay
 from studies.rig import simulated
@@ -95,7 +96,7 @@ def _heavy(arguments: list[str] | None) -> float:
 
 def _plan() -> Plan:
     study = read_study(DOORS / "study.yaml").study
-    return compile_plan(study, allocate(study, "P001"), seed=1)
+    return compile_plan(study, allocate(study, "P001"), 1, lab_forms(study, DOORS, live=False))
 
 
 @dataclass

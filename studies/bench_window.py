@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import os
 import random
 import statistics
 import subprocess
@@ -10,7 +11,6 @@ import time
 from collections.abc import Iterator
 from contextlib import contextmanager
 from dataclasses import dataclass, field
-from pathlib import Path
 from tempfile import TemporaryDirectory
 
 from devices.window.bench import cases as window_cases
@@ -24,7 +24,7 @@ ANSWERS, ANSWERS_QUICK = 400, 100
 BARE = """
 import sys
 from psychopy import visual
-window = visual.Window(({0}, {1}), fullscr=True, winType="pyglet", units="pix", allowGUI=False, checkTiming=False)
+window = visual.Window(({}, {}), fullscr=True, winType="pyglet", units="pix", allowGUI=False, checkTiming=False)
 window.flip()
 sys.stdout.write("shown"); sys.stdout.flush(); sys.stdin.read(1)
 window.close()
@@ -74,8 +74,6 @@ class Starts:
 
 @contextmanager
 def _bare_process(display: str) -> Iterator[subprocess.Popen[bytes]]:
-    import os
-
     command, pipe = [sys.executable, "-c", BARE], subprocess.PIPE
     scene = {**os.environ, "DISPLAY": display}
     with subprocess.Popen(command, stdin=pipe, stdout=pipe, stderr=subprocess.DEVNULL, env=scene) as process:
@@ -103,8 +101,9 @@ def session_on(display: str) -> Iterator[Stage]:
 
 def _on_disk(display: str, count: int) -> Case:
     """The slowest hundredth of the answers is the case's error, in milliseconds."""
-    return Case("window", "from the release of Next to the answer on disk", "palpate, XTEST to commit",
-                f"{count} answers, 99th percentile", count, "ms", lambda: slow_ms(display, count), float, 1)  # fmt: skip
+    return Case("window", "Next released, answer on disk", "palpate, XTEST to commit",
+                f"{count} answers, the 99th percentile", count, "ms",
+                lambda: slow_ms(display, count), float, 1)  # fmt: skip
 
 
 def slow_ms(display: str, count: int) -> float:
@@ -121,7 +120,7 @@ def slow_ms(display: str, count: int) -> float:
 
 
 def _one_session(stage: Stage, hand: Hand, most: int) -> list[float]:
-    """Answer every trial with taps; milliseconds of each."""
+    """Answer every trial with taps; milliseconds of each. The press of Next is drawn before it is released."""
     took, chance = [], random.Random(1)
     trials = stage.hear("trials")[1]
     for _ in range(min(most, trials)):
@@ -130,15 +129,10 @@ def _one_session(stage: Stage, hand: Hand, most: int) -> list[float]:
         for name, each in placed.items():
             if name.endswith(".line"):
                 hand.tap(each.box.left + chance.random() * each.box.width, each.box.middle[1])
-        stage.look()
         hand.move(*placed["next"].box.middle)
         hand.press()
+        stage.look()
         begun_ns = time.monotonic_ns()
         hand.release()
         took.append((stage.hear("kept")[1] - begun_ns) / 1e6)
     return took
-
-
-def shipped(name: str) -> Path:
-    """The folder of a study that comes with Palpate."""
-    return Path(__file__).parent / name

@@ -161,12 +161,14 @@ def plan(
     from protocols.plan import compile_plan
     from studies.allocation import allocate
     from studies.catalogue import find, read_study
+    from studies.lab_forms import lab_forms
 
     declared = read_study(find(study, lab)).study
     if people is not None:
         _show_balance(declared, people, seed, as_json)
         return
-    compiled = compile_plan(declared, allocate(declared, participant, group, row), seed)
+    who = allocate(declared, participant, group, row)
+    compiled = compile_plan(declared, who, seed, lab_forms(declared, lab, live=False))
     if as_json:
         echo_json(_plan_data(compiled))
         return

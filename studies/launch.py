@@ -6,7 +6,6 @@ from collections.abc import Mapping, Sequence
 from pathlib import Path
 from typing import Any
 
-from protocols.forms import LabForms
 from protocols.plan import ParticipantRow, Plan, compile_plan
 from protocols.reading import StudyError
 from protocols.study import Study
@@ -14,9 +13,8 @@ from protocols.yaml_text import YamlError
 from studies.allocation import AllocationError, allocate
 from studies.catalogue import read_study
 from studies.changes import StudyChanged, demand_unchanged
+from studies.lab_forms import lab_forms
 from studies.participants.admission import admit
-from studies.participants.consent import consent_text, demand_filled
-from studies.participants.questions import questions
 from studies.record import LedgerError, read
 from studies.session import ledger_path
 
@@ -44,15 +42,6 @@ def row_of(study: Study, lab: Path, participant: str, live: bool, group: str | N
         place = f"row {held.row}" + (f" of group {held.group}" if held.group is not None else "")
         raise AllocationError(f"participant {participant} has {place} of {study.study}; leave --group and --row out")
     return held
-
-
-def lab_forms(study: Study, lab: Path, live: bool, language: str = "en") -> LabForms | None:
-    """The lab's consent text and questions, where the study opens with them; a real session's must be filled in."""
-    if not study.opening:
-        return None
-    if live and "consent" in study.opening:
-        demand_filled(lab, language)
-    return LabForms(consent_text(lab, language), questions(lab, language))
 
 
 def demand_next(lab: Path, study: str, participant: str, number: int) -> None:

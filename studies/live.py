@@ -61,6 +61,7 @@ class LiveWorld:
         """Do what is asked; a demand to the experimenter goes with a request that is given up."""
         if not self._taken_up:
             self._taken_up = True
+            self.desk.demand(None)  # the desk hears of it first: all that was recorded has been seen
             if self.left_paused():
                 return Aside({"do": "go_on"})
         came = self._act(request)

@@ -27,7 +27,9 @@ def the_plan() -> Plan:
     """Thirty trials with the measured door among them, lively enough to go back and to lapse."""
     definition = catalogue.read_study(DOORS / "study.yaml").study.definition()
     simulation = {**definition["simulation"], "revise_rate": 0.1, "lapse_rate": 0.1}
-    study = Study.model_validate({**definition, "groups": SHORT, "simulation": simulation, "rest": {"every": 5}})
+    study = Study.model_validate(
+        {**definition, "groups": SHORT, "simulation": simulation, "rest": {"every": 5}, "opening": []}
+    )
     return compile_plan(study, ParticipantRow("P001", "1", 3), seed=7)
 
 

@@ -8,11 +8,11 @@ from studies.bench import sessions, startup
 def test_a_durable_session_loses_nothing_and_one_in_memory_everything():
     errors = {}
     for case in sessions(quick=True):
-        assert (case.area, case.n) == ("sessions", 278) and "45 trials x 7 ratings" in case.input
+        assert (case.area, case.n) == ("sessions", 282) and "45 trials x 7 ratings" in case.input
         errors[case.method] = case.error(case.run())
     assert errors == {
         "palpate, durable": 0,
-        "in memory only": 278,
+        "in memory only": 282,
         "palpate, byte for byte": 0,
         "palpate, chain verified": 0,
     }

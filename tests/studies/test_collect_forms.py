@@ -65,7 +65,10 @@ def test_words_are_rows_and_a_revision_counts_alone(tmp_path, engine):
     assert rows(engine, "SELECT DISTINCT form, kind FROM words WHERE trial IS NOT NULL AND kind = 'ticked'") == [
         ("adjectives", "ticked")
     ]
-    stands = rows(engine, "SELECT trial, count(*) FROM words WHERE word = 'rough' AND form = 'adjectives' AND counts GROUP BY trial")
+    stands = rows(
+        engine,
+        "SELECT trial, count(*) FROM words WHERE word = 'rough' AND form = 'adjectives' AND counts GROUP BY trial",
+    )
     every = rows(engine, "SELECT count(*) FROM words WHERE word = 'rough'")
     assert stands == [(1, 1), (2, 1), (3, 1), (4, 1)] and every[0][0] > 4
     assert rows(engine, "SELECT status, trials_answered FROM sessions") == [("complete", 4)]

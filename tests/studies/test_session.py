@@ -6,7 +6,7 @@ from protocols.events import Event
 from protocols.worlds import Divergence
 from studies.record import LedgerError, read
 from studies.replay import replay
-from studies.rig import Rig, RigError, real
+from studies.rig import Rig, RigError
 from studies.session import ledger_path, resume, start
 from tests.studies.labs import Lab, stopping
 
@@ -151,11 +151,6 @@ def test_a_replay_says_how_fast_it_was(lab):
 def test_an_interrupted_session_replays_to_where_it_ends(lab):
     found = replay(lab.start(rig=stopping(lab.rig, 5)))
     assert not found.complete
-
-
-def test_a_real_rig_is_not_pretended(lab):
-    with pytest.raises(RigError, match="toy needs window; this version .* simulated devices only: add --simulate"):
-        real(lab.plan().study)
 
 
 def test_without_a_device_nothing_can_be_sensed(lab):

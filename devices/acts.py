@@ -1,0 +1,47 @@
+"""An act that the experimenter may break into: what is waited for, and its time without the pauses."""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+from dataclasses import dataclass
+
+from devices.desk import Desk, Pages
+from protocols.events import NS
+from protocols.requests import Aside, Request
+
+
+@dataclass
+class Act:
+    """A request being performed; it is performed on with the same object after every aside."""
+
+    request: Request
+    begun_ns: int
+    paused_at_ns: int | None = None
+    paused_ns: int = 0
+
+    def seconds(self, t_ns: int) -> float:
+        """Seconds since the act began, pauses left out."""
+        until = t_ns if self.paused_at_ns is None else self.paused_at_ns
+        return round((until - self.begun_ns - self.paused_ns) / NS, 3)
+
+    def wait(
+        self, key: str, window: Pages, desk: Desk, now_ns: Callable[[], int], ready: Callable[[], bool]
+    ) -> Aside | None:
+        """Show the page until `ready` (None) or until the experimenter did something; a pause stops the time."""
+        aside = window.wait_for(key, desk, ready)
+        if aside is not None:
+            self._heed(aside, now_ns())
+        return aside
+
+    def _heed(self, aside: Aside, t_ns: int) -> None:
+        match aside.value.get("do"):
+            case "pause" if self.paused_at_ns is None:
+                self.paused_at_ns = t_ns
+            case "go_on" if self.paused_at_ns is not None:
+                self.paused_ns += t_ns - self.paused_at_ns
+                self.paused_at_ns = None
+
+
+def going_on(act: Act | None, request: Request, now_ns: Callable[[], int]) -> Act:
+    """The act of this very request, if that is under way; else a new one."""
+    return act if act is not None and act.request is request else Act(request, now_ns())

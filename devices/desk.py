@@ -1,0 +1,44 @@
+"""The experimenter's side, as the window and the devices see it: demands put to a person, and what that person did."""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Mapping
+from dataclasses import dataclass
+from typing import Any, Literal, Protocol
+
+from protocols.requests import Aside
+
+
+@dataclass(frozen=True)
+class Prompt:
+    """What the experimenter is asked for: a confirmation, or a number that may have a default."""
+
+    text: str
+    kind: Literal["confirm", "number"] = "confirm"
+    default: float | None = None
+
+
+class Desk(Protocol):
+    """Where the experimenter sits. Every method returns at once; only the main thread calls them."""
+
+    def poll(self) -> Aside | None:
+        """What the experimenter did since the last poll, one thing at a time, or None.
+
+        Raises studies.interrupts.Interrupted where the experimenter ends the sitting.
+        """
+
+    def demand(self, prompt: Prompt | None) -> None:
+        """Put a demand before the experimenter, or take the standing one away; an equal one stays as it stands."""
+
+    def answer(self) -> float | bool | None:
+        """The answer to the standing demand: True once confirmed, a number once given, None until then."""
+
+    def tell(self, state: Mapping[str, Any]) -> None:
+        """Show the state of a window or device; given keys replace earlier ones, None removes one."""
+
+
+class Pages(Protocol):
+    """What shows the participant a page while something else is waited for."""
+
+    def wait_for(self, key: str, desk: Desk, ready: Callable[[], bool]) -> Aside | None:
+        """Show the page of that text key until `ready` (None), or until the experimenter did something."""

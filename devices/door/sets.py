@@ -1,0 +1,86 @@
+"""The stimulus files of the door studies beside door_ratings, made from the same six doors and from wishes."""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Iterator, Mapping, Sequence
+from pathlib import Path
+
+import numpy as np
+from numpy.typing import NDArray
+
+from devices.door.features import describe
+from devices.door.grid import FORCE_DECIMALS, POINTS, DoorDataError
+from devices.door.stimuli import FEATURE_DECIMALS, FOLDER, TABLE, originals, profile_text, write_text
+from devices.door.wished import NEUTRAL, TURNS, wished_profile
+
+Array = NDArray[np.float64]
+
+TARGETS = (10, 90)
+"""Where the wished attribute is set; the other six stay at 50 (thesis 5.7.1.1)."""
+
+
+def matching_files() -> dict[str, str]:
+    """door_matching: fourteen profiles, one attribute at 10 or 90 and the others at 50, and their table."""
+    wished = [(name, target) for name in TURNS for target in TARGETS]
+    profiles = [wished_profile({**dict.fromkeys(TURNS, NEUTRAL), name: target}) for name, target in wished]
+    about = [(f"{name}_{target}", name, str(target)) for name, target in wished]
+    return dict(_files(("id", "attribute", "target"), about, profiles))
+
+
+def real_files() -> dict[str, str]:
+    """door_adjectives and door_capture: the six unmodified doors of door_ratings, and their table."""
+    doors = list(originals())
+    about = [(label, label, source) for label, source, _ in doors]
+    return dict(_files(("id", "car", "source"), about, [force for _, _, force in doors]))
+
+
+SETS: Mapping[str, Callable[[], dict[str, str]]] = {
+    "door_matching": matching_files,
+    "door_adjectives": real_files,
+    "door_capture": real_files,
+}
+"""Path inside the folder and content of everything that is made, by study."""
+
+
+def make(study: str, folder: Path) -> list[Path]:
+    """Write the stimulus files of a study of SETS into its folder. Raises DoorDataError on another study."""
+    return [write_text(folder / name, text) for name, text in _made(study).items()]
+
+
+def differences(study: str, folder: Path) -> list[str]:
+    """What in a folder is not, byte for byte, what `make` writes: one line each, empty when all is equal."""
+    expected = _made(study)
+    found = [_difference(folder / name, text.encode()) for name, text in expected.items()]
+    unknown = sorted(path for path in (folder / FOLDER).glob("*.csv") if f"{FOLDER}/{path.name}" not in expected)
+    return [line for line in found if line] + [f"{path}: not a file of this study" for path in unknown]
+
+
+def _made(study: str) -> dict[str, str]:
+    if study not in SETS:
+        raise DoorDataError(f"{study!r} has no made stimuli; there are {', '.join(SETS)} and door_ratings.")
+    return SETS[study]()
+
+
+def _difference(path: Path, expected: bytes) -> str:
+    if not path.is_file():
+        return f"{path}: missing"
+    return "" if path.read_bytes() == expected else f"{path}: differs"
+
+
+def _files(
+    columns: tuple[str, ...], about: Sequence[tuple[str, ...]], profiles: Sequence[Array]
+) -> Iterator[tuple[str, str]]:
+    header = ",".join((*columns, "file", *describe(np.zeros(POINTS))))
+    rows = []
+    for told, force_N in zip(about, profiles, strict=True):
+        name = f"{FOLDER}/{told[0]}.csv"
+        yield name, profile_text(force_N)
+        rows.append(",".join((*told, name, *_features(force_N))))
+    yield TABLE, "\n".join((header, *rows)) + "\n"
+
+
+def _features(force_N: Array) -> Iterator[str]:
+    """The numeric columns of the profile as its file holds it: fixed decimals, and never a minus before a zero."""
+    for name, value in describe(np.round(force_N, FORCE_DECIMALS)).items():
+        decimals = FEATURE_DECIMALS.get(name, FORCE_DECIMALS)
+        yield f"{round(value, decimals) + 0.0:.{decimals}f}"

@@ -1,0 +1,47 @@
+"""Physical samples: the experimenter puts one in place and says so (thesis 3.3.2, 4.7.1)."""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+from dataclasses import dataclass
+
+from devices.acts import Act, going_on
+from devices.desk import Desk, Pages, Prompt
+from protocols.requests import Aside, Present, Reply
+from protocols.study import Stimulus
+
+TELLING = ("label", "material", "position")
+"""Columns of a stimulus table that say which sample is meant and where it lies."""
+
+
+def described(stimulus: Stimulus) -> str:
+    """The stimulus by its id and what its table says of it: T07 (sandpaper P60, box 3)."""
+    told = [said for name in TELLING if (said := stimulus.columns.get(name, "")) not in ("", stimulus.id)]
+    return f"{stimulus.id} ({', '.join(told)})" if told else stimulus.id
+
+
+def mounting(stimulus: Stimulus) -> Prompt:
+    """What the experimenter is asked to do before the participant can feel the stimulus."""
+    return Prompt(f"Put in place: {described(stimulus)}")
+
+
+@dataclass
+class HandMounted:
+    """Samples that a person mounts, while the participant is asked to wait.
+
+    The participant explores without a time limit and answers while feeling, so the presentation ends where the
+    experimenter confirms: `seconds` is how long the change took.
+    """
+
+    act: Act | None = None
+
+    def perform(self, request: Present, window: Pages, desk: Desk, now_ns: Callable[[], int]) -> Reply | Aside:
+        """Demand the sample and wait for the confirmation; an aside leaves the demand standing."""
+        self.act = act = going_on(self.act, request, now_ns)
+        desk.demand(mounting(request.trial.stimulus))
+        aside = act.wait("changing_sample", window, desk, now_ns, lambda: desk.answer() is not None)
+        if aside is not None:
+            return aside
+        desk.demand(None)
+        self.act = None
+        return Reply({"presented": True, "by": "experimenter", "seconds": act.seconds(now_ns())})

@@ -1,0 +1,67 @@
+"""The screen for a request, and the pages between them."""
+
+from __future__ import annotations
+
+from collections.abc import Iterable
+
+from devices.window.screen import Page, Screen
+from devices.window.screens.authoring import AuthoringScreen
+from devices.window.screens.demographics import DemographicsScreen
+from devices.window.screens.lexicon import LexiconScreen
+from devices.window.screens.likert import LikertScreen
+from devices.window.screens.pages import MessageScreen, RestScreen, RulerScreen
+from devices.window.screens.reading import ConsentScreen, InstructionScreen
+from devices.window.screens.similarity import SimilarityScreen
+from devices.window.screens.sliders import SliderScreen
+from devices.window.screens.words import WordScreen
+from protocols.forms import Consent, Demographics, Form, Lexicon, Likert, Sliders, Words
+from protocols.requests import Ask, Confirm, Instruct, Rest
+
+__all__ = ["Page", "demand_shown", "page_for", "screen_for"]
+
+
+def screen_for(request: Ask | Instruct | Rest | Confirm, page: Page, t0_ns: int) -> Screen:
+    """A new screen, nothing answered but what was answered before; t0_ns is when it is shown, for its samples.
+
+    Raises WindowError where it cannot be shown: a text that does not fit, a line wider than the screen.
+    """
+    match request:
+        case Ask():
+            return _form(request, page, t0_ns)
+        case Instruct():
+            return InstructionScreen(request, page)
+        case Rest():
+            return RestScreen(request, page)
+        case Confirm():
+            return RulerScreen(page)
+
+
+def page_for(key: str, page: Page) -> Screen:
+    """A page without an answer, by its key among the texts: changing_sample, feel_now, recording, pause, end, ...
+
+    Raises WindowError on a key that there is no page for.
+    """
+    return MessageScreen(key, page)
+
+
+def demand_shown(forms: Iterable[Form], page: Page) -> None:
+    """Raise WindowError unless every form can be shown on the page's screen: before a session begins."""
+    for form in forms:
+        screen_for(Ask(form), page, 0)
+
+
+def _form(ask: Ask, page: Page, t0_ns: int) -> Screen:
+    match ask.form:
+        case Sliders() as form:
+            kind = AuthoringScreen if form.tries else SimilarityScreen if form.sides else SliderScreen
+            return kind(ask, form, page, t0_ns)
+        case Words() as form:
+            return WordScreen(ask, form, page)
+        case Lexicon() as form:
+            return LexiconScreen(ask, form, page)
+        case Likert() as form:
+            return LikertScreen(ask, form, page)
+        case Demographics() as form:
+            return DemographicsScreen(ask, form, page)
+        case Consent() as form:
+            return ConsentScreen(ask, form, page)

@@ -1,0 +1,106 @@
+"""`palpate window`: calibrate the participant's screen, check it, and paint all screens to files."""
+
+from __future__ import annotations
+
+import re
+from pathlib import Path
+
+import click
+
+SIZE = re.compile(r"([1-9][0-9]{2,4})x([1-9][0-9]{2,4})")
+LAB = click.option(
+    "--lab", type=click.Path(file_okay=False, path_type=Path), default=Path(), show_default="the current folder",
+    help="The lab's folder.",
+)  # fmt: skip
+LANGUAGE = click.option("--language", default="en", show_default=True, help="The language of the screens.")
+
+
+def _size(_ctx: click.Context, _parameter: click.Parameter, value: str | None) -> tuple[int, int] | None:
+    if value is None:
+        return None
+    found = SIZE.fullmatch(value)
+    if found is None:
+        raise click.BadParameter(f"{value!r}: a size in pixels is expected, as 1280x720")
+    return int(found[1]), int(found[2])
+
+
+@click.group()
+def window() -> None:
+    """The participant's window: calibrate the screen, check it, see every screen.
+
+    \b
+    Example:
+      palpate window calibrate --lab LAB --width-mm 531
+      palpate window check --lab LAB
+      palpate window screens --out pictures --size 1280x720 --language ko
+    """
+
+
+@window.command()
+@LAB
+@LANGUAGE
+@click.option("--screen", type=click.IntRange(0, 15), default=0, show_default=True, help="Which screen, from 0.")
+@click.option("--width-mm", type=click.FloatRange(50, 5000), help="Width of the screen's lit area, as a first guess.")
+@click.option("--measured", type=click.FloatRange(1, 5000), metavar="MM",
+              help="What the ruler read on the first line, seen before: nothing is shown or asked.")  # fmt: skip
+@click.option("--windowed", callback=_size, metavar="WxH", help="A window of this size in place of the full screen.")
+def calibrate(
+    lab: Path, language: str, screen: int, width_mm: float | None, measured: float | None,
+    windowed: tuple[int, int] | None,
+) -> None:  # fmt: skip
+    """Measure this station's screen with a ruler, so that lengths on it are what they should be.
+
+    A line is shown that would be 127 mm long by the first guess. Measure it, type what the ruler reads; a corrected
+    line is shown until it reads 127 mm. The result lies in LAB/stations/HOST/window.yaml, one for each computer.
+
+    \b
+    Example:
+      palpate window calibrate --lab LAB --width-mm 531
+    """
+    from devices.window.calibration import write_calibration
+    from devices.window.commands_calibrate import calibrated, told
+
+    found = calibrated(screen, language, width_mm, measured, windowed)
+    click.echo(f"{told(found)}\nsaved {write_calibration(lab, found)}; every session begins with the ruler once more")
+
+
+@window.command()
+@LAB
+@click.option("--json", "as_json", is_flag=True, help="Print the answer as JSON.")
+def check(lab: Path, as_json: bool) -> None:
+    """Say whether the calibration fits the screen as it is now, and which fonts and languages there are.
+
+    Exit code 1 if a window cannot be opened here as calibrated.
+
+    \b
+    Example:
+      palpate window check --lab LAB
+    """
+    from devices.window.commands_check import findings, told
+
+    found = findings(lab)
+    if as_json:
+        from protocols.canonical import canonical
+
+        click.echo(canonical(found).decode())
+    else:
+        click.echo(told(found))
+    if found["problems"]:
+        raise click.exceptions.Exit(1)
+
+
+@window.command()
+@LANGUAGE
+@click.option("--out", type=click.Path(file_okay=False, path_type=Path), required=True, help="Folder for the pictures.")
+@click.option("--size", callback=_size, default="1280x720", show_default=True, metavar="WxH", help="Size in pixels.")
+def screens(language: str, out: Path, size: tuple[int, int]) -> None:
+    """Paint every kind of screen to a PNG file, as a participant would see it; no window is opened.
+
+    \b
+    Example:
+      palpate window screens --out pictures --size 1920x1080 --language ko
+    """
+    from devices.window.pictures import pictures
+
+    for path in pictures(out, size, language):
+        click.echo(str(path))

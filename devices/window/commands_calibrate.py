@@ -1,0 +1,99 @@
+"""Measuring a screen with a ruler: a line is drawn by a guess, read, and drawn again until it is what it should be."""
+
+from __future__ import annotations
+
+from contextlib import closing
+from dataclasses import replace
+from datetime import UTC, datetime
+from typing import TYPE_CHECKING
+
+import click
+
+from devices.window.calibration import NOMINAL_MM, TOLERANCE_MM, Calibration, density_from
+from devices.window.commands_terminal import Lines
+from devices.window.geometry import WindowError
+from devices.window.shell_checks import demand_screen
+
+if TYPE_CHECKING:
+    from devices.window.loop import Scene
+    from devices.window.shell import Shell
+
+USUAL_PX_PER_MM = 96 / 25.4
+"""The density that systems take a screen to have when they know no better."""
+MOST_READINGS = 6
+
+
+def calibrated(
+    screen: int, language: str, width_mm: float | None, measured: float | None, windowed: tuple[int, int] | None
+) -> Calibration:
+    """The calibration of a screen, by the readings typed at the terminal or by the one that is given.
+
+    Raises WindowError where the screen or the display is not to be had, or the readings come to nothing.
+    """
+    first = _guess(screen, width_mm, windowed)
+    if measured is not None:
+        return replace(first, px_per_mm=density_from(first.metrics.mm(NOMINAL_MM), measured))
+    from devices.window.shell import open_shell
+
+    with closing(open_shell(first, screen, fullscreen=windowed is None)) as shell:
+        return _read_until_right(shell, first, language)
+
+
+def told(calibration: Calibration) -> str:
+    """The calibration in words."""
+    width, height = calibration.size_px
+    size_mm = f"{width / calibration.px_per_mm:.0f} x {height / calibration.px_per_mm:.0f} mm"
+    return f"screen {calibration.screen}: {width}x{height} px, {calibration.px_per_mm:.4f} px per mm ({size_mm})"
+
+
+def _guess(screen: int, width_mm: float | None, windowed: tuple[int, int] | None) -> Calibration:
+    from devices.window.shell import screen_sizes
+
+    sizes = screen_sizes()
+    demand_screen(sizes, screen, None)
+    size = windowed or sizes[screen]
+    density = USUAL_PX_PER_MM if width_mm is None else sizes[screen][0] / width_mm
+    return Calibration(size, density, screen, datetime.now(UTC).isoformat(timespec="seconds"))
+
+
+def _read_until_right(shell: Shell, guess: Calibration, language: str) -> Calibration:
+    """Each reading corrects the density; the one that reads right confirms what was drawn."""
+    lines = Lines()
+    for _ in range(MOST_READINGS):
+        read_mm = _reading(shell, guess, language, lines)
+        if abs(read_mm - NOMINAL_MM) <= TOLERANCE_MM:
+            return guess
+        try:
+            guess = replace(guess, px_per_mm=density_from(guess.metrics.mm(NOMINAL_MM), read_mm))
+            click.echo(f"corrected to {guess.px_per_mm:.4f} px per mm; the line is drawn anew: measure it again")
+        except WindowError as error:
+            click.echo(str(error))
+    raise WindowError(f"{MOST_READINGS} readings and none of {NOMINAL_MM:g} mm: check the ruler, its unit and its zero")
+
+
+def _reading(shell: Shell, calibration: Calibration, language: str, lines: Lines) -> float:
+    """Show the line and wait for a number at the terminal; the window lives on meanwhile."""
+    scene = _scene(shell, calibration, language)
+    scene.appear()
+    while True:
+        click.echo(f"How many mm does the line measure, from end to end? [{NOMINAL_MM:g}] ", nl=False)
+        while (line := lines.poll()) is None:
+            scene.turn()
+        try:
+            return float(line.strip().replace(",", ".") or NOMINAL_MM)
+        except ValueError:
+            click.echo(f"{line.strip()!r} is no number; millimetres are expected, as 126.5")
+
+
+def _scene(shell: Shell, calibration: Calibration, language: str) -> Scene:
+    from PIL import Image
+
+    from devices.window.build import screen_for
+    from devices.window.fonts import find_fonts
+    from devices.window.loop import Scene
+    from devices.window.screen import Page
+    from devices.window.texts import load_texts
+    from protocols.requests import Confirm
+
+    page = Page(calibration.metrics, load_texts(language), find_fonts(language))
+    return Scene(screen_for(Confirm("calibration"), page, 0), shell, Image.new("RGB", calibration.size_px, "white"))

@@ -1,0 +1,92 @@
+"""Whether a participant's window can be opened on this station, and what it can say there."""
+
+from __future__ import annotations
+
+from pathlib import Path
+from typing import Any
+
+from devices.window.calibration import Calibration, read_calibration, station_file
+from devices.window.commands_calibrate import told as calibration_told
+from devices.window.geometry import WindowError
+from devices.window.shell_checks import demand_screen, demand_unscaled
+from protocols.yaml_text import YamlError
+
+SAMPLES = {"Latin": "Aéß", "Hangul": "가힣", "Devanagari": "कि", "Greek": "αω", "Cyrillic": "Яж", "Han": "漢"}
+"""Characters that tell whether a script can be written."""
+
+
+def findings(lab: Path) -> dict[str, Any]:
+    """The calibration, the screens, the fonts by script and the languages; `problems` are what keeps a window away."""
+    problems: list[str] = []
+    calibration, sizes = _calibration(lab, problems), _sizes(problems)
+    if calibration is not None and sizes is not None:
+        _fits(calibration, sizes, problems)
+    fonts, languages = _fonts(problems), _languages()
+    return {
+        "file": str(station_file(lab)),
+        "calibration": None if calibration is None else calibration.definition(),
+        "screens": None if sizes is None else [list(size) for size in sizes],
+        "fonts": fonts,
+        "languages": languages,
+        "problems": problems,
+    }
+
+
+def told(found: dict[str, Any]) -> str:
+    """The findings in words."""
+    calibration = found["calibration"]
+    lines = [f"calibration  {found['file']}"]
+    if calibration is not None:
+        lines.append(f"             {calibration_told(Calibration.from_definition(calibration))}")
+        lines.append(f"             confirmed {calibration['confirmed_at']}")
+    for number, (width, height) in enumerate(found["screens"] or ()):
+        lines.append(f"screen {number}     {width}x{height} px")
+    lines += [f"{script:<12} {file or 'no font'}" for script, file in found["fonts"].items()]
+    lines.append(f"languages    {', '.join(found['languages'])}")
+    lines += [f"PROBLEM      {problem}" for problem in found["problems"]]
+    return "\n".join(lines if found["problems"] else [*lines, "a window can be opened here, as calibrated"])
+
+
+def _calibration(lab: Path, problems: list[str]) -> Calibration | None:
+    try:
+        return read_calibration(lab)
+    except (WindowError, YamlError) as error:
+        problems.append(str(error))
+        return None
+
+
+def _sizes(problems: list[str]) -> list[tuple[int, int]] | None:
+    from devices.window.shell import screen_sizes
+
+    try:
+        demand_unscaled(1.0)
+        return screen_sizes()
+    except WindowError as error:
+        problems.append(str(error))
+        return None
+
+
+def _fits(calibration: Calibration, sizes: list[tuple[int, int]], problems: list[str]) -> None:
+    try:
+        demand_screen(sizes, calibration.screen, calibration)
+    except WindowError as error:
+        problems.append(str(error))
+
+
+def _fonts(problems: list[str]) -> dict[str, str | None]:
+    """Which file writes each script."""
+    from devices.window.fonts import find_fonts
+
+    try:
+        fonts = find_fonts()
+    except WindowError as error:
+        problems.append(str(error))
+        return {}
+    faces = {script: fonts.face(text[0]) for script, text in SAMPLES.items()}
+    return {script: None if face is None else face.path.name for script, face in faces.items()}
+
+
+def _languages() -> list[str]:
+    from devices.window.texts import languages
+
+    return list(languages())

@@ -1,0 +1,205 @@
+"""Boxes on the screen, sizes in millimetres, and what must hold of every layout."""
+
+from __future__ import annotations
+
+from collections.abc import Iterator, Sequence
+from dataclasses import dataclass
+from typing import Literal
+
+SMALLEST_TARGET_MM = 8.0
+"""Smallest side of anything to press, for a hand that does not look twice."""
+NEAREST_TARGETS_MM = 1.0
+SMALLEST_TEXT_MM = 4.0
+"""Em size that no text goes below: an x-height of 2.1 mm and capitals of 2.8 mm, 12 and 16 minutes of arc at 60 cm
+(ISO 9241-303 asks for characters of 16 at least)."""
+DESIGN_MM = (320.0, 180.0)
+"""The screen that distances are written for; others are scaled by how much larger or smaller they are."""
+SMALLEST_SCALE, LARGEST_SCALE = 0.8, 1.4
+SMALLEST_SCREEN_PX = (1024, 640)
+ROUNDING_PX = 1.0
+
+
+class WindowError(ValueError):
+    """The participant's window cannot show what it is asked to show, as things are set up."""
+
+
+@dataclass(frozen=True)
+class Metrics:
+    """A screen's size in pixels and how many of them a millimetre holds."""
+
+    width_px: int
+    height_px: int
+    px_per_mm: float
+
+    def __post_init__(self) -> None:
+        least = SMALLEST_SCREEN_PX
+        if self.width_px < least[0] or self.height_px < least[1]:
+            raise WindowError(f"the screen has {self}; at least {least[0]}x{least[1]} px are needed")
+        if not 1 <= self.px_per_mm <= 40:
+            raise WindowError(f"{self.px_per_mm} px per mm; 1 to 40 are expected: calibrate the screen again")
+
+    def __str__(self) -> str:
+        return f"{self.width_px}x{self.height_px} px at {self.px_per_mm:.2f} px/mm"
+
+    @property
+    def scale(self) -> float:
+        """How much larger than designed everything is drawn but lengths that are prescribed."""
+        width_mm, height_mm = self.width_px / self.px_per_mm, self.height_px / self.px_per_mm
+        fits = min(width_mm / DESIGN_MM[0], height_mm / DESIGN_MM[1])
+        return min(max(fits, SMALLEST_SCALE), LARGEST_SCALE)
+
+    def mm(self, length_mm: float) -> int:
+        """A prescribed length in pixels."""
+        return round(length_mm * self.px_per_mm)
+
+    def unit(self, design_mm: float) -> int:
+        """A distance of the design in pixels, at least one."""
+        return max(1, round(design_mm * self.px_per_mm * self.scale))
+
+    def target(self, design_mm: float = SMALLEST_TARGET_MM) -> int:
+        """A target's side in pixels: as designed, never smaller than may be pressed."""
+        return max(self.unit(design_mm), self.mm(SMALLEST_TARGET_MM) + 1)
+
+    def text(self, design_mm: float) -> int:
+        """An em size in pixels: as designed, never below what can be read."""
+        return max(self.unit(design_mm), round(SMALLEST_TEXT_MM * self.px_per_mm + 0.5))
+
+    @property
+    def screen(self) -> Box:
+        """The whole screen."""
+        return Box(0, 0, self.width_px, self.height_px)
+
+
+@dataclass(frozen=True)
+class Box:
+    """A rectangle of whole pixels; left and top lie inside, right and bottom just outside."""
+
+    left: int
+    top: int
+    width: int
+    height: int
+
+    @property
+    def right(self) -> int:
+        return self.left + self.width
+
+    @property
+    def bottom(self) -> int:
+        return self.top + self.height
+
+    @property
+    def middle(self) -> tuple[int, int]:
+        """The pixel in the middle."""
+        return self.left + self.width // 2, self.top + self.height // 2
+
+    def holds(self, x: float, y: float) -> bool:
+        """Whether the point lies inside."""
+        return self.left <= x < self.right and self.top <= y < self.bottom
+
+    def contains(self, other: Box) -> bool:
+        """Whether all of the other box lies inside."""
+        inside = self.left <= other.left and self.top <= other.top
+        return inside and other.right <= self.right and other.bottom <= self.bottom
+
+    def overlaps(self, other: Box) -> bool:
+        """Whether the two share a pixel."""
+        beside = self.right <= other.left or other.right <= self.left
+        return not (beside or self.bottom <= other.top or other.bottom <= self.top)
+
+    def moved(self, x: int, y: int) -> Box:
+        """The box shifted by pixels."""
+        return Box(self.left + x, self.top + y, self.width, self.height)
+
+    def grown(self, by: int) -> Box:
+        """The box with `by` pixels more on every side (fewer if negative, never below nothing)."""
+        width, height = max(0, self.width + 2 * by), max(0, self.height + 2 * by)
+        return Box(self.left - by, self.top - by, width, height)
+
+    def joined(self, other: Box) -> Box:
+        """The smallest box around both."""
+        left, top = min(self.left, other.left), min(self.top, other.top)
+        return Box(left, top, max(self.right, other.right) - left, max(self.bottom, other.bottom) - top)
+
+    def common(self, other: Box) -> Box:
+        """What both share; of no size where they share nothing."""
+        left, top = max(self.left, other.left), max(self.top, other.top)
+        width, height = min(self.right, other.right) - left, min(self.bottom, other.bottom) - top
+        return Box(left, top, max(0, width), max(0, height))
+
+    def gap(self, other: Box) -> int:
+        """Pixels between two boxes, across or down, whichever is more; negative where they overlap."""
+        across = max(self.left, other.left) - min(self.right, other.right)
+        down = max(self.top, other.top) - min(self.bottom, other.bottom)
+        return max(across, down)
+
+
+Kind = Literal["target", "text", "mark", "marker"]
+
+
+@dataclass(frozen=True)
+class Placed:
+    """Something on the screen: targets can be pressed, texts are read, marks are the rest, and markers stand
+    on marks.
+
+    `ink` is what the text covers when drawn; `within` names the target or mark that it belongs to and lies in.
+    """
+
+    name: str
+    kind: Kind
+    box: Box
+    text: str = ""
+    ink: Box | None = None
+    within: str = ""
+
+
+def problems(placed: Sequence[Placed], metrics: Metrics) -> list[str]:
+    """What is wrong with a layout, in words: outside, clipped, overlapping, too small or too near; [] if nothing is."""
+    return [*_alone(placed, metrics), *_against_each_other(placed, metrics)]
+
+
+def _alone(placed: Sequence[Placed], metrics: Metrics) -> Iterator[str]:
+    boxes = {each.name: each.box for each in placed}
+    if len(boxes) < len(placed):
+        yield "two elements have one name"
+    for each in placed:
+        if not metrics.screen.contains(each.box):
+            yield f"{each.name}: {each.box} reaches out of the screen of {metrics}"
+        if each.ink is not None and not each.box.grown(1).contains(each.ink):
+            yield f"{each.name}: the text {each.text!r:.60} needs {each.ink} and has {each.box}"
+        if each.within and not boxes[each.within].contains(each.box):
+            yield f"{each.name}: lies partly outside of {each.within}"
+        if each.kind == "target" and min(each.box.width, each.box.height) + ROUNDING_PX < metrics.mm(
+            SMALLEST_TARGET_MM
+        ):
+            size = f"{each.box.width}x{each.box.height} px"
+            yield f"{each.name}: a target of {size} is smaller than {SMALLEST_TARGET_MM} mm"
+
+
+def _against_each_other(placed: Sequence[Placed], metrics: Metrics) -> Iterator[str]:
+    apart = NEAREST_TARGETS_MM * metrics.px_per_mm - ROUNDING_PX
+    around = _ancestors(placed)
+    for index, one in enumerate(placed):
+        for other in placed[index + 1 :]:
+            if other.name in around[one.name] or one.name in around[other.name] or _stands_on(one, other):
+                continue
+            if one.box.overlaps(other.box):
+                yield f"{one.name} overlaps {other.name}"
+            elif one.kind == other.kind == "target" and one.box.gap(other.box) < apart:
+                yield f"{one.name} and {other.name}: targets only {one.box.gap(other.box)} px apart"
+
+
+def _stands_on(one: Placed, other: Placed) -> bool:
+    return one.within == other.within and {one.kind, other.kind} == {"mark", "marker"}
+
+
+def _ancestors(placed: Sequence[Placed]) -> dict[str, set[str]]:
+    """What each element lies in, and what that lies in, and so on."""
+    parents = {each.name: each.within for each in placed}
+    around: dict[str, set[str]] = {}
+    for name, parent in parents.items():
+        chain, above = set[str](), parent
+        while above and above not in chain:
+            chain.add(above)
+            above = parents.get(above, "")
+        around[name] = chain
+    return around

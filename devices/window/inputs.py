@@ -1,0 +1,61 @@
+"""What a participant does with mouse and keyboard, as a screen hears of it.
+
+Pixels count from the top left, y down. t_s are seconds since the screen was shown, pauses excluded.
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from typing import Literal
+
+KeyName = Literal[
+    "left", "right", "up", "down", "home", "end", "pageup", "pagedown",
+    "tab", "enter", "space", "backspace", "delete", "escape",
+]  # fmt: skip
+
+
+@dataclass(frozen=True)
+class Pressed:
+    """The left button went down."""
+
+    x: float
+    y: float
+    t_s: float
+
+
+@dataclass(frozen=True)
+class Moved:
+    """The pointer moved while the button was held."""
+
+    x: float
+    y: float
+    t_s: float
+
+
+@dataclass(frozen=True)
+class Released:
+    """The left button came up."""
+
+    x: float
+    y: float
+    t_s: float
+
+
+@dataclass(frozen=True)
+class Key:
+    """A key that writes nothing went down, or repeats; the space bar gives both this and Typed(" ")."""
+
+    name: KeyName
+    shift: bool
+    t_s: float
+
+
+@dataclass(frozen=True)
+class Typed:
+    """Text came in, one character or more, composed by the system's input method."""
+
+    text: str
+    t_s: float
+
+
+Input = Pressed | Moved | Released | Key | Typed

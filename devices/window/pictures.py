@@ -1,0 +1,72 @@
+"""Pictures of every kind of screen, painted without a window: for the documentation and for a look beforehand."""
+
+from __future__ import annotations
+
+from pathlib import Path
+from typing import TYPE_CHECKING
+
+from devices.window.build import page_for, screen_for
+from devices.window.fonts import find_fonts
+from devices.window.geometry import Metrics
+from devices.window.inputs import Typed
+from devices.window.screen import Page, Screen
+from devices.window.screens.specimen_words import Wording, wording
+from devices.window.screens.specimens import TRIALS, Specimen, specimens
+from devices.window.texts import load_texts
+from protocols.forms import Sliders
+from protocols.requests import Ask
+
+if TYPE_CHECKING:
+    from PIL import Image
+
+WIDTH_MM = 345.0
+"""Width of the screen that pictures are painted for, unless it is said: a small one of 15.6 inches."""
+COLOURS = 64
+
+
+def pictures(
+    folder: Path, size: tuple[int, int] = (1280, 720), language: str = "en", px_per_mm: float | None = None
+) -> list[Path]:
+    """Paint a specimen of every kind of screen into folder/screen-NAME.png; the files. Raises WindowError."""
+    folder.mkdir(parents=True, exist_ok=True)
+    words = wording(language)
+    page = specimen_page(Metrics(*size, px_per_mm or size[0] / WIDTH_MM), language, words)
+    return [_saved(folder / f"screen-{name}.png", each, page) for name, each in specimens(words).items()]
+
+
+def specimen_page(metrics: Metrics, language: str = "en", words: Wording | None = None) -> Page:
+    """The page that specimens are shown on."""
+    pages = {"instructions": (words or wording(language)).instructions}
+    return Page(metrics, load_texts(language), find_fonts(language), pages=pages, total=TRIALS)
+
+
+def shown(specimen: Specimen, page: Page) -> Screen:
+    """The specimen's screen as it looks half way."""
+    request = specimen.request
+    if isinstance(request, str):
+        return page_for(request, page)
+    screen = screen_for(request, page, 0)
+    if specimen.answers:
+        screen.fill({"answers": specimen.answers})
+    if isinstance(request, Ask) and isinstance(request.form, Sliders) and request.form.sides:
+        screen.handle(Typed("1", 1.0))
+    return screen
+
+
+def picture(screen: Screen, page: Page) -> Image.Image:
+    """The screen painted whole."""
+    from PIL import Image
+
+    image = Image.new("RGB", (page.metrics.width_px, page.metrics.height_px))
+    screen.repaint()
+    screen.paint(image)
+    return image
+
+
+def _saved(path: Path, specimen: Specimen, page: Page) -> Path:
+    """The picture with as few colours as it needs: text stays sharp, the file small."""
+    from PIL import Image
+
+    image = picture(shown(specimen, page), page)
+    image.quantize(COLOURS, dither=Image.Dither.NONE).save(path, optimize=True)
+    return path

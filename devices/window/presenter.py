@@ -1,0 +1,69 @@
+"""The participant's side of a session: requests become screens, and screens become replies."""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Mapping
+from pathlib import Path
+from typing import Any, Protocol
+
+from devices.desk import Desk
+from devices.window.calibration import Calibration
+from devices.window.presenter_page import describe, prepare
+from protocols.plan import Plan
+from protocols.requests import Aside, Ask, Confirm, Instruct, Reply, Rest
+from protocols.study import Study
+
+Shown = Ask | Instruct | Rest | Confirm
+PAUSE, END = "pause", "end"
+
+
+class Presenter(Protocol):
+    """What puts requests before a participant."""
+
+    description: Mapping[str, Any]
+    """For the ledger: what the window is and what it says."""
+    on_side: Callable[[str], None] | None
+    """Told which side is on, where a screen has sides: when it appears, and when the participant switches."""
+
+    def perform(self, request: Shown, desk: Desk, now_ns: Callable[[], int]) -> Reply | Aside:
+        """Show the request's screen until it is answered, or until the experimenter does something.
+
+        Called again with the same request it goes on where it was; with another, the old screen is forgotten.
+        Raises WindowError if the window can no longer be used, or if the calibration is not confirmed.
+        """
+
+    def wait_for(self, key: str, desk: Desk, ready: Callable[[], bool]) -> Aside | None:
+        """Show the page of a text key until `ready` (None), or until the experimenter does something.
+
+        While the session is paused, the pause page is shown and `ready` is not asked.
+        """
+
+    def show_answered(self, request: Shown, reply: Reply, seconds: float, desk: Desk) -> Aside | None:
+        """Show the request's screen filled with the reply, so long; called again it goes on with the rest of it."""
+
+    def finish(self, desk: Desk | None = None, page: str = END) -> None:
+        """Show the last page until the experimenter confirms at the desk; some seconds at most."""
+
+    def close(self) -> None:
+        """Give the screen back."""
+
+
+def open_presenter(
+    study: Study, calibration: Calibration, language: str, folder: Path, screen: int | None = None,
+    fullscreen: bool = True, pages: Mapping[str, str] | None = None, plan: Plan | None = None,
+    texts_file: Path | None = None,
+) -> Presenter:  # fmt: skip
+    """Open the participant's window, on the calibrated screen unless another is named.
+
+    `folder` holds the study and its translations, `pages` are texts that replace the study's by name. With the plan,
+    all of its forms are laid out first. Raises WindowError before anything is seen: texts, fonts, sizes, display.
+    """
+    page = prepare(study, calibration, language, folder, pages, plan, texts_file)
+    from PIL import Image
+
+    from devices.window.presenter_window import WindowPresenter
+    from devices.window.shell import open_shell
+
+    shell = open_shell(calibration, calibration.screen if screen is None else screen, fullscreen)
+    picture = Image.new("RGB", calibration.size_px, "white")
+    return WindowPresenter(shell, page, picture, describe(page) | {"renderer": shell.renderer})

@@ -1,0 +1,68 @@
+"""What every screen of a session shares, made and checked before any window is opened."""
+
+from __future__ import annotations
+
+from collections.abc import Iterator, Mapping
+from importlib.metadata import PackageNotFoundError, version
+from pathlib import Path
+from typing import Any
+
+from devices.window.build import demand_shown
+from devices.window.calibration import Calibration
+from devices.window.fonts import find_fonts
+from devices.window.screen import Page
+from devices.window.texts import load_texts
+from devices.window.texts_study import load_study_texts, study_texts
+from protocols.canonical import digest
+from protocols.forms import Form
+from protocols.plan import Plan
+from protocols.study import Study
+
+INSTRUCTIONS = "instructions"
+
+
+def prepare(
+    study: Study, calibration: Calibration, language: str, folder: Path,
+    pages: Mapping[str, str] | None = None, plan: Plan | None = None, texts_file: Path | None = None,
+) -> Page:  # fmt: skip
+    """The texts in the language, fonts that draw them all, and the plan's forms laid out on the calibrated screen.
+
+    Raises WindowError naming the text, the characters or the form that cannot be shown.
+    """
+    texts, words = load_texts(language, texts_file), load_study_texts(study, folder, language)
+    fonts = find_fonts(language)
+    own = {INSTRUCTIONS: study.instructions} if study.instructions is not None else {}
+    page = Page(
+        calibration.metrics, texts, fonts, words, own | dict(pages or {}), title=study.title or study.study,
+        total=0 if plan is None else len(plan.trials),
+    )  # fmt: skip
+    fonts.demand([*texts.words.values(), *map(page.say, study_texts(study)), *map(page.say, page.pages.values())])
+    if plan is not None:
+        demand_shown(_forms(plan), page)
+    return page
+
+
+def describe(page: Page) -> dict[str, Any]:
+    """The window for the ledger: its size, its density, the language and a digest of every text that can be read."""
+    texts = {"screens": dict(page.texts.words), "study": dict(page.words), "pages": dict(page.pages)}
+    return {
+        "size_px": [page.metrics.width_px, page.metrics.height_px],
+        "px_per_mm": page.metrics.px_per_mm,
+        "language": page.texts.language,
+        "texts": digest(texts),
+        "backend": "psychopy, pyglet",
+        "psychopy": _psychopy_version(),
+    }
+
+
+def _forms(plan: Plan) -> Iterator[Form]:
+    yield from plan.opening
+    yield from {trial.form: None for trial in plan.trials if trial.form is not None}
+    yield from plan.closing
+
+
+def _psychopy_version() -> str | None:
+    try:
+        return version("psychopy")
+    except PackageNotFoundError:
+        return None

@@ -1,0 +1,177 @@
+"""The presenter of a real window: one scene is on at a time, and the others' time stands still."""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Mapping
+from dataclasses import dataclass, field, replace
+from typing import TYPE_CHECKING, Any
+
+from devices.desk import Desk, Prompt
+from devices.window.build import page_for, screen_for
+from devices.window.calibration import NOMINAL_MM, TOLERANCE_MM, demand_reading
+from devices.window.loop import Scene
+from devices.window.presenter import END, PAUSE, Shown
+from devices.window.screen import Page, Screen
+from devices.window.shell import Shell
+from protocols.events import NS
+from protocols.requests import Aside, Ask, Confirm, Instruct, Reply
+
+if TYPE_CHECKING:
+    from PIL import Image
+
+END_S, END_AT_DESK_S = 6.0, 60.0
+"""How long the last page stays: where nobody is asked, and where the experimenter is."""
+
+
+@dataclass
+class WindowPresenter:
+    """The presenter of a shell; see devices.window.presenter.Presenter.
+
+    `on` is the scene that is seen. The request's scene is kept while something else is shown in between, the pause
+    page above all; it is forgotten with its answer.
+    """
+
+    shell: Shell
+    page: Page
+    picture: Image.Image
+    description: Mapping[str, Any]
+    on_side: Callable[[str], None] | None = None
+    on: Scene | None = None
+    request: Shown | None = None
+    scene: Scene | None = None
+    paused: bool = False
+    covers: dict[str, Scene] = field(default_factory=dict)
+    misread_mm: float | None = None
+
+    def perform(self, request: Shown, desk: Desk, now_ns: Callable[[], int]) -> Reply | Aside:
+        """Show the request's screen until it is answered."""
+        scene = self._scene_of(request)
+        while (reply := self._reply(request, scene, desk)) is None:
+            if (aside := self._turn(scene, desk)) is not None:
+                return aside
+        self._forget(desk)
+        return _timed(reply, now_ns() - round(scene.since_s() * NS))
+
+    def wait_for(self, key: str, desk: Desk, ready: Callable[[], bool]) -> Aside | None:
+        """Show a page until something else is ready."""
+        scene = self._cover(PAUSE if key == "paused" else key)
+        while self.paused or not ready():
+            if (aside := self._turn(scene, desk)) is not None:
+                return aside
+        return None
+
+    def show_answered(self, request: Shown, reply: Reply, seconds: float, desk: Desk) -> Aside | None:
+        """Show a filled form for a moment."""
+        fresh, scene = request is not self.request, self._scene_of(request)
+        if fresh:
+            scene.screen.fill(reply.value)
+            scene.deaf = True
+        while self.paused or scene.seconds() < seconds:
+            if (aside := self._turn(scene, desk)) is not None:
+                return aside
+        self._forget(desk)
+        return None
+
+    def finish(self, desk: Desk | None = None, page: str = END) -> None:
+        """Show the last page. What the experimenter does now comes too late for the session's record."""
+        self.paused = False
+        scene = self._put_on(self._cover(page))
+        if desk is not None:
+            desk.demand(Prompt("The session is over. Enter closes the participant's window."))
+        while scene.seconds() < (END_S if desk is None else END_AT_DESK_S):
+            if desk is not None and desk.poll() is None and desk.answer() is not None:
+                break
+            scene.turn()
+        if desk is not None:
+            desk.demand(None)
+
+    def close(self) -> None:
+        """Give the screen back."""
+        self.shell.close()
+
+    def _turn(self, scene: Scene, desk: Desk) -> Aside | None:
+        """One look at the desk and one at the window; the scene, or the pause page, is what is seen."""
+        if (aside := desk.poll()) is not None:
+            return self._heed(aside, desk)
+        seen = self._cover(PAUSE) if self.paused else scene
+        if self.on is not seen:
+            self._put_on(seen)
+            desk.tell({"window": seen.name})
+        seen.turn()
+        self._tell_sides(scene)
+        return None
+
+    def _heed(self, aside: Aside, desk: Desk) -> Aside:
+        match aside.value.get("do"):
+            case "pause":
+                self.paused = True
+            case "go_on":
+                self.paused = False
+            case "repeat" | "abort":
+                self._forget(desk)
+        return aside
+
+    def _reply(self, request: Shown, scene: Scene, desk: Desk) -> Reply | None:
+        if isinstance(request, Confirm) and not self.paused:
+            return self._measured(desk)
+        return scene.screen.reply
+
+    def _measured(self, desk: Desk) -> Reply | None:
+        """The ruler's reading from the desk; one that is off is asked for once more. Raises WindowError."""
+        again = "" if self.misread_mm is None else f"{self.misread_mm:g} mm is not {NOMINAL_MM:g}: measure once more. "
+        asked = f"{again}How many mm does the line on the participant's screen measure?"
+        desk.demand(Prompt(asked, "number", NOMINAL_MM))
+        if (read := desk.answer()) is None:
+            return None
+        desk.demand(None)
+        if self.misread_mm is None and not abs(read - NOMINAL_MM) <= TOLERANCE_MM:
+            self.misread_mm = float(read)
+            return None
+        self.misread_mm = None
+        demand_reading(read, NOMINAL_MM)
+        return Reply({"measured_mm": float(read), "nominal_mm": NOMINAL_MM})
+
+    def _scene_of(self, request: Shown) -> Scene:
+        if self.scene is None or request is not self.request:
+            screen = screen_for(request, self.page, 0)
+            self.request, self.scene = request, self._scene(screen, _name(request))
+            self.misread_mm = None
+        return self.scene
+
+    def _cover(self, key: str) -> Scene:
+        """The page of a text key; made once."""
+        if key not in self.covers:
+            self.covers[key] = self._scene(page_for(key, self.page), key)
+        return self.covers[key]
+
+    def _scene(self, screen: Screen, name: str) -> Scene:
+        return Scene(screen, self.shell, self.picture, name)
+
+    def _put_on(self, scene: Scene) -> Scene:
+        if self.on is not None:
+            self.on.vanish()
+        self.on = scene
+        scene.appear()
+        return scene
+
+    def _tell_sides(self, scene: Scene) -> None:
+        switched, scene.switched = scene.switched, []
+        if self.on_side is not None:
+            for side in switched:
+                self.on_side(side)
+
+    def _forget(self, desk: Desk) -> None:
+        if isinstance(self.request, Confirm):
+            desk.demand(None)
+        self.request = self.scene = None
+
+
+def _timed(reply: Reply, t0_ns: int) -> Reply:
+    """The reply, its samples counted from the moment that the screen was first seen."""
+    return replace(reply, samples=tuple(replace(block, t0_ns=t0_ns) for block in reply.samples))
+
+
+def _name(request: Shown) -> str:
+    if isinstance(request, Ask):
+        return request.form.name
+    return request.page if isinstance(request, Instruct) else str(request.body()["do"])

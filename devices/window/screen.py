@@ -1,0 +1,70 @@
+"""What a screen is to those who show it, and the page that it is made for."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from dataclasses import dataclass, field
+from typing import TYPE_CHECKING, Any, Protocol
+
+from devices.window.fonts import Fonts
+from devices.window.geometry import Box, Metrics, Placed
+from devices.window.inputs import Input
+from devices.window.paint import Shapes
+from devices.window.texts import Texts
+from protocols.requests import Reply
+
+if TYPE_CHECKING:
+    from PIL import Image
+
+SLIDER_MM = 127.0
+"""Length of a rating line (thesis 3.3.3)."""
+
+
+class Screen(Protocol):
+    """A page before the participant: it hears inputs, keeps its state, and paints itself."""
+
+    reply: Reply | None
+    """The answer, once the participant is done."""
+    side: str | None
+    """Where there are sides to switch between: which one is on."""
+
+    def handle(self, event: Input) -> None:
+        """Take in what the participant did; nothing once there is a reply."""
+
+    def paint(self, image: Image.Image) -> tuple[Box, ...]:
+        """Paint what changed since the last call onto the whole-screen RGB picture; the boxes that were touched.
+
+        The first call paints everything; nothing changed gives ().
+        """
+
+    def repaint(self) -> None:
+        """Something else was shown meanwhile: the next `paint` paints everything."""
+
+    def placed(self) -> tuple[Placed, ...]:
+        """Every element as it stands now, for checks of the geometry."""
+
+    def fill(self, value: Mapping[str, Any]) -> None:
+        """Show the form as answered with a reply's value."""
+
+
+@dataclass(frozen=True)
+class Page:
+    """What every screen of a session shares.
+
+    `words` translates the study's own texts (empty: as written), `pages` are the texts of its pages by name
+    (instructions), `total` is the number of trials and `length_mm` the length of a rating line.
+    """
+
+    metrics: Metrics
+    texts: Texts
+    fonts: Fonts
+    words: Mapping[str, str] = field(default_factory=dict)
+    pages: Mapping[str, str] = field(default_factory=dict)
+    title: str = ""
+    total: int = 0
+    length_mm: float = SLIDER_MM
+    shapes: Shapes = field(default_factory=Shapes)
+
+    def say(self, text: str) -> str:
+        """A text of the study in the participant's language."""
+        return self.words.get(" ".join(text.split()), text)

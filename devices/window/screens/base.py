@@ -1,0 +1,266 @@
+"""How every screen behaves: one owner per press, a focus for the keyboard, sheets to turn, and Next and Back."""
+
+from __future__ import annotations
+
+from collections.abc import Iterable, Iterator, Mapping, Sequence
+from dataclasses import replace
+from typing import TYPE_CHECKING, Any
+
+from devices.window.geometry import Box, Placed
+from devices.window.inputs import Input, Key, Moved, Pressed, Released, Typed
+from devices.window.screen import Page
+from devices.window.screens.elements import Element
+from devices.window.screens.frame import Choice, Frame
+from devices.window.screens.scene import Painted, Scene
+from devices.window.screens.targets import Button, Target
+from protocols.requests import Reply, Samples
+
+if TYPE_CHECKING:
+    from PIL import Image
+
+Missing = tuple[str, str]
+"""(element to go to, what it is called) of something that is not answered yet."""
+
+
+class Base:
+    """A screen with a frame and a body; what stands in the body and what it does is the subclass's.
+
+    `sheet` counts the sheets that a long form is turned over on; Next leads on from the last one only.
+    """
+
+    def __init__(self, frame: Frame, sheets: int = 1, may_go_back: bool = False) -> None:
+        self.frame = frame
+        self.page: Page = frame.page
+        self._label = frame.label
+        self.sheet = 0
+        self.may_go_back = may_go_back
+        self.reply: Reply | None = None
+        self.side: str | None = None
+        self.focus: str | None = None
+        self.by_key = False
+        self.held: str | None = None
+        self.notice: tuple[str, ...] = ()
+        self.now_s = 0.0
+        self._painted = Painted()
+        self._stale = True
+        self.lay_out_on(sheets)
+
+    # What a subclass gives.
+
+    def body(self) -> Iterable[Element]:
+        """The elements of the sheet."""
+        return ()
+
+    def missing(self) -> Sequence[Missing]:
+        """What keeps the participant from going on from this sheet."""
+        return ()
+
+    def value(self) -> dict[str, Any]:
+        """The reply's value but for `seconds`."""
+        return {}
+
+    def samples(self) -> tuple[Samples, ...]:
+        """What was recorded meanwhile."""
+        return ()
+
+    def pressed(self, name: str, event: Pressed) -> None:
+        """A target was pressed; it owns the pointer until it is released."""
+
+    def dragged(self, name: str, event: Moved | Released) -> None:
+        """The pointer that a target owns has moved."""
+
+    def chosen(self, name: str, /) -> None:
+        """A button other than Next and Back was used."""
+
+    def key(self, _name: str | None, _event: Key, /) -> bool:
+        """A key went down while a target has the focus; whether it meant something there."""
+        return False
+
+    def turned(self) -> None:
+        """Another sheet is up."""
+
+    def typed(self, name: str | None, text: str, /) -> None:
+        """Text was typed while a target has the focus."""
+
+    def show(self, answers: Mapping[str, Any]) -> None:
+        """Take over answers given elsewhere."""
+
+    # What the screen is to those who show it.
+
+    def handle(self, event: Input) -> None:
+        """Take in what the participant did; nothing once there is a reply."""
+        if self.reply is not None:
+            return
+        self.now_s, self._stale = event.t_s, True
+        match event:
+            case Pressed():
+                self._press(event)
+            case Moved():
+                if self.held is not None:
+                    self.dragged(self.held, event)
+            case Released():
+                self._release(event)
+            case Key():
+                self._key(event)
+            case Typed():
+                self.typed(self.focus, event.text)
+
+    def paint(self, image: Image.Image) -> tuple[Box, ...]:
+        """Paint what changed onto the whole-screen picture; the boxes that were touched."""
+        if not self._stale:
+            return ()
+        self._stale = False
+        return self._painted.bring_up(image, self.scene(), self.page)
+
+    def fill(self, value: Mapping[str, Any]) -> None:
+        """Show the form as answered with a reply's value."""
+        self.show(value.get("answers", {}))
+        self._stale = True
+
+    def repaint(self) -> None:
+        """The next `paint` paints everything."""
+        self._painted, self._stale = Painted(), True
+
+    def placed(self) -> tuple[Placed, ...]:
+        """Every element as it stands now."""
+        return tuple(placed for element in self.scene() for placed in element.placed(self.page))
+
+    # How it is done.
+
+    def scene(self) -> Scene:
+        """Every element as it looks now."""
+        return tuple(self._looking(element) for element in self._elements())
+
+    def finish(self, **beside: Any) -> None:
+        """The participant is done."""
+        value = {**beside, **self.value(), "seconds": round(self.now_s, 3)}
+        self.reply = Reply(value, self.samples())
+
+    def go_back(self) -> None:
+        """Turn back a sheet, or leave for the trial before where that is allowed."""
+        self.notice = ()
+        if self.sheet > 0:
+            self._turn(self.sheet - 1)
+        elif self.may_go_back:
+            self.reply = Reply({"go": "back", "seconds": round(self.now_s, 3)})
+
+    def go_on(self) -> None:
+        """Turn to the next sheet, or finish; where something is missing, say what."""
+        if missing := self.missing():
+            self.complain(missing)
+        elif self.sheet < self.sheets - 1:
+            self._turn(self.sheet + 1)
+        else:
+            self.finish()
+
+    def complain(self, missing: Sequence[Missing], /, key: str = "please_answer") -> None:
+        """Name what is missing and go to the first of it."""
+        names = [called for _, called in missing]
+        fewer = (", ".join(names[:n]) + ", …" for n in range(len(names) - 1, 0, -1))
+        self.notice = tuple(self.page.texts(key, missing=shown) for shown in (", ".join(names), *fewer))
+        self.focus, self.by_key = missing[0][0], True
+
+    def tell(self, key: str, **values: Any) -> None:
+        """Put a notice at the foot of the screen."""
+        self.notice = (self.page.texts(key, **values),)
+
+    def buttons(self) -> Iterator[Button]:
+        """The buttons of the foot, in the order that the keyboard goes through them."""
+        for choice in (*reversed(self.frame.right), *self.frame.left):
+            if choice.name != "back" or self.may_go_back or self.sheet > 0:
+                yield self.frame.button(choice.name, on=self.is_on(choice.name))
+
+    def is_on(self, name: str) -> bool:
+        """Whether a button leads somewhere now; one that does not says why when it is pressed."""
+        return name != "next" or not self.missing()
+
+    def target_at(self, x: float, y: float) -> str | None:
+        """The target under a point."""
+        targets = [each for each in self._elements() if isinstance(each, Target) and each.box.holds(x, y)]
+        return targets[-1].name if targets else None
+
+    def move_focus(self, by: int, among: Sequence[str] | None = None) -> None:
+        """Move the keyboard's focus on, round and round."""
+        stops = list(among) if among is not None else self.stops()
+        if not stops:
+            return
+        start = stops.index(self.focus) if self.focus in stops else (-1 if by > 0 else len(stops))
+        self.focus = stops[(start + by) % len(stops)]
+
+    def stops(self) -> list[str]:
+        """Where the keyboard's focus stops on this sheet."""
+        return [element.name for element in self._elements() if element.stops]
+
+    def _elements(self) -> Iterator[Element]:
+        yield from self.frame.elements(self.notice)
+        yield from self.body()
+        yield from self.buttons()
+
+    def _looking(self, element: Element) -> Element:
+        if not isinstance(element, Target):
+            return element
+        if element.name == self.focus and self.by_key:
+            element = replace(element, focused=True)
+        return replace(element, held=True) if element.name == self.held and isinstance(element, Button) else element
+
+    def lay_out_on(self, sheets: int) -> None:
+        """The form takes so many sheets; their numbers stand at the top."""
+        self.sheets = sheets
+        number = f"{self.sheet + 1} / {sheets}" if sheets > 1 else ""
+        self.frame = replace(self.frame, label=" · ".join(filter(None, (self._label, number))))
+
+    def _turn(self, sheet: int) -> None:
+        self.sheet, self.focus, self.notice = sheet, None, ()
+        self.lay_out_on(self.sheets)
+        self.turned()
+
+    def _press(self, event: Pressed) -> None:
+        if self.held is not None:
+            return
+        self.by_key = False
+        self.held = self.target_at(event.x, event.y)
+        if self.held is not None:
+            self.focus = self.held
+            self.pressed(self.held, event)
+
+    def _release(self, event: Released) -> None:
+        """A button counts when it is released where it was pressed, or close by."""
+        name, self.held = self.held, None
+        if name is None:
+            return
+        self.dragged(name, event)
+        button = next((each for each in self._elements() if each.name == name and isinstance(each, Button)), None)
+        if button is not None and button.box.grown(self.page.metrics.unit(3)).holds(event.x, event.y):
+            self._use(name)
+
+    def _use(self, name: str | None) -> None:
+        if name == "next":
+            self.go_on()
+        elif name == "back":
+            self.go_back()
+        elif name is not None:
+            self.chosen(name)
+
+    def _key(self, event: Key) -> None:
+        self.by_key = True
+        on_button = self.focus in {each.name for each in self._elements() if isinstance(each, Button)}
+        if event.name == "tab":
+            self.move_focus(-1 if event.shift else 1)
+        elif self.key(self.focus, event):
+            return
+        elif event.name in ("enter", "space") and on_button and self.focus is not None:
+            self._use(self.focus)
+        elif event.name == "enter":
+            self._use(self.default_choice())
+        elif event.name == "backspace":
+            self.go_back()
+
+    def default_choice(self) -> str | None:
+        """The button that Enter stands for, if any."""
+        return self.frame.right[-1].name if self.frame.right else None
+
+
+def back_and_next(page: Page, next_key: str = "next") -> tuple[tuple[Choice, ...], tuple[Choice, ...]]:
+    """The usual buttons: Back to the left, Next to the right."""
+    texts = page.texts
+    return (Choice("back", texts("back")),), (Choice("next", texts(next_key), primary=True),)

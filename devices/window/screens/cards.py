@@ -1,0 +1,56 @@
+"""Cards below one another: items dealt onto sheets, and each sheet's cards spread over the room there is."""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Sequence
+from math import ceil
+from typing import TypeVar
+
+from devices.window.geometry import Box
+from devices.window.screen import Page
+from devices.window.screens.frame import STEPS
+
+T = TypeVar("T")
+APART = 1.2
+"""Least distance between cards, in the design's millimetres."""
+LOOSEST = 13.0
+"""Most room that is added for each card: further apart, they would not look like one form."""
+
+
+def dealt(items: Sequence[T], sheets: int) -> list[list[T]]:
+    """The items in order on so many sheets, evenly."""
+    each = max(1, ceil(len(items) / sheets))
+    return [list(items[start : start + each]) for start in range(0, len(items), each)]
+
+
+def sheets_of(page: Page, room: Box, count: int, heights: Callable[[int], list[int] | None]) -> tuple[int, int] | None:
+    """(sheets, em size): as few sheets as `count` items need, at the largest size at which they fit; None if none does.
+
+    `heights` gives the height of each item's card at an em size in pixels, None where a text does not fit its place.
+    """
+    known = {size: heights(size) for size in dict.fromkeys(page.metrics.text(step) for step in STEPS)}
+    for sheets in range(1, count + 1):
+        for size, found in known.items():
+            if found is not None and all(tall(page, sheet) <= room.height for sheet in dealt(found, sheets)):
+                return sheets, size
+    return None
+
+
+def tall(page: Page, heights: Sequence[int]) -> int:
+    """The height of cards below one another."""
+    return sum(heights) + (len(heights) - 1) * page.metrics.unit(APART)
+
+
+def stacked(page: Page, room: Box, width: int, heights: Sequence[int]) -> list[Box]:
+    """The cards' boxes, in the middle of the room, with what is to spare given to cards and gaps."""
+    unit = page.metrics.unit
+    more = min((room.height - tall(page, heights)) // len(heights), unit(LOOSEST))
+    taller = round(0.7 * more)
+    gap = unit(APART) + more - taller
+    block = sum(heights) + taller * len(heights) + gap * (len(heights) - 1)
+    top, left = room.top + max(0, room.height - block) // 2, room.left + (room.width - width) // 2
+    boxes = []
+    for height in heights:
+        boxes.append(Box(left, top, width, height + taller))
+        top = boxes[-1].bottom + gap
+    return boxes

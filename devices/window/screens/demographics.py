@@ -1,0 +1,181 @@
+"""Questions about the person: numbers, texts and choices; what is voluntary can be left out by saying so."""
+
+from __future__ import annotations
+
+from collections.abc import Iterator, Mapping, Sequence
+from dataclasses import replace
+from math import isfinite
+from typing import Any
+
+from devices.window.inputs import Key, Pressed
+from devices.window.screen import Page
+from devices.window.screens.base import Base, Missing, back_and_next
+from devices.window.screens.elements import Element
+from devices.window.screens.questions import Asked, Option, questions_on
+from devices.window.screens.sliders import trial_frame
+from devices.window.screens.writing import FieldOn
+from protocols.forms import Demographics, Question
+from protocols.requests import Ask
+
+STEP = {"left": -1, "up": -1, "right": 1, "down": 1}
+
+
+class DemographicsScreen(Base):
+    """One card for each question."""
+
+    def __init__(self, ask: Ask, form: Demographics, page: Page) -> None:
+        left, right = back_and_next(page)
+        frame = trial_frame(page, ask, "demographics_prompt", page.texts("demographics_hint"), left, right)
+        self.form = form
+        self._sheets = questions_on(page, form.questions, frame.body)
+        super().__init__(frame, len(self._sheets), ask.may_go_back)
+        self.picked: dict[str, str | None] = {}
+        self.fields = {asked.number: self._field(asked) for sheet in self._sheets for asked in sheet if asked.field}
+        self.show(ask.previous or {})
+
+    def body(self) -> Iterator[Element]:
+        for asked in self._sheets[self.sheet]:
+            yield from asked.fixed
+            name = self._question(asked).name
+            if asked.number in self.fields:
+                field = self.fields[asked.number]
+                yield field.element(self.focus == field.name, off=self._unsaid(name))
+            for option in asked.options:
+                chosen = name in self.picked and self.picked[name] == option.value
+                yield replace(option.dot, chosen=chosen, stop=self._is_stop(asked, option))
+
+    def missing(self) -> Sequence[Missing]:
+        faults = [(asked, self._fault(asked)) for asked in self._sheets[self.sheet]]
+        return [(self._first_of(asked), self.page.say(self._question(asked).text)) for asked, fault in faults if fault]
+
+    def complain(self, missing: Sequence[Missing], /, key: str = "fill_field") -> None:
+        super().complain(missing[:1], key)
+        asked = next(asked for asked in self._sheets[self.sheet] if self._fault(asked))
+        field = self.fields.get(asked.number)
+        if field is not None and field.writing.text.strip():
+            question = self._question(asked)
+            self.notice = (
+                f"{self.page.say(question.text)} {_expected(self.page, question)}",
+                _expected(self.page, question),
+            )
+
+    def value(self) -> dict[str, Any]:
+        questions = enumerate(self.form.questions)
+        return {"answers": {question.name: self._answer(number, question) for number, question in questions}}
+
+    def show(self, answers: Mapping[str, Any]) -> None:
+        for number, question in enumerate(self.form.questions):
+            if question.name not in answers:
+                continue
+            answer = answers[question.name]
+            if answer is None or question.kind == "choice":
+                self.picked[question.name] = answer
+            else:
+                field = self.fields[number].writing
+                field.text = f"{answer:g}" if isinstance(answer, int | float) else str(answer)
+                field.caret = len(field.text)
+
+    def pressed(self, name: str, event: Pressed) -> None:
+        for asked in self._sheets[self.sheet]:
+            for option in asked.options:
+                if option.name == name:
+                    self._pick(asked, option)
+            field = self.fields.get(asked.number)
+            if field is not None and field.name == name:
+                field.press(event.x, event.y)
+
+    def typed(self, name: str | None, text: str) -> None:
+        for asked in self._sheets[self.sheet]:
+            field = self.fields.get(asked.number)
+            if field is not None and field.name == name:
+                field.writing.insert(text)
+                self.picked.pop(self._question(asked).name, None)
+                self.notice = ()
+
+    def key(self, name: str | None, event: Key) -> bool:
+        for asked in self._sheets[self.sheet]:
+            field = self.fields.get(asked.number)
+            if field is not None and field.name == name:
+                return event.name != "enter" and field.key(event)
+            names = [option.name for option in asked.options]
+            if name in names:
+                return self._key_on(asked, names.index(name), event)
+        return False
+
+    def _key_on(self, asked: Asked, place: int, event: Key) -> bool:
+        """Arrows choose among the options of a question, the space bar the one that has the focus."""
+        if event.name in STEP:
+            place = (place + STEP[event.name]) % len(asked.options)
+            self.focus = asked.options[place].name
+        elif event.name != "space":
+            return False
+        self._pick(asked, asked.options[place])
+        return True
+
+    def _pick(self, asked: Asked, option: Option) -> None:
+        """Choose an option; the voluntary silence about a field is taken back by choosing it again."""
+        name = self._question(asked).name
+        if option.value is None and self._unsaid(name) and asked.number in self.fields:
+            del self.picked[name]
+        else:
+            self.picked[name] = option.value
+        self.notice = ()
+
+    def _answer(self, number: int, question: Question) -> Any:
+        """The answer; None is none given, which only a voluntary question takes for one."""
+        if question.name in self.picked or question.kind == "choice":
+            return self.picked.get(question.name)
+        text = " ".join(self.fields[number].writing.text.split())
+        return number_in(text) if question.kind == "number" else text or None
+
+    def _fault(self, asked: Asked) -> bool:
+        """Whether the question still wants an answer: silence must be chosen, it is not taken from an empty field."""
+        question = self._question(asked)
+        if self._unsaid(question.name):
+            return False
+        answer = self._answer(asked.number, question)
+        return answer is None or question.problem(answer) is not None
+
+    def _unsaid(self, name: str) -> bool:
+        return name in self.picked and self.picked[name] is None
+
+    def _is_stop(self, asked: Asked, option: Option) -> bool:
+        """One stop for the options of a question: the one that has the focus, is chosen, or comes first."""
+        names = [each.name for each in asked.options]
+        if self.focus in names:
+            return option.name == self.focus
+        name = self._question(asked).name
+        chosen = [each.name for each in asked.options if name in self.picked and self.picked[name] == each.value]
+        return option.name == (chosen or names)[0]
+
+    def _first_of(self, asked: Asked) -> str:
+        field = self.fields.get(asked.number)
+        return field.name if field is not None else asked.options[0].name
+
+    def _field(self, asked: Asked) -> FieldOn:
+        box = asked.field or self.frame.body
+        return FieldOn(self.page, f"question {asked.number} field", box, asked.size, within=f"question {asked.number}")
+
+    def _question(self, asked: Asked) -> Question:
+        return self.form.questions[asked.number]
+
+
+def number_in(text: str) -> int | float | None:
+    """The number that is written, with point or comma; None where there is none."""
+    plain = text.strip().replace(",", ".")
+    try:
+        return int(plain)
+    except ValueError:
+        pass
+    try:
+        number = float(plain)
+    except ValueError:
+        return None
+    return number if isfinite(number) else None
+
+
+def _expected(page: Page, question: Question) -> str:
+    """What kind of number is wanted, in the participant's words."""
+    low, high = (f"{bound:g}" if bound is not None else "" for bound in (question.low, question.high))
+    key = {(True, True): "number_range", (True, False): "number_least", (False, True): "number_most"}
+    return page.texts(key.get((bool(low), bool(high)), "number_any")).format(low=low, high=high)

@@ -1,0 +1,105 @@
+"""What screens are made of: each element knows where it stands, how it looks now, and how to paint itself.
+
+Elements are equal when they look the same, so a screen repaints what differs from the last time.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Iterator
+from dataclasses import dataclass
+from typing import TYPE_CHECKING
+
+from devices.window.geometry import Box, Placed
+from devices.window.paint import ACCENT, CARD, HAIR, INK, Colour, plain
+from devices.window.paint_text import BLANK, Align, Laid, draw, ink
+
+if TYPE_CHECKING:
+    from PIL import Image
+
+    from devices.window.screen import Page
+
+
+@dataclass(frozen=True)
+class Element:
+    """Something at a place; `within` names the element that it lies in."""
+
+    name: str
+    box: Box
+    within: str = ""
+
+    @property
+    def stops(self) -> bool:
+        """Whether the keyboard's focus stops here."""
+        return False
+
+    def placed(self, _page: Page, /) -> Iterator[Placed]:
+        """What stands where."""
+        yield Placed(self.name, "mark", self.box, within=self.within)
+
+    def paint(self, image: Image.Image, page: Page, /) -> None:
+        """Paint the element, all of it inside its box."""
+
+
+@dataclass(frozen=True)
+class Card(Element):
+    """A light ground for what belongs together."""
+
+    radius: int = 0
+    edge: Colour = HAIR
+
+    def paint(self, image: Image.Image, page: Page) -> None:
+        page.shapes.fill(image, self.box, self.radius, CARD)
+        page.shapes.frame(image, self.box, self.radius, hair(page), self.edge)
+
+
+@dataclass(frozen=True)
+class Label(Element):
+    """Text to read."""
+
+    laid: Laid = BLANK
+    colour: Colour = INK
+    align: Align = "left"
+
+    def placed(self, page: Page) -> Iterator[Placed]:
+        covered = ink(page.fonts, self.laid, self.box, self.align)
+        yield Placed(self.name, "text", self.box, self.laid.text, covered, self.within)
+
+    def paint(self, image: Image.Image, page: Page) -> None:
+        draw(image, page.fonts, self.laid, self.box, self.colour, self.align)
+
+
+@dataclass(frozen=True)
+class Progress(Element):
+    """How much is done: a bar."""
+
+    share: float = 0.0
+
+    def paint(self, image: Image.Image, _page: Page, /) -> None:
+        plain(image, self.box, HAIR)
+        plain(image, Box(self.box.left, self.box.top, round(self.share * self.box.width), self.box.height), ACCENT)
+
+
+@dataclass(frozen=True)
+class Ruler(Element):
+    """A line of an exact length, its box's width, with strokes at its ends for a ruler."""
+
+    def paint(self, image: Image.Image, _page: Page, /) -> None:
+        stroke = max(2, self.box.height // 16)
+        plain(image, Box(self.box.left, self.box.middle[1] - stroke // 2, self.box.width, stroke), INK)
+        plain(image, Box(self.box.left, self.box.top, stroke, self.box.height), INK)
+        plain(image, Box(self.box.right - stroke, self.box.top, stroke, self.box.height), INK)
+
+
+def hair(page: Page) -> int:
+    """The thinnest line."""
+    return max(1, page.metrics.unit(0.3))
+
+
+def ring(page: Page) -> int:
+    """The width of the frame that shows where the keyboard is."""
+    return max(3, page.metrics.unit(0.8))
+
+
+def rounding(page: Page) -> int:
+    """The radius of corners."""
+    return page.metrics.unit(2)

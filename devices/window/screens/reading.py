@@ -1,0 +1,172 @@
+"""Text to read, on as many pages as it needs: instructions and consent."""
+
+from __future__ import annotations
+
+import re
+from collections.abc import Iterator, Mapping
+from dataclasses import dataclass, replace
+from typing import Any
+
+from devices.window.geometry import Box, WindowError
+from devices.window.inputs import Key
+from devices.window.paint_text import Laid, lay
+from devices.window.screen import Page
+from devices.window.screens.base import Base
+from devices.window.screens.elements import Element, Label
+from devices.window.screens.frame import Choice, Frame, fitted
+from devices.window.screens.targets import Button
+from protocols.did_you_mean import nearest
+from protocols.forms import Consent
+from protocols.requests import Ask, Instruct
+
+WIDEST = 205.0
+"""Longest line, in the design's millimetres: some 75 letters, beyond which the eye loses the next line."""
+BETWEEN = 0.6
+"""Room between paragraphs, in lines."""
+STEPS = (6.2, 5.8, 5.4, 5.0)
+"""Sizes tried to bring a text onto one page; a longer one is turned over at the last."""
+LONELY = 8
+"""A last line of so few letters is avoided."""
+_MARKS = re.compile(r"\*\*|(?<!_)__(?!_)|<!--.*?-->", re.DOTALL)
+_ITEM = re.compile(r"^\s*(?:[-*•]|\d+[.)])\s+")
+
+
+@dataclass(frozen=True)
+class Paragraph:
+    """A paragraph, a heading or an item of a list."""
+
+    text: str
+    heading: bool = False
+
+
+class InstructionScreen(Base):
+    """A page of instructions, by its name; read to its end, then on."""
+
+    def __init__(self, request: Instruct, page: Page) -> None:
+        text = page.say(_text_of(request, page))
+        left, right = (Choice("back", page.texts("back")),), (Choice("next", page.texts("next"), primary=True),)
+        frame = Frame(page, page.texts("instructions_title"), page.texts("page_hint"), left, right)
+        self._pages = paged(page, text, frame.body)
+        super().__init__(frame, len(self._pages))
+
+    def body(self) -> Iterator[Element]:
+        yield from self._pages[self.sheet]
+
+
+class ConsentScreen(Base):
+    """The consent text: whoever agrees has seen its last page; one can decline on every page."""
+
+    def __init__(self, ask: Ask, form: Consent, page: Page) -> None:
+        texts = page.texts
+        left = (Choice("back", texts("back")),)
+        decline = Choice("decline", texts("decline"))
+        self._turning = (decline, Choice("next", texts("next"), primary=True))
+        self._deciding = (decline, Choice("agree", texts("agree"), primary=True))
+        frame = Frame(page, texts("consent_title"), "", left, self._turning)
+        self._pages = paged(page, page.say(form.text), frame.body)
+        super().__init__(frame, len(self._pages))
+        self.agreed: bool | None = (ask.previous or {}).get("agreed")
+        self.turned()
+
+    def body(self) -> Iterator[Element]:
+        yield from self._pages[self.sheet]
+
+    def turned(self) -> None:
+        last = self.sheet == self.sheets - 1
+        self.frame = replace(self.frame, right=self._deciding if last else self._turning)
+
+    def buttons(self) -> Iterator[Button]:
+        chosen = {True: "agree", False: "decline", None: ""}[self.agreed]
+        for button in super().buttons():
+            yield replace(button, chosen=True, primary=False) if button.name == chosen else button
+
+    def chosen(self, name: str) -> None:
+        self.agreed = name == "agree"
+        self.finish()
+
+    def value(self) -> dict[str, Any]:
+        return {"answers": {"agreed": self.agreed}}
+
+    def key(self, name: str | None, event: Key) -> bool:
+        """Nobody agrees by a key alone: a button must have been gone to."""
+        on_button = name in ("next", "agree", "decline", "back")
+        return event.name == "enter" and not on_button and self.sheet == self.sheets - 1
+
+    def show(self, answers: Mapping[str, Any]) -> None:
+        self.agreed, self.sheet = answers.get("agreed"), self.sheets - 1
+        self.turned()
+
+
+def _text_of(request: Instruct, page: Page) -> str:
+    """The page's text. Raises WindowError where the study has no such page."""
+    if request.page not in page.pages:
+        raise WindowError(f"no text for the page {request.page!r}; {nearest(request.page, page.pages)}")
+    return page.pages[request.page]
+
+
+def paragraphs(text: str) -> list[Paragraph]:
+    """Paragraphs stand apart by blank lines, items of a list on lines of their own; # begins a heading."""
+    found = []
+    for block in re.split(r"\n\s*\n", _MARKS.sub("", text)):
+        lines: list[str] = []
+        for line in block.strip().splitlines():
+            if lines and not _ITEM.match(line) and not line.startswith("#"):
+                lines[-1] += " " + line.strip()
+            else:
+                lines.append(line.strip())
+        found += [_paragraph(line) for line in lines if line]
+    return found
+
+
+def paged(page: Page, text: str, room: Box) -> list[list[Element]]:
+    """The text on pages: on one page at the largest size that allows it, else on several. Raises WindowError."""
+    width = min(room.width, page.metrics.unit(WIDEST))
+    column = Box(room.left + (room.width - width) // 2, room.top, width, room.height)
+    parts = paragraphs(text)
+    for step in STEPS:
+        laid = [_laid(page, part, column.width, step) for part in parts]
+        if (spare := column.height - _height(laid)) >= 0:
+            return _filled(laid, Box(column.left, column.top + spare // 4, column.width, column.height - spare // 4))
+    return _filled(laid, column)
+
+
+def _height(parts: list[Laid]) -> int:
+    """The height of the paragraphs with the room between them."""
+    return sum(part.height + round(BETWEEN * part.leading) for part in parts[:-1]) + parts[-1].height
+
+
+def _paragraph(line: str) -> Paragraph:
+    if line.startswith("#"):
+        return Paragraph(line.lstrip("#").strip(), heading=True)
+    return Paragraph(re.sub(r"^[-*]\s+", "•  ", line))
+
+
+def _laid(page: Page, part: Paragraph, width: int, step: float) -> Laid:
+    sizes = tuple(size for size in (step, *STEPS, 4.2) if size <= step)
+    laid = fitted(page, part.text, width, None, sizes, bold=part.heading)
+    for narrower in (0.97, 0.94, 0.91, 0.88):
+        if len(laid.lines) < 2 or len(laid.lines[-1]) > LONELY:
+            break
+        other = lay(page.fonts, part.text, laid.size, round(narrower * width), bold=part.heading)
+        laid = other if other is not None and len(other.lines) == len(laid.lines) else laid
+    return laid
+
+
+def _filled(parts: list[Laid], column: Box) -> list[list[Element]]:
+    """Paragraphs onto pages, broken between lines where need be."""
+    pages: list[list[Element]] = [[]]
+    top = column.top
+    for part in parts:
+        rest = part
+        while rest.lines:
+            fitting = max(0, (column.bottom - top) // rest.leading)
+            if fitting < min(2, len(rest.lines)) and pages[-1]:
+                pages.append([])
+                top = column.top
+                continue
+            now = replace(rest, lines=rest.lines[: max(1, fitting)])
+            rest = replace(rest, lines=rest.lines[max(1, fitting) :])
+            box = Box(column.left, top, column.width, now.height)
+            pages[-1].append(Label(f"text {len(pages)}.{len(pages[-1])}", box, laid=now))
+            top = box.bottom + round(BETWEEN * part.leading)
+    return pages

@@ -1,0 +1,166 @@
+"""Where rating lines stand: a card for each attribute with its explanation, its two words and its line."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import dataclass, replace
+
+from devices.window.geometry import Box, WindowError
+from devices.window.paint import QUIET
+from devices.window.paint_text import Laid, lay
+from devices.window.screen import Page
+from devices.window.screens.cards import dealt, sheets_of, stacked
+from devices.window.screens.elements import Card, Element, Label, rounding
+from devices.window.screens.frame import MARGIN, STEPS, fitted
+from devices.window.screens.targets import Track
+from protocols.study import Attribute
+
+WIDEST_WORDS, NARROWEST_WORDS = 76.0, 24.0
+"""Room for the words beside a line, in the design's millimetres."""
+BAND = 10.0
+OVERHANG = 5.0
+"""How far the band that takes presses reaches beyond the line's ends."""
+SMALLER = 0.86
+"""Explanations are set so much smaller than the words."""
+PAD = 0.8
+
+
+@dataclass(frozen=True)
+class Row:
+    """One attribute's place: `fixed` never changes, `track` is the line before its first touch."""
+
+    fixed: tuple[Element, ...]
+    track: Track
+
+
+@dataclass(frozen=True)
+class Across:
+    """Widths that all rows share."""
+
+    page: Page
+    line_px: int
+    words_px: int
+
+    @property
+    def band_px(self) -> int:
+        """The band that takes presses."""
+        return self.line_px + 2 * self.page.metrics.unit(OVERHANG)
+
+    @property
+    def card_px(self) -> int:
+        """Words, band, words, and what is between them."""
+        return self.band_px + 2 * (self.words_px + 2 * self.page.metrics.unit(3))
+
+    @property
+    def told_px(self) -> int:
+        """Room for the explanation."""
+        return self.card_px - 2 * self.page.metrics.unit(3)
+
+
+@dataclass(frozen=True)
+class _Set:
+    """An attribute's texts at one size."""
+
+    low: Laid
+    high: Laid
+    explanation: Laid | None
+    height: int
+
+
+def rows(page: Page, attributes: Sequence[Attribute], room: Box) -> list[list[Row]]:
+    """The rows of every sheet: one sheet where all fit, at the largest size at which they do.
+
+    Raises WindowError where a word does not fit, or the line itself.
+    """
+    widths = _across(page, room)
+
+    def sets(size: int) -> list[_Set] | None:
+        found = [_set(widths, attribute, size) for attribute in attributes]
+        return None if None in found else [each for each in found if each is not None]
+
+    def heights(size: int) -> list[int] | None:
+        found = sets(size)
+        return None if found is None else [each.height for each in found]
+
+    chosen = sheets_of(page, room, len(attributes), heights)
+    if chosen is None or (found := sets(chosen[1])) is None:
+        raise _refusal(widths, attributes, room)
+    return _placed(_narrowed(widths, found), room, dealt(found, chosen[0]))
+
+
+def _across(page: Page, room: Box) -> Across:
+    """The widths for a screen. Raises WindowError where the line with its words is wider than the screen."""
+    unit = page.metrics.unit
+    found = Across(page, page.metrics.mm(page.length_mm), unit(NARROWEST_WORDS))
+    if found.card_px > room.width:
+        needed = (found.card_px + 2 * unit(MARGIN)) / page.metrics.px_per_mm
+        raise WindowError(
+            f"a line of {page.length_mm:g} mm with its words needs a screen at least {needed:.0f} mm wide; "
+            f"this one has {page.metrics.width_px / page.metrics.px_per_mm:.0f} mm ({page.metrics}); "
+            "take a larger screen, or calibrate again if it is larger"
+        )
+    spare = (room.width - found.card_px) // 2
+    return replace(found, words_px=min(found.words_px + spare, unit(WIDEST_WORDS)))
+
+
+def _narrowed(widths: Across, sets: Sequence[_Set]) -> Across:
+    """Cards no wider than their widest words and explanations ask for."""
+    words = max(max(each.low.width, each.high.width) for each in sets) + widths.page.metrics.unit(2)
+    told = max(each.explanation.width if each.explanation is not None else 0 for each in sets)
+    least = words + (max(0, told - replace(widths, words_px=words).told_px) + 1) // 2
+    return replace(widths, words_px=min(widths.words_px, max(least, widths.page.metrics.unit(46))))
+
+
+def _set(widths: Across, attribute: Attribute, size: int) -> _Set | None:
+    """The texts at a size, or None where a word is too wide."""
+    page, unit = widths.page, widths.page.metrics.unit
+    low, high = (
+        lay(page.fonts, page.say(text), size, widths.words_px, bold=True, even=True)
+        for text in (attribute.low, attribute.high)
+    )
+    small = max(round(SMALLER * size), page.metrics.text(0))
+    told = page.say(attribute.explanation) if attribute.explanation else None
+    explanation = lay(page.fonts, told, small, widths.told_px, even=True) if told else None
+    if low is None or high is None or (told and explanation is None):
+        return None
+    height = max(page.metrics.target(BAND), low.height, high.height)
+    height += explanation.height if explanation is not None else 0
+    return _Set(low, high, explanation, height + 2 * unit(PAD))
+
+
+def _placed(widths: Across, room: Box, sheets: list[list[_Set]]) -> list[list[Row]]:
+    found, number = [], 0
+    for sheet in sheets:
+        boxes = stacked(widths.page, room, widths.card_px, [each.height for each in sheet])
+        pairs = zip(sheet, boxes, strict=True)
+        found.append([_row(widths, texts, card, n) for n, (texts, card) in enumerate(pairs, start=number)])
+        number += len(sheet)
+    return found
+
+
+def _row(widths: Across, texts: _Set, card: Box, number: int) -> Row:
+    unit, name = widths.page.metrics.unit, f"row {number}"
+    spare = card.height - texts.height
+    top, bottom = card.top + unit(PAD) + spare // 3, card.bottom - unit(PAD) - spare // 4
+    fixed: list[Element] = [Card(name, card, radius=rounding(widths.page))]
+    if texts.explanation is not None:
+        place = Box(card.left + unit(3), top, widths.told_px, texts.explanation.height)
+        fixed.append(Label(f"{name} told", place, name, texts.explanation, QUIET, "centre"))
+        top = place.bottom
+    words = Box(card.left + unit(3), top, widths.words_px, bottom - top)
+    height = min(bottom - top, widths.page.metrics.target(BAND) + spare // 3)
+    band = Box(words.right + unit(3), top + (bottom - top - height) // 2, widths.band_px, height)
+    fixed.append(Label(f"{name} low", words, name, texts.low, align="right"))
+    fixed.append(Label(f"{name} high", words.moved(band.right + unit(3) - words.left, 0), name, texts.high))
+    return Row(tuple(fixed), Track(f"slider {number}", band, name, line_px=widths.line_px))
+
+
+def _refusal(widths: Across, attributes: Sequence[Attribute], room: Box) -> WindowError:
+    """Nothing fits: which text is at fault. Raises WindowError itself where it is one text alone."""
+    page = widths.page
+    for attribute in attributes:
+        for text in (attribute.low, attribute.high):
+            fitted(page, page.say(text), widths.words_px, room.height // 2, STEPS, bold=True)
+        if attribute.explanation:
+            fitted(page, page.say(attribute.explanation), widths.told_px, room.height // 2, STEPS)
+    return WindowError(f"a line with its explanation does not fit on a screen of {page.metrics}; take a larger one")

@@ -1,0 +1,162 @@
+"""Rating how alike two things are while switching between them; every side is to be felt before going on."""
+
+from __future__ import annotations
+
+from collections.abc import Iterator, Sequence
+from dataclasses import dataclass, field
+from typing import Any
+
+from devices.window.geometry import Box
+from devices.window.inputs import Key
+from devices.window.screen import Page
+from devices.window.screens.base import Missing, back_and_next
+from devices.window.screens.elements import Element, Label
+from devices.window.screens.frame import STEPS, Frame, fitted
+from devices.window.screens.rows import Row, rows
+from devices.window.screens.sliders import SliderScreen, trial_frame
+from devices.window.screens.targets import Button
+from protocols.forms import Sliders
+from protocols.requests import Ask
+
+TALL, WIDE = 20.0, 84.0
+SIDE = "side "
+
+
+@dataclass
+class Switching:
+    """When which side was switched to, and for how long each was on."""
+
+    sides: tuple[str, ...]
+    on: str | None = None
+    since_s: float = 0.0
+    switches: list[dict[str, Any]] = field(default_factory=list)
+    spent_s: dict[str, float] = field(default_factory=dict)
+
+    def to(self, side: str, at_s: float) -> None:
+        """Switch to a side; to the one that is on is no switch."""
+        if side == self.on:
+            return
+        self._count(at_s)
+        self.on, self.since_s = side, at_s
+        self.switches.append({"to": side, "at_s": round(at_s, 3)})
+
+    def value(self, at_s: float) -> dict[str, Any]:
+        """What the ledger keeps, until now."""
+        self._count(at_s)
+        self.since_s = at_s
+        return {"switches": self.switches, "side_s": {s: round(self.spent_s.get(s, 0.0), 3) for s in self.sides}}
+
+    def unvisited(self) -> list[str]:
+        """Sides that were never on."""
+        visited = {switch["to"] for switch in self.switches}
+        return [side for side in self.sides if side not in visited]
+
+    def _count(self, at_s: float) -> None:
+        if self.on is not None:
+            self.spent_s[self.on] = self.spent_s.get(self.on, 0.0) + at_s - self.since_s
+
+
+class SimilarityScreen(SliderScreen):
+    """A slider form with a large button for each side; keys 1, 2, ... or a side's first letter switch as well."""
+
+    def __init__(self, ask: Ask, form: Sliders, page: Page, t0_ns: int) -> None:
+        self.switching = Switching(form.sides)
+        self._revising = ask.previous is not None
+        super().__init__(ask, form, page, t0_ns)
+        self._sides = self._place_sides()
+
+    def body(self) -> Iterator[Element]:
+        yield self._told
+        for name, button in self._sides.items():
+            yield Button(name, button.box, laid=button.laid, chosen=self._side(name) == self.side)
+        yield from super().body()
+
+    def missing(self) -> Sequence[Missing]:
+        unvisited = [] if self._revising else self.switching.unvisited()
+        felt = [(f"{SIDE}{self.form.sides.index(side)}", _called(self.page, side)) for side in unvisited]
+        return [*felt, *super().missing()]
+
+    def complain(self, missing: Sequence[Missing], /, key: str = "please_answer") -> None:
+        first = [each for each in missing if each[0].startswith(SIDE)]
+        super().complain(first or missing, "please_visit" if first else key)
+
+    def chosen(self, name: str) -> None:
+        self._switch(self._side(name))
+
+    def typed(self, _name: str | None, text: str, /) -> None:
+        side = _keys(self.page, self.form.sides).get(text.strip().lower())
+        if side is not None:
+            self._switch(side)
+
+    def key(self, name: str | None, event: Key) -> bool:
+        return not (name or "").startswith(SIDE) and super().key(name, event)
+
+    def value(self) -> dict[str, Any]:
+        return {**super().value(), **self.switching.value(self.now_s)}
+
+    def _switch(self, side: str) -> None:
+        self.switching.to(side, self.now_s)
+        self.side, self.notice = side, ()
+
+    def _frame_for(self, page: Page, ask: Ask, form: Sliders, /) -> Frame:
+        left, right = back_and_next(page)
+        keys = ", ".join(str(n + 1) for n in range(len(form.sides)))
+        return trial_frame(page, ask, "similarity_prompt", page.texts("similarity_hint", keys=keys), left, right)
+
+    def _lines(self) -> list[list[Row]]:
+        room, taken = self._room, self._told_height + self._apart + self.page.metrics.target(TALL) + 3 * self._apart
+        lower = Box(room.left, room.top + taken, room.width, room.height - taken)
+        return rows(self.page, self.form.attributes, lower)
+
+    @property
+    def _room(self) -> Box:
+        """The body, or so much of its middle as a short form fills."""
+        body, unit = self.frame.body, self.page.metrics.unit
+        height = min(body.height, unit(50) + len(self.form.attributes) * unit(38))
+        return Box(body.left, body.top + (body.height - height) // 3, body.width, height)
+
+    @property
+    def _apart(self) -> int:
+        return self.page.metrics.unit(3)
+
+    @property
+    def _told_height(self) -> int:
+        return round(1.5 * self.page.metrics.text(STEPS[0]))
+
+    @property
+    def _told(self) -> Label:
+        """In words, which side is on: it is not told by colour alone."""
+        room, texts = self._room, self.page.texts
+        on = self.side
+        words = texts("sides_none") if on is None else texts("sides_label", side=_called(self.page, on))
+        box = Box(room.left, room.top, room.width, self._told_height)
+        return Label("side told", box, laid=fitted(self.page, words, box.width, box.height, STEPS), align="centre")
+
+    def _place_sides(self) -> dict[str, Button]:
+        room, unit, count = self._room, self.page.metrics.unit, len(self.form.sides)
+        gap = unit(6)
+        width = min(unit(WIDE), (room.width - (count - 1) * gap) // count)
+        left = room.left + (room.width - count * width - (count - 1) * gap) // 2
+        top, height = room.top + self._told_height + self._apart, self.page.metrics.target(TALL)
+        found = {}
+        for n, side in enumerate(self.form.sides):
+            words = f"{n + 1}   {_called(self.page, side)}"
+            laid = fitted(self.page, words, width - unit(6), height, (7.0, 6.2, *STEPS), bold=True)
+            found[f"{SIDE}{n}"] = Button(f"{SIDE}{n}", Box(left + n * (width + gap), top, width, height), laid=laid)
+        return found
+
+    def _side(self, name: str) -> str:
+        return self.form.sides[int(name.removeprefix(SIDE))]
+
+
+def _called(page: Page, side: str) -> str:
+    """A side's name for the participant."""
+    words = page.say(side).replace("_", " ")
+    return words[:1].upper() + words[1:]
+
+
+def _keys(page: Page, sides: Sequence[str]) -> dict[str, str]:
+    """What can be typed for a side: its number, and its first letter where no other side has it."""
+    letters = [_called(page, side)[:1].lower() for side in sides]
+    by_letter = {letter: side for letter, side in zip(letters, sides, strict=True) if letters.count(letter) == 1}
+    return by_letter | {str(n): side for n, side in enumerate(sides, start=1)}

@@ -1,0 +1,129 @@
+"""Rating on lines: no ticks, no numbers, no marker before the first touch; Next is off until all are answered."""
+
+from __future__ import annotations
+
+from collections.abc import Iterator, Mapping, Sequence
+from dataclasses import replace
+from typing import Any
+
+from devices.window.inputs import Key, Moved, Pressed, Released
+from devices.window.screen import Page
+from devices.window.screens.base import Base, Missing, back_and_next
+from devices.window.screens.elements import Element
+from devices.window.screens.frame import Choice, Frame
+from devices.window.screens.marks import Marks
+from devices.window.screens.rows import Row, rows
+from devices.window.screens.targets import Track
+from protocols.forms import Sliders
+from protocols.requests import Ask, Samples
+
+FINE = 100
+"""Steps from end to end by keyboard where the scale has none."""
+COARSE = 10
+"""Steps that the page keys take at once."""
+
+
+class SliderScreen(Base):
+    """One line for each attribute."""
+
+    def __init__(self, ask: Ask, form: Sliders, page: Page, t0_ns: int) -> None:
+        super().__init__(self._frame_for(page, ask, form), may_go_back=ask.may_go_back)
+        self.form = form
+        self.marks = Marks(form, t0_ns, dict(ask.previous or {}))
+        self._sheets = self._lines()
+        self.lay_out_on(len(self._sheets))
+
+    def _frame_for(self, page: Page, ask: Ask, _form: Sliders, /) -> Frame:
+        left, right = back_and_next(page)
+        return trial_frame(page, ask, "sliders_prompt", page.texts("sliders_hint"), left, right)
+
+    def _lines(self) -> list[list[Row]]:
+        return rows(self.page, self.form.attributes, self.frame.body)
+
+    def body(self) -> Iterator[Element]:
+        for row in self._sheets[self.sheet]:
+            yield from row.fixed
+            yield self._track(row)
+
+    def missing(self) -> Sequence[Missing]:
+        asked = [(row.track.name, self._attribute(row.track.name)) for row in self._sheets[self.sheet]]
+        return [
+            (name, f"{self.page.say(self.form.attributes[n].low)} – {self.page.say(self.form.attributes[n].high)}")
+            for name, n in asked
+            if self.form.attributes[n].name not in self.marks.answers
+        ]
+
+    def value(self) -> dict[str, Any]:
+        return self.marks.value()
+
+    def samples(self) -> tuple[Samples, ...]:
+        return self.marks.samples()
+
+    def pressed(self, name: str, event: Pressed) -> None:
+        if name.startswith("slider "):
+            self.marks.touch(self._attribute(name))
+            self._set_from(name, event)
+
+    def dragged(self, name: str, event: Moved | Released) -> None:
+        if name.startswith("slider "):
+            self._set_from(name, event)
+
+    def key(self, name: str | None, event: Key) -> bool:
+        if event.name in ("up", "down"):
+            self.move_focus(1 if event.name == "down" else -1, [row.track.name for row in self._sheets[self.sheet]])
+            return True
+        if name is None and event.name in ("left", "right", "home", "end", "pageup", "pagedown"):
+            self.focus = name = self._sheets[self.sheet][0].track.name
+        if name is None or not name.startswith("slider "):
+            return False
+        return self._by_key(self._attribute(name), event)
+
+    def show(self, answers: Mapping[str, Any]) -> None:
+        self.marks.answers.update(answers)
+
+    def _by_key(self, number: int, event: Key) -> bool:
+        scale = self.form.scale
+        step = float(scale.step) if scale.step is not None else (scale.high - scale.low) / FINE
+        moves = {"left": -step, "right": step, "pagedown": -COARSE * step, "pageup": COARSE * step}
+        ends = {"home": float(scale.low), "end": float(scale.high)}
+        before = self.marks.answers.get(self.form.attributes[number].name)
+        if event.name in ends:
+            value = ends[event.name]
+        elif event.name in moves:
+            value = (scale.low + scale.high) / 2 if before is None else before + moves[event.name]
+        else:
+            return False
+        self.marks.touch(number, by_key=True)
+        self._put(number, value)
+        return True
+
+    def _set_from(self, name: str, event: Pressed | Moved | Released) -> None:
+        row = next(row for row in self._sheets[self.sheet] if row.track.name == name)
+        scale = self.form.scale
+        self._put(self._attribute(name), scale.low + row.track.share_at(event.x) * (scale.high - scale.low))
+
+    def _put(self, number: int, value: float) -> None:
+        self.marks.put(number, value, self.now_s)
+        self.notice = ()
+
+    def _track(self, row: Row) -> Track:
+        answer = self.marks.answers.get(self.form.attributes[self._attribute(row.track.name)].name)
+        scale = self.form.scale
+        share = None if answer is None else (answer - scale.low) / (scale.high - scale.low)
+        return replace(row.track, share=share, held=row.track.name == self.held)
+
+    @staticmethod
+    def _attribute(name: str) -> int:
+        return int(name.removeprefix("slider "))
+
+
+def trial_frame(
+    page: Page, ask: Ask, prompt: str, hint: str, left: tuple[Choice, ...], right: tuple[Choice, ...]
+) -> Frame:
+    """The frame of a form of a trial: how far the participant is, whether it is practice, and how to go back."""
+    trial = ask.trial
+    if ask.may_go_back:
+        hint += "   " + page.texts("back_hint", back=page.texts("back"))
+    label = page.texts("practice") if trial is not None and trial.practice else ""
+    progress = (trial.number - 1) / page.total if trial is not None and page.total else None
+    return Frame(page, page.texts(prompt), hint, left, right, label, progress)

@@ -1,0 +1,87 @@
+"""One specimen of every kind of screen, as a participant would meet it half way: for pictures and for checks."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from dataclasses import dataclass, field
+from typing import Any
+
+from devices.window.screens.specimen_words import Wording, wording
+from protocols.forms import Consent, Demographics, Form, Lexicon, Likert, Question, Sliders, Words
+from protocols.plan import Trial
+from protocols.requests import Ask, Confirm, Instruct, Rest
+from protocols.study import Attribute, Item, Questionnaire, Scale, Stimulus
+
+TRIALS = 45
+RATED = Scale.model_validate({"from": 0, "to": 100})
+
+
+@dataclass(frozen=True)
+class Specimen:
+    """A request, or the key of a page, and what is answered already."""
+
+    request: Ask | Instruct | Rest | Confirm | str
+    answers: Mapping[str, Any] = field(default_factory=dict)
+
+
+def specimens(words: Wording | None = None) -> dict[str, Specimen]:
+    """Specimens by name, one for every kind of screen, in English or in other words."""
+    words = words or wording()
+    return {**_trials(words), **_questions(words), **_pages()}
+
+
+def _trials(words: Wording) -> dict[str, Specimen]:
+    seven, four = _sliders(words.seven), _sliders(words.four)
+    alike = Sliders((Attribute(low=words.alike[0], high=words.alike[1]),), RATED, sides=("real", "virtual"))
+    tries = Sliders(seven.attributes, RATED, tries=True)
+    ticks = Words(words.words, further=True)
+    return {
+        "sliders": Specimen(_asked(seven), _some(seven, (23, 64, 41, 82, 12))),
+        "sliders-four": Specimen(_asked(four), _some(four, (31, 58))),
+        "similarity": Specimen(_asked(alike), _some(alike, (72,))),
+        "authoring": Specimen(_asked(tries, former=_some(tries, (90, 50, 20, 35, 60, 45, 50)))),
+        "adjectives": Specimen(_asked(ticks), {"ticked": [words.words[n] for n in (1, 8, 11, 24, 40)], "further": []}),
+        "lexicon": Specimen(_asked(Lexicon(2)), {"words": list(words.own)}),
+    }
+
+
+def _questions(words: Wording) -> dict[str, Specimen]:
+    items = tuple(Item(name=f"item{n}", text=text) for n, text in enumerate(words.items))
+    likert = Likert(Questionnaire(items=items, ends=words.ends))
+    person = Demographics(tuple(_question(n, *asked) for n, asked in enumerate(words.person)))
+    return {
+        "suggestions": Specimen(Ask(Lexicon(0, "suggestions")), {"words": []}),
+        "likert": Specimen(Ask(likert), {"item0": 6, "item1": 5, "item2": 3}),
+        "demographics": Specimen(Ask(person), {"q0": 34, "q1": person.questions[1].levels[0][0], "q3": None}),
+        "consent": Specimen(Ask(Consent(words.consent))),
+        "instructions": Specimen(Instruct("instructions")),
+    }
+
+
+def _pages() -> dict[str, Specimen]:
+    keys = ("changing_sample", "feel_now", "recording", "pause", "end", "thanks", "aborted")
+    return {
+        "rest": Specimen(Rest(15, TRIALS)),
+        "calibration": Specimen(Confirm("calibration")),
+        **{key.replace("_", "-"): Specimen(key) for key in keys},
+    }
+
+
+def _sliders(pairs: tuple[tuple[str, str, str], ...]) -> Sliders:
+    return Sliders(tuple(Attribute(low=low, high=high, explanation=told) for low, high, told in pairs), RATED)
+
+
+def _some(form: Sliders, values: tuple[float, ...]) -> dict[str, float]:
+    return dict(zip(form.items(), map(float, values), strict=False))
+
+
+def _asked(form: Form, former: Mapping[str, Any] | None = None) -> Ask:
+    trial = Trial(15, "1", False, Stimulus(id="1"), form, may_go_back=True, rest_before=False)
+    return Ask(form, trial, former)
+
+
+def _question(number: int, text: str, answers: tuple[str, ...] | str) -> Question:
+    """A question: its answers to choose from, or the unit of a number."""
+    if isinstance(answers, str):
+        return Question(f"q{number}", text, "number", unit=answers, low=0, high=120)
+    return Question(f"q{number}", text, "choice", tuple((str(n), label) for n, label in enumerate(answers)))

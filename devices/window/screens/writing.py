@@ -1,0 +1,77 @@
+"""A field on a screen: a place to write in, what is written there, and how mouse and keys work in it."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass, field
+
+from devices.window.fields import View, Writing, place_at, step, view
+from devices.window.geometry import Box
+from devices.window.inputs import Key
+from devices.window.paint_text import LEADING, Laid, bearing
+from devices.window.screen import Page
+from devices.window.screens.targets import TextBox, inside
+
+
+@dataclass
+class FieldOn:
+    """A field with its place; `size` is the em size of what is written in it."""
+
+    page: Page
+    name: str
+    box: Box
+    size: int
+    writing: Writing = field(default_factory=Writing)
+    within: str = ""
+    placeholder: Laid | None = None
+
+    @property
+    def pad(self) -> int:
+        """Between frame and text."""
+        return self.page.metrics.unit(3 if self.writing.many_lines else 2)
+
+    @property
+    def _inner(self) -> Box:
+        return inside(self.box, self.pad, round(LEADING * self.size))
+
+    @property
+    def _view(self) -> View:
+        inner = self._inner
+        lines = max(1, inner.height // round(LEADING * self.size)) if self.writing.many_lines else 1
+        return view(self.page.fonts, self.writing, self.size, self._width, lines)
+
+    @property
+    def _width(self) -> int:
+        """Room for a line, with a little for the caret."""
+        return self._inner.width - self.size // 3
+
+    def element(self, focused: bool, off: bool = False) -> TextBox:
+        """The field as it looks now: the caret where the writing goes on."""
+        seen = self._view
+        empty = self.placeholder if not self.writing.text else None
+        return TextBox(
+            self.name, self.box, self.within, focused=focused, lines=seen.lines, size=self.size,
+            caret=seen.caret if focused else None, pad=self.pad, off=off, placeholder=empty,
+        )  # fmt: skip
+
+    def press(self, x: float, y: float) -> None:
+        """Put the caret to where the field was pressed."""
+        inner = self._inner
+        line = int((y - inner.top) // round(LEADING * self.size)) if self.writing.many_lines else 0
+        self.writing.caret = place_at(self.page.fonts, self._view, self.size, line, x - inner.left - bearing(self.size))
+
+    def key(self, event: Key) -> bool:
+        """A key while writing; False for one that means something to the screen."""
+        match event.name:
+            case "backspace":
+                self.writing.backspace()
+            case "delete":
+                self.writing.delete()
+            case "enter":
+                return self.writing.new_line() or self.writing.many_lines
+            case "up" | "down" if self.writing.many_lines:
+                step(self.page.fonts, self.writing, self.size, self._width, -1 if event.name == "up" else 1)
+            case "space":
+                return True
+            case _:
+                return self.writing.move(event.name)
+        return True

@@ -1,0 +1,250 @@
+"""The real window: PsychoPy's, one picture on it, and ears that miss nothing. Imported by whoever opens a window."""
+
+from __future__ import annotations
+
+import gc
+import select
+import sys
+import time
+import warnings
+from collections.abc import Iterator, Sequence
+from contextlib import contextmanager
+from dataclasses import dataclass, field
+from typing import TYPE_CHECKING, Any, Protocol
+
+from devices.window.calibration import Calibration
+from devices.window.geometry import Box, WindowError
+from devices.window.inputs import Input
+from devices.window.shell_checks import demand_display, demand_psychopy, demand_screen, demand_unscaled
+from devices.window.shell_ears import Ears
+
+if TYPE_CHECKING:
+    from PIL import Image
+
+    from devices.window.shell_texture import Texture
+
+TITLE = "Palpate"
+VIEWING_CM = 60.0
+AWAKE_S, SIZE_S = 20.0, 0.5
+
+
+class Shell(Protocol):
+    """What carries the screens: it shows a picture and tells what the participant did."""
+
+    size: tuple[int, int]
+    renderer: str
+
+    def now_s(self) -> float:
+        """Seconds on the clock that inputs are timed with."""
+
+    def gather(self) -> list[Input]:
+        """What the participant did since the last call, timed on the shell's clock.
+
+        Raises WindowError if the window is no longer what was calibrated.
+        """
+
+    def forget(self) -> None:
+        """What was done until now belongs to no screen, nor does the repeating of a key that is held now."""
+
+    def show(self, picture: Image.Image, boxes: Sequence[Box]) -> None:
+        """Take over the touched boxes of the whole-screen picture, and have them seen."""
+
+    def rest(self, seconds: float) -> None:
+        """Wait so long, or until something may have happened."""
+
+    def close(self) -> None:
+        """Give the screen back; a closed shell stays closed."""
+
+
+@dataclass
+class PsychopyShell:
+    """A PsychoPy window (pyglet); redrawn only when something is to be shown, or when it was uncovered."""
+
+    window: Any
+    ears: Ears
+    texture: Texture
+    size: tuple[int, int]
+    renderer: str
+    closed: bool = False
+    checked_s: dict[str, float] = field(default_factory=dict)
+
+    def now_s(self) -> float:
+        """Seconds on a clock that never runs backwards."""
+        return time.perf_counter()
+
+    def gather(self) -> list[Input]:
+        """Dispatch what the window system has, and hand over what was heard."""
+        self.window.winHandle.dispatch_events()
+        if self._due("size", SIZE_S):
+            self.ears.resized(*_true_size(self.window.winHandle))
+        if self.ears.trouble is not None:
+            raise WindowError(self.ears.trouble)
+        if self.ears.uncovered:
+            self._draw()
+        return self.ears.hand_over()
+
+    def forget(self) -> None:
+        """Drop what was heard."""
+        self.gather()
+        self.ears.forget()
+
+    def show(self, picture: Image.Image, boxes: Sequence[Box]) -> None:
+        """Upload the boxes and draw the whole."""
+        self.window.backend.setCurrent()
+        for box in boxes:
+            self.texture.upload(picture, box)
+        self._draw()
+
+    def rest(self, seconds: float) -> None:
+        """Wait; under X11 an event ends the waiting."""
+        if self._due("awake", AWAKE_S):
+            _stay_awake(self.window.winHandle)
+        if (socket := _socket(self.window.winHandle)) is None:
+            time.sleep(seconds)
+        else:
+            select.select([socket], [], [], seconds)
+
+    def close(self) -> None:
+        """Close the window and show the pointer again."""
+        if not self.closed:
+            self.closed = True
+            self.window.close()
+
+    def _draw(self) -> None:
+        self.ears.uncovered = False
+        self.texture.draw()
+        self.window.flip(clearBuffer=False)
+
+    def _due(self, what: str, every_s: float) -> bool:
+        now = self.now_s()
+        due = now - self.checked_s.get(what, 0.0) >= every_s
+        if due:
+            self.checked_s[what] = now
+        return due
+
+
+def screen_sizes() -> list[tuple[int, int]]:
+    """The sizes of this machine's screens, in pixels. Raises WindowError: no display, PsychoPy missing."""
+    demand_display()
+    demand_psychopy()
+    with _quiet_import():
+        return _screens(_psychopy()[2])
+
+
+def open_shell(calibration: Calibration, screen: int, fullscreen: bool) -> PsychopyShell:
+    """Open the window on a screen; not full, it is as large as the calibrated screen (for tests).
+
+    Raises WindowError: no display, PsychoPy missing, another size than calibrated, a scaled display.
+    """
+    demand_display()
+    demand_psychopy()
+    with _quiet_import():
+        visual, monitors, pyglet = _psychopy()
+    demand_screen(_screens(pyglet), screen, calibration if fullscreen else None)
+    window = visual.Window(
+        calibration.size_px, fullscr=fullscreen, screen=screen, winType="pyglet", units="pix", title=TITLE,
+        monitor=_monitor(monitors, calibration), color=(1, 1, 1), allowGUI=False, allowStencil=False,
+        waitBlanking=True, checkTiming=False, autoLog=False, gammaErrorPolicy="ignore",
+    )  # fmt: skip
+    try:
+        return _furnished(window, pyglet, calibration)
+    except BaseException:
+        window.close()
+        raise
+
+
+def _furnished(window: Any, pyglet: Any, calibration: Calibration) -> PsychopyShell:
+    """The opened window with its texture and ears, checked against the calibration."""
+    from devices.window.shell_keys import keys_of
+    from devices.window.shell_texture import Texture
+
+    handle, size = window.winHandle, calibration.size_px
+    demand_unscaled(handle.get_pixel_ratio())
+    calibration.demand_size((int(window.size[0]), int(window.size[1])))
+    ears = Ears(size, keys_of(pyglet.window.key, handle), time.perf_counter)
+    handle.push_handlers(**ears.handlers())
+    handle.set_mouse_visible(True)
+    handle.activate()
+    return PsychopyShell(window, ears, Texture(pyglet.gl, size), size, str(window.backend._driver))
+
+
+@contextmanager
+def _quiet_import() -> Iterator[None]:
+    """PsychoPy's modules warn about themselves while they are imported; that tells an experimenter nothing.
+
+    Collecting garbage between thousands of new modules finds none and takes a tenth of the time.
+    """
+    collecting = gc.isenabled()
+    gc.disable()
+    try:
+        with warnings.catch_warnings():
+            warnings.filterwarnings("ignore", "'locale.getdefaultlocale' is deprecated", DeprecationWarning)
+            warnings.filterwarnings("ignore", category=SyntaxWarning)
+            yield
+    finally:
+        if collecting:
+            gc.enable()
+
+
+def _psychopy() -> tuple[Any, Any, Any]:
+    """PsychoPy's windows and monitors, and pyglet, imported here and nowhere else. Raises WindowError."""
+    try:
+        from psychopy import logging
+
+        logging.console.setLevel(logging.CRITICAL)
+        import pyglet
+        from psychopy import monitors, visual
+
+        visual.Window  # noqa: B018  (PsychoPy imports its parts when they are first named)
+    except ImportError as error:
+        raise WindowError(f"PsychoPy is not whole ({error}): install it again: pip install 'palpate[lab]'") from error
+    except Exception as error:
+        if "display" not in f"{type(error).__name__} {error}".lower():
+            raise
+        raise WindowError(
+            f"no display can be reached ({error}): run this at the participant's computer, in its graphical session"
+        ) from error
+    return visual, monitors, pyglet
+
+
+def _screens(pyglet: Any) -> list[tuple[int, int]]:
+    return [(screen.width, screen.height) for screen in pyglet.canvas.get_display().get_screens()]
+
+
+def _monitor(monitors: Any, calibration: Calibration) -> Any:
+    """The calibration as PsychoPy's monitor, in memory only."""
+    monitor = monitors.Monitor("__blank__", distance=VIEWING_CM, autoLog=False)
+    monitor.setWidth(calibration.size_px[0] / calibration.px_per_mm / 10.0)
+    monitor.setSizePix(calibration.size_px)
+    return monitor
+
+
+def _socket(handle: Any) -> int | None:
+    """What to wait on for X11's events, where X11 is the window system."""
+    return int(handle.display.fileno()) if hasattr(handle, "_x_display") else None
+
+
+def _true_size(handle: Any) -> tuple[int, int]:
+    """The window's size as the window system has it: pyglet hears of no change while full-screen under X11."""
+    if not hasattr(handle, "_x_display"):
+        width, height = handle.get_size()
+        return int(width), int(height)
+    from ctypes import byref
+
+    from pyglet.libs.x11 import xlib
+
+    found = xlib.XWindowAttributes()
+    xlib.XGetWindowAttributes(handle._x_display, handle._window, byref(found))
+    return int(found.width), int(found.height)
+
+
+def _stay_awake(handle: Any) -> None:
+    """Keep the screen saver away while a participant feels rather than types."""
+    if hasattr(handle, "_x_display"):
+        from pyglet.libs.x11 import xlib
+
+        xlib.XResetScreenSaver(handle._x_display)
+    elif sys.platform in ("win32", "darwin"):
+        from psychopy import platform_specific
+
+        platform_specific.sendStayAwake()

@@ -1,0 +1,58 @@
+"""What must hold before a window is opened; each failure says what was found and what to do."""
+
+from __future__ import annotations
+
+import os
+import sys
+from collections.abc import Sequence
+from importlib.util import find_spec
+
+from devices.window.calibration import Calibration
+from devices.window.geometry import WindowError
+
+WINDOWS_DPI = 96
+
+
+def demand_display() -> None:
+    """Raise WindowError where there is no display to open a window on."""
+    unix = sys.platform not in ("win32", "darwin")
+    if unix and not os.environ.get("DISPLAY"):
+        wayland = ": Wayland alone is not enough, start XWayland" if os.environ.get("WAYLAND_DISPLAY") else ""
+        raise WindowError(
+            f"no display: DISPLAY is not set{wayland}. Run this at the participant's computer, in its graphical "
+            "session, or on a virtual one: xvfb-run -s '-screen 0 1920x1080x24'"
+        )
+
+
+def demand_psychopy() -> None:
+    """Raise WindowError where PsychoPy is not installed."""
+    if find_spec("psychopy") is None:
+        raise WindowError("PsychoPy is not installed, and a real window needs it: pip install 'palpate[lab]'")
+
+
+def demand_screen(sizes: Sequence[tuple[int, int]], screen: int, calibration: Calibration | None) -> None:
+    """Raise WindowError unless the screen is there, and as large as it was when it was calibrated."""
+    if screen >= len(sizes):
+        there = ", ".join(f"{number}: {width}x{height}" for number, (width, height) in enumerate(sizes))
+        raise WindowError(f"there is no screen {screen}; there are {there}: choose one with --screen")
+    if calibration is not None:
+        calibration.demand_size(sizes[screen])
+
+
+def demand_unscaled(pixel_ratio: float, dpi: int | None = None) -> None:
+    """Raise WindowError where the system enlarges windows: a millimetre would not be one."""
+    dpi = _system_dpi() if dpi is None else dpi
+    scale = max(pixel_ratio, dpi / WINDOWS_DPI)
+    if abs(scale - 1.0) > 0.001:
+        raise WindowError(
+            f"the display is scaled to {scale:.0%}; 100 % is needed: set it in the system's display settings"
+        )
+
+
+def _system_dpi() -> int:
+    """Dots per inch by which Windows scales; elsewhere what is not scaled."""
+    if sys.platform == "win32":
+        from ctypes import windll
+
+        return int(windll.user32.GetDpiForSystem())
+    return WINDOWS_DPI

@@ -1,0 +1,151 @@
+"""What the window system reports, noted at once with its time: nothing is polled, so no tap is too short."""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Mapping
+from dataclasses import dataclass, field
+from typing import Any, Literal
+
+from devices.window.inputs import Input, Key, KeyName, Moved, Pressed, Released, Typed
+
+LEFT, SHIFT = 1, 1
+"""Pyglet's numbers for the left button and the shift key."""
+Handled = Literal[True]
+
+
+@dataclass(frozen=True)
+class Keys:
+    """Which key is which, by the window system's numbers.
+
+    The keys of `repeating` are heard as motions, which come again and again while such a key is held.
+    """
+
+    plain: Mapping[int, KeyName]
+    motions: Mapping[int, KeyName]
+    repeating: Mapping[int, KeyName]
+
+
+@dataclass
+class Ears:
+    """Handlers of a window's events. Each answers True: PsychoPy's own handlers never come to run.
+
+    One press at a time, of the left button; another while it is held is not heard. `trouble` says why the window can
+    no longer be used, `uncovered` that it wants to be drawn again.
+    """
+
+    size: tuple[int, int]
+    keys: Keys
+    now_s: Callable[[], float]
+    heard: list[Input] = field(default_factory=list)
+    held: bool = False
+    down: set[KeyName] = field(default_factory=set)
+    stale: set[KeyName] = field(default_factory=set)
+    trouble: str | None = None
+    uncovered: bool = False
+
+    def hand_over(self) -> list[Input]:
+        """What was heard since the last time."""
+        heard, self.heard = self.heard, []
+        return heard
+
+    def forget(self) -> None:
+        """Drop what was heard; a key that is held now goes on repeating for nobody until it is pressed again."""
+        self.heard.clear()
+        self.stale = set(self.down)
+
+    def handlers(self) -> dict[str, Callable[..., Handled]]:
+        """The handlers by the names of pyglet's events."""
+        heard: dict[str, Callable[..., Handled]] = {
+            "on_mouse_press": self.press, "on_mouse_release": self.release,
+            "on_mouse_drag": self.drag, "on_mouse_motion": self.motion,
+            "on_key_press": self.key, "on_key_release": self.key_up, "on_text": self.text,
+            "on_text_motion": self.repeating, "on_text_motion_select": self.repeating_with_shift,
+            "on_resize": self.resized, "on_expose": self.expose,
+        }  # fmt: skip
+        unheard = ("on_close", "on_mouse_scroll", "on_mouse_enter", "on_mouse_leave", "on_move")
+        return {**heard, **dict.fromkeys(unheard, self.ignore)}
+
+    def press(self, x: float, y: float, button: int, _modifiers: int) -> Handled:
+        """A button went down."""
+        if button == LEFT and not self.held:
+            self.held = True
+            self.heard.append(Pressed(x, self._down(y), self.now_s()))
+        return True
+
+    def release(self, x: float, y: float, button: int, _modifiers: int) -> Handled:
+        """A button came up."""
+        if button == LEFT:
+            self._let_go(x, y)
+        return True
+
+    def drag(self, x: float, y: float, _dx: float, _dy: float, buttons: int, _modifiers: int) -> Handled:
+        """The pointer moved with some button held."""
+        if not buttons & LEFT:
+            self._let_go(x, y)
+        elif self.held:
+            self.heard.append(Moved(x, self._down(y), self.now_s()))
+        return True
+
+    def motion(self, x: float, y: float, _dx: float, _dy: float) -> Handled:
+        """The pointer moved with no button held: had the release been lost, this is it."""
+        self._let_go(x, y)
+        return True
+
+    def key(self, symbol: int, modifiers: int) -> Handled:
+        """A key went down; those that repeat are heard as motions."""
+        if (held := self.keys.repeating.get(symbol)) is not None:
+            self.down.add(held)
+        if (name := self.keys.plain.get(symbol)) is not None:
+            self.heard.append(Key(name, bool(modifiers & SHIFT), self.now_s()))
+        return True
+
+    def key_up(self, symbol: int, _modifiers: int) -> Handled:
+        """A key came up."""
+        if (held := self.keys.repeating.get(symbol)) is not None:
+            self.down.discard(held)
+            self.stale.discard(held)
+        return True
+
+    def text(self, text: str) -> Handled:
+        """Text came in; keys that write nothing come as keys."""
+        if written := "".join(each for each in text if each.isprintable()):
+            self.heard.append(Typed(written, self.now_s()))
+        return True
+
+    def repeating(self, motion: int, shift: bool = False) -> Handled:
+        """An arrow or its like went down, or repeats."""
+        if (name := self.keys.motions.get(motion)) is not None and name not in self.stale:
+            self.heard.append(Key(name, shift, self.now_s()))
+        return True
+
+    def repeating_with_shift(self, motion: int) -> Handled:
+        """The same with shift held."""
+        return self.repeating(motion, shift=True)
+
+    def resized(self, width: int, height: int) -> Handled:
+        """The window has a size: another than the calibrated one is trouble."""
+        if (width, height) != self.size:
+            then, now = f"{self.size[0]}x{self.size[1]}", f"{width}x{height}"
+            self.trouble = (
+                f"the window was opened at {then} px and now has {now}: the lengths on it would be wrong. Set the "
+                "screen back and go on with the session (palpate resume), or measure it anew (palpate window calibrate)"
+            )
+        return True
+
+    def expose(self) -> Handled:
+        """The window was uncovered."""
+        self.uncovered = True
+        return True
+
+    def ignore(self, *_details: Any) -> Handled:
+        """Heard, and nothing to do: a participant cannot close the window."""
+        return True
+
+    def _let_go(self, x: float, y: float) -> None:
+        if self.held:
+            self.held = False
+            self.heard.append(Released(x, self._down(y), self.now_s()))
+
+    def _down(self, y: float) -> float:
+        """Pixels from the top; pyglet counts from the bottom."""
+        return self.size[1] - 1 - y

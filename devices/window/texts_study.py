@@ -1,0 +1,86 @@
+"""The translation of a study's own texts: STUDY/texts/LANGUAGE.yaml maps each source text to its translation.
+
+Long texts can be named instead of repeated: the keys `title` and `instructions` stand for those texts.
+Names in the ledger stay as the study file has them.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Iterator, Mapping
+from pathlib import Path
+
+from devices.window.geometry import WindowError
+from devices.window.texts import MASTER, read_words
+from protocols.did_you_mean import nearest
+from protocols.study import Study
+
+NAMED = ("title", "instructions")
+
+
+def study_texts(study: Study) -> tuple[str, ...]:
+    """Every text of the study that a participant may read, each once, in the order of the file."""
+    texts = [study.title, study.instructions, *study.sides]
+    for attribute in study.attributes:
+        texts += [attribute.low, attribute.high, attribute.explanation]
+    if study.adjectives is not None:
+        texts += [word.word for word in study.adjectives.words]
+    if study.questionnaire is not None:
+        texts += [*(item.text for item in study.questionnaire.items), *study.questionnaire.ends]
+    return tuple(dict.fromkeys(text for text in texts if text))
+
+
+def load_study_texts(study: Study, folder: Path, language: str) -> dict[str, str]:
+    """{source text: translation}, white space of the source made single; {} for the study as written.
+
+    A study is taken to be written in English. Raises WindowError on a missing file and on every fault of it.
+    """
+    file = folder / "texts" / f"{language}.yaml"
+    if language == MASTER and not file.is_file():
+        return {}
+    if not file.is_file():
+        raise WindowError(f"{file}: missing; the study's texts in language {language!r} are expected there")
+    if faults := study_problems(study, file):
+        raise WindowError("\n".join(faults))
+    return _by_source(study, read_words(file))
+
+
+def check_study_texts(study: Study, folder: Path) -> list[str]:
+    """What is wrong with the translations that lie beside a study: for `palpate check`."""
+    files = sorted((folder / "texts").glob("*.yaml"))
+    return [fault for file in files for fault in study_problems(study, file)]
+
+
+def study_problems(study: Study, file: Path) -> list[str]:
+    """What is wrong with one translation of a study."""
+    try:
+        words = read_words(file)
+    except WindowError as error:
+        return [str(error)]
+    return list(_faults(study, file, words))
+
+
+def plain(text: str) -> str:
+    """A text with single spaces, as translations are looked up."""
+    return " ".join(text.split())
+
+
+def _faults(study: Study, file: Path, words: Mapping[str, str]) -> Iterator[str]:
+    sources = {plain(text): text for text in study_texts(study)}
+    translated = _by_source(study, words)
+    for source in sources:
+        if source not in translated:
+            yield f"{file}: no translation of {source!r:.90}"
+    for key in words:
+        if plain(key) not in sources and key not in NAMED:
+            yield f"{file}: {key!r:.90} is no text of the study; {nearest(plain(key), sources)}"
+
+
+def _by_source(study: Study, words: Mapping[str, str]) -> dict[str, str]:
+    sources = {plain(text) for text in study_texts(study)}
+    named = {name: getattr(study, name) for name in NAMED}
+    found = {}
+    for key, translation in words.items():
+        source = named.get(key) if plain(key) not in sources else key
+        if source is not None:
+            found[plain(source)] = translation
+    return found

@@ -1,0 +1,169 @@
+"""Hearing the experimenter: keys from a terminal, lines from anything else, read by a thread of their own."""
+
+from __future__ import annotations
+
+import codecs
+import os
+import re
+import sys
+import threading
+import time
+from collections.abc import Callable
+from dataclasses import dataclass, field
+from queue import Empty, SimpleQueue
+from typing import Protocol, TextIO
+
+_SEQUENCE = re.compile(r"\x1b(?:\[[0-9;?]*[ -/]*[@-~]|O.)")
+"""What arrow and function keys send."""
+_BEGUN = re.compile(r"\x1b(?:\[[0-9;?]*[ -/]*|O)$")
+"""A sequence whose end has not come yet."""
+
+
+@dataclass(frozen=True)
+class Heard:
+    """A key or a line, and when it came, in seconds of the listener's clock."""
+
+    text: str
+    t_s: float
+
+
+class Source(Protocol):
+    """Where orders come from; `by_line` tells lines from keys."""
+
+    by_line: bool
+
+    def take(self) -> list[Heard]:
+        """What has come since the last time; returns at once."""
+
+    def close(self) -> None:
+        """Stop listening and leave the terminal as it was found."""
+
+
+@dataclass
+class Silence:
+    """Nobody can be heard: there is no standard input."""
+
+    by_line: bool = True
+
+    def take(self) -> list[Heard]:
+        """Nothing."""
+        return []
+
+    def close(self) -> None:
+        """Nothing to stop."""
+
+
+class Keys:
+    """Bytes of a terminal as keys: whole characters; an escape sequence is no key, a lone escape is one."""
+
+    def __init__(self) -> None:
+        self._decoder = codecs.getincrementaldecoder("utf-8")("replace")
+        self._rest = ""
+
+    def feed(self, data: bytes) -> list[str]:
+        """The keys that have come with these bytes."""
+        text = _SEQUENCE.sub("", self._rest + self._decoder.decode(data))
+        begun = _BEGUN.search(text)
+        self._rest = begun[0] if begun is not None else ""
+        return list(text[: len(text) - len(self._rest)])
+
+    def end(self) -> list[str]:
+        """Nothing is left."""
+        return []
+
+
+class Lines:
+    """Bytes of a pipe as lines, the last also without its end."""
+
+    def __init__(self) -> None:
+        self._decoder = codecs.getincrementaldecoder("utf-8")("replace")
+        self._rest = ""
+
+    def feed(self, data: bytes) -> list[str]:
+        """The lines that are whole with these bytes."""
+        *whole, self._rest = (self._rest + self._decoder.decode(data)).split("\n")
+        return whole
+
+    def end(self) -> list[str]:
+        """The last line."""
+        return [self._rest] if self._rest else []
+
+
+@dataclass
+class Listener:
+    """A thread that reads a file descriptor until it ends or is closed; `restore` runs when the listener closes."""
+
+    fd: int
+    by_line: bool
+    restore: Callable[[], None] = lambda: None
+    clock: Callable[[], float] = time.monotonic
+    heard: SimpleQueue[Heard] = field(default_factory=SimpleQueue)
+    _wake: tuple[int, int] = field(default_factory=os.pipe)
+    _closed: bool = False
+
+    def __post_init__(self) -> None:
+        self._thread = threading.Thread(target=self._listen, name="console-input", daemon=True)
+        self._thread.start()
+
+    def take(self) -> list[Heard]:
+        """What has come since the last time."""
+        found = []
+        while True:
+            try:
+                found.append(self.heard.get_nowait())
+            except Empty:
+                return found
+
+    def close(self) -> None:
+        """End the thread and restore the terminal; again does nothing."""
+        if self._closed:
+            return
+        self._closed = True
+        try:
+            os.write(self._wake[1], b"\0")
+            self._thread.join(timeout=2)
+        finally:
+            self.restore()
+            for end in self._wake:
+                os.close(end)
+
+    def _listen(self) -> None:
+        reading: Keys | Lines = Lines() if self.by_line else Keys()
+        while data := self._bytes():
+            self._hand_over(reading.feed(data))
+        self._hand_over(reading.end())
+
+    def _bytes(self) -> bytes:
+        """The next bytes; none at the end of the input, where the terminal is gone, or when the listener closes."""
+        import select
+
+        ready, _, _ = select.select([self.fd, self._wake[0]], [], [])
+        if self._wake[0] in ready:
+            return b""
+        try:
+            return os.read(self.fd, 4096)
+        except OSError:
+            return b""
+
+    def _hand_over(self, texts: list[str]) -> None:
+        for text in texts:
+            self.heard.put(Heard(text, self.clock()))
+
+
+def listen(stream: TextIO | None) -> Source:
+    """Listen to a stream: keys where it is a terminal, lines otherwise; silence where there is none."""
+    try:
+        fd = stream.fileno() if stream is not None else None
+    except (OSError, ValueError):
+        fd = None
+    if fd is None or stream is None:
+        return Silence()
+    if sys.platform == "win32":
+        from studies.console.windows_input import WindowsListener
+
+        return WindowsListener(stream)
+    if not os.isatty(fd):
+        return Listener(fd, by_line=True)
+    from studies.console.terminal import single_keys
+
+    return Listener(fd, by_line=False, restore=single_keys(fd))

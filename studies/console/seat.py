@@ -1,0 +1,210 @@
+"""The experimenter's seat: what is heard there becomes asides and answers, what happens becomes the display."""
+
+from __future__ import annotations
+
+import time
+from collections import deque
+from collections.abc import Callable, Mapping
+from contextlib import ExitStack
+from dataclasses import dataclass, field, replace
+from typing import Any
+
+from devices.desk import Prompt
+from protocols.events import Event
+from protocols.plan import Plan
+from protocols.requests import Aside
+from studies.console.board import Board, after
+from studies.console.entry import IDLE, press
+from studies.console.listening import Heard, Source
+from studies.console.orders import LINES, Order, OrderError, order_of
+from studies.console.view import Display, View
+from studies.console.words import doing, how_to_answer, line, where
+from studies.interrupts import Interrupted
+
+REACTION_S = 0.3
+"""A key that comes sooner after a demand or a trial's start was meant for what stood there before."""
+STILL_HEEDED = ("confirm", "number", "help", "quit")
+"""What may be ordered once the session is over, while its last page is shown."""
+
+
+@dataclass
+class Seat:
+    """A Desk (devices.desk) at a source of orders and a display; only the main thread touches it.
+
+    Orders are heeded one by one as they came. Keys that nothing waits for are refused with a hint; a line that answers
+    waits for its demand, and later lines wait behind it, so that a whole session can be scripted.
+    """
+
+    plan: Plan
+    source: Source
+    display: Display
+    clock: Callable[[], float] = time.monotonic
+    view: View = field(init=False)
+    _heard: deque[Heard] = field(default_factory=deque)
+    _answer: float | bool | None = None
+    _asked_s: float = 0.0
+    _trial_s: float = 0.0
+    _live: bool = False
+
+    def __post_init__(self) -> None:
+        self.view = View(Board(self.plan))
+
+    @property
+    def board(self) -> Board:
+        """Where the session is."""
+        return self.view.board
+
+    def watch(self, event: Event) -> None:
+        """Take note of an event that is on record; those of earlier sittings come before the first poll."""
+        if event.kind == "trial_started":
+            self._trial_s = self.clock()
+        self._show(board=after(self.board, event))
+        if self._live and (told := line(event, self.board)) is not None:
+            self.display.say(told)
+
+    def poll(self) -> Aside | None:
+        """The next thing the experimenter did. Raises Interrupted where it was to quit."""
+        self._go_live()
+        self._heard.extend(self.source.take())
+        while self._heard and not self._too_early(self._heard[0]):
+            aside = self._hear(self._heard.popleft())
+            if aside is not None:
+                return aside
+        return None
+
+    def demand(self, prompt: Prompt | None) -> None:
+        """Put a demand before the experimenter, or take it away; an equal one stays as it stands."""
+        self._go_live()
+        if prompt == self.view.prompt:
+            return
+        self._answer, self._asked_s = None, self.clock()
+        self._show(prompt=prompt, entry=self.view.entry if self.view.entry.kind != "number" else IDLE)
+        if prompt is not None:
+            self.display.say(f"> {prompt.text} ({how_to_answer(prompt, self.source.by_line)})")
+
+    def answer(self) -> float | bool | None:
+        """The answer to the standing demand once given."""
+        return self._answer
+
+    def tell(self, state: Mapping[str, Any]) -> None:
+        """Show the state of a window or device; None removes a key."""
+        states = {key: value for key, value in {**self.view.states, **state}.items() if value is not None}
+        if states != self.view.states:
+            self._show(states=states)
+
+    def close(self) -> None:
+        """Stop listening and showing; the terminal is as it was before, also where one of the two fails."""
+        with ExitStack() as ends:
+            ends.callback(self.source.close)
+            ends.callback(self.display.close)
+
+    @property
+    def _waiting(self) -> Prompt | None:
+        """The demand that still wants an answer."""
+        return self.view.prompt if self._answer is None else None
+
+    def _go_live(self) -> None:
+        if not self._live:
+            self._live = True
+            told = where(self.board)
+            self.display.say(told if self.board.doing is None else f"{told}; {doing(self.board.doing)}")
+            self._show()
+
+    def _too_early(self, heard: Heard) -> bool:
+        return self.source.by_line and self._waiting is None and _answers(heard.text)
+
+    def _hear(self, heard: Heard) -> Aside | None:
+        """Heed one line or key."""
+        if not self.source.by_line:
+            pressed = press(self.view.entry, heard.text, self._waiting, self.board.paused)
+            self._show(entry=pressed.entry, hint=pressed.hint, help=False)
+            return None if pressed.order is None else self._heed(pressed.order, heard.t_s)
+        if not heard.text.strip():
+            return None
+        try:
+            return self._heed(order_of(heard.text), heard.t_s)
+        except OrderError as error:
+            self._hint(str(error))
+            return None
+
+    def _heed(self, order: Order, t_s: float) -> Aside | None:
+        if self.board.ended is not None and order.do not in STILL_HEEDED:
+            self._hint(f"the session is {self.board.ended}: nothing more goes on record")
+            return None
+        match order.do:
+            case "confirm" | "number":
+                self._take_answer(order, t_s)
+            case "help":
+                self._help()
+            case "quit":
+                raise Interrupted("QUIT")
+            case "note":
+                return Aside({"do": "note", "text": order.text})
+            case "abort":
+                return Aside({"do": "abort", "text": order.text})
+            case "pause" | "go on":
+                return self._pause(order)
+            case "repeat" | "repeat last":
+                return self._repeat(order, t_s)
+        return None
+
+    def _take_answer(self, order: Order, t_s: float) -> None:
+        asked = self._waiting
+        if asked is None:
+            self._hint("nothing to confirm now")
+        elif not self.source.by_line and t_s < self._asked_s + REACTION_S:
+            self._hint("too soon after the demand: once more, please")
+        elif asked.kind == "confirm" and order.do == "number":
+            self._hint("no number is asked for: confirm once it is done")
+        elif asked.kind == "number" and order.number is None and asked.default is None:
+            self._hint("a number is asked for")
+        else:
+            self._answer = _answer(asked, order)
+            self._hint("")
+
+    def _pause(self, order: Order) -> Aside | None:
+        if (order.do == "pause") == self.board.paused:
+            self._hint("the session is paused already" if self.board.paused else "the session is not paused")
+            return None
+        return Aside({"do": "pause" if order.do == "pause" else "go_on"})
+
+    def _repeat(self, order: Order, t_s: float) -> Aside | None:
+        if self.board.trial is None:
+            self._hint("no trial is under way: nothing to repeat now")
+        elif self.board.paused:
+            self._hint("the session is paused: go on first, then repeat")
+        elif not self.source.by_line and t_s < self._trial_s + REACTION_S:
+            self._hint("a trial began just then: r repeats this one, R the one before")
+        else:
+            return Aside({"do": "repeat", "which": "last" if order.do == "repeat last" else "this"})
+        return None
+
+    def _help(self) -> None:
+        self._show(help=True)
+        if self.source.by_line:
+            self.display.say(LINES)
+
+    def _hint(self, text: str) -> None:
+        self._show(hint=text)
+        if self.source.by_line and text:
+            self.display.say(text)
+
+    def _show(self, **changes: Any) -> None:
+        self.view = replace(self.view, **changes)
+        if self._live:
+            self.display.show(self.view)
+
+
+def _answers(text: str) -> bool:
+    """Whether a line is an answer to a demand."""
+    try:
+        return order_of(text).do in {"confirm", "number"}
+    except OrderError:
+        return False
+
+
+def _answer(asked: Prompt, order: Order) -> float | bool:
+    if asked.kind == "confirm":
+        return True
+    number = asked.default if order.number is None else order.number
+    return float(number) if number is not None else True

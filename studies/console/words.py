@@ -1,0 +1,119 @@
+"""The session in words: what the participant is doing, how long things take, and one line for each event."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from typing import Any
+
+from devices.desk import Prompt
+from devices.samples import described
+from protocols.events import NS, Event
+from studies.console.board import Board
+
+ANSWERING = {
+    "sliders": "rating {n} attribute(s)",
+    "similarity": "switching sides and rating {n} attribute(s)",
+    "authoring": "setting {n} slider(s)",
+    "adjectives": "ticking adjectives, {n} word(s)",
+    "lexicon": "writing adjectives",
+    "suggestions": "suggesting further adjectives",
+    "likert": "answering {n} statement(s)",
+    "demographics": "answering {n} question(s) about themselves",
+    "consent": "reading the consent form",
+}
+DOING = {
+    "present a wish": "feeling what was made from the sliders",
+    "present": "feeling the stimulus",
+    "instruct": "reading the instructions",
+    "confirm": "waiting while the screen is measured",
+}
+
+
+def doing(body: Mapping[str, Any] | None, waits: bool = False) -> str:
+    """What the participant is doing while the request of this body is performed, or the experimenter is to do it."""
+    match body:
+        case {"do": "present"} if waits:
+            return "waiting for the stimulus"
+        case {"do": "ask", "form": form, "items": items}:
+            return counted(ANSWERING.get(form, f"answering {form}"), len(items))
+        case {"do": "sense", "device": device, "seconds": seconds}:
+            return f"exploring while {str(device).replace('_', ' ')} records {seconds:g} s"
+        case {"do": "rest", "done": done, "total": total}:
+            return f"resting ({done} of {total} behind them)"
+        case {"do": do, **more}:
+            return DOING.get(f"{do} a wish" if "wish" in more else do, "waiting")
+        case _:
+            return "waiting"
+
+
+def counted(text: str, count: int) -> str:
+    """A text with its {n} filled in, and in the singular for one: its plural is marked as (s)."""
+    return text.replace("{n}", str(count)).replace("(s)", "" if count == 1 else "s")
+
+
+def clock(seconds: float) -> str:
+    """Minutes and seconds, and hours where there are some: 4:07, 1:02:30."""
+    whole = int(seconds)
+    hours, rest = divmod(whole, 3600)
+    minutes = f"{rest // 60:02d}" if hours else f"{rest // 60}"
+    return f"{hours}:{minutes}:{rest % 60:02d}" if hours else f"{minutes}:{rest % 60:02d}"
+
+
+def about(seconds: float | None) -> str:
+    """A duration as an estimate is told."""
+    if seconds is None:
+        return "time left: known after the first trial"
+    if seconds < 90:
+        return f"about {round(seconds, -1):.0f} s left"
+    return f"about {round(seconds / 60):d} min left"
+
+
+def how_to_answer(prompt: Prompt, by_line: bool = False) -> str:
+    """What to press, or to write where orders are lines."""
+    confirm = "confirm" if by_line else "Enter"
+    if prompt.kind == "confirm":
+        return f"{confirm} when it is done"
+    default = "" if prompt.default is None else f"; {confirm} alone means {prompt.default:g}"
+    return f"{'a number' if by_line else 'type the number, then Enter'}{default}"
+
+
+def standing(board: Board) -> str:
+    """Where the session is, in a few words."""
+    if board.ended is not None:
+        return f"the session is {board.ended}"
+    trial = board.current()
+    if trial is None:
+        return f"{len(board.done)} of {board.total} trials done"
+    block = "" if trial.block == "main" else f" ({trial.block})"
+    again = f", attempt {board.attempt}" if board.attempt > 1 else ""
+    return f"trial {board.position + 1} of {board.total}{block}{again}"
+
+
+def line(event: Event, board: Board) -> str | None:
+    """What a plain console says of an event, the board being that after it; None where it says nothing."""
+    told = _line(event, board)
+    return None if told is None else f"[{clock(event.t_ns / NS)}] {told}"
+
+
+def _line(event: Event, board: Board) -> str | None:
+    match event.kind:
+        case "trial_started":
+            return where(board)
+        case "request" if event.trial is None:
+            return doing(event.value)
+        case "experimenter":
+            return board.remarks[-1].text if event.value["do"] != "note" else f"note: {event.value['text']}"
+        case "session_ended":
+            return standing(board)
+        case _:
+            return None
+
+
+def where(board: Board) -> str:
+    """Where the session is, which stimulus is on and which comes next."""
+    trial = board.current()
+    if trial is None:
+        return standing(board)
+    coming = board.coming(1)
+    then = f"; next {described(coming[0].stimulus)}" if coming else ""
+    return f"{standing(board)}: {described(trial.stimulus)}{then}"

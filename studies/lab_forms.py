@@ -1,0 +1,19 @@
+"""What a lab puts before every participant of a study that opens with it. Imports no database."""
+
+from __future__ import annotations
+
+from pathlib import Path
+
+from protocols.forms import LabForms
+from protocols.study import Study
+from studies.participants.consent import consent_text, demand_filled
+from studies.participants.questions import questions
+
+
+def lab_forms(study: Study, lab: Path, live: bool, language: str = "en") -> LabForms | None:
+    """The lab's consent text and questions, where the study opens with them; a real session's must be filled in."""
+    if not study.opening:
+        return None
+    if live and "consent" in study.opening:
+        demand_filled(lab, language)
+    return LabForms(consent_text(lab, language), questions(lab, language))

@@ -1,0 +1,91 @@
+import os
+import time
+from contextlib import contextmanager
+from dataclasses import dataclass
+
+import pytest
+
+from devices.window.bench_display import missing, virtual_display
+from devices.window.bench_hand import Hand
+from devices.window.bench_stage import Setting
+from devices.window.bench_stagehand import Stage, stage_on
+from devices.window.calibration import Calibration
+from devices.window.geometry import Metrics, problems
+from protocols.requests import Aside
+from tests.devices.window.real.forms import KOREAN, STUDY
+
+SIZE = (1280, 720)
+CALIBRATION = Calibration(SIZE, 3.6, 0, "2026-11-21T10:00:00+00:00")
+SETTING = Setting(STUDY, CALIBRATION, fullscreen=True)
+PATIENCE_S = 20.0
+
+
+def demand_a_display():
+    """Skip by name where nothing can be shown; where tests must be whole, that is a failure."""
+    if lacking := missing():
+        told = f"no window can be opened here, for want of {', '.join(lacking)}"
+        (pytest.fail if os.environ.get("CI") else pytest.skip)(told)
+
+
+@dataclass
+class Theatre:
+    """The real window in a process of its own, on a display of its own, and a hand at its mouse and keyboard."""
+
+    display: str
+    hand: Hand
+    stage: Stage
+
+    def put_on(self, request):
+        """The elements of the request's screen by name, once it is before the participant."""
+        self.stage.put_on(request)
+        return self.stage.placed()
+
+    def picture(self):
+        """What the display shows, what was painted, and what is wrong with the layout."""
+        seen = self.stage.look(painted=True)
+        return self.hand.picture(), seen["picture"], problems(seen["placed"], Metrics(*SIZE, CALIBRATION.px_per_mm))
+
+    def keys(self, *strokes):
+        for stroke in strokes:
+            self.hand.key(*stroke)
+
+    def aside(self, **value):
+        """The experimenter does something; it comes back as an aside."""
+        self.stage.tell("aside", value)
+        assert self.stage.result() == Aside(value)
+
+    def on_again(self):
+        """The request that was broken into is performed on."""
+        self.stage.tell("perform again")
+        self.stage.hear("shown")
+
+    def leave(self):
+        """What is on is taken off unanswered."""
+        self.aside(do="abort", text="test")
+
+    def until(self, condition):
+        """Wait, within bounds, for something that another process brings about."""
+        limit = time.monotonic() + PATIENCE_S
+        while not condition():
+            assert time.monotonic() < limit, "nothing came of it"
+            time.sleep(0.01)
+
+
+@contextmanager
+def theatre_of(setting=SETTING, size=SIZE, errors=None):
+    demand_a_display()
+    with virtual_display(*size) as display:
+        hand = Hand(display)
+        hand.teach("".join(KOREAN) + "é")
+        try:
+            with stage_on(display, setting, "-W", "error", errors=errors) as stage:
+                yield Theatre(display, hand, stage)
+        finally:
+            hand.close()
+
+
+@pytest.fixture(scope="module")
+def theatre():
+    """One window for the tests of a module; each takes off what it put on."""
+    with theatre_of() as opened:
+        yield opened

@@ -1,0 +1,31 @@
+from pathlib import Path
+from typing import get_args
+
+from devices.window.pictures import pictures
+from devices.window.screens.specimen_words import FOLDER
+from devices.window.screens.specimens import specimens
+from devices.window.texts import SHIPPED, languages, read_words
+from protocols.forms import Form
+from protocols.requests import Ask
+
+DOCS = Path(__file__).parents[4] / "docs" / "pictures"
+WAITING = {"changing_sample", "feel_now", "recording"}
+
+
+def test_the_documentation_shows_every_kind_of_screen():
+    assert {path.name for path in DOCS.glob("screen-*.png")} == {f"screen-{name}.png" for name in specimens()}
+    assert all(path.stat().st_size < 60_000 for path in DOCS.glob("screen-*.png"))
+
+
+def test_there_is_a_specimen_of_every_form_and_every_page():
+    found = [each.request for each in specimens().values()]
+    assert {type(each.form) for each in found if isinstance(each, Ask)} == set(get_args(Form))
+    titled = {key.removesuffix("_text") for key in read_words(SHIPPED / "en.yaml") if key.endswith("_text")}
+    assert {each for each in found if isinstance(each, str)} == (titled - {"rest", "calibration"}) | WAITING
+    assert {path.stem for path in FOLDER.glob("*.yaml")} == set(languages())
+
+
+def test_pictures_are_painted_at_any_size_and_in_any_language(tmp_path):
+    files = pictures(tmp_path / "new", (1366, 768), "ko")
+    assert [file.name for file in files] == [f"screen-{name}.png" for name in specimens()]
+    assert all(file.read_bytes().startswith(b"\x89PNG") for file in files)

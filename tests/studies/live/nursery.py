@@ -1,0 +1,48 @@
+"""Live sessions with an experimenter at work, killed at random instants: `python -m tests.studies.live.nursery LABS`.
+
+One process imports everything once; each session is a fork of it (tests.studies.nursery).
+"""
+
+from __future__ import annotations
+
+import os
+import random
+import sys
+import time
+from pathlib import Path
+
+from studies.session import ledger_path, start
+from tests.studies.live.halls import Hall, sheets_plan
+from tests.studies.nursery import child, kill_after
+
+BUSY = (
+    (0.0, "confirm"), (0.5, "note one"), (1.0, "pause"), (3.0, "go on"), (3.1, "repeat"), (3.2, "confirm"),
+    (6.0, "confirm"), (6.5, "repeat last"), (7.0, "confirm"), (7.5, "pause"), (8.0, "note while paused"),
+    (9.0, "go on"), *[(10.0, "confirm")] * 6,
+)  # fmt: skip
+"""What the experimenter does: eight asides among the confirmations."""
+KILLS = 12
+
+
+def begin(lab: Path) -> None:
+    """A busy session."""
+    start(lab, sheets_plan(), Hall(BUSY).rig)
+
+
+def ledger(lab: Path) -> Path:
+    """Where it lies."""
+    return ledger_path(lab, "sheets", "P001")
+
+
+def main(labs: Path) -> None:
+    """One whole session in LABS/whole, and killed ones in LABS/0, LABS/1, ..."""
+    chance = random.Random(5)
+    begun = time.perf_counter()
+    os.waitpid(child(lambda: begin(labs / "whole")), 0)
+    usual = time.perf_counter() - begun
+    for number in range(KILLS):
+        kill_after(chance.uniform(0.1, 1.0) * usual, lambda number=number: begin(labs / str(number)))
+
+
+if __name__ == "__main__":
+    main(Path(sys.argv[1]))

@@ -1,0 +1,90 @@
+"""The console's page says what the experimenter needs, at every size of terminal."""
+
+from __future__ import annotations
+
+import html
+import io
+import re
+from dataclasses import replace
+from pathlib import Path
+
+import pytest
+from rich.console import Console
+
+from devices.desk import Prompt
+from protocols.canonical import canonical
+from protocols.events import NS, Event
+from studies.console.board import Board, after
+from studies.console.entry import IDLE, Entry
+from studies.console.page import page
+from studies.console.view import View
+from tests.studies.live.halls import sheets_plan
+from tests.studies.live.picture import view, words
+
+PICTURE = Path(__file__).resolve().parents[3] / "docs" / "pictures" / "console.svg"
+
+
+def printed(shown: View, width: int = 100, height: int = 28, t_s: float = 0.0) -> str:
+    console = Console(width=width, height=height, file=io.StringIO())
+    console.print(page(shown, shown.board.t_ns + round(t_s * NS), width, height), height=height)
+    return console.file.getvalue()
+
+
+@pytest.mark.parametrize(("width", "height"), [(60, 16), (80, 24), (100, 28), (200, 60)])
+def test_the_demand_the_samples_and_the_entry_are_seen_at_every_size(width, height):
+    text = printed(view(), width, height)
+    lines = text.splitlines()
+    assert len(lines) == height and max(map(len, lines)) <= width
+    for wanted in ("Put in place: T05 (suede, box 6)", "trial 20 of 50", "next", "T39", "38%", "min left", "note:"):
+        assert wanted in text
+
+
+def test_the_samples_of_the_next_two_trials_are_named():
+    text = printed(view())
+    assert re.search(r"next +T39 \(denim, box 4\) +\(after a rest\)", text)
+    assert re.search(r"then +T48 \(sandpaper P60, box 4\)", text)
+
+
+def test_a_long_line_being_typed_shows_its_end():
+    text = printed(replace(view(), entry=Entry("note", "x" * 300 + "END")), 80, 24)
+    assert "END█" in text.splitlines()[-1]
+
+
+def test_a_pause_covers_the_demand_until_the_session_goes_on():
+    board = after(view().board, Event(99, view().board.t_ns, "experimenter", canonical({"do": "pause"}), 20, 1))
+    text = printed(replace(view(), board=board), t_s=75)
+    assert "p goes on" in text and "paused for 1:15" in text and "Enter when it is done" not in text
+
+
+def test_the_end_is_asked_for_although_the_session_was_paused_when_it_was_aborted():
+    board = view().board
+    for seq, body in enumerate(({"do": "pause"}, {"do": "abort", "text": "ill"})):
+        board = after(board, Event(100 + seq, board.t_ns, "experimenter", canonical(body), 20, 1))
+    board = after(board, Event(102, board.t_ns, "session_ended", canonical({"as": "aborted", "trials": 50})))
+    text = printed(replace(view(), board=board, prompt=Prompt("The session is over.")))
+    assert "The session is over." in text and "the session is aborted" in text and "aborted: ill" in text
+
+
+def test_stand_ins_and_rehearsals_are_marked():
+    def marked(rig):
+        header = canonical({"rig": rig, "session": 2})
+        return printed(View(after(Board(sheets_plan()), Event(0, 0, "session_started", header)))).splitlines()[0]
+
+    assert "LIVE" in marked({"kind": "live", "twins": ["door_generator"]})
+    assert "simulated: door generator" in marked({"kind": "live", "twins": ["door_generator"]})
+    assert "REHEARSAL" in marked({"kind": "rehearsal"}) and "session 2" in marked({"kind": "rehearsal"})
+
+
+def test_markup_in_a_note_or_a_label_is_text():
+    shown = replace(view(), entry=IDLE, hint="[bold]odd[/x]", prompt=Prompt("[red]T07[/nope]"), states={"a": "[/b]"})
+    text = printed(shown)
+    assert "[red]T07[/nope]" in text and "[bold]odd[/x]" in text and "[/b]" in text
+
+
+def test_the_picture_in_the_documentation_is_what_the_console_shows():
+    cells = re.findall(r"<text[^>]*clip-path=\"url\(#console-line-(\d+)\)\">([^<]*)</text>", PICTURE.read_text("utf-8"))
+    lines: dict[int, str] = {}
+    for number, text in cells:
+        lines[int(number)] = lines.get(int(number), "") + html.unescape(text).replace("\xa0", " ")
+    shown = ["".join(lines.get(n, "").split()) for n in range(25)]
+    assert shown == ["".join(line.split()) for line in words()]

@@ -1,0 +1,176 @@
+"""Live sessions through the front door: the real window on a virtual display, an experimenter at a pipe."""
+
+from __future__ import annotations
+
+import os
+import signal
+import subprocess
+import sys
+import threading
+from contextlib import contextmanager
+from pathlib import Path
+
+import pytest
+
+from devices.window.bench_display import missing, virtual_display
+from devices.window.calibration import Calibration, write_calibration
+from studies.collect import ledgers_in
+from studies.record import read
+from studies.replay import replay
+from studies.session import ledger_path
+
+ROOT = Path(__file__).resolve().parents[3]
+SIZE = (1280, 720)
+LONGEST_S = 60.0
+STUDY = """
+study: stroking
+task: capture
+stimuli: stimuli.csv
+capture: {device: tool, seconds: 1}
+order: {design: as_listed}
+needs: [samples, tool, window]
+"""
+STIMULI = """id,label,sim_roughness,sim_bumpiness,sim_slipperiness,sim_softness
+T01,wood,28,13,64,6
+T02,foam,40,30,30,80
+T03,mesh,70,60,40,10
+"""
+
+
+@pytest.fixture(scope="module")
+def display():
+    if lacking := missing():
+        told = f"no window can be opened here, for want of {', '.join(lacking)}"
+        (pytest.fail if os.environ.get("CI") else pytest.skip)(told)
+    with virtual_display(*SIZE) as name:
+        yield name
+
+
+@pytest.fixture
+def lab(tmp_path):
+    palpate("init", str(tmp_path))
+    folder = tmp_path / "studies" / "stroking"
+    folder.mkdir(parents=True)
+    (folder / "study.yaml").write_text(STUDY, encoding="utf-8")
+    (folder / "stimuli.csv").write_text(STIMULI, encoding="utf-8")
+    write_calibration(tmp_path, Calibration(SIZE, 3.6, 0, "2026-01-01T10:00:00+00:00"))
+    palpate("participants", "add", "--lab", str(tmp_path))
+    return tmp_path
+
+
+def command(*arguments):
+    return [sys.executable, str(ROOT / "palpate.py"), *arguments]
+
+
+def palpate(*arguments):
+    return subprocess.run(command(*arguments), cwd=ROOT, capture_output=True, text=True, timeout=LONGEST_S, check=True)
+
+
+@contextmanager
+def sitting(display, *arguments):
+    """A session in a process of its own; it is gone when the block is left, or when it has hung for long."""
+    process = subprocess.Popen(
+        command(*arguments), cwd=ROOT, env={**os.environ, "DISPLAY": display}, text=True, bufsize=1,
+        stdin=subprocess.PIPE, stdout=subprocess.PIPE, stderr=subprocess.STDOUT,
+    )  # fmt: skip
+    hung = threading.Timer(LONGEST_S, process.kill)
+    hung.start()
+    try:
+        yield process
+    finally:
+        hung.cancel()
+        process.kill()
+        process.wait()
+        process.stdin.close()
+        process.stdout.close()
+
+
+def order(process, line):
+    process.stdin.write(line + "\n")
+    process.stdin.flush()
+
+
+def until(process, wanted):
+    """Read what the console says until the wanted words have come."""
+    said = []
+    while line := process.stdout.readline():
+        said.append(line)
+        if wanted in line:
+            return line
+    raise AssertionError(f"{wanted!r} did not come:\n{''.join(said)}")
+
+
+def run_of(lab):
+    return "run", "stroking", "--participant", "P001", "--twins", "--lab", str(lab)
+
+
+def ended(process):
+    """(exit code, the last line)."""
+    said, _ = process.communicate(timeout=LONGEST_S)
+    return process.returncode, said.splitlines()[-1]
+
+
+def test_a_session_is_quit_gone_on_with_killed_and_gone_on_with_to_its_end(display, lab):
+    path = ledger_path(lab, "stroking", "P001")
+    with sitting(display, *run_of(lab)) as process:
+        until(process, "How many mm")
+        order(process, "127.2")
+        until(process, "Put in place: T01 (wood)")
+        order(process, "note begun late")
+        order(process, "confirm")
+        until(process, "Put in place: T02 (foam)")
+        order(process, "quit")
+        assert ended(process) == (1, f"interrupted by QUIT; {len(read(path).events)} events are kept. "
+                                     f"Go on with: palpate resume {path}")  # fmt: skip
+    with sitting(display, "resume", str(path)) as process:
+        until(process, "Put in place: T02 (foam)")
+        order(process, "pause")
+        until(process, "paused")
+        process.send_signal(signal.SIGKILL)
+    kept = read(path).events
+    with sitting(display, "resume", str(path)) as process:
+        until(process, "went on")
+        for _ in range(3):
+            order(process, "confirm")
+        assert ended(process)[0] == 0
+    record = read(path)
+    assert record.complete and record.events[: len(kept)] == kept
+    assert record.header["rig"]["twins"] == ["tool"] and record.header["rig"]["window"]["size_px"] == list(SIZE)
+    assert record.header["calibration"]["px_per_mm"] == 3.6
+    replies = [event.value for event in record.events if event.kind == "reply"]
+    assert replies[0]["measured_mm"] == 127.2
+    assert [reply.get("by") for reply in replies[1:]] == ["experimenter", "twin"] * 3
+    asides = [event.value["do"] for event in record.events if event.kind == "experimenter"]
+    assert asides == ["note", "pause", "go_on"]
+    replay(path)
+
+
+def test_a_line_that_measures_wrong_twice_ends_the_sitting_and_a_changed_study_is_named(display, lab):
+    path = ledger_path(lab, "stroking", "P001")
+    with sitting(display, *run_of(lab)) as process:
+        until(process, "How many mm")
+        order(process, "120")
+        until(process, "measure once more")
+        order(process, "120")
+        code, last = ended(process)
+        assert code == 2 and "measures 120 mm" in last and "Traceback" not in last
+    assert not read(path).ended
+    study = lab / "studies" / "stroking" / "study.yaml"
+    study.write_text(STUDY.replace("seconds: 1", "seconds: 2"), encoding="utf-8")
+    with sitting(display, "resume", str(path)) as process:
+        code, last = ended(process)
+        assert code == 2 and "capture.seconds was 1" in last and "--accept-change" in last
+    with sitting(display, "resume", str(path), "--accept-change") as process:
+        until(process, "How many mm")
+        order(process, "quit")
+        assert ended(process)[0] == 1
+    assert "capture.seconds was 1" in read(path).sittings[-2].value["accepted_change"]["differences"]
+
+
+def test_a_rehearsal_shows_a_whole_study_and_leaves_no_session(display, lab):
+    options = ("--rehearse", "--pace", "0.01", "--participant", "P001", "--lab", str(lab))
+    with sitting(display, "run", "door_matching", *options) as process:
+        code, last = ended(process)
+    assert code == 0, last
+    [path] = ledgers_in(lab / "rehearsals")
+    assert read(path).complete and read(path).header["rig"]["kind"] == "rehearsal" and not ledgers_in(lab)

@@ -1,0 +1,66 @@
+"""Live sessions with an experimenter at work are killed at any instant, gone on with, and lose nothing."""
+
+from __future__ import annotations
+
+import os
+import subprocess
+import sys
+from pathlib import Path
+
+import pytest
+
+from studies.ledger import take_up
+from studies.record import read
+from studies.replay import replay
+from studies.session import create, resume
+from tests.studies.live.halls import Hall
+from tests.studies.live.nursery import KILLS, begin, ledger
+
+ROOT = Path(__file__).resolve().parents[3]
+
+
+def go_on(path):
+    """Go on with an experimenter who only mounts samples."""
+    resume(path, Hall([(0.0, "confirm")] * 9).rig)
+
+
+def left_paused(record) -> bool:
+    does = [event.value["do"] for event in record.events if event.kind == "experimenter"]
+    return does.count("pause") != does.count("go_on")
+
+
+@pytest.mark.skipif(not hasattr(os, "fork"), reason="kills forks of a process, which needs POSIX")
+def test_a_killed_live_session_keeps_every_aside_and_goes_on(tmp_path):
+    subprocess.run([sys.executable, "-m", "tests.studies.live.nursery", str(tmp_path)], cwd=ROOT, check=True)
+    whole = read(ledger(tmp_path / "whole"))
+    assert whole.complete and sum(event.kind == "experimenter" for event in whole.events) == 8
+    cut_at = set()
+    for number in range(KILLS):
+        path = ledger(tmp_path / str(number))
+        if not path.exists():
+            continue
+        kept = read(path)
+        cut_at.add(len(kept.events))
+        assert kept.events == whole.events[: len(kept.events)]
+        if not kept.ended:
+            go_on(path)
+        record = read(path)
+        assert record.complete and record.events[: len(kept.events)] == kept.events and not left_paused(record)
+        replay(path)
+    assert len(cut_at) > 2, "the kills fell on different places"
+
+
+@pytest.mark.parametrize("events", range(2, 30))
+def test_a_live_session_cut_at_any_event_goes_on(tmp_path, events):
+    begin(tmp_path / "whole")
+    whole = read(ledger(tmp_path / "whole"))
+    path, at = ledger(tmp_path), {"at": "2026-01-01T00:00:00+00:00"}
+    create(path, whole.header, at)
+    cut = take_up(path, at)
+    for event in whole.events[1:events]:
+        cut.append(event)
+    cut.close(at)
+    go_on(path)
+    record = read(path)
+    assert record.complete and record.events[:events] == whole.events[:events] and not left_paused(record)
+    replay(path)

@@ -1,0 +1,86 @@
+"""A rehearsal plays the whole study fast, keeps out of the lab's sessions, and can be broken into."""
+
+from __future__ import annotations
+
+from dataclasses import replace
+
+import pytest
+
+from protocols.events import NS
+from protocols.perceiver import Perceiver
+from protocols.plan import ParticipantRow, compile_plan
+from protocols.worlds import Simulated, VirtualClock
+from studies.catalogue import SHIPPED, Found, read_study
+from studies.collect import ledgers_in, others_in
+from studies.launch import lab_forms
+from studies.live_options import LiveOptions
+from studies.record import read
+from studies.rehearsal import Rehearsed, rehearsal_plan, rehearse
+from studies.replay import replay
+from studies.session import start
+from studies.twins import HandedOver
+from tests.studies.live.halls import Hall, sheets, sheets_plan
+
+FAST = LiveOptions(rehearse=True, no_window=True, pace_s=0.0)
+
+
+@pytest.fixture(autouse=True)
+def nobody_at_the_terminal(monkeypatch):
+    """No input; lines go where pytest catches them."""
+    monkeypatch.setattr("sys.stdin", None)
+
+
+class Rehearsing(Hall):
+    """A hall in which a rehearsal takes place, in virtual time."""
+
+    pace_s = 0.4
+
+    def _furnish(self, plan, t_ns, presenter, opened):
+        rig = super()._furnish(plan, 0, presenter, opened)
+        session = Simulated(Perceiver(plan), HandedOver(plan), VirtualClock(t_ns))
+        self.world = Rehearsed(session, presenter, self.seat, self.pace_s, self.time.seconds)
+        return replace(rig, world=self.world)
+
+
+def test_a_rehearsal_is_a_session_of_its_own_that_nothing_collects(tmp_path):
+    found = Found(sheets(), tmp_path)
+    for number in (1, 2):
+        sat = rehearse(tmp_path, sheets_plan(), rehearsal_plan(found, tmp_path, FAST))
+        assert sat.complete and sat.path.name == f"sheets_P001_s{number}.sqlite"
+        assert sat.path.parent == tmp_path / "rehearsals" / "sessions"
+    assert not ledgers_in(tmp_path) and not others_in(tmp_path) and not (tmp_path / "sessions").exists()
+    record = read(sat.path)
+    assert record.header["rig"]["kind"] == "rehearsal" and record.header["calibration"] is None
+    replay(sat.path)
+
+
+@pytest.mark.parametrize(
+    ("study", "group", "least_s"),
+    [("door_ratings", "1", 900), ("door_authoring", None, 60), ("texture_similarity", None, 400)],
+)
+def test_a_shipped_study_is_rehearsed_at_once_and_tells_how_long_it_takes(tmp_path, study, group, least_s):
+    found = read_study(SHIPPED / study / "study.yaml")
+    forms = lab_forms(found.study, tmp_path, live=False)
+    plan = compile_plan(found.study, ParticipantRow("P001", group), 0, forms)
+    sat = rehearse(tmp_path, plan, rehearsal_plan(found, tmp_path, FAST))
+    assert sat.complete and read(sat.path).events[-1].t_ns > least_s * NS
+
+
+def test_every_form_is_shown_for_a_moment_and_every_waiting_page_once(tmp_path):
+    hall = Rehearsing()
+    plan = compile_plan(sheets(instructions="Feel.", rest={"every": 2}), ParticipantRow("P001"))
+    record = read(start(tmp_path, plan, hall.rig).path)
+    assert [page for page in hall.stage.pages if page != "answered"] == [
+        "instruct", "changing_sample", "feel_now", "sliders", "sliders", "rest", "sliders", "sliders", "end",
+    ]  # fmt: skip
+    assert hall.time.seconds() == pytest.approx(8 * 0.4, abs=1.0)
+    assert record.events[-1].t_ns > 60e9, "session time is the simulated one"
+
+
+def test_a_rehearsal_heeds_the_experimenter(tmp_path):
+    hall = Rehearsing([(0.1, "pause"), (9.0, "note x"), (9.0, "go on"), (9.5, "repeat"), (10.0, "abort seen enough")])
+    record = read(start(tmp_path, sheets_plan(), hall.rig).path)
+    asides = [event.value["do"] for event in record.events if event.kind == "experimenter"]
+    assert asides == ["pause", "note", "go_on", "repeat", "abort"] and record.status == "aborted"
+    assert "pause" in hall.stage.pages and hall.time.seconds() >= 10.0
+    replay(record.path)

@@ -1,0 +1,54 @@
+"""Every shipped study can be shown, in English and in Korean, on the smallest screen: nothing overlaps or is cut."""
+
+import os
+
+import pytest
+
+from devices.window.build import screen_for
+from devices.window.calibration import Calibration
+from devices.window.fonts import find_fonts
+from devices.window.geometry import WindowError, problems
+from devices.window.presenter_page import prepare
+from protocols.requests import Ask, Instruct
+from tests.studies.ten import TEN, found_study, plan_for
+
+SMALLEST = Calibration((1280, 720), 3.4, 0, "2026-01-01T00:00:00+00:00")
+
+
+@pytest.fixture(scope="module")
+def korean():
+    """Fonts that cover Korean; where there are none, these tests are skipped by name, and fail in CI."""
+    try:
+        find_fonts("ko").demand(["한국어"])
+    except WindowError as error:
+        if os.environ.get("CI"):
+            raise
+        pytest.skip(f"no fonts for Korean: {error}")
+
+
+def requests_of(plan):
+    yield Instruct("instructions")
+    yield from (Ask(form) for form in (*plan.opening, *plan.closing))
+    yield from (Ask(t.form, t) for t in (plan.trials[0], plan.trials[-1]) if t.form is not None)
+
+
+@pytest.mark.parametrize("language", ["en", "ko"])
+@pytest.mark.parametrize("name", TEN)
+def test_a_study_s_screens_are_clear(korean, name, language):
+    plan, folder = plan_for(name), found_study(name).folder
+    page = prepare(plan.study, SMALLEST, language, folder, plan=plan)
+    for request in requests_of(plan):
+        screen = screen_for(request, page, 0)
+        assert problems(screen.placed(), page.metrics) == [], request.body()
+
+
+@pytest.mark.parametrize("name", TEN)
+def test_a_translation_leaves_no_word_of_the_study_in_english(name):
+    from devices.window.texts_study import load_study_texts, study_texts
+
+    study, folder = found_study(name).study, found_study(name).folder
+    words = load_study_texts(study, folder, "ko")
+    assert len(words) == len({" ".join(text.split()) for text in study_texts(study)})
+    assert all(any("가" <= letter <= "힣" for letter in translation) for translation in words.values())
+    labels = [words[word.word] for word in study.adjectives.words] if study.adjectives else []
+    assert len(set(labels)) == len(labels), "two words share a translation"
