@@ -11,7 +11,7 @@ from typing import TYPE_CHECKING, Any
 
 import click
 
-from studies.live_options import LiveOptions, to_go_on, to_start
+from studies.live_options import REHEARSALS, LiveOptions, to_go_on, to_start
 from studies.options import JSON, LAB, echo_json, progress
 
 if TYPE_CHECKING:
@@ -229,7 +229,11 @@ def _told(sat: list[Sat], study: str | None) -> Iterator[str]:
     elif done:
         yield f"complete: {done[0].events} events in {done[0].path}"
     for each in sat:
-        if not each.complete:
+        if each.status in {"aborted", "declined"}:
+            yield f"{each.status}: the session is over; {each.events} events are kept in {each.path}"
+        elif each.path.parent.parent.name == REHEARSALS and not each.complete:
+            yield f"{each.reason}; a rehearsal is not gone on with: rehearse again"
+        elif not each.complete:
             by_path = ["--study", study] if study and ("/" in study or Path(study).suffix) else []
             command = shlex.join(["palpate", "resume", str(each.path), *by_path])
             yield f"{each.reason}; {each.events} events are kept. Go on with: {command}"

@@ -11,6 +11,8 @@ from typing import Any
 import click
 
 PACE_S = 0.4
+REHEARSALS = "rehearsals"
+"""The folder of a lab in which rehearsals lie, apart from its sessions."""
 _SIZE = re.compile(r"([1-9][0-9]{2,4})x([1-9][0-9]{2,4})")
 
 

@@ -14,7 +14,7 @@ from protocols.events import World
 from protocols.plan import Plan
 from protocols.requests import Aside, Present, Reply, Request, Sense
 from studies.catalogue import Found
-from studies.live_options import LiveOptions
+from studies.live_options import REHEARSALS, LiveOptions
 from studies.live_rig import LANGUAGE, Opening, last_page, seat_at, window_calibration, window_of
 from studies.rig import Rig, RigPlan, simulated
 from studies.session import Sat, ledger_path, start
@@ -103,7 +103,7 @@ def rehearsal_plan(found: Found, lab: Path, options: LiveOptions) -> RigPlan:
 
 def rehearse(lab: Path, plan: Plan, rig: RigPlan) -> Sat:
     """Rehearse the plan; its ledger lies in LAB/rehearsals/sessions, where nothing collects or analyses it."""
-    folder, number = lab / "rehearsals", 1
+    folder, number = lab / REHEARSALS, 1
     while ledger_path(folder, plan.study.study, plan.who.participant, number).exists():
         number += 1
     return start(folder, plan, rig, number)
