@@ -77,7 +77,7 @@ class Plan:
 
     @property
     def opening(self) -> tuple[Form, ...]:
-        """The forms before the first trial. Raises PlanError if the study has some and the lab's were not given."""
+        """The forms before the first trial; a lab without questions asks none. Raises PlanError if the study has some and the lab's were not given."""
         if not self.study.opening:
             return ()
         if self.lab_forms is None:
@@ -88,7 +88,8 @@ class Plan:
             "consent": Consent(self.lab_forms.consent),
             "demographics": Demographics(self.lab_forms.questions),
         }
-        return tuple(forms[name] for name in self.study.opening)
+        asked = {"consent", *(("demographics",) if self.lab_forms.questions else ())}
+        return tuple(forms[name] for name in self.study.opening if name in asked)
 
     @property
     def closing(self) -> tuple[Form, ...]:

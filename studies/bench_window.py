@@ -8,9 +8,9 @@ import statistics
 import subprocess
 import sys
 import time
-from collections.abc import Iterator
+from collections.abc import Callable, Iterator
 from contextlib import contextmanager
-from dataclasses import dataclass, field
+from dataclasses import dataclass
 from tempfile import TemporaryDirectory
 
 from devices.window.bench import cases as window_cases
@@ -20,7 +20,7 @@ from devices.window.bench_stagehand import Stage, process_on
 from protocols.bench import Case
 
 SIZE, PX_PER_MM = (1920, 1080), 3.6
-ANSWERS, ANSWERS_QUICK = 400, 100
+ANSWERS, ANSWERS_QUICK = 400, 200
 BARE = """
 import sys
 from psychopy import visual
@@ -39,26 +39,27 @@ def cases(quick: bool) -> Iterator[Case]:
         return
     with virtual_display(*SIZE) as display:
         starts = Starts(display)
-        for method, run in (("PsychoPy alone", starts.bare), ("palpate, a session", starts.session)):
-            yield Case("window", "first frame", method, "a whole process", 1, "times a bare window", run,
-                       starts.times_bare, 3 if quick else 9)  # fmt: skip
+        pairs = 3 if quick else 9
+        yield _first_frame("PsychoPy alone", starts.bare, lambda _seconds: 1.0)
+        yield _first_frame("palpate, a session", starts.session, lambda _seconds: starts.ratio(pairs))
         yield _on_disk(display, ANSWERS_QUICK if quick else ANSWERS)
 
 
-@dataclass
+def _first_frame(method: str, run: Callable[[], float], error: Callable[[float], float]) -> Case:
+    return Case("window", "first frame", method, "a whole process, to its end", 1, "times a bare window", run, error, 3)
+
+
+@dataclass(frozen=True)
 class Starts:
     """Processes timed from their start to their first frame: a bare window's, and a session's first question."""
 
     display: str
-    bare_s: list[float] = field(default_factory=list)
 
     def bare(self) -> float:
         """A bare window: seconds to its first frame."""
         begun = time.perf_counter()
         with _bare_process(self.display) as process:
-            took = _until_shown(process, begun)
-        self.bare_s.append(took)
-        return took
+            return _until_shown(process, begun)
 
     def session(self) -> float:
         """A session of door_ratings on a ledger of its own: seconds to its first question."""
@@ -67,9 +68,9 @@ class Starts:
             stage.hear("shown")
             return time.perf_counter() - begun
 
-    def times_bare(self, seconds: float) -> float:
-        """How many times as long as a bare window of the same run."""
-        return seconds / statistics.median(self.bare_s)
+    def ratio(self, pairs: int) -> float:
+        """How many times as long a session takes as a bare window: the median of so many pairs, one after the other."""
+        return statistics.median(self.session() / self.bare() for _ in range(pairs))
 
 
 @contextmanager

@@ -143,6 +143,11 @@ def test_the_lab_s_forms_are_part_of_the_plan_and_read_back():
         ran(bare)
 
 
+def test_a_lab_without_questions_asks_none():
+    plan = compile_plan(study_of("matching"), ParticipantRow("P001"), 0, LabForms("Do you agree?", ()))
+    assert [form.name for form in plan.opening] == ["consent"]
+
+
 def test_who_declines_takes_no_part():
     plan = plan_of("matching")
     log = Kept()
