@@ -77,7 +77,10 @@ class Plan:
 
     @property
     def opening(self) -> tuple[Form, ...]:
-        """The forms before the first trial; a lab without questions asks none. Raises PlanError if the study has some and the lab's were not given."""
+        """The forms before the first trial; a lab without questions asks none.
+
+        Raises PlanError if the study has some and the lab's were not given.
+        """
         if not self.study.opening:
             return ()
         if self.lab_forms is None:
