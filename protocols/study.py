@@ -86,12 +86,16 @@ class Attribute(Strict):
 
 
 class Scale(Strict):
-    """A rating scale; without a step it is continuous. The marker starts unset: untouched is not zero."""
+    """A rating scale; without a step it is continuous. The marker starts unset: untouched is not zero.
+
+    Its line is 127 mm long on every screen unless the study says otherwise (thesis 3.3.3).
+    """
 
     low: Number = Field(validation_alias=AliasChoices("from", "low"))
     high: Number = Field(validation_alias=AliasChoices("to", "high"))
     step: Number | None = None
     start: Literal["unset"] = "unset"
+    length_mm: Annotated[float, Field(ge=40, le=500, allow_inf_nan=False)] = 127.0
 
     @model_validator(mode="after")
     def _in_order(self) -> Self:

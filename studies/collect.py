@@ -15,6 +15,8 @@ from studies.ledger_schema import APPLICATION_ID
 from studies.record import read
 from studies.tables import SessionTables, tables
 
+LOCK = 0x50414C43
+"""Key of the PostgreSQL advisory lock that lets stations collect into one database one after another."""
 OF_A_SESSION = (
     schema.streams, schema.events, schema.switches, schema.answers, schema.words, schema.responses, schema.trials,
     schema.sessions,
@@ -56,6 +58,7 @@ def open_database(url: str | URL, rebuild: bool = False) -> Engine:
         target = make_url(url)
         engine = create_engine(target, connect_args={"timeout": 60} if target.drivername.startswith("sqlite") else {})
         with engine.begin() as connection:
+            _wait_for_others(connection)
             _demand_no_ledger(connection)
             if rebuild:
                 schema.drop_all(connection)
@@ -78,6 +81,7 @@ def collect(paths: Iterable[Path], engine: Engine, withdrawn: Collection[str] = 
         session = tables(record, record.header["participant"] in withdrawn)
         try:
             with engine.begin() as connection:
+                _wait_for_others(connection)
                 what = _bring(connection, session, path)
         except SQLAlchemyError as error:
             raise CollectError(
@@ -140,6 +144,12 @@ def _insert_missing(connection: Connection, session: SessionTables) -> None:
     same = (schema.participants.c.study == who["study"]) & (schema.participants.c.participant == who["participant"])
     if not connection.execute(select(schema.participants.c.row).where(same)).first():
         connection.execute(insert(schema.participants), who)
+
+
+def _wait_for_others(connection: Connection) -> None:
+    """Two stations that make a table, or bring the same study, at once would each find it missing."""
+    if connection.dialect.name == "postgresql":
+        connection.exec_driver_sql(f"SELECT pg_advisory_xact_lock({LOCK})")
 
 
 def _demand_version(connection: Connection) -> None:

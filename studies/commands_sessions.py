@@ -65,8 +65,7 @@ def run(
         _report(_simulated(found, lab, plans, number, row is not None, live), as_json, study)
     else:
         demand_drivers(found.study, live.twins)
-        [plan] = _plans(found, lab, people, seed, (group, row), live, real=True)
-        _report([_live(found, lab, plan, number, live)], as_json, study)
+        _report([_live(found, lab, people, seed, (group, row), number, live)], as_json, study)
 
 
 def _plans(
@@ -84,7 +83,7 @@ def _simulated(found: Found, lab: Path, plans: list[Plan], number: int, shared: 
     from studies.squares import demand_free
 
     rig = simulated(found.study, found.folder)
-    accepted = {plan.who.participant: _before(found, lab, plan, number, live) for plan in plans}
+    accepted = {who: _before(found, lab, who, number, live) for who in (plan.who.participant for plan in plans)}
     demand_free(lab, plans, number, shared)
     sat: list[Sat] = []
     with closing(progress(plans, "running", live.as_json)) as steps:
@@ -95,36 +94,40 @@ def _simulated(found: Found, lab: Path, plans: list[Plan], number: int, shared: 
     return sat
 
 
-def _live(found: Found, lab: Path, plan: Plan, number: int, live: LiveOptions) -> Sat:
+def _live(
+    found: Found, lab: Path, people: list[str], seed: int, place: tuple[str | None, int | None], number: int,
+    live: LiveOptions,
+) -> Sat:  # fmt: skip
+    from studies.launch import demand_new
     from studies.live_rig import live_plan
     from studies.session import start
-    from studies.squares import demand_free
 
-    accepted = _before(found, lab, plan, number, live)
-    demand_free(lab, [plan], number, shared=True)
-    sat = start(lab, plan, live_plan(found, lab, live), number, accepted)
-    _on_record(found, lab, plan.who.participant, sat)
+    [who] = people
+    demand_new(lab, found.study.study, who, number)
+    accepted = _before(found, lab, who, number, live)
+    rig = live_plan(found, lab, live)
+    [plan] = _plans(found, lab, people, seed, place, live, real=True)  # Allocates a row: nothing may be amiss by now.
+    sat = start(lab, plan, rig, number, accepted)
+    _on_record(found, lab, who, sat)
     return sat
 
 
 def _on_record(found: Found, lab: Path, participant: str, sat: Sat) -> None:
     """What a real session's end means for the participant's row: who declined gives it up."""
-    from studies.participants.admission import finish
-    from studies.participants.registry import open_registry
-    from studies.participants.rows import release
+    from studies.participants.admission import decline, finish
 
     if sat.complete:
         finish(lab, found.study, participant)
     elif sat.status == "declined":
-        release(open_registry(lab), found.study, participant, "declined to take part")
+        decline(lab, found.study, participant)
 
 
-def _before(found: Found, lab: Path, plan: Plan, number: int, live: LiveOptions) -> dict[str, Any] | None:
+def _before(found: Found, lab: Path, who: str, number: int, live: LiveOptions) -> dict[str, Any] | None:
     """The participant's earlier sessions are there and over; what of a change of the study goes on record."""
     from studies.changes import demand_unchanged, earlier_header
     from studies.launch import demand_next
 
-    study, who = found.study.study, plan.who.participant
+    study = found.study.study
     demand_next(lab, study, who, number)
     header = earlier_header(lab, study, who, number)
     return None if header is None else demand_unchanged(header, found.study, live.accept_change)
@@ -181,7 +184,7 @@ def _to_go_on(
     from studies.catalogue import Found, find
     from studies.launch import changed_since
     from studies.live_rig import plan_to_go_on
-    from studies.participants.admission import admit
+    from studies.participants.admission import admit, readmit
     from studies.replay import recompiled
     from studies.rig import simulated
 
@@ -194,6 +197,7 @@ def _to_go_on(
     if not real:
         return found, simulated(declared, file.parent), accepted or None
     rig, of_screen = plan_to_go_on(found, lab, live, header)
+    readmit(lab, declared, plan.who.participant)
     return found, rig, {**accepted, **(of_screen or {})} or None
 
 

@@ -14,9 +14,9 @@ from studies.allocation import AllocationError, allocate
 from studies.catalogue import read_study
 from studies.changes import StudyChanged, demand_unchanged
 from studies.lab_forms import lab_forms
-from studies.participants.admission import admit
+from studies.participants.admission import admit, demand_known_here, demand_not_finished
 from studies.record import LedgerError, read
-from studies.session import ledger_path
+from studies.session import fresh_path, ledger_path
 
 
 def plans_of(
@@ -42,6 +42,17 @@ def row_of(study: Study, lab: Path, participant: str, live: bool, group: str | N
         place = f"row {held.row}" + (f" of group {held.group}" if held.group is not None else "")
         raise AllocationError(f"participant {participant} has {place} of {study.study}; leave --group and --row out")
     return held
+
+
+def demand_new(lab: Path, study: str, participant: str, number: int) -> None:
+    """Raise ParticipantError or LedgerError unless a live session of this number may be begun. Writes nothing.
+
+    A start that is refused must take no row of the square, so this comes before one is allocated.
+    """
+    demand_known_here(lab, participant)
+    fresh_path(lab, study, participant, number)
+    if number == 1:
+        demand_not_finished(lab, study, participant)
 
 
 def demand_next(lab: Path, study: str, participant: str, number: int) -> None:

@@ -40,20 +40,19 @@ def ledger_path(lab: Path, study: str, participant: str, number: int = 1) -> Pat
     return lab / "sessions" / f"{study}_{participant}_s{number}.sqlite"
 
 
-def fresh_path(lab: Path, plan: Plan, number: int) -> Path:
-    """Where a new session of the plan will lie. Raises LedgerError if there is one already."""
-    path = ledger_path(lab, plan.study.study, plan.who.participant, number)
+def fresh_path(lab: Path, study: str, participant: str, number: int) -> Path:
+    """Where a new session will lie. Raises LedgerError if there is one already."""
+    path = ledger_path(lab, study, participant, number)
     if path.exists():
-        raise LedgerError(_taken(path, plan, number))
+        raise LedgerError(_taken(path, study, participant, number))
     return path
 
 
-def _taken(path: Path, plan: Plan, number: int) -> str:
+def _taken(path: Path, study: str, who: str, number: int) -> str:
     """What to say where the participant has a session of this number."""
     status = read(path).status
     if status == "interrupted":
         return f"{path} exists and is not over: go on with it: palpate resume {path}"
-    who, study = plan.who.participant, plan.study.study
     return (
         f"{path}: {who} has had session {number} of {study} ({status}); if a further one is meant, give"
         f" --session {number + 1}"
@@ -87,7 +86,7 @@ def start(lab: Path, plan: Plan, rig: RigPlan, number: int = 1, accepted: Mappin
 
     Raises LedgerError if the participant has a session of this number already, RigError if the rig cannot be had.
     """
-    path = fresh_path(lab, plan, number)
+    path = fresh_path(lab, plan.study.study, plan.who.participant, number)
     rig.check(plan)
     with guarded() as guard:
         create(path, header_of(plan, rig, number, accepted), {"at": wall_time()})

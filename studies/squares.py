@@ -18,7 +18,7 @@ def demand_free(lab: Path, plans: Sequence[Plan], number: int, shared: bool) -> 
     `shared` is set where the experimenter gave the row: a replacement inherits it. Raises LedgerError, AllocationError.
     """
     for plan in plans:
-        fresh_path(lab, plan, number)
+        fresh_path(lab, plan.study.study, plan.who.participant, number)
     taken = {} if shared else rows_taken(lab, plans[0].study.study)
     for plan in plans:
         holders = taken.setdefault((plan.who.group, plan.who.row), {plan.who.participant})

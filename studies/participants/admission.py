@@ -12,9 +12,9 @@ from protocols.study import Study
 from studies.participants.allocations import allocation_of, keep
 from studies.participants.errors import ParticipantError
 from studies.participants.lab import demand_lab
-from studies.participants.people import status_of, unknown
-from studies.participants.registry import find_registry, note, reading, write
-from studies.participants.rows import allocate_row
+from studies.participants.people import demand_known, status_of, unknown
+from studies.participants.registry import Registry, find_registry, note, reading, write
+from studies.participants.rows import allocate_row, release
 
 
 def admit(
@@ -41,11 +41,56 @@ def admit(
 
 
 def _live(lab: Path, study: Study, participant: str, group: str | None, row: int | None) -> ParticipantRow:
+    return allocate_row(_registry_with(lab, participant), study, participant, group, row)
+
+
+def _registry_with(lab: Path, participant: str) -> Registry:
     demand_lab(lab)
     registry = find_registry(lab)
     if registry is None:
         raise ParticipantError(unknown(lab, participant))
-    return allocate_row(registry, study, participant, group, row)
+    return registry
+
+
+def demand_known_here(lab: Path, participant: str) -> None:
+    """Raise ParticipantError unless the folder is a lab that knows the participant, who has not withdrawn."""
+    demand_known(_registry_with(lab, participant), participant)
+
+
+def demand_not_finished(lab: Path, study: str, participant: str) -> None:
+    """Raise ParticipantError where the registry has the participant's first session as finished, here or elsewhere."""
+    with reading(_registry_with(lab, participant)) as connection:
+        own = allocation_of(connection, study, participant)
+    if own is not None and own.status == "finished":
+        raise ParticipantError(
+            f"{participant} has finished {study} in a session that is not in {lab}: have further ones at the station "
+            f"where it lies; if it is void, first: palpate participants release {study} {participant} --why ..."
+        )
+
+
+def readmit(lab: Path, study: Study, participant: str) -> None:
+    """Who gave up the row since a live session began gets it back to go on.
+
+    Raises ParticipantError on a participant who withdrew, or where another holds the row by now.
+    """
+    registry = find_registry(lab)
+    if admit(lab, study, participant, live=False) is not None or registry is None:
+        return
+    with reading(registry) as connection:
+        own = allocation_of(connection, study.study, participant)
+    if own is not None:
+        allocate_row(registry, study, participant)
+
+
+def decline(lab: Path, study: Study, participant: str) -> None:
+    """Offer the row again of a participant who declined to take part; who has finished a session keeps it."""
+    registry = find_registry(lab)
+    if registry is None:
+        return
+    with reading(registry) as connection:
+        own = allocation_of(connection, study.study, participant)
+    if own is not None and own.status == "active":
+        release(registry, study, participant, "declined to take part")
 
 
 def finish(lab: Path, study: Study, participant: str) -> None:

@@ -115,6 +115,7 @@ def list_(study: str | None, with_names: bool, lab: Path, as_json: bool) -> None
     Example:
       palpate participants list --study door_ratings --lab LAB
     """
+    from studies.catalogue import find
     from studies.participants.identities import identities
     from studies.participants.listing import lines, listed
     from studies.participants.registry import open_registry
@@ -122,6 +123,8 @@ def list_(study: str | None, with_names: bool, lab: Path, as_json: bool) -> None
     if with_names and as_json:
         raise click.UsageError("--identities is for the screen: names go into no JSON; leave one of the two out")
     people = listed(_registry(lab, open_registry), study)
+    if study is not None and not people:
+        find(study, lab)  # A name that is mistyped is said to be one.
     if as_json:
         echo_json(people)
         return

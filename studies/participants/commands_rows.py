@@ -58,9 +58,11 @@ def release(study: str, participant: str, why: str, lab: Path, as_json: bool) ->
     Example:
       palpate participants release door_ratings P003 --why "did not come back" --lab LAB
     """
+    from studies.participants.identities import demand_nameless
     from studies.participants.rows import release as give_up
 
     declared, registry = _opened(study, lab)
+    demand_nameless(lab, participant, why)
     released = give_up(registry, declared, participant, why)
     if as_json:
         echo_json({"study": declared.study, "participant": participant, "group": released.group, "row": released.row})

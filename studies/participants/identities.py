@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import os
+import re
 import stat
 from collections.abc import Iterator
 from contextlib import contextmanager, suppress
@@ -101,6 +102,19 @@ def demand_good(identity: Identity) -> None:
         if not text.strip() or not text.isprintable():
             raise ParticipantError(f"{what}: found {text!r:.60}, a text of one line is expected")
     _demand_date(identity.consented)
+
+
+def demand_nameless(lab: Path, participant: str, why: str) -> None:
+    """Raise ParticipantError on a reason that is empty, or that tells who the participant is: it stays for good."""
+    if not why.strip():
+        raise ParticipantError("--why: a reason is expected")
+    known, said = identities(lab).get(participant, Identity()), why.casefold()
+    whole = [text.casefold() for text in (known.name, known.contact) if text]
+    parts = {part for part in (known.name or "").casefold().split() if len(part) > 2}
+    if any(text in said for text in whole) or parts & set(re.findall(r"\w+", said)):
+        raise ParticipantError(
+            f"--why: it tells who {participant} is, and it stays in the audit trail: say it without name and contact"
+        )
 
 
 def identities(lab: Path) -> dict[str, Identity]:

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from dataclasses import dataclass
+from pathlib import Path
 
 from protocols.balance import Balance, certificate
 from protocols.plan import ParticipantRow, main_order
@@ -11,6 +12,7 @@ from studies.collect import ledgers_in
 from studies.participants.allocations import Allocation, every_allocation
 from studies.participants.places import Places, places, recorded_rows
 from studies.participants.registry import Registry, withdrawn
+from studies.record import LedgerError, read_header
 
 
 @dataclass(frozen=True)
@@ -50,7 +52,8 @@ def standing(registry: Registry, study: Study, seed: int = 0) -> list[GroupStand
 def overlaps(registry: Registry, study: str) -> list[Overlap]:
     """For each other study of the lab, how many of this study's participants took part in it, too.
 
-    Somebody takes part who holds a row of the study or has a session of it here; who withdrew does not count.
+    Somebody takes part who holds a row of the study or has a session of it here, in person; who withdrew does not
+    count.
     """
     of = _participation(registry)
     mine = of.pop(study, set())
@@ -69,13 +72,22 @@ def _of_group(study: Study, group: str | None, found: Places, known: dict[str, A
     )
 
 
+def _in_person(path: Path) -> bool:
+    """Whether a session is a real participant's: simulated ones are nobody's."""
+    try:
+        kind: str = read_header(path)["rig"]["kind"]
+    except (LedgerError, KeyError, TypeError):
+        return False
+    return kind == "live"
+
+
 def _participation(registry: Registry) -> dict[str, set[str]]:
     """Study -> who takes part."""
     found: dict[str, set[str]] = {}
     for each in every_allocation(registry):
         if each.holds:
             found.setdefault(each.study, set()).add(each.participant)
-    for path in ledgers_in(registry.lab):
+    for path in filter(_in_person, ledgers_in(registry.lab)):
         study, participant, _ = path.stem.rsplit("_", 2)
         found.setdefault(study, set()).add(participant)
     gone = withdrawn(registry.lab)

@@ -13,7 +13,7 @@ from studies.participants import schema
 from studies.participants.allocations import Allocation, allocation_of
 from studies.participants.errors import ParticipantError
 from studies.participants.export import forget
-from studies.participants.identities import erase
+from studies.participants.identities import demand_nameless, erase
 from studies.participants.people import status_of, unknown
 from studies.participants.registry import Registry, note, write
 from studies.participants.rows import give_up
@@ -34,11 +34,12 @@ def withdraw(registry: Registry, participant: str, why: str) -> Withdrawn:
     """Erase who a participant is, give up their rows, mark their sessions; the pseudonym is never given again.
 
     The identity goes first: interrupted in between, the same call does the rest.
-    Raises ParticipantError on a participant who is not known or has withdrawn already.
+    Raises ParticipantError on a participant who is not known or has withdrawn already, or a reason that names them.
     """
     status = status_of(registry, participant)
     if status is None:
         raise ParticipantError(unknown(registry.lab, participant))
+    demand_nameless(registry.lab, participant, why)
     erased = erase(registry.lab, participant)
     forget(registry.lab, participant)
     if status == "withdrawn":
