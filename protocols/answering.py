@@ -84,9 +84,13 @@ def _tries(person: Perceiver, ask: Ask) -> int:
 
 
 def _tries_behind(person: Perceiver, ask: Ask, form: Sliders) -> int:
-    """Which try the former answers were: the person remembers by what was wished."""
-    wishes = (_wish(person, ask, form, n) for n in range(_tries(person, ask)))
-    return next((n + 1 for n, wish in enumerate(wishes) if wish == ask.former), _tries(person, ask))
+    """Which try the former answers were: the person remembers by what was wished.
+
+    Of equal wishes (a coarse scale) the last counts, so that every try leads on.
+    """
+    tries = _tries(person, ask)
+    behind = [n + 1 for n in range(tries) if _wish(person, ask, form, n) == ask.former]
+    return max(behind, default=tries)
 
 
 def _wish(person: Perceiver, ask: Ask, form: Sliders, tried: int) -> dict[str, float]:
@@ -132,8 +136,11 @@ def _written(person: Perceiver, ask: Ask, form: Lexicon) -> tuple[Reply, float]:
 
 
 def _from_memory(person: Perceiver, ask: Ask, count: int, without: tuple[str, ...] = ()) -> tuple[str, ...]:
+    """Words that come to mind; who runs out of them says them again with a number."""
     known = [word for word in person.simulation.vocabulary or VOCABULARY if word not in without]
-    return shuffled(known, *person.moment("memory", ask, ""))[:count]
+    once = shuffled(known, *person.moment("memory", ask, ""))
+    again = [f"{word} {times}" for times in range(2, count + 2) for word in once]
+    return (*once, *again)[:count]
 
 
 def _agreed(person: Perceiver, ask: Ask, form: Likert) -> tuple[Reply, float]:
@@ -152,10 +159,15 @@ def _about_oneself(person: Perceiver, question: Question) -> Any:
         case "choice":
             return question.levels[math.floor(share * len(question.levels))][0]
         case "number":
-            low, high = (
-                question.low if question.low is not None else AGES[0],
-                question.high if question.high is not None else AGES[1],
-            )
-            return round(max(low, 0) + share * (min(high, AGES[1]) - max(low, 0)))
+            return _number(person, question, share)
         case _:
             return None if question.optional else "not stated"
+
+
+def _number(person: Perceiver, question: Question, share: float) -> float:
+    """An adult's age; any other number is a share of the years since; always one that the question allows."""
+    youngest, oldest = AGES
+    years = (oldest - youngest) * uniform(*person.trait("about oneself", "age"))
+    drawn = round(youngest + years if question.name == "age" else share * years)
+    above = drawn if question.low is None else max(drawn, question.low)
+    return above if question.high is None else min(above, question.high)

@@ -82,14 +82,15 @@ class _Recorder:
 
     def heed(self, aside: Aside) -> None:
         """Put on record what the experimenter did; to repeat and to abort leaves the request without a reply."""
-        what = aside.value.get("do")
-        if what not in {"note", "pause", "go_on", "abort"} and (what != "repeat" or self.trial is None):
+        what, which = aside.value.get("do"), aside.value.get("which")
+        repeats = what == "repeat" and which in {"this", "last"} and self.trial is not None
+        if what not in {"note", "pause", "go_on", "abort"} and not repeats:
             raise ReplyError(f"the experimenter's {what!r} is unknown, or not to be done here")
         self.note("experimenter", aside.value)
         if what == "abort":
             raise _Aborted
         if what == "repeat":
-            raise _Repeat(last=aside.value.get("which") == "last")
+            raise _Repeat(last=which == "last")
 
 
 @dataclass

@@ -34,11 +34,19 @@ def parts_of_task(study: Study) -> Iterator[Problem]:
         yield Problem(("navigation",), f"task {study.task} goes forward only")
     if study.capture is not None:
         yield from _recorded(study, study.capture.seconds)
+    yield from _of_devices(study)
 
 
 def _of_similarity(study: Study) -> Iterator[Problem]:
     if study.task == "similarity" and len(set(study.sides)) < 2:
         yield Problem(("sides",), "two different sides to switch between are expected, as [real, virtual]")
+
+
+def _of_devices(study: Study) -> Iterator[Problem]:
+    """What records the stimuli, or makes what is wished for, must be among the devices that are opened."""
+    needed = "door_generator" if study.task == "authoring" else study.capture and study.capture.device
+    if study.task in ONE_WAY and needed and needed not in study.needs:
+        yield Problem(("needs",), f"task {study.task} needs the device {needed}, which is not listed")
 
 
 def _of_ends(study: Study) -> Iterator[Problem]:

@@ -130,7 +130,8 @@ def _summary(found: Found) -> str:
 def _asked(study: Study) -> str:
     """What a trial asks or records, in words."""
     if study.scale is not None:
-        return f"{len(study.attributes)} attributes on {study.scale.low}..{study.scale.high}"
+        count = len(study.attributes)
+        return f"{count} attribute{'s' if count != 1 else ''} on {study.scale.low}..{study.scale.high}"
     if study.adjectives is not None:
         return f"{len(study.adjectives.words)} adjectives to tick"
     if study.capture is not None:

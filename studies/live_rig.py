@@ -53,7 +53,8 @@ def live_plan(found: Found, lab: Path, options: LiveOptions) -> RigPlan:
         world = LiveWorld(presenter, seat, station(plan, found.folder, twins), now_ns, lambda: seat.board.paused)
         return Rig(world, opened.close, seat.watch, lambda: presenter.finish(seat, last_page(seat)))
 
-    opening = Opening(description, devices, window_of(found, calibration, language, options.windowed is None), furnish)
+    window = window_of(found, lab, calibration, language, options.windowed is None)
+    opening = Opening(description, devices, window, furnish)
     return RigPlan(description, opening.check, opening.open, None if calibration is None else calibration.definition())
 
 
@@ -163,15 +164,24 @@ def _screen(description: Mapping[str, Any]) -> dict[str, Any]:
     return {"screen": f"{width}x{height}, {description['px_per_mm']:.2f} px/mm, {description['language']}"}
 
 
-def window_of(found: Found, calibration: Calibration | None, language: str, full: bool) -> Callable[[Plan], Presenter]:
-    """How the participant's window is opened for a plan; without a calibration there is none."""
+def window_of(
+    found: Found, lab: Path, calibration: Calibration | None, language: str, full: bool
+) -> Callable[[Plan], Presenter]:
+    """How the participant's window is opened for a plan; without a calibration there is none.
+
+    The screens' words are those of LAB/texts/LANGUAGE.yaml, where the lab has brought that file.
+    """
+    own = lab / "texts" / f"{language}.yaml"
 
     def opened(plan: Plan) -> Presenter:
         if calibration is None:
             return Windowless()
         from devices.window.presenter import open_presenter
 
-        return open_presenter(found.study, calibration, language, found.folder, fullscreen=full, plan=plan)
+        return open_presenter(
+            found.study, calibration, language, found.folder, fullscreen=full, plan=plan,
+            texts_file=own if own.is_file() else None,
+        )  # fmt: skip
 
     return opened
 

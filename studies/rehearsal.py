@@ -97,7 +97,7 @@ def rehearsal_plan(found: Found, lab: Path, options: LiveOptions) -> RigPlan:
         return Rig(rehearsed, opened.close, seat.watch, finish)
 
     full = options.windowed is None and calibration is not None and calibration.confirmed_at != NEVER
-    opening = Opening(description, inner.check, window_of(found, calibration, language, full), furnish)
+    opening = Opening(description, inner.check, window_of(found, lab, calibration, language, full), furnish)
     return RigPlan(description, opening.check, opening.open)
 
 

@@ -61,6 +61,8 @@ class _Walk:
             self.request = event.value
         if event.trial is not None:
             self._progress(event, self.met.setdefault(event.trial, _Met()))
+        if event.kind == "experimenter" and event.value.get("which") == "last" and event.trial is not None:
+            self._repeat_before(event.trial)
         if event.kind == "reply" and self.request["do"] == "ask" and "answers" in event.value:
             self._answered(event)
 
@@ -79,6 +81,12 @@ class _Walk:
         """A trial that is repeated has no answer until it is answered anew."""
         trial.answered_at = None
         self._stand(number, [])
+
+    def _repeat_before(self, number: int) -> None:
+        """The trial before is to be answered anew, whether or not the session comes to it."""
+        if before := self.met.get(number - 1):
+            self._withdraw(number - 1, before)
+            before.status = "repeated"
 
     def _stand(self, number: int, rows: list[Row]) -> None:
         for row in self.standing.get(number, ()):

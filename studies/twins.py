@@ -10,6 +10,7 @@ from typing import Protocol
 
 from devices.blocks import interleaved
 from devices.door.twin import open_door, read_profile
+from protocols.forms import Sliders
 from protocols.keyed import Key, normal
 from protocols.plan import Plan, Trial
 from protocols.requests import Present, Reply, Request, Samples, Sense
@@ -115,7 +116,16 @@ class GeneratorTwin:
     plan: Plan
 
     def check(self, trial: Trial) -> None:
-        """Wishes come from the participant: nothing to check before."""
+        """The attributes and their scale are those that doors can be made from."""
+        from devices.door.wished import HIGHEST, LOWEST, TURNS
+
+        form = trial.form
+        if not isinstance(form, Sliders) or sorted(form.items()) != sorted(TURNS):
+            found = "no sliders" if form is None else ", ".join(form.items())
+            raise RigError(f"the simulated door generator makes doors from {', '.join(TURNS)}; found {found}")
+        if (form.scale.low, form.scale.high) != (LOWEST, HIGHEST):
+            found = f"{form.scale.low:g} to {form.scale.high:g}"
+            raise RigError(f"the simulated door generator needs a scale from 0 to 100; found {found}")
 
     def __call__(self, request: Request, t_ns: int) -> Done:
         """Make the door that is wished for, and let the hand open it. Raises RigError where there is no wish."""
@@ -186,8 +196,12 @@ class DoorSensorsTwin:
     profiles: Profiles
 
     def check(self, trial: Trial) -> None:
-        """The profile can be read, where there is one."""
-        self._profile(trial.stimulus)
+        """The profile can be read, where there is one, and opened in the time there is."""
+        from devices.door.sensors_twin import demand_recordable
+
+        profile_N = self._profile(trial.stimulus)
+        if trial.recording is not None:
+            demand_recordable(profile_N, trial.recording.seconds)
 
     def __call__(self, request: Request, t_ns: int) -> Done:
         """Record force and angle."""

@@ -53,12 +53,21 @@ def _show_once(watch: Watch, once: Path | None, as_json: bool) -> None:
 
     snapshot = watch.look()
     if once is not None:
-        once.parent.mkdir(parents=True, exist_ok=True)
-        once.write_text(Pages().still(snapshot), encoding="utf-8", newline="\n")
+        _write(once, Pages().still(snapshot))
     if as_json:
         echo_json(as_data(snapshot))
     else:
         click.echo(f"{len(snapshot.sessions)} sessions, {len(snapshot.refused)} refused: {once}")
+
+
+def _write(file: Path, page: str) -> None:
+    from analysis.monitoring.watching import MonitorError
+
+    try:
+        file.parent.mkdir(parents=True, exist_ok=True)
+        file.write_text(page, encoding="utf-8", newline="\n")
+    except OSError as error:
+        raise MonitorError(f"--once {file}: cannot be written ({error.strerror or error}); name another file") from None
 
 
 def _serve(watch: Watch, host: str, port: int, access: Access) -> None:

@@ -14,6 +14,7 @@ from analysis.monitoring.following import Followed, catch_up, follow
 from analysis.monitoring.people import People, people_of
 from analysis.monitoring.raters import Rated, rated
 from analysis.monitoring.sessions import Session, session_of, status_of
+from analysis.ratings.diagnostics import DiagnosticsError
 from protocols.canonical import digest
 from protocols.plan import ParticipantRow, Plan, compile_plan
 from protocols.study import Study
@@ -175,7 +176,12 @@ class Watch:
             might_run = course.ended is None and not followed.laid_down
             status = status_of(followed, might_run and held(path))
             withdrawn = course.header["participant"] in self.people.withdrawn
-            answers = None if withdrawn else known.diagnosed(over=status == "complete")
+            try:
+                answers = None if withdrawn else known.diagnosed(over=status == "complete")
+            except DiagnosticsError as error:
+                del self.known[path]
+                self.bad[path] = _Bad(followed.state, f"{path}: {error}")
+                continue
             yield session_of(followed, status, known.digest, answers, withdrawn, now)
 
     def _balances(self, sessions: tuple[Session, ...]) -> Iterator[StudyBalance]:

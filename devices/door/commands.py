@@ -3,6 +3,8 @@
 from __future__ import annotations
 
 import json
+from collections.abc import Callable
+from functools import partial
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
@@ -135,31 +137,53 @@ def augment_command(source: Path, out: Path, seed: int, as_json: bool) -> None:
 
 
 @doors.command("make")
+@click.option("--study", default="door_ratings", show_default=True, help="Whose stimuli, as door_matching.")
 @click.option("--out", type=OUT, help="Folder to write stimuli.csv and profiles/ into.")
 @click.option("--check", type=click.Path(exists=True, file_okay=False, path_type=Path), help="Folder to compare.")
 @click.option("--measured", type=FILE, help="Another measured recording (angle_deg, force_N) in the first place.")
 @seed_option
 @as_json
-def make_command(out: Path | None, check: Path | None, measured: Path | None, seed: int, as_json: bool) -> None:
-    """Make the 90 stimuli of the door rating study, or check that a folder holds exactly these.
+def make_command(
+    study: str, out: Path | None, check: Path | None, measured: Path | None, seed: int, as_json: bool
+) -> None:
+    """Make the stimuli of a door study (the 90 of door_ratings), or check that a folder holds exactly these.
+
+    --measured and --seed are for door_ratings; the other studies' stimuli are not drawn by chance.
 
     Exit code 1: the folder given to --check differs.
 
     \b
     Example:
       palpate doors make --check studies/door_ratings
+      palpate doors make --study door_matching --check studies/door_matching
     """
-    from devices.door.stimuli import MEASURED_FILE, differences, make
-
+    make, differences = _makers(study, measured, seed)
     if (out is None) == (check is None):
         raise DoorDataError("Say either --out FOLDER to write the stimuli, or --check FOLDER to compare them.")
     if out is not None:
-        _answer_files(as_json, make(out, measured or MEASURED_FILE, seed))
+        _answer_files(as_json, make(out))
     elif check is not None:
-        found = differences(check, measured or MEASURED_FILE, seed)
+        found = differences(check)
         _answer(as_json, {"equal": not found, "differences": found}, "\n".join(found) or f"{check}: equal")
         if found:
             raise SystemExit(1)
+
+
+def _makers(
+    study: str, measured: Path | None, seed: int
+) -> tuple[Callable[[Path], list[Path]], Callable[[Path], list[str]]]:
+    """What writes a study's stimuli into a folder, and what compares a folder with them."""
+    from devices.door import sets, stimuli
+
+    if study == "door_ratings":
+        recording = measured or stimuli.MEASURED_FILE
+        return (
+            lambda folder: stimuli.make(folder, recording, seed),
+            lambda folder: stimuli.differences(folder, recording, seed),
+        )
+    if measured is not None:
+        raise DoorDataError(f"--measured is for door_ratings; {study} takes its profiles from there, or from wishes.")
+    return partial(sets.make, study), partial(sets.differences, study)
 
 
 @doors.command("draw")

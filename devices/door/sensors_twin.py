@@ -49,6 +49,17 @@ def record_opening(profile_N: Sequence[float], seconds: float, *key: Key) -> Doo
     Raises:
         DoorDataError: a profile of another length or without motion, or a duration that is not from 2 to 600 s.
     """
+    end = demand_recordable(profile_N, seconds)
+    reach = end + (0.5 if end < POINTS - 1 else BEYOND)
+    places = _places(reach, round(seconds * FORCE_HZ), key)
+    force = [_felt(profile_N, min(place, end), end) for place in places]
+    _let_go(force, places, places.index(reach))
+    angle = [_at(places, n * FORCE_HZ / ANGLE_HZ) / POINTS_PER_DEG for n in range(round(seconds * ANGLE_HZ))]
+    return DoorRecording(_noisy(force, FORCE_NOISE_N, "force", *key), _noisy(angle, ANGLE_NOISE_DEG, "angle", *key))
+
+
+def demand_recordable(profile_N: Sequence[float], seconds: float) -> int:
+    """Index of the profile's last point that is not padding. Raises as `record_opening`."""
     if len(profile_N) != POINTS:
         raise DoorDataError(f"A door profile has {POINTS} points, this one has {len(profile_N)}.")
     if not SHORTEST_S <= seconds <= LONGEST_S:
@@ -56,12 +67,7 @@ def record_opening(profile_N: Sequence[float], seconds: float, *key: Key) -> Doo
     end = motion_end(tuple(profile_N))
     if end == 0:
         raise DoorDataError("The profile is zero throughout: there is no opening to record.")
-    reach = end + (0.5 if end < POINTS - 1 else BEYOND)
-    places = _places(reach, round(seconds * FORCE_HZ), key)
-    force = [_felt(profile_N, min(place, end), end) for place in places]
-    _let_go(force, places, places.index(reach))
-    angle = [_at(places, n * FORCE_HZ / ANGLE_HZ) / POINTS_PER_DEG for n in range(round(seconds * ANGLE_HZ))]
-    return DoorRecording(_noisy(force, FORCE_NOISE_N, "force", *key), _noisy(angle, ANGLE_NOISE_DEG, "angle", *key))
+    return end
 
 
 def _places(reach: float, count: int, key: tuple[Key, ...]) -> list[float]:

@@ -9,7 +9,7 @@ from studies.participants.errors import ParticipantError
 from studies.participants.lab import TEMPLATE
 
 ON_PAPER = "<!-- on paper only -->"
-_BLANK = re.compile(r"\[([^\[\]]{2,200})\](?![(\[:])")
+_BLANK = re.compile(r"\[([^\[\]]{2,})\](?![(\[]|: *<?https?:)")
 _MARKS = re.compile(r"^#+ +|\*\*|(?<!_)__(?!_)", re.MULTILINE)
 _COMMENT = re.compile(r"<!--.*?-->", re.DOTALL)
 
@@ -44,7 +44,7 @@ def demand_filled(lab: Path, language: str = "en") -> None:
     if blanks := unfilled(text):
         shown = ", ".join(f"[{blank}]" for blank in blanks[:4]) + (", ..." if len(blanks) > 4 else "")
         raise ParticipantError(
-            f"{file}: {len(blanks)} blanks are not filled in: {shown}; fill them in before the first real session"
+            f"{file}: not filled in: {shown} ({len(blanks)} in all); fill them in before the first real session"
         )
 
 

@@ -6,6 +6,7 @@ import json
 import re
 from collections.abc import Mapping
 from difflib import get_close_matches
+from functools import partial
 from itertools import pairwise
 from pathlib import Path
 from typing import Any
@@ -65,7 +66,8 @@ def identifying(name: str) -> str | None:
 
 def _parsed(file: Path) -> Any:
     try:
-        return json.loads(file.read_text("utf-8-sig"), object_pairs_hook=_once_each)
+        text = file.read_text("utf-8-sig")
+        return json.loads(text, object_pairs_hook=_once_each, parse_constant=partial(_demand_finite, file))
     except UnicodeDecodeError as error:
         raise ParticipantError(f"{file}: byte {error.start} is not UTF-8; save the file as UTF-8") from None
     except json.JSONDecodeError as error:
@@ -75,6 +77,10 @@ def _parsed(file: Path) -> Any:
         raise ParticipantError(f"{file}: the key {error.args[0]!r} stands twice in one object") from None
     except RecursionError:
         raise ParticipantError(f"{file}: nested too deeply") from None
+
+
+def _demand_finite(file: Path, constant: str) -> None:
+    raise ParticipantError(f"{file}: {constant} is no JSON; a finite number is expected")
 
 
 def _once_each(pairs: list[tuple[str, Any]]) -> dict[str, Any]:

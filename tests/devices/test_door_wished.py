@@ -4,7 +4,9 @@ import itertools
 
 import numpy as np
 import pytest
+from click.testing import CliRunner
 
+from devices.door.commands import doors
 from devices.door.features import describe
 from devices.door.grid import POINTS, DoorDataError
 from devices.door.sets import differences, make
@@ -120,3 +122,14 @@ def test_the_six_doors_are_those_of_door_ratings():
     for study, car in itertools.product(("door_adjectives", "door_capture"), ("BC3", "K8")):
         same = SHIPPED / "door_ratings" / "profiles" / f"{car}_g0.csv"
         assert (SHIPPED / study / "profiles" / f"{car}.csv").read_bytes() == same.read_bytes()
+
+
+def test_a_studys_profiles_are_compared_and_remade_by_its_name(tmp_path):
+    made = CliRunner().invoke(doors, ["make", "--study", "door_matching", "--out", str(tmp_path)])
+    assert made.exit_code == 0 and len(list((tmp_path / "profiles").glob("*.csv"))) == 14
+    compared = ["make", "--study", "door_matching", "--check", str(tmp_path)]
+    assert CliRunner().invoke(doors, compared).output.endswith(": equal\n")
+    changed = next((tmp_path / "profiles").glob("*.csv"))
+    changed.write_text(changed.read_text().replace("0.0,", "0.0,-", 1))
+    answer = CliRunner().invoke(doors, compared)
+    assert answer.exit_code == 1 and f"{changed}: differs" in answer.output

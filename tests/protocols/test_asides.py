@@ -111,6 +111,8 @@ def test_a_rest_cannot_be_repeated():
 def test_an_unknown_act_is_refused():
     with pytest.raises(ReplyError, match="'dance' is unknown"):
         ran(n2=[{"do": "dance"}])
+    with pytest.raises(ReplyError, match="'repeat' is unknown, or not to be done here"):
+        ran(n2=[{"do": "repeat", "which": "next"}])
 
 
 def test_the_calibration_is_confirmed_where_there_is_one():

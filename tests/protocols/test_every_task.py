@@ -2,8 +2,9 @@
 
 import pytest
 
+from protocols.answering import answer
 from protocols.consistency import inconsistencies
-from protocols.forms import LabForms
+from protocols.forms import Demographics, LabForms, Question
 from protocols.perceiver import Perceiver
 from protocols.plan import ParticipantRow, PlanError, compile_plan
 from protocols.requests import Ask, Reply, ReplyError, Samples
@@ -56,9 +57,12 @@ def test_a_task_cut_anywhere_goes_on_to_the_same_session(task, cut):
     assert kept.events == whole
 
 
+DEVICES = {"authoring": ["door_generator"], "capture": ["tool"]}
+
+
 @pytest.mark.parametrize("task", TASKS)
 def test_the_study_of_a_task_is_consistent_and_lacks_nothing(task):
-    assert list(inconsistencies(study_of(task))) == []
+    assert list(inconsistencies(study_of(task, needs=DEVICES.get(task, [])))) == []
 
 
 WITHOUT = {
@@ -80,6 +84,8 @@ def test_a_part_that_the_task_needs_is_asked_for_by_name(task, part):
     [
         ("free_lexicon", {"sides": ["a", "b"]}, "belongs to task similarity, and this one is free_lexicon"),
         ("similarity", {"sides": ["real", "real"]}, "two different sides"),
+        ("capture", {"needs": ["door_sensors", "window"]}, "needs the device tool, which is not listed"),
+        ("authoring", {"needs": ["door", "window"]}, "needs the device door_generator, which is not listed"),
         ("capture", {"navigation": "back_and_forward"}, "task capture goes forward only"),
         ("capture", {"capture": {"device": "tool", "seconds": "size"}}, "stimulus 'A' has '0' in 'size'"),
         ("capture", {"capture": {"device": "tool", "seconds": "kind"}}, "seconds from 0.1 to 3600"),
@@ -119,6 +125,45 @@ def test_an_author_tries_what_was_wished_before_it_stands():
     finals = [value["answers"] for value in given if "go" not in value]
     assert len(finals) == 4 and all(final in felt for final in finals)
     assert [a["previous"] is None for a in asked].count(True) == 4
+
+
+@pytest.mark.parametrize("seed", range(5))
+def test_an_author_settles_on_a_scale_of_two_steps_too(seed):
+    """Where most wishes are equal, it must not be the same try for ever."""
+    scale = {"from": 0, "to": 10, "step": 10}
+    events = ran(plan_of("authoring", seed=seed, attributes=[["Soft", "Hard"]], scale=scale))
+    assert events[-1].value == {"trials": 4} and len(replies(events, "authoring")) <= 4 * 8
+
+
+def test_who_has_few_words_still_writes_enough():
+    plan = plan_of("free_lexicon", lexicon={"at_least": 20}, simulation={"latents": {}, "vocabulary": ["stiff"]})
+    for value in replies(ran(plan), "lexicon"):
+        words = value["answers"]["words"]
+        assert words[:2] == ["stiff", "stiff 2"] and len(set(words)) == len(words) >= 20
+
+
+@pytest.mark.parametrize(
+    ("low", "high"), [(None, None), (65, 99), (65, None), (-10, -1), (0.2, 0.4), (None, 10), (0, 120), (None, -3)]
+)
+def test_a_number_asked_for_is_one_that_the_question_allows(low, high):
+    question = Question("number", "How many?", "number", low=low, high=high, optional=False)
+    plan = plan_of("matching")
+    lab = LabForms("Do you agree?", (question,))
+    for seed in range(5):
+        person = Perceiver(compile_plan(plan.study, plan.who, seed, lab))
+        answers = answer(person, Ask(Demographics((question,))))[0].value["answers"]
+        assert question.problem(answers["number"]) is None
+
+
+def test_simulated_people_are_adults_who_have_not_driven_since_before_they_were():
+    age = Question("age", "How old are you?", "number", low=0, high=120)
+    driving = Question("driving_experience", "How many years?", "number", low=0, high=100)
+    form = Demographics((age, driving))
+    people = [answer(Perceiver(plan_of("matching", f"P{n}")), Ask(form))[0].value["answers"] for n in range(100)]
+    ages = [each["age"] for each in people]
+    assert 19 <= min(ages) < 25 and 58 < max(ages) <= 64
+    assert all(0 <= each["driving_experience"] <= each["age"] - 18 for each in people)
+    assert len({each["driving_experience"] for each in people}) > 20
 
 
 def test_latents_of_words_make_them_likely():

@@ -1,6 +1,8 @@
 import json
 import os
 import shutil
+from concurrent.futures import ThreadPoolExecutor
+from threading import Barrier
 
 import pytest
 from sqlalchemy import create_engine, inspect, select, text
@@ -11,6 +13,7 @@ from studies.collect import CollectError, collect, ledgers_in, open_database
 from studies.record import LedgerError, read
 from studies.session import ledger_path, resume
 from tests.studies.labs import Lab, stopping
+from tests.studies.participants.labs import postgres_schema
 
 TABLES = ("studies", "participants", "sessions", "trials", "responses", "events", "streams")
 
@@ -197,3 +200,19 @@ def test_only_the_ledgers_of_a_study_are_listed(lab):
         shutil.copy(path, path.with_name(name))
     assert ledgers_in(lab.path, "toy") == [ledger_path(lab.path, "toy", "P001")]
     assert len(ledgers_in(lab.path)) == 2
+
+
+def test_stations_that_collect_at_once_wait_for_each_other(lab):
+    path, start = lab.start("P001"), Barrier(6)
+
+    def station(url):
+        start.wait(30)
+        own = open_database(url)
+        try:
+            return [each.what for each in collect([path], own)]
+        finally:
+            own.dispose()
+
+    with postgres_schema() as url, ThreadPoolExecutor(6) as stations:
+        found = [what for whats in stations.map(station, [url] * 6) for what in whats]
+    assert sorted(found) == ["new", *["unchanged"] * 5]

@@ -13,6 +13,8 @@ from studies.twins import Profiles, twin_for
 from tests.protocols.every_task import plan_of
 from tests.studies.ten import found_study, plan_for
 
+DOORS = [[each.low, each.high] for each in found_study("door_authoring").study.attributes]
+
 
 def twins_of(name):
     plan = plan_for(name)
@@ -84,6 +86,27 @@ def test_what_a_study_has_no_device_for_is_refused():
     plan, twins = twins_of("texture_capture")
     with pytest.raises(RigError, match="no device of this study can do 'sense'"):
         twins(Sense("door_sensors", 2.0, first(plan)), 0)
+
+
+@pytest.mark.parametrize(
+    ("changes", "said"),
+    [
+        ({}, "makes doors from Easy-to-pull, .*; found Soft, Cold"),
+        ({"attributes": DOORS, "scale": {"from": -10, "to": 10}}, "a scale from 0 to 100; found -10 to 10"),
+        ({"attributes": DOORS, "scale": {"from": 0, "to": 10}}, "a scale from 0 to 100; found 0 to 10"),
+    ],
+)
+def test_wishes_that_no_door_can_be_made_from_are_refused_before_anything_is_recorded(tmp_path, changes, said):
+    plan = plan_of("authoring", needs=["door_generator"], **changes)
+    with pytest.raises(RigError, match=said):
+        simulated(plan.study, tmp_path).check(plan)
+
+
+def test_too_short_a_recording_of_a_door_is_refused_before_anything_is_recorded(tmp_path):
+    capture = {"device": "door_sensors", "seconds": 1.0}
+    plan = plan_of("capture", needs=["door_sensors"], capture=capture, practice=None)
+    with pytest.raises(DoorDataError, match="from 2 to 600 s"):
+        simulated(plan.study, tmp_path).check(plan)
 
 
 def test_a_table_with_a_wrong_estimate_is_refused_before_anything_is_recorded(tmp_path):

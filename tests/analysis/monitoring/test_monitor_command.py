@@ -93,3 +93,9 @@ def test_only_what_is_needed_is_imported(lab, arguments, unwanted):
     )
     done = subprocess.run([sys.executable, "-c", code], capture_output=True, text=True, check=True)
     assert done.stderr.strip() == "[]"
+
+
+def test_a_file_that_cannot_be_written_is_said_so(lab, tmp_path):
+    (tmp_path / "plain").write_text("x")
+    with pytest.raises(MonitorError, match=r"--once .*plain/page.html: cannot be written \(.*\); name another file"):
+        called("--lab", lab.path, "--once", tmp_path / "plain" / "page.html")

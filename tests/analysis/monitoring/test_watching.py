@@ -4,6 +4,7 @@ import json
 import os
 import shutil
 import sqlite3
+from dataclasses import replace
 from datetime import datetime
 from itertools import pairwise
 
@@ -192,3 +193,19 @@ def test_a_lab_that_is_not_there_is_refused(tmp_path):
 def test_a_lab_without_sessions_is_shown_empty(tmp_path):
     found = Watch(tmp_path).look()
     assert (found.sessions, found.balances, found.refused) == ((), (), ())
+
+
+def test_an_answer_off_the_scale_refuses_its_session_and_no_other(lab):
+    whole = read(run(Lab(lab.path / "whole"), "P001", change=straight(7.0)))
+    session.create(path := session.ledger_path(lab.path, "toy", "P001"), whole.header, AT)
+    ledger = take_up(path, AT)
+    for event in whole.events[1:]:  # Nobody writes such a ledger, but its hashes would be good.
+        ledger.append(replace(event, body=event.body.replace(b"7.0", b"99.0")))
+    ledger.close(AT)
+    run(lab, "P002")
+    watch = Watch(lab.path)
+    for _ in range(2):
+        found = watch.look()
+        assert [each.participant for each in found.sessions] == ["P002"]
+        assert [each.file for each in found.refused] == ["toy_P001_s1.sqlite"]
+        assert "a finite number from -10 to 10 is expected" in found.refused[0].reason

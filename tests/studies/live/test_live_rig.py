@@ -19,7 +19,7 @@ from studies.catalogue import SHIPPED, Found, read_study
 from studies.changes import ScreenChanged
 from studies.live import Mounted, Station, TwinInRealTime
 from studies.live_options import LiveOptions, to_go_on, to_start
-from studies.live_rig import live_plan, plan_to_go_on, station
+from studies.live_rig import live_plan, plan_to_go_on, station, window_of
 from studies.record import read
 from studies.rig import RigError
 from studies.session import start
@@ -49,6 +49,15 @@ def test_a_stand_in_is_written_into_the_header(tmp_path):
 def test_a_screen_that_was_never_measured_is_refused(tmp_path):
     with pytest.raises(WindowError, match="not calibrated"):
         live_plan(Found(sheets(), tmp_path), tmp_path, LiveOptions())
+
+
+def test_the_screens_speak_the_lab_s_own_language_where_it_has_brought_one(tmp_path):
+    with pytest.raises(WindowError, match="no texts in language 'fr'.*LAB/texts/fr.yaml"):
+        window_of(Found(sheets(), tmp_path), tmp_path, SCREEN, "fr", True)(sheets_plan())
+    (tmp_path / "texts").mkdir()
+    (tmp_path / "texts" / "fr.yaml").write_text("next: Suivant\n", encoding="utf-8")
+    with pytest.raises(WindowError, match=r"texts/fr\.yaml: the key 'back' is missing"):
+        window_of(Found(sheets(), tmp_path), tmp_path, SCREEN, "fr", True)(sheets_plan())
 
 
 def test_only_the_calibrated_screen_is_taken(tmp_path):

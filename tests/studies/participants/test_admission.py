@@ -1,7 +1,7 @@
 import pytest
 
 from protocols.plan import ParticipantRow
-from studies.participants.admission import admit, finish
+from studies.participants.admission import admit, decline, demand_not_finished, finish, readmit
 from studies.participants.allocations import every_allocation
 from studies.participants.errors import ParticipantError
 from studies.participants.rows import allocate_row, release
@@ -67,4 +67,41 @@ def test_a_finished_session_is_on_record_once_and_keeps_its_row(home, tmp_path):
     assert admit(home.lab, toy(), "P002", live=True).row == 1
     release(home, toy(), "P002", "-")
     finish(home.lab, toy(), "P002")
+    assert [each.status for each in every_allocation(home)] == ["finished", "released"]
+
+
+def test_who_finished_at_another_station_is_refused_here(home):
+    filled(home, 1)
+    demand_not_finished(home.lab, "toy", "P001")
+    admit(home.lab, toy(), "P001", live=True)
+    demand_not_finished(home.lab, "toy", "P001")
+    finish(home.lab, toy(), "P001")
+    with pytest.raises(ParticipantError, match=r"P001 has finished toy in a session that is not in .*release toy P001"):
+        demand_not_finished(home.lab, "toy", "P001")
+    release(home, toy(), "P001", "void")
+    demand_not_finished(home.lab, "toy", "P001")
+
+
+def test_a_session_is_gone_on_with_only_on_a_row_that_is_still_the_participants(home, tmp_path):
+    filled(home, 2)
+    readmit(tmp_path / "nowhere", toy(), "P001")
+    readmit(home.lab, toy(), "P001")
+    assert every_allocation(home) == []
+    admit(home.lab, toy(), "P001", live=True)
+    release(home, toy(), "P001", "left")
+    readmit(home.lab, toy(), "P001")
+    assert [each.status for each in every_allocation(home)] == ["active"]
+    release(home, toy(), "P001", "left")
+    allocate_row(home, toy(), "P002", replaces="P001")
+    with pytest.raises(ParticipantError, match=r"P001 had row 0 of toy, which is P002's now"):
+        readmit(home.lab, toy(), "P001")
+
+
+def test_who_declines_gives_up_the_row_unless_a_session_was_finished_on_it(home):
+    filled(home, 2)
+    for who in ("P001", "P002"):
+        admit(home.lab, toy(), who, live=True)
+    finish(home.lab, toy(), "P001")
+    decline(home.lab, toy(), "P001")
+    decline(home.lab, toy(), "P002")
     assert [each.status for each in every_allocation(home)] == ["finished", "released"]

@@ -31,11 +31,13 @@ def test_a_new_lab_has_its_own_text_with_the_templates_blanks(home):
 def test_blanks_are_named_and_links_and_boxes_are_none():
     text = "[date /\nevent] and [link](http://x) and [ref][1], [x] [ ] done [name, contact]. [x]: y\n"
     assert unfilled(text) == ["date / event", "name, contact"]
+    assert unfilled("[ethics]: https://example.org") == []
+    assert unfilled("Ask [name]: now.") == ["name"] and len(unfilled(f"[{'long ' * 60}]")) == 1
 
 
 def test_a_consent_text_with_blanks_is_refused_until_they_are_filled_in(home):
     for language, name in (("en", "consent.md"), ("ko", "consent.ko.md")):
-        with pytest.raises(ParticipantError, match=rf"{name}: \d+ blanks are not filled in: \[.*\], \.\.\.; fill them"):
+        with pytest.raises(ParticipantError, match=rf"{name}: not filled in: \[.*\], \.\.\. \(\d+ in all\); fill them"):
             demand_filled(home.lab, language)
         fill(home.lab, name)
         demand_filled(home.lab, language)

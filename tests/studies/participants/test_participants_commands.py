@@ -114,6 +114,8 @@ def test_balance_as_json_has_counts_and_what_is_on_offer(said):
         (["add", "--pseudonym", "Hana"], "a pseudonym as P001 is expected"),
         (["add", "--consented", "yesterday"], "consented: found 'yesterday'"),
         (["withdraw", "P009", "--why", "-"], "P009 is not known"),
+        (["release", "toy", "P001", "--why", " "], "a reason is expected"),
+        (["list", "--study", "tyo"], "no study is called 'tyo'; did you mean 'toy'?"),
     ],
 )
 def test_a_mistake_is_said_and_changes_nothing(said, arguments, mistake):

@@ -61,6 +61,7 @@ def test_a_column_without_a_question_is_not_asked_and_its_keys_say_of_what_kind_
         ({**BARE, "gender": {"Levels": {}}}, r"gender\.Levels: found \{\}, an object"),
         ({**BARE, "gender": {"Levels": {"F": 1}}}, r"gender\.Levels: found"),
         ({**BARE, "age": {"Minimum": "0"}}, r"age\.Minimum: found '0', a number is expected"),
+        ('{"participant_id": {}, "age": {"Minimum": NaN}}', r"participants\.json: NaN is no JSON; a finite number"),
         ({**BARE, "age": {"Minimum": 5, "Maximum": 1}}, r"age: Minimum \(5\) lies above Maximum \(1\)"),
         ({**BARE, "age": {"Question": ""}}, r"age\.Question: found '', a text is expected"),
         ({**BARE, "age": {"Questoin": "?"}}, r"age\.Questoin: unknown key; did you mean 'Question'\?"),

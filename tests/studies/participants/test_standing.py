@@ -60,3 +60,13 @@ def test_a_pseudonym_within_another_is_not_taken_for_it(home):
     sat(home.lab, "P11", study="other")
     allocate_row(home, toy(), "P1")
     assert overlaps(home, "toy") == [Overlap("other", 0, 1)]
+
+
+def test_simulated_people_take_part_in_nothing(home):
+    filled(home, 1)
+    allocate_row(home, toy(), "P001")
+    sat(home.lab, "P002", kind="simulated")
+    sat(home.lab, "P001", study="other", kind="simulated")
+    assert overlaps(home, "toy") == []
+    sat(home.lab, "P001", study="another")
+    assert overlaps(home, "toy") == [Overlap("another", 1, 1)]

@@ -76,3 +76,13 @@ def test_the_row_of_a_session_from_before_the_registry_is_on_offer_again(home):
     assert (released.study, released.row) == ("toy", 4)
     filled(home, 1)
     assert allocate_row(home, toy(), "P002").row == 4
+
+
+@pytest.mark.parametrize("why", ["Kim Hana asked", "a mail of HANA", "wrote from hana@example.org", " "])
+def test_a_reason_that_says_who_it_was_is_refused_and_nothing_is_done(home, why):
+    filled(home, 1)
+    identify(home.lab, "P001", Identity("Kim Hana", "hana@example.org"))
+    with pytest.raises(ParticipantError, match="--why: "):
+        withdraw(home, "P001", why)
+    assert set(identities(home.lab)) == {"P001"} and withdrawn(home.lab) == set()
+    withdraw(home, "P001", "on request, by mail; no manager or hanami was in it")

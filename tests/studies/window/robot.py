@@ -21,6 +21,7 @@ from devices.window.build import page_for, screen_for
 from devices.window.calibration import read_calibration
 from devices.window.inputs import Key, Pressed, Released, Typed
 from devices.window.presenter_page import prepare
+from devices.window.screens.base import DOUBLE_CLICK_S
 from protocols.requests import Ask, Confirm, Instruct, Present, Rest, Sense
 from protocols.runner import run
 from protocols.worlds import EndOfRecord, Recorded
@@ -28,6 +29,7 @@ from studies.record import LedgerError, read
 from studies.replay import recompiled
 
 PATIENCE_S = 60.0
+READ_S = 2 * DOUBLE_CLICK_S
 LEADING = ("agree", "next", "continue")
 
 
@@ -175,9 +177,11 @@ class Robot:
 
     def _use(self, mirror, target):
         x, y = place_of(target)
+        if target.name == "agree":
+            self._read()
         self.hand.click(x, y)
-        mirror.handle(Pressed(x, y, 0.0))
-        mirror.handle(Released(x, y, 0.0))
+        mirror.handle(Pressed(x, y, READ_S))
+        mirror.handle(Released(x, y, READ_S))
         for text in written(target.name):
             self.hand.type(text)
             for character in text:
@@ -185,6 +189,13 @@ class Robot:
             if target.name == "words":
                 self.hand.key("enter")
                 mirror.handle(Key("enter", False, 0.0))
+
+    def _read(self):
+        """Look at what is to be agreed to for as long as it takes a hasty person: no double click counts."""
+        from_s = time.monotonic()
+        with until("the text is read") as late:
+            while time.monotonic() < from_s + READ_S:
+                late()
 
     def _see(self, mirror, picture, name):
         """Wait until the display shows what the mirror paints: every pixel, but for the rounding of colours."""

@@ -130,7 +130,7 @@ def withdrawn(lab):
     [
         (lambda lab: (lab / "stations").rename(lab / "old"), "this station's screen is not calibrated"),
         (wrong_size, "calibrated at 1024x768 px, the screen has 1280x720"),
-        (lambda lab: (lab / "consent.md").write_text("I agree, [name]."), "1 blanks are not filled in"),
+        (lambda lab: (lab / "consent.md").write_text("I agree, [name]."), "not filled in: [name] (1 in all)"),
         (withdrawn, "P001 has withdrawn"),
         (lambda lab: (lab / "participants" / "registry.sqlite").unlink(), "P001 is not known"),
     ],

@@ -1,0 +1,62 @@
+"""A live session that is refused to begin leaves no trace: no row of the square, no ledger."""
+
+from __future__ import annotations
+
+import pytest
+
+from palpate import _status
+from studies.catalogue import read_study
+from studies.participants.admission import finish
+from studies.participants.allocations import every_allocation
+from studies.participants.people import add
+from studies.participants.registry import open_registry
+from studies.participants.rows import allocate_row
+from tests.studies.participants.labs import new_lab
+
+TOY = """\
+study: toy
+task: slider_rating
+stimuli: [A, B, C, D]
+attributes: [[Soft, Hard]]
+scale: {from: -10, to: 10, step: 1}
+order: {design: williams}
+needs: [window]
+opening: [consent]
+"""
+
+
+@pytest.fixture
+def lab(tmp_path):
+    """A lab that knows P001; its consent is filled in, its screen not calibrated."""
+    path = tmp_path / "lab"
+    add(new_lab(path), "P001")
+    (path / "consent.md").write_text("I agree.")
+    (path / "studies" / "toy").mkdir()
+    (path / "studies" / "toy" / "study.yaml").write_text(TOY)
+    return path
+
+
+def refused(lab, capsys, *more):
+    assert _status(["run", "toy", "--participant", "P001", "--lab", str(lab), *more]) == 2
+    return capsys.readouterr().err
+
+
+@pytest.mark.parametrize(
+    ("more", "told"), [((), "screen is not calibrated"), (("--session", "2"), "P001 has no session 1")]
+)
+def test_a_start_that_is_refused_takes_no_row(lab, capsys, more, told):
+    assert told in refused(lab, capsys, *more)
+    assert every_allocation(open_registry(lab)) == [] and list((lab / "sessions").glob("*.sqlite")) == []
+
+
+def test_a_folder_that_is_no_lab_is_said_to_be_none(lab, capsys):
+    for name in ("participants.json", "consent.md"):
+        (lab / name).unlink()
+    assert f"is no lab: it holds no participants.json; make it one with: palpate init {lab}" in refused(lab, capsys)
+
+
+def test_who_finished_the_study_at_another_station_cannot_begin_it_anew(lab, capsys):
+    toy = read_study(lab / "studies" / "toy" / "study.yaml").study
+    allocate_row(open_registry(lab), toy, "P001")
+    finish(lab, toy, "P001")
+    assert "P001 has finished toy in a session that is not in" in refused(lab, capsys)
