@@ -45,9 +45,10 @@ def page_for(key: str, page: Page) -> Screen:
 
 
 def demand_shown(forms: Iterable[Form], page: Page) -> None:
-    """Raise WindowError unless every form can be shown on the page's screen: before a session begins."""
-    for form in forms:
-        screen_for(Ask(form), page, 0)
+    """Raise WindowError unless every form and every page of text can be shown: before a session begins."""
+    requests: list[Ask | Instruct] = [*map(Ask, forms), *map(Instruct, page.pages)]
+    for request in requests:
+        screen_for(request, page, 0).scene()
 
 
 def _form(ask: Ask, page: Page, t0_ns: int) -> Screen:

@@ -35,6 +35,15 @@ class Writing:
         start = before(self.text, self.caret)
         self.text, self.caret = self.text[:start] + self.text[self.caret :], start
 
+    def replace_last(self, text: str) -> bool:
+        """Write in place of the character before the caret; False, and nothing changed, where there is no room."""
+        whole, caret = self.text, self.caret
+        self.text, self.caret = whole[: caret - 1] + whole[caret:], caret - 1
+        if not self._put(text):
+            self.text, self.caret = whole, caret
+            return False
+        return True
+
     def delete(self) -> None:
         """Take away what stands behind the caret."""
         self.text = self.text[: self.caret] + self.text[after(self.text, self.caret) :]

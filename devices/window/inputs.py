@@ -10,7 +10,7 @@ from typing import Literal
 
 KeyName = Literal[
     "left", "right", "up", "down", "home", "end", "pageup", "pagedown",
-    "tab", "enter", "space", "backspace", "delete", "escape",
+    "tab", "enter", "space", "backspace", "delete", "escape", "hangul",
 ]  # fmt: skip
 
 

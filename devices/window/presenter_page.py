@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import sys
 from collections.abc import Iterator, Mapping
 from importlib.metadata import PackageNotFoundError, version
 from pathlib import Path
@@ -10,6 +11,7 @@ from typing import Any
 from devices.window.build import demand_shown
 from devices.window.calibration import Calibration
 from devices.window.fonts import find_fonts
+from devices.window.hangul import needed
 from devices.window.screen import SLIDER_MM, Page
 from devices.window.texts import load_texts
 from devices.window.texts_study import load_study_texts, study_texts
@@ -36,6 +38,7 @@ def prepare(
         calibration.metrics, texts, fonts, words, own | dict(pages or {}), title=study.title or study.study,
         total=0 if plan is None else len(plan.trials),
         length_mm=SLIDER_MM if study.scale is None else study.scale.length_mm,
+        hangul=needed(language, sys.platform),
     )  # fmt: skip
     fonts.demand([*texts.words.values(), *map(page.say, study_texts(study)), *map(page.say, page.pages.values())])
     if plan is not None:

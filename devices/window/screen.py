@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping
+from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, field
 from typing import TYPE_CHECKING, Any, Protocol
 
@@ -40,6 +40,9 @@ class Screen(Protocol):
     def repaint(self) -> None:
         """Something else was shown meanwhile: the next `paint` paints everything."""
 
+    def scene(self) -> Sequence[object]:
+        """Everything as it looks now, compared to see what changed. Raises WindowError where a text does not fit."""
+
     def placed(self) -> tuple[Placed, ...]:
         """Every element as it stands now, for checks of the geometry."""
 
@@ -52,7 +55,8 @@ class Page:
     """What every screen of a session shares.
 
     `words` translates the study's own texts (empty: as written), `pages` are the texts of its pages by name
-    (instructions), `total` is the number of trials and `length_mm` the length of a rating line.
+    (instructions), `total` is the number of trials and `length_mm` the length of a rating line. `hangul`: in fields
+    Latin keys write Hangul, where nothing else composes it.
     """
 
     metrics: Metrics
@@ -63,6 +67,7 @@ class Page:
     title: str = ""
     total: int = 0
     length_mm: float = SLIDER_MM
+    hangul: bool = False
     shapes: Shapes = field(default_factory=Shapes)
 
     def say(self, text: str) -> str:

@@ -9,7 +9,10 @@ from typing import Any
 from devices.window.inputs import KeyName
 from devices.window.shell_ears import Keys
 
-X_TAB = 0xFF09
+X_SYMBOLS: dict[int, KeyName] = {0xFF09: "tab", 0xFF31: "hangul"}
+"""X11's symbols of Tab and of a Korean keyboard's Hangul key."""
+X_HANGUL_TOO: dict[str, KeyName] = {"F9": "hangul", "RALT": "hangul"}
+"""Where no input method composes Hangul, these keys switch it as well."""
 PLAIN: dict[str, KeyName] = {
     "TAB": "tab", "ENTER": "enter", "NUM_ENTER": "enter", "SPACE": "space", "NUM_SPACE": "space",
     "NUM_LEFT": "left", "NUM_RIGHT": "right", "NUM_UP": "up", "NUM_DOWN": "down",
@@ -37,14 +40,19 @@ def keys_of(key: Any, handle: Any) -> Keys:
     def numbered(names: Mapping[str, KeyName]) -> dict[int, KeyName]:
         return {int(getattr(key, name)): ours for name, ours in names.items() if hasattr(key, name)}
 
-    return Keys(numbered(PLAIN) | _shifted_tab(key, handle), numbered(MOTIONS), numbered(REPEATING))
-
-
-def _shifted_tab(key: Any, handle: Any) -> dict[int, KeyName]:
-    """X11 gives Shift-Tab a symbol that pyglet does not know; it then reports the physical key."""
     if sys.platform in ("win32", "darwin") or not hasattr(handle, "_x_display"):
-        return {}
+        return Keys(numbered(PLAIN), numbered(MOTIONS), numbered(REPEATING))
+    plain = numbered(PLAIN | X_HANGUL_TOO) | _by_code(key, handle)
+    return Keys(plain, numbered(MOTIONS), numbered(REPEATING))
+
+
+def _by_code(key: Any, handle: Any) -> dict[int, KeyName]:
+    """X11 has symbols that pyglet does not know, as that of Shift-Tab; it then reports the physical key."""
     from pyglet.libs.x11 import xlib
 
-    code = xlib.XKeysymToKeycode(handle._x_display, X_TAB)
-    return {int(key.user_key(int.from_bytes(code, "little") if isinstance(code, bytes) else int(code))): "tab"}
+    found: dict[int, KeyName] = {}
+    for symbol, name in X_SYMBOLS.items():
+        code = xlib.XKeysymToKeycode(handle._x_display, symbol)
+        if number := int.from_bytes(code, "little") if isinstance(code, bytes) else int(code):
+            found[int(key.user_key(number))] = name
+    return found

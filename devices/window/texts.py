@@ -39,7 +39,10 @@ def load_texts(language: str = MASTER, extra: Path | None = None) -> Texts:
     file = extra or SHIPPED / f"{language}.yaml"
     if not file.is_file():
         known = nearest(language, languages())
-        raise WindowError(f"{file}: no texts in language {language!r}; {known}; or copy {SHIPPED / 'en.yaml'} there")
+        raise WindowError(
+            f"no texts in language {language!r}; {known}; {file} is missing: for a language of your own translate a "
+            f"copy of {SHIPPED / 'en.yaml'} as LAB/texts/{language}.yaml"
+        )
     if faults := problems(file):
         raise WindowError("\n".join(faults))
     return Texts(language, read_words(file))

@@ -18,6 +18,9 @@ from protocols.requests import Reply, Samples
 if TYPE_CHECKING:
     from PIL import Image
 
+DECIDING = ("next", "agree")
+DOUBLE_CLICK_S = 0.5
+"""How long after it came up a button that decides is not pressed by the second half of a double click."""
 Missing = tuple[str, str]
 """(element to go to, what it is called) of something that is not answered yet."""
 
@@ -40,7 +43,7 @@ class Base:
         self.by_key = False
         self.held: str | None = None
         self.notice: tuple[str, ...] = ()
-        self.now_s = 0.0
+        self.now_s = self.decided_from_s = 0.0
         self._painted = Painted()
         self._stale = True
         self.lay_out_on(sheets)
@@ -137,12 +140,14 @@ class Base:
         self.reply = Reply(value, self.samples())
 
     def go_back(self) -> None:
-        """Turn back a sheet, or leave for the trial before where that is allowed."""
+        """Turn back a sheet, or leave for the trial before where that is allowed; what was answered goes on record."""
         self.notice = ()
         if self.sheet > 0:
             self._turn(self.sheet - 1)
         elif self.may_go_back:
-            self.reply = Reply({"go": "back", "seconds": round(self.now_s, 3)})
+            answers = self.value().get("answers", {})
+            so_far = {"so_far": answers} if any(each not in ([], None) for each in answers.values()) else {}
+            self.reply = Reply({"go": "back", "seconds": round(self.now_s, 3), **so_far}, self.samples())
 
     def go_on(self) -> None:
         """Turn to the next sheet, or finish; where something is missing, say what."""
@@ -203,6 +208,10 @@ class Base:
             element = replace(element, focused=True)
         return replace(element, held=True) if element.name == self.held and isinstance(element, Button) else element
 
+    def wait_a_moment(self) -> None:
+        """What has just come up is to be seen before the mouse decides on it."""
+        self.decided_from_s = self.now_s + DOUBLE_CLICK_S
+
     def lay_out_on(self, sheets: int) -> None:
         """The form takes so many sheets; their numbers stand at the top."""
         self.sheets = sheets
@@ -210,7 +219,8 @@ class Base:
         self.frame = replace(self.frame, label=" · ".join(filter(None, (self._label, number))))
 
     def _turn(self, sheet: int) -> None:
-        self.sheet, self.focus, self.notice = sheet, None, ()
+        """Turn to a sheet; what is held is let go where it is, for it stands on the sheet before."""
+        self.sheet, self.focus, self.held, self.notice = sheet, None, None, ()
         self.lay_out_on(self.sheets)
         self.turned()
 
@@ -219,6 +229,8 @@ class Base:
             return
         self.by_key = False
         self.held = self.target_at(event.x, event.y)
+        if self.held in DECIDING and event.t_s < self.decided_from_s:
+            self.held = None
         if self.held is not None:
             self.focus = self.held
             self.pressed(self.held, event)

@@ -13,7 +13,7 @@ from devices.window.screens.base import Base, Missing, back_and_next
 from devices.window.screens.elements import Element
 from devices.window.screens.questions import Asked, Option, questions_on
 from devices.window.screens.sliders import trial_frame
-from devices.window.screens.writing import FieldOn
+from devices.window.screens.writing import FieldOn, with_hangul
 from protocols.forms import Demographics, Question
 from protocols.requests import Ask
 
@@ -25,7 +25,9 @@ class DemographicsScreen(Base):
 
     def __init__(self, ask: Ask, form: Demographics, page: Page) -> None:
         left, right = back_and_next(page)
-        frame = trial_frame(page, ask, "demographics_prompt", page.texts("demographics_hint"), left, right)
+        hint, writes = page.texts("demographics_hint"), any(each.kind == "text" for each in form.questions)
+        hint = with_hangul(page, hint) if writes else hint
+        frame = trial_frame(page, ask, "demographics_prompt", hint, left, right)
         self.form = form
         self._sheets = questions_on(page, form.questions, frame.body)
         super().__init__(frame, len(self._sheets), ask.may_go_back)
@@ -88,7 +90,7 @@ class DemographicsScreen(Base):
         for asked in self._sheets[self.sheet]:
             field = self.fields.get(asked.number)
             if field is not None and field.name == name:
-                field.writing.insert(text)
+                field.type(text)
                 self.picked.pop(self._question(asked).name, None)
                 self.notice = ()
 

@@ -8,7 +8,7 @@ from functools import cached_property
 
 from devices.window.geometry import Box, WindowError
 from devices.window.paint import ALERT, QUIET
-from devices.window.paint_text import Align, Laid, lay
+from devices.window.paint_text import BLANK, Align, Laid, lay
 from devices.window.screen import Page
 from devices.window.screens.elements import Element, Label, Progress
 from devices.window.screens.targets import Button
@@ -16,6 +16,8 @@ from devices.window.screens.targets import Button
 STEPS = (5.4, 5.0, 4.6, 4.2, 3.8)
 """Em sizes of text in the design's millimetres, tried one after another; none falls below the floor of the metrics."""
 HINT_STEPS = (4.4, 4.0, 3.6)
+CUT = 8
+"""Letters by which a notice is shortened, again and again, until it fits."""
 MARGIN = 8.0
 FOOT = 12.0
 
@@ -145,10 +147,13 @@ class Frame:
         return fitted(self.page, self.hint, self.middle.width, self.middle.height, HINT_STEPS, even=True)
 
     def _notice(self, wordings: Sequence[str]) -> Laid:
-        for words in wordings[:-1]:
-            if laid := first_fit(self.page, words, self.middle.width, self.middle.height, STEPS, even=True):
+        """The first wording that fits; the last is cut short if it must be: what is said never ends a session."""
+        last, room = wordings[-1], self.middle
+        shorter = (last[:stop].rstrip() + " …" for stop in range(len(last) - CUT, 0, -CUT))
+        for words in (*wordings, *shorter):
+            if laid := first_fit(self.page, words, room.width, room.height, STEPS, even=True):
                 return laid
-        return fitted(self.page, wordings[-1], self.middle.width, self.middle.height, STEPS, even=True)
+        return BLANK
 
     def _button(self, choice: Choice) -> tuple[int, Laid]:
         """Width and words: as wide as the words ask for, within bounds."""

@@ -13,7 +13,7 @@ from devices.window.screen import Page
 from devices.window.screens.base import Base, Missing, back_and_next
 from devices.window.screens.elements import Element
 from devices.window.screens.sliders import trial_frame
-from devices.window.screens.writing import FieldOn
+from devices.window.screens.writing import FieldOn, with_hangul
 from protocols.forms import Lexicon
 from protocols.requests import Ask
 
@@ -28,7 +28,7 @@ class LexiconScreen(Base):
         left, right = back_and_next(page)
         kind = "suggestions" if form.name == "suggestions" else "lexicon"
         frame = trial_frame(page, ask, f"{kind}_prompt", page.texts(f"{kind}_hint"), left, right)
-        frame = replace(frame, hint=page.texts(f"{kind}_hint"))  # here Backspace deletes
+        frame = replace(frame, hint=with_hangul(page, page.texts(f"{kind}_hint")))  # here Backspace deletes
         super().__init__(frame, may_go_back=ask.may_go_back)
         self.form = form
         width = min(frame.body.width, page.metrics.unit(WIDEST))
@@ -61,7 +61,7 @@ class LexiconScreen(Base):
 
     def typed(self, name: str | None, text: str) -> None:
         if name == FIELD:
-            self.field.writing.insert(text)
+            self.field.type(text)
             self.notice = ()
 
     def key(self, name: str | None, event: Key) -> bool:

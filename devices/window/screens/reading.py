@@ -74,6 +74,8 @@ class ConsentScreen(Base):
     def turned(self) -> None:
         last = self.sheet == self.sheets - 1
         self.frame = replace(self.frame, right=self._deciding if last else self._turning)
+        if last:
+            self.wait_a_moment()
 
     def buttons(self) -> Iterator[Button]:
         chosen = {True: "agree", False: "decline", None: ""}[self.agreed]
@@ -119,10 +121,14 @@ def paragraphs(text: str) -> list[Paragraph]:
 
 
 def paged(page: Page, text: str, room: Box) -> list[list[Element]]:
-    """The text on pages: on one page at the largest size that allows it, else on several. Raises WindowError."""
+    """The text on pages: on one page at the largest size that allows it, else on several.
+
+    Raises WindowError where a word is wider than a page, or where there is none.
+    """
     width = min(room.width, page.metrics.unit(WIDEST))
     column = Box(room.left + (room.width - width) // 2, room.top, width, room.height)
-    parts = paragraphs(text)
+    if not (parts := paragraphs(text)):
+        raise WindowError(f"a text of the study or the lab has no words to read: {text!r:.80}")
     for step in STEPS:
         laid = [_laid(page, part, column.width, step) for part in parts]
         if (spare := column.height - _height(laid)) >= 0:

@@ -18,6 +18,7 @@ class Wording:
     seven: tuple[tuple[str, str, str], ...]
     four: tuple[tuple[str, str, str], ...]
     alike: tuple[str, str]
+    sides: tuple[str, ...]
     words: tuple[str, ...]
     own: tuple[str, ...]
     items: tuple[str, ...]

@@ -32,7 +32,7 @@ def specimens(words: Wording | None = None) -> dict[str, Specimen]:
 
 def _trials(words: Wording) -> dict[str, Specimen]:
     seven, four = _sliders(words.seven), _sliders(words.four)
-    alike = Sliders((Attribute(low=words.alike[0], high=words.alike[1]),), RATED, sides=("real", "virtual"))
+    alike = Sliders((Attribute(low=words.alike[0], high=words.alike[1]),), RATED, sides=words.sides)
     tries = Sliders(seven.attributes, RATED, tries=True)
     ticks = Words(words.words, further=True)
     return {

@@ -14,7 +14,7 @@ from devices.window.screens.elements import Element
 from devices.window.screens.frame import HINT_STEPS, fitted
 from devices.window.screens.grid import grid
 from devices.window.screens.sliders import trial_frame
-from devices.window.screens.writing import FieldOn
+from devices.window.screens.writing import FieldOn, with_hangul
 from protocols.forms import Words
 from protocols.requests import Ask
 
@@ -27,7 +27,7 @@ class WordScreen(Base):
 
     def __init__(self, ask: Ask, form: Words, page: Page) -> None:
         left, right = back_and_next(page)
-        hint = page.texts("words_hint")
+        hint = with_hangul(page, page.texts("words_hint")) if form.further else page.texts("words_hint")
         frame = replace(trial_frame(page, ask, "words_prompt", hint, left, right), hint_above=True)
         self.form = form
         self._cells, self._columns = grid(page, [page.say(word) for word in form.words], frame.body)
@@ -63,7 +63,7 @@ class WordScreen(Base):
 
     def typed(self, name: str | None, text: str) -> None:
         if name == FURTHER and self.field is not None:
-            self.field.writing.insert(text)
+            self.field.type(text)
             self._warned = False
 
     def key(self, name: str | None, event: Key) -> bool:
@@ -84,6 +84,7 @@ class WordScreen(Base):
         if nothing and self.sheet == self.sheets - 1 and not self._warned:
             self._warned = True
             self.tell("none_ticked")
+            self.wait_a_moment()
             return
         super().go_on()
 

@@ -6,6 +6,7 @@ from dataclasses import dataclass, field
 
 from devices.window.fields import View, Writing, place_at, step, view
 from devices.window.geometry import Box
+from devices.window.hangul import KEYS, joined, shortened
 from devices.window.inputs import Key
 from devices.window.paint_text import LEADING, Laid, bearing
 from devices.window.screen import Page
@@ -23,6 +24,9 @@ class FieldOn:
     writing: Writing = field(default_factory=Writing)
     within: str = ""
     placeholder: Laid | None = None
+    hangul_on: bool = True
+    composed_to: int | None = None
+    """Where the caret stands while the character before it is being composed; None while none is."""
 
     @property
     def pad(self) -> int:
@@ -55,13 +59,29 @@ class FieldOn:
 
     def press(self, x: float, y: float) -> None:
         """Put the caret to where the field was pressed."""
+        self.composed_to = None
         inner = self._inner
         line = int((y - inner.top) // round(LEADING * self.size)) if self.writing.many_lines else 0
         self.writing.caret = place_at(self.page.fonts, self._view, self.size, line, x - inner.left - bearing(self.size))
 
+    def type(self, text: str) -> None:
+        """Write what was typed; where Hangul is composed here and on, Latin keys write it."""
+        if not (self.page.hangul and self.hangul_on):
+            self.writing.insert(text)
+            return
+        for character in text:
+            self._compose(character)
+
     def key(self, event: Key) -> bool:
         """A key while writing; False for one that means something to the screen."""
+        composing, self.composed_to = self._composing, None
         match event.name:
+            case "hangul":
+                self.hangul_on = not self.hangul_on
+            case "backspace" if composing:
+                left = shortened(composing)
+                self.writing.replace_last(left)
+                self.composed_to = self.writing.caret if left else None
             case "backspace":
                 self.writing.backspace()
             case "delete":
@@ -75,3 +95,23 @@ class FieldOn:
             case _:
                 return self.writing.move(event.name)
         return True
+
+    @property
+    def _composing(self) -> str:
+        """The character that is being composed, if one is."""
+        caret = self.writing.caret
+        return self.writing.text[caret - 1 : caret] if self.composed_to == caret > 0 else ""
+
+    def _compose(self, character: str) -> None:
+        """Write one key's letter, joined to the syllable that is being composed; anything else ends that."""
+        jamo, composing = KEYS.get(character), self._composing
+        if jamo is not None and composing:
+            self.writing.replace_last(joined(composing, jamo))
+        else:
+            self.writing.insert(jamo or character)
+        self.composed_to = None if jamo is None else self.writing.caret
+
+
+def with_hangul(page: Page, hint: str) -> str:
+    """A hint, and the key that switches between Hangul and Latin where it does."""
+    return f"{hint}   {page.texts('hangul_hint')}" if page.hangul else hint

@@ -49,3 +49,13 @@ def test_the_ledger_can_tell_which_texts_were_read(tmp_path):
     assert one["size_px"] == [1280, 720] and one["language"] == "en"
     changed = describe(prepare(toy(instructions="Feel it."), SCREEN, "en", tmp_path))
     assert one["texts"] == other["texts"] != changed["texts"]
+
+
+@pytest.mark.parametrize(
+    ("instructions", "says"),
+    [("Feel\n\n" + "on" * 400, "does not fit"), ("<!-- to be written -->", "no words to read")],
+)
+def test_instructions_that_cannot_be_shown_are_refused_before_a_window_opens(tmp_path, instructions, says):
+    study = toy(instructions=instructions)
+    with pytest.raises(WindowError, match=says):
+        prepare(study, SCREEN, "en", tmp_path, plan=compile_plan(study, ParticipantRow("P001")))

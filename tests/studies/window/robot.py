@@ -169,26 +169,26 @@ class Robot:
             acts += 1
             assert acts < 400, f"{name}: cannot be finished; left: {[p.name for p in mirror.placed()]}"
             target = next_target(mirror, done, settled)
-            self._use(mirror, target)
+            self._use(mirror, target, acts * READ_S)
             if target.name in LEADING and mirror.reply is None:
                 done.clear()
                 self._see(mirror, picture, name)
         self.given.append((name, mirror.reply.value))
 
-    def _use(self, mirror, target):
+    def _use(self, mirror, target, at_s):
         x, y = place_of(target)
         if target.name == "agree":
             self._read()
         self.hand.click(x, y)
-        mirror.handle(Pressed(x, y, READ_S))
-        mirror.handle(Released(x, y, READ_S))
+        mirror.handle(Pressed(x, y, at_s))
+        mirror.handle(Released(x, y, at_s))
         for text in written(target.name):
             self.hand.type(text)
             for character in text:
-                mirror.handle(Typed(character, 0.0))
+                mirror.handle(Typed(character, at_s))
             if target.name == "words":
                 self.hand.key("enter")
-                mirror.handle(Key("enter", False, 0.0))
+                mirror.handle(Key("enter", False, at_s))
 
     def _read(self):
         """Look at what is to be agreed to for as long as it takes a hasty person: no double click counts."""

@@ -49,9 +49,9 @@ def ask(form, back=False, practice=False, previous=None, former=None) -> Ask:
 class Hand:
     """Does to a screen what a participant would: every act takes a tenth of a second."""
 
-    def __init__(self, form, metrics=SMALL, language="en", pages=None, **more):
+    def __init__(self, form, metrics=SMALL, language="en", pages=None, hangul=False, **more):
         self.request = form if not hasattr(form, "items") else ask(form, **more)
-        self.page = page(metrics, language, pages=pages or {})
+        self.page = page(metrics, language, pages=pages or {}, hangul=hangul)
         self.screen = screen_for(self.request, self.page, 7)
         self.clock_s = 0.0
 
@@ -94,6 +94,10 @@ class Hand:
     def do(self, act, *what):
         self.clock_s = round(self.clock_s + 0.1, 3)
         self.screen.handle(act(*what, self.clock_s))
+        return self
+
+    def wait(self, seconds=0.5):
+        self.clock_s += seconds
         return self
 
     @property

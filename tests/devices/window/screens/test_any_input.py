@@ -6,16 +6,25 @@ from hypothesis import strategies as st
 
 from devices.window.build import screen_for
 from devices.window.inputs import Key, Moved, Pressed, Released, Typed
-from devices.window.screens.specimens import specimens
-from protocols.forms import Sliders
+from devices.window.screens.specimens import RATED, specimens
+from protocols.forms import Likert, Sliders
 from protocols.requests import Ask
-from protocols.study import Attribute, Scale
+from protocols.study import Attribute, Item, Questionnaire, Scale
 from tests.devices.window.screens.pages import ask, page
 
 KEYS = ("left", "right", "up", "down", "home", "end", "pageup", "pagedown", "tab", "enter", "space", "backspace",
         "delete", "escape")  # fmt: skip
 PAGE = page(pages={"instructions": "Read."})
-FORMS = {name: each.request for name, each in specimens().items() if isinstance(each.request, Ask)}
+LINES = Sliders(
+    tuple(Attribute(low=f"low {n}", high=f"high {n}", explanation=f"What {n} means. " * 9) for n in range(9)), RATED
+)
+STATEMENTS = Likert(
+    Questionnaire(items=tuple(Item(name=f"i{n}", text=f"So {n}. " * 40) for n in range(9)), ends=("-", "+"))
+)
+FORMS = {name: each.request for name, each in specimens().items() if isinstance(each.request, Ask)} | {
+    "lines on several sheets": ask(LINES),
+    "statements on several sheets": ask(STATEMENTS),
+}
 SPOTS = st.integers(0, 400)
 ACTS = st.one_of(
     st.tuples(st.just("tap"), SPOTS, st.floats(0, 1)),

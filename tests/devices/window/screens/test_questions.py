@@ -90,3 +90,10 @@ def test_a_press_between_two_points_takes_the_nearer_one():
     points = hand.element("item 0")
     between = (points.circles[2].right + points.circles[3].left) // 2
     assert (points.nearest(between - 3), points.nearest(between + 3)) == (2, 3)
+
+
+def test_a_question_of_any_length_is_pointed_at_in_as_many_words_as_there_is_room_for():
+    long = Question("job", "What do you do on an ordinary day? " * 20, "text", optional=False)
+    hand = Hand(Demographics((long,))).tap("next")
+    assert hand.screen.reply is None
+    assert hand.text("notice").startswith("Please look at: What do you do") and hand.text("notice").endswith("…")

@@ -60,6 +60,14 @@ def test_consent_can_only_be_given_on_the_last_page_and_not_by_enter_alone():
     assert hand.key("tab", "enter").value["answers"] == {"agreed": True}
 
 
+def test_a_double_click_on_next_is_no_consent():
+    hand = Hand(Consent(LONG))
+    while hand.screen.sheet < hand.screen.sheets - 1:
+        hand.tap("next")
+    assert hand.tap("agree").screen.reply is None
+    assert hand.wait().tap("agree").value["answers"] == {"agreed": True}
+
+
 def test_one_can_decline_on_every_page():
     assert Hand(Consent(LONG)).tap("decline").value["answers"] == {"agreed": False}
     assert Hand(Consent("Short.")).tap("decline").value["answers"] == {"agreed": False}

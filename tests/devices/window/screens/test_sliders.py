@@ -161,3 +161,18 @@ def test_a_filled_form_shows_a_reply_and_going_back_fills_nothing():
 def test_practice_and_progress_are_told():
     hand = Hand(sliders(1), practice=True)
     assert hand.text("label") == "Practice" and hand.element("progress").share == pytest.approx(2 / 45)
+
+
+def test_a_drag_ends_where_the_sheet_is_turned():
+    hand = Hand(sliders(2, STEPS))
+    hand.screen._sheets = [[row] for sheet in hand.screen._sheets for row in sheet]
+    hand.screen.lay_out_on(2)
+    hand.do(Pressed, *hand.point("slider 0", 0.5)).key("enter").do(Moved, 600, 300).do(Released, 600, 300)
+    assert hand.tap("slider 1", 1.0).tap("next").value["answers"] == {"Rough": 0.0, "Flat": 10.0}
+
+
+def test_what_was_set_before_going_back_goes_on_record():
+    assert Hand(sliders(2, STEPS), back=True).tap("back").value.keys() == {"go", "seconds"}
+    left = Hand(sliders(2, STEPS), back=True).tap("slider 1", 0.5).tap("back").screen.reply
+    assert left.value["go"] == "back" and left.value["so_far"] == {"Flat": 0.0}
+    assert rows(left) == [(1, 0.1, 0)]
