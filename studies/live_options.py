@@ -3,17 +3,17 @@
 from __future__ import annotations
 
 import functools
-import re
 from collections.abc import Callable
 from dataclasses import dataclass, fields
 from typing import Any
 
 import click
 
+from devices.window.options import size_px
+
 PACE_S = 0.4
 REHEARSALS = "rehearsals"
 """The folder of a lab in which rehearsals lie, apart from its sessions."""
-_SIZE = re.compile(r"([1-9][0-9]{2,4})x([1-9][0-9]{2,4})")
 
 
 @dataclass(frozen=True)
@@ -35,15 +35,6 @@ class LiveOptions:
     as_json: bool = False
 
 
-def _size(_ctx: click.Context, _parameter: click.Parameter, value: str | None) -> tuple[int, int] | None:
-    if value is None:
-        return None
-    found = _SIZE.fullmatch(value)
-    if found is None:
-        raise click.BadParameter(f"{value!r}: a size in pixels is expected, as 1280x720")
-    return int(found[1]), int(found[2])
-
-
 _TO_START = (
     click.option("--rehearse", is_flag=True, help="Play the whole study fast, with a simulated participant's answers."),
     click.option("--pace", "pace_s", type=click.FloatRange(0, 60), default=PACE_S, show_default=True, metavar="SECONDS",
@@ -54,7 +45,7 @@ _ALWAYS = (
     click.option("--twins", is_flag=True, help="Simulated devices in place of those that have no driver yet."),
     click.option("--language", help="The participant's language, as ko.  [default: en, or as recorded]"),
     click.option("--screen", type=click.IntRange(min=0), help="The participant's screen.  [default: as calibrated]"),
-    click.option("--windowed", callback=_size, metavar="WxH", help="A window of this size, not the full screen."),
+    click.option("--windowed", callback=size_px, metavar="WxH", help="A window of this size, not the full screen."),
     click.option("--accept-change", is_flag=True, help="Go on although the study or screen changed; put on record."),
 )
 

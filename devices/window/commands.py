@@ -2,26 +2,17 @@
 
 from __future__ import annotations
 
-import re
 from pathlib import Path
 
 import click
 
-SIZE = re.compile(r"([1-9][0-9]{2,4})x([1-9][0-9]{2,4})")
+from devices.window.options import size_px
+
 LAB = click.option(
     "--lab", type=click.Path(file_okay=False, path_type=Path), default=Path(), show_default="the current folder",
     help="The lab's folder.",
 )  # fmt: skip
 LANGUAGE = click.option("--language", default="en", show_default=True, help="The language of the screens.")
-
-
-def _size(_ctx: click.Context, _parameter: click.Parameter, value: str | None) -> tuple[int, int] | None:
-    if value is None:
-        return None
-    found = SIZE.fullmatch(value)
-    if found is None:
-        raise click.BadParameter(f"{value!r}: a size in pixels is expected, as 1280x720")
-    return int(found[1]), int(found[2])
 
 
 @click.group()
@@ -43,7 +34,7 @@ def window() -> None:
 @click.option("--width-mm", type=click.FloatRange(50, 5000), help="Width of the screen's lit area, as a first guess.")
 @click.option("--measured", type=click.FloatRange(1, 5000), metavar="MM",
               help="What the ruler read on the first line, seen before: nothing is shown or asked.")  # fmt: skip
-@click.option("--windowed", callback=_size, metavar="WxH", help="A window of this size in place of the full screen.")
+@click.option("--windowed", callback=size_px, metavar="WxH", help="A window of this size in place of the full screen.")
 def calibrate(
     lab: Path, language: str, screen: int, width_mm: float | None, measured: float | None,
     windowed: tuple[int, int] | None,
@@ -92,7 +83,7 @@ def check(lab: Path, as_json: bool) -> None:
 @window.command()
 @LANGUAGE
 @click.option("--out", type=click.Path(file_okay=False, path_type=Path), required=True, help="Folder for the pictures.")
-@click.option("--size", callback=_size, default="1280x720", show_default=True, metavar="WxH", help="Size in pixels.")
+@click.option("--size", callback=size_px, default="1280x720", show_default=True, metavar="WxH", help="Size in pixels.")
 def screens(language: str, out: Path, size: tuple[int, int]) -> None:
     """Paint every kind of screen to a PNG file, as a participant would see it; no window is opened.
 
