@@ -31,7 +31,7 @@ def studies(lab: Path, as_json: bool) -> None:
         return
     for row in rows:
         click.echo(f"{row['study']:<20} {row['title']}")
-        click.echo(f"{'':<20} {row['stimuli']} stimuli, {row['attributes']} attributes; {row['file']}")
+        click.echo(f"{'':<20} {row['stimuli']} stimuli, {row['asked']}; {row['file']}")
 
 
 def _listed(name: str, path: Path, read: Any) -> dict[str, Any]:
@@ -39,12 +39,20 @@ def _listed(name: str, path: Path, read: Any) -> dict[str, Any]:
     try:
         study = read(path).study
     except ValueError as error:
-        return {"study": name, "title": f"BROKEN: {error}", "stimuli": 0, "attributes": 0, "file": str(path)}
+        return {
+            "study": name,
+            "title": f"BROKEN: {error}",
+            "stimuli": 0,
+            "attributes": 0,
+            "asked": "-",
+            "file": str(path),
+        }
     return {
         "study": name,
         "title": study.title or "",
         "stimuli": len(study.stimuli),
         "attributes": len(study.attributes),
+        "asked": _asked(study),
         "file": str(path),
     }
 
