@@ -72,7 +72,7 @@ def release(study: str, participant: str, why: str, lab: Path, as_json: bool) ->
 
 @click.command(short_help="Certify a study's balance so far.")
 @click.argument("study")
-@click.option("--seed", type=int, default=0, show_default=True, help="Seed of the sessions, for randomised orders.")
+@click.option("--seed", type=int, default=0, show_default=True, help="Seed of sessions to come, for randomised orders.")
 @LAB
 @JSON
 def balance(study: str, seed: int, lab: Path, as_json: bool) -> None:

@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+from collections import defaultdict
+from collections.abc import Mapping
 from dataclasses import dataclass
 from pathlib import Path
 
@@ -41,12 +43,16 @@ class Overlap:
 
 
 def standing(registry: Registry, study: Study, seed: int = 0) -> list[GroupStanding]:
-    """Every group of a study as it stands; `seed` is that of the sessions, for orders drawn at random."""
+    """Every group of a study as it stands.
+
+    Orders drawn at random are those of the session that a participant had here; `seed` is for who had none yet.
+    """
     kept = every_allocation(registry, study.study)
     found = places(kept, recorded_rows(registry.lab, study.study), withdrawn(registry.lab))
     known = {each.participant: each for each in kept if each.holds}
     groups: list[str | None] = [*sorted(study.groups)]
-    return [_of_group(study, group, found, known, seed) for group in groups or [None]]
+    seeds = _seeds(registry.lab, study.study, seed)
+    return [_of_group(study, group, found, known, seeds) for group in groups or [None]]
 
 
 def overlaps(registry: Registry, study: str) -> list[Overlap]:
@@ -60,9 +66,11 @@ def overlaps(registry: Registry, study: str) -> list[Overlap]:
     return [Overlap(other, len(mine & theirs), len(mine)) for other, theirs in sorted(of.items())]
 
 
-def _of_group(study: Study, group: str | None, found: Places, known: dict[str, Allocation], seed: int) -> GroupStanding:
+def _of_group(
+    study: Study, group: str | None, found: Places, known: dict[str, Allocation], seeds: Mapping[str, int]
+) -> GroupStanding:
     held = sorted((row, who) for (of, row), who in found.held.items() if of == group)
-    orders = [[s.id for _, s in main_order(study, ParticipantRow(who, group, row), seed)] for row, who in held]
+    orders = [[s.id for _, s in main_order(study, ParticipantRow(who, group, row), seeds[who])] for row, who in held]
     return GroupStanding(
         group,
         certificate(orders),
@@ -70,6 +78,15 @@ def _of_group(study: Study, group: str | None, found: Places, known: dict[str, A
         tuple(sorted((row, who) for (of, row), who in found.given_up.items() if of == group)),
         found.offer(group),
     )
+
+
+def _seeds(lab: Path, study: str, otherwise: int) -> Mapping[str, int]:
+    """Participant -> the seed of their first session of the study in person."""
+    found: defaultdict[str, int] = defaultdict(lambda: otherwise)
+    for path in filter(_in_person, reversed(ledgers_in(lab, study))):
+        header = read_header(path)
+        found[header["participant"]] = header.get("seed", otherwise)
+    return found
 
 
 def _in_person(path: Path) -> bool:

@@ -64,11 +64,12 @@ def new_lab(path: Path, url: str | None = None) -> Registry:
 
 def sat(
     lab: Path, participant: str, answers: dict[str, Any] | None = None, at: str = "2026-01-01T00:00:00+00:00",
-    number: int = 1, kind: str = "live", row: tuple[str | None, int] = (None, 0), study: str = "toy",
+    number: int = 1, kind: str = "live", row: tuple[str | None, int] = (None, 0), study: str = "toy", seed: int = 0,
 ) -> Path:  # fmt: skip
     """A session's ledger as far as people concern it: who, which row, and what they said about themselves."""
     header = {
-        "study": {"study": study}, "participant": participant, "group": row[0], "row": row[1], "rig": {"kind": kind},
+        "study": {"study": study}, "participant": participant, "group": row[0], "row": row[1], "seed": seed,
+        "rig": {"kind": kind},
     }  # fmt: skip
     path = session.ledger_path(lab, study, participant, number)
     create(path, header, {"at": at})

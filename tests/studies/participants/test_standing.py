@@ -1,3 +1,5 @@
+from protocols.balance import certificate
+from protocols.plan import ParticipantRow, main_order
 from studies.participants.people import add
 from studies.participants.rows import allocate_row, release
 from studies.participants.standing import Overlap, overlaps, standing
@@ -70,3 +72,19 @@ def test_simulated_people_take_part_in_nothing(home):
     assert overlaps(home, "toy") == []
     sat(home.lab, "P001", study="another")
     assert overlaps(home, "toy") == [Overlap("another", 1, 1)]
+
+
+def test_the_certificate_of_a_random_design_is_of_the_orders_that_were_run(home):
+    study = toy(order={"design": "random"})
+    filled(home, 2)
+    for who in ("P001", "P002"):
+        row = allocate_row(home, study, who)
+        sat(home.lab, who, row=(None, row.row), seed=int(who[1:]) + 6)
+    orders = [
+        [stimulus.id for _, stimulus in main_order(study, ParticipantRow(f"P00{n}", None, n - 1), n + 6)]
+        for n in (1, 2)
+    ]
+    assert standing(home, study)[0].certificate == certificate(orders)
+    assert certificate(orders) != certificate(
+        [[stimulus.id for _, stimulus in main_order(study, ParticipantRow(f"P00{n}", None, n - 1))] for n in (1, 2)]
+    )
