@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import math
+from collections.abc import Iterable
 from typing import Any
 
 from protocols.forms import Consent, Demographics, Lexicon, Likert, Question, Sliders, Words
@@ -31,7 +32,13 @@ AGES = (19, 64)
 
 
 def answer(person: Perceiver, ask: Ask) -> tuple[Reply, float]:
-    """The simulated reply to any form, and the seconds it took."""
+    """The simulated reply to any form, and the seconds it took; on second thoughts the participant goes back."""
+    if ask.may_go_back and person.has_second_thoughts(ask):
+        return Reply({"go": "back", "seconds": 1.0}), 1.0
+    return _answered(person, ask)
+
+
+def _answered(person: Perceiver, ask: Ask) -> tuple[Reply, float]:
     match ask.form:
         case Sliders() as form:
             how = _authored if form.tries else _compared if form.sides else Perceiver.rate
@@ -48,19 +55,20 @@ def answer(person: Perceiver, ask: Ask) -> tuple[Reply, float]:
             return _after(person, ask, {"agreed": True})
 
 
-def _after(person: Perceiver, ask: Ask, answers: dict[str, Any], **beside: Any) -> tuple[Reply, float]:
-    """The reply, after one answer time for each item that was answered."""
-    if ask.may_go_back and ask.trial is not None and ask.trial.attempt == 1 and person.has_second_thoughts(ask):
-        return Reply({"go": "back", "seconds": 1.0}), 1.0
-    seconds = round(math.fsum(person.seconds(ask, item) for item in answers), 3)
-    return Reply({"answers": answers, "seconds": seconds, **beside}), seconds
+def _after(person: Perceiver, ask: Ask, answers: dict[str, Any]) -> tuple[Reply, float]:
+    """The reply, after one answer time for each item."""
+    return _taking(person, ask, answers, answers)
+
+
+def _taking(person: Perceiver, ask: Ask, answers: dict[str, Any], items: Iterable[str]) -> tuple[Reply, float]:
+    """The reply, after one answer time for each of `items`."""
+    seconds = round(math.fsum(person.seconds(ask, item) for item in items), 3)
+    return Reply({"answers": answers, "seconds": seconds}), seconds
 
 
 def _compared(person: Perceiver, ask: Ask, form: Sliders) -> tuple[Reply, float]:
     """Rate while switching to and fro a few times; every switch takes a second or two."""
     reply, seconds = person.rate(ask, form)
-    if "answers" not in reply.value:
-        return reply, seconds
     count = 2 + math.floor(5 * uniform(*person.moment("switches", ask, "")))
     gaps = [round(0.8 + 1.6 * uniform(*person.moment("switch", ask, str(n))), 3) for n in range(count)]
     switches = [{"to": form.sides[n % len(form.sides)], "at_s": round(sum(gaps[: n + 1]), 3)} for n in range(count)]
@@ -110,17 +118,14 @@ def _ticked(person: Perceiver, ask: Ask, form: Words) -> tuple[Reply, float]:
     further: list[str] = []
     if form.further and uniform(*person.moment("further", ask, "")) < 0.1:
         further = list(_from_memory(person, ask, 1, without=form.words))
-    answers = {"ticked": ticked, "further": further}
-    reading = [person.seconds(ask, word) for word in (ticked or form.words[:1])]
-    seconds = round(math.fsum(reading), 3)
-    reply, took = _after(person, ask, answers)
-    return (reply, took) if "answers" not in reply.value else (Reply({"answers": answers, "seconds": seconds}), seconds)
+    return _taking(person, ask, {"ticked": ticked, "further": further}, ticked or form.words[:1])
 
 
 def _fits(person: Perceiver, ask: Ask, word: str) -> bool:
     """Whether the word is ticked: a logit of its latents, the person's own leaning and the moment's noise."""
-    known = word in person.simulation.latents and ask.trial is not None
-    felt = person.latent(word, ask.trial.stimulus) if known and ask.trial is not None else TICKED_WITHOUT_LATENT
+    felt = TICKED_WITHOUT_LATENT
+    if ask.trial is not None and word in person.simulation.latents:
+        felt = person.latent(word, ask.trial.stimulus)
     leaning = person.simulation.bias_sd * normal(*person.trait("bias", word))
     return uniform(*person.moment("tick", ask, word)) < 1 / (1 + math.exp(-(felt + leaning)))
 
@@ -128,11 +133,7 @@ def _fits(person: Perceiver, ask: Ask, word: str) -> bool:
 def _written(person: Perceiver, ask: Ask, form: Lexicon) -> tuple[Reply, float]:
     count = form.at_least + math.floor(4 * uniform(*person.moment("words", ask, "")))
     words = _from_memory(person, ask, count)
-    reply, _ = _after(person, ask, {"words": list(words)})
-    seconds = round(math.fsum(person.seconds(ask, word) for word in words), 3)
-    if "answers" not in reply.value:
-        return reply, 1.0
-    return Reply({"answers": {"words": list(words)}, "seconds": seconds}), seconds
+    return _taking(person, ask, {"words": list(words)}, words)
 
 
 def _from_memory(person: Perceiver, ask: Ask, count: int, without: tuple[str, ...] = ()) -> tuple[str, ...]:

@@ -29,6 +29,11 @@ class Event:
         """The body as data."""
         return parse(self.body)
 
+    @property
+    def ended_as(self) -> str | None:
+        """How the event ends the session: complete, declined, aborted; None where it does not."""
+        return str(self.value.get("as", "complete")) if self.kind == "session_ended" else None
+
     def place(self) -> str:
         """Where the event stands, for messages."""
         within = f", trial {self.trial}" if self.trial is not None else ""

@@ -56,8 +56,6 @@ class Perceiver:
         """The reply to a rating form and the seconds it took."""
         if ask.trial is None:
             raise ValueError("a rating form needs a trial")
-        if ask.may_go_back and ask.trial.attempt == 1 and self.has_second_thoughts(ask):
-            return Reply({"go": "back", "seconds": 1.0}), 1.0
         answers, at_s, clock = {}, {}, 0.0
         for attribute in form.attributes:
             clock = round(clock + self.seconds(ask, attribute.name), 3)
@@ -75,7 +73,8 @@ class Perceiver:
 
     def has_second_thoughts(self, ask: Ask) -> bool:
         """Whether the participant, meeting a trial first, goes back to the one before."""
-        return uniform(*self.moment("revise", ask, "")) < self.simulation.revise_rate
+        first = ask.trial is not None and ask.trial.attempt == 1
+        return first and uniform(*self.moment("revise", ask, "")) < self.simulation.revise_rate
 
     def seconds(self, ask: Ask, item: str) -> float:
         """How long the answer to one item takes."""

@@ -158,6 +158,7 @@ def resume(ledger: Path, study: str | None, without_wal: bool, as_json: bool, li
     Example:
       palpate resume LAB/sessions/door_ratings_P001_s1.sqlite
     """
+    from studies.begun import in_person
     from studies.record import LedgerError, read
     from studies.session import resume as go_on
 
@@ -172,7 +173,7 @@ def resume(ledger: Path, study: str | None, without_wal: bool, as_json: bool, li
     lab = ledger.resolve().parent.parent
     found, rig, accepted = _to_go_on(record, lab, study, live)
     sat = go_on(ledger, rig, accepted)
-    if record.header["rig"]["kind"] == "live":
+    if in_person(record.header):
         _on_record(found, lab, record.header["participant"], sat)
     _report([sat], as_json, study)
 

@@ -15,6 +15,7 @@ from studies.catalogue import read_study
 from studies.changes import StudyChanged, demand_unchanged
 from studies.lab_forms import lab_forms
 from studies.participants.admission import admit, demand_known_here, demand_not_finished
+from studies.participants.allocations import place_told
 from studies.record import LedgerError, read
 from studies.session import fresh_path, ledger_path
 
@@ -39,7 +40,7 @@ def row_of(study: Study, lab: Path, participant: str, live: bool, group: str | N
     if held is None:
         return allocate(study, participant, group, row)
     if (row is not None and row != held.row) or (group is not None and group != held.group):
-        place = f"row {held.row}" + (f" of group {held.group}" if held.group is not None else "")
+        place = place_told((held.group, held.row))
         raise AllocationError(f"participant {participant} has {place} of {study.study}; leave --group and --row out")
     return held
 

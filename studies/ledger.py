@@ -127,7 +127,7 @@ class Ledger:
             with kept(self.record.path, f"event {event.seq}"), self.connection.begin():
                 _insert_event(self.connection, event, link)
             self.head, self.written = link, self.written + 1
-            self.status = str(event.value.get("as", "complete")) if event.kind == "session_ended" else "interrupted"
+            self.status = event.ended_as or "interrupted"
 
     def sit(self, kind: str, body: Mapping[str, Any]) -> None:
         """Put on record that a process took the ledger up or laid it down."""

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import json
 import sqlite3
-from collections.abc import Sequence
+from collections.abc import Iterator, Sequence
 from dataclasses import dataclass, replace
 from functools import cached_property
 from pathlib import Path
@@ -29,6 +29,7 @@ from studies.ledger_schema import (
     sittings,
 )
 
+_UNFOUNDED = "samples without their event, or no session_started: the file was changed"
 _MAGIC = b"SQLite format 3\0"
 
 
@@ -77,7 +78,7 @@ class Record:
     @property
     def status(self) -> str:
         """`complete`; `aborted` by the experimenter; `declined`, without consent; `interrupted`, to be gone on with."""
-        return str(self.events[-1].value.get("as", "complete")) if self.ended else "interrupted"
+        return self.events[-1].ended_as or "interrupted"
 
     @property
     def complete(self) -> bool:
@@ -188,25 +189,39 @@ def _demand_ours(connection: Connection, path: Path) -> None:
 
 
 def _verified(path: Path, connection: Connection) -> Record:
-    blocks: dict[int, list[Samples]] = {}
-    for row in connection.execute(select(samples).order_by(samples.c.seq, samples.c.block)):
-        blocks.setdefault(row.seq, []).append(_samples(path, row))
     happened: list[Event] = []
     hashes, previous = [], SEED
-    for place, row in enumerate(connection.execute(select(events).order_by(events.c.seq))):
-        one = Event(
-            row.seq, row.t_ns, row.kind, row.body.encode(), row.trial, row.attempt, tuple(blocks.pop(row.seq, ()))
-        )
+    for place, (one, link) in enumerate(linked_events(path, connection)):
         previous = event_hash(previous, one)
-        if row.seq != place or row.hash != previous:
+        if one.seq != place or link != previous:
             raise LedgerError(f"{path}: the hash chain breaks at event {place}: the file was changed or is damaged")
         if happened and one.t_ns < happened[-1].t_ns:
             raise LedgerError(f"{path}: time runs backwards at event {place}: the file was changed")
         happened.append(one)
         hashes.append(previous)
-    if blocks or not happened or happened[0].kind != "session_started":
-        raise LedgerError(f"{path}: samples without their event, or no session_started: the file was changed")
+    if not happened or happened[0].kind != "session_started":
+        raise LedgerError(f"{path}: {_UNFOUNDED}")
     return Record(path, tuple(happened), tuple(hashes), _sittings(path, connection, hashes))
+
+
+def linked_events(path: Path, connection: Connection, first: int | None = None) -> Iterator[tuple[Event, str]]:
+    """The events as they stand in the file, each with its link of the chain, not yet verified.
+
+    All of them, or those from number `first` on.
+
+    Raises LedgerError on samples that are damaged, or that no event has.
+    """
+    blocks: dict[int, list[Samples]] = {}
+    of_samples, of_events = select(samples), select(events)
+    if first is not None:  # Read whole, a number below 0 must show.
+        of_samples, of_events = of_samples.where(samples.c.seq >= first), of_events.where(events.c.seq >= first)
+    for row in connection.execute(of_samples.order_by(samples.c.seq, samples.c.block)):
+        blocks.setdefault(row.seq, []).append(_samples(path, row))
+    for row in connection.execute(of_events.order_by(events.c.seq)):
+        its_own = tuple(blocks.pop(row.seq, ()))
+        yield Event(row.seq, row.t_ns, row.kind, row.body.encode(), row.trial, row.attempt, its_own), row.hash
+    if blocks:
+        raise LedgerError(f"{path}: {_UNFOUNDED}")
 
 
 def _samples(path: Path, row: Any) -> Samples:

@@ -5,10 +5,10 @@ from __future__ import annotations
 from collections.abc import Sequence
 from pathlib import Path
 
-from protocols.plan import ParticipantRow, Plan
+from protocols.plan import Plan
 from studies.allocation import AllocationError
+from studies.begun import begun_in
 from studies.collect import ledgers_in
-from studies.record import LedgerError, read_header
 from studies.session import fresh_path
 
 
@@ -36,14 +36,7 @@ def rows_taken(lab: Path, study: str, simulated: bool = True) -> dict[tuple[str 
     An unreadable ledger takes no row.
     """
     taken: dict[tuple[str | None, int], set[str]] = {}
-    for path in ledgers_in(lab, study):
-        try:
-            header = read_header(path)
-            who = ParticipantRow(header["participant"], header["group"], header["row"])
-            by_person = header["rig"]["kind"] == "live"
-        except (LedgerError, KeyError, TypeError):
-            continue
-        if not (simulated or by_person):
-            continue
-        taken.setdefault((who.group, who.row), set()).add(who.participant)
+    for each in begun_in(ledgers_in(lab, study)):
+        if simulated or each.in_person:
+            taken.setdefault((each.who.group, each.who.row), set()).add(each.who.participant)
     return taken

@@ -10,6 +10,7 @@ from typing import Any
 from protocols.canonical import canonical, digest
 from protocols.events import NS, Event
 from protocols.study import Study
+from studies.begun import in_person
 from studies.record import Record
 from studies.replay import recompiled
 
@@ -96,7 +97,9 @@ class _Walk:
     def _answered(self, event: Event) -> None:
         if event.value.get("go") == "try":
             return
-        rows = list(self._rows(event))
+        table, made = self._unfolded(event)
+        rows = list(made)
+        table += rows
         if event.trial is not None:
             self.met[event.trial].answered_at = event.seq
             self._stand(event.trial, rows)
@@ -112,17 +115,13 @@ class _Walk:
             for n, each in enumerate(event.value.get("switches", ()))
         ]
 
-    def _rows(self, event: Event) -> Iterator[Row]:
-        """The rows that a form's answers make, each put into its table."""
-        form = self.request["form"]
-        if form in WORDS:
-            rows, table = list(self._words(event)), self.words
-        elif event.trial is None:
-            rows, table = list(self._about(event)), self.answers
-        else:
-            rows, table = list(self._ratings(event)), self.responses
-        table += rows
-        yield from rows
+    def _unfolded(self, event: Event) -> tuple[list[Row], Iterator[Row]]:
+        """The table that a form's answers belong to, and the rows they make."""
+        if self.request["form"] in WORDS:
+            return self.words, self._words(event)
+        if event.trial is None:
+            return self.answers, self._about(event)
+        return self.responses, self._ratings(event)
 
     def _ratings(self, event: Event) -> Iterator[Row]:
         value = event.value
@@ -213,7 +212,7 @@ def _session_row(record: Record, walk: _Walk) -> Row:
         "group_name": header["group"],
         "row": header["row"],
         "seed": header["seed"],
-        "simulated": header["rig"]["kind"] != "live" or bool(header["rig"].get("twins")),
+        "simulated": not in_person(header) or bool(header["rig"].get("twins")),
         "status": record.status,
         "trials_planned": header["trials"],
         "trials_answered": sum(met.answered_at is not None for met in walk.met.values()),

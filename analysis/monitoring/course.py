@@ -70,7 +70,7 @@ class Course:
             case "experimenter":
                 self._aside(event)
             case "session_ended":
-                self.ended = event.value.get("as", "complete")
+                self.ended = event.ended_as
 
     @property
     def done(self) -> int:

@@ -2,12 +2,10 @@
 
 from __future__ import annotations
 
-import json
 import sqlite3
 from collections.abc import Iterator
 from dataclasses import dataclass
 from pathlib import Path
-from typing import Any
 
 from sqlalchemy import Connection, select
 from sqlalchemy.exc import SQLAlchemyError
@@ -15,9 +13,8 @@ from sqlalchemy.exc import SQLAlchemyError
 from analysis.monitoring.course import Course
 from analysis.monitoring.file_state import FileState, file_state
 from protocols.events import Event
-from protocols.requests import Samples
-from studies.ledger_schema import engine_to_read, event_hash, events, samples, sittings
-from studies.record import LedgerError, Sitting, read
+from studies.ledger_schema import engine_to_read, event_hash, events, sittings
+from studies.record import LedgerError, Sitting, linked_events, read
 
 
 @dataclass
@@ -84,30 +81,15 @@ def _grown(followed: Followed, state: FileState) -> Followed | None:
 
 def _verified(connection: Connection, followed: Followed) -> tuple[list[Event] | None, str]:
     """The events after those known and the new head; None where the chain breaks or time runs backwards."""
-    head, t_ns = followed.head, followed.course.times_ns[-1]
+    head, t_ns, known = followed.head, followed.course.times_ns[-1], len(followed.course.times_ns)
     new: list[Event] = []
-    for place, (event, link) in enumerate(_after(connection, len(followed.course.times_ns))):
+    for place, (event, link) in enumerate(linked_events(followed.path, connection, known)):
         head = event_hash(head, event)
-        if link != head or event.seq != len(followed.course.times_ns) + place or event.t_ns < t_ns:
+        if link != head or event.seq != known + place or event.t_ns < t_ns:
             return None, head
         t_ns = event.t_ns
         new.append(event)
     return new, head
-
-
-def _after(connection: Connection, first: int) -> Iterator[tuple[Event, str]]:
-    blocks: dict[int, list[Samples]] = {}
-    wanted = select(samples).where(samples.c.seq >= first)
-    for row in connection.execute(wanted.order_by(samples.c.seq, samples.c.block)):
-        blocks.setdefault(row.seq, []).append(_samples(row))
-    for row in connection.execute(select(events).where(events.c.seq >= first).order_by(events.c.seq)):
-        with_it = tuple(blocks.get(row.seq, ()))
-        yield Event(row.seq, row.t_ns, row.kind, row.body.encode(), row.trial, row.attempt, with_it), row.hash
-
-
-def _samples(row: Any) -> Samples:
-    form = json.loads(row.form)
-    return Samples(row.stream, tuple(form["channels"]), tuple(form["units"]), form["rate_hz"], form["t0_ns"], row.data)
 
 
 def _sittings(connection: Connection) -> Iterator[Sitting]:

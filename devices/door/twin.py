@@ -7,12 +7,11 @@ from __future__ import annotations
 
 import csv
 import math
-import sys
-from array import array
 from collections.abc import Iterator, Sequence
 from dataclasses import dataclass
 from pathlib import Path
 
+from devices.blocks import interleaved
 from devices.door.grid import MAX_ANGLE_DEG, POINTS, POINTS_PER_DEG, DoorDataError, grid_angle_deg
 
 HEADER = ("angle_deg", "force_N")
@@ -30,12 +29,7 @@ class DoorTelemetry:
 
     def interleaved(self) -> bytes:
         """Angle and force alternating, as little-endian float32: 8 bytes a sample."""
-        pairs = array("f", [0.0]) * (2 * len(self.angle_deg))
-        pairs[0::2] = array("f", self.angle_deg)
-        pairs[1::2] = array("f", self.force_N)
-        if sys.byteorder == "big":
-            pairs.byteswap()
-        return pairs.tobytes()
+        return interleaved(self.angle_deg, self.force_N)
 
 
 def open_door(profile_N: Sequence[float], duration_s: float, rate_hz: float) -> DoorTelemetry:

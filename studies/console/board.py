@@ -158,8 +158,7 @@ def _told(what: Mapping[str, Any], board: Board) -> str:
 
 
 def _ended(board: Board, event: Event) -> Board:
-    ended = str(event.value.get("as", "complete"))
-    return replace(board, ended=ended, trial=None, doing=None, paused_at_ns=None)
+    return replace(board, ended=event.ended_as, trial=None, doing=None, paused_at_ns=None)
 
 
 _CHANGES = {

@@ -89,6 +89,16 @@ class Lines:
         return [self._rest] if self._rest else []
 
 
+def drained(heard: SimpleQueue[Heard]) -> list[Heard]:
+    """What has come into a queue since the last time; returns at once."""
+    found = []
+    while True:
+        try:
+            found.append(heard.get_nowait())
+        except Empty:
+            return found
+
+
 @dataclass
 class Listener:
     """A thread that reads a file descriptor until it ends or is closed; `restore` runs when the listener closes."""
@@ -107,12 +117,7 @@ class Listener:
 
     def take(self) -> list[Heard]:
         """What has come since the last time."""
-        found = []
-        while True:
-            try:
-                found.append(self.heard.get_nowait())
-            except Empty:
-                return found
+        return drained(self.heard)
 
     def close(self) -> None:
         """End the thread and restore the terminal; again does nothing."""

@@ -5,10 +5,10 @@ from __future__ import annotations
 import threading
 import time
 from dataclasses import dataclass, field
-from queue import Empty, SimpleQueue
+from queue import SimpleQueue
 from typing import TextIO
 
-from studies.console.listening import Heard
+from studies.console.listening import Heard, drained
 
 BETWEEN_LOOKS_S = 0.02
 
@@ -28,12 +28,7 @@ class WindowsListener:
 
     def take(self) -> list[Heard]:
         """What has come since the last time."""
-        found = []
-        while True:
-            try:
-                found.append(self.heard.get_nowait())
-            except Empty:
-                return found
+        return drained(self.heard)
 
     def close(self) -> None:
         """End the thread at its next look; a console needs no restoring."""

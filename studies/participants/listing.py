@@ -12,7 +12,7 @@ from studies.participants.allocations import Allocation, every_allocation
 from studies.participants.identities import Identity
 from studies.participants.pseudonyms import in_sessions
 from studies.participants.registry import Registry, reading
-from studies.participants.withdrawal import sessions_of
+from studies.participants.withdrawal import sessions_by_participant
 
 Row = dict[str, Any]
 
@@ -29,12 +29,15 @@ def listed(registry: Registry, study: str | None = None) -> list[Row]:
     for each in every_allocation(registry, study):
         rows.setdefault(each.participant, []).append(each)
     status = dict.fromkeys(in_sessions(registry.lab), "session") | status
+    sessions = sessions_by_participant(registry.lab)
     return [
-        _row(registry, who, status[who], rows.get(who, [])) for who in sorted(status) if study is None or who in rows
+        _row(who, status[who], rows.get(who, []), sessions.get(who, []))
+        for who in sorted(status)
+        if study is None or who in rows
     ]
 
 
-def _row(registry: Registry, participant: str, status: str, rows: Sequence[Allocation]) -> Row:
+def _row(participant: str, status: str, rows: Sequence[Allocation], sessions: list[str]) -> Row:
     return {
         "participant": participant,
         "status": status,
@@ -48,7 +51,7 @@ def _row(registry: Registry, participant: str, status: str, rows: Sequence[Alloc
             }
             for each in rows
         ],
-        "sessions": list(sessions_of(registry.lab, participant)),
+        "sessions": sessions,
     }
 
 

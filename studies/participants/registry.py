@@ -125,9 +125,14 @@ def withdrawn(lab: Path) -> set[str]:
     registry = find_registry(lab)
     if registry is None:
         return set()
-    people = schema.participants
     with reading(registry) as connection:
-        return set(connection.execute(select(people.c.participant).where(people.c.status == "withdrawn")).scalars())
+        return gone(connection)
+
+
+def gone(connection: Connection) -> set[str]:
+    """The pseudonyms of those who withdrew."""
+    people = schema.participants
+    return set(connection.execute(select(people.c.participant).where(people.c.status == "withdrawn")).scalars())
 
 
 def where(registry: Registry) -> str:

@@ -4,17 +4,16 @@ from __future__ import annotations
 
 from dataclasses import dataclass, replace
 
-from sqlalchemy import Connection, select
+from sqlalchemy import Connection
 
 from protocols.did_you_mean import nearest
 from protocols.plan import LARGEST_ROW, ParticipantRow
 from protocols.study import Study
-from studies.participants import schema
 from studies.participants.allocations import Allocation, allocation_of, allocations_of, keep, place_told
 from studies.participants.errors import ParticipantError
 from studies.participants.people import demand_active
 from studies.participants.places import Place, Places, Recorded, emptiest, places, recorded_rows
-from studies.participants.registry import Registry, note, write
+from studies.participants.registry import Registry, gone, note, write
 
 
 @dataclass(frozen=True)
@@ -109,7 +108,7 @@ def _allocated(
         return own
     # The participant's own session from before the registry holds nothing against the participant.
     others = {who: at for who, at in recorded.items() if who != participant}
-    standing = places(everybody, others, _gone(connection))
+    standing = places(everybody, others, gone(connection))
     earlier = own or _earlier(study.study, participant, recorded)
     if earlier is not None:
         _demand_same(earlier, wish, place)
@@ -171,11 +170,6 @@ def _given(connection: Connection, got: Allocation) -> Allocation:
     keep(connection, got)
     note(connection, "allocated", {**_told(got), "replaces": got.replaces})
     return got
-
-
-def _gone(connection: Connection) -> set[str]:
-    people = schema.participants
-    return set(connection.execute(select(people.c.participant).where(people.c.status == "withdrawn")).scalars())
 
 
 def _told(one: Allocation) -> dict[str, str | int | None]:

@@ -10,11 +10,11 @@ from pathlib import Path
 from protocols.balance import Balance, certificate
 from protocols.plan import ParticipantRow, main_order
 from protocols.study import Study
+from studies.begun import begun_in
 from studies.collect import ledgers_in
 from studies.participants.allocations import Allocation, every_allocation
 from studies.participants.places import Places, places, recorded_rows
 from studies.participants.registry import Registry, withdrawn
-from studies.record import LedgerError, read_header
 
 
 @dataclass(frozen=True)
@@ -83,29 +83,20 @@ def _of_group(
 def _seeds(lab: Path, study: str, otherwise: int) -> Mapping[str, int]:
     """Participant -> the seed of their first session of the study in person."""
     found: defaultdict[str, int] = defaultdict(lambda: otherwise)
-    for path in filter(_in_person, reversed(ledgers_in(lab, study))):
-        header = read_header(path)
-        found[header["participant"]] = header.get("seed", otherwise)
+    for each in begun_in(reversed(ledgers_in(lab, study))):
+        if each.in_person and each.seed is not None:
+            found[each.who.participant] = each.seed
     return found
-
-
-def _in_person(path: Path) -> bool:
-    """Whether a session is a real participant's: simulated ones are nobody's."""
-    try:
-        kind: str = read_header(path)["rig"]["kind"]
-    except (LedgerError, KeyError, TypeError):
-        return False
-    return kind == "live"
 
 
 def _participation(registry: Registry) -> dict[str, set[str]]:
     """Study -> who takes part."""
     found: dict[str, set[str]] = {}
-    for each in every_allocation(registry):
-        if each.holds:
-            found.setdefault(each.study, set()).add(each.participant)
-    for path in filter(_in_person, ledgers_in(registry.lab)):
-        study, participant, _ = path.stem.rsplit("_", 2)
-        found.setdefault(study, set()).add(participant)
+    for held in every_allocation(registry):
+        if held.holds:
+            found.setdefault(held.study, set()).add(held.participant)
+    for each in begun_in(ledgers_in(registry.lab)):
+        if each.in_person:
+            found.setdefault(each.study, set()).add(each.who.participant)
     gone = withdrawn(registry.lab)
     return {study: people - gone for study, people in found.items() if people - gone}

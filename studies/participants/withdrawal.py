@@ -8,6 +8,7 @@ from pathlib import Path
 from sqlalchemy import Connection, select, update
 
 from protocols.plan import ParticipantRow
+from studies.begun import begun_in
 from studies.collect import ledgers_in
 from studies.participants import schema
 from studies.participants.allocations import Allocation, allocation_of
@@ -17,7 +18,6 @@ from studies.participants.identities import demand_nameless, erase
 from studies.participants.people import status_of, unknown
 from studies.participants.registry import Registry, note, write
 from studies.participants.rows import give_up
-from studies.record import LedgerError, read_header
 
 
 @dataclass(frozen=True)
@@ -51,19 +51,21 @@ def withdraw(registry: Registry, participant: str, why: str) -> Withdrawn:
 
 def sessions_of(lab: Path, participant: str) -> tuple[str, ...]:
     """The names of the participant's session files in this lab's folder."""
-    return tuple(path.name for path in ledgers_in(lab) if path.stem.rsplit("_", 2)[1] == participant)
+    return tuple(sessions_by_participant(lab).get(participant, ()))
+
+
+def sessions_by_participant(lab: Path) -> dict[str, list[str]]:
+    """Participant -> the names of their session files in this lab's folder."""
+    found: dict[str, list[str]] = {}
+    for path in ledgers_in(lab):
+        found.setdefault(path.stem.rsplit("_", 2)[1], []).append(path.name)
+    return found
 
 
 def recorded_everywhere(lab: Path, participant: str) -> dict[str, ParticipantRow]:
     """Study -> the row that the participant's sessions in this lab's folder were recorded with."""
-    found = {}
-    for name in sessions_of(lab, participant):
-        try:
-            header = read_header(lab / "sessions" / name)
-            found[header["study"]["study"]] = ParticipantRow(participant, header["group"], header["row"])
-        except (LedgerError, KeyError, TypeError):
-            continue
-    return found
+    ledgers = (lab / "sessions" / name for name in sessions_of(lab, participant))
+    return {each.study: each.who for each in begun_in(ledgers)}
 
 
 def _withdrawn(

@@ -124,6 +124,10 @@ def change(path, *statements):
         ("update events set trial=2 where seq=2", "the hash chain breaks at event 2"),
         ("update events set hash='00' where seq=0", "the hash chain breaks at event 0"),
         ("delete from events where seq=1", "the hash chain breaks at event 1"),
+        (
+            "insert into events select -1, t_ns, kind, trial, attempt, body, hash from events where seq=0",
+            "chain breaks",
+        ),
         ("delete from events where seq=2", "cut short: 3 events were there when it was closed, 2 are left"),
         ("delete from events", "no session_started"),
         ("update samples set data=zeroblob(256)", "the hash chain breaks at event 1"),

@@ -8,7 +8,7 @@ from __future__ import annotations
 import os
 import signal
 import sys
-from collections.abc import Callable, Iterator
+from collections.abc import Iterator
 from contextlib import contextmanager
 from pathlib import Path
 from typing import Any
@@ -20,6 +20,7 @@ from studies.launch import lab_forms
 from studies.rig import RigPlan, simulated
 from tests.analysis.monitoring.people_for_tests import as_they_are, gate, play, straight
 from tests.protocols.studies_for_tests import toy
+from tests.studies.nursery import child
 
 NOTES: list[tuple[int, dict[str, Any]]] = [
     (4, {"do": "note", "text": "Headphones slipped; put right. <script>alert(1)</script>"}),
@@ -64,22 +65,12 @@ def running(lab: Path, participant: str, questions: int) -> Iterator[None]:
     gates.mkdir()
     for number in range(1, questions + 1):
         (gates / str(number)).touch()
-    pid = _child(lambda: play(lab, *door_plan(participant), before=gate(gates, 3600)))
+    pid = child(lambda: play(lab, *door_plan(participant), before=gate(gates, 3600)))
     try:
         yield
     finally:
         os.kill(pid, signal.SIGKILL)
         os.waitpid(pid, 0)
-
-
-def _child(act: Callable[[], object]) -> int:
-    pid = os.fork()
-    if pid == 0:
-        try:
-            act()
-        finally:
-            os._exit(0)
-    return pid
 
 
 def main() -> None:

@@ -7,10 +7,13 @@ from __future__ import annotations
 
 import os
 import random
+import signal
 import sys
 import time
+from dataclasses import replace
 from pathlib import Path
 
+from studies.rig import RigPlan
 from studies.session import ledger_path, start
 from tests.studies.live.halls import Hall, sheets_plan
 from tests.studies.nursery import child, kill_after
@@ -29,19 +32,41 @@ def begin(lab: Path) -> None:
     start(lab, sheets_plan(), Hall(BUSY).rig)
 
 
+def dying(rig: RigPlan, seq: int) -> RigPlan:
+    """The rig whose process is killed at the instant after event `seq` is kept: no machine's load moves that."""
+
+    def opened(plan, t_ns):
+        def watch(event):
+            if event.seq == seq:
+                os.kill(os.getpid(), signal.SIGKILL)
+
+        return replace(rig.open(plan, t_ns), watch=watch)
+
+    return replace(rig, open=opened)
+
+
+def begin_and_die(lab: Path, seq: int) -> None:
+    """A busy session that is killed after event `seq`."""
+    start(lab, sheets_plan(), dying(Hall(BUSY).rig, seq))
+
+
 def ledger(lab: Path) -> Path:
     """Where it lies."""
     return ledger_path(lab, "sheets", "P001")
 
 
 def main(labs: Path) -> None:
-    """One whole session in LABS/whole, and killed ones in LABS/0, LABS/1, ..."""
+    """One whole session in LABS/whole; killed ones in LABS/0, LABS/1, ...: every third after an event, else by time."""
     chance = random.Random(5)
     begun = time.perf_counter()
     os.waitpid(child(lambda: begin(labs / "whole")), 0)
     usual = time.perf_counter() - begun
     for number in range(KILLS):
-        kill_after(chance.uniform(0.1, 1.0) * usual, lambda number=number: begin(labs / str(number)))
+        lab = labs / str(number)
+        if number % 3 == 0:
+            os.waitpid(child(lambda lab=lab, seq=5 + 4 * number: begin_and_die(lab, seq)), 0)
+        else:
+            kill_after(chance.uniform(0.1, 1.0) * usual, lambda lab=lab: begin(lab))
 
 
 if __name__ == "__main__":

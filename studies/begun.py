@@ -1,0 +1,37 @@
+"""What sessions began as, from their first events alone."""
+
+from __future__ import annotations
+
+from collections.abc import Iterable, Iterator
+from dataclasses import dataclass
+from pathlib import Path
+from typing import Any
+
+from protocols.plan import ParticipantRow
+from studies.record import LedgerError, read_header
+
+
+@dataclass(frozen=True)
+class Begun:
+    """A session: whose, in which study, with which row and seed, and whether a person sat there."""
+
+    study: str
+    who: ParticipantRow
+    seed: int | None
+    in_person: bool
+
+
+def in_person(header: dict[str, Any]) -> bool:
+    """Whether a session is a real participant's: simulated ones and rehearsals are nobody's."""
+    return bool(header["rig"]["kind"] == "live")
+
+
+def begun_in(ledgers: Iterable[Path]) -> Iterator[Begun]:
+    """What the ledgers began as, in their order; one whose first event cannot be read is passed over."""
+    for path in ledgers:
+        try:
+            header = read_header(path)
+            who = ParticipantRow(header["participant"], header["group"], header["row"])
+            yield Begun(header["study"]["study"], who, header.get("seed"), in_person(header))
+        except (LedgerError, KeyError, TypeError):
+            continue
