@@ -36,11 +36,14 @@ def dying(rig: RigPlan, seq: int) -> RigPlan:
     """The rig whose process is killed at the instant after event `seq` is kept: no machine's load moves that."""
 
     def opened(plan, t_ns):
+        found = rig.open(plan, t_ns)
+
         def watch(event):
             if event.seq == seq:
                 os.kill(os.getpid(), signal.SIGKILL)
+            found.watch(event)
 
-        return replace(rig.open(plan, t_ns), watch=watch)
+        return replace(found, watch=watch)
 
     return replace(rig, open=opened)
 
