@@ -6,7 +6,7 @@ from dataclasses import dataclass
 from typing import Any, Protocol
 
 from protocols.canonical import parse
-from protocols.requests import Aside, Reply, Request, Samples
+from protocols.requests import Came, Request, Samples
 
 NS = 1_000_000_000
 """Nanoseconds in a second."""
@@ -53,9 +53,9 @@ class World(Protocol):
     def now(self) -> int:
         """Nanoseconds since the session began; never runs backwards."""
 
-    def perform(self, request: Request) -> Reply | Aside:
-        """Do what is asked and return when it is done.
+    def perform(self, request: Request) -> Came:
+        """Do what is asked and return its Reply when it is done.
 
-        An Aside comes back when the experimenter did something meanwhile: it is put on record, and the same request
-        is performed on.
+        What comes back before is put on record, and the same request is performed on: an Aside when the experimenter
+        did something meanwhile, a Chunk of what is being recorded. A Fault ends the request: its trial is met again.
         """

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import hashlib
 from collections.abc import Mapping
 from dataclasses import dataclass
 from typing import Any
@@ -126,7 +127,8 @@ Request = Present | Ask | Sense | Rest | Instruct | Confirm
 class Samples:
     """A block of samples of one stream: `data` holds rows of channels, little-endian float32.
 
-    Where things were noted as they happened, rate_hz is 0 and a channel holds the time.
+    Where things were noted as they happened, rate_hz is 0 and a channel holds the time. `first` is the number of the
+    first sample in its stream; `clock` names what the samples were timed by.
     """
 
     stream: str
@@ -135,11 +137,17 @@ class Samples:
     rate_hz: float
     t0_ns: int
     data: bytes
+    first: int = 0
+    clock: str = "host"
 
     @property
     def count(self) -> int:
         """Samples per channel."""
         return len(self.data) // (4 * len(self.channels))
+
+    def sha256(self) -> bytes:
+        """The digest of the bytes."""
+        return hashlib.sha256(self.data).digest()
 
 
 @dataclass(frozen=True)
@@ -158,3 +166,28 @@ class Aside:
     """
 
     value: Mapping[str, Any]
+
+
+@dataclass(frozen=True)
+class Chunk:
+    """Samples that were recorded so far while a request is being performed: kept at once, the request goes on.
+
+    `value` tells, by stream, what the samples do not: {streams: {NAME: {first, lost, why, arrived: [[n, t_ns]]}}}.
+    """
+
+    value: Mapping[str, Any]
+    samples: tuple[Samples, ...]
+
+
+@dataclass(frozen=True)
+class Fault:
+    """A device failed while a request was being performed, and has been made safe: {device, what, message}.
+
+    The trial is marked, and met again.
+    """
+
+    value: Mapping[str, Any]
+
+
+Came = Reply | Aside | Chunk | Fault
+"""What performing a request comes to: its reply, or something that is put on record before it is performed on."""

@@ -9,10 +9,12 @@ from typing import Any
 from protocols.canonical import Json, canonical
 from protocols.events import Event, Log, World
 from protocols.plan import Plan, Trial
-from protocols.requests import Aside, Ask, Confirm, Instruct, Reply, ReplyError, Request, Rest, Samples
+from protocols.requests import Aside, Ask, Chunk, Confirm, Fault, Instruct, Reply, ReplyError, Request, Rest, Samples
 from protocols.tasks import TASKS, Answered, Outcome, Steps, WentBack
 
 COMPLETE, DECLINED, ABORTED = "complete", "declined", "aborted"
+REPEATED, FAULTED = "repeated", "faulted"
+"""How a trial ends that is met again: by the experimenter's wish, and because a device failed."""
 
 
 def run(plan: Plan, world: World, log: Log, header: Mapping[str, Any]) -> None:
@@ -49,12 +51,12 @@ class _Aborted(Exception):
     """The experimenter ended the session for good."""
 
 
-class _Repeat(Exception):
-    """The experimenter wants a trial again: this one, or the one before."""
+class _Again(Exception):
+    """A trial is to be met again: `repeated`, this one or the last, by the experimenter's wish; `faulted`, this one."""
 
-    def __init__(self, last: bool) -> None:
+    def __init__(self, ended_as: str, last: bool = False) -> None:
         super().__init__()
-        self.last = last
+        self.ended_as, self.last = ended_as, last
 
 
 @dataclass
@@ -73,15 +75,32 @@ class _Recorder:
 
     def perform(self, request: Request) -> Reply:
         self.note("request", request.body())
-        while isinstance(reply := self.world.perform(request), Aside):
+        while not isinstance(reply := self.world.perform(request), Reply):
             self.heed(reply)
         if isinstance(request, Ask):
             request.demand_answer(reply)
         self.note("reply", reply.value, reply.samples)
         return reply
 
-    def heed(self, aside: Aside) -> None:
-        """Put on record what the experimenter did; to repeat and to abort leaves the request without a reply."""
+    def heed(self, came: Aside | Chunk | Fault) -> None:
+        """Put on record what came before the reply; to repeat, to abort and a fault leave the request without one."""
+        match came:
+            case Chunk():
+                self.note("samples", came.value, came.samples)
+            case Fault():
+                self.mark(came)
+            case Aside():
+                self.attend(came)
+
+    def mark(self, fault: Fault) -> None:
+        """Put on record that a device failed. Raises ReplyError outside a trial, where nothing can be met again."""
+        if self.trial is None:
+            raise ReplyError(f"a fault outside a trial: {fault.value.get('message')}")
+        self.note("fault", fault.value)
+        raise _Again(FAULTED)
+
+    def attend(self, aside: Aside) -> None:
+        """Put on record what the experimenter did."""
         what, which = aside.value.get("do"), aside.value.get("which")
         repeats = what == "repeat" and which in {"this", "last"} and self.trial is not None
         if what not in {"note", "pause", "go_on", "abort"} and not repeats:
@@ -90,7 +109,7 @@ class _Recorder:
         if what == "abort":
             raise _Aborted
         if what == "repeat":
-            raise _Repeat(last=which == "last")
+            raise _Again(REPEATED, last=which == "last")
 
 
 @dataclass
@@ -121,9 +140,10 @@ def _one_trial(plan: Plan, position: int, progress: _Progress, record: _Recorder
     trial = plan.trials[position]
     try:
         outcome = _attempt(plan.study.task, progress.meet(trial), record)
-    except _Repeat as again:
+    except _Again as again:
         step = -1 if again.last and position > 0 else 0
-        progress.answers.pop(plan.trials[position + step].number, None)
+        if again.ended_as == REPEATED:
+            progress.answers.pop(plan.trials[position + step].number, None)
         return step
     if isinstance(outcome, Answered):
         progress.answers[trial.number] = outcome.answers
@@ -141,8 +161,8 @@ def _attempt(task: str, trial: Trial, record: _Recorder) -> Outcome:
     record.note("trial_started", {"stimulus": trial.stimulus.id, "block": trial.block})
     try:
         outcome = _interact(TASKS[task](trial), record)
-    except _Repeat:
-        record.note("trial_ended", {"as": "repeated"})
+    except _Again as again:
+        record.note("trial_ended", {"as": again.ended_as})
         record.trial = None
         raise
     record.note("trial_ended", {"as": _ended_as(outcome)})

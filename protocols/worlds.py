@@ -9,7 +9,7 @@ from protocols.answering import answer
 from protocols.canonical import difference
 from protocols.events import NS, Event, Log, World
 from protocols.perceiver import Perceiver
-from protocols.requests import Aside, Ask, Present, Reply, Request, Rest, Sense
+from protocols.requests import Aside, Ask, Came, Chunk, Fault, Present, Reply, Request, Rest, Sense
 
 
 @dataclass(frozen=True)
@@ -70,6 +70,9 @@ class Divergence(ValueError):
     """What the code does now is not what was recorded."""
 
 
+BROKEN_OFF = Fault({"device": "session", "what": "interrupted", "message": "the session was interrupted meanwhile"})
+
+
 class EndOfRecord(Exception):
     """The record ends here and nobody is there to go on."""
 
@@ -86,6 +89,7 @@ class Recorded:
     world: World | None = None
     log: Log | None = None
     position: int = 0
+    recording: Request | None = None
 
     def now(self) -> int:
         """The recorded time of the next event, or the live time."""
@@ -93,16 +97,26 @@ class Recorded:
             return self.events[self.position].t_ns
         return self._live()[0].now()
 
-    def perform(self, request: Request) -> Reply | Aside:
-        """The recorded reply, or what the experimenter did before it; or the live one."""
+    def perform(self, request: Request) -> Came:
+        """What came of it by the record: its reply, or what was put on record before it; or the live one.
+
+        A recording that the record breaks off in is not gone on with: it is a fault, and its trial is met again.
+        """
         if self.position == len(self.events):
-            return self._live()[0].perform(request)
+            world, broken_off, self.recording = self._live()[0], self.recording is request, None
+            return BROKEN_OFF if broken_off else world.perform(request)
         came = self.events[self.position]
-        if came.kind == "experimenter":
-            return Aside(came.value)
-        if came.kind != "reply":
-            raise Divergence(f"{came.place()}: a reply to {request.body()['do']!r} is expected there")
-        return Reply(came.value, came.samples)
+        match came.kind:
+            case "experimenter":
+                return Aside(came.value)
+            case "samples":
+                self.recording = request
+                return Chunk(came.value, came.samples)
+            case "fault":
+                return Fault(came.value)
+            case "reply":
+                return Reply(came.value, came.samples)
+        raise Divergence(f"{came.place()}: a reply to {request.body()['do']!r} is expected there")
 
     def append(self, event: Event) -> None:
         """Compare with the record, or keep live."""

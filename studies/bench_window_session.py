@@ -18,7 +18,7 @@ from devices.window.presenter import Presenter, open_presenter
 from devices.window.presenter_window import WindowPresenter
 from protocols.events import Event
 from protocols.plan import compile_plan
-from protocols.requests import Aside, Present, Reply, Request, Sense
+from protocols.requests import Came, Present, Reply, Request, Sense
 from studies.allocation import allocate
 from studies.catalogue import SHIPPED, read_study
 from studies.rig import Rig, RigPlan
@@ -38,7 +38,7 @@ class World:
         """Nanoseconds of a clock that never runs backwards."""
         return time.monotonic_ns()
 
-    def perform(self, request: Request) -> Reply | Aside:
+    def perform(self, request: Request) -> Came:
         """Ask in the window, present at once."""
         if isinstance(request, Present | Sense):
             return Reply({"presented": True})

@@ -20,7 +20,7 @@ from sqlalchemy import (
     true,
 )
 
-VERSION = 2
+VERSION = 3
 NAME = String(200)
 metadata = MetaData()
 
@@ -114,11 +114,14 @@ streams = Table(
     Column("seq", Integer, primary_key=True),
     Column("block", Integer, primary_key=True),
     Column("trial", Integer),
+    Column("attempt", Integer),
     Column("stream", NAME, nullable=False),
     Column("channels", Text, nullable=False),
     Column("units", Text, nullable=False),
     Column("rate_hz", Float(53), nullable=False),
     Column("t0_ns", BigInteger, nullable=False),
+    Column("first", BigInteger, nullable=False),
+    Column("clock", NAME, nullable=False),
     Column("samples", Integer, nullable=False),
     Column("sha256", String(64), nullable=False),
 )

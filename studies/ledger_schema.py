@@ -14,8 +14,8 @@ from protocols.events import Event
 from protocols.requests import Samples
 
 _DRIVER = "sqlite+pysqlite"
-FORMAT = 2
-"""2: forms, tasks and what the experimenter does; a ledger of format 1 is read as ever."""
+FORMAT = 3
+"""3: samples as they come, and faults. 2: forms, tasks and what the experimenter does. Older ones are read as ever."""
 APPLICATION_ID = 0x50414C50
 """'PALP' in the file's header: how a ledger is known from any other SQLite file."""
 SEED = hashlib.sha256(b"palpate ledger").hexdigest()
@@ -54,17 +54,20 @@ sittings = Table(
 
 
 def form_of(block: Samples) -> bytes:
-    """What a sample block's bytes mean, as canonical JSON."""
-    return canonical(
-        {
-            "channels": block.channels,
-            "units": block.units,
-            "rate_hz": float(block.rate_hz),
-            "t0_ns": block.t0_ns,
-            "dtype": "<f4",
-            "count": block.count,
-        }
-    )
+    """What a sample block's bytes mean, as canonical JSON; `first` and `clock` where they are not 0 and the host's."""
+    form = {
+        "channels": block.channels,
+        "units": block.units,
+        "rate_hz": float(block.rate_hz),
+        "t0_ns": block.t0_ns,
+        "dtype": "<f4",
+        "count": block.count,
+    }
+    if block.first:
+        form["first"] = block.first
+    if block.clock != "host":
+        form["clock"] = block.clock
+    return canonical(form)
 
 
 def event_hash(previous: str, happened: Event) -> str:
@@ -74,7 +77,7 @@ def event_hash(previous: str, happened: Event) -> str:
     link.update(b"\n" + happened.body)
     for block in happened.samples:
         link.update(canonical([block.stream, form_of(block).decode()]))
-        link.update(hashlib.sha256(block.data).digest())
+        link.update(block.sha256())
     return link.hexdigest()
 
 

@@ -5,31 +5,18 @@ from __future__ import annotations
 import time
 from collections.abc import Callable
 from dataclasses import dataclass, field
-from typing import TYPE_CHECKING, Protocol
+from typing import TYPE_CHECKING
 
 from devices.acts import Act, going_on
 from devices.desk import Desk, Pages
 from devices.samples import HandMounted
-from protocols.requests import Aside, Ask, Present, Reply, Request, Sense
+from devices.signals import Presents, Records
+from protocols.requests import Aside, Ask, Came, Fault, Present, Reply, Request, Sense
 from protocols.worlds import Done, Twin
 from studies.rig import RigError
 
 if TYPE_CHECKING:
     from devices.window.presenter import Presenter
-
-
-class Presents(Protocol):
-    """What presents stimuli, while the window shows a page and the desk may break in."""
-
-    def perform(self, request: Present, window: Pages, desk: Desk, now_ns: Callable[[], int]) -> Reply | Aside:
-        """Do what is asked; called again with the same request after an aside, it goes on where it was."""
-
-
-class Records(Protocol):
-    """What records a stimulus while it is explored, in the same way."""
-
-    def perform(self, request: Sense, window: Pages, desk: Desk, now_ns: Callable[[], int]) -> Reply | Aside:
-        """Do what is asked; called again with the same request after an aside, it goes on where it was."""
 
 
 def clock_from(t_ns: int, count_ns: Callable[[], int] = time.perf_counter_ns) -> Callable[[], int]:
@@ -57,7 +44,7 @@ class LiveWorld:
         """Nanoseconds since the session began, time between sittings left out."""
         return self.clock()
 
-    def perform(self, request: Request) -> Reply | Aside:
+    def perform(self, request: Request) -> Came:
         """Do what is asked; a demand to the experimenter goes with a request that is given up."""
         if not self._taken_up:
             self._taken_up = True
@@ -65,20 +52,21 @@ class LiveWorld:
             if self.left_paused():
                 return Aside({"do": "go_on"})
         came = self._act(request)
-        if isinstance(came, Aside) and came.value["do"] in {"repeat", "abort"}:
+        if _gives_up(came):
             self.desk.demand(None)
-        if isinstance(request, Ask):
-            self._no_side(came)
+        if isinstance(request, Ask) and (isinstance(came, Reply) or _gives_up(came)):
+            self.desk.tell({"side": None})
         return came
 
-    def _act(self, request: Request) -> Reply | Aside:
+    def _act(self, request: Request) -> Came:
         if isinstance(request, Present | Sense):
             return self.device.perform(request, self.presenter, self.desk, self.clock)
         return self.presenter.perform(request, self.desk, self.clock)
 
-    def _no_side(self, came: Reply | Aside) -> None:
-        if isinstance(came, Reply) or came.value["do"] in {"repeat", "abort"}:
-            self.desk.tell({"side": None})
+
+def _gives_up(came: Came) -> bool:
+    """Whether the request is left without a reply."""
+    return isinstance(came, Fault) or (isinstance(came, Aside) and came.value["do"] in {"repeat", "abort"})
 
 
 @dataclass
@@ -90,7 +78,7 @@ class TwinInRealTime:
     act: Act | None = None
     done: Done | None = None
 
-    def perform(self, request: Present | Sense, window: Pages, desk: Desk, now_ns: Callable[[], int]) -> Reply | Aside:
+    def perform(self, request: Present | Sense, window: Pages, desk: Desk, now_ns: Callable[[], int]) -> Came:
         """Wait as long as the simulated act takes, then give its reply."""
         act = going_on(self.act, request, now_ns)
         if act is not self.act or self.done is None:
@@ -114,15 +102,15 @@ class Mounted:
     hand: HandMounted = field(default_factory=HandMounted)
     mounted: tuple[Request, Reply] | None = None
 
-    def perform(self, request: Present, window: Pages, desk: Desk, now_ns: Callable[[], int]) -> Reply | Aside:
+    def perform(self, request: Present, window: Pages, desk: Desk, now_ns: Callable[[], int]) -> Came:
         """First the hand, then the device; the reply holds what both said, and the sum of their seconds."""
         if self.mounted is None or self.mounted[0] is not request:
             by_hand = self.hand.perform(request, window, desk, now_ns)
-            if isinstance(by_hand, Aside):
+            if not isinstance(by_hand, Reply):
                 return by_hand
             self.mounted = (request, by_hand)
         came = self.presents.perform(request, window, desk, now_ns)
-        if isinstance(came, Aside):
+        if not isinstance(came, Reply):
             return came
         by_hand, self.mounted = self.mounted[1], None
         return _both(by_hand, came)
@@ -135,7 +123,7 @@ class Station:
     presents: Presents
     records: Records | None = None
 
-    def perform(self, request: Present | Sense, window: Pages, desk: Desk, now_ns: Callable[[], int]) -> Reply | Aside:
+    def perform(self, request: Present | Sense, window: Pages, desk: Desk, now_ns: Callable[[], int]) -> Came:
         """Hand the request to the device that it is for."""
         if isinstance(request, Present):
             return self.presents.perform(request, window, desk, now_ns)

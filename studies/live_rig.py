@@ -10,11 +10,12 @@ from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
 from devices.samples import HandMounted
+from devices.signals import Presents
 from protocols.plan import Plan
 from protocols.study import Study
 from studies.catalogue import Found
 from studies.changes import demand_same_screen
-from studies.live import LiveWorld, Mounted, Presents, Station, TwinInRealTime, clock_from
+from studies.live import LiveWorld, Mounted, Station, TwinInRealTime, clock_from
 from studies.live_options import LiveOptions
 from studies.rig import Rig, RigError, RigPlan, simulated
 from studies.windowless import Windowless, asks_anything

@@ -28,6 +28,7 @@ from studies.ledger_schema import (
     sitting_hash,
     sittings,
 )
+from studies.stored_samples import stored
 
 _UNFOUNDED = "samples without their event, or no session_started: the file was changed"
 _MAGIC = b"SQLite format 3\0"
@@ -211,16 +212,18 @@ def linked_events(path: Path, connection: Connection, first: int | None = None) 
 
     Raises LedgerError on samples that are damaged, or that no event has.
     """
-    blocks: dict[int, list[Samples]] = {}
     of_samples, of_events = select(samples), select(events)
     if first is not None:  # Read whole, a number below 0 must show.
         of_samples, of_events = of_samples.where(samples.c.seq >= first), of_events.where(events.c.seq >= first)
-    for row in connection.execute(of_samples.order_by(samples.c.seq, samples.c.block)):
-        blocks.setdefault(row.seq, []).append(_samples(path, row))
+    rows = connection.execute(of_samples.order_by(samples.c.seq, samples.c.block))
+    waiting = rows.fetchone()
     for row in connection.execute(of_events.order_by(events.c.seq)):
-        its_own = tuple(blocks.pop(row.seq, ()))
-        yield Event(row.seq, row.t_ns, row.kind, row.body.encode(), row.trial, row.attempt, its_own), row.hash
-    if blocks:
+        its_own = []
+        while waiting is not None and waiting.seq == row.seq:
+            its_own.append(_samples(path, waiting))
+            waiting = rows.fetchone()
+        yield Event(row.seq, row.t_ns, row.kind, row.body.encode(), row.trial, row.attempt, tuple(its_own)), row.hash
+    if waiting is not None:
         raise LedgerError(f"{path}: {_UNFOUNDED}")
 
 
@@ -228,10 +231,11 @@ def _samples(path: Path, row: Any) -> Samples:
     try:
         form = json.loads(row.form)
         block = Samples(
-            row.stream, tuple(form["channels"]), tuple(form["units"]), form["rate_hz"], form["t0_ns"], row.data
-        )
+            row.stream, tuple(form["channels"]), tuple(form["units"]), form["rate_hz"], form["t0_ns"], row.data,
+            form.get("first", 0), form.get("clock", "host"),
+        )  # fmt: skip
         if form_of(block).decode() == row.form:
-            return block
+            return stored(block, path, row.seq, row.block)
     except (ValueError, KeyError, ZeroDivisionError):
         pass
     raise LedgerError(f"{path}: the samples of event {row.seq} are damaged")

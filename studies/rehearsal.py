@@ -12,7 +12,7 @@ from typing import TYPE_CHECKING
 from devices.desk import Desk
 from protocols.events import World
 from protocols.plan import Plan
-from protocols.requests import Aside, Present, Reply, Request, Sense
+from protocols.requests import Aside, Came, Present, Reply, Request, Sense
 from studies.catalogue import Found
 from studies.live_options import REHEARSALS, LiveOptions
 from studies.live_rig import LANGUAGE, Opening, last_page, seat_at, window_calibration, window_of
@@ -42,13 +42,13 @@ class Rehearsed:
     pace_s: float
     clock: Callable[[], float] = time.monotonic
     shown: set[str] = field(default_factory=set)
-    under_way: tuple[Request, Reply | Aside] | None = None
+    under_way: tuple[Request, Came] | None = None
 
     def now(self) -> int:
         """Simulated nanoseconds since the session began."""
         return self.session.now()
 
-    def perform(self, request: Request) -> Reply | Aside:
+    def perform(self, request: Request) -> Came:
         """The simulated reply, once it has been seen; an aside comes first."""
         if self.under_way is None or self.under_way[0] is not request:
             self.under_way = (request, self.session.perform(request))

@@ -9,7 +9,7 @@ from typing import Any
 from protocols.events import NS, Event
 
 AGAIN = "repeated"
-LEFT = "left"
+DONE = ("answered", "captured")
 
 
 @dataclass
@@ -29,7 +29,7 @@ class Met:
 
 @dataclass(frozen=True)
 class Aside:
-    """What the experimenter did: note, pause, go_on, repeat or abort; n is the number of its event."""
+    """What the experimenter did (note, pause, go_on, repeat, abort), or a device's fault; n is its event's number."""
 
     n: int
     t_ns: int
@@ -69,6 +69,8 @@ class Course:
                 self._end(event)
             case "experimenter":
                 self._aside(event)
+            case "fault":
+                self._fault(event)
             case "session_ended":
                 self.ended = event.ended_as
 
@@ -116,11 +118,16 @@ class Course:
         met, ended_as = self.trials[event.trial or 0], event.value["as"]
         if ended_as == AGAIN:
             _forget(met)
-        elif ended_as != LEFT:
+        elif ended_as in DONE:
             met.done = True
             if self.since_ns is not None:
                 self.pace_ns.append(event.t_ns - self.since_ns)
         self.since_ns = event.t_ns
+
+    def _fault(self, event: Event) -> None:
+        value = event.value
+        text = f"{value.get('device')}: {value.get('message')}"
+        self.asides.append(Aside(event.seq, event.t_ns, event.trial, "fault", text))
 
     def _aside(self, event: Event) -> None:
         value = event.value

@@ -161,6 +161,11 @@ def _ended(board: Board, event: Event) -> Board:
     return replace(board, ended=event.ended_as, trial=None, doing=None, paused_at_ns=None)
 
 
+def _fault(board: Board, event: Event) -> Board:
+    remark = Remark(event.t_ns, f"{event.value['device']} went safe: {event.value['message']}")
+    return replace(board, doing=None, remarks=(*board.remarks, remark)[-REMEMBERED:])
+
+
 _CHANGES = {
     "session_started": _started,
     "trial_started": _trial_started,
@@ -168,5 +173,6 @@ _CHANGES = {
     "reply": _reply,
     "trial_ended": _trial_ended,
     "experimenter": _experimenter,
+    "fault": _fault,
     "session_ended": _ended,
 }

@@ -101,6 +101,8 @@ def _line(event: Event, board: Board) -> str | None:
             return where(board)
         case "request" if event.trial is None:
             return doing(event.value)
+        case "fault":
+            return board.remarks[-1].text
         case "experimenter":
             return board.remarks[-1].text if event.value["do"] != "note" else f"note: {event.value['text']}"
         case "session_ended":

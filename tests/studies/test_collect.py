@@ -190,7 +190,7 @@ def test_a_database_of_another_version_is_refused(tmp_path):
     with engine.begin() as connection:
         connection.execute(text("UPDATE palpate SET version = 99"))
     engine.dispose()
-    with pytest.raises(CollectError, match="collected in version 99, this Palpate writes 2: collect --rebuild"):
+    with pytest.raises(CollectError, match="collected in version 99, this Palpate writes 3: collect --rebuild"):
         open_database(url)
 
 

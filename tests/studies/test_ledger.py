@@ -142,7 +142,7 @@ def change(path, *statements):
         ("drop table sittings", r"the file is damaged \(no such table: sittings\)"),
         ("update events set body=x'ff' where seq=1", "damaged|hash chain breaks"),
         ("update events set t_ns='soon' where seq=1", "damaged|hash chain breaks"),
-        ("pragma user_version=3", f"written in ledger format 3 by a newer Palpate; this one reads up to {FORMAT}"),
+        ("pragma user_version=4", f"written in ledger format 4 by a newer Palpate; this one reads up to {FORMAT}"),
         ("pragma user_version=0", "ledger format 0 does not exist"),
         ("pragma application_id=1", "not a Palpate ledger"),
     ],

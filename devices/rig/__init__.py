@@ -1,0 +1,1 @@
+"""A lab's devices as one file names them: the rig."""

@@ -1,0 +1,155 @@
+"""What every device is: named signals, a way to open it, to make it safe and to close it, and what it can do.
+
+A device is a small dataclass that keeps to `Device`; one that records also keeps to `Sensor`, one that lets a hand feel
+something to `Presents`, one that records a whole act to `Records`.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Mapping, Sequence
+from dataclasses import dataclass, field
+from typing import TYPE_CHECKING, Any, Protocol
+
+from devices.desk import Desk, Pages
+from protocols.requests import Came, Present, Sense
+
+if TYPE_CHECKING:
+    from devices.scene import Scene
+
+NowNs = Callable[[], int]
+"""A clock in nanoseconds that never runs backwards; any thread may ask it."""
+
+
+class DeviceError(ValueError):
+    """A device that cannot be had as it was asked for: its port, its settings, its calibration, its library."""
+
+
+class DeviceFault(Exception):
+    """What a device did while it was used: silent, out of range, not a number, gone. The device is made safe for it.
+
+    `device` is the device's name in the rig; `what` is a word to count by (see FAULTS), the message is for people.
+    """
+
+    def __init__(self, device: str, what: str, message: str) -> None:
+        super().__init__(message)
+        self.device, self.what = device, what
+
+
+FAULTS = (
+    "link_lost", "heartbeat_lost", "silent", "stuck", "not_a_number", "over_range", "overload", "overrun", "refused",
+    "limit", "firmware",
+)  # fmt: skip
+"""What can go wrong with a device, by the word that a record counts it by."""
+
+
+@dataclass(frozen=True)
+class Signal:
+    """One stream of samples: channels that are sampled together by one clock.
+
+    `clock` names what the samples are timed by: `host`, or a device whose own clock may drift against the host's.
+    `calibration` says what turned raw readings into these units (maker's number, date, digest); None where nothing did.
+    """
+
+    name: str
+    channels: tuple[str, ...]
+    units: tuple[str, ...]
+    rate_hz: float
+    clock: str = "host"
+    calibration: str | None = None
+
+
+@dataclass(frozen=True)
+class Block:
+    """Consecutive samples of a signal as they came in.
+
+    `first` is the number of the first one since the start, lost ones counted; `data` holds rows of channels,
+    little-endian float32; `at_ns` is the host's clock when the last one was there; `device_s` the device's own clock
+    for the last one, where it has one. `lost` samples are missing just before `first`, because of `why`.
+    """
+
+    first: int
+    data: bytes
+    at_ns: int
+    device_s: float | None = None
+    lost: int = 0
+    why: str = ""
+
+
+@dataclass(frozen=True)
+class Reading:
+    """What a signal gave while nothing was asked of it: per channel the mean and the noise (SD), in its units."""
+
+    signal: Signal
+    rate_hz: float
+    mean: tuple[float, ...]
+    noise: tuple[float, ...]
+    lost: int = 0
+
+
+@dataclass(frozen=True)
+class Health:
+    """How a device is: `told` in one line; `facts` are further things to show, by name."""
+
+    ok: bool
+    told: str
+    readings: tuple[Reading, ...] = ()
+    calibrated: str | None = None
+    facts: Mapping[str, str] = field(default_factory=dict)
+
+
+class Device(Protocol):
+    """What every device can do. `name` is its name in the rig."""
+
+    name: str
+
+    @property
+    def signals(self) -> Sequence[Signal]:
+        """What it gives; () for one that gives nothing."""
+
+    def open(self) -> None:
+        """Connect, and leave the device safe. Raises DeviceError where it cannot be had."""
+
+    def safe(self) -> None:
+        """Bring it to rest: motor off, brake on, output silent. May be called at any time, from any thread, twice."""
+
+    def close(self) -> None:
+        """Make it safe and let go of it; also where it is not open."""
+
+    def describe(self) -> Mapping[str, Any]:
+        """What the ledger keeps of it, as JSON data: kind, driver or twin, versions, calibration, limits."""
+
+    def health(self, seconds: float) -> Health:
+        """Read it for so long and say how it is; called while it is open."""
+
+
+class Sensor(Device, Protocol):
+    """A device that gives samples. One thread reads it, another may start and stop it."""
+
+    def expect(self, scene: Scene | None) -> None:
+        """What is to be sensed next: a twin makes its signals of it (None: at rest), a real sensor need not know."""
+
+    def start(self, now_ns: NowNs) -> None:
+        """Begin to sample; blocks carry times of that clock. Raises DeviceError."""
+
+    def read(self, timeout_s: float) -> Mapping[str, Sequence[Block]]:
+        """What has come since the last call, by the signal's name; waits at most that long for something.
+
+        Raises DeviceFault.
+        """
+
+    def stop(self) -> None:
+        """End sampling; also where it has not begun."""
+
+
+class Presents(Protocol):
+    """What presents stimuli, while the window shows a page and the desk may break in."""
+
+    def perform(self, request: Present, window: Pages, desk: Desk, now_ns: NowNs) -> Came:
+        """Do what is asked; called again with the same request after anything but a Reply, it goes on where it was."""
+
+
+class Records(Protocol):
+    """What records a stimulus while it is explored, in the same way."""
+
+    def perform(self, request: Sense, window: Pages, desk: Desk, now_ns: NowNs) -> Came:
+        """Do what is asked; called again with the same request after anything but a Reply, it goes on where it was."""

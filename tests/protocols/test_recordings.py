@@ -1,0 +1,127 @@
+"""Samples are put on record as they come; a device that fails ends the trial, which is met again."""
+
+import pytest
+
+from protocols.events import Event
+from protocols.requests import Ask, Chunk, Fault, Reply, ReplyError, Samples
+from protocols.runner import run
+from protocols.worlds import EndOfRecord, Recorded
+from tests.protocols.studies_for_tests import toy_plan
+from tests.protocols.worlds_for_tests import Kept, rated
+
+PLAN = toy_plan(order={"design": "as_listed"})
+GONE = Fault({"device": "door", "what": "link_lost", "message": "the cable is out"})
+
+
+def chunk(first):
+    block = Samples("door", ("angle",), ("deg",), 500.0, first * 2_000_000, bytes(4 * 250), first, "door")
+    return Chunk({"streams": {"door": {"first": first, "count": 250, "lost": 0}}}, (block,))
+
+
+class Lab:
+    """Answers every form; at the n-th request first gives what is scripted for it."""
+
+    def __init__(self, **script):
+        self.script = {int(key[1:]): list(values) for key, values in script.items()}
+        self.requests, self.t_ns = [], 0
+
+    def now(self):
+        self.t_ns += 1
+        return self.t_ns
+
+    def perform(self, request):
+        if not self.requests or self.requests[-1] is not request:
+            self.requests.append(request)
+        if waiting := self.script.get(len(self.requests)):
+            return waiting.pop(0)
+        return Reply(rated(1, 2) if isinstance(request, Ask) else {})
+
+
+def ran(**script):
+    log, lab = Kept(), Lab(**script)
+    run(PLAN, lab, log, {})
+    return log, lab
+
+
+def replayed(events):
+    tape = Recorded(events)
+    run(PLAN, tape, tape, {})
+    tape.demand_end()
+
+
+def kinds(events):
+    return [event.kind for event in events]
+
+
+def test_chunks_stand_between_a_request_and_its_reply():
+    log, _ = ran(n1=[chunk(0), chunk(250)])
+    assert kinds(log.events)[2:6] == ["request", "samples", "samples", "reply"]
+    assert [event.samples[0].first for event in log.events[3:5]] == [0, 250]
+    assert log.events[4].value == chunk(250).value
+    replayed(log.events)
+
+
+def test_a_fault_marks_the_trial_and_it_is_met_again():
+    log, lab = ran(n1=[chunk(0), GONE])
+    met = [(event.kind, event.attempt) for event in log.events if event.kind.startswith("trial_")][:4]
+    assert met == [("trial_started", 1), ("trial_ended", 1), ("trial_started", 2), ("trial_ended", 2)]
+    assert [event.value["as"] for event in log.events if event.kind == "trial_ended"][:2] == ["faulted", "answered"]
+    assert next(event for event in log.events if event.kind == "fault").value == GONE.value
+    assert lab.requests[0].trial.number == lab.requests[1].trial.number
+    replayed(log.events)
+
+
+def test_a_fault_outside_a_trial_ends_the_sitting_and_is_not_recorded():
+    plan, log, lab = toy_plan(order={"design": "as_listed"}, instructions="Read."), Kept(), Lab(n1=[GONE])
+    with pytest.raises(ReplyError, match="outside a trial: the cable is out"):
+        run(plan, lab, log, {})
+    assert kinds(log.events) == ["session_started", "request"]
+
+
+def gone_on(events: list[Event]):
+    """Go on where the events end, with a lab in which nothing is scripted."""
+    log, lab = Kept(), Lab()
+    log.events, lab.t_ns = list(events), events[-1].t_ns
+    tape = Recorded(events, lab, log)
+    run(PLAN, tape, tape, {})
+    return log.events
+
+
+@pytest.mark.parametrize("cut", range(2, 14))
+def test_a_session_cut_anywhere_goes_on_and_never_mixes_two_recordings(cut):
+    log, _ = ran(n1=[chunk(0), chunk(250)], n3=[chunk(0), GONE])
+    events = gone_on(log.events[:cut])
+    replayed(events)
+    for request, *rest in _acts(events):
+        found = [event.kind for event in rest]
+        broken_off = "samples" in kinds(events[request.seq : cut]) and not {"reply", "fault"} & {
+            *kinds(events[request.seq : cut])
+        }
+        assert found[-1] in ({"fault"} if broken_off else {"reply", "fault"})
+        firsts = [event.samples[0].first for event in rest if event.kind == "samples"]
+        assert firsts == sorted(set(firsts)), "one recording only"
+
+
+def _acts(events):
+    act = []
+    for event in events:
+        if event.kind == "request":
+            act = [event]
+        elif act and event.kind in {"samples", "fault", "reply"}:
+            act.append(event)
+            if event.kind != "samples":
+                yield act
+
+
+def test_a_recording_that_the_record_breaks_off_in_is_a_fault_of_the_session():
+    log, _ = ran(n1=[chunk(0), chunk(250)])
+    events = gone_on(log.events[:4])
+    assert kinds(events)[3:7] == ["samples", "fault", "trial_ended", "trial_started"]
+    assert events[4].value["what"] == "interrupted"
+
+
+def test_the_record_alone_ends_in_the_middle_of_a_recording():
+    log, _ = ran(n1=[chunk(0), chunk(250)])
+    tape = Recorded(log.events[:4])
+    with pytest.raises(EndOfRecord):
+        run(PLAN, tape, tape, {})
