@@ -48,7 +48,9 @@ TaskName = Literal[
 ]
 RATED = ("slider_rating", "matching", "similarity", "authoring")
 """Tasks that rate attributes on a scale."""
-Need = Literal["door", "window", "samples", "tool", "door_sensors", "texture_renderer", "door_generator"]
+Need = Literal[
+    "door", "window", "samples", "tool", "door_sensors", "texture_renderer", "door_generator", "camera", "masking_noise"
+]
 
 
 def _digits(size: float) -> int:
@@ -192,7 +194,7 @@ class Lexicon(Strict):
 class Capture(Strict):
     """A recording of each stimulus: which device, for how many seconds or by which column of the stimulus table."""
 
-    device: Literal["tool", "door_sensors"]
+    device: Literal["tool", "door_sensors", "camera"]
     seconds: RecordingSeconds | Text
 
 

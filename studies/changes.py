@@ -28,6 +28,10 @@ class ScreenChanged(ValueError):
     """The screen is not the one that the session was begun on."""
 
 
+class DevicesChanged(ValueError):
+    """The devices are not those that the session was begun with."""
+
+
 def study_change(recorded: Mapping[str, Any], current: Study) -> str | None:
     """The first differences of the study from its recorded definition, in plain words; None where it is the same."""
     found = list(differences(recorded, current.definition()))
@@ -80,6 +84,29 @@ def demand_same_screen(header: Mapping[str, Any], now: Calibration, accept: bool
             "where it was begun, or accept the change with --accept-change, which goes on record"
         )
     return {"calibration_before": dict(before), "calibration_now": now.definition()}
+
+
+def demand_same_devices(header: Mapping[str, Any], now: Mapping[str, Any], accept: bool) -> dict[str, Any] | None:
+    """What is to be put on record where a session goes on with other devices or settings; None where they are the same.
+
+    Where a device is plugged in does not matter. Raises DevicesChanged naming the differences unless it is accepted.
+    """
+    before, after = _unplugged(header["rig"].get("settings")), _unplugged(now.get("settings"))
+    found = list(differences(before, after))
+    if not found:
+        return None
+    told = "; ".join(found[:MOST_NAMED])
+    if not accept:
+        raise DevicesChanged(
+            f"the rig has changed since the session was begun: {told}. Put it back as it was, or accept the change "
+            "with --accept-change, which goes on record"
+        )
+    return {"settings_before": before, "settings_now": after, "devices_changed": told}
+
+
+def _unplugged(settings: Mapping[str, Any] | None) -> dict[str, Any]:
+    """Settings without the ports."""
+    return {name: {k: v for k, v in given.items() if k != "port"} for name, given in (settings or {}).items()}
 
 
 def _same_screen(before: Mapping[str, Any], now: Calibration) -> bool:

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import re
 import shlex
-from collections.abc import Iterator
+from collections.abc import Callable, Iterator
 from contextlib import closing
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
@@ -24,21 +24,29 @@ if TYPE_CHECKING:
 _SEVERAL = re.compile(r"^([A-Za-z]+)([0-9]+)\.\.\1([0-9]+)$")
 
 
+_PARTICIPANT = "A pseudonym, as P001; with --simulate also several, as P001..P040."
+_OPTIONS = (
+    click.argument("study"),
+    click.option("--participant", required=True, help=_PARTICIPANT),
+    click.option("--simulate", is_flag=True, help="A simulated participant at simulated devices, in virtual time."),
+    click.option("--seed", type=int, default=0, show_default=True, help="Seed of randomised orders, simulated people."),
+    click.option("--group", help="The participant's group, if not by registry or number."),
+    click.option("--row", type=click.IntRange(min=0), help="Row of the square, if not by registry or number."),
+    click.option("--session", "number", type=click.IntRange(min=1), default=1, show_default=True, help="Which one."),
+    to_start, LAB, JSON,
+)  # fmt: skip
+
+
+def session_options(verb: Callable[..., Any]) -> Callable[..., Any]:
+    """Give a verb that begins sessions its argument and options."""
+    for option in reversed(_OPTIONS):
+        verb = option(verb)
+    return verb
+
+
 @click.command()
-@click.argument("study")
-@click.option("--participant", required=True, help="A pseudonym, as P001; with --simulate also several, as P001..P040.")
-@click.option("--simulate", is_flag=True, help="A simulated participant at simulated devices, in virtual time.")
-@click.option("--seed", type=int, default=0, show_default=True, help="Seed of randomised orders and simulated people.")
-@click.option("--group", help="The participant's group, if not by registry or number.")
-@click.option("--row", type=click.IntRange(min=0), help="Row of the square, if not by registry or number.")
-@click.option("--session", "number", type=click.IntRange(min=1), default=1, show_default=True, help="Which session.")
-@to_start
-@LAB
-@JSON
-def run(
-    study: str, participant: str, simulate: bool, seed: int, group: str | None, row: int | None, number: int, lab: Path,
-    as_json: bool, live: LiveOptions,
-) -> None:  # fmt: skip
+@session_options
+def run(study: str, as_json: bool, **asked: Any) -> None:
     """Run a session of STUDY; every event is on disk before the next thing happens.
 
     A real participant is known to the lab (palpate participants add) and gets a row of the square once and for all.
@@ -52,20 +60,27 @@ def run(
       palpate run door_ratings --participant P001..P040 --simulate --seed 1 --lab LAB
     """
     from studies.catalogue import find, read_study
-    from studies.live_rig import demand_drivers
+
+    report(sat_through(read_study(find(study, asked["lab"])), **asked), as_json, study)
+
+
+def sat_through(
+    found: Found, participant: str, simulate: bool, seed: int, group: str | None, row: int | None, number: int,
+    lab: Path, live: LiveOptions,
+) -> list[Sat]:  # fmt: skip
+    """Begin a session, or several simulated ones, and run them as far as they go."""
+    from studies.hardware import hardware_for
 
     if simulate and (live.rehearse or live.twins):
         raise click.UsageError("--simulate needs no window: leave --rehearse and --twins out, or leave it out")
-    found = read_study(find(study, lab))
     people = _people(participant, simulate)
     if live.rehearse:
-        _report([_rehearsed(found, lab, people, seed, (group, row), live)], as_json, study)
-    elif simulate:
+        return [_rehearsed(found, lab, people, seed, (group, row), live)]
+    if simulate:
         plans = _plans(found, lab, people, seed, (group, row), live, real=False)
-        _report(_simulated(found, lab, plans, number, row is not None, live), as_json, study)
-    else:
-        demand_drivers(found.study, live.twins)
-        _report([_live(found, lab, people, seed, (group, row), number, live)], as_json, study)
+        return _simulated(found, lab, plans, number, row is not None, live)
+    hardware_for(found, lab, live)
+    return [_live(found, lab, people, seed, (group, row), number, live)]
 
 
 def _plans(
@@ -175,7 +190,7 @@ def resume(ledger: Path, study: str | None, without_wal: bool, as_json: bool, li
     sat = go_on(ledger, rig, accepted)
     if in_person(record.header):
         _on_record(found, lab, record.header["participant"], sat)
-    _report([sat], as_json, study)
+    report([sat], as_json, study)
 
 
 def _to_go_on(
@@ -216,7 +231,8 @@ def _people(participant: str, simulate: bool) -> list[str]:
     return [f"{letters}{number:0{len(first)}d}" for number in range(int(first), int(last) + 1)]
 
 
-def _report(sat: list[Sat], as_json: bool, study: str | None) -> None:
+def report(sat: list[Sat], as_json: bool, study: str | None) -> None:
+    """Say how each sitting ended; exit code 1 unless every session is complete."""
     if as_json:
         rows = [{"ledger": str(s.path), "complete": s.complete, "events": s.events, "ended": s.reason} for s in sat]
         echo_json(rows)

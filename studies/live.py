@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import time
-from collections.abc import Callable
+from collections.abc import Callable, Mapping
 from dataclasses import dataclass, field
 from typing import TYPE_CHECKING
 
@@ -99,7 +99,7 @@ class Mounted:
     """A sample that a person mounts, and a device that then presents something with it."""
 
     presents: Presents
-    hand: HandMounted = field(default_factory=HandMounted)
+    hand: Presents = field(default_factory=HandMounted)
     mounted: tuple[Request, Reply] | None = None
 
     def perform(self, request: Present, window: Pages, desk: Desk, now_ns: Callable[[], int]) -> Came:
@@ -118,18 +118,18 @@ class Mounted:
 
 @dataclass
 class Station:
-    """All devices of a study: what presents, and what records where anything does."""
+    """All devices of a study: what presents, and what records, by the name that a request has for it."""
 
     presents: Presents
-    records: Records | None = None
+    records: Mapping[str, Records] = field(default_factory=dict)
 
     def perform(self, request: Present | Sense, window: Pages, desk: Desk, now_ns: Callable[[], int]) -> Came:
         """Hand the request to the device that it is for."""
         if isinstance(request, Present):
             return self.presents.perform(request, window, desk, now_ns)
-        if self.records is None:
+        if request.device not in self.records:
             raise RigError(f"{request.device} is to record, and the study's needs lack it")
-        return self.records.perform(request, window, desk, now_ns)
+        return self.records[request.device].perform(request, window, desk, now_ns)
 
 
 def _both(by_hand: Reply, by_device: Reply) -> Reply:

@@ -5,6 +5,7 @@ from __future__ import annotations
 import functools
 from collections.abc import Callable
 from dataclasses import dataclass, fields
+from pathlib import Path
 from typing import Any
 
 import click
@@ -20,11 +21,12 @@ REHEARSALS = "rehearsals"
 class LiveOptions:
     """How a session is to be had.
 
-    `language` and `screen` None: as recorded, as calibrated, else English. `windowed` is a size in pixels, in place of
-    the full screen; `as_json` keeps standard output for the answer.
+    `rig` None: the station's rig file. `language` and `screen` None: as recorded, as calibrated, else English.
+    `windowed` is a size in pixels, in place of the full screen; `as_json` keeps standard output for the answer.
     """
 
     twins: bool = False
+    rig: Path | None = None
     rehearse: bool = False
     pace_s: float = PACE_S
     no_window: bool = False
@@ -42,11 +44,17 @@ _TO_START = (
     click.option("--no-window", is_flag=True, help="With --rehearse: the console alone."),
 )  # fmt: skip
 _ALWAYS = (
-    click.option("--twins", is_flag=True, help="Simulated devices in place of those that have no driver yet."),
+    click.option("--twins", is_flag=True, help="Simulated devices in place of the rig; every record says so."),
+    click.option(
+        "--rig",
+        type=click.Path(dir_okay=False, path_type=Path),
+        show_default="LAB/stations/HOST/rig.yaml",
+        help="The rig file.",
+    ),
     click.option("--language", help="The participant's language, as ko.  [default: en, or as recorded]"),
     click.option("--screen", type=click.IntRange(min=0), help="The participant's screen.  [default: as calibrated]"),
     click.option("--windowed", callback=size_px, metavar="WxH", help="A window of this size, not the full screen."),
-    click.option("--accept-change", is_flag=True, help="Go on although the study or screen changed; put on record."),
+    click.option("--accept-change", is_flag=True, help="Go on though the study, screen or rig changed; put on record."),
 )
 
 

@@ -9,15 +9,14 @@ from dataclasses import dataclass, replace
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
-from devices.samples import HandMounted
-from devices.signals import Presents
 from protocols.plan import Plan
 from protocols.study import Study
 from studies.catalogue import Found
-from studies.changes import demand_same_screen
-from studies.live import LiveWorld, Mounted, Station, TwinInRealTime, clock_from
+from studies.changes import demand_same_devices, demand_same_screen
+from studies.hardware import hardware_for
+from studies.live import LiveWorld, clock_from
 from studies.live_options import LiveOptions
-from studies.rig import Rig, RigError, RigPlan, simulated
+from studies.rig import Rig, RigError, RigPlan
 from studies.windowless import Windowless, asks_anything
 
 if TYPE_CHECKING:
@@ -26,8 +25,6 @@ if TYPE_CHECKING:
     from studies.console.seat import Seat
 
 LANGUAGE = "en"
-PRESENTING = ("door", "texture_renderer", "door_generator")
-RECORDING = ("tool", "door_sensors")
 LAST_PAGE = {"declined": "thanks", "aborted": "aborted"}
 """The last page, where a session does not end as it should."""
 
@@ -35,27 +32,27 @@ LAST_PAGE = {"declined": "thanks", "aborted": "aborted"}
 def live_plan(found: Found, lab: Path, options: LiveOptions) -> RigPlan:
     """How a live session of the study gets its rig.
 
-    Raises RigError where a device has no driver and no stand-in is asked for, WindowError where this station's screen
-    is not calibrated. The window itself is opened by `check`, before anything is recorded.
+    Raises RigError where devices can be had in no way, WindowError where this station's screen is not calibrated. The
+    devices and the window are opened by `check`, before anything is recorded.
     """
-    twins = demand_drivers(found.study, options.twins)
+    hardware = hardware_for(found, lab, options)
     calibration = window_calibration(found.study, lab, options)
     language = options.language or LANGUAGE
-    description = {"kind": "live", "window": None, "twins": twins, "language": language}
-
-    def devices(plan: Plan) -> None:
-        if twins:
-            simulated(found.study, found.folder).check(plan)
+    twins = hardware.simulated_needs
+    description: dict[str, Any] = {"kind": "live", "window": None, "twins": twins, "language": language}
+    if settings := hardware.settings():
+        description |= {"settings": settings, "devices": hardware.description}
 
     def furnish(plan: Plan, t_ns: int, presenter: Presenter, opened: ExitStack) -> Rig:
         now_ns = clock_from(t_ns)
         seat = seat_at(plan, now_ns, presenter, options.as_json, opened)
+        opened.callback(hardware.close)  # The first to be closed: before anything else, nothing moves.
         seat.tell(dict.fromkeys(twins, "simulated, idle"))
-        world = LiveWorld(presenter, seat, station(plan, found.folder, twins), now_ns, lambda: seat.board.paused)
+        world = LiveWorld(presenter, seat, hardware.station(plan), now_ns, lambda: seat.board.paused)
         return Rig(world, opened.close, seat.watch, lambda: presenter.finish(seat, last_page(seat)))
 
     window = window_of(found, lab, calibration, language, options.windowed is None)
-    opening = Opening(description, devices, window, furnish)
+    opening = Opening(description, hardware.open, window, furnish, hardware.close)
     return RigPlan(description, opening.check, opening.open, None if calibration is None else calibration.definition())
 
 
@@ -65,33 +62,23 @@ def plan_to_go_on(
     """The rig plan to go on with a recorded live session, and what of the screen's change is to be put on record.
 
     Stand-ins and the language are those of the session's beginning. Raises RigError on a rehearsal, ScreenChanged on
-    another screen unless that is accepted, and what `live_plan` raises.
+    another screen and DevicesChanged on other devices unless that is accepted, and what `live_plan` raises.
     """
     rig = header["rig"]
     if rig["kind"] == "rehearsal":
         raise RigError("a rehearsal is not gone on with: rehearse again")
     as_begun = replace(
         options,
-        twins=options.twins or bool(rig.get("twins")),
+        twins=options.twins or (bool(rig.get("twins")) and "settings" not in rig),
         language=options.language or rig.get("language"),
     )
     calibration = window_calibration(found.study, lab, as_begun)
-    accepted = None
+    accepted: dict[str, Any] = {}
     if calibration is not None:
-        accepted = demand_same_screen(header, calibration, options.accept_change)
-    return live_plan(found, lab, as_begun), accepted
-
-
-def demand_drivers(study: Study, twins: bool) -> list[str]:
-    """The devices that stand-ins are needed for. Raises RigError naming them, unless stand-ins are asked for."""
-    without: list[str] = [need for need in study.needs if need in (*PRESENTING, *RECORDING)]
-    if without and not twins:
-        named = ", ".join(each.replace("_", " ") for each in without)
-        raise RigError(
-            f"{study.study} needs {named}; this version of Palpate has no driver for that. Rehearse the procedure with "
-            "a simulated one and a real window: --twins (every record says so); or without a participant: --simulate"
-        )
-    return without
+        accepted |= demand_same_screen(header, calibration, options.accept_change) or {}
+    planned = live_plan(found, lab, as_begun)
+    accepted |= demand_same_devices(header, planned.description, options.accept_change) or {}
+    return planned, accepted or None
 
 
 def window_calibration(study: Study, lab: Path, options: LiveOptions) -> Calibration | None:
@@ -117,26 +104,29 @@ class Opening:
     """A rig between being planned and being open; `check` opens the window, so that a refusal leaves nothing behind.
 
     `description` goes into the ledger; its `window` is filled in once the window is open. `devices` checks that they
-    can be had, `furnish` makes the rest of the rig around the window and puts what is to be closed on the stack.
+    can be had and opens them, `let_go` closes them again; `furnish` makes the rest of the rig around the window and
+    puts what is to be closed on the stack.
     """
 
     description: dict[str, Any]
     devices: Callable[[Plan], None]
     window: Callable[[Plan], Presenter]
     furnish: Callable[[Plan, int, Presenter, ExitStack], Rig]
+    let_go: Callable[[], None] = lambda: None
     presenter: Presenter | None = None
 
     def check(self, plan: Plan) -> None:
         """Raise RigError or WindowError unless everything is to be had."""
-        self.devices(plan)
-        self.presenter = self.window(plan)
-        self.description["window"] = dict(self.presenter.description) or None
+        self._begin(plan)
+        if self.presenter is not None:
+            self.description["window"] = dict(self.presenter.description) or None
 
     def open(self, plan: Plan, t_ns: int) -> Rig:
         """The rig, with session time going on from t_ns. On an error all that was opened is closed."""
-        presenter = self.presenter if self.presenter is not None else self.window(plan)
+        presenter = self.presenter or self._begin(plan)
         self.presenter = None
         opened = ExitStack()
+        opened.callback(self.let_go)
         opened.callback(presenter.close)
         try:
             rig = self.furnish(plan, t_ns, presenter, opened)
@@ -144,6 +134,16 @@ class Opening:
             opened.close()
             raise
         return replace(rig, safe=opened.close)
+
+    def _begin(self, plan: Plan) -> Presenter:
+        """Open the devices and the window."""
+        self.devices(plan)
+        try:
+            self.presenter = self.window(plan)
+        except BaseException:
+            self.let_go()
+            raise
+        return self.presenter
 
 
 def seat_at(plan: Plan, now_ns: Callable[[], int], presenter: Presenter, as_json: bool, opened: ExitStack) -> Seat:
@@ -190,19 +190,3 @@ def window_of(
 def last_page(seat: Seat) -> str:
     """The text key of the page that a session of this end closes with."""
     return LAST_PAGE.get(seat.board.ended or "", "end")
-
-
-def station(plan: Plan, folder: Path, twins: list[str]) -> Station:
-    """The study's devices; a stimulus that no device presents is put in place by hand."""
-    by_twin: dict[str, TwinInRealTime] = {}
-    if twins:
-        from studies.twins import twin_for
-
-        twin = twin_for(plan.study, plan, folder)
-        by_twin = {name: TwinInRealTime(name, twin) for name in twins}
-    device = next((by_twin[name] for name in PRESENTING if name in by_twin), None)
-    records = next((by_twin[name] for name in RECORDING if name in by_twin), None)
-    presents: Presents = HandMounted() if device is None else device
-    if device is not None and "samples" in plan.study.needs:
-        presents = Mounted(device)
-    return Station(presents, records)

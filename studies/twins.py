@@ -199,7 +199,7 @@ class DoorSensorsTwin:
         """The profile can be read, where there is one, and opened in the time there is."""
         from devices.door.sensors_twin import demand_recordable
 
-        profile_N = self._profile(trial.stimulus)
+        profile_N = profile_of(trial.stimulus, self.profiles)
         if trial.recording is not None:
             demand_recordable(profile_N, trial.recording.seconds)
 
@@ -208,19 +208,23 @@ class DoorSensorsTwin:
         from devices.door.sensors_twin import ANGLE_HZ, FORCE_HZ, record_opening
 
         sense = sensing(request, "door_sensors")
-        found = record_opening(self._profile(sense.trial.stimulus), sense.seconds, *_drawn(self.plan, sense.trial))
+        found = record_opening(
+            profile_of(sense.trial.stimulus, self.profiles), sense.seconds, *_drawn(self.plan, sense.trial)
+        )
         blocks = (
             Samples("door_force", ("force",), ("N",), FORCE_HZ, t_ns, interleaved(found.force_N)),
             Samples("door_angle", ("angle",), ("deg",), ANGLE_HZ, t_ns, interleaved(found.angle_deg)),
         )
         return recorded(sense, blocks)
 
-    def _profile(self, stimulus: Stimulus) -> tuple[float, ...]:
-        if stimulus.columns.get("file"):
-            return self.profiles.of(stimulus)
-        from devices.door.wished import NEUTRAL, TURNS, wished_profile
 
-        return tuple(wished_profile(dict.fromkeys(TURNS, NEUTRAL)).tolist())
+def profile_of(stimulus: Stimulus, profiles: Profiles) -> tuple[float, ...]:
+    """The door that is simulated at sensors: the profile in the column `file`; a mid-size one where there is none."""
+    if stimulus.columns.get("file"):
+        return profiles.of(stimulus)
+    from devices.door.wished import NEUTRAL, TURNS, wished_profile
+
+    return tuple(wished_profile(dict.fromkeys(TURNS, NEUTRAL)).tolist())
 
 
 def opened(plan: Plan, request: Present, profile_N: tuple[float, ...], t_ns: int) -> Done:

@@ -128,7 +128,7 @@ def test_a_damaged_ledger_fails_the_replay_alone(said, tmp_path):
     ("arguments", "error"),
     [
         (("run", "toy", "--participant", "P001"), "is no lab"),
-        (("run", "door_ratings", "--participant", "P001"), "needs door; this version of Palpate has no driver"),
+        (("run", "door_ratings", "--participant", "P001"), "needs door, and this station has no rig file"),
         (("run", "toy", "--participant", "P001", "--simulate", "--rehearse"), "needs no window"),
         (("run", "toy", "--participant", "P001", "--no-window"), "--no-window goes with --rehearse"),
         (("run", "toy", "--participant", "Anna Smith", "--simulate"), "a pseudonym of a letter"),

@@ -17,9 +17,10 @@ from protocols.study import Study
 from protocols.worlds import Done
 from studies.catalogue import SHIPPED, Found, read_study
 from studies.changes import ScreenChanged
+from studies.hardware import twin_station as station
 from studies.live import Mounted, Station, TwinInRealTime
 from studies.live_options import LiveOptions, to_go_on, to_start
-from studies.live_rig import live_plan, plan_to_go_on, station, window_of
+from studies.live_rig import live_plan, plan_to_go_on, window_of
 from studies.record import read
 from studies.rig import RigError
 from studies.session import start
@@ -35,8 +36,8 @@ def calibrated(lab: Path) -> Path:
     return lab
 
 
-def test_a_device_without_a_driver_is_refused_by_name(tmp_path):
-    with pytest.raises(RigError, match=r"door_ratings needs door; .*--twins .*--simulate"):
+def test_a_station_without_a_rig_is_told_how_to_have_one(tmp_path):
+    with pytest.raises(RigError, match=r"door_ratings needs door, and .* no rig file .*--twins .*--simulate"):
         live_plan(DOORS, calibrated(tmp_path), LiveOptions())
 
 
@@ -93,7 +94,7 @@ def test_a_rehearsal_is_not_gone_on_with(tmp_path):
 def test_samples_are_mounted_by_hand_and_devices_present_what_is_theirs(tmp_path):
     assert isinstance(station(sheets_plan(), tmp_path, []).presents, HandMounted)
     of_doors = station(compile_plan(DOORS.study, ParticipantRow("P001", "1")), DOORS.folder, ["door"])
-    assert isinstance(of_doors.presents, TwinInRealTime) and of_doors.records is None
+    assert isinstance(of_doors.presents, TwinInRealTime) and not of_doors.records
     both = sheets_plan(needs=["samples", "texture_renderer", "window"])
     made = station(both, tmp_path, ["texture_renderer"])
     assert isinstance(made.presents, Mounted) and made.presents.presents.name == "texture_renderer"
@@ -166,7 +167,7 @@ def test_without_a_window_samples_are_mounted_and_recorded_and_pauses_kept(tmp_p
 
     hall = Hall(
         [(1.0, "pause"), (5.0, "go on"), (6.0, "confirm"), (7.0, "pause"), (17.0, "go on"), *[(0.0, "confirm")] * 3],
-        station=Station(HandMounted(), TwinInRealTime("tool", tool)),
+        station=Station(HandMounted(), {"tool": TwinInRealTime("tool", tool)}),
     )
 
     def rest(_seconds):

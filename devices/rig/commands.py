@@ -1,0 +1,162 @@
+"""`palpate rig`: check a lab's devices, write a rig of twins, say what a rig file may hold."""
+
+from __future__ import annotations
+
+from pathlib import Path
+from typing import TYPE_CHECKING, Any
+
+import click
+
+if TYPE_CHECKING:
+    from devices.rig.file import RigFile
+    from devices.signals import Health
+
+LAB = click.option(
+    "--lab", type=click.Path(file_okay=False, path_type=Path), default=Path(), show_default="the current folder",
+    help="The lab's folder.",
+)  # fmt: skip
+RIG = click.option(
+    "--rig", "rig_file", type=click.Path(dir_okay=False, path_type=Path), show_default="LAB/stations/HOST/rig.yaml",
+    help="The rig file.",
+)  # fmt: skip
+JSON = click.option("--json", "as_json", is_flag=True, help="Print the answer as JSON.")
+
+
+@click.group()
+def rig() -> None:
+    """A lab's devices: what the rig file names, opened, read and told.
+
+    \b
+    Example:
+      palpate rig simulate --lab LAB
+      palpate rig check --lab LAB
+    """
+
+
+@rig.command()
+@click.argument("device", nargs=-1)
+@LAB
+@RIG
+@click.option(
+    "--seconds", type=click.FloatRange(0.2, 60), default=1.0, show_default=True, help="How long each is read."
+)
+@JSON
+def check(device: tuple[str, ...], lab: Path, rig_file: Path | None, seconds: float, as_json: bool) -> None:
+    """Open each DEVICE of the rig (all, where none is named), read it, and say how it is.
+
+    Health, measured rate, mean and noise floor of every channel, and when it was calibrated. Nothing moves.
+    Exit code 1 if a device is not as it should be.
+
+    \b
+    Example:
+      palpate rig check force --seconds 5 --lab LAB
+    """
+    from devices.rig.checking import checked
+    from devices.rig.file import read_rig, rig_path
+
+    file = read_rig(rig_file or rig_path(lab))
+    _demand_known(file, device)
+    found = {name: checked(file, name, seconds) for name in device or file.devices}
+    if as_json:
+        _echo_json({name: _as_data(file, name, health) for name, health in found.items()})
+    else:
+        _table(file, found)
+    if not all(health.ok for health in found.values()):
+        raise click.exceptions.Exit(1)
+
+
+def _demand_known(file: RigFile, names: tuple[str, ...]) -> None:
+    from protocols.did_you_mean import nearest
+
+    for name in names:
+        if name not in file.devices:
+            raise click.UsageError(f"{file.path} names no device {name!r}; {nearest(name, list(file.devices))}")
+
+
+def _as_data(file: RigFile, name: str, health: Health) -> dict[str, Any]:
+    readings = [
+        {
+            "signal": each.signal.name, "channels": list(each.signal.channels), "units": list(each.signal.units),
+            "nominal_hz": each.signal.rate_hz, "rate_hz": each.rate_hz, "mean": list(each.mean),
+            "noise": list(each.noise), "lost": each.lost, "calibration": each.signal.calibration,
+        }
+        for each in health.readings
+    ]  # fmt: skip
+    return {
+        "kind": file.kind(name), "twin": file.is_twin(name), "ok": health.ok, "told": health.told,
+        "calibrated": health.calibrated, "facts": dict(health.facts), "readings": readings,
+    }  # fmt: skip
+
+
+def _echo_json(data: Any) -> None:
+    import json
+
+    def plain(value: Any) -> Any:
+        """JSON has no NaN: a number that could not be had is null."""
+        if isinstance(value, dict):
+            return {key: plain(inner) for key, inner in value.items()}
+        if isinstance(value, list):
+            return [plain(inner) for inner in value]
+        return None if isinstance(value, float) and not abs(value) < float("inf") else value
+
+    click.echo(json.dumps(plain(data), indent=2, ensure_ascii=False))
+
+
+def _table(file: RigFile, found: dict[str, Health]) -> None:
+    from devices.rig.told import told
+
+    click.echo(f"{file.path}: {file.name}")
+    for name, health in found.items():
+        mark = click.style("ok    ", fg="green") if health.ok else click.style("NOT OK", fg="red")
+        twin = ", twin" if file.is_twin(name) else ""
+        click.echo(f"{mark} {name} ({file.kind(name).replace('_', ' ')}{twin}): {health.told}")
+        for line in told(health):
+            click.echo(f"         {line}")
+
+
+@rig.command()
+@LAB
+@click.option("--out", type=click.Path(dir_okay=False, path_type=Path), show_default="LAB/stations/HOST/rig.yaml",
+              help="The file to write.")  # fmt: skip
+@click.option("--force", is_flag=True, help="Write over a file that is there.")
+def simulate(lab: Path, out: Path | None, force: bool) -> None:
+    """Write a rig of twins: every device simulated behind the code that drives the real one.
+
+    \b
+    Example:
+      palpate rig simulate --lab LAB
+      palpate record texture_capture --participant P001 --lab LAB
+    """
+    from devices.rig.file import read_rig, rig_path
+
+    file = out or rig_path(lab)
+    if file.exists() and not force:
+        raise click.UsageError(f"{file} is there already; give another --out, or --force to write over it")
+    file.parent.mkdir(parents=True, exist_ok=True)
+    file.write_text(Path(__file__).with_name("twins.yaml").read_text(encoding="utf-8"), encoding="utf-8")
+    named = read_rig(file)
+    click.echo(f"wrote {file}: {len(named.devices)} twins; see them at work: palpate rig check --rig {file}")
+
+
+@rig.command()
+@click.argument("kind", required=False)
+def kinds(kind: str | None) -> None:
+    """List the kinds of devices, or every setting of one KIND with its default.
+
+    \b
+    Example:
+      palpate rig kinds force_torque
+    """
+    from devices.rig.kinds import KINDS, TAKES, settings_of
+    from devices.rig.told import settings_told
+    from protocols.did_you_mean import nearest
+
+    if kind is None:
+        for name in KINDS:
+            needs = ", ".join(need for need, takes in TAKES.items() if name in takes)
+            click.echo(f"{name:<14} for {needs}")
+        return
+    if kind not in KINDS:
+        raise click.UsageError(f"no kind {kind!r}; {nearest(kind, list(KINDS))}")
+    for line in settings_told(settings_of(kind)):
+        click.echo(line)

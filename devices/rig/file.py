@@ -1,0 +1,158 @@
+"""A lab's rig as one YAML file: its devices with their ports, calibrations and limits, and which need takes which."""
+
+from __future__ import annotations
+
+import platform
+from collections.abc import Iterator, Mapping, Sequence
+from dataclasses import dataclass
+from pathlib import Path
+from typing import Any
+
+from pydantic import ValidationError
+
+from devices.rig.kinds import KINDS, TAKES, settings_of
+from devices.rig.settings import Strict
+from devices.signals import DeviceError
+from protocols.complaints import listed, translated
+from protocols.did_you_mean import nearest
+from protocols.problems import Problem
+from protocols.yaml_text import Document, YamlError, load
+
+SIMULATE = "palpate rig simulate"
+KEYS = ("rig", "devices", "needs")
+MOST_DEVICES = 100
+
+
+class RigFileError(DeviceError):
+    """The rig file cannot be used; the message lists what is wrong, one line each."""
+
+
+@dataclass(frozen=True)
+class RigFile:
+    """What a rig file says: settings by the device's name, and the names of the devices that each need takes."""
+
+    path: Path
+    name: str
+    devices: Mapping[str, Strict]
+    needs: Mapping[str, tuple[str, ...]]
+
+    def kind(self, name: str) -> str:
+        """The kind of a device."""
+        return str(getattr(self.devices[name], "kind", ""))
+
+    def is_twin(self, name: str) -> bool:
+        """Whether a device is simulated."""
+        return getattr(self.devices[name], "driver", None) == "twin"
+
+    def names_for(self, need: str) -> tuple[str, ...]:
+        """The devices that a need takes. Raises RigFileError where the file provides none."""
+        if need not in self.needs:
+            kinds = " and a ".join(TAKES[need]).replace("_", " ")
+            raise RigFileError(
+                f"{self.path}: the need {need!r} is not provided: needs: {{{need}: [...]}} with a {kinds}"
+            )
+        return self.needs[need]
+
+    def definition(self, names: Sequence[str]) -> dict[str, Any]:
+        """The settings of some devices as JSON data, for the ledger."""
+        return {name: self.devices[name].model_dump(mode="json") for name in names}
+
+
+def rig_path(lab: Path, host: str | None = None) -> Path:
+    """Where a station's rig file lies: LAB/stations/HOST/rig.yaml."""
+    name = (host or platform.node()).split(".")[0] or "station"
+    return lab / "stations" / "".join(c if c.isalnum() or c in "-_" else "_" for c in name) / "rig.yaml"
+
+
+def read_rig(path: Path) -> RigFile:
+    """The rig in a file. Raises RigFileError with every problem found: file, line, key and nearest valid name."""
+    if not path.is_file():
+        raise RigFileError(f"{path}: no rig file there; write one of twins to begin with: {SIMULATE} --out {path}")
+    try:
+        document = load(path.read_bytes(), str(path))
+    except YamlError as error:
+        raise RigFileError(str(error)) from None
+    found = _Reading(document)
+    if found.problems:
+        raise RigFileError(listed(found.problems, document, str(path)))
+    return RigFile(path, found.name, found.devices, found.needs)
+
+
+class _Reading:
+    """One pass over the document: what it says, and what is wrong with it."""
+
+    def __init__(self, document: Document) -> None:
+        self.problems: list[Problem] = []
+        self.name, self.devices, self.needs = "", dict[str, Strict](), dict[str, tuple[str, ...]]()
+        data = document.data
+        if not isinstance(data, dict):
+            self.problems.append(Problem((), "keys and values are expected at the top: rig, devices, needs"))
+            return
+        self.problems += [Problem((str(k),), f"unknown key; {nearest(str(k), KEYS)}") for k in data if k not in KEYS]
+        self._take_name(data.get("rig"))
+        self._take_devices(data.get("devices"))
+        if not self.problems:
+            self._take_needs(data.get("needs"))
+
+    def _take_name(self, name: Any) -> None:
+        if isinstance(name, str) and name.strip():
+            self.name = name
+        else:
+            self.problems.append(Problem(("rig",), "a name for the rig is expected, as rig: doorlab"))
+
+    def _take_devices(self, devices: Any) -> None:
+        if not isinstance(devices, dict) or not 1 <= len(devices) <= MOST_DEVICES:
+            self.problems.append(Problem(("devices",), "devices by their names are expected: {door: {kind: door}}"))
+            return
+        for name, given in devices.items():
+            path = ("devices", name)
+            if not isinstance(name, str) or not name.replace("_", "").replace("-", "").isalnum():
+                self.problems.append(Problem(path, f"{name!r:.40} is no name: letters, digits, _ and -"))
+            elif not isinstance(given, dict):
+                self.problems.append(Problem(path, "settings are expected: {kind: ..., driver: ...}"))
+            elif str(given.get("kind")) not in KINDS:
+                missing = "a kind is expected" if "kind" not in given else f"no kind {given['kind']!r:.40}"
+                self.problems.append(
+                    Problem((*path, "kind"), f"{missing}; {nearest(str(given.get('kind')), list(KINDS))}")
+                )
+            else:
+                self._take_device(name, given)
+
+    def _take_device(self, name: str, given: dict[Any, Any]) -> None:
+        model = settings_of(given["kind"])
+        try:
+            self.devices[name] = model.model_validate({str(key): value for key, value in given.items()})
+        except ValidationError as error:
+            self.problems += [Problem(("devices", name, *p.path), p.message) for p in translated(error, model)]
+
+    def _take_needs(self, needs: Any) -> None:
+        if needs is None:
+            needs = {}
+        if not isinstance(needs, dict):
+            self.problems.append(Problem(("needs",), "needs with lists of devices are expected: {door: [door]}"))
+            return
+        for need, names in needs.items():
+            if need not in TAKES:
+                self.problems.append(
+                    Problem(("needs", need), f"no study needs this; {nearest(str(need), list(TAKES))}")
+                )
+            elif not isinstance(names, list):
+                self.problems.append(Problem(("needs", need), "a list of devices is expected, as [door]"))
+            else:
+                self.problems += self._wrong(need, names)
+                self.needs[need] = tuple(map(str, names))
+
+    def _wrong(self, need: str, names: list[Any]) -> Iterator[Problem]:
+        """One device of each kind that the need takes, and nothing else."""
+        unknown = [(place, name) for place, name in enumerate(names) if name not in self.devices]
+        for place, name in unknown:
+            yield Problem(("needs", need, place), f"no device {name!r:.40}; {nearest(str(name), list(self.devices))}")
+        if unknown:
+            return
+        kinds = sorted(str(getattr(self.devices[name], "kind", "")) for name in names)
+        if kinds != sorted(TAKES[need]):
+            yield Problem(("needs", need), f"takes {_of(TAKES[need])}; found {_of(kinds)}")
+
+
+def _of(kinds: Sequence[str]) -> str:
+    return ", ".join(f"one {kind}" for kind in kinds) or "nothing"

@@ -1,0 +1,58 @@
+"""The kinds of devices there are, what a study's need takes of them, and what their streams are called."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from importlib import import_module
+from pathlib import Path
+from typing import Any
+
+from devices.rig.settings import Strict
+from devices.signals import Device
+
+KINDS: Mapping[str, str] = {
+    "door": "devices.door.link.device",
+    "force_torque": "devices.daq.force_torque",
+    "accelerometer": "devices.daq.accelerometer",
+    "tracker": "devices.tracker.device",
+    "tablet": "devices.tablet.device",
+    "voice_coil": "devices.actuator.device",
+    "masking_noise": "devices.sound.device",
+    "camera": "devices.camera.device",
+    "stage": "devices.stage.device",
+}
+"""Each kind and its module, which has `Settings` and `make`; only those that a rig names are imported."""
+
+TAKES: Mapping[str, tuple[str, ...]] = {
+    "door": ("door",),
+    "door_generator": ("door",),
+    "tool": ("accelerometer", "force_torque", "tracker"),
+    "door_sensors": ("force_torque", "tracker"),
+    "texture_renderer": ("tablet", "voice_coil"),
+    "camera": ("camera",),
+    "samples": ("stage",),
+    "masking_noise": ("masking_noise",),
+}
+"""What each need of a study takes: one device of each of these kinds."""
+
+STREAMS: Mapping[tuple[str, str], str] = {
+    ("tool", "accelerometer"): "tool_acceleration",
+    ("tool", "force_torque"): "tool_force",
+    ("tool", "tracker"): "tool_position",
+    ("door_sensors", "force_torque"): "door_force",
+    ("door_sensors", "tracker"): "door_position",
+}
+"""The streams of a need, by the kind of device that gives them."""
+
+
+def settings_of(kind: str) -> type[Strict]:
+    """The settings that a device of this kind has."""
+    model: type[Strict] = import_module(KINDS[kind]).Settings
+    return model
+
+
+def made(kind: str, name: str, settings: Strict, folder: Path) -> Device:
+    """The device; nothing is opened. Raises DeviceError where a file that the settings name is not to be had."""
+    make: Any = import_module(KINDS[kind]).make
+    device: Device = make(name, settings, folder)
+    return device

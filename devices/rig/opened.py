@@ -1,0 +1,62 @@
+"""The devices that a study needs, opened as one and closed as one."""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Iterator, Mapping, Sequence
+from contextlib import ExitStack, contextmanager
+from dataclasses import dataclass
+from typing import Any
+
+from devices.rig.file import RigFile
+from devices.rig.kinds import made
+from devices.signals import Device
+
+
+@dataclass
+class OpenRig:
+    """Open devices by their names in the rig file."""
+
+    file: RigFile
+    devices: Mapping[str, Device]
+    let_go: Callable[[], None]
+
+    def of(self, need: str) -> dict[str, Device]:
+        """The devices that a need takes, by their kinds."""
+        return {self.file.kind(name): self.devices[name] for name in self.file.names_for(need)}
+
+    def describe(self) -> dict[str, Any]:
+        """What the ledger keeps of each device."""
+        return {name: dict(device.describe()) for name, device in self.devices.items()}
+
+    def safe(self) -> None:
+        """Bring everything to rest; what fails at that does not keep the others from it."""
+        with ExitStack() as each:
+            for device in self.devices.values():
+                each.callback(device.safe)
+
+    def close(self) -> None:
+        """Make everything safe and let go of it."""
+        try:
+            self.safe()
+        finally:
+            self.let_go()
+
+
+def open_rig(file: RigFile, names: Sequence[str]) -> OpenRig:
+    """Open these devices. Raises DeviceError where one cannot be had; those opened before are closed then."""
+    devices = {name: made(file.kind(name), name, file.devices[name], file.path.parent) for name in names}
+    with ExitStack() as opened:
+        for device in devices.values():
+            device.open()
+            opened.callback(device.close)
+        return OpenRig(file, devices, opened.pop_all().close)
+
+
+@contextmanager
+def one_opened(file: RigFile, name: str) -> Iterator[Device]:
+    """One device, for as long as it is looked at."""
+    rig = open_rig(file, [name])
+    try:
+        yield rig.devices[name]
+    finally:
+        rig.close()

@@ -1,0 +1,160 @@
+"""The devices of a live session: those of the station's rig, or simulated ones in their place."""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Mapping, Sequence
+from dataclasses import dataclass, field
+from pathlib import Path
+from typing import TYPE_CHECKING, Any
+
+from devices.samples import HandMounted
+from devices.signals import Presents, Records
+from protocols.plan import Plan
+from protocols.study import Study
+from studies.catalogue import Found
+from studies.live import Mounted, Station, TwinInRealTime
+from studies.live_options import LiveOptions
+from studies.rig import RigError, simulated
+
+if TYPE_CHECKING:
+    from devices.rig.file import RigFile
+    from devices.rig.opened import OpenRig
+
+PRESENTING = ("door", "texture_renderer", "door_generator")
+RECORDING = ("tool", "door_sensors", "camera")
+BESIDE = ("masking_noise",)
+LATER = ("texture_renderer",)
+"""Needs whose devices have drivers, and which lack the program that plays them."""
+
+
+def driven(study: Study) -> list[str]:
+    """The study's needs that take devices of a rig; samples are put in place by hand where the rig has no stage."""
+    return [need for need in study.needs if need in (*PRESENTING, *RECORDING, *BESIDE)]
+
+
+@dataclass
+class Hardware:
+    """The devices of one study at one station; `twins` are the needs that simulated ones of this process stand for."""
+
+    found: Found
+    twins: Sequence[str] = ()
+    file: RigFile | None = None
+    opened: OpenRig | None = None
+    description: dict[str, Any] = field(default_factory=dict)
+
+    @property
+    def simulated_needs(self) -> list[str]:
+        """The needs that are simulated, in this process or by a rig's twins; every record says so."""
+        if self.file is None:
+            return list(self.twins)
+        file = self.file
+        return [need for need in self._needs() if any(file.is_twin(name) for name in file.names_for(need))]
+
+    def settings(self) -> dict[str, Any]:
+        """What the rig file says of the devices that are used, for the ledger: {name: settings}."""
+        return {} if self.file is None else self.file.definition(self._names())
+
+    def open(self, plan: Plan) -> None:
+        """Check the stimuli and open the devices. Raises RigError or DeviceError; then none is open."""
+        if self.simulated_needs or PRESENTS_FILES & {*self.found.study.needs}:
+            simulated(self.found.study, self.found.folder).check(plan)
+        if self.file is not None:
+            from devices.rig.opened import open_rig
+
+            self.opened = open_rig(self.file, self._names())
+            self.description.update(self.opened.describe())
+
+    def close(self) -> None:
+        """Make every device safe and let go of it; also where none is open."""
+        opened, self.opened = self.opened, None
+        if opened is not None:
+            opened.close()
+
+    def station(self, plan: Plan) -> Station:
+        """What presents and what records. Call it once the devices are open."""
+        if self.opened is not None:
+            from studies.rig_station import rig_station
+
+            return rig_station(self.opened, self.found, plan)
+        return twin_station(plan, self.found.folder, self.twins)
+
+    def _needs(self) -> list[str]:
+        """The needs that the rig serves."""
+        needs = driven(self.found.study)
+        stage = "samples" in self.found.study.needs and self.file is not None and "samples" in self.file.needs
+        return [*needs, *(["samples"] if stage else [])]
+
+    def _names(self) -> list[str]:
+        """The devices to open, each once."""
+        if self.file is None:
+            return []
+        return list(dict.fromkeys(name for need in self._needs() for name in self.file.names_for(need)))
+
+
+PRESENTS_FILES = frozenset({"door"})
+"""Needs whose stimuli are files that can be wrong."""
+
+
+def hardware_for(found: Found, lab: Path, options: LiveOptions) -> Hardware:
+    """The devices that a live session of the study gets.
+
+    Raises RigError where there is neither a rig file nor stand-ins, RigFileError where the file lacks something.
+    """
+    needs = driven(found.study)
+    if options.twins:
+        return Hardware(found, twins=[need for need in needs if need not in BESIDE])
+    file = _rig_file(found.study, lab, options.rig)
+    if file is None:
+        return Hardware(found)
+    for need in needs:
+        file.names_for(need)
+    if later := [need for need in needs if need in LATER]:
+        raise RigError(
+            f"{found.study.study} needs a {later[0].replace('_', ' ')}; this version of Palpate drives its devices, "
+            "and has no models to render with. Rehearse the procedure with a simulated one: --twins (every record says "
+            "so)"
+        )
+    return Hardware(found, file=file)
+
+
+def _rig_file(study: Study, lab: Path, given: Path | None) -> RigFile | None:
+    """The station's rig; None where the study needs no device and none is named."""
+    from devices.rig.file import read_rig, rig_path
+
+    path = given or rig_path(lab)
+    if given is None and not path.is_file():
+        if not driven(study):
+            return None
+        named = ", ".join(each.replace("_", " ") for each in driven(study))
+        raise RigError(
+            f"{study.study} needs {named}, and this station has no rig file {path}: write one (palpate rig simulate "
+            "begins with twins). Or rehearse the procedure with simulated devices and a real window: --twins (every "
+            "record says so); or without a participant: --simulate"
+        )
+    return read_rig(path)
+
+
+def twin_station(plan: Plan, folder: Path, twins: Sequence[str]) -> Station:
+    """The study's devices as simulated ones; a stimulus that no device presents is put in place by hand."""
+    by_twin: dict[str, TwinInRealTime] = {}
+    if twins:
+        from studies.twins import twin_for
+
+        twin = twin_for(plan.study, plan, folder)
+        by_twin = {name: TwinInRealTime(name, twin) for name in twins}
+    device = next((by_twin[name] for name in PRESENTING if name in by_twin), None)
+    return composed(plan.study, device, {name: by_twin[name] for name in RECORDING if name in by_twin})
+
+
+def composed(
+    study: Study,
+    device: Presents | None,
+    records: Mapping[str, Records],
+    stage: Callable[[], Presents] = HandMounted,
+) -> Station:
+    """A station of what presents, if anything does, what records by its name, and who mounts the samples."""
+    if device is None:
+        return Station(stage(), records)
+    if "samples" in study.needs:
+        return Station(Mounted(device, stage()), records)
+    return Station(device, records)

@@ -1,0 +1,112 @@
+"""A station of a rig's open devices: which presents, which records, and what each is told of the stimulus."""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Mapping, Sequence
+from dataclasses import dataclass
+from typing import TYPE_CHECKING, Any, cast
+
+from devices.rig.kinds import STREAMS
+from devices.rig.opened import OpenRig
+from devices.samples import HandMounted
+from devices.signals import Device, Presents, Records, Sensor
+from devices.streams.capture import Capture
+from protocols.plan import Plan
+from protocols.requests import Present, Sense
+from studies.catalogue import Found
+from studies.hardware import RECORDING, composed
+from studies.live import Station
+from studies.scenes import scene_for
+from studies.twins import Profiles
+
+if TYPE_CHECKING:
+    from devices.scene import Scene
+
+CAPTURED = tuple(need for need in RECORDING if need != "camera")
+"""Needs that sensors record together; a camera does so alone."""
+COVERED = "tracker"
+"""The kind whose streams may be not a number for long: a marker may be covered."""
+
+
+def rig_station(rig: OpenRig, found: Found, plan: Plan) -> Station:
+    """The station of a study at open devices."""
+    records: dict[str, Records] = {need: _capture(rig, need, found, plan) for need in _needed(plan, CAPTURED)}
+    if "camera" in plan.study.needs:
+        records["camera"] = cast(Records, rig.of("camera")["camera"])
+    return composed(plan.study, _door(rig, found, plan), records, lambda: _stage(rig))
+
+
+def _needed(plan: Plan, among: Sequence[str]) -> list[str]:
+    return [need for need in plan.study.needs if need in among]
+
+
+def _door(rig: OpenRig, found: Found, plan: Plan) -> Presents | None:
+    """The door, told where its profiles come from: the study's files, or what is wished for."""
+    for need in _needed(plan, ("door", "door_generator")):
+        door: Any = rig.of(need)["door"]
+        door.profile_for = profiles_of(need, found)
+        return cast(Presents, door)
+    return None
+
+
+def profiles_of(need: str, found: Found) -> Callable[[Present], Sequence[float]]:
+    """Where the 621 forces, in N, of a request come from."""
+    files = Profiles(found.folder)
+
+    def from_file(request: Present) -> Sequence[float]:
+        return files.of(request.trial.stimulus)
+
+    def wished(request: Present) -> Sequence[float]:
+        from devices.door.wished import wished_profile
+
+        return tuple(wished_profile(request.wish or {}).tolist())
+
+    return wished if need == "door_generator" else from_file
+
+
+def _capture(rig: OpenRig, need: str, found: Found, plan: Plan) -> Capture:
+    """The sensors of a need, recorded together; twins among them are shown what a hand does meanwhile."""
+    devices = rig.of(need)
+    sensors = {device.name: cast(Sensor, device) for device in devices.values()}
+    names = dict(_stream_names(need, devices))
+    may_hide = [stream for (name, _), stream in names.items() if rig.file.kind(name) == COVERED]
+    return Capture(sensors, names, _scenes(rig, need, found, plan), may_hide=may_hide)
+
+
+def _stream_names(need: str, devices: Mapping[str, Device]) -> list[tuple[tuple[str, str], str]]:
+    """The first signal of each device is called by its need and what it is; further ones by the need and their own."""
+    return [
+        ((device.name, signal.name), f"{need.removesuffix('_sensors')}_{signal.name}" if place else STREAMS[need, kind])
+        for kind, device in devices.items()
+        for place, signal in enumerate(device.signals)
+    ]
+
+
+def _scenes(rig: OpenRig, need: str, found: Found, plan: Plan) -> Callable[[Sense], Scene | None]:
+    if not any(rig.file.is_twin(name) for name in rig.file.names_for(need)):
+        return lambda _request: None
+    return scene_for(need, found, plan)
+
+
+def _stage(rig: OpenRig) -> Presents:
+    if "samples" not in rig.file.needs:
+        return HandMounted()
+    return cast(Presents, rig.of("samples")["stage"])
+
+
+@dataclass
+class Quiet:
+    """Nothing masks the room's noise."""
+
+    def start(self) -> None:
+        """Nothing begins."""
+
+    def safe(self) -> None:
+        """Nothing is to be stilled."""
+
+
+def masking(rig: OpenRig | None, plan: Plan) -> Any:
+    """What masks the room's noise while a session runs and is not paused."""
+    if rig is None or "masking_noise" not in plan.study.needs:
+        return Quiet()
+    return rig.of("masking_noise")["masking_noise"]
