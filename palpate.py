@@ -46,6 +46,8 @@ AREAS = {
     "streams": "studies.bench_streams:cases",
     "alignment": "analysis.aligning.bench:cases",
 }
+FIGURES = {"plant": "devices.door.plant.figures:figures"}
+"""What an area shows beside its work-precision plots."""
 DEMO = (
     "run door_ratings --participant P001..P040 --simulate --seed 1",
     "replay",
@@ -168,7 +170,8 @@ def bench(area: tuple[str, ...], quick: bool, as_json: bool, out: Path) -> None:
         click.echo(rows_as_json(rows), nl=False)
         return
     print_table(rows)
-    for path in save_plots(rows, out):
+    further = [path for name in chosen if name in FIGURES for path in _named(FIGURES[name])(out, quick)]
+    for path in (*save_plots(rows, out), *further):
         click.echo(f"saved {path}")
 
 

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Callable, Mapping, Sequence
-from dataclasses import dataclass
+from dataclasses import replace
 from typing import TYPE_CHECKING, Any, cast
 
 from devices.rig.kinds import STREAMS
@@ -33,7 +33,8 @@ def rig_station(rig: OpenRig, found: Found, plan: Plan) -> Station:
     records: dict[str, Records] = {need: _capture(rig, need, found, plan) for need in _needed(plan, CAPTURED)}
     if "camera" in plan.study.needs:
         records["camera"] = cast(Records, rig.of("camera")["camera"])
-    return composed(plan.study, _door(rig, found, plan), records, lambda: _stage(rig))
+    made = composed(plan.study, _door(rig, found, plan), records, lambda: _stage(rig))
+    return replace(made, presents=_masked(rig, made.presents)) if "masking_noise" in plan.study.needs else made
 
 
 def _needed(plan: Plan, among: Sequence[str]) -> list[str]:
@@ -94,19 +95,8 @@ def _stage(rig: OpenRig) -> Presents:
     return cast(Presents, rig.of("samples")["stage"])
 
 
-@dataclass
-class Quiet:
-    """Nothing masks the room's noise."""
+def _masked(rig: OpenRig, presents: Presents) -> Presents:
+    from devices.sound.masked import Masked
 
-    def start(self) -> None:
-        """Nothing begins."""
-
-    def safe(self) -> None:
-        """Nothing is to be stilled."""
-
-
-def masking(rig: OpenRig | None, plan: Plan) -> Any:
-    """What masks the room's noise while a session runs and is not paused."""
-    if rig is None or "masking_noise" not in plan.study.needs:
-        return Quiet()
-    return rig.of("masking_noise")["masking_noise"]
+    noise: Any = rig.of("masking_noise")["masking_noise"]
+    return Masked(presents, noise)

@@ -3,11 +3,13 @@
 from __future__ import annotations
 
 from collections.abc import Iterator
-from typing import Any
+from pathlib import Path
+from types import UnionType
+from typing import Annotated, Any, Literal, Union, get_args, get_origin
 
 from pydantic_core import PydanticUndefined
 
-from devices.rig.settings import Strict
+from devices.rig.settings import Date, Strict
 from devices.signals import Health, Reading
 
 
@@ -45,12 +47,27 @@ def settings_told(model: type[Strict]) -> Iterator[str]:
 
 
 def _plain(value: Any) -> str:
-    return "none" if value is None or value is PydanticUndefined else str(value)
+    if value is None or value is PydanticUndefined:
+        return "none"
+    if isinstance(value, Strict):
+        return f"{{{', '.join(f'{key}: {_plain(inner)}' for key, inner in value)}}}"
+    return str(value)
+
+
+WORDS = {str: "text", float: "number", int: "whole number", bool: "true or false", Path: "file"}
 
 
 def _type(annotation: Any) -> str:
-    text = getattr(annotation, "__name__", None) if not getattr(annotation, "__args__", None) else None
-    text = text or str(annotation)
-    for word in ("typing.", "<class '", "'>", "annotated_types.", "pydantic.types."):
-        text = text.replace(word, "")
-    return text.replace("Literal[", "one of [").replace("NoneType", "none").replace("| None", "or none")
+    """A type in the words of who writes a rig file."""
+    origin, arguments = get_origin(annotation), get_args(annotation)
+    if origin is Literal:
+        return f"one of {', '.join(map(str, arguments))}"
+    if origin is Annotated:
+        return "a date as 2026-11-21" if annotation == Date else _type(arguments[0])
+    if origin in (Union, UnionType):
+        return " or ".join(_type(each) for each in arguments if each is not type(None))
+    if origin in (tuple, list):
+        return f"list of {' and '.join(dict.fromkeys(_type(each) for each in arguments if each is not Ellipsis))}"
+    if isinstance(annotation, type) and issubclass(annotation, Strict):
+        return f"{{{', '.join(annotation.model_fields)}}}"
+    return WORDS.get(annotation, str(getattr(annotation, "__name__", annotation)))

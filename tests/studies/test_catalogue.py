@@ -33,7 +33,7 @@ def folder(tmp_path):
 def test_a_study_is_found_by_name_folder_and_file(tmp_path, folder):
     file = folder / "study.yaml"
     assert find("mine", tmp_path) == find(str(folder), tmp_path) == find(str(file), tmp_path) == file
-    assert set(names(tmp_path)) == {"mine", *TEN}
+    assert set(names(tmp_path)) == {"mine", "texture_photos", *TEN}
     found = read_study(file)
     assert found.folder == folder
     assert found.study.stimuli[0].sha256 == hashlib.sha256(b"1,2\n").hexdigest()
