@@ -43,6 +43,7 @@ AREAS = {
     "window": "studies.bench_window:cases",
     "plant": "devices.door.plant.bench:cases",
     "serial": "devices.door.link.bench:cases",
+    "sensors": "devices.daq.bench:cases",
     "streams": "studies.bench_streams:cases",
     "alignment": "analysis.aligning.bench:cases",
 }

@@ -12,6 +12,10 @@ from devices.rig.kinds import made
 from devices.signals import Device
 
 
+SHARE = {"force_torque", "accelerometer"}
+"""Kinds that may lie on one card, which then samples for all of them."""
+
+
 @dataclass
 class OpenRig:
     """Open devices by their names in the rig file."""
@@ -45,6 +49,10 @@ class OpenRig:
 def open_rig(file: RigFile, names: Sequence[str]) -> OpenRig:
     """Open these devices. Raises DeviceError where one cannot be had; those opened before are closed then."""
     devices = {name: made(file.kind(name), name, file.devices[name], file.path.parent) for name in names}
+    if SHARE & {file.kind(name) for name in names}:
+        from devices.daq.shared import share_cards
+
+        share_cards(devices.values())
     with ExitStack() as opened:
         for device in devices.values():
             device.open()

@@ -1,0 +1,126 @@
+"""A data acquisition card as the sensors see it: volts that come in steadily, and how many were lost on the way."""
+
+from __future__ import annotations
+
+import re
+import time
+from collections.abc import Callable, Mapping
+from dataclasses import dataclass
+from typing import TYPE_CHECKING, Literal, Protocol
+
+import numpy as np
+from numpy.typing import NDArray
+
+from devices.signals import DeviceError, NowNs
+from protocols.events import NS
+
+if TYPE_CHECKING:
+    from devices.scene import Scene
+
+Volts = NDArray[np.float64]
+"""Readings of shape (n, channels)."""
+Terminals = Literal["default", "diff", "rse", "nrse"]
+_RANGE = re.compile(r"^(?:(?P<device>[^/,\s]+)/)?(?P<line>[A-Za-z_]+)(?P<first>\d+)(?::(?:[A-Za-z_]+)?(?P<last>\d+))?$")
+
+
+@dataclass(frozen=True)
+class Wiring:
+    """What a card is asked for: which inputs, in which range, how fast, and how much it may hold back unread."""
+
+    channels: tuple[str, ...]
+    low_V: float
+    high_V: float
+    rate_hz: float
+    buffer_s: float = 4.0
+    terminals: Terminals = "default"
+
+    @property
+    def buffer(self) -> int:
+        """Samples per channel that wait at most to be read."""
+        return max(16, round(self.rate_hz * self.buffer_s))
+
+
+@dataclass(frozen=True)
+class Taken:
+    """What one read gave; `lost` samples are missing just before the first row."""
+
+    volts: Volts
+    lost: int = 0
+
+
+@dataclass(frozen=True)
+class Pace:
+    """How time passes for who waits for samples: seconds since the start, and a way to let some pass."""
+
+    elapsed_s: Callable[[], float]
+    wait: Callable[[float], None]
+
+    @staticmethod
+    def real(now_ns: NowNs) -> Pace:
+        """Real time, from now on."""
+        begun = now_ns()
+        return Pace(lambda: (now_ns() - begun) / NS, time.sleep)
+
+    @staticmethod
+    def told(elapsed_s: Callable[[], float]) -> Pace:
+        """The time that somebody else tells, from now on; nothing is waited for."""
+        begun = elapsed_s()
+        return Pace(lambda: elapsed_s() - begun, lambda _seconds: None)
+
+
+class Daq(Protocol):
+    """A card, or the twin of one. Its name is that of the sensor that it serves."""
+
+    name: str
+    wiring: Wiring
+
+    @property
+    def facts(self) -> Mapping[str, str]:
+        """What the card says of itself, once it is open: product, serial number, driver, real rate."""
+
+    def open(self) -> None:
+        """Reserve the inputs. Raises DeviceError where they cannot be had as wired."""
+
+    def expect(self, scene: Scene | None) -> None:
+        """What is to be sensed next; a real card need not know."""
+
+    def start(self, pace: Pace) -> None:
+        """Begin to sample into the buffer. Raises DeviceError."""
+
+    def read(self, most: int, timeout_s: float) -> Taken:
+        """What has come, `most` rows at most; waits for some at most that long. Raises DeviceFault."""
+
+    def stop(self) -> None:
+        """End sampling; also where it has not begun."""
+
+    def close(self) -> None:
+        """Let go of the inputs; also where they are not open."""
+
+
+def channel_names(spelled: str, where: str) -> tuple[str, ...]:
+    """Single inputs of a list as NI-DAQmx spells it: `Dev1/ai0:5` or `Dev1/ai0:2, Dev1/ai7`.
+
+    Raises DeviceError, which begins with `where`, on anything else and on an input named twice.
+    """
+    names: list[str] = []
+    device = ""
+    for part in spelled.split(","):
+        found = _RANGE.match(part.strip())
+        device = (found["device"] or device) if found else ""
+        if not found or not device:
+            raise DeviceError(f"{where}: channels {spelled!r}: {part.strip()!r} is no input; write as Dev1/ai0:5")
+        first = int(found["first"])
+        last = int(found["last"] or first)
+        step = 1 if last >= first else -1
+        names += [f"{device}/{found['line']}{n}" for n in range(first, last + step, step)]
+    if len(set(names)) < len(names):
+        raise DeviceError(f"{where}: channels {spelled!r} name an input twice; each sensor wire has one of its own")
+    return tuple(names)
+
+
+def demand_channels(spelled: str, count: int, where: str, what: str) -> tuple[str, ...]:
+    """The single inputs, of which there must be `count`. Raises DeviceError."""
+    names = channel_names(spelled, where)
+    if len(names) != count:
+        raise DeviceError(f"{where}: channels {spelled!r} are {len(names)} inputs; {count} are expected: {what}")
+    return names

@@ -1,0 +1,239 @@
+"""A three-axis analogue accelerometer, the ADXL335: volts to m/s^2, its calibration in six positions, its limits.
+
+Its output is ratiometric: sensitivity and zero-g voltage grow with the supply (Analog Devices, ADXL335 data sheet,
+Rev. B, page 12).
+"""
+
+from __future__ import annotations
+
+from collections.abc import Iterator, Mapping, Sequence
+from dataclasses import dataclass, field
+from itertools import repeat
+from typing import TYPE_CHECKING, Any
+
+import numpy as np
+from numpy.typing import ArrayLike, NDArray
+
+from devices.daq.twin import PIECE, Ideal
+from devices.daq.watch import Watch
+from devices.scene import GRAVITY_M_S2
+from devices.signals import DeviceError, DeviceFault, Reading, Signal
+
+if TYPE_CHECKING:
+    from devices.scene import Scene
+
+Array = NDArray[np.float64]
+AXES = ("x", "y", "z")
+POSITIONS = ("+x", "-x", "+y", "-y", "+z", "-z")
+"""The axis that points up, and so feels one g, in the order of a calibration's readings."""
+MISPLACED_G = 0.05
+"""A residual beyond this is no mounting error: a position was swapped, or the sensor moved."""
+SHARE_OF_SUPPLY = (0.07, 0.13)
+"""Between which shares of the supply a sensitivity per g lies; the data sheet's are 0.09 to 0.11."""
+ONE_G = 0.05
+"""How far the mean's length may lie from one g at rest: the data sheet's zero-g errors, once calibrated, are less."""
+NOISY_G = 0.05
+"""A noise floor beyond this, per axis, is no sensor at rest; 300 ug/sqrt(Hz) over 1600 Hz are 0.015 g."""
+SETTLED = 1e-9
+
+
+@dataclass(frozen=True)
+class Scaling:
+    """Per axis volts per g and volts at no acceleration, both of shape (3,), at the supply that they were found at."""
+
+    sensitivity_V: Array
+    zero_V: Array
+    supply_V: float
+
+    def at(self, supply_V: float) -> Scaling:
+        """The same sensor at another supply: both in proportion to it."""
+        ratio = supply_V / self.supply_V
+        return Scaling(self.sensitivity_V * ratio, self.zero_V * ratio, supply_V)
+
+
+@dataclass(frozen=True)
+class SixPositions:
+    """A calibration: the scaling, and how far off it leaves each position (RMS over the axes, in g)."""
+
+    scaling: Scaling
+    residual_g: Mapping[str, float]
+
+    @property
+    def worst_g(self) -> float:
+        """The residual of the worst position."""
+        return max(self.residual_g.values())
+
+
+def acceleration(volts: Array, scaling: Scaling) -> Array:
+    """m/s^2, gravity included, of the shape of the volts (n, 3)."""
+    return np.asarray((volts - scaling.zero_V) * (GRAVITY_M_S2 / scaling.sensitivity_V), np.float64)
+
+
+def calibrate(readings: Mapping[str, ArrayLike], supply_V: float) -> SixPositions:
+    """Fit sensitivity and zero-g volts per axis to six positions at rest (`POSITIONS`: the axis that points up).
+
+    Each reading holds volts of shape (n, 3) or their mean of shape (3,). Per axis and by least squares over all six,
+    volts = zero + sensitivity x {+1, -1, 0, 0, 0, 0}; what remains shows how well the axes stood upright.
+
+    Raises:
+        DeviceError: a position missing, no number among its volts, a sensitivity that no such sensor has, or a position
+            that fits by worse than 0.05 g.
+    """
+    means = np.array([_mean(readings, position) for position in POSITIONS])
+    felt = np.repeat(np.eye(3), 2, axis=0) * np.tile([1.0, -1.0], 3)[:, np.newaxis]
+    zero, sensitivity = means.mean(axis=0), (means * felt).sum(axis=0) / 2
+    _demand_plausible(sensitivity, supply_V)
+    off = (means - zero) / sensitivity - felt
+    residual = dict(zip(POSITIONS, np.sqrt((off**2).mean(axis=1)).tolist(), strict=True))
+    worst = max(residual, key=lambda position: residual[position])
+    if residual[worst] > MISPLACED_G:
+        raise DeviceError(
+            f"six positions: {worst} is off by {residual[worst]:.3f} g (RMS); were two positions swapped, did it move,"
+            f" or is it tilted? At most {MISPLACED_G:g} g are let pass; measure again"
+        )
+    return SixPositions(Scaling(sensitivity, zero, supply_V), residual)
+
+
+def _mean(readings: Mapping[str, ArrayLike], position: str) -> Array:
+    if position not in readings:
+        raise DeviceError(f"six positions: {position} is missing; measure with each axis up and down")
+    volts = np.atleast_2d(np.asarray(readings[position], np.float64))
+    if volts.ndim != 2 or volts.shape[1] != 3 or not volts.size:
+        raise DeviceError(f"six positions: {position} has volts of shape {volts.shape}; (n, 3) is expected")
+    if not np.isfinite(volts).all():
+        raise DeviceError(f"six positions: {position} holds what is no number; measure it again")
+    return np.asarray(volts.mean(axis=0), np.float64)
+
+
+def _demand_plausible(sensitivity_V: Array, supply_V: float) -> None:
+    low, high = (share * supply_V for share in SHARE_OF_SUPPLY)
+    for axis, found in zip(AXES, sensitivity_V, strict=True):
+        if not low <= found <= high:
+            raise DeviceError(
+                f"six positions: {axis} gives {found:.3f} V per g at a supply of {supply_V:g} V;"
+                f" {low:.2g} to {high:.2g} are expected: see that each axis was up and down, the wires, and the supply"
+            )
+
+
+@dataclass
+class Accelerometer:
+    """Volts of the three axes to m/s^2. Beyond `full_scale_g`, which the maker warrants, samples count as clipped."""
+
+    device: str
+    signal: Signal
+    scaling: Scaling
+    watch: Watch
+    full_scale_g: float
+    clipped_s: float
+    calibrated: str | None
+    clipped: int = 0
+    longest: int = 0
+    run: NDArray[np.int64] = field(default_factory=lambda: np.zeros(3, np.int64))
+
+    def begin(self) -> None:
+        """Samples begin anew."""
+        self.watch.begin()
+        self.clipped, self.longest, self.run = 0, 0, np.zeros(3, np.int64)
+
+    def rows(self, volts: Array) -> Array:
+        """Acceleration of shape (n, 3). Clipped samples are counted; they are what the sensor gave, not what it felt.
+
+        Raises DeviceFault: not_a_number, stuck, over_range (clipped without a break for `clipped_s`).
+        """
+        at_end = self.watch.see(volts)
+        rows = acceleration(volts, self.scaling)
+        over = at_end | (np.abs(rows) > self.full_scale_g * GRAVITY_M_S2)
+        self.clipped += int(over.any(axis=1).sum())
+        self._demand_unclipped(over, volts)
+        return rows
+
+    def zero(self, _volts: Array, /) -> None:
+        """Refused: gravity is always there."""
+        raise DeviceError(f"{self.device}: an accelerometer has no zero to take; calibrate it in six positions")
+
+    def complaint(self, reading: Reading) -> str | None:
+        """One g and quiet at rest."""
+        length = float(np.linalg.norm(reading.mean)) / GRAVITY_M_S2
+        noisy = max(reading.noise) / GRAVITY_M_S2
+        if abs(length - 1) > ONE_G:
+            return f"it feels {length:.3f} g at rest; 1 is expected: calibrate it, and see its supply"
+        if noisy > NOISY_G:
+            return f"it is noisy: {noisy:.3f} g (SD) at rest; did it move, or is its supply noisy?"
+        return f"{self.clipped} samples were clipped at rest" if self.clipped else None
+
+    def describe(self) -> Mapping[str, Any]:
+        """The scaling in use and the limits."""
+        return {
+            "sensitivity_V_per_g": self.scaling.sensitivity_V.tolist(),
+            "zero_g_V": self.scaling.zero_V.tolist(),
+            "supply_V": self.scaling.supply_V,
+            "full_scale_g": self.full_scale_g,
+        }
+
+    @property
+    def facts(self) -> Mapping[str, str]:
+        """How many samples were clipped since the start, and for how long at a time."""
+        return {
+            "samples clipped": str(self.clipped),
+            "longest clipping": f"{1000 * self.longest / self.signal.rate_hz:.3g} ms",
+        }
+
+    def _demand_unclipped(self, over: NDArray[np.bool_], volts: Array) -> None:
+        runs = np.array([_longest(over[:, axis], int(self.run[axis])) for axis in range(3)])
+        self.run, self.longest = runs[:, 1], max(self.longest, int(runs[:, 0].max()))
+        axis = int(runs[:, 0].argmax())
+        if runs[axis, 0] >= max(1.0, self.clipped_s * self.signal.rate_hz):
+            raise DeviceFault(
+                self.device,
+                "over_range",
+                f"{self.device}: {AXES[axis]} is clipped at {volts[-1, axis]:.3g} V for {self.clipped_s:g} s; it was"
+                " shaken too hard, or its supply or cable is broken",
+            )
+
+
+def acceleration_volts(scaling: Scaling, bandwidth_hz: Sequence[float]) -> Ideal:
+    """What the sensor puts out in a scene: a low-pass of first order per axis, its scaling, its supply's ends."""
+
+    def volts(scene: Scene | None, rate_hz: float) -> Iterator[Array]:
+        rest = np.tile([0.0, 0.0, GRAVITY_M_S2], (PIECE, 1))
+        pieces = repeat(rest) if scene is None else scene.acceleration_m_s2(rate_hz)
+        for felt in _low_passed(pieces, [np.exp(-2 * np.pi * each / rate_hz) for each in bandwidth_hz]):
+            free = scaling.zero_V + felt * (scaling.sensitivity_V / GRAVITY_M_S2)
+            yield np.clip(free, 0.0, scaling.supply_V)
+
+    return volts
+
+
+def _low_passed(pieces: Iterator[Array], holds: Sequence[float]) -> Iterator[Array]:
+    """y[n] = hold y[n-1] + (1 - hold) x[n] per axis, as the sum that it is, from rest at the first sample on."""
+    kernels = [(1 - hold) * hold ** np.arange(_taps(hold)) for hold in holds]
+    long = max(map(len, kernels))
+    before: Array | None = None
+    for piece in pieces:
+        if not len(piece):
+            continue
+        past = np.repeat(piece[:1], long - 1, axis=0) if before is None else before
+        joined = np.concatenate([past, piece])
+        before = joined[len(joined) - (long - 1) :]
+        yield np.stack(
+            [
+                np.convolve(joined[long - len(kernel) :, axis], kernel, "valid") / kernel.sum()
+                for axis, kernel in enumerate(kernels)
+            ],
+            axis=1,
+        )
+
+
+def _taps(hold: float) -> int:
+    """After so many samples what is held has gone."""
+    return 1 if hold <= SETTLED else 1 + int(np.ceil(np.log(SETTLED) / np.log(hold)))
+
+
+def _longest(over: NDArray[np.bool_], before: int) -> tuple[int, int]:
+    """The longest run of true values, `before` of them already there at the start, and the run at the end."""
+    gaps = np.flatnonzero(~over)
+    if not gaps.size:
+        return before + len(over), before + len(over)
+    runs = np.diff(gaps, prepend=-1, append=len(over)) - 1
+    runs[0] += before
+    return int(runs.max()), int(runs[-1])

@@ -1,0 +1,206 @@
+"""The maker's calibration file of a six-axis force/torque sensor (ATI's `FTSensor` XML), as it stands in the file.
+
+What the elements mean is told by the maker's C library and by the note in the files themselves: `UserAxis` rows are the
+calibration matrix in the file's units; `Axis` rows divided by `scale` give it before `BasicTransform`; `BiasSlope`,
+`GainSlope` and `Thermistor` are there where the temperature is compensated in software.
+"""
+
+from __future__ import annotations
+
+import hashlib
+import math
+import re
+from collections.abc import Mapping
+from dataclasses import dataclass
+from pathlib import Path
+from xml.etree.ElementTree import Element, TreeBuilder
+from xml.parsers import expat
+
+from devices.signals import DeviceError
+
+AXES = ("Fx", "Fy", "Fz", "Tx", "Ty", "Tz")
+LARGEST = 1 << 20
+"""Bytes; the maker's files have about three thousand."""
+SHIFTS = ("Dx", "Dy", "Dz", "Rx", "Ry", "Rz")
+_DATE = re.compile(r"^(\d{1,2})/(\d{1,2})/(\d{4})$")
+
+Row = tuple[float, ...]
+
+
+@dataclass(frozen=True)
+class CalFile:
+    """One calibration as the file gives it, in the file's units.
+
+    `user` holds the rows of `UserAxis`, `basic` those of `Axis` divided by their scale, by axis; either may be empty.
+    `shift` is BasicTransform: three distances and three angles. `slopes` are (bias, gain, thermistor's reference).
+    """
+
+    serial: str
+    body: str
+    part: str
+    date: str | None
+    force_unit: str
+    torque_unit: str
+    distance_unit: str
+    angle_unit: str
+    low_V: float
+    high_V: float
+    user: Mapping[str, Row]
+    basic: Mapping[str, Row]
+    rated: Mapping[str, float]
+    shift: Row
+    slopes: tuple[Row, Row, float] | None
+    sha256: str
+
+
+def read_cal_file(path: Path) -> CalFile:
+    """The first calibration of a file.
+
+    Raises:
+        DeviceError: the file cannot be read, is no such file, or an element of it lacks what it needs.
+    """
+    try:
+        size = path.stat().st_size
+        data = path.read_bytes() if size <= LARGEST else b""
+    except OSError as error:
+        raise DeviceError(f"{path}: the calibration file cannot be read ({error.strerror})") from error
+    if size > LARGEST:
+        raise DeviceError(f"{path}: {size} bytes; a calibration file has at most {LARGEST}")
+    return _Reader(str(path)).calibration(data)
+
+
+@dataclass(frozen=True)
+class _Reader:
+    where: str
+
+    def calibration(self, data: bytes) -> CalFile:
+        root = self._tree(data)
+        if root.tag != "FTSensor":
+            raise self._wrong(f"<{root.tag}>", "the outermost element is <FTSensor>")
+        if self._text(root, "NumGages").strip() != "6":
+            raise self._wrong("<FTSensor NumGages>", "sensors of 6 gauges are supported")
+        found = root.find("Calibration")
+        if found is None:
+            raise self._wrong("<FTSensor>", "a <Calibration> is expected inside")
+        return self._read(root, found, hashlib.sha256(data).hexdigest())
+
+    def _read(self, root: Element, found: Element, sha256: str) -> CalFile:
+        if self._number(found, "GainMultiplier", 1.0) != 1.0:
+            raise self._wrong("<Calibration GainMultiplier>", "only 1 is supported: no amplifier added")
+        user = {name: self._row(each, 1.0) for name, each in self._axes(found, "UserAxis").items()}
+        axes = self._axes(found, "Axis")
+        basic = {name: self._row(each, self._scale(each)) for name, each in axes.items()}
+        if not user and not basic:
+            raise self._wrong("<Calibration>", "rows named UserAxis or Axis are expected inside")
+        low, high = self._range(found)
+        return CalFile(
+            root.get("Serial") or self._text(root, "SerialNumber"), root.get("BodyStyle", ""),
+            found.get("PartNumber", ""), _iso(found.get("CalDate", "")),
+            self._text(found, "ForceUnits"), self._text(found, "TorqueUnits"),
+            found.get("DistUnits", "m"), found.get("AngleUnits", "degrees"), low, high, user, basic,
+            {name: self._rated(each) for name, each in (self._axes(found, "UserAxis") or axes).items()},
+            self._shift(found), self._slopes(found), sha256,
+        )  # fmt: skip
+
+    def _tree(self, data: bytes) -> Element:
+        """The elements, built by hand: a document type, and with it every entity, is refused where it begins."""
+        builder, parser = TreeBuilder(), expat.ParserCreate()
+        parser.StartElementHandler = builder.start
+        parser.EndElementHandler = builder.end
+        parser.StartDoctypeDeclHandler = self._refuse_doctype
+        try:
+            parser.Parse(data.rstrip(b"\0\x1a \t\r\n"), True)
+            return builder.close()
+        except (expat.ExpatError, AssertionError, ValueError) as error:
+            if isinstance(error, DeviceError):
+                raise
+            raise DeviceError(f"{self.where}: no calibration file: {error}") from error
+
+    def _refuse_doctype(self, *_ignored: object) -> None:
+        raise self._wrong("<!DOCTYPE>", "a calibration file has none")
+
+    def _axes(self, found: Element, tag: str) -> dict[str, Element]:
+        """The six rows of that name by axis; none at all where the file has none of them."""
+        axes = [(self._text(each, "Name"), each) for each in found.findall(tag)]
+        names = [name for name, _ in axes]
+        if axes and sorted(names) != sorted(AXES):
+            raise self._wrong(f"<{tag}>", f"one each of {', '.join(AXES)} is expected, found {', '.join(names)}")
+        return dict(axes)
+
+    def _row(self, axis: Element, scale: float) -> Row:
+        return tuple(value / scale for value in self._values(axis, "values"))
+
+    def _scale(self, axis: Element) -> float:
+        scale = self._number(axis, "scale", 1.0)
+        if scale == 0:
+            raise self._wrong(_called(axis, "scale"), "0 divides nothing")
+        return scale
+
+    def _rated(self, axis: Element) -> float:
+        rated = self._number(axis, "max", None)
+        if rated <= 0:
+            raise self._wrong(_called(axis, "max"), f"{rated:g} is no rated load; more than 0 is expected")
+        return rated
+
+    def _shift(self, found: Element) -> Row:
+        shift = found.find("BasicTransform")
+        return (0.0,) * 6 if shift is None else tuple(self._number(shift, name, 0.0) for name in SHIFTS)
+
+    def _slopes(self, found: Element) -> tuple[Row, Row, float] | None:
+        bias, gain, thermistor = (found.find(name) for name in ("BiasSlope", "GainSlope", "Thermistor"))
+        if bias is None and gain is None:
+            return None
+        none = (0.0,) * 6
+        return (
+            none if bias is None else self._values(bias, "values"),
+            none if gain is None else self._values(gain, "values"),
+            0.0 if thermistor is None else self._number(thermistor, "value", None),
+        )
+
+    def _range(self, found: Element) -> tuple[float, float]:
+        """The gauges' volts: OutputRange wide, on both sides of zero where OutputBipolar says so."""
+        width = self._number(found, "OutputRange", 20.0)
+        if not 0 < width <= 100:
+            raise self._wrong("<Calibration OutputRange>", f"{width:g} V is no range of a gauge")
+        bipolar = found.get("OutputBipolar", "True").strip().lower() == "true"
+        return (-width / 2, width / 2) if bipolar else (0.0, width)
+
+    def _values(self, element: Element, name: str) -> Row:
+        texts = self._text(element, name).split()
+        if len(texts) != 6:
+            raise self._wrong(_called(element, name), f"6 numbers are expected, found {len(texts)}")
+        return tuple(self._float(each, _called(element, name)) for each in texts)
+
+    def _number(self, element: Element, name: str, missing: float | None) -> float:
+        if missing is not None and element.get(name) is None:
+            return missing
+        return self._float(self._text(element, name), _called(element, name))
+
+    def _float(self, text: str, called: str) -> float:
+        try:
+            value = float(text)
+        except ValueError:
+            raise self._wrong(called, f"{text!r} is no number") from None
+        if not math.isfinite(value):
+            raise self._wrong(called, f"{text!r} is no finite number")
+        return value
+
+    def _text(self, element: Element, name: str) -> str:
+        text = element.get(name)
+        if text is None:
+            raise self._wrong(_called(element, name), "it is missing")
+        return text
+
+    def _wrong(self, element: str, told: str) -> DeviceError:
+        return DeviceError(f"{self.where}: {element}: {told}; ask the maker for the sensor's .cal file")
+
+
+def _called(element: Element, attribute: str) -> str:
+    name = element.get("Name")
+    return f"<{element.tag}{f' Name={name}' if name else ''} {attribute}>"
+
+
+def _iso(date: str) -> str | None:
+    """The maker's month/day/year as an ISO date; None where it is written otherwise."""
+    found = _DATE.match(date.strip())
+    return f"{found[3]}-{int(found[1]):02}-{int(found[2]):02}" if found else None

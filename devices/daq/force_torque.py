@@ -1,0 +1,175 @@
+"""The kind `force_torque`: a six-axis force/torque sensor of the ATI Nano17 class on a card's analogue inputs."""
+
+from __future__ import annotations
+
+from pathlib import Path
+from typing import TYPE_CHECKING, Annotated, Any, Literal
+
+from pydantic import Field
+
+from devices.rig.settings import Date, Finite, Strict
+from devices.signals import DeviceError, Signal
+
+if TYPE_CHECKING:
+    from devices.daq.acquire import Daq, Wiring
+    from devices.daq.cal_file import CalFile
+    from devices.daq.gauges import Gauges
+    from devices.daq.sensor import DaqSensor
+    from devices.daq.wrench import Array, Slopes
+
+SAMPLE = Path(__file__).parent / "sample.cal"
+"""What a twin measures with where no calibration file is named: a sensor that does not exist."""
+CHANNELS = ("Fx", "Fy", "Fz", "Tx", "Ty", "Tz")
+Share = Annotated[float, Field(gt=0, le=1)]
+Six = tuple[Finite, Finite, Finite, Finite, Finite, Finite]
+
+
+class Frame(Strict):
+    """Where the wrench is told: the origin moved in the sensor's axes, which are then turned about x, y and z."""
+
+    dx_mm: Finite = 0.0
+    dy_mm: Finite = 0.0
+    dz_mm: Finite = 0.0
+    rx_deg: Finite = 0.0
+    ry_deg: Finite = 0.0
+    rz_deg: Finite = 0.0
+
+
+class Thermistor(Strict):
+    """Software temperature compensation: the thermistor's input, and slopes where the .cal file has none."""
+
+    channel: str
+    bias_slopes: Six | None = None
+    gain_slopes: Six | None = None
+    reference_V: Finite = 0.0
+
+
+class Settings(Strict):
+    """What a rig file may say of it."""
+
+    kind: Literal["force_torque"]
+    driver: Literal["nidaqmx", "twin"]
+    channels: str = "Dev1/ai0:5"
+    rate_hz: Annotated[float, Field(ge=10, le=200_000)] = 10_000.0
+    calibration: str | None = None
+    terminals: Literal["default", "diff", "rse", "nrse"] = "diff"
+    buffer_s: Annotated[float, Field(ge=0.1, le=60)] = 4.0
+    frame: Frame = Frame()
+    thermistor: Thermistor | None = None
+    zero_s: Annotated[float, Field(ge=0, le=30)] = 0.5
+    still: Share = 0.005
+    overload: Annotated[float, Field(ge=1, le=5)] = 1.2
+    stuck_s: Annotated[float, Field(ge=0, le=10)] = 0.5
+    noise_V: Annotated[float, Field(ge=0, le=1)] = 0.002
+    seed: int = 1
+    calibrated: Date | None = None
+
+
+def make(name: str, settings: Settings, folder: Path) -> DaqSensor:
+    """The device, its calibration read and nothing opened.
+
+    Raises:
+        DeviceError: a calibration file that is missing or cannot be used, or inputs that are not six (and one).
+    """
+    from devices.daq.cal_file import read_cal_file
+    from devices.daq.sensor import DaqSensor
+
+    path = _calibration_path(name, settings, folder)
+    file = read_cal_file(path)
+    wiring = _wiring(name, settings, file)
+    gauges = _gauges(name, settings, file, wiring, path)
+    daq = _daq(name, settings, wiring, gauges)
+    return DaqSensor(name, settings.kind, settings.driver, daq, gauges, settings.zero_s)
+
+
+def _calibration_path(name: str, settings: Settings, folder: Path) -> Path:
+    if settings.calibration is not None:
+        return folder / settings.calibration
+    if settings.driver != "twin":
+        raise DeviceError(f"{name}: `calibration` is missing; name the .cal file that came with the sensor")
+    return SAMPLE
+
+
+def _wiring(name: str, settings: Settings, file: CalFile) -> Wiring:
+    from devices.daq.acquire import Wiring, demand_channels
+
+    channels = demand_channels(settings.channels, 6, name, "one for each gauge")
+    if settings.thermistor is not None:
+        channels += demand_channels(settings.thermistor.channel, 1, name, "the thermistor")
+    return Wiring(channels, file.low_V, file.high_V, settings.rate_hz, settings.buffer_s, settings.terminals)
+
+
+def _gauges(name: str, settings: Settings, file: CalFile, wiring: Wiring, path: Path) -> Gauges:
+    from devices.daq.gauges import UNITS, Gauges
+    from devices.daq.watch import Watch
+    from devices.daq.wrench import calibration
+
+    found = calibration(file, str(path))
+    number = f"{file.body} {file.part} {file.serial}, {file.date or 'no date'}, sha256 {file.sha256[:12]}"
+    return Gauges(
+        name,
+        Signal("wrench", CHANNELS, UNITS, settings.rate_hz, "host", number),
+        found,
+        _framed(settings.frame, found.matrix),
+        Watch(name, wiring.channels, wiring.low_V, wiring.high_V, wiring.rate_hz, settings.stuck_s),
+        _slopes(name, settings.thermistor, file, path),
+        _told(settings, file, path),
+        settings.calibrated or file.date,
+        settings.still,
+        settings.overload,
+    )
+
+
+def _framed(frame: Frame, matrix: Array) -> Array:
+    from math import radians
+
+    from devices.daq.wrench import moved
+
+    distance = [each / 1000 for each in (frame.dx_mm, frame.dy_mm, frame.dz_mm)]
+    return moved(distance, [radians(each) for each in (frame.rx_deg, frame.ry_deg, frame.rz_deg)]) @ matrix
+
+
+def _slopes(name: str, thermistor: Thermistor | None, file: CalFile, path: Path) -> Slopes | None:
+    """The settings' slopes before the file's. Raises DeviceError where a thermistor is wired to no slopes."""
+    import numpy as np
+
+    from devices.daq.wrench import Slopes
+
+    if thermistor is None:
+        return None
+    if thermistor.bias_slopes or thermistor.gain_slopes:
+        none = [0.0] * 6
+        bias, gain = thermistor.bias_slopes or none, thermistor.gain_slopes or none
+        return Slopes(np.array(bias), np.array(gain), thermistor.reference_V)
+    if file.slopes is None:
+        raise DeviceError(
+            f"{name}: a thermistor is wired, but neither {path} nor the rig file has slopes; leave the thermistor out"
+            " where the sensor's electronics compensate (HWTempComp)"
+        )
+    return Slopes(np.array(file.slopes[0]), np.array(file.slopes[1]), file.slopes[2])
+
+
+def _told(settings: Settings, file: CalFile, path: Path) -> dict[str, Any]:
+    return {
+        "calibration": {
+            "file": path.name,
+            "sha256": file.sha256,
+            "serial": file.serial,
+            "body": file.body,
+            "part": file.part,
+            "date": file.date,
+        },
+        "frame": settings.frame.model_dump(),
+    }
+
+
+def _daq(name: str, settings: Settings, wiring: Wiring, gauges: Gauges) -> Daq:
+    if settings.driver == "nidaqmx":
+        from devices.daq.ni import NiDaq
+
+        return NiDaq(name, wiring)
+    from devices.daq.gauges import gauge_volts
+    from devices.daq.twin import TwinDaq
+
+    ideal = gauge_volts(gauges.matrix, gauges.slopes)
+    return TwinDaq(name, wiring, ideal, settings.noise_V, (settings.seed,))

@@ -1,0 +1,170 @@
+"""A six-axis force/torque sensor by its wires: the calibration at work, its zero, and what is too much for it."""
+
+from __future__ import annotations
+
+from collections.abc import Iterator, Mapping
+from dataclasses import dataclass, field
+from itertools import repeat
+from typing import TYPE_CHECKING, Any
+
+import numpy as np
+from numpy.typing import NDArray
+
+from devices.daq.cal_file import AXES
+from devices.daq.twin import PIECE, Ideal
+from devices.daq.watch import Watch
+from devices.daq.wrench import Array, Calibration, Slopes, compensated, wrench
+from devices.signals import DeviceError, DeviceFault, Reading, Signal
+
+if TYPE_CHECKING:
+    from devices.scene import Scene
+
+GAUGES = 6
+UNITS = ("N", "N", "N", "N m", "N m", "N m")
+WARMER_V = 0.1
+"""How far a twin's thermistor lies above its reference."""
+NOISY = 0.01
+"""A noise floor of more than so much of the rated load is no sensor at rest."""
+DRIFTED = 0.05
+"""A mean at rest of more than so much of the rated load: the zero no longer holds."""
+PARTS = 20
+"""Into so many parts a reading is cut to see whether it moved while the zero was taken."""
+
+
+@dataclass
+class Gauges:
+    """Volts of six gauges, and of a thermistor after them where there is one, to a wrench in the tool's frame.
+
+    `still` is how far a reading may wander while its zero is taken, `overload` how far it may go beyond the rated loads
+    before it is a fault; both as shares of the rated loads.
+    """
+
+    device: str
+    signal: Signal
+    calibration: Calibration
+    matrix: Array
+    watch: Watch
+    slopes: Slopes | None
+    told: Mapping[str, Any]
+    calibrated: str | None
+    still: float
+    overload: float
+    bias_V: Array = field(default_factory=lambda: np.zeros(GAUGES))
+    beyond: int = 0
+    most: Array = field(default_factory=lambda: np.zeros(GAUGES))
+    alive: NDArray[np.bool_] = field(default_factory=lambda: np.zeros(GAUGES, np.bool_))
+    back: Array = field(init=False)
+
+    def __post_init__(self) -> None:
+        """The way back from the tool's frame to the sensor's, where the rated loads are meant."""
+        self.back = self.calibration.matrix @ np.linalg.inv(self.matrix)
+
+    def begin(self) -> None:
+        """Samples begin anew; what was too much before counts no longer."""
+        self.watch.begin()
+        self.beyond, self.most, self.alive = 0, np.zeros(GAUGES), np.zeros(GAUGES, np.bool_)
+
+    def rows(self, volts: Array) -> Array:
+        """The wrench, of shape (n, 6). Samples beyond the rated loads are counted.
+
+        Raises DeviceFault: not_a_number, stuck, overload (a gauge at its end, or beyond `overload`).
+        """
+        self._demand_unsaturated(volts, self.watch.see(volts))
+        rows = wrench(self._gauges(volts), self.matrix, self.bias_V)
+        shares = np.abs(rows @ self.back.T) / self.calibration.rated
+        self.most = np.maximum(self.most, shares.max(axis=0))
+        self.beyond += int((shares > 1).any(axis=1).sum())
+        self._demand_bearable(shares)
+        return rows
+
+    def zero(self, volts: Array) -> None:
+        """Take these samples' mean as nothing. Raises DeviceError where they moved, DeviceFault as `rows`."""
+        self.begin()
+        self._demand_unsaturated(volts, self.watch.see(volts))
+        gauges = self._gauges(volts)
+        parts = np.array([part.mean(axis=0) for part in np.array_split(gauges, min(PARTS, len(gauges)))])
+        wander = np.ptp(wrench(parts, self.calibration.matrix, parts[0]), axis=0) / self.calibration.rated
+        axis = int(wander.argmax())
+        if wander[axis] > self.still:
+            raise DeviceError(
+                f"{self.device}: it moved while its zero was taken: {AXES[axis]} wandered by {100 * wander[axis]:.2g} %"
+                f" of its rated load ({100 * self.still:g} % is let pass); let the tool rest and open it again"
+            )
+        self.bias_V = gauges.mean(axis=0)
+
+    def complaint(self, reading: Reading) -> str | None:
+        """Noise and drift against the rated loads."""
+        for axis, mean, noise, rated in zip(AXES, reading.mean, reading.noise, self.calibration.rated, strict=True):
+            if noise > NOISY * rated:
+                return f"{axis} is noisy: {noise:.3g} (SD), at most {NOISY * rated:.3g} at rest"
+            if abs(mean) > DRIFTED * rated:
+                return f"{axis} reads {mean:.3g} at rest; take its zero again"
+        return f"{self.beyond} samples lay beyond the rated loads" if self.beyond else None
+
+    def describe(self) -> Mapping[str, Any]:
+        """The calibration file, the matrix that is used, the zero and the limits."""
+        return {
+            **self.told,
+            "matrix": self.matrix.tolist(),
+            "bias_V": self.bias_V.tolist(),
+            "rated": self.calibration.rated.tolist(),
+            "overload": self.overload,
+            "temperature": self.slopes is not None,
+        }
+
+    @property
+    def facts(self) -> Mapping[str, str]:
+        """The largest load seen since the start, and how often it was beyond the rated one."""
+        shares = ", ".join(f"{axis} {100 * share:.2g} %" for axis, share in zip(AXES, self.most, strict=True))
+        return {"largest load": f"{shares} of the rated one", "samples beyond": str(self.beyond)}
+
+    def _gauges(self, volts: Array) -> Array:
+        gauges = volts[:, :GAUGES]
+        return gauges if self.slopes is None else compensated(gauges, volts[:, GAUGES], self.slopes)
+
+    def _demand_unsaturated(self, volts: Array, at_end: NDArray[np.bool_]) -> None:
+        """A gauge at its end tells nothing of the load; one that has never been elsewhere is no load's doing."""
+        ended = at_end[:, :GAUGES]
+        self.alive |= ~ended.all(axis=0)
+        if not ended.any():
+            return
+        row, gauge = np.argwhere(ended)[0]
+        told = f"{self.device}: {self.watch.wires[gauge]} stands at the end of its range ({volts[row, gauge]:.4g} V)"
+        if self.alive[gauge]:
+            why = "the load is beyond what the sensor can measure; unload it"
+            raise DeviceFault(self.device, "overload", f"{told}: {why}")
+        why = "since the start: a broken gauge or cable, no power, or a load that was there already"
+        raise DeviceFault(self.device, "stuck", f"{told} {why}")
+
+    def _demand_bearable(self, shares: Array) -> None:
+        row, axis = np.unravel_index(int(shares.argmax()), shares.shape)
+        if shares[row, axis] > self.overload:
+            raise DeviceFault(
+                self.device,
+                "overload",
+                f"{self.device}: {AXES[axis]} is {100 * shares[row, axis]:.0f} % of its rated load"
+                f" ({100 * self.overload:g} % is let pass); unload the sensor and take its zero again",
+            )
+
+
+def gauge_volts(matrix: Array, slopes: Slopes | None) -> Ideal:
+    """What ideal gauges give: a scene's wrench through the matrix's inverse, on top of offsets of up to half a volt.
+
+    A thermistor reads a constant that lies a little beside its reference; its gauges are off by just what it tells.
+    """
+    inverse, offset_V = np.linalg.inv(matrix), np.linspace(-0.5, 0.5, GAUGES)
+
+    def volts(scene: Scene | None, rate_hz: float) -> Iterator[Array]:
+        pieces = repeat(np.zeros((PIECE, GAUGES))) if scene is None else scene.wrench(rate_hz)
+        for piece in pieces:
+            yield _warmed(piece @ inverse.T + offset_V, slopes)
+
+    return volts
+
+
+def _warmed(gauges: Array, slopes: Slopes | None) -> Array:
+    """Gauges as they are away from the reference temperature, with the thermistor beside them."""
+    if slopes is None:
+        return gauges
+    warm = gauges * (1 - slopes.gain * WARMER_V) - slopes.bias * WARMER_V
+    return np.column_stack([warm, np.full(len(gauges), slopes.reference_V + WARMER_V)])

@@ -1,0 +1,218 @@
+"""A sensor behind a card: volts in, blocks in the sensor's units out. What it is is its transducer's business."""
+
+from __future__ import annotations
+
+import math
+import time
+from collections.abc import Callable, Mapping, Sequence
+from dataclasses import dataclass, field
+from threading import RLock
+from typing import TYPE_CHECKING, Any, Protocol
+
+import numpy as np
+
+from devices.daq.acquire import Daq, Pace, Volts
+from devices.health import WAIT_S, sensed
+from devices.signals import Block, DeviceError, DeviceFault, Health, NowNs, Reading, Signal
+from protocols.events import NS
+
+if TYPE_CHECKING:
+    from devices.scene import Scene
+
+SILENT_S = 0.5
+"""Without a sample for so long, a sensor that samples steadily is silent."""
+RATE_TOLERANCE, LATE_S = 0.01, 0.02
+"""How far a measured rate may lie from the one asked for: by 1 %, or by what a late host makes of a short time."""
+MOST_S = 1.0
+"""One read gives no more than this much, so that a block stays small after a pause."""
+
+
+class Transducer(Protocol):
+    """What the wires are connected to."""
+
+    signal: Signal
+
+    def begin(self) -> None:
+        """Samples begin anew."""
+
+    def rows(self, volts: Volts) -> Volts:
+        """The same samples in the signal's units. Raises DeviceFault on what no sound sensor gives."""
+
+    def zero(self, volts: Volts, /) -> None:
+        """Take what these samples give as nothing. Raises DeviceError where they moved, or where it cannot be done."""
+
+    def complaint(self, reading: Reading) -> str | None:
+        """What is wrong with a reading at rest, in one sentence; None where nothing is."""
+
+    def describe(self) -> Mapping[str, Any]:
+        """Its calibration and limits, as JSON data."""
+
+    @property
+    def calibrated(self) -> str | None:
+        """When it was calibrated last, as an ISO date."""
+
+    @property
+    def facts(self) -> Mapping[str, str]:
+        """What else is worth showing."""
+
+
+@dataclass
+class DaqSensor:
+    """A `Sensor` of one signal. One thread reads it; others may start, stop and close it.
+
+    `elapsed_s` is the twin's time (seconds since the start); None: real time.
+    """
+
+    name: str
+    kind: str
+    driver: str
+    daq: Daq
+    transducer: Transducer
+    zero_s: float = 0.0
+    elapsed_s: Callable[[], float] | None = None
+    now_ns: NowNs | None = None
+    pace: Pace | None = None
+    number: int = 0
+    came_s: float = 0.0
+    lock: RLock = field(default_factory=RLock)
+
+    @property
+    def signals(self) -> Sequence[Signal]:
+        """The one that its transducer gives."""
+        return (self.transducer.signal,)
+
+    def open(self) -> None:
+        """Reserve the card's inputs, and take the zero where the rig file says so. Raises DeviceError."""
+        self.daq.open()
+        if self.zero_s > 0:
+            try:
+                self.tare(self.zero_s)
+            except DeviceFault as fault:
+                self.close()
+                raise DeviceError(str(fault)) from fault
+            except DeviceError:
+                self.close()
+                raise
+
+    def tare(self, seconds: float) -> None:
+        """Take what it gives now as nothing: the tool hangs free and still. Sampling must not be under way.
+
+        Raises:
+            DeviceError: the reading moved, or this sensor has no zero to take.
+            DeviceFault: it failed meanwhile.
+        """
+        self.daq.expect(None)
+        self.start(time.monotonic_ns)
+        try:
+            volts = self._gathered(seconds)
+        finally:
+            self.stop()
+        self.transducer.zero(volts)
+
+    def safe(self) -> None:
+        """Nothing: a sensor moves nothing, and what it gives after a fault of another device is worth having."""
+
+    def close(self) -> None:
+        """Stop and give the card's inputs back."""
+        with self.lock:
+            self.stop()
+            self.daq.close()
+
+    def describe(self) -> Mapping[str, Any]:
+        """Kind, driver, card, wiring and calibration, as JSON data."""
+        wiring = self.daq.wiring
+        return {
+            "kind": self.kind,
+            "driver": self.driver,
+            "card": dict(self.daq.facts),
+            "channels": list(wiring.channels),
+            "range_V": [wiring.low_V, wiring.high_V],
+            "rate_hz": wiring.rate_hz,
+            **self.transducer.describe(),
+        }
+
+    def health(self, seconds: float) -> Health:
+        """Read it at rest: rate, losses, mean and noise, and what its transducer thinks of them."""
+        self.daq.expect(None)
+        facts = {**self.daq.facts}
+        try:
+            readings = sensed(self, seconds, self._clock())
+        except DeviceFault as fault:
+            return Health(False, str(fault), (), self.transducer.calibrated, facts)
+        wrong = [
+            said for reading in readings if (said := _wrong(reading, seconds) or self.transducer.complaint(reading))
+        ]
+        told = "; ".join(wrong) or f"{readings[0].rate_hz:.6g} Hz, nothing lost"
+        return Health(not any(wrong), told, readings, self.transducer.calibrated, facts | dict(self.transducer.facts))
+
+    def expect(self, scene: Scene | None) -> None:
+        """What is sensed from the next start on."""
+        self.daq.expect(scene)
+
+    def start(self, now_ns: NowNs) -> None:
+        """Begin to sample. Raises DeviceError."""
+        with self.lock:
+            self.pace = Pace.real(now_ns) if self.elapsed_s is None else Pace.told(self.elapsed_s)
+            self.transducer.begin()
+            self.daq.start(self.pace)
+            self.now_ns, self.number, self.came_s = now_ns, 0, self.pace.elapsed_s()
+
+    def read(self, timeout_s: float) -> Mapping[str, Sequence[Block]]:
+        """The block that has come, if any. Raises DeviceFault: what the card or the transducer said, or `silent`."""
+        with self.lock:
+            if self.pace is None or self.now_ns is None:
+                return {self.transducer.signal.name: ()}
+            taken = self.daq.read(max(1, round(MOST_S * self.daq.wiring.rate_hz)), timeout_s)
+            at_ns = self.now_ns()
+            if not len(taken.volts):
+                self._demand_sound(self.pace)
+                return {self.transducer.signal.name: ()}
+            self.came_s = self.pace.elapsed_s()
+            return {self.transducer.signal.name: (self._block(taken.volts, taken.lost, at_ns),)}
+
+    def stop(self) -> None:
+        """End sampling."""
+        with self.lock:
+            self.daq.stop()
+            self.pace = self.now_ns = None
+
+    def _block(self, volts: Volts, lost: int, at_ns: int) -> Block:
+        rows = self.transducer.rows(volts)
+        first = self.number + lost
+        self.number = first + len(rows)
+        why = "not read in time: overwritten in the card's buffer" if lost else ""
+        return Block(first, rows.astype("<f4").tobytes(), at_ns, None, lost, why)
+
+    def _demand_sound(self, pace: Pace) -> None:
+        """That samples have come of late."""
+        quiet = pace.elapsed_s() - self.came_s
+        if quiet > max(SILENT_S, 20 / self.daq.wiring.rate_hz):
+            told = f"{self.name}: no sample for {quiet:.1f} s; see the card, its cable and its clock"
+            raise DeviceFault(self.name, "silent", told)
+
+    def _gathered(self, seconds: float) -> Volts:
+        """Volts of so long, as they come; refused where they do not."""
+        wanted = max(2, math.ceil(seconds * self.daq.wiring.rate_hz))
+        parts: list[Volts] = []
+        patience = math.ceil(seconds / WAIT_S) + round(SILENT_S / WAIT_S)
+        while (missing := wanted - sum(map(len, parts))) > 0 and patience:
+            parts.append(self.daq.read(missing, WAIT_S).volts)
+            patience -= not len(parts[-1])
+        if missing > 0:
+            raise DeviceFault(self.name, "silent", f"{self.name}: no sample came while its zero was taken")
+        return np.concatenate(parts)
+
+    def _clock(self) -> NowNs:
+        """Real time, or the twin's where that is told."""
+        elapsed_s = self.elapsed_s
+        return time.monotonic_ns if elapsed_s is None else lambda: round(elapsed_s() * NS)
+
+
+def _wrong(reading: Reading, seconds: float) -> str | None:
+    asked = reading.signal.rate_hz
+    off = max(RATE_TOLERANCE, LATE_S / seconds) * asked
+    if reading.lost:
+        return f"{reading.lost} samples were lost"
+    if reading.rate_hz and abs(reading.rate_hz - asked) > off:
+        return f"it runs at {reading.rate_hz:.5g} Hz; {asked:g} are set"
+    return None

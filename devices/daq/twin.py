@@ -1,0 +1,154 @@
+"""A card that is not there: volts made of a scene at the sensor's rate, 16 bits of them, in a buffer that overruns.
+
+Noise is hashed from its key and the numbers of its start and its block: no two acts share it, and it depends neither on
+how the samples are read nor on the machine.
+"""
+
+from __future__ import annotations
+
+import hashlib
+from collections.abc import Callable, Iterator, Mapping
+from dataclasses import dataclass, field
+from statistics import NormalDist
+from typing import TYPE_CHECKING
+
+import numpy as np
+
+from devices.daq.acquire import Pace, Taken, Volts, Wiring
+from devices.signals import DeviceError
+from protocols.canonical import canonical
+from protocols.keyed import Key
+
+if TYPE_CHECKING:
+    from devices.scene import Scene
+
+BITS = 16
+"""Of the converter, as in the card of thesis 4.3.1 (USB-6351)."""
+TOLD_S = 0.005
+PIECE = 512
+"""Samples per block of noise."""
+LEVELS = 4096
+QUANTILES = np.array([NormalDist().inv_cdf((level + 0.5) / LEVELS) for level in range(LEVELS)])
+"""What a sample of noise can be, in standard deviations; those of `devices.noise`."""
+DUE = 1e-6
+"""Of a sample: so much before its time it has fallen due, so that a sum of decimal steps loses none."""
+
+Ideal = Callable[["Scene | None", float], Iterator[Volts]]
+"""Volts that an ideal sensor gives of a scene at a rate, without end: pieces of shape (n, channels)."""
+
+
+@dataclass
+class TwinDaq:
+    """Makes samples as they fall due by its pace; what is not read in time is overwritten and counted as lost."""
+
+    name: str
+    wiring: Wiring
+    ideal: Ideal
+    noise_V: float
+    key: tuple[Key, ...] = ()
+    scene: Scene | None = None
+    pace: Pace | None = None
+    is_open: bool = False
+    starts: int = 0
+    made: int = 0
+    pieces: Iterator[Volts] = field(default_factory=lambda: iter(()))
+    rest: Volts = field(default_factory=lambda: np.empty((0, 0)))
+
+    @property
+    def facts(self) -> Mapping[str, str]:
+        """That it is a twin, and what it pretends to be."""
+        return {"card": f"twin of a {BITS}-bit card", "rate_hz": f"{self.wiring.rate_hz:.9g}"}
+
+    def open(self) -> None:
+        """Always there."""
+        self.close()
+        self.is_open = True
+
+    def expect(self, scene: Scene | None) -> None:
+        """What the next start is of."""
+        self.scene = scene
+
+    def start(self, pace: Pace) -> None:
+        """Begin the scene. Raises DeviceError where it is not open."""
+        if not self.is_open:
+            raise DeviceError(f"{self.name}: the card is not open")
+        self.starts += 1
+        self.pieces = _converted(self.wiring, self.ideal(self.scene, self.wiring.rate_hz), self._noise())
+        self.rest, self.made, self.pace = np.empty((0, len(self.wiring.channels))), 0, pace
+
+    def read(self, most: int, timeout_s: float) -> Taken:
+        """What has fallen due, and how much was overwritten before it."""
+        if self.pace is None:
+            return Taken(np.empty((0, len(self.wiring.channels))))
+        due = self._due(self.pace, timeout_s)
+        lost = max(0, due - self.wiring.buffer)
+        self._pass_over(lost)
+        return Taken(self._take(min(due - lost, most)), lost)
+
+    def stop(self) -> None:
+        """End sampling."""
+        self.pace = None
+        self.pieces = iter(())
+
+    def close(self) -> None:
+        """Let go of nothing."""
+        self.stop()
+        self.is_open = False
+
+    def _due(self, pace: Pace, timeout_s: float) -> int:
+        """Samples that have fallen due and were neither read nor lost."""
+        wanted = max(1, round(self.wiring.rate_hz * min(TOLD_S, timeout_s)))
+        end = pace.elapsed_s() + timeout_s
+        while True:
+            elapsed = pace.elapsed_s()
+            due = int(elapsed * self.wiring.rate_hz + DUE) - self.made
+            if due >= wanted or elapsed >= end:
+                return max(0, due)
+            pace.wait(min(TOLD_S, timeout_s))
+            if pace.elapsed_s() == elapsed:
+                return max(0, due)
+
+    def _pass_over(self, count: int) -> None:
+        while count > 0:
+            count -= len(self._take(min(count, self.wiring.buffer)))
+
+    def _take(self, count: int) -> Volts:
+        parts, missing = [self.rest[:count]], count - len(self.rest)
+        self.rest = self.rest[count:]
+        while missing > 0:
+            piece = next(self.pieces)
+            parts.append(piece[:missing])
+            self.rest = piece[missing:]
+            missing -= len(piece)
+        self.made += count
+        return np.concatenate(parts)
+
+    def _noise(self) -> Iterator[Volts]:
+        shape = PIECE, len(self.wiring.channels)
+        number = 0
+        while True:
+            yield self.noise_V * gaussians(shape, "daq", self.name, *self.key, self.starts, number)
+            number += 1
+
+
+def quantised(volts: Volts, wiring: Wiring) -> Volts:
+    """What a converter makes of the volts: steps of range / 2^16, and nothing beyond the range."""
+    step = (wiring.high_V - wiring.low_V) / 2**BITS
+    codes = np.clip(np.rint((volts - wiring.low_V) / step), 0, 2**BITS - 1)
+    return np.asarray(wiring.low_V + codes * step, np.float64)
+
+
+def gaussians(shape: tuple[int, int], *key: Key) -> Volts:
+    """Standard normal numbers of 4096 levels that only the key decides, equal on every machine."""
+    bits = np.frombuffer(hashlib.shake_256(canonical(key)).digest(2 * shape[0] * shape[1]), "<u2")
+    return np.asarray(QUANTILES[bits >> 4].reshape(shape), np.float64)
+
+
+def _converted(wiring: Wiring, ideal: Iterator[Volts], noise: Iterator[Volts]) -> Iterator[Volts]:
+    """Ideal volts with the noise added, of the lengths in which the ideal ones come."""
+    left = next(noise)
+    for piece in ideal:
+        while len(left) < len(piece):
+            left = np.concatenate([left, next(noise)])
+        yield quantised(piece + left[: len(piece)], wiring)
+        left = left[len(piece) :]

@@ -1,0 +1,73 @@
+"""What no live sensor's volts do: be no number, stand still to the last bit, stand at the end of the range."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import dataclass, field
+
+import numpy as np
+from numpy.typing import NDArray
+
+from devices.daq.acquire import Volts
+from devices.signals import DeviceFault
+
+EDGE = 0.005
+"""The outermost share of the range that counts as its end: the last 0.5 %."""
+
+
+@dataclass
+class Watch:
+    """Sees every block of volts in their order. `stuck_s` without a change is a fault: noise alone moves the last bit.
+
+    `low_V` and `high_V` are the ends that the sensor's output or the card's range sets.
+    """
+
+    device: str
+    wires: Sequence[str]
+    low_V: float
+    high_V: float
+    rate_hz: float
+    stuck_s: float
+    last: Volts | None = None
+    still: NDArray[np.int64] = field(default_factory=lambda: np.zeros(0, np.int64))
+
+    def begin(self) -> None:
+        """Forget what was seen before."""
+        self.last, self.still = None, np.zeros(len(self.wires), np.int64)
+
+    def see(self, volts: Volts) -> NDArray[np.bool_]:
+        """Where the volts stand at an end of the range, of their shape. Raises DeviceFault (not_a_number, stuck)."""
+        self._demand_numbers(volts)
+        self._demand_life(volts)
+        margin = EDGE * (self.high_V - self.low_V)
+        at_end: NDArray[np.bool_] = (volts <= self.low_V + margin) | (volts >= self.high_V - margin)
+        return at_end
+
+    def _demand_numbers(self, volts: Volts) -> None:
+        if np.isfinite(volts).all():
+            return
+        row, wire = np.argwhere(~np.isfinite(volts))[0]
+        raise DeviceFault(
+            self.device,
+            "not_a_number",
+            f"{self.device}: {self.wires[wire]} gave {volts[row, wire]} V; see the card and its driver",
+        )
+
+    def _demand_life(self, volts: Volts) -> None:
+        """Count for how many samples each wire has not changed, up to the newest one."""
+        before = volts[:1] if self.last is None else self.last
+        changed = np.diff(volts, axis=0, prepend=before) != 0
+        ever = changed.any(axis=0)
+        since = np.argmax(changed[::-1], axis=0)
+        self.still = np.where(ever, since, self.still + len(volts))
+        self.last = volts[-1:].copy()
+        if self.stuck_s > 0 and (self.still >= self.stuck_s * self.rate_hz).any():
+            self._raise_stuck(int(np.argmax(self.still)), volts)
+
+    def _raise_stuck(self, wire: int, volts: Volts) -> None:
+        value = float(volts[-1, wire])
+        told = f"{self.device}: {self.wires[wire]} has stood at {value:.4g} V for {self.stuck_s:g} s without any noise"
+        edge = EDGE * (self.high_V - self.low_V)
+        ended = value <= self.low_V + edge or value >= self.high_V - edge
+        why = "the end of its range: a broken sensor or cable, or no power" if ended else "no live sensor does so"
+        raise DeviceFault(self.device, "stuck", f"{told}: {why}")

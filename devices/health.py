@@ -1,0 +1,89 @@
+"""A sensor at rest, read for a while: what its signals gave, for the health of any sensor."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Mapping, Sequence
+
+import numpy as np
+from numpy.typing import NDArray
+
+from devices.signals import Block, DeviceFault, NowNs, Reading, Sensor, Signal
+from protocols.events import NS
+
+WAIT_S = 0.05
+"""How long one read may wait; a sensor is asked for no longer than this past the time given."""
+
+Blocks = Mapping[str, list[Block]]
+
+
+def sensed(sensor: Sensor, seconds: float, now: NowNs) -> tuple[Reading, ...]:
+    """Start the sensor, read it for `seconds` by that clock, stop it, and say what each signal gave, in their order.
+
+    The reading ends early where every signal gave all that its rate promises: a twin that has everything at once need
+    not be waited for. Rates are measured by the blocks' times. Values that are not finite count neither into mean nor
+    noise; a channel without any other has nan for both, which its device's health is to put into words.
+
+    Raises:
+        DeviceError: it cannot be started.
+        DeviceFault: it failed while it was read, or a signal gave nothing (`silent`). The sensor is stopped.
+    """
+    sensor.start(now)
+    try:
+        blocks = _collected(sensor, seconds, now)
+    finally:
+        sensor.stop()
+    return tuple(reading(sensor.name, signal, blocks[signal.name]) for signal in sensor.signals)
+
+
+def reading(device: str, signal: Signal, blocks: Sequence[Block]) -> Reading:
+    """What these blocks of one signal amount to. Raises DeviceFault (`silent`) where there is no sample."""
+    rows = samples(signal, blocks)
+    if not len(rows):
+        raise DeviceFault(device, "silent", f"{device}: no sample of {signal.name} came; see its cable and power.")
+    means, noises = zip(*(_moments(column) for column in rows.T), strict=True)
+    return Reading(signal, measured_hz(signal, blocks), means, noises, sum(block.lost for block in blocks))
+
+
+def samples(signal: Signal, blocks: Sequence[Block]) -> NDArray[np.float64]:
+    """The rows of the blocks one below the other, of shape (n, channels); lost samples are left out."""
+    joined = b"".join(block.data for block in blocks)
+    return np.frombuffer(joined, "<f4").reshape(-1, len(signal.channels)).astype(np.float64)
+
+
+def measured_hz(signal: Signal, blocks: Sequence[Block]) -> float:
+    """Samples per second, lost ones counted: the slope of their number over the host's time; 0 where no time passed."""
+    filled = [block for block in blocks if block.data]
+    if len(filled) < 2:
+        return 0.0
+    at_s = np.array([(block.at_ns - filled[0].at_ns) / NS for block in filled])
+    number = np.array([block.first + len(block.data) // (4 * len(signal.channels)) for block in filled], float)
+    late = at_s - at_s.mean()
+    spread = float(late @ late)
+    return float(late @ (number - number.mean())) / spread if spread > 0 else 0.0
+
+
+def _collected(sensor: Sensor, seconds: float, now: NowNs) -> Blocks:
+    """All blocks by signal; a clock that stands still ends it as well, once nothing has come for the whole time."""
+    blocks: dict[str, list[Block]] = {signal.name: [] for signal in sensor.signals}
+    end, patience = now() + round(seconds * NS), math.ceil(seconds / WAIT_S) + 1
+    while patience and now() < end and not _enough(sensor.signals, blocks, seconds):
+        came = sensor.read(WAIT_S)
+        for name, some in came.items():
+            blocks[name].extend(some)
+        patience -= not any(came.values())
+    return blocks
+
+
+def _enough(signals: Sequence[Signal], blocks: Blocks, seconds: float) -> bool:
+    def rows(signal: Signal) -> int:
+        return sum(len(block.data) for block in blocks[signal.name]) // (4 * len(signal.channels))
+
+    return all(rows(signal) >= signal.rate_hz * seconds for signal in signals)
+
+
+def _moments(column: NDArray[np.float64]) -> tuple[float, float]:
+    finite = column[np.isfinite(column)]
+    if not finite.size:
+        return math.nan, math.nan
+    return float(finite.mean()), float(finite.std(ddof=1)) if finite.size > 1 else 0.0
