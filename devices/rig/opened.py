@@ -11,7 +11,6 @@ from devices.rig.file import RigFile
 from devices.rig.kinds import made
 from devices.signals import Device
 
-
 SHARE = {"force_torque", "accelerometer"}
 """Kinds that may lie on one card, which then samples for all of them."""
 

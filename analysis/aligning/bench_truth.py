@@ -1,0 +1,114 @@
+"""Streams whose truth is known: a hand's motion sampled by a clock that drifts, arriving late by chance."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from functools import cached_property
+
+import numpy as np
+
+from analysis.aligning.errors import HAND_HZ
+from analysis.aligning.refusals import Array
+
+GRID_HZ = 1000.0
+SLOWEST_HZ, TONES = 0.2, 48
+VIBRATES_FROM_HZ, VIBRATION = 60.0, 0.5
+"""Streams that can hold it carry vibration of half the motion's RMS as well, up to 0.45 of their rate."""
+STARTS_S = 2.0
+EDGE_S = 0.75
+"""What lies so near an end is not judged: half of the judging filter, and the reach of every method."""
+
+
+@dataclass(frozen=True)
+class Kind:
+    """What a stream is: its rate, its drift, samples to a block, mean delay of a block (exponential, least 0)."""
+
+    name: str
+    rate_hz: float
+    drift_ppm: float
+    block: int
+    delay_s: float
+
+
+KINDS = (
+    Kind("8 kHz", 8000.0, 50.0, 80, 1e-3),
+    Kind("3 kHz", 3000.0, -50.0, 30, 1e-3),
+    Kind("120 Hz", 120.0, 50.0, 1, 4e-3),
+    Kind("80 Hz", 80.0, -50.0, 1, 4e-3),
+)
+
+
+@dataclass(frozen=True)
+class Known:
+    """One simulated stream; all of it follows from kind, seconds and seed."""
+
+    kind: Kind
+    seconds: float
+    seed: int = 7
+
+    @property
+    def true_hz(self) -> float:
+        """The rate at which it really comes."""
+        return self.kind.rate_hz * (1 + self.kind.drift_ppm * 1e-6)
+
+    @cached_property
+    def times_s(self) -> Array:
+        """When each sample really was taken."""
+        return STARTS_S + np.arange(int(self.seconds * self.kind.rate_hz)) / self.true_hz
+
+    @cached_property
+    def values(self) -> Array:
+        """The samples (n, 1), rounded to float32 as in a ledger."""
+        found = self.motion(self.times_s) + self._vibration()
+        return found.astype(np.float32).astype(np.float64)[:, None]
+
+    @cached_property
+    def arrivals(self) -> tuple[tuple[int, float], ...]:
+        """The last sample of each block, and when the block was there; one that is late holds up those behind it."""
+        last = np.arange(self.kind.block - 1, len(self.times_s), self.kind.block)
+        delays = np.random.default_rng([self.seed, 1]).exponential(self.kind.delay_s, len(last))
+        came = np.maximum.accumulate(self.times_s[last] + delays)
+        return tuple(zip(last.tolist(), came.tolist(), strict=True))
+
+    @cached_property
+    def grid_s(self) -> Array:
+        """The grid's points that lie well inside."""
+        first, last = self.times_s[0] + EDGE_S, self.times_s[-1] - EDGE_S
+        return np.arange(np.ceil(first * GRID_HZ), np.floor(last * GRID_HZ)) / GRID_HZ
+
+    def motion(self, at_s: Array) -> Array:
+        """The truth at any time: tones of one size from 0.2 to 25 Hz, RMS 1."""
+        rng = np.random.default_rng([self.seed, 0])
+        hz = np.linspace(SLOWEST_HZ, HAND_HZ, TONES)
+        phases = rng.uniform(0, 2 * np.pi, TONES)
+        found = np.zeros_like(at_s)
+        for each, phase in zip(hz, phases, strict=True):
+            found += np.cos(2 * np.pi * each * at_s + phase)
+        return np.asarray(found * np.sqrt(2 / TONES))
+
+    def percent_wrong(self, found: Array) -> float:
+        """RMS error of values (m,) on the grid, both low-passed at 25 Hz, in percent of the motion's RMS."""
+        truth = _below_25_hz(self.motion(self.grid_s))
+        return float(100 * _rms(_below_25_hz(found) - truth) / _rms(truth))
+
+    def _vibration(self) -> Array:
+        """Noise with a flat spectrum, where the rate can hold it; no truth is needed of what is filtered away."""
+        count = len(self.times_s)
+        if self.kind.rate_hz * 0.45 <= VIBRATES_FROM_HZ:
+            return np.zeros(count)
+        rng = np.random.default_rng([self.seed, 2])
+        hz = np.fft.rfftfreq(count, 1 / self.kind.rate_hz)
+        kept = (hz >= VIBRATES_FROM_HZ) & (hz <= 0.45 * self.kind.rate_hz)
+        noise = np.fft.irfft(np.where(kept, rng.normal(size=len(hz)) + 1j * rng.normal(size=len(hz)), 0), count)
+        return np.asarray(VIBRATION * noise / _rms(noise))
+
+
+def _below_25_hz(values: Array) -> Array:
+    """Zero-phase, right within 0.01 % up to 25 Hz, 80 dB from 35 Hz on; without the ends where it lacks values."""
+    from scipy.signal import fftconvolve, firwin
+
+    return np.asarray(fftconvolve(values, firwin(503, 30.0, window=("kaiser", 7.857), fs=GRID_HZ), mode="valid"))
+
+
+def _rms(values: Array) -> float:
+    return float(np.sqrt(np.mean(values**2)))

@@ -1,0 +1,1 @@
+"""Recorded streams: what a session's ledger holds of them, and their export."""

@@ -1,0 +1,201 @@
+"""The streams of one act on one grid of session time, and the account of how they came there."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass
+from typing import Any
+
+import numpy as np
+
+from analysis.aligning.aligned import LONGEST_GAP_S, Aligned, Hole, align, grid_points
+from analysis.aligning.errors import HAND_HZ, leak, sine_error
+from analysis.aligning.hinge import Hinge, fit_hinge
+from analysis.aligning.methods import Method
+from analysis.aligning.refusals import AlignError, Array
+from analysis.streams.recorded import Stream, StreamError
+
+ANGLE, AXES = "angle_deg", ("x", "y", "z")
+MANY_HOLES = 200
+"""So many holes are listed one by one; of more, only their number is told."""
+
+
+@dataclass(frozen=True)
+class Wanted:
+    """How streams are to be aligned: the grid's rate, the method of those that no other is named for, latencies.
+
+    `latency_s` is how late a stream's earliest arrivals are: its times are moved back by so much.
+    """
+
+    grid_hz: float
+    method: Method
+    methods: Mapping[str, Method]
+    latency_s: Mapping[str, float]
+    longest_gap_s: float = LONGEST_GAP_S
+    everything: bool = False
+    """From the first sample of any stream to the last of any, rather than what all streams cover."""
+    marks: bool = False
+    """Whether a column of each stream says which rows lie in a hole that was bridged."""
+
+    def method_of(self, stream: str) -> Method:
+        """The method that the stream is aligned by."""
+        return self.methods.get(stream, self.method)
+
+
+@dataclass(frozen=True)
+class Turned:
+    """The angle of a door on the grid, by a stream of positions, and the hinge that was found in them."""
+
+    stream: str
+    hinge: Hinge
+    angle_deg: Array
+
+    def account(self) -> dict[str, Any]:
+        """What was found, as JSON data: lengths in the stream's unit."""
+        return {
+            "column": ANGLE, "of": self.stream, "unit": "deg", "radius": self.hinge.radius,
+            "misfit_rms": self.hinge.misfit, "centre": self.hinge.centre.tolist(),
+        }  # fmt: skip
+
+
+@dataclass(frozen=True)
+class Together:
+    """Streams of one act on one grid."""
+
+    streams: tuple[Stream, ...]
+    grid_s: Array
+    aligned: tuple[Aligned, ...]
+    wanted: Wanted
+    hinge: Turned | None = None
+
+    def columns(self) -> dict[str, Array]:
+        """time_s, a column STREAM_CHANNEL for each channel, and angle_deg where a hinge is asked for."""
+        found = {"time_s": self.grid_s}
+        for stream, each in zip(self.streams, self.aligned, strict=True):
+            for place, channel in enumerate(stream.channels):
+                found[f"{stream.name}_{channel}"] = each.values[:, place]
+            if self.wanted.marks:
+                found[f"{stream.name}_bridged"] = each.bridged.astype(np.float64)
+        return found if self.hinge is None else found | {ANGLE: self.hinge.angle_deg}
+
+    def account(self) -> dict[str, Any]:
+        """Everything about the columns that they do not say themselves, as JSON data."""
+        pairs = zip(self.streams, self.aligned, strict=True)
+        return {stream.name: _account(stream, each, self.wanted) for stream, each in pairs}
+
+
+def align_streams(streams: Sequence[Stream], wanted: Wanted, hinge: str | None = None) -> Together:
+    """Bring the streams of one act onto a grid; streams without a rate (things noted) are left out.
+
+    `hinge` names a stream of positions on a door, whose angle is a further column.
+
+    Raises StreamError where nothing is left, or the streams share no time; what a stream is refused for is said
+    with its name.
+    """
+    regular = tuple(stream for stream in streams if not stream.noted)
+    if not regular:
+        raise StreamError("no stream with a rate: things that were noted as they happened can be exported raw only")
+    _demand_known(wanted, regular)
+    spans = [_span(stream, wanted) for stream in regular]
+    starts, ends = [start for start, _ in spans], [end for _, end in spans]
+    start, end = (min(starts), max(ends)) if wanted.everything else (max(starts), min(ends))
+    if end <= start:
+        told = "; ".join(f"{s.name} {a:.3f} to {b:.3f} s" for s, (a, b) in zip(regular, spans, strict=True))
+        raise StreamError(f"{regular[0].where} shares no time with the others: {told}")
+    grid_s = grid_points(start, end, wanted.grid_hz)
+    aligned = tuple(_aligned(stream, grid_s, wanted) for stream in regular)
+    return Together(regular, grid_s, aligned, wanted, _turned(hinge, regular, aligned) if hinge is not None else None)
+
+
+def _turned(name: str, streams: Sequence[Stream], aligned: Sequence[Aligned]) -> Turned:
+    place = next((place for place, each in enumerate(streams) if each.name == name), None)
+    if place is None or not set(AXES) <= set(streams[place].channels):
+        told = "; ".join(f"{each.name} ({', '.join(each.channels)})" for each in streams)
+        raise StreamError(f"{streams[0].where}: --hinge {name}: a stream of x, y, z is needed; there are: {told}")
+    positions = aligned[place].values[:, [streams[place].channels.index(axis) for axis in AXES]]
+    try:
+        hinge = fit_hinge(positions)
+    except AlignError as error:
+        raise StreamError(f"{streams[place].where}: {error}") from error
+    return Turned(name, hinge, hinge.angle_deg(positions))
+
+
+def _demand_known(wanted: Wanted, streams: Sequence[Stream]) -> None:
+    known = {stream.name for stream in streams}
+    for name in {*wanted.methods, *wanted.latency_s} - known:
+        raise StreamError(f"{streams[0].where}: there is no stream {name!r} beside it; there are: {', '.join(known)}")
+
+
+def _span(stream: Stream, wanted: Wanted) -> tuple[float, float]:
+    last = stream.blocks[-1]
+    late = wanted.latency_s.get(stream.name, 0.0)
+    clock = stream.timing
+    return clock.time_s(stream.blocks[0].first) - late, clock.time_s(last.first + last.count - 1) - late
+
+
+def _aligned(stream: Stream, grid_s: Array, wanted: Wanted) -> Aligned:
+    clock = stream.timing
+    times_s = clock.t0_s - wanted.latency_s.get(stream.name, 0.0) + stream.numbers() / clock.rate_hz
+    try:
+        return align(
+            times_s, stream.values(), grid_s, wanted.method_of(stream.name), rate_hz=clock.rate_hz,
+            grid_hz=wanted.grid_hz, longest_gap_s=wanted.longest_gap_s,
+        )  # fmt: skip
+    except AlignError as error:
+        raise StreamError(f"{stream.where}: {error}") from error
+
+
+def _account(stream: Stream, each: Aligned, wanted: Wanted) -> dict[str, Any]:
+    method = wanted.method_of(stream.name)
+    rates = stream.timing.rate_hz, wanted.grid_hz
+    return {
+        **described(stream),
+        "latency_s": wanted.latency_s.get(stream.name, 0.0),
+        "method": {
+            "name": method.name, "told": method.told, "causal": method.causal, "delay_s": method.delay_s(*rates),
+            "ahead_s": _number(method.ahead_s(*rates)), "bound": method.bound,
+            "rms_error_of_a_sine": sine_error(method.name, stream.rate_hz, wanted.grid_hz), "sine_hz": HAND_HZ,
+            "leak_from_above_the_grid": leak(method.name, stream.rate_hz, wanted.grid_hz),
+        },
+        "not_finite": each.not_finite,
+        "empty_rows": each.empty,
+        "bridged_rows": int(each.bridged.sum()),
+        "holes": len(each.holes),
+        "holes_listed": [_hole(hole) for hole in each.holes[:MANY_HOLES]],
+        "longest_gap_s": wanted.longest_gap_s,
+    }  # fmt: skip
+
+
+def described(stream: Stream) -> dict[str, Any]:
+    """What is known of a stream without reading its samples, as JSON data; a noted one has no clock."""
+    about = {
+        "channels": list(stream.channels), "units": list(stream.units), "rate_hz": stream.rate_hz,
+        "clock": stream.clock, "calibration": stream.calibration, "samples": stream.count, "lost": stream.lost,
+        "gap_count": len(stream.gaps),
+        "gaps": [{"first": gap.first, "lost": gap.lost, "why": gap.why} for gap in stream.gaps[:MANY_HOLES]],
+    }  # fmt: skip
+    if stream.noted:
+        return {**about, "seconds": None, "timing": None}
+    clock = stream.timing
+    last = stream.blocks[-1]
+    return {
+        **about,
+        "seconds": (last.first + last.count - stream.blocks[0].first) / clock.rate_hz,
+        "timing": {
+            "from": "arrivals" if stream.arrived else "the block's declared time and rate",
+            "rate_is": "measured" if clock.measured else "nominal",
+            "rate_hz": clock.rate_hz, "t0_s": clock.t0_s, "drift_ppm": clock.drift_ppm if clock.measured else None,
+            "drift_error_ppm": clock.drift_error_ppm, "offset_error_s": clock.offset_error_s,
+            "delay_median_s": clock.delay_s, "delay_p95_s": clock.jitter_s, "wander_s": clock.wander_s,
+            "arrivals": clock.arrivals,
+        },
+    }  # fmt: skip
+
+
+def _hole(hole: Hole) -> dict[str, Any]:
+    return {"after_s": hole.after_s, "before_s": hole.before_s, "seconds": hole.seconds, "bridged": hole.bridged}
+
+
+def _number(value: float) -> float | None:
+    """JSON has no infinity: None says that there is no limit."""
+    return float(value) if np.isfinite(value) else None

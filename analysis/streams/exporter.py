@@ -1,0 +1,111 @@
+"""Which streams of a ledger are exported, and into which files."""
+
+from __future__ import annotations
+
+from collections.abc import Iterator, Sequence
+from dataclasses import dataclass
+from pathlib import Path
+from typing import Any
+
+from analysis.streams.alignment import Wanted, align_streams
+from analysis.streams.exporting import ledger_account, write_aligned, write_raw
+from analysis.streams.reading import Attempt, attempts_of, counting, streams_in, streams_of
+from analysis.streams.recorded import Stream, StreamError
+from studies.record import Record
+
+
+@dataclass(frozen=True)
+class Chosen:
+    """What is exported: a trial or all, its attempt that counts or another, one act of it or all; a door's hinge."""
+
+    trial: int | None = None
+    attempt: int | None = None
+    act: int | None = None
+    hinge: str | None = None
+
+    @property
+    def single(self) -> bool:
+        """Whether one recording is meant."""
+        return self.trial is not None
+
+
+@dataclass(frozen=True)
+class _Act:
+    """Streams that were recorded together, and the name of their files."""
+
+    stem: str
+    attempt: Attempt
+    streams: tuple[Stream, ...]
+
+    def about(self, of_ledger: dict[str, Any]) -> dict[str, Any]:
+        return {
+            **of_ledger, "trial": self.attempt.trial, "attempt": self.attempt.number, "counts": self.attempt.kept,
+            "act": self.streams[0].act, "stimulus": self.attempt.stimulus,
+        }  # fmt: skip
+
+
+def export(record: Record, chosen: Chosen, out: Path, wanted: Wanted | None) -> list[Path]:
+    """Write the chosen streams, aligned as `wanted` or, without it, raw; the files that were written.
+
+    `out` is a CSV file for one aligned recording, else a folder, in which files are named LEDGER_tNNN.
+
+    Raises:
+        StreamError: nothing to export, several recordings for one file, streams that cannot be aligned.
+    """
+    if (chosen.attempt is not None or chosen.act is not None) and not chosen.single:
+        raise StreamError("--attempt and --act choose among the recordings of one trial: name it with --trial")
+    acts = list(_acts(record, chosen))
+    into_file = out.suffix.lower() == ".csv" and not out.is_dir()
+    if into_file and (wanted is None or len(acts) > 1):
+        raise StreamError(f"{out}: one file holds one aligned recording; {_several(acts, chosen, wanted)}")
+    of_ledger = ledger_account(record, attempts_of(record))
+    files: list[Path] = []
+    for act in acts:
+        path = out if into_file else out / f"{act.stem}.csv"
+        files += _written(record, act, path, wanted, chosen, of_ledger)
+    return files
+
+
+def _several(acts: Sequence[_Act], chosen: Chosen, wanted: Wanted | None) -> str:
+    if wanted is None:
+        return "raw streams have a file each: give a folder"
+    which = "--act" if chosen.single else "--trial"
+    return f"there are {len(acts)}: choose one with {which}, or give a folder"
+
+
+def _written(
+    record: Record, act: _Act, path: Path, wanted: Wanted | None, chosen: Chosen, of_ledger: dict[str, Any]
+) -> list[Path]:
+    about = act.about(of_ledger)
+    try:
+        if wanted is None:
+            return write_raw(path.parent, act.stem, act.streams, about)
+        return write_aligned(path, align_streams(act.streams, wanted, chosen.hinge), about)
+    except StreamError as error:
+        raise StreamError(f"{record.path}: {error}") from error
+
+
+def _acts(record: Record, chosen: Chosen) -> Iterator[_Act]:
+    met = attempts_of(record)
+    if chosen.trial is not None:
+        streams_of(record, chosen.trial, chosen.attempt)  # refuses what is not there
+        met = tuple(each for each in met if each.trial == chosen.trial and chosen.attempt in (None, each.number))
+    used = list(counting(met).values()) if chosen.attempt is None else list(met)
+    if not used:
+        raise StreamError(f"{record.path}: no attempt that counts holds streams")
+    found = [act for attempt in used for act in _acts_of(record, attempt, chosen.act)]
+    if not found:
+        raise StreamError(
+            f"{record.path}: trial {chosen.trial} has {len(used[0].acts)} recordings, none is {chosen.act}"
+        )
+    yield from found
+
+
+def _acts_of(record: Record, attempt: Attempt, act: int | None) -> Iterator[_Act]:
+    by_act: dict[int, list[Stream]] = {}
+    for stream in streams_in(attempt):
+        by_act.setdefault(stream.act, []).append(stream)
+    for number, streams in by_act.items():
+        if act in (None, number):
+            again = f"_act{number}" if len(by_act) > 1 else ""
+            yield _Act(f"{record.path.stem}_t{attempt.trial:03d}{again}", attempt, tuple(streams))

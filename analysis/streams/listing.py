@@ -1,0 +1,102 @@
+"""What streams a session holds, as rows and as a table."""
+
+from __future__ import annotations
+
+from collections.abc import Iterable, Sequence
+from typing import Any
+
+from analysis.streams.alignment import described
+from analysis.streams.reading import Attempt, attempts_of, counting, streams_in
+from analysis.streams.recorded import StreamError
+from studies.record import Record
+from studies.tables import session_name
+
+Row = dict[str, Any]
+TEXTS = ("stimulus", "stream", "unit", "clock", "calibration")
+SILENT = ("-", "host")
+
+
+def listed(record: Record, trial: int | None = None) -> Row:
+    """The session's streams, of the attempt of each trial that counts, and a line for each that does not.
+
+    Raises StreamError for a trial that was not met.
+    """
+    attempts = [each for each in attempts_of(record) if trial in (None, each.trial)]
+    if trial is not None and not attempts:
+        raise StreamError(f"{record.path}: trial {trial} was not met in this session")
+    used = counting(attempts)
+    return {
+        "ledger": str(record.path),
+        "session": session_name(record),
+        "streams": [row for attempt in used.values() for row in _rows(record, attempt)],
+        "not_used": list(_not_used(attempts, used.values())),
+    }
+
+
+def _rows(record: Record, attempt: Attempt) -> list[Row]:
+    try:
+        return [
+            {
+                "trial": each.trial, "attempt": each.attempt, "act": each.act, "stimulus": attempt.stimulus,
+                "stream": each.name, **described(each),
+            }
+            for each in streams_in(attempt)
+        ]  # fmt: skip
+    except StreamError as error:
+        raise StreamError(f"{record.path}: {error}") from error
+
+
+def _not_used(attempts: Iterable[Attempt], used: Iterable[Attempt]) -> list[str]:
+    kept = list(used)
+    lines = []
+    for each in attempts:
+        where = f"trial {each.trial}, attempt {each.number}"
+        if each.acts and each not in kept:
+            lines.append(f"{where}: {'a later one counts' if each.kept else each.told}; its streams are not used")
+        if each.replaced and each in kept:
+            lines.append(f"{where}: recorded anew {each.replaced} times after a pause; the last recording counts")
+    return lines
+
+
+def lines_of(rows: Sequence[Row]) -> list[str]:
+    """The rows as lines of text, with a heading; columns that say nothing of any stream are left out."""
+    if not rows:
+        return []
+    cells = [_cells(row) for row in rows]
+    said = [name for name in cells[0] if any(each[name] not in SILENT for each in cells)]
+    widths = {name: max(len(name), *(len(each[name]) for each in cells)) for name in said}
+    return [
+        "  ".join((_left if name in TEXTS else _right)(each[name], widths[name]) for name in said).rstrip()
+        for each in [{name: name for name in said}, *cells]
+    ]
+
+
+def _left(text: str, width: int) -> str:
+    return text.ljust(width)
+
+
+def _right(text: str, width: int) -> str:
+    return text.rjust(width)
+
+
+def _cells(row: Row) -> dict[str, str]:
+    timing = row["timing"] or {}
+    measured = timing.get("drift_ppm") is not None
+    error = timing.get("drift_error_ppm")
+    return {
+        "trial": f"{row['trial']}" + (f".{row['act']}" if row["act"] > 1 else ""),
+        "stimulus": row["stimulus"],
+        "stream": row["stream"],
+        "unit": ", ".join(dict.fromkeys(row["units"])),
+        "samples": f"{row['samples']:,}",
+        "Hz": f"{row['rate_hz']:g}" if timing else "noted",
+        "measured Hz": f"{timing['rate_hz']:.4f}" if measured else "-",
+        "drift ppm": f"{timing['drift_ppm']:+.2f}" + (f" +-{error:.2f}" if error is not None else "")
+        if measured
+        else "-",
+        "lost": f"{row['lost']:,}",
+        "gaps": f"{row['gap_count']:,}",
+        "seconds": f"{row['seconds']:.2f}" if timing else "-",
+        "clock": row["clock"],
+        "calibration": row["calibration"] or "-",
+    }

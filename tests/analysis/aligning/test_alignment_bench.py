@@ -1,0 +1,39 @@
+"""The figures of alignment: the default way reaches them on every stream, and naive ways do not."""
+
+from __future__ import annotations
+
+import pytest
+
+from analysis.aligning.bench import cases
+from analysis.aligning.bench_truth import KINDS
+
+
+@pytest.fixture(scope="module")
+def errors():
+    """Ten seconds of each stream."""
+    return {(case.case, case.input, case.method): case.error(case.run()) for case in cases(quick=True)}
+
+
+def of_stream(errors, kind):
+    return {method: error for (case, _, method), error in errors.items() if case == f"{kind} onto 1 kHz"}
+
+
+@pytest.mark.parametrize("kind", [kind.name for kind in KINDS])
+def test_every_stream_comes_onto_1_khz_within_half_a_percent(errors, kind):
+    found = of_stream(errors, kind)
+    assert found["palpate, bandlimited"] < 0.5 and found["palpate, bandlimited"] == min(found.values())
+    for naive in ("bandlimited, nominal rate", "linear, arrivals as times", "palpate, hold"):
+        assert found[naive] > 5
+
+
+@pytest.mark.parametrize("kind", [kind.name for kind in KINDS])
+def test_a_clock_from_arrivals_is_right_within_microseconds(errors, kind):
+    case = "a clock from arrivals"
+    assert errors[case, kind, "palpate, line under arrivals"] < 50
+    assert errors[case, kind, "least squares"] > 500
+
+
+@pytest.mark.parametrize("kind", [kind.name for kind in KINDS])
+def test_a_delay_that_all_arrivals_share_cannot_be_seen_and_costs_what_theory_says(errors, kind):
+    """1 ms at the RMS frequency of 0.2 to 25 Hz: 2 pi 14.5 Hz 1 ms = 9.1 %."""
+    assert of_stream(errors, kind)["bandlimited, 1 ms untold"] == pytest.approx(9.1, abs=0.3)

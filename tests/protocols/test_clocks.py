@@ -1,0 +1,105 @@
+"""A device's clock from when its samples came: late by chance, never early."""
+
+from __future__ import annotations
+
+import math
+import random
+
+import pytest
+from hypothesis import given, settings
+from hypothesis import strategies as st
+
+from protocols.clocks import TOLERANCE_PPM, ClockError, fit_clock, nominal_clock
+
+
+def arrivals(rate_hz, drift_ppm, seconds, block, delay, t0_s=5.0):
+    """(n, t_s) of blocks of a clock that runs drift_ppm fast, each late by delay()."""
+    true_hz, came, found = rate_hz * (1 + drift_ppm * 1e-6), -math.inf, []
+    for n in range(block - 1, int(rate_hz * seconds), block):
+        came = max(came, t0_s + n / true_hz + delay())
+        found.append((n, came))
+    return found
+
+
+@given(st.floats(-500, 500), st.sampled_from([80.0, 3000.0, 8000.0]), st.floats(0, 0.05), st.integers(0, 10**6))
+@settings(max_examples=60, deadline=None)
+def test_arrivals_that_are_all_equally_late_give_the_clock_exactly(drift_ppm, rate_hz, late_s, t0_s):
+    clock = fit_clock(arrivals(rate_hz, drift_ppm, 20, int(rate_hz / 20), lambda: late_s, t0_s), rate_hz)
+    assert clock.measured and clock.drift_ppm == pytest.approx(drift_ppm, abs=1e-9 + 2e-9 * (t0_s + 1))
+    assert clock.time_s(0) == pytest.approx(t0_s + late_s, abs=1e-9 + 1e-15 * t0_s)
+    assert clock.wander_s is not None and clock.wander_s <= 1e-9 + 1e-15 * t0_s
+
+
+@pytest.mark.parametrize(
+    ("rate_hz", "block", "seconds"), [(8000, 80, 60), (3000, 30, 10), (120, 1, 60), (80, 1, 20), (1000, 500, 60)]
+)
+@pytest.mark.parametrize("shape", ["exponential", "uniform", "bursts"])
+def test_the_error_it_tells_is_the_error_it_has(rate_hz, block, seconds, shape):
+    """Over 40 recordings: RMS of error over told error about 1 at most; no time is off by more than 5 told errors."""
+    rng = random.Random(f"{rate_hz}{shape}")
+    delay = {
+        "exponential": lambda: rng.expovariate(1000),
+        "uniform": lambda: rng.uniform(0, 0.002),
+        "bursts": lambda: rng.choice([rng.expovariate(5000), 0.02 + rng.expovariate(100)]),
+    }[shape]
+    ratios = []
+    for _ in range(40):
+        clock = fit_clock(arrivals(rate_hz, 50, seconds, block, delay), rate_hz)
+        ratios.append((clock.drift_ppm - 50) / clock.drift_error_ppm)
+        middle = rate_hz * seconds / 2
+        off_s = clock.time_s(middle) - (5 + middle / (rate_hz * (1 + 50e-6)))
+        assert abs(off_s) < 5 * clock.offset_error_s + 1e-9
+    assert math.sqrt(sum(each**2 for each in ratios) / 40) < 1.3
+
+
+def test_a_stall_of_seconds_and_a_slow_start_do_not_move_the_clock():
+    rng = random.Random(3)
+    came = arrivals(1000, 30, 60, 10, lambda: rng.expovariate(2000))
+    stalled = [(n, t + 3.0 if 20 < t < 23 else t + max(0.0, 6 - t)) for n, t in came]
+    latest = [(n, max(t for _, t in stalled[: place + 1])) for place, (n, _) in enumerate(stalled)]
+    clock = fit_clock(latest, 1000)
+    assert clock.drift_ppm == pytest.approx(30, abs=3 * clock.drift_error_ppm)
+    assert clock.drift_error_ppm < 0.5
+
+
+def test_a_rate_that_is_not_told_surely_stays_nominal_unless_it_is_plainly_another():
+    """Ten arrivals in a second, 20 ms late by chance, cannot show 50 ppm; they do show 100 Hz in place of 120."""
+    rng = random.Random(5)
+    few = arrivals(120, 50, 1, 12, lambda: rng.expovariate(50))
+    clock = fit_clock(few, 120)
+    assert not clock.measured and clock.rate_hz == 120 and clock.drift_error_ppm > TOLERANCE_PPM
+    assert all(clock.time_s(n) <= t + 1e-12 for n, t in few)
+    assert fit_clock(arrivals(100, 0, 60, 12, lambda: rng.expovariate(50)), 120).rate_hz == pytest.approx(100, rel=1e-3)
+
+
+def test_a_clock_that_changes_its_pace_is_told_as_wandering():
+    rng = random.Random(6)
+    even = fit_clock(arrivals(1000, 0, 60, 10, lambda: rng.expovariate(1000)), 1000)
+    bent = [(n, t + 40e-6 * max(0.0, t - 35)) for n, t in arrivals(1000, 0, 60, 10, lambda: rng.expovariate(1000))]
+    assert even.wander_s < 50e-6
+    assert fit_clock(bent, 1000).wander_s > 200e-6
+
+
+def test_one_arrival_places_the_nominal_clock_and_tells_no_error():
+    clock = fit_clock([(79, 6.0)], 80)
+    assert clock.time_s(79) == 6.0 and not clock.measured and clock.drift_error_ppm is None
+    assert nominal_clock(80, 40, 2.0).time_s(0) == 1.5
+    assert fit_clock([(0, 1.0), (10, 1.2)], 80).drift_error_ppm is None
+
+
+@pytest.mark.parametrize(
+    ("came", "rate_hz", "says"),
+    [
+        ([], 100, "no arrivals"),
+        ([(0, 1.0), (0, 1.1)], 100, "sample 0, after sample 0: they must rise"),
+        ([(5, 1.0), (4, 1.1)], 100, "arrival 2 is sample 4, after sample 5"),
+        ([(0, 1.0), (9, 0.9)], 100, "before the one before it"),
+        ([(0, 1.0), (9, math.nan)], 100, "arrival 2 is sample 9 at nan s"),
+        ([(0, math.inf)], 100, "finite numbers"),
+        ([(0, 1.0)], 0, "the nominal rate is 0 Hz"),
+        ([(0, 1.0)], math.nan, "the nominal rate is nan Hz"),
+    ],
+)
+def test_arrivals_that_no_clock_can_have_made_are_refused(came, rate_hz, says):
+    with pytest.raises(ClockError, match=says):
+        fit_clock(came, rate_hz)
