@@ -56,7 +56,8 @@ class RigPlan:
 
 def simulated(study: Study, folder: Path) -> RigPlan:
     """A simulated participant at the twins of the devices that the study needs; `folder` holds its stimulus files."""
-    from studies.twins import Profiles, twin_for
+    from studies.profiles import Profiles
+    from studies.twins import twin_for
 
     profiles = Profiles(folder)
 

@@ -16,8 +16,8 @@ from protocols.requests import Present, Sense
 from studies.catalogue import Found
 from studies.hardware import RECORDING, composed
 from studies.live import Station
-from studies.scenes import scene_for
-from studies.twins import Profiles
+from studies.profiles import Profiles
+from studies.scenes import pictures_of, scenes_for
 
 if TYPE_CHECKING:
     from devices.scene import Scene
@@ -32,7 +32,9 @@ def rig_station(rig: OpenRig, found: Found, plan: Plan) -> Station:
     """The station of a study at open devices."""
     records: dict[str, Records] = {need: _capture(rig, need, found, plan) for need in _needed(plan, CAPTURED)}
     if "camera" in plan.study.needs:
-        records["camera"] = cast(Records, rig.of("camera")["camera"])
+        camera: Any = rig.of("camera")["camera"]
+        camera.pictures_of = pictures_of
+        records["camera"] = cast(Records, camera)
     made = composed(plan.study, _door(rig, found, plan), records, lambda: _stage(rig))
     return replace(made, presents=_masked(rig, made.presents)) if "masking_noise" in plan.study.needs else made
 
@@ -86,7 +88,7 @@ def _stream_names(need: str, devices: Mapping[str, Device]) -> list[tuple[tuple[
 def _scenes(rig: OpenRig, need: str, found: Found, plan: Plan) -> Callable[[Sense], Scene | None]:
     if not any(rig.file.is_twin(name) for name in rig.file.names_for(need)):
         return lambda _request: None
-    return scene_for(need, found, plan)
+    return scenes_for(need, plan, Profiles(found.folder))
 
 
 def _stage(rig: OpenRig) -> Presents:

@@ -1,18 +1,24 @@
-"""What a rig's twins of sensors are shown while a stimulus is recorded: the hand at the very stimulus of the trial."""
+"""What twins of sensors, and of the camera, are shown of a stimulus: the hand at it, or its pictures."""
 
 from __future__ import annotations
 
-from collections.abc import Callable
-from typing import TYPE_CHECKING
+from collections import OrderedDict
+from collections.abc import Callable, Iterator, Sequence
+from dataclasses import dataclass, field
+from typing import TYPE_CHECKING, Any
 
-from protocols.keyed import Key
+from protocols.keyed import Key, keyed_bits
 from protocols.plan import Plan, Trial
 from protocols.requests import Sense
-from studies.catalogue import Found
-from studies.twins import Profiles, profile_of
+from protocols.study import Stimulus
+from studies.profiles import Profiles, profile_of
 
 if TYPE_CHECKING:
     from devices.scene import Scene
+    from devices.surfaces.table import Surface
+
+GROUNDS = 2
+"""Surfaces whose relief is kept, 10 MB each: people repeat a trial, and go from one to the next."""
 
 
 def drawn(plan: Plan, trial: Trial) -> tuple[Key, ...]:
@@ -20,31 +26,75 @@ def drawn(plan: Plan, trial: Trial) -> tuple[Key, ...]:
     return (plan.study.study, plan.seed, plan.who.participant, trial.number, trial.attempt)
 
 
-def scene_for(need: str, found: Found, plan: Plan) -> Callable[[Sense], Scene]:
-    """The scene of each request to record: a texture being stroked, or a door being opened."""
-    return _strokes(plan) if need == "tool" else _openings(found, plan)
+def seed_of(plan: Plan, trial: Trial) -> int:
+    """The seed of the sensors' noise in a simulated recording."""
+    return keyed_bits("sensors", *drawn(plan, trial)) % 2**31
 
 
-def _strokes(plan: Plan) -> Callable[[Sense], Scene]:
-    def scene(request: Sense) -> Scene:
+def surface_of(stimulus: Stimulus) -> Surface:
+    """The simulated surface of a stimulus. Raises ToolDataError or SurfaceDataError on what its table says."""
+    from devices.surfaces.choice import surface_for
+
+    return surface_for(stimulus.id, stimulus.columns)
+
+
+@dataclass
+class Strokes:
+    """A hand that strokes over the trial's texture."""
+
+    plan: Plan
+    grounds: OrderedDict[str, Any] = field(default_factory=OrderedDict)
+
+    def __call__(self, request: Sense) -> Scene:
+        """The scene of a request to record."""
         from devices.surfaces.scene import SurfaceScene
 
-        from devices.surfaces.table import surface_of
+        surface = surface_of(request.trial.stimulus)
+        key = drawn(self.plan, request.trial)
+        return SurfaceScene(surface, request.seconds, *key, under=self._ground(surface))
 
-        stimulus = request.trial.stimulus
-        texture = surface_of(stimulus.columns, stimulus.id)
-        return SurfaceScene(texture, request.seconds, drawn(plan, request.trial))
+    def _ground(self, surface: Surface) -> Any:
+        from devices.surfaces.scene import ground_of
 
-    return scene
+        if surface.id not in self.grounds:
+            self.grounds[surface.id] = ground_of(surface)
+            while len(self.grounds) > GROUNDS:
+                self.grounds.popitem(last=False)
+        return self.grounds[surface.id]
 
 
-def _openings(found: Found, plan: Plan) -> Callable[[Sense], Scene]:
-    profiles = Profiles(found.folder)
+@dataclass
+class Openings:
+    """A hand that opens the trial's door."""
 
-    def scene(request: Sense) -> Scene:
+    plan: Plan
+    profiles: Profiles
+
+    def __call__(self, request: Sense) -> Scene:
+        """The scene of a request to record."""
         from devices.door.opening_scene import OpeningScene
 
-        profile_N = profile_of(request.trial.stimulus, profiles)
-        return OpeningScene(profile_N, request.seconds, drawn(plan, request.trial))
+        profile_N: Sequence[float] = profile_of(request.trial.stimulus, self.profiles)
+        return OpeningScene(profile_N, request.seconds, *drawn(self.plan, request.trial))
 
-    return scene
+
+def scenes_for(need: str, plan: Plan, profiles: Profiles) -> Callable[[Sense], Scene]:
+    """The scene of each request to record with the sensors of a need."""
+    return Strokes(plan) if need == "tool" else Openings(plan, profiles)
+
+
+def pictures_of(request: Sense) -> Iterator[bytes]:
+    """The trial's texture under one light after the other, each as the bytes of a PNG file."""
+    from io import BytesIO
+
+    from PIL import Image
+
+    from devices.surfaces.photo import LIGHTS, light, photograph
+    from devices.surfaces.relief import relief
+
+    surface = surface_of(request.trial.stimulus)
+    field_ = relief(surface)
+    for number in range(LIGHTS):
+        taken = BytesIO()
+        Image.fromarray(photograph(surface, field_, light(number))).save(taken, "PNG", compress_level=3)
+        yield taken.getvalue()

@@ -2,24 +2,28 @@
 
 from __future__ import annotations
 
-import hashlib
 from collections.abc import Callable, Mapping
-from dataclasses import dataclass, field
+from dataclasses import dataclass
 from pathlib import Path
-from typing import Protocol
+from typing import TYPE_CHECKING, Protocol
 
-from devices.blocks import interleaved
-from devices.door.twin import open_door, read_profile
+from devices.door.twin import open_door
 from protocols.forms import Sliders
-from protocols.keyed import Key, normal
+from protocols.keyed import normal
 from protocols.plan import Plan, Trial
 from protocols.requests import Present, Reply, Request, Samples, Sense
-from protocols.study import Need, Stimulus, Study
+from protocols.study import Need, Study
 from protocols.worlds import Done
+from studies.profiles import Profiles, profile_of
 from studies.rig import RigError
+from studies.scenes import Openings, Strokes, seed_of, surface_of
+
+if TYPE_CHECKING:
+    from devices.scene import Scene
 
 DOOR_RATE_HZ = 100.0
-AXES = ("x", "y", "z")
+RECORDED = ("tool", "door_sensors", "camera")
+SECONDS_A_PICTURE = 12.0
 
 
 class DeviceTwin(Protocol):
@@ -63,32 +67,14 @@ def twin_for(study: Study, plan: Plan, folder: Path, profiles: Profiles | None =
     made: dict[Need, Callable[[], DeviceTwin]] = {
         "door": lambda: DoorTwin(plan, profiles),
         "door_generator": lambda: GeneratorTwin(plan),
-        "door_sensors": lambda: DoorSensorsTwin(plan, profiles),
-        "tool": lambda: ToolTwin(plan),
+        "door_sensors": lambda: DoorSensorsTwin(plan, Openings(plan, profiles)),
+        "tool": lambda: ToolTwin(plan, Strokes(plan)),
+        "camera": CameraTwin,
     }
     here: dict[Need, DeviceTwin] = {need: made[need]() for need in study.needs if need in made}
     presenting = [here[need] for need in here if need in ("door", "door_generator")]
-    records: dict[str, DeviceTwin] = {need: here[need] for need in here if need in ("tool", "door_sensors")}
+    records: dict[str, DeviceTwin] = {need: here[need] for need in here if need in RECORDED}
     return Twins(presenting[0] if presenting else HandedOver(plan), records)
-
-
-@dataclass
-class Profiles:
-    """The door profiles of a study, read once; each must be the file that the study was planned with."""
-
-    folder: Path
-    read: dict[str, tuple[float, ...]] = field(default_factory=dict)
-
-    def of(self, stimulus: Stimulus) -> tuple[float, ...]:
-        """The 621 forces, in newtons, of a stimulus. Raises RigError, or DoorDataError on a file that is no profile."""
-        if stimulus.id not in self.read:
-            file = self.folder / stimulus.columns.get("file", "")
-            if not file.is_file():
-                raise RigError(f"stimulus {stimulus.id!r}: no door profile {file} (the column `file` of its table)")
-            if hashlib.sha256(file.read_bytes()).hexdigest() != stimulus.sha256:
-                raise RigError(f"{file}: not the file that the session was planned with (its SHA-256 differs)")
-            self.read[stimulus.id] = read_profile(file)
-        return self.read[stimulus.id]
 
 
 @dataclass(frozen=True)
@@ -158,73 +144,71 @@ class ToolTwin:
     """The simulated tool: a simulated hand strokes over the texture while its sensors are recorded."""
 
     plan: Plan
+    scenes: Strokes
 
     def check(self, trial: Trial) -> None:
         """The stimulus says what the simulation needs to know of it."""
-        from devices.tool.texture import ToolDataError, texture_of
-
-        try:
-            texture_of(trial.stimulus.columns, trial.stimulus.id)
-        except ToolDataError as error:
-            raise RigError(str(error)) from None
+        demand_surface(trial)
 
     def __call__(self, request: Request, t_ns: int) -> Done:
         """Record acceleration, force and position."""
-        from devices.tool.texture import texture_of
-        from devices.tool.twin import SENSOR_HZ, TRACKER_HZ, explore
-
         sense = sensing(request, "tool")
-        stimulus = sense.trial.stimulus
-        found = explore(texture_of(stimulus.columns, stimulus.id), sense.seconds, *_drawn(self.plan, sense.trial))
-        blocks = (
-            Samples("tool_acceleration", AXES, ("m/s^2",) * 3, SENSOR_HZ, t_ns, interleaved(*found.acceleration_m_s2)),
-            Samples("tool_force", AXES, ("N",) * 3, SENSOR_HZ, t_ns, interleaved(*found.force_N)),
-            Samples("tool_position", AXES, ("mm",) * 3, TRACKER_HZ, t_ns, interleaved(*found.position_mm)),
-        )
-        return recorded(sense, blocks)
+        return recorded(self.plan, "tool", self.scenes(sense), sense, t_ns)
 
 
 @dataclass(frozen=True)
 class DoorSensorsTwin:
-    """The simulated sensors at a real door: a simulated hand opens it once while force and angle are recorded.
+    """The simulated sensors at a real door: a simulated hand opens it once while force and position are recorded.
 
     The car that is simulated is the profile in the stimulus' column `file`; a lab's own cars need none, and are then
     simulated as a mid-size door.
     """
 
     plan: Plan
-    profiles: Profiles
+    scenes: Openings
 
     def check(self, trial: Trial) -> None:
         """The profile can be read, where there is one, and opened in the time there is."""
         from devices.door.sensors_twin import demand_recordable
 
-        profile_N = profile_of(trial.stimulus, self.profiles)
+        profile_N = profile_of(trial.stimulus, self.scenes.profiles)
         if trial.recording is not None:
             demand_recordable(profile_N, trial.recording.seconds)
 
     def __call__(self, request: Request, t_ns: int) -> Done:
-        """Record force and angle."""
-        from devices.door.sensors_twin import ANGLE_HZ, FORCE_HZ, record_opening
-
+        """Record the force at the handle, and where the marker beside it is."""
         sense = sensing(request, "door_sensors")
-        found = record_opening(
-            profile_of(sense.trial.stimulus, self.profiles), sense.seconds, *_drawn(self.plan, sense.trial)
-        )
-        blocks = (
-            Samples("door_force", ("force",), ("N",), FORCE_HZ, t_ns, interleaved(found.force_N)),
-            Samples("door_angle", ("angle",), ("deg",), ANGLE_HZ, t_ns, interleaved(found.angle_deg)),
-        )
-        return recorded(sense, blocks)
+        return recorded(self.plan, "door_sensors", self.scenes(sense), sense, t_ns)
 
 
-def profile_of(stimulus: Stimulus, profiles: Profiles) -> tuple[float, ...]:
-    """The door that is simulated at sensors: the profile in the column `file`; a mid-size one where there is none."""
-    if stimulus.columns.get("file"):
-        return profiles.of(stimulus)
-    from devices.door.wished import NEUTRAL, TURNS, wished_profile
+@dataclass(frozen=True)
+class CameraTwin:
+    """The simulated camera. What it would show can be made from surface and light at any time: no picture is kept."""
 
-    return tuple(wished_profile(dict.fromkeys(TURNS, NEUTRAL)).tolist())
+    def check(self, trial: Trial) -> None:
+        """The stimulus says what the simulation needs to know of it."""
+        demand_surface(trial)
+
+    def __call__(self, request: Request, t_ns: int) -> Done:  # noqa: ARG002
+        """Say which pictures were taken of what."""
+        from devices.surfaces.photo import LIGHTS
+
+        sense = sensing(request, "camera")
+        surface = surface_of(sense.trial.stimulus).id
+        pictures = [{"light": number, "surface": surface} for number in range(1, LIGHTS + 1)]
+        seconds = min(sense.seconds, SECONDS_A_PICTURE * LIGHTS)
+        return Done(Reply({"recorded": True, "seconds": seconds, "by": "twin", "pictures": pictures}), seconds)
+
+
+def demand_surface(trial: Trial) -> None:
+    """Raise RigError unless the trial's stimulus can be simulated as a surface."""
+    from devices.surfaces.table import SurfaceDataError
+    from devices.tool.texture import ToolDataError
+
+    try:
+        surface_of(trial.stimulus)
+    except (SurfaceDataError, ToolDataError) as error:
+        raise RigError(str(error)) from None
 
 
 def opened(plan: Plan, request: Present, profile_N: tuple[float, ...], t_ns: int) -> Done:
@@ -243,16 +227,14 @@ def sensing(request: Request, device: str) -> Sense:
     return request
 
 
-def recorded(sense: Sense, blocks: tuple[Samples, ...]) -> Done:
-    """The reply to a recording, and the time it took."""
+def recorded(plan: Plan, need: str, scene: Scene, sense: Sense, t_ns: int) -> Done:
+    """The streams that the sensors of a need give of a scene, and the time it took."""
+    from studies.virtual_recording import recorded_at_once
+
+    blocks = recorded_at_once(need, scene, sense.seconds, t_ns, seed_of(plan, sense.trial))
     return Done(Reply({"recorded": True, "seconds": sense.seconds}, blocks), sense.seconds)
 
 
 def seconds_to_present(plan: Plan) -> float:
     """How long a simulated presentation takes on average."""
     return plan.study.simulation.present_s if plan.study.simulation is not None else 2.5
-
-
-def _drawn(plan: Plan, trial: Trial) -> tuple[Key, ...]:
-    """What decides a simulated recording; the study's name keeps two studies of one seed apart."""
-    return (plan.study.study, plan.seed, plan.who.participant, trial.number, trial.attempt)

@@ -259,9 +259,9 @@ def test_no_word_of_a_method_reaches_the_participant():
     assert all(isinstance(trial.form, Sliders) for trial in plan_for("texture_similarity").trials)
 
 
-def test_captures_and_words_need_no_numpy():
-    """A session opens only what its study needs; only wishes are turned into doors with numpy."""
-    told = ["door_adjectives", "door_capture", "door_lexicon", "texture_capture", "texture_similarity"]
+def test_words_and_similarities_need_no_numpy():
+    """A session opens only what its study needs; only recordings and wishes are made with numpy."""
+    told = ["door_adjectives", "door_lexicon", "texture_similarity"]
     program = (
         "import sys\nfrom tests.studies.test_ten_studies import events_of\n"
         f"print(sum(len(events_of(name)) for name in {told}), 'numpy' in sys.modules)"

@@ -8,8 +8,9 @@ import pytest
 
 from devices.door.grid import DoorDataError
 from protocols.requests import Present, Rest, Sense
+from studies.profiles import Profiles
 from studies.rig import RigError, simulated
-from studies.twins import Profiles, twin_for
+from studies.twins import twin_for
 from tests.protocols.every_task import plan_of
 from tests.studies.ten import found_study, plan_for
 
@@ -60,7 +61,7 @@ def test_samples_and_renderings_are_handed_over(name):
     ("name", "device", "streams"),
     [
         ("texture_capture", "tool", ["tool_acceleration", "tool_force", "tool_position"]),
-        ("door_capture", "door_sensors", ["door_force", "door_angle"]),
+        ("door_capture", "door_sensors", ["door_force", "door_position"]),
     ],
 )
 def test_a_recording_has_its_streams_and_depends_on_trial_and_person(name, device, streams):

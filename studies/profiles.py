@@ -1,0 +1,39 @@
+"""The door profiles of a study, each the very file that it was planned with."""
+
+from __future__ import annotations
+
+import hashlib
+from dataclasses import dataclass, field
+from pathlib import Path
+
+from devices.door.twin import read_profile
+from protocols.study import Stimulus
+from studies.rig import RigError
+
+
+@dataclass
+class Profiles:
+    """The door profiles of a study, read once; each must be the file that the study was planned with."""
+
+    folder: Path
+    read: dict[str, tuple[float, ...]] = field(default_factory=dict)
+
+    def of(self, stimulus: Stimulus) -> tuple[float, ...]:
+        """The 621 forces, in newtons, of a stimulus. Raises RigError, or DoorDataError on a file that is no profile."""
+        if stimulus.id not in self.read:
+            file = self.folder / stimulus.columns.get("file", "")
+            if not file.is_file():
+                raise RigError(f"stimulus {stimulus.id!r}: no door profile {file} (the column `file` of its table)")
+            if hashlib.sha256(file.read_bytes()).hexdigest() != stimulus.sha256:
+                raise RigError(f"{file}: not the file that the session was planned with (its SHA-256 differs)")
+            self.read[stimulus.id] = read_profile(file)
+        return self.read[stimulus.id]
+
+
+def profile_of(stimulus: Stimulus, profiles: Profiles) -> tuple[float, ...]:
+    """The door that is simulated at sensors: the profile in the column `file`; a mid-size one where there is none."""
+    if stimulus.columns.get("file"):
+        return profiles.of(stimulus)
+    from devices.door.wished import NEUTRAL, TURNS, wished_profile
+
+    return tuple(wished_profile(dict.fromkeys(TURNS, NEUTRAL)).tolist())
