@@ -44,6 +44,9 @@ AREAS = {
     "plant": "devices.door.plant.bench:cases",
     "serial": "devices.door.link.bench:cases",
     "sensors": "devices.daq.bench:cases",
+    "tracker": "devices.tracker.bench:cases",
+    "tablet": "devices.tablet.bench:cases",
+    "surfaces": "devices.surfaces.bench:cases",
     "streams": "studies.bench_streams:cases",
     "alignment": "analysis.aligning.bench:cases",
 }

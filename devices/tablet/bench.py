@@ -1,0 +1,37 @@
+"""What the way from a stylus' reports to 1 kHz costs: its error beside its time."""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Iterator, Sequence
+
+from devices.tablet.errors import Felt, Stroke, errors, felt
+from devices.tablet.pipeline import Shape, Upsampling
+from protocols.bench import Case
+
+METHODS: tuple[Upsampling, ...] = ("hold", "line")
+REPORTS_HZ = (60.0, 133.0, 240.0)
+STROKE = Stroke()
+Judge = Callable[[Sequence[Felt]], float]
+JUDGES: tuple[tuple[str, str, Judge], ...] = (
+    ("stylus speed", "RMS mm/s", lambda out: errors(out, 1, STROKE.speed_mm_s).now),
+    ("stylus speed, delay off", "RMS mm/s", lambda out: errors(out, 1, STROKE.speed_mm_s).left),
+    ("stylus force", "RMS N", lambda out: errors(out, 2, STROKE.pressed_N).now),
+    ("stylus force, delay off", "RMS N", lambda out: errors(out, 2, STROKE.pressed_N).left),
+)
+
+
+def cases(quick: bool) -> Iterator[Case]:
+    """Held and on a line, at the report rates of common tablets: the error at the instant, and with the delay off."""
+    seconds = 6.0 if quick else 31.0
+    for case, error_kind, error in JUDGES:
+        for report_hz in REPORTS_HZ:
+            for method in METHODS:
+                yield _case(case, error_kind, error, Shape(report_hz=report_hz, upsampling=method), seconds)
+
+
+def _case(case: str, error_kind: str, error: Judge, shape: Shape, seconds: float) -> Case:
+    reports = STROKE.reports(shape, seconds)
+    told = f"{len(reports)} reports at {shape.report_hz:g} Hz, {STROKE.frequency_hz:g} Hz stroke"
+    ticks = round(seconds * shape.rate_hz)
+    upsampling = shape.upsampling
+    return Case("tablet", case, upsampling, told, ticks, error_kind, lambda: felt(shape, reports, seconds), error, 3)

@@ -1,0 +1,259 @@
+"""A stylus tablet as a sensor: position, pressure, and from them speed and force at 1 kHz (thesis 4.5.2, 4.5.3)."""
+
+from __future__ import annotations
+
+import math
+import time
+from collections import Counter, deque
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass, field
+from pathlib import Path
+from typing import TYPE_CHECKING, Annotated, Any, Literal, TypeVar
+
+from pydantic import Field
+
+from devices.blocks import interleaved
+from devices.rig.settings import Date, Finite, Positive, Strict
+from devices.signals import Block, DeviceError, DeviceFault, Health, NowNs, Signal
+from devices.tablet.evdev_file import EventFile
+from devices.tablet.evdev_kernel import Axis
+from devices.tablet.force import Force
+from devices.tablet.pipeline import Shape, Stylus, Upsampling
+from devices.tablet.pyglet_window import PygletTablet
+from devices.tablet.recorded import PlayedReports
+from devices.tablet.reports import REFUSED, Batch, Elapsed, Guard, Report, Source, since
+from devices.tablet.twin import TwinTablet
+
+if TYPE_CHECKING:
+    from devices.scene import Scene
+
+TICK_HZ = 1000
+MOST = 1000
+"""Milliseconds that one read gives at most."""
+FEWEST = 10
+"""A reader that waits is given no fewer, so that a recording does not drown in blocks."""
+STEP_S = 0.002
+NAN = math.nan
+T = TypeVar("T")
+Channels = tuple[float, float, float, float, float, float]
+
+
+class Range(Strict):
+    """An axis in the tablet's units; `per_mm` is needed for x and y."""
+
+    least: int
+    most: int
+    per_mm: Annotated[float, Field(ge=0, allow_inf_nan=False)] = 0.0
+
+
+class Axes(Strict):
+    """Axes of a tablet that does not tell them, or of recorded bytes."""
+
+    x: Range
+    y: Range
+    pressure: Range
+
+
+class Curve(Strict):
+    """F = a exp(b y), in newtons."""
+
+    a_N: Positive = 0.13
+    b: Positive = 3.32
+
+
+class Settings(Strict):
+    """A tablet in a rig file.
+
+    `path` is the event file of evdev, `px_per_mm` the screen's for pyglet; jitter, step, levels and seed: of the twin.
+    """
+
+    kind: Literal["tablet"]
+    driver: Literal["evdev", "pyglet", "recording", "twin"]
+    calibrated: Date | None = None
+    force: Curve = Curve()
+    report_hz: Annotated[float, Field(ge=20, le=1000)] = 133.0
+    upsampling: Upsampling = "hold"
+    cutoff_hz: Annotated[float, Field(ge=1, le=200)] = 20.0
+    speed_mm_s: tuple[Finite, Finite] = (10.0, 300.0)
+    force_N: tuple[Finite, Finite] = (0.15, 3.6)
+    path: Path | None = None
+    axes: Axes | None = None
+    px_per_mm: Positive | None = None
+    recording: Path | None = None
+    jitter_ms: Annotated[float, Field(ge=0, le=5)] = 0.5
+    step_mm: Positive = 0.01
+    levels: Annotated[int, Field(ge=2, le=65536)] = 1024
+    seed: int = 0
+
+
+def make(name: str, settings: Settings, folder: Path) -> Tablet:
+    """The tablet of these settings; nothing is opened. Raises DeviceError where they do not go together."""
+    one = settings
+    shape = Shape(
+        Force(one.force.a_N, one.force.b), one.report_hz, one.upsampling, one.cutoff_hz, float(TICK_HZ),
+        *one.speed_mm_s, *one.force_N,
+    )  # fmt: skip
+    return Tablet(name, settings, _source(name, settings, folder, shape.force), shape)
+
+
+def _source(name: str, one: Settings, folder: Path, force: Force) -> Source:
+    if one.driver == "evdev":
+        axes = {} if one.axes is None else {key: Axis(**value) for key, value in one.axes.model_dump().items()}
+        return EventFile(name, folder / _given(name, one.path, "path: /dev/input/event3"), axes)
+    if one.driver == "pyglet":
+        return PygletTablet(name, _given(name, one.px_per_mm, "px_per_mm: 10.4 (of the screen's calibration)"))
+    if one.driver == "recording":
+        return PlayedReports(folder / _given(name, one.recording, "recording: FILE.csv"))
+    return TwinTablet(name, force, one.report_hz, 1e-3 * one.jitter_ms, one.step_mm, one.levels, one.seed)
+
+
+@dataclass
+class Tablet:
+    """Gives the signal `stylus` at 1 kHz: x and y in mm (NaN while away), pressure, contact, speed, force.
+
+    `felt` is the newest speed and force. `elapsed_s` stands in for the time since the start (twin and recording);
+    `now_ns` times the reading for health.
+    """
+
+    name: str
+    settings: Settings
+    source: Source
+    shape: Shape
+    elapsed_s: Elapsed | None = None
+    now_ns: NowNs = time.monotonic_ns
+    facts: Mapping[str, str] | None = None
+    felt: tuple[float, float] = (0.0, 0.0)
+    stylus: Stylus = field(default_factory=Stylus)
+    guard: Guard = field(default_factory=lambda: Guard("", aligned=True))
+    passed_s: Elapsed | None = None
+    clock_ns: NowNs = time.monotonic_ns
+    waiting: deque[Report] = field(default_factory=deque)
+    last: Report | None = None
+    ticks: int = 0
+    came: int = 0
+    dropped: int = 0
+
+    @property
+    def signals(self) -> Sequence[Signal]:
+        """The stylus."""
+        curve = f"F = {self.shape.force.a_N:g} exp({self.shape.force.b:g} y) N"
+        told = curve if self.settings.calibrated is None else f"{curve}, {self.settings.calibrated}"
+        names, units = ("x", "y", "pressure", "contact", "speed", "force"), ("mm", "mm", "1", "1", "mm/s", "N")
+        return (Signal("stylus", names, units, float(TICK_HZ), calibration=told),)
+
+    def attach(self, window: Any) -> None:
+        """Take reports from this pyglet window (PsychoPy's `win.winHandle`); before opening, and for pyglet only."""
+        if isinstance(self.source, PygletTablet):
+            self.source.window = window
+
+    def open(self) -> None:
+        """Get hold of it. Raises DeviceError."""
+        self.facts = self.source.open()
+
+    def safe(self) -> None:
+        """A tablet moves nothing."""
+
+    def close(self) -> None:
+        """Let go of it."""
+        self.stop()
+        self.source.close()
+        self.facts = None
+
+    def describe(self) -> Mapping[str, Any]:
+        """What the ledger keeps of it."""
+        delays = {"speed_delay_ms": 1e3 * self.shape.speed_delay_s, "force_delay_ms": 1e3 * self.shape.force_delay_s}
+        known = self.settings.model_dump(mode="json", exclude_none=True)
+        return {**known, "facts": dict(self.facts or {}), **{name: round(each, 2) for name, each in delays.items()}}
+
+    def expect(self, scene: Scene | None) -> None:
+        """A twin follows this scene from the next start on."""
+        self.source.expect(scene)
+
+    def start(self, now_ns: NowNs) -> None:
+        """Begin. Raises DeviceError where it is not open."""
+        if self.facts is None:
+            raise DeviceError(f"{self.name} is not open.")
+        self.stylus, self.felt, self.last = Stylus(self.shape), (0.0, 0.0), None
+        self.ticks = self.came = self.dropped = 0
+        self.waiting.clear()
+        self.clock_ns, self.passed_s = now_ns, self.elapsed_s or since(now_ns)
+        simulated = self.settings.driver in {"twin", "recording"}
+        self.source.start(self._within if simulated else self.passed_s)
+        self.guard = Guard(self.name, self.source.aligned)
+
+    def read(self, timeout_s: float) -> Mapping[str, Sequence[Block]]:
+        """The milliseconds that have passed since the last read, a second at most; where it may wait, 10 at least.
+
+        Raises:
+            DeviceFault: `link_lost` where it was unplugged, or too many reports that cannot be believed.
+        """
+        passed_s = self.passed_s
+        if passed_s is None:
+            return {"stylus": []}
+        refused = Counter(self.guard.refused)
+        rows = [self._tick() for _ in range(self._due(passed_s, timeout_s))]
+        if not rows:
+            return {"stylus": []}
+        why = ", ".join(sorted(self.guard.refused - refused))
+        return {
+            "stylus": [Block(self.ticks - len(rows), interleaved(*zip(*rows, strict=True)), self.clock_ns(), why=why)]
+        }
+
+    def stop(self) -> None:
+        """End sampling."""
+        self.passed_s = None
+        self.source.stop()
+
+    def health(self, seconds: float) -> Health:
+        """Read it: how often the stylus reports, and whether reports had to be refused."""
+        from devices.health import sensed
+
+        facts, calibrated = dict(self.facts or {}), self.settings.calibrated
+        try:
+            readings = sensed(self, seconds, self.now_ns)
+        except DeviceFault as fault:
+            return Health(False, str(fault), calibrated=calibrated, facts=facts)
+        wrong = [f"{self.guard.refused[why]} x {told}" for why, (_, told) in REFUSED.items() if self.guard.refused[why]]
+        dropped = f"{self.dropped} times reports were dropped" if self.dropped else ""
+        came = f"{self.came} reports in {seconds:g} s" if self.came else "no report: move the stylus on it to see some"
+        return Health(not wrong, "; ".join(filter(None, (came, *wrong, dropped))), readings, calibrated, facts)
+
+    def _due(self, passed_s: Elapsed, timeout_s: float) -> int:
+        """Milliseconds to give, once there are enough of them or the time is over; reports are taken meanwhile."""
+        end_s = time.monotonic() + timeout_s
+        while True:
+            self._accept(self.source.pull(min(timeout_s, STEP_S)), passed_s())
+            due = math.floor(self._within() * TICK_HZ) - self.ticks
+            if due >= FEWEST or time.monotonic() >= end_s or self.passed_s is None:
+                return due
+
+    def _within(self) -> float:
+        """The time passed, but no further ahead than one read gives."""
+        passed_s = self.passed_s
+        return 0.0 if passed_s is None else min(passed_s(), (self.ticks + MOST) / TICK_HZ)
+
+    def _accept(self, batch: Batch, now_s: float) -> None:
+        judged = (self.guard.judge(one, now_s) for one in batch.reports)
+        self.waiting.extend(one for one in judged if one is not None)
+        self.came += len(batch.reports)
+        if batch.dropped:
+            self.dropped += batch.dropped
+            self.guard.refused["reports_dropped"] += batch.dropped
+
+    def _tick(self) -> Channels:
+        t_s = self.ticks / TICK_HZ
+        while self.waiting and self.waiting[0].t_s <= t_s:
+            self.last = self.waiting.popleft()
+            self.stylus.report(self.last)
+        self.ticks += 1
+        self.felt = speed, force = self.stylus.step(t_s)
+        last = self.last
+        if last is None or last.away:
+            return NAN, NAN, 0.0, 0.0, speed, force
+        return last.x_mm, last.y_mm, last.pressure, float(self.stylus.touching), speed, force
+
+
+def _given(name: str, value: T | None, setting: str) -> T:
+    if value is None:
+        raise DeviceError(f"{name}: this driver needs `{setting}` in the rig file.")
+    return value

@@ -1,0 +1,89 @@
+"""What the way from reports to 1 kHz costs: its delay, and the error that is left once the delay is taken off."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Callable, Sequence
+from dataclasses import dataclass
+
+from devices.noise import gaussians
+from devices.tablet.pipeline import Shape, Stylus
+from devices.tablet.reports import Report
+
+SETTLED_S = 1.0
+Felt = tuple[float, float, float]
+
+
+@dataclass(frozen=True)
+class Stroke:
+    """A stylus that goes round a circle in mm, faster and slower `frequency_hz` times a second, as its force does.
+
+    Reports come with jitter; positions and pressures in steps.
+    """
+
+    radius_mm: float = 25.0
+    frequency_hz: float = 1.0
+    force_N: float = 1.0
+    jitter_s: float = 0.0005
+    step_mm: float = 0.01
+    levels: int = 1024
+    seed: int = 1
+
+    def speed_mm_s(self, t_s: float) -> float:
+        """The true speed: 0.5 to 1.5 times the mean one."""
+        return self.radius_mm * self._omega * (1 + 0.5 * math.cos(self._omega * t_s))
+
+    def pressed_N(self, t_s: float) -> float:
+        """The true force: 0.5 to 1.5 times the mean one."""
+        return self.force_N * (1 + 0.5 * math.sin(self._omega * t_s))
+
+    def reports(self, shape: Shape, seconds: float) -> list[Report]:
+        """What a tablet reports of it."""
+        count = round(seconds * shape.report_hz)
+        jitter = gaussians(count, "stroke", self.seed)
+        most = 0.45 / shape.report_hz
+        times = (n / shape.report_hz + max(-most, min(most, self.jitter_s * each)) for n, each in enumerate(jitter))
+        return [self._report(shape, max(0.0, t_s)) for t_s in times]
+
+    @property
+    def _omega(self) -> float:
+        return 2 * math.pi * self.frequency_hz
+
+    def _report(self, shape: Shape, t_s: float) -> Report:
+        turned = self._omega * t_s + 0.5 * math.sin(self._omega * t_s)
+        x, y = self.radius_mm * math.cos(turned), self.radius_mm * math.sin(turned)
+        level = round(shape.force.pressure(self.pressed_N(t_s)) * (self.levels - 1)) / (self.levels - 1)
+        return Report(t_s, self.step_mm * round(x / self.step_mm), self.step_mm * round(y / self.step_mm), level, True)
+
+
+@dataclass(frozen=True)
+class Errors:
+    """Delay that fits best and RMS error once it is taken off, and RMS error against the very instant."""
+
+    delay_s: float
+    left: float
+    now: float
+
+
+def felt(shape: Shape, reports: Sequence[Report], seconds: float) -> list[Felt]:
+    """Time, speed and force of every millisecond, from these reports."""
+    stylus, place, out = Stylus(shape), 0, []
+    for tick in range(round(seconds * shape.rate_hz)):
+        t_s = tick / shape.rate_hz
+        while place < len(reports) and reports[place].t_s <= t_s:
+            stylus.report(reports[place])
+            place += 1
+        out.append((t_s, *stylus.step(t_s)))
+    return out
+
+
+def errors(out: Sequence[Felt], channel: int, truth: Callable[[float], float]) -> Errors:
+    """Of channel 1 (speed) or 2 (force), after the first second, against the truth."""
+    kept = [(each[0], each[channel]) for each in out if each[0] >= SETTLED_S]
+
+    def rms(late_s: float) -> float:
+        return math.sqrt(math.fsum((value - truth(t_s - late_s)) ** 2 for t_s, value in kept) / len(kept))
+
+    near = min(range(0, 401, 20), key=lambda tenth_ms: rms(1e-4 * tenth_ms))
+    best = min(range(max(0, near - 20), near + 21), key=lambda tenth_ms: rms(1e-4 * tenth_ms))
+    return Errors(1e-4 * best, rms(1e-4 * best), rms(0.0))

@@ -1,0 +1,162 @@
+"""From a stylus' irregular reports to speed and force at 1 kHz, sample by sample and causal (thesis 4.5.3).
+
+Every report gives the speed since the one before and the force of its pressure. Both are upsampled, low-pass filtered
+at 20 Hz and put through the thresholds: nothing below 10 mm/s or 0.15 N, nothing above 300 mm/s and 3.6 N.
+"""
+
+from __future__ import annotations
+
+import math
+from dataclasses import dataclass, field
+from typing import Literal
+
+from devices.signals import DeviceError
+from devices.tablet.filters import Lowpass, delay_s
+from devices.tablet.force import Force
+from devices.tablet.reports import Report
+
+NEAR_S = 0.001
+"""Reports that come closer than this were bunched on their way: a speed between them would be nonsense."""
+STILL = 3.0
+"""After so many usual intervals without a report the stylus stands still: tablets are silent where nothing changes."""
+Upsampling = Literal["hold", "line"]
+
+
+@dataclass(frozen=True)
+class Shape:
+    """How reports become speed and force; the limits are those of thesis 4.5.3."""
+
+    force: Force = field(default_factory=Force)
+    report_hz: float = 133.0
+    upsampling: Upsampling = "hold"
+    cutoff_hz: float = 20.0
+    rate_hz: float = 1000.0
+    slowest_mm_s: float = 10.0
+    fastest_mm_s: float = 300.0
+    faintest_N: float = 0.15
+    firmest_N: float = 3.6
+
+    def __post_init__(self) -> None:
+        """Raises DeviceError."""
+        positive = (self.report_hz, self.cutoff_hz, self.rate_hz, self.force.a_N, self.force.b)
+        rising = (0, self.slowest_mm_s, self.fastest_mm_s), (0, self.faintest_N, self.firmest_N)
+        if not all(0 < one < math.inf for one in positive) or not all(a <= b < c < math.inf for a, b, c in rising):
+            raise DeviceError(f"a stylus' limits must be finite, above 0 and rise from lowest to highest: {self}")
+
+    @property
+    def speed_delay_s(self) -> float:
+        """How late the speed is on the mean: half an interval by the difference, the upsampling, the filter."""
+        return 0.5 / self.report_hz + self.force_delay_s
+
+    @property
+    def force_delay_s(self) -> float:
+        """How late the force is on the mean: half an interval held, or a whole one on the line; and the filter."""
+        return (0.5 if self.upsampling == "hold" else 1.0) / self.report_hz + delay_s(self.cutoff_hz)
+
+
+class Upsampled:
+    """A value between reports: held, or reached along a line by the time that the next report is usual."""
+
+    __slots__ = ("_for_s", "_from", "_since_s", "_to")
+
+    def __init__(self, for_s: float) -> None:
+        """`for_s` is how long a line takes; 0 holds."""
+        self._for_s = for_s
+        self._from = self._to = self._since_s = 0.0
+
+    def jump(self, value: float) -> None:
+        """Be at the value at once."""
+        self._from = self._to = value
+
+    def set(self, t_s: float, value: float) -> None:
+        """The next value came; the one that it goes to already is no news."""
+        if value == self._to:
+            return
+        self._from, self._to, self._since_s = self.at(t_s), value, t_s
+
+    def at(self, t_s: float) -> float:
+        """The value then."""
+        part_s = t_s - self._since_s
+        if not self._for_s or part_s >= self._for_s:
+            return self._to
+        return self._from + (self._to - self._from) * max(0.0, part_s) / self._for_s
+
+
+class Stylus:
+    """Takes reports as they come and gives (speed in mm/s, force in N) every millisecond.
+
+    Reports and steps must be in time order, each for itself; a report counts from the step after it came. A touch
+    begins at its first force and at its first speed, without a transient; lifting off ends both at once.
+    """
+
+    def __init__(self, shape: Shape | None = None) -> None:
+        """Nothing touches yet."""
+        self.shape = shape = shape or Shape()
+        self._usual_s = 1 / shape.report_hz
+        line_s = self._usual_s if shape.upsampling == "line" else 0.0
+        self._speed, self._force = Upsampled(line_s), Upsampled(line_s)
+        self._speed_low = Lowpass(shape.cutoff_hz, shape.rate_hz)
+        self._force_low = Lowpass(shape.cutoff_hz, shape.rate_hz)
+        self._touching = self._moved = False
+        self._anchor = self._last = (0.0, 0.0, 0.0)
+
+    @property
+    def touching(self) -> bool:
+        """Whether the last report was one of contact."""
+        return self._touching
+
+    def report(self, report: Report) -> None:
+        """A report came; it has been judged to be sound."""
+        if not report.touching or report.pressure <= 0:
+            self._touching = False
+            return
+        here = report.t_s, report.x_mm, report.y_mm
+        force = min(self.shape.firmest_N, self.shape.force.newtons(report.pressure))
+        if self._touching:
+            self._force.set(report.t_s, force)
+            self._move(here)
+        else:
+            self._begin(here, force)
+        self._last = here
+
+    def step(self, t_s: float) -> tuple[float, float]:
+        """Speed and force at that time; (0, 0) where either is below its threshold or nothing touches."""
+        if not self._touching:
+            return 0.0, 0.0
+        if t_s - self._last[0] > STILL * self._usual_s:
+            self._speed.set(t_s, 0.0)
+        speed = self._speed_low.step(self._speed.at(t_s))
+        force = self._force_low.step(self._force.at(t_s))
+        shape = self.shape
+        if speed <= shape.slowest_mm_s or force <= shape.faintest_N:
+            return 0.0, 0.0
+        return min(speed, shape.fastest_mm_s), min(force, shape.firmest_N)
+
+    def _begin(self, here: tuple[float, float, float], force: float) -> None:
+        self._touching, self._moved, self._anchor = True, False, here
+        self._force.jump(force)
+        self._force_low.settle(force)
+        self._speed.jump(0.0)
+        self._speed_low.settle(0.0)
+
+    def _move(self, here: tuple[float, float, float]) -> None:
+        """The speed since the last report that was not bunched with this one."""
+        gap_s = here[0] - self._last[0]
+        if gap_s > STILL * self._usual_s:
+            # Silent as nothing changed: it set off one usual interval ago at the earliest.
+            self._anchor = (here[0] - self._usual_s, *self._last[1:])
+        elif gap_s >= NEAR_S:
+            self._anchor = self._last
+        for_s = here[0] - self._anchor[0]
+        if for_s < NEAR_S:
+            return
+        speed = math.hypot(here[1] - self._anchor[1], here[2] - self._anchor[2]) / for_s
+        self._set_speed(here[0], min(speed, self.shape.fastest_mm_s))
+
+    def _set_speed(self, t_s: float, speed: float) -> None:
+        if self._moved:
+            self._speed.set(t_s, speed)
+        else:
+            self._moved = True
+            self._speed.jump(speed)
+            self._speed_low.settle(speed)

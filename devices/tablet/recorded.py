@@ -1,0 +1,97 @@
+"""A tablet's recording, played at its own times."""
+
+from __future__ import annotations
+
+import csv
+import math
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass, field
+from itertools import pairwise
+from pathlib import Path
+from threading import Event
+from typing import TYPE_CHECKING
+
+from devices.signals import DeviceError
+from devices.tablet.reports import Batch, Elapsed, Report
+
+if TYPE_CHECKING:
+    from devices.scene import Scene
+
+COLUMNS = ("t_s", "x_mm", "y_mm", "pressure")
+MOST = 256
+
+
+def read_reports(path: Path) -> list[Report]:
+    """Reports from a CSV with the columns t_s, x_mm, y_mm, pressure; empty positions: the stylus is away.
+
+    Raises:
+        DeviceError: naming file and line.
+    """
+    reports = []
+    try:
+        rows = csv.DictReader(path.read_text(encoding="utf-8-sig").splitlines())
+        if lacking := [name for name in COLUMNS if name not in (rows.fieldnames or ())]:
+            raise DeviceError(f"{path}: the column {lacking[0]} is missing; {','.join(COLUMNS)} are expected.")
+        for row in rows:
+            t_s, x, y, pressure = (float(row[name] or math.nan) for name in COLUMNS)
+            away = math.isnan(x) or math.isnan(y)
+            reports.append(Report(t_s, x, y, 0.0 if away else pressure, not away and pressure > 0, away))
+    except (OSError, UnicodeDecodeError) as problem:
+        raise DeviceError(f"{path}: cannot be read as a tablet's recording: {problem}") from None
+    except (ValueError, TypeError) as problem:
+        if isinstance(problem, DeviceError):
+            raise
+        raise DeviceError(f"{path}, line {len(reports) + 2}: numbers are expected ({problem}).") from None
+    if not reports or not math.isfinite(reports[0].t_s):
+        raise DeviceError(f"{path}: no report, or none with a time; a recording of a tablet is expected.")
+    return reports
+
+
+@dataclass
+class PlayedReports:
+    """The recording as a source; after its last report the stylus stays as it was."""
+
+    path: Path
+    aligned: bool = True
+    reports: Sequence[Report] = ()
+    elapsed_s: Elapsed | None = None
+    given: int = 0
+    stopped: Event = field(default_factory=Event)
+
+    def open(self) -> Mapping[str, str]:
+        """Read the whole file. Raises DeviceError."""
+        self.reports = read_reports(self.path)
+        span = self.reports[-1].t_s - self.reports[0].t_s
+        back = sum(after.t_s < before.t_s for before, after in pairwise(self.reports))
+        told = f"{self.path.name}, {len(self.reports)} reports, {span:.1f} s"
+        return {"recording": told + (f", time runs back {back} times" if back else "")}
+
+    def expect(self, scene: Scene | None) -> None:
+        """A recording gives what it holds."""
+
+    def start(self, elapsed_s: Elapsed) -> None:
+        """Begin with the first report."""
+        self.elapsed_s, self.given = elapsed_s, 0
+        self.stopped.clear()
+
+    def pull(self, timeout_s: float) -> Batch:
+        """What is due by now, 256 reports at most; one whose time runs back is due at once."""
+        elapsed_s = self.elapsed_s
+        if elapsed_s is None:
+            return Batch()
+        now_s, first, begun = elapsed_s(), self.given, self.reports[0].t_s
+        last = min(first + MOST, len(self.reports))
+        while self.given < last and not self.reports[self.given].t_s - begun > now_s:
+            self.given += 1
+        if self.given == first:
+            self.stopped.wait(timeout_s)
+        return Batch([one._replace(t_s=one.t_s - begun) for one in self.reports[first : self.given]])
+
+    def stop(self) -> None:
+        """Give no more."""
+        self.elapsed_s = None
+        self.stopped.set()
+
+    def close(self) -> None:
+        """The same as stop."""
+        self.stop()

@@ -1,0 +1,141 @@
+"""What a tablet reports, and which reports are not to be believed."""
+
+from __future__ import annotations
+
+import math
+from collections import Counter
+from collections.abc import Callable, Mapping, Sequence
+from dataclasses import dataclass, field
+from typing import TYPE_CHECKING, NamedTuple, Protocol
+
+from devices.signals import DeviceFault, NowNs
+from protocols.events import NS
+
+if TYPE_CHECKING:
+    from devices.scene import Scene
+
+Elapsed = Callable[[], float]
+"""Seconds since sampling was started."""
+SLACK = 0.05
+"""How far beyond 0 and 1 a pressure may be by a driver's rounding; it is taken to the limit."""
+AHEAD_S = 1.0
+ANEW = 3
+"""So many reports in a row from a clock that jumped are a clock that was set."""
+TOO_MANY = 50
+"""So many reports in a row that cannot be believed are a broken tablet."""
+REFUSED = {
+    "not_a_number": ("not_a_number", "positions or pressures that are no numbers"),
+    "pressure_out_of_range": ("over_range", "pressures outside 0 to 1; see the pressure axis in the rig file"),
+    "time_backwards": ("firmware", "time stamps that run backwards"),
+    "time_ahead": ("firmware", "time stamps from the future"),
+}
+"""Names of reports that are refused: the kind of fault that too many of them are, and what they are in words."""
+
+
+class Report(NamedTuple):
+    """One report: when, where in mm (right of and below the top left corner), the pressure from 0 to 1.
+
+    `away` says that the stylus left the tablet's reach (or its state is unknown): the position means nothing then.
+    """
+
+    t_s: float
+    x_mm: float
+    y_mm: float
+    pressure: float
+    touching: bool
+    away: bool = False
+
+
+@dataclass(frozen=True)
+class Batch:
+    """Reports as they came in, and how often the device said that it dropped some."""
+
+    reports: Sequence[Report] = ()
+    dropped: int = 0
+
+
+class Source(Protocol):
+    """A way to reports. One thread pulls, another may start and stop."""
+
+    @property
+    def aligned(self) -> bool:
+        """Whether its reports are timed in seconds since the start; else their clock is its own."""
+
+    def open(self) -> Mapping[str, str]:
+        """Get hold of it; facts to show. Raises DeviceError."""
+
+    def expect(self, scene: Scene | None) -> None:
+        """What the stylus does next; only a twin minds."""
+
+    def start(self, elapsed_s: Elapsed) -> None:
+        """Begin: earlier reports are not given. Raises DeviceError."""
+
+    def pull(self, timeout_s: float) -> Batch:
+        """What came since the last pull; waits at most that long. Raises DeviceFault."""
+
+    def stop(self) -> None:
+        """End; also where it has not begun."""
+
+    def close(self) -> None:
+        """Let go of it."""
+
+
+@dataclass
+class Guard:
+    """Refuses reports that cannot be, by name, and puts the others into seconds since the start."""
+
+    name: str
+    aligned: bool
+    refused: Counter[str] = field(default_factory=Counter)
+    shift_s: float = math.nan
+    last_s: float = -math.inf
+    jumped: int = 0
+    in_a_row: int = 0
+
+    def __post_init__(self) -> None:
+        if self.aligned:
+            self.shift_s = 0.0
+
+    def judge(self, report: Report, now_s: float) -> Report | None:
+        """The report in our time, or None. A clock that was set is followed after three reports (`clock_reset`).
+
+        Raises:
+            DeviceFault: 50 reports in a row were refused.
+        """
+        if math.isnan(self.shift_s):
+            self.shift_s = now_s - report.t_s
+        why = self._wrong(report) or self._jump(report, now_s)
+        if why is None:
+            self.in_a_row = 0
+            self.last_s = report.t_s + self.shift_s
+            pressure = min(1.0, max(0.0, report.pressure))
+            return report._replace(t_s=self.last_s, pressure=0.0 if report.away else pressure)
+        self.refused[why] += 1
+        self.in_a_row += 1
+        if self.in_a_row >= TOO_MANY:
+            what, told = REFUSED[why]
+            raise DeviceFault(self.name, what, f"{self.name}: {self.in_a_row} reports in a row with {told}.")
+        return None
+
+    def _wrong(self, report: Report) -> str | None:
+        if not math.isfinite(report.t_s) or not math.isfinite(report.pressure):
+            return "not_a_number"
+        if not report.away and not (math.isfinite(report.x_mm) and math.isfinite(report.y_mm)):
+            return "not_a_number"
+        return None if -SLACK <= report.pressure <= 1 + SLACK else "pressure_out_of_range"
+
+    def _jump(self, report: Report, now_s: float) -> str | None:
+        at_s = report.t_s + self.shift_s
+        why = "time_backwards" if at_s < self.last_s else "time_ahead" if at_s > now_s + AHEAD_S else None
+        self.jumped = self.jumped + 1 if why else 0
+        if self.jumped < ANEW:
+            return why
+        self.refused["clock_reset"] += 1
+        self.shift_s, self.last_s, self.jumped = now_s - report.t_s, now_s, 0
+        return None
+
+
+def since(now_ns: NowNs) -> Elapsed:
+    """Seconds of that clock from now on."""
+    begun = now_ns()
+    return lambda: (now_ns() - begun) / NS

@@ -1,0 +1,130 @@
+"""A tablet that is none: its stylus goes where the scene's hand leads it, and tells what a real one would tell."""
+
+from __future__ import annotations
+
+import hashlib
+from collections.abc import Iterator, Mapping
+from dataclasses import dataclass, field
+from itertools import chain, count, pairwise
+from threading import Event
+from typing import TYPE_CHECKING
+
+from devices.noise import gaussians
+from devices.tablet.force import Force
+from devices.tablet.reports import Batch, Elapsed, Report
+
+if TYPE_CHECKING:
+    from devices.scene import Array, Scene
+
+TRUTH_HZ = 1000.0
+MOST = 256
+DRAWN = 256
+LOOKED = 1024
+"""Moments that are looked through for one that changed; a scene at rest has none, without end."""
+
+
+@dataclass
+class TwinTablet:
+    """Reports at `report_hz` with jitter, positions in steps of `step_mm`, pressures in `levels`.
+
+    As a real tablet it is silent where nothing changed. The force is the scene's third one, pushed or pulled.
+    """
+
+    name: str
+    force: Force
+    report_hz: float
+    jitter_s: float
+    step_mm: float
+    levels: int
+    seed: int
+    aligned: bool = True
+    scene: Scene | None = None
+    elapsed_s: Elapsed | None = None
+    reports: Iterator[tuple[float, Report | None]] = field(default_factory=lambda: iter(()))
+    ahead: tuple[float, Report | None] | None = None
+    stopped: Event = field(default_factory=Event)
+
+    def open(self) -> Mapping[str, str]:
+        """There is nothing to get hold of."""
+        return {"twin": f"{self.report_hz:g} reports a second, {self.levels} pressures, seed {self.seed}"}
+
+    def expect(self, scene: Scene | None) -> None:
+        """Follow this scene from the next start on; None: the stylus lies aside."""
+        self.scene = scene
+
+    def start(self, elapsed_s: Elapsed) -> None:
+        """Begin with the scene's first moment."""
+        self.elapsed_s, self.ahead = elapsed_s, None
+        self.reports = iter(()) if self.scene is None else self._reports(self.scene)
+        self.stopped.clear()
+
+    def pull(self, timeout_s: float) -> Batch:
+        """What is due by now, 256 reports at most."""
+        elapsed_s = self.elapsed_s
+        if elapsed_s is None:
+            return Batch()
+        due: list[Report] = []
+        now_s = elapsed_s()
+        while len(due) < MOST and (one := self._next(now_s)) is not None:
+            due.append(one)
+        if not due:
+            self.stopped.wait(timeout_s)
+        return Batch(due)
+
+    def stop(self) -> None:
+        """Give no more."""
+        self.elapsed_s = None
+        self.stopped.set()
+
+    def close(self) -> None:
+        """The same as stop."""
+        self.stop()
+
+    def _next(self, now_s: float) -> Report | None:
+        """The next report that is due and tells news."""
+        for _ in range(LOOKED):
+            self.ahead = self.ahead or next(self.reports, None)
+            if self.ahead is None or self.ahead[0] > now_s:
+                return None
+            (_, one), self.ahead = self.ahead, None
+            if one is not None:
+                return one
+        return None
+
+    def _reports(self, scene: Scene) -> Iterator[tuple[float, Report | None]]:
+        """Reports in time, None where nothing changed."""
+        places = scene.position_mm(TRUTH_HZ)
+        first = next(places)
+        key = hashlib.sha256(first.astype("<f8").tobytes()).hexdigest()
+        truth = pairwise(_joined(chain([first], places), scene.wrench(TRUTH_HZ)))
+        told: tuple[float, float, float] | None = None
+        at, (before, after) = 0, next(truth)
+        for t_s in self._times(key):
+            while at + 1 <= t_s * TRUTH_HZ:
+                at, (before, after) = at + 1, next(truth)
+            part = t_s * TRUTH_HZ - at
+            x, y, force_N = (b + part * (a - b) for b, a in zip(before, after, strict=True))
+            now = self._steps(x), self._steps(y), self._level(abs(force_N))
+            yield t_s, None if now == told else Report(t_s, *now, now[2] > 0)
+            told = now
+
+    def _times(self, key: str) -> Iterator[float]:
+        """Report times: even ones, each with its jitter, which never turns their order."""
+        most = 0.45 / self.report_hz
+        for block in count():
+            drawn = gaussians(DRAWN, "tablet", self.seed, self.name, key, block)
+            for number, each in enumerate(drawn, block * DRAWN):
+                yield max(0.0, number / self.report_hz + max(-most, min(most, self.jitter_s * each)))
+
+    def _steps(self, mm: float) -> float:
+        return self.step_mm * round(mm / self.step_mm)
+
+    def _level(self, force_N: float) -> float:
+        return round(self.force.pressure(force_N) * (self.levels - 1)) / (self.levels - 1)
+
+
+def _joined(places: Iterator[Array], wrenches: Iterator[Array]) -> Iterator[tuple[float, float, float]]:
+    xy = (row for piece in places for row in piece[:, :2].tolist())
+    force = (one for piece in wrenches for one in piece[:, 2].tolist())
+    for (x, y), force_N in zip(xy, force, strict=False):
+        yield x, y, force_N

@@ -1,0 +1,46 @@
+"""What the speed from a tracker costs: its error beside its time, by window and by where in the window it is taken."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Iterator
+
+import numpy as np
+
+from devices.tracker.speed import Array, Place, slope, velocity
+from devices.tracker.speed_table import Stroke, simulated
+from protocols.bench import Case
+
+STROKES = {
+    "a hand's stroke": Stroke(),
+    "a door's handle": Stroke(amplitude_mm=400, frequency_hz=0.2, noise_mm=0.2, rate_hz=80.0),
+}
+WINDOWS = (3, 5, 7, 9, 13, 21)
+METHODS: dict[str, tuple[int, Place]] = {
+    "parabola, middle": (2, "middle"),
+    "parabola, end": (2, "end"),
+    "line, end": (1, "end"),
+}
+
+
+def cases(quick: bool) -> Iterator[Case]:
+    """Each method and window on a hand's stroke at 120 Hz and on a door's handle at 80 Hz."""
+    seconds = 60.0 if quick else 600.0
+    for name, stroke in STROKES.items():
+        for method in METHODS:
+            for window in WINDOWS:
+                yield _case(name, stroke, method, window, seconds)
+
+
+def _case(name: str, stroke: Stroke, method: str, window: int, seconds: float) -> Case:
+    positions, truth = simulated(stroke, seconds, seed=1)
+    degree, place = METHODS[method]
+    estimate = slope(window, degree, stroke.rate_hz, place)
+    moved = f"{stroke.amplitude_mm:g} mm at {stroke.frequency_hz:g} Hz"
+    told = f"{moved}, noise {stroke.noise_mm:g} mm, sampled at {stroke.rate_hz:g} Hz"
+
+    def error(found: Array) -> float:
+        return math.sqrt(float(np.nanmean((found[:, 0] - truth) ** 2)))
+
+    known = f"{method} of {window}, known after {abs(1e3 * estimate.wait_s):.0f} ms"
+    return Case("tracker", name, known, told, len(truth), "RMS mm/s", lambda: velocity(positions, estimate), error)

@@ -1,0 +1,216 @@
+"""A motion tracker as a sensor: where a marker is, and when it was not seen (thesis 4.3.1, 5.3.1.1)."""
+
+from __future__ import annotations
+
+import time
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass, field
+from pathlib import Path
+from typing import TYPE_CHECKING, Annotated, Any, Literal
+
+from pydantic import Field
+
+from devices.blocks import interleaved
+from devices.rig.settings import Date, Positive, Strict
+from devices.signals import Block, DeviceError, DeviceFault, Health, NowNs, Signal
+from devices.tracker.lsl import LslStream
+from devices.tracker.numbering import Numbering
+from devices.tracker.recorded import Played
+from devices.tracker.source import Batch, Elapsed, Opened, Source, since
+from devices.tracker.tally import Tally
+from devices.tracker.twin import Twin
+from devices.tracker.watch import Watch
+from protocols.events import NS
+
+if TYPE_CHECKING:
+    from devices.scene import Scene
+
+NotNegative = Annotated[float, Field(ge=0, allow_inf_nan=False)]
+Channel = str | Annotated[int, Field(ge=0)]
+
+
+class Settings(Strict):
+    """A tracker in a rig file.
+
+    `stream` is the name (or with `by: type` the type) of a Lab Streaming Layer stream; `recording` a CSV file;
+    the noise, the occlusions and what follows them are for the twin.
+    """
+
+    kind: Literal["tracker"]
+    driver: Literal["lsl", "recording", "twin"]
+    rate_hz: Annotated[float, Field(ge=1, le=2000)] = 120.0
+    calibrated: Date | None = None
+    silent_s: Annotated[float, Field(ge=0.02, le=60)] = 0.5
+    reach_mm: Positive = 20_000.0
+    repeats: bool = False
+    unit: Literal["mm", "cm", "m"] | None = None
+    stream: str = "OptiTrack"
+    by: Literal["name", "type"] = "name"
+    wait_s: Annotated[float, Field(ge=0.1, le=60)] = 5.0
+    channels: tuple[Channel, Channel, Channel] | None = None
+    seen: Channel | None = None
+    seen_above: float = 0.0
+    recover: bool = False
+    recording: Path | None = None
+    marker: str | None = None
+    noise_mm: Positive = 0.05
+    occlusions_per_s: Annotated[float, Field(ge=0, le=100)] = 0.0
+    occlusion_s: Annotated[float, Field(ge=0.001, le=60)] = 0.1
+    hides: Literal["nan", "zeros", "frozen"] = "nan"
+    drift_ppm: Annotated[float, Field(ge=-10_000, le=10_000)] = 0.0
+    seed: int = 0
+    silent_after_s: NotNegative | None = None
+
+
+def make(name: str, settings: Settings, folder: Path) -> Tracker:
+    """The tracker of these settings; nothing is opened. Raises DeviceError where a recording is not named."""
+    return Tracker(name, settings, _source(name, settings, folder))
+
+
+def _source(name: str, settings: Settings, folder: Path) -> Source:
+    one = settings
+    if one.driver == "lsl":
+        return LslStream(
+            name, one.by, one.stream, one.wait_s, one.channels, one.seen, one.seen_above, one.unit, one.recover
+        )
+    if one.driver == "twin":
+        return Twin(
+            name, one.rate_hz, one.noise_mm, one.occlusions_per_s, one.occlusion_s, one.hides, one.drift_ppm,
+            one.seed, one.silent_after_s,
+        )  # fmt: skip
+    if one.recording is None:
+        raise DeviceError(f"{name}: the driver `recording` needs the file to play: set `recording: FILE.csv`.")
+    return Played(name, folder / one.recording, one.unit, one.marker, one.silent_s)
+
+
+@dataclass
+class Tracker:
+    """Gives the signal `position`: x, y, z in mm, NaN while the marker is hidden, and whether it was seen (1 or 0).
+
+    `elapsed_s` stands in for the time since the start (twin and recording); `now_ns` times the reading for health.
+    """
+
+    name: str
+    settings: Settings
+    source: Source
+    elapsed_s: Elapsed | None = None
+    now_ns: NowNs = time.monotonic_ns
+    opened: Opened | None = None
+    clock_ns: NowNs = time.monotonic_ns
+    numbering: Numbering = field(default_factory=lambda: Numbering(1.0))
+    watch: Watch = field(default_factory=Watch)
+    tally: Tally = field(default_factory=Tally)
+    heard_ns: int = 0
+    running: bool = False
+
+    @property
+    def signals(self) -> Sequence[Signal]:
+        """The position."""
+        rate, clock, calibrated = self.settings.rate_hz, self.source.clock, self.settings.calibrated
+        return (Signal("position", ("x", "y", "z", "seen"), ("mm", "mm", "mm", "1"), rate, clock, calibrated),)
+
+    def open(self) -> None:
+        """Find the stream, or read the recording. Raises DeviceError."""
+        self.opened = self.source.open()
+
+    def safe(self) -> None:
+        """A tracker moves nothing."""
+
+    def close(self) -> None:
+        """Let go of it."""
+        self.running = False
+        self.source.close()
+        self.opened = None
+
+    def describe(self) -> Mapping[str, Any]:
+        """What the ledger keeps of it."""
+        facts = {} if self.opened is None else dict(self.opened.facts)
+        return {**self.settings.model_dump(mode="json", exclude_none=True), "facts": facts}
+
+    def expect(self, scene: Scene | None) -> None:
+        """A twin sees this scene from the next start on."""
+        self.source.expect(scene)
+
+    def start(self, now_ns: NowNs) -> None:
+        """Begin to sample. Raises DeviceError where it is not open, or its rate is not the one that the rig names."""
+        if self.opened is None:
+            raise DeviceError(f"{self.name} is not open.")
+        if problem := self._misdeclared(self.opened):
+            raise DeviceError(problem)
+        one = self.settings
+        self.numbering, self.watch, self.tally = Numbering(one.rate_hz), Watch(one.repeats), Tally()
+        self.clock_ns, self.heard_ns = now_ns, now_ns()
+        self.source.start(self.elapsed_s or since(now_ns))
+        self.running = True
+
+    def read(self, timeout_s: float) -> Mapping[str, Sequence[Block]]:
+        """What came since the last read.
+
+        Raises:
+            DeviceFault: `silent`, `link_lost`, or `over_range` for a position that no tracker can see.
+        """
+        batch = self.source.pull(timeout_s)
+        now = self.clock_ns()
+        if batch.rows:
+            self.heard_ns = now
+        elif self.running and now - self.heard_ns > self.settings.silent_s * NS:
+            told = f"no sample for {self.settings.silent_s:g} s; see the tracker's software and its cable."
+            raise DeviceFault(self.name, "silent", f"{self.name}: {told}")
+        return {"position": self._blocks(batch, now)}
+
+    def stop(self) -> None:
+        """End sampling."""
+        self.running = False
+        self.source.stop()
+
+    def health(self, seconds: float) -> Health:
+        """Read it at rest: the rate that it really has, how much of the time the marker is seen, its noise."""
+        from devices.health import sensed
+
+        calibrated = self.settings.calibrated
+        facts = {} if self.opened is None else self.opened.facts
+        if self.opened is not None and (problem := self._misdeclared(self.opened)):
+            return Health(False, problem, calibrated=calibrated, facts=facts)
+        try:
+            readings = sensed(self, seconds, self.now_ns)
+        except DeviceFault as fault:
+            return Health(False, str(fault), calibrated=calibrated, facts=facts)
+        ok, told = self.tally.told(self.settings.rate_hz, readings[0].noise[:3], self.watch.counts)
+        return Health(ok, told, readings, calibrated, facts)
+
+    def _misdeclared(self, opened: Opened) -> str | None:
+        declared, wanted = opened.declared_hz, self.settings.rate_hz
+        if not declared or abs(declared / wanted - 1) <= Tally.TOLERANCE:
+            return None
+        return f"{self.name}: it says that it has {declared:g} Hz, the rig file says {wanted:g} Hz: correct rate_hz."
+
+    def _blocks(self, batch: Batch, now: int) -> list[Block]:
+        """Consecutive samples in one block; a new one begins after every gap."""
+        if batch.reset:
+            self.numbering.anew(batch.away)
+        expected, blocks, begun = self.numbering.next - batch.away * batch.reset, [], 0
+        numbers = self.numbering.number(batch.times_s)
+        ends = [place for place in range(1, len(numbers) + 1) if _ends(numbers, place)]
+        for end in ends:
+            lost = numbers[begun] - expected
+            why = "clock_reset" if batch.reset and not begun else "gap" if lost else ""
+            seen = [self.watch.see(self._within(row)) for row in batch.rows[begun:end]]
+            data = interleaved(*zip(*seen, strict=True))
+            blocks.append(Block(numbers[begun], data, now, batch.times_s[end - 1], lost, why))
+            expected, begun = numbers[end - 1] + 1, end
+            self.tally.add(len(seen), sum(row[3] > 0 for row in seen), lost)
+        self.tally.took(batch)
+        return blocks
+
+    def _within(self, row: tuple[float, float, float, bool]) -> tuple[float, float, float, bool]:
+        reach = self.settings.reach_mm
+        if row[3] and any(abs(each) > reach for each in row[:3]):
+            told = (
+                f"a position {max(map(abs, row[:3])):.3g} mm away, beyond its reach of {reach:g} mm: is `unit` right?"
+            )
+            raise DeviceFault(self.name, "over_range", f"{self.name}: {told}")
+        return row
+
+
+def _ends(numbers: Sequence[int], place: int) -> bool:
+    return place == len(numbers) or numbers[place] != numbers[place - 1] + 1

@@ -1,0 +1,186 @@
+"""A tracker's stream of the Lab Streaming Layer (labstreaminglayer.org), through pylsl, imported on opening."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Sequence
+from dataclasses import dataclass, field
+from importlib import import_module
+from threading import Lock
+from typing import TYPE_CHECKING, Any
+
+from devices.signals import DeviceError, DeviceFault
+from devices.tracker.lsl_map import Map, mapped
+from devices.tracker.source import Batch, Elapsed, Opened
+
+if TYPE_CHECKING:
+    from devices.scene import Scene
+
+BUFFER_S = 30
+"""How much the library keeps for a reader that is late; what is older is dropped and shows as missing samples."""
+MORE_S = 1.1
+"""How long a second stream of one name is looked for: two rounds of questions; the library asks every 0.5 s."""
+LISTED_S = 1.0
+CORRECT_S = 1.0
+"""How often the offset between the clocks is asked for again."""
+LEAP_S = 1.0
+"""A clock that jumps by more than this against ours was set anew; no network is that late in order."""
+MOST = 512
+
+
+@dataclass
+class LslStream:
+    """One stream, found by name or type. Its time stamps are put into this computer's LSL clock by the measured offset.
+
+    A stream that ends is a fault, unless `recover` asks the library to wait for it to come back: then it is a gap.
+    """
+
+    name: str
+    by: str
+    value: str
+    wait_s: float
+    channels: Sequence[str | int] | None
+    seen: str | int | None
+    seen_above: float
+    unit: str | None
+    recover: bool
+    clock: str = "lsl"
+    library: Any = None
+    inlet: Any = None
+    map: Map | None = None
+    declared_hz: float = 0.0
+    running: bool = False
+    offset_s: float = 0.0
+    asked_s: float = -math.inf
+    behind_s: float | None = None
+    came_s: float = math.nan
+    reading: Lock = field(default_factory=Lock)
+
+    def open(self) -> Opened:
+        """Find the stream, and its clock's offset.
+
+        Raises:
+            DeviceError: no library, no such stream (naming those that there are), several of them, unusable channels.
+        """
+        self.library = library = _library()
+        info = self._found()
+        self.inlet = library.StreamInlet(info, max_buflen=BUFFER_S, recover=self.recover)
+        try:
+            full = self.inlet.info(self.wait_s)
+            self.offset_s = self.inlet.time_correction(self.wait_s)
+        except RuntimeError as problem:
+            self.close()
+            raise DeviceError(
+                f"{self.name}: the stream {self.value} was found but does not answer: {problem}"
+            ) from None
+        self.map = self._mapped(full)
+        offset = f"{1e3 * self.offset_s:.3f} ms"
+        self.declared_hz = full.nominal_srate()
+        return Opened(self.declared_hz, {"stream": _told(full), "clock offset": offset})
+
+    def expect(self, scene: Scene | None) -> None:
+        """A real tracker sees what there is."""
+
+    def start(self, elapsed_s: Elapsed) -> None:  # noqa: ARG002
+        """Subscribe; what was sent before is dropped. Raises DeviceError."""
+        with self.reading:
+            try:
+                self.inlet.open_stream(self.wait_s)
+            except RuntimeError as problem:
+                raise DeviceError(f"{self.name}: the stream {self.value} cannot be read: {problem}") from None
+            self.inlet.flush()
+            self.running, self.behind_s, self.came_s = True, None, self.library.local_clock()
+
+    def pull(self, timeout_s: float) -> Batch:
+        """What came. Raises DeviceFault (`link_lost`) where the stream ended."""
+        with self.reading:
+            if not self.running:
+                return Batch()
+            try:
+                return self._batch(*self._came(timeout_s))
+            except self.library.util.LostError:
+                raise DeviceFault(
+                    self.name, "link_lost", f"{self.name}: the stream {self.value} ended; start it again at its source."
+                ) from None
+
+    def stop(self) -> None:
+        """Unsubscribe, once a pull that is under way is over."""
+        with self.reading:
+            if self.running:
+                self.inlet.close_stream()
+            self.running = False
+
+    def close(self) -> None:
+        """Let go of the stream."""
+        self.stop()
+        self.inlet = None
+
+    def _found(self) -> Any:
+        if "'" in self.value and '"' in self.value:
+            raise DeviceError(f"{self.name}: a stream's {self.by} with both kinds of quotes cannot be looked for.")
+        quote = '"' if "'" in self.value else "'"
+        predicate = f"{self.by}={quote}{self.value}{quote}"
+        found = self.library.resolve_bypred(predicate, 1, self.wait_s)
+        if found:
+            found = self.library.resolve_bypred(predicate, 2, MORE_S) or found
+        if len(found) == 1:
+            return found[0]
+        there = "; ".join(map(_told, self.library.resolve_streams(LISTED_S))) or "none"
+        told = f"{len(found)} streams" if found else f"no stream within {self.wait_s:g} s"
+        raise DeviceError(f"{self.name}: {told} with the {self.by} {self.value!r}. Streams that there are: {there}.")
+
+    def _mapped(self, full: Any) -> Map:
+        if full.channel_format() == self.library.cf_string:
+            raise DeviceError(f"{self.name}: the stream {self.value} sends text; numbers are expected.")
+        count = full.channel_count()
+        labels, units = (_padded(said, count) for said in (full.get_channel_labels(), full.get_channel_units()))
+        return mapped(self.value, labels, units, self.channels, self.seen, self.unit, self.seen_above)
+
+    def _came(self, timeout_s: float) -> tuple[list[list[float]], list[float]]:
+        sample, at_s = self.inlet.pull_sample(timeout_s)
+        if sample is None:
+            return [], []
+        more, times_s = self.inlet.pull_chunk(0.0, MOST)
+        return [sample, *(more or [])], [at_s, *times_s]
+
+    def _batch(self, samples: list[list[float]], sent_s: list[float]) -> Batch:
+        if self.map is None or not samples:
+            return Batch()
+        now_s = self.library.local_clock()
+        anew = self._corrected(now_s)
+        behind_s = now_s - (sent_s[-1] + self.offset_s)
+        anew |= self.behind_s is not None and abs(behind_s - self.behind_s) > LEAP_S
+        away_s, self.behind_s, self.came_s = now_s - self.came_s, behind_s, now_s
+        rows = [self.map.row(sample) for sample in samples]
+        return Batch([t_s + self.offset_s for t_s in sent_s], rows, anew, self._away(away_s, len(rows)) if anew else 0)
+
+    def _corrected(self, now_s: float) -> bool:
+        """Ask for the offset once a second; whether the library takes the sender's clock for set anew."""
+        if now_s - self.asked_s < CORRECT_S:
+            return False
+        self.asked_s = now_s
+        self.offset_s = self.inlet.time_correction(self.wait_s)
+        return bool(self.inlet.was_clock_reset())
+
+    def _away(self, away_s: float, came: int) -> int:
+        """By our own clock: how many samples are missing where the sender's says nothing."""
+        return max(0, round(away_s * self.declared_hz) - came)
+
+
+def _library() -> Any:
+    try:
+        return import_module("pylsl")
+    except (ImportError, RuntimeError, OSError) as problem:
+        raise DeviceError(
+            f"The Lab Streaming Layer needs pylsl with its liblsl: pip install pylsl ({problem})"
+        ) from None
+
+
+def _padded(said: Sequence[str | None] | None, count: int) -> list[str]:
+    told = [one or "" for one in said or []]
+    return (told + [""] * count)[:count]
+
+
+def _told(info: Any) -> str:
+    of = f"type {info.type()}, {info.channel_count()} channels, {info.nominal_srate():g} Hz, {info.hostname()}"
+    return f"{info.name()} ({of})"

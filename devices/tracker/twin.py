@@ -1,0 +1,146 @@
+"""A tracker that is none: it sees the marker of a scene, with noise, and loses it now and then."""
+
+from __future__ import annotations
+
+import hashlib
+import math
+import random
+from collections.abc import Iterator
+from dataclasses import dataclass, field
+from itertools import chain
+from threading import Event
+from typing import TYPE_CHECKING
+
+from devices.noise import gaussians
+from devices.signals import DeviceFault
+from devices.tracker.source import Batch, Elapsed, Opened, Row, awaited
+
+if TYPE_CHECKING:
+    from devices.scene import Scene
+
+REST_MM = (120.0, 80.0, 400.0)
+"""Where a marker lies that nothing happens to."""
+NOISY = 64
+"""Samples whose noise is made at a time."""
+MOST = 64
+"""Samples that one pull gives at most."""
+SHORTEST_S = 1e-3
+
+
+@dataclass
+class Twin:
+    """A simulated tracker; what it gives is decided by the seed and by what it sees, so an act repeats exactly."""
+
+    name: str
+    rate_hz: float
+    noise_mm: float
+    occlusions_per_s: float
+    occlusion_s: float
+    hides: str
+    drift_ppm: float
+    seed: int
+    silent_after_s: float | None
+    clock: str = "tracker"
+    scene: Scene | None = None
+    elapsed_s: Elapsed | None = None
+    rows: Iterator[Row] = field(default_factory=lambda: iter(()))
+    given: int = 0
+    stopped: Event = field(default_factory=Event)
+
+    def open(self) -> Opened:
+        """There is nothing to get hold of."""
+        return Opened(self.rate_hz, {"twin": f"noise {self.noise_mm:g} mm, seed {self.seed}"})
+
+    def expect(self, scene: Scene | None) -> None:
+        """See this scene from the next start on."""
+        self.scene = scene
+
+    def start(self, elapsed_s: Elapsed) -> None:
+        """Begin with the scene's first sample."""
+        self.elapsed_s, self.given = elapsed_s, 0
+        self.rows = self._rows()
+        self.stopped.clear()
+
+    def pull(self, timeout_s: float) -> Batch:
+        """What is due by now, 64 samples at most.
+
+        Raises DeviceFault (`silent`) past `silent_after_s`, as a drill.
+        """
+        return awaited(self._come, self.stopped, timeout_s, 0.25 / self.rate_hz)
+
+    def _come(self) -> Batch:
+        elapsed_s = self.elapsed_s
+        if elapsed_s is None:
+            return Batch()
+        due, first = self._due(elapsed_s()), self.given
+        rows = [next(self.rows) for _ in range(min(due, MOST))]
+        self.given += len(rows)
+        return Batch([number / self.rate_hz for number in range(first, self.given)], rows)
+
+    def stop(self) -> None:
+        """Give no more."""
+        self.elapsed_s = None
+        self.stopped.set()
+
+    def close(self) -> None:
+        """The same as stop."""
+        self.stop()
+
+    def _due(self, elapsed_s: float) -> int:
+        silent = self.silent_after_s
+        if silent is not None and elapsed_s > silent:
+            raise DeviceFault(self.name, "silent", f"{self.name}: silent after {silent:g} s, as its drill asks.")
+        if math.isinf(elapsed_s):
+            return MOST
+        return math.floor(elapsed_s * self._true_hz + 1) - self.given
+
+    @property
+    def _true_hz(self) -> float:
+        """Samples in a second of true time: its own clock goes fast by `drift_ppm`."""
+        return self.rate_hz * (1 + 1e-6 * self.drift_ppm)
+
+    def _rows(self) -> Iterator[Row]:
+        """Rows without end. The noise is keyed by the first piece that is seen, not by how often it was started."""
+        key, truth = self._truth()
+        hidden = self._hidden(random.Random(f"{self.seed}/{self.name}/{key}"))
+        before = REST_MM
+        for place, noise in zip(truth, self._noise(key), strict=False):
+            seen = (place[0] + noise[0], place[1] + noise[1], place[2] + noise[2])
+            if next(hidden):
+                yield self._as_lost(before)
+            else:
+                before = seen
+                yield (*seen, True)
+
+    def _as_lost(self, before: tuple[float, float, float]) -> Row:
+        if self.hides == "frozen":
+            return (*before, True)
+        if self.hides == "zeros":
+            return (0.0, 0.0, 0.0, True)
+        return (math.nan, math.nan, math.nan, False)
+
+    def _truth(self) -> tuple[str, Iterator[tuple[float, float, float]]]:
+        if self.scene is None:
+            return "rest", iter(lambda: REST_MM, None)
+        pieces = self.scene.position_mm(self._true_hz)
+        first = next(pieces)
+        key = hashlib.sha256(first.astype("<f8").tobytes()).hexdigest()
+
+        return key, ((x, y, z) for piece in chain([first], pieces) for x, y, z in piece.tolist())
+
+    def _noise(self, key: str) -> Iterator[tuple[float, float, float]]:
+        number = 0
+        while True:
+            drawn = gaussians(3 * NOISY, "tracker", self.seed, self.name, key, number)
+            scaled = [self.noise_mm * each for each in drawn]
+            yield from zip(scaled[::3], scaled[1::3], scaled[2::3], strict=True)
+            number += 1
+
+    def _hidden(self, chance: random.Random) -> Iterator[bool]:
+        """Seen and hidden in turns, each for an exponentially distributed time."""
+        while True:
+            for hidden, per_s in ((False, self.occlusions_per_s), (True, 1 / self.occlusion_s)):
+                for_s = chance.expovariate(per_s) if per_s > 0 else math.inf
+                if math.isinf(for_s):
+                    yield from iter(lambda: False, None)
+                yield from (hidden for _ in range(round(max(for_s, SHORTEST_S * hidden) * self.rate_hz)))

@@ -1,0 +1,87 @@
+"""The force of a pressure, and the fit; scipy's curve_fit is the other software."""
+
+from __future__ import annotations
+
+import math
+
+import numpy as np
+import pytest
+from scipy.optimize import curve_fit
+
+from devices.signals import DeviceError
+from devices.tablet.force import Force, fit_force, read_pairs
+
+PRESSURES = [k / 10 for k in range(1, 11)]
+
+
+def measured(noise, seed=4):
+    force, chance = Force(), np.random.default_rng(seed)
+    return [max(0.01, force.newtons(y) + noise * chance.standard_normal()) for y in PRESSURES]
+
+
+def test_the_curve_is_that_of_equation_4_10():
+    force = Force()
+    assert force.newtons(1.0) == pytest.approx(3.596, abs=1e-3)
+    assert force.newtons(1e-9) == pytest.approx(0.13)
+    assert force.newtons(0.0) == 0
+    for y in PRESSURES:
+        assert force.pressure(force.newtons(y)) == pytest.approx(y)
+    assert (force.pressure(0.1), force.pressure(9.0)) == (0, 1)
+
+
+def test_pairs_from_the_curve_give_the_curve():
+    fit = fit_force(PRESSURES, measured(0))
+    assert (fit.force.a_N, fit.force.b) == pytest.approx((0.13, 3.32), rel=1e-12)
+    assert fit.worst_N < 1e-12
+    assert fit.r_squared == pytest.approx(1)
+
+
+@pytest.mark.parametrize("noise", [0.001, 0.02, 0.2])
+@pytest.mark.parametrize("seed", [1, 2, 3])
+def test_the_fit_is_scipys(noise, seed):
+    forces = measured(noise, seed)
+    fit = fit_force(PRESSURES, forces)
+    wanted, covariance = curve_fit(
+        lambda y, a, b: a * np.exp(b * y), PRESSURES, forces, p0=(0.13, 3.3), ftol=1e-15, xtol=1e-15
+    )
+    assert (fit.force.a_N, fit.force.b) == pytest.approx(tuple(wanted), rel=1e-6)
+    assert (fit.a_error_N, fit.b_error) == pytest.approx(tuple(np.sqrt(np.diag(covariance))), rel=1e-4)
+    left = np.array(forces) - wanted[0] * np.exp(wanted[1] * np.array(PRESSURES))
+    assert fit.rms_N == pytest.approx(np.sqrt(np.mean(left**2)), rel=1e-6)
+    assert fit.worst_N == pytest.approx(np.abs(left).max(), rel=1e-5)
+
+
+@pytest.mark.parametrize("b", [0.05, 1.0, 20.0, 49.0])
+def test_flat_and_steep_curves_are_found(b):
+    force = Force(0.2, b)
+    found = fit_force(PRESSURES, [force.newtons(y) for y in PRESSURES]).force
+    assert (found.a_N, found.b) == pytest.approx((0.2, b), rel=1e-9)
+
+
+@pytest.mark.parametrize(
+    ("pressures", "forces", "said"),
+    [
+        ([0.1, 0.2, 0.3], [1, 2, 3], "3 pressures and 3 forces"),
+        (PRESSURES, [1.0] * 9, "10 pressures and 9 forces"),
+        ([0.1, 0.2, 0.3, 1.4], [1, 2, 3, 4], "pair 4: pressure 1.4"),
+        ([0.1, 0.2, 0.3, 0.4], [1, 2, -3, 4], "pair 3.*force -3 N"),
+        ([0.1, 0.2, 0.3, 0.4], [1, 2, math.nan, 4], "pair 3"),
+        ([0.1, 0.2, 0.2, 0.1], [1, 2, 2, 1], "fewer than 3 different pressures"),
+        (PRESSURES, PRESSURES[::-1], "does not rise"),
+        (PRESSURES, [1.0] * 10, "does not rise"),
+    ],
+)
+def test_pairs_that_show_no_curve_are_refused(pressures, forces, said):
+    with pytest.raises(DeviceError, match=said):
+        fit_force(pressures, forces)
+
+
+def test_pairs_are_read_from_a_table(tmp_path):
+    (tmp_path / "pairs.csv").write_text("pressure,force_N\n0.1,0.18\n0.2,0.25\n")
+    assert read_pairs(tmp_path / "pairs.csv") == ([0.1, 0.2], [0.18, 0.25])
+    for content, said in (("y,F\n1,2\n", "column 'pressure' is missing"), ("pressure,force_N\n0.1,x\n", "line 2")):
+        (tmp_path / "bad.csv").write_text(content)
+        with pytest.raises(DeviceError, match=said):
+            read_pairs(tmp_path / "bad.csv")
+    with pytest.raises(DeviceError, match="none.csv"):
+        read_pairs(tmp_path / "none.csv")
