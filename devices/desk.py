@@ -11,11 +11,15 @@ from protocols.requests import Aside
 
 @dataclass(frozen=True)
 class Prompt:
-    """What the experimenter is asked for: a confirmation, or a number that may have a default."""
+    """What the experimenter is asked for: a confirmation, or a number that may have a default.
+
+    With `codes`, a barcode that is scanned answers as well, by its text.
+    """
 
     text: str
     kind: Literal["confirm", "number"] = "confirm"
     default: float | None = None
+    codes: bool = False
 
 
 class Desk(Protocol):
@@ -30,8 +34,8 @@ class Desk(Protocol):
     def demand(self, prompt: Prompt | None) -> None:
         """Put a demand before the experimenter, or take the standing one away; an equal one stays as it stands."""
 
-    def answer(self) -> float | bool | None:
-        """The answer to the standing demand: True once confirmed, a number once given, None until then."""
+    def answer(self) -> float | bool | str | None:
+        """The answer to the standing demand: True once confirmed, a number or a code once given, None until then."""
 
     def tell(self, state: Mapping[str, Any]) -> None:
         """Show the state of a window or device; given keys replace earlier ones, None removes one."""

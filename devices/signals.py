@@ -36,8 +36,8 @@ class DeviceFault(Exception):
 
 
 FAULTS = (
-    "link_lost", "heartbeat_lost", "silent", "stuck", "not_a_number", "over_range", "overload", "overrun", "refused",
-    "limit", "firmware",
+    "link_lost", "heartbeat_lost", "silent", "stuck", "not_a_number", "over_range", "overload", "overrun", "underrun",
+    "refused", "limit", "emergency_stop", "firmware",
 )  # fmt: skip
 """What can go wrong with a device, by the word that a record counts it by."""
 

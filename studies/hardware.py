@@ -63,6 +63,7 @@ class Hardware:
 
             self.opened = open_rig(self.file, self._names())
             self.description.update(self.opened.describe())
+            self._demand_playable(self.opened, plan)
 
     def close(self) -> None:
         """Make every device safe and let go of it; also where none is open."""
@@ -77,6 +78,16 @@ class Hardware:
 
             return rig_station(self.opened, self.found, plan)
         return twin_station(plan, self.found.folder, self.twins)
+
+    def _demand_playable(self, opened: OpenRig, plan: Plan) -> None:
+        """Every profile of the plan is within the door's limits. Raises DeviceError; then nothing is open."""
+        from studies.rig_station import demand_within_limits
+
+        try:
+            demand_within_limits(opened, self.found, plan)
+        except BaseException:
+            self.close()
+            raise
 
     def _needs(self) -> list[str]:
         """The needs that the rig serves."""

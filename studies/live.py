@@ -131,6 +131,12 @@ class Station:
             raise RigError(f"{request.device} is to record, and the study's needs lack it")
         return self.records[request.device].perform(request, window, desk, now_ns)
 
+    def stop(self) -> None:
+        """End what is being recorded; the devices themselves are made safe by whoever opened them."""
+        for each in self.records.values():
+            if callable(end := getattr(each, "close", None)):
+                end()
+
 
 def _both(by_hand: Reply, by_device: Reply) -> Reply:
     seconds = round(by_hand.value["seconds"] + by_device.value.get("seconds", 0.0), 3)

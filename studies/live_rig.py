@@ -48,7 +48,9 @@ def live_plan(found: Found, lab: Path, options: LiveOptions) -> RigPlan:
         seat = seat_at(plan, now_ns, presenter, options.as_json, opened)
         opened.callback(hardware.close)  # The first to be closed: before anything else, nothing moves.
         seat.tell(dict.fromkeys(twins, "simulated, idle"))
-        world = LiveWorld(presenter, seat, hardware.station(plan), now_ns, lambda: seat.board.paused)
+        station = hardware.station(plan)
+        opened.callback(station.stop)
+        world = LiveWorld(presenter, seat, station, now_ns, lambda: seat.board.paused)
         return Rig(world, opened.close, seat.watch, lambda: presenter.finish(seat, last_page(seat)))
 
     window = window_of(found, lab, calibration, language, options.windowed is None)

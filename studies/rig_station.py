@@ -20,6 +20,7 @@ from studies.profiles import Profiles
 from studies.scenes import pictures_of, scenes_for
 
 if TYPE_CHECKING:
+    from devices.door.link.simulator import DoorSimulator
     from devices.scene import Scene
 
 CAPTURED = tuple(need for need in RECORDING if need != "camera")
@@ -35,7 +36,7 @@ def rig_station(rig: OpenRig, found: Found, plan: Plan) -> Station:
         camera: Any = rig.of("camera")["camera"]
         camera.pictures_of = pictures_of
         records["camera"] = cast(Records, camera)
-    made = composed(plan.study, _door(rig, found, plan), records, lambda: _stage(rig))
+    made = composed(plan.study, _door(rig, found, plan), records, lambda: _stage(rig, plan))
     return replace(made, presents=_masked(rig, made.presents)) if "masking_noise" in plan.study.needs else made
 
 
@@ -50,6 +51,15 @@ def _door(rig: OpenRig, found: Found, plan: Plan) -> Presents | None:
         door.profile_for = profiles_of(need, found)
         return cast(Presents, door)
     return None
+
+
+def demand_within_limits(rig: OpenRig, found: Found, plan: Plan) -> None:
+    """The door can play every stimulus of the plan. Raises DeviceError naming the first that it cannot."""
+    if "door" not in plan.study.needs:
+        return
+    door, files = cast("DoorSimulator", rig.of("door")["door"]), Profiles(found.folder)
+    for stimulus in {trial.stimulus.id: trial.stimulus for trial in plan.trials}.values():
+        door.check(files.of(stimulus), stimulus.id)
 
 
 def profiles_of(need: str, found: Found) -> Callable[[Present], Sequence[float]]:
@@ -91,10 +101,15 @@ def _scenes(rig: OpenRig, need: str, found: Found, plan: Plan) -> Callable[[Sens
     return scenes_for(need, plan, Profiles(found.folder))
 
 
-def _stage(rig: OpenRig) -> Presents:
+def _stage(rig: OpenRig, plan: Plan) -> Presents:
+    """Who mounts the samples: somebody who says so, or somebody whose scanner does."""
     if "samples" not in rig.file.needs:
         return HandMounted()
-    return cast(Presents, rig.of("samples")["stage"])
+    from devices.stage.codes import known_codes
+
+    stage: Any = rig.of("samples")["stage"]
+    stage.known = known_codes([trial.stimulus for trial in plan.trials])
+    return cast(Presents, stage)
 
 
 def _masked(rig: OpenRig, presents: Presents) -> Presents:

@@ -121,7 +121,7 @@ class WindowPresenter:
         again = "" if self.misread_mm is None else f"{self.misread_mm:g} mm is not {NOMINAL_MM:g}: measure once more. "
         asked = f"{again}How many mm does the line on the participant's screen measure?"
         desk.demand(Prompt(asked, "number", NOMINAL_MM))
-        if (read := desk.answer()) is None:
+        if (read := desk.answer()) is None or isinstance(read, str):
             return None
         desk.demand(None)
         if self.misread_mm is None and not abs(read - NOMINAL_MM) <= TOLERANCE_MM:

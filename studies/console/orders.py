@@ -8,13 +8,13 @@ from typing import Literal
 
 from protocols.did_you_mean import nearest
 
-Do = Literal["confirm", "number", "note", "pause", "go on", "repeat", "repeat last", "abort", "quit", "help"]
-WITH_TEXT: tuple[Do, ...] = ("note", "abort")
+Do = Literal["confirm", "number", "note", "pause", "go on", "repeat", "repeat last", "abort", "quit", "help", "scan"]
+WITH_TEXT: tuple[Do, ...] = ("note", "abort", "scan")
 PLAIN: tuple[Do, ...] = ("confirm", "pause", "go on", "repeat", "repeat last", "quit", "help")
 LONGEST_NOTE = 2000
 LINES = (
     "one order a line: confirm, a number, note TEXT, pause, go on, repeat, repeat last, abort REASON (for good), "
-    "quit (for now), help"
+    "quit (for now), help, scan CODE (as a barcode scanner types)"
 )
 
 
@@ -24,7 +24,7 @@ class OrderError(ValueError):
 
 @dataclass(frozen=True)
 class Order:
-    """One thing the experimenter wants; `text` goes with a note or an abort, `number` with a number."""
+    """One thing the experimenter wants; `text` goes with a note, an abort or a scanned code, `number` with a number."""
 
     do: Do
     text: str = ""
@@ -52,6 +52,8 @@ def worded(do: Do, text: str) -> Order:
     said = text.strip()[:LONGEST_NOTE]
     if do == "note" and not said:
         raise OrderError("a note needs words, as: note the fan came on")
+    if do == "scan" and not said:
+        raise OrderError("a scan needs its code, as: scan T07")
     return Order(do, said)
 
 

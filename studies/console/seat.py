@@ -17,6 +17,7 @@ from studies.console.board import Board, after
 from studies.console.entry import IDLE, press
 from studies.console.listening import Heard, Source
 from studies.console.orders import LINES, Order, OrderError, order_of
+from studies.console.scans import burst
 from studies.console.view import Display, View
 from studies.console.words import doing, how_to_answer, line, where
 from studies.interrupts import Interrupted
@@ -41,7 +42,7 @@ class Seat:
     clock: Callable[[], float] = time.monotonic
     view: View = field(init=False)
     _heard: deque[Heard] = field(default_factory=deque)
-    _answer: float | bool | None = None
+    _answer: float | bool | str | None = None
     _asked_s: float = 0.0
     _trial_s: float = 0.0
     _live: bool = False
@@ -67,6 +68,10 @@ class Seat:
         self._go_live()
         self._heard.extend(self.source.take())
         while self._heard and not self._too_early(self._heard[0]):
+            if self._scanning():
+                continue
+            if self._may_scan():
+                break
             aside = self._hear(self._heard.popleft())
             if aside is not None:
                 return aside
@@ -82,7 +87,7 @@ class Seat:
         if prompt is not None:
             self.display.say(f"> {prompt.text} ({how_to_answer(prompt, self.source.by_line)})")
 
-    def answer(self) -> float | bool | None:
+    def answer(self) -> float | bool | str | None:
         """The answer to the standing demand once given."""
         return self._answer
 
@@ -113,6 +118,26 @@ class Seat:
     def _too_early(self, heard: Heard) -> bool:
         return self.source.by_line and self._waiting is None and _answers(heard.text)
 
+    @property
+    def _wants_code(self) -> bool:
+        """Whether keys may come from a scanner that types."""
+        typing = self.source.by_line or self.view.entry.typing or self._waiting is None
+        return not typing and self._waiting is not None and self._waiting.codes
+
+    def _scanning(self) -> bool:
+        """Take a scanned code for the answer, where the first keys are one."""
+        code, _ = burst(list(self._heard), self.clock()) if self._wants_code else (None, False)
+        if code is None:
+            return False
+        for _ in range(len(code) + 1):
+            self._heard.popleft()
+        self._answer = code
+        return True
+
+    def _may_scan(self) -> bool:
+        """Whether the first keys may yet become a code: what they mean is not known before."""
+        return self._wants_code and burst(list(self._heard), self.clock())[1]
+
     def _hear(self, heard: Heard) -> Aside | None:
         """Heed one line or key."""
         if not self.source.by_line:
@@ -132,7 +157,7 @@ class Seat:
             self._hint(f"the session is {self.board.ended}: nothing more goes on record")
             return None
         match order.do:
-            case "confirm" | "number":
+            case "confirm" | "number" | "scan":
                 self._take_answer(order, t_s)
             case "help":
                 self._help()
@@ -154,6 +179,9 @@ class Seat:
             self._hint("nothing to confirm now")
         elif not self.source.by_line and t_s < self._asked_s + REACTION_S:
             self._hint("too soon after the demand: once more, please")
+        elif order.do == "scan":
+            self._answer = order.text if asked.codes else None
+            self._hint("" if asked.codes else "no code is asked for")
         elif asked.kind == "confirm" and order.do == "number":
             self._hint("no number is asked for: confirm once it is done")
         elif asked.kind == "number" and order.number is None and asked.default is None:
@@ -198,7 +226,7 @@ class Seat:
 def _answers(text: str) -> bool:
     """Whether a line is an answer to a demand."""
     try:
-        return order_of(text).do in {"confirm", "number"}
+        return order_of(text).do in {"confirm", "number", "scan"}
     except OrderError:
         return False
 

@@ -1,0 +1,82 @@
+"""The file that keeps an identified actuator: its response, and the filter made from it."""
+
+from __future__ import annotations
+
+import json
+import os
+from pathlib import Path
+from typing import Annotated, Literal, Self
+
+from pydantic import Field, ValidationError, model_validator
+
+from devices.rig.settings import Date, Finite, Positive, Strict
+from devices.signals import DeviceError
+from protocols.canonical import digest
+
+Numbers = Annotated[list[Finite], Field(min_length=1, max_length=100_000)]
+
+
+class Calibration(Strict):
+    """Everything that the filter was made from, so that it can be looked at and made again.
+
+    Filter: weights at 1 kHz, volts for m/s^2. Response: real and imaginary part, m/s^2 per volt, at `hz`.
+    """
+
+    kind: Literal["voice_coil_response"] = "voice_coil_response"
+    format: Literal[1] = 1
+    date: Date
+    excitation: str
+    band_Hz: tuple[Positive, Positive]
+    boost_dB: Finite
+    gain_m_s2_V: Positive
+    ripple_dB: Finite
+    before_dB: Finite
+    delay_ms: Finite
+    added_ms: Finite
+    limited_Hz: tuple[Finite, ...] = ()
+    hz: Numbers
+    real: Numbers
+    imaginary: Numbers
+    coherence: Numbers
+    h2_apart_dB: Numbers
+    filter: Numbers
+
+    @model_validator(mode="after")
+    def _whole(self) -> Self:
+        lengths = {len(each) for each in (self.hz, self.real, self.imaginary, self.coherence, self.h2_apart_dB)}
+        if len(lengths) > 1:
+            raise ValueError(f"one value per line is expected, found {sorted(lengths)} values")
+        return self
+
+    @property
+    def told(self) -> str:
+        """One line for records and people; the digest is that of the whole file."""
+        low, high = self.band_Hz
+        flat = f"flat within {self.ripple_dB:.2f} dB from {low:g} to {high:g} Hz"
+        return f"identified {self.date}, {flat}, sha256 {digest(self.model_dump(mode='json'))[:12]}"
+
+
+def save(calibration: Calibration, path: Path) -> None:
+    """Write it whole or not at all. Raises DeviceError where the place cannot be written."""
+    part = path.with_suffix(path.suffix + ".part")
+    try:
+        with part.open("w", encoding="utf-8") as file:
+            json.dump(calibration.model_dump(mode="json"), file, indent=1)
+            file.flush()
+            os.fsync(file.fileno())
+        part.replace(path)
+    except OSError as error:
+        raise DeviceError(f"{path}: the calibration cannot be written: {error.strerror}") from None
+
+
+def load(path: Path) -> Calibration:
+    """Read it. Raises DeviceError that names the file and what is wrong with it."""
+    try:
+        return Calibration.model_validate_json(path.read_bytes())
+    except OSError as error:
+        raise DeviceError(f"{path}: the voice coil's calibration cannot be read: {error.strerror}") from None
+    except ValidationError as error:
+        first = error.errors()[0]
+        where = ".".join(map(str, first["loc"])) or "the file"
+        told = f"{where}: {first['msg']}"
+        raise DeviceError(f"{path}: no voice coil calibration: {told}. Identify the actuator again") from None

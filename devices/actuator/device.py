@@ -1,0 +1,204 @@
+"""The voice coil on the stylus: accelerations at 1 kHz become vibrations in the hand (thesis 4.5.2)."""
+
+from __future__ import annotations
+
+import time
+from collections.abc import Callable, Mapping, Sequence
+from dataclasses import dataclass, field
+from pathlib import Path
+from typing import TYPE_CHECKING, Annotated, Any, Literal, Self
+
+from pydantic import Field, model_validator
+
+from devices.rig.settings import Date, Strict
+from devices.signals import DeviceFault, Health, Signal
+
+if TYPE_CHECKING:
+    from numpy.typing import ArrayLike
+
+    from devices.actuator.calibration import Calibration
+    from devices.actuator.compensation import Compensation
+    from devices.actuator.limits import Limiter
+    from devices.actuator.queue import Array, Queue
+    from devices.sound.output import Output
+
+RATE_HZ = 1000
+
+
+class Settings(Strict):
+    """`peak_V` and `rms_V` are what the coil bears, at the output; `thermal_s` is how long it takes to warm up.
+
+    `calibration` names the file that identifying the actuator wrote; without one, samples are volts and not m/s^2.
+    """
+
+    kind: Literal["voice_coil"]
+    driver: Literal["nidaqmx", "sound", "twin"]
+    channel: Annotated[str, Field(pattern=r"^[^\s,:]+/ao\d+$")] = "Dev1/ao0"
+    device: str | Annotated[int, Field(ge=0)] | None = None
+    card_rate_hz: Annotated[int, Field(ge=8000, le=192_000)] = 48_000
+    full_scale_V: Annotated[float, Field(ge=0.01, le=10)] = 1.0
+    ahead_ms: Annotated[int, Field(ge=5, le=500)] = 20
+    peak_V: Annotated[float, Field(ge=0.01, le=10)] = 1.0
+    rms_V: Annotated[float, Field(ge=0.01, le=10)] = 0.5
+    thermal_s: Annotated[float, Field(ge=0.1, le=60)] = 1.0
+    peak_m_s2: Annotated[float, Field(ge=0.1, le=1000)] = 100.0
+    calibration: str | None = None
+    calibrated: Date | None = None
+    seed: Annotated[int, Field(ge=0, lt=2**63)] = 1
+
+    @model_validator(mode="after")
+    def _in_order(self) -> Self:
+        if self.rms_V > self.peak_V:
+            raise ValueError(f"rms_V ({self.rms_V:g}) must not be above peak_V ({self.peak_V:g})")
+        if self.driver == "sound" and self.peak_V > self.full_scale_V:
+            told = f"peak_V ({self.peak_V:g}) must not be above full_scale_V ({self.full_scale_V:g})"
+            raise ValueError(f"{told}, what the sound card gives at full scale")
+        return self
+
+
+@dataclass
+class VoiceCoil:
+    """Played ahead through a queue. After a fault or `safe` it is silent until `start`.
+
+    One thread writes; `safe` may be called from any.
+    """
+
+    name: str
+    settings: Settings
+    output: Output
+    queue: Queue
+    limiter: Limiter
+    calibration_file: Path | None = None
+    calibration: Calibration | None = None
+    compensation: Compensation | None = None
+    began: bool = False
+    faults: list[str] = field(default_factory=list)
+
+    @property
+    def signals(self) -> Sequence[Signal]:
+        """It gives nothing."""
+        return ()
+
+    @property
+    def unit(self) -> str:
+        """What samples are in: m/s^2 with a calibration, else V."""
+        return "V" if self.compensation is None else "m/s^2"
+
+    @property
+    def room(self) -> int:
+        """How many samples may be written now."""
+        return self.queue.room
+
+    def open(self) -> None:
+        """Read the calibration and find the output; nothing is played. Raises DeviceError."""
+        from devices.actuator.calibration import load
+        from devices.actuator.compensation import Compensation
+
+        if self.calibration_file is not None:
+            self.calibration = load(self.calibration_file)
+            self.compensation = Compensation.of(self.calibration, self.settings.peak_m_s2)
+        self.output.open()
+
+    def start(self) -> None:
+        """Begin with silence; `write` from now on. Raises DeviceError."""
+        self.output.stop()
+        self.queue.resume()
+        if self.compensation is not None:
+            self.compensation.begin()
+        self.output.start(self.queue.take)
+        self.began = True
+
+    def write(self, samples: ArrayLike) -> int:
+        """Play samples at 1 kHz after those that wait; how many more fit.
+
+        Limited to what the coil bears, and that is counted. Raises DeviceFault, and is silent then: a value that is no
+        number, more than fits, an output that failed, an actuator that is not started.
+        """
+        wished = self._finite(samples)
+        return self.drive(wished if self.compensation is None else self.compensation.volts(wished))
+
+    def drive(self, volts: ArrayLike) -> int:
+        """The same in volts, past the compensation."""
+        self.check()
+        given = self._finite(volts)
+        if not self.began:
+            raise DeviceFault(self.name, "refused", f"{self.name}: nothing is played before start")
+        if len(given) > self.room:
+            told = f"{self.name}: {len(given)} samples were written where {self.room} fit"
+            raise self._failed(DeviceFault(self.name, "underrun", told))
+        return self.queue.write(self.limiter.limit(given))
+
+    def _finite(self, samples: ArrayLike) -> Array:
+        import numpy as np
+
+        given = np.atleast_1d(np.asarray(samples, dtype=np.float64))
+        if not np.all(np.isfinite(given)):
+            bad = int(np.flatnonzero(~np.isfinite(given))[0])
+            told = f"{self.name}: sample {bad} of {len(given)} is {given[bad]}: the output was silenced"
+            raise self._failed(DeviceFault(self.name, "not_a_number", told))
+        return given
+
+    def check(self) -> None:
+        """Raise DeviceFault where the output failed."""
+        if fault := self.output.fault():
+            raise self._failed(fault)
+
+    def _failed(self, fault: DeviceFault) -> DeviceFault:
+        self.safe()
+        if str(fault) not in self.faults:
+            self.faults.append(str(fault))
+        return fault
+
+    def rest(self) -> None:
+        """Nothing is to follow for now: what waits is played, and silence is no underrun until the next `write`."""
+        self.queue.rest()
+
+    def safe(self) -> None:
+        """Drop what waits and be silent after a ramp of 4 ms."""
+        self.began = False
+        try:
+            self.output.cut()
+        finally:
+            self.queue.halt()
+
+    def close(self) -> None:
+        """Silence, then let go of the output."""
+        self.safe()
+        self.output.drain(self.queue.silent)
+        self.output.stop()
+
+    def record(self) -> Mapping[str, Any]:
+        """What went wrong so far: underruns and the samples missing in them, samples limited, faults."""
+        held = 0 if self.compensation is None else self.compensation.limited
+        return {
+            "underruns": self.queue.underruns, "missing": self.queue.missing,
+            "limited": self.limiter.limited + held, "faults": list(self.faults),
+        }  # fmt: skip
+
+    def describe(self) -> Mapping[str, Any]:
+        """The settings, and the calibration's one line."""
+        said = self.settings.model_dump(mode="json", exclude_none=True)
+        return {**said, "unit": self.unit, **({"response": self.calibration.told} if self.calibration else {})}
+
+    def health(self, seconds: float) -> Health:
+        """Play silence for so long; nothing is to be felt."""
+        self.start()
+        time.sleep(0.0 if self.settings.driver == "twin" else seconds)
+        fault = self.output.fault()
+        facts = {**self.output.facts(), "samples in": self.unit}
+        self.close()
+        dated = self.settings.calibrated if self.calibration is None else self.calibration.date
+        told = str(fault) if fault else (self.calibration.told if self.calibration else "plays volts: not identified")
+        return Health(fault is None, told, calibrated=dated, facts=facts)
+
+
+def make(name: str, settings: Settings, folder: Path, elapsed_s: Callable[[], float] = time.monotonic) -> VoiceCoil:
+    """The voice coil of that name; opens nothing. A calibration's name is that of a file in `folder`."""
+    from devices.actuator.limits import Limiter
+    from devices.actuator.outputs import output_of
+    from devices.actuator.queue import Queue
+
+    ahead = settings.ahead_ms * RATE_HZ // 1000
+    limiter = Limiter(settings.peak_V, settings.rms_V, settings.thermal_s)
+    file = None if settings.calibration is None else folder / settings.calibration
+    return VoiceCoil(name, settings, output_of(name, settings, elapsed_s), Queue(ahead), limiter, file)

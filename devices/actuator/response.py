@@ -1,0 +1,108 @@
+"""An actuator's frequency response from what was played and what was recorded, and when it cannot be had."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+import numpy as np
+from numpy.typing import NDArray
+
+from devices.actuator.excitation import HIGHEST_HZ, LOWEST_HZ, PERIOD, Excitation
+from devices.actuator.queue import RATE_HZ, Array
+from devices.signals import DeviceError
+
+Complex = NDArray[np.complex128]
+FEWEST = 4
+"""Periods below which coherence says nothing: unrelated noise alone has 1 over their number."""
+AT_REST = 1e-9
+CLIPPED_SHARE = 0.002
+"""Share of the samples that may lie at the largest or smallest value: one in 500. A clipped recording has far more."""
+COHERENT, INCOHERENT_SHARE = 0.8, 0.1
+
+
+class ResponseError(DeviceError):
+    """A recording that no response can be had from; it says what it lacks."""
+
+
+@dataclass(frozen=True)
+class Response:
+    """At `hz`: the response in units recorded per volt, its coherence, and its standard error in the same units.
+
+    `response` is the H1 estimate (noise in the recording does not bias it); `apart_dB` is how far H2 lies from it.
+    """
+
+    hz: Array
+    response: Complex
+    coherence: Array
+    error: Array
+    apart_dB: Array
+
+    def inside(self, low_Hz: float, high_Hz: float) -> NDArray[np.bool_]:
+        """Which lines lie in a band."""
+        return (self.hz >= low_Hz) & (self.hz <= high_Hz)
+
+
+def demand_signal(recorded: Array) -> None:
+    """Raise ResponseError where a recording is empty, not finite, silent or clipped."""
+    if not np.all(np.isfinite(recorded)):
+        where = int(np.flatnonzero(~np.isfinite(recorded))[0])
+        raise ResponseError(f"the recording holds what is no number, first at sample {where}: check the sensor's cable")
+    if len(recorded) == 0 or float(np.ptp(recorded)) <= AT_REST:
+        raise ResponseError("the recording is silent: is the sensor on the actuator, and the amplifier on?")
+    ends = (recorded >= recorded.max() - AT_REST) | (recorded <= recorded.min() + AT_REST)
+    if float(ends.mean()) > CLIPPED_SHARE:
+        told = f"{100 * ends.mean():.1f} % of its samples lie at {recorded.min():.4g} or {recorded.max():.4g}"
+        raise ResponseError(f"the recording is clipped: {told}. Lower the level or widen the sensor's range")
+
+
+def estimate(played: Excitation, recorded: Array, rate_hz: int = RATE_HZ) -> Response:
+    """H1 = Sxy / Sxx, H2 = Syy / Syx and coherence over the measured periods, at the lines that were excited.
+
+    The recording may have another whole rate: periods of one second have the same lines in both, so nothing is
+    resampled. Raises ResponseError: other lengths, fewer than four periods, no signal.
+    """
+    if len(recorded) != len(played) * rate_hz // RATE_HZ:
+        raise ResponseError(
+            f"{len(recorded) / rate_hz:.3f} s were recorded at {rate_hz} Hz, {len(played) / RATE_HZ:.3f} s were played"
+        )
+    if len(played.begins) < FEWEST:
+        raise ResponseError(f"{len(played.begins)} periods were measured, at least {FEWEST} are needed")
+    demand_signal(recorded)
+    x = _spectra(played.samples, played.begins, RATE_HZ)
+    y = _spectra(recorded - recorded.mean(), played.begins, rate_hz)
+    s_xx, s_yy = np.mean(np.abs(x) ** 2, axis=0), np.mean(np.abs(y) ** 2, axis=0)
+    s_xy = np.mean(np.conj(x) * y, axis=0)
+    lines = slice(LOWEST_HZ, HIGHEST_HZ + 1)
+    hz = np.arange(LOWEST_HZ, HIGHEST_HZ + 1, dtype=np.float64)
+    return _response(hz, s_xx[lines], s_yy[lines], s_xy[lines], len(played.begins))
+
+
+def _response(hz: Array, s_xx: Array, s_yy: Array, s_xy: Complex, count: int) -> Response:
+    """Bendat and Piersol, Random Data (2010), 9.1: variance of |H1| is (1 - coherence) |H1|^2 / (2 coherence n)."""
+    tiny = np.finfo(float).tiny
+    coherence = np.minimum(np.abs(s_xy) ** 2 / np.maximum(s_xx * s_yy, tiny), 1.0)
+    h1 = s_xy / s_xx
+    spread = np.sqrt((1 - coherence) / (2 * np.maximum(coherence, tiny) * count))
+    apart = -10 * np.log10(np.maximum(coherence, tiny))
+    return Response(hz, h1, coherence, np.abs(h1) * spread, apart)
+
+
+def _spectra(samples: Array, begins: tuple[int, ...], rate_hz: int) -> Complex:
+    """Per measured second the lines from 0 to 500 Hz."""
+    firsts = [first * rate_hz // RATE_HZ for first in begins]
+    periods = [np.fft.rfft(samples[first : first + rate_hz]) / rate_hz for first in firsts]
+    return np.array(periods)[:, : PERIOD // 2 + 1]
+
+
+def demand_coherence(response: Response, low_Hz: float, high_Hz: float) -> None:
+    """Raise ResponseError where more than a tenth of the band's lines are below a coherence of 0.8."""
+    inside = response.inside(low_Hz, high_Hz)
+    coherence, hz = response.coherence[inside], response.hz[inside]
+    poor = coherence < COHERENT
+    if len(hz) == 0 or float(poor.mean()) > INCOHERENT_SHARE:
+        worst = f", {coherence.min():.2f} at {hz[coherence.argmin()]:.0f} Hz" if len(hz) else ""
+        told = f"{100 * poor.mean() if len(hz) else 100:.0f} % of the lines from {low_Hz:g} to {high_Hz:g} Hz"
+        raise ResponseError(
+            f"what was recorded does not follow what was played: {told} have a coherence below {COHERENT}{worst}. "
+            "Raise the level, fasten the sensor, and let nothing else shake it"
+        )

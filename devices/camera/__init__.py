@@ -1,0 +1,1 @@
+"""Pictures of samples, as a camera puts them into a folder."""

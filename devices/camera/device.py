@@ -1,0 +1,247 @@
+"""The camera: each sample under ten lights, as pictures that come into a folder (thesis 3.4.2)."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass, field
+from pathlib import Path
+from typing import TYPE_CHECKING, Annotated, Any, Literal, Self
+
+from pydantic import Field, model_validator
+
+from devices.acts import Act, going_on
+from devices.desk import Desk, Pages, Prompt
+from devices.mending import Mending
+from devices.rig.settings import Date, Strict
+from devices.signals import DeviceFault, Health, NowNs, Signal
+from protocols.events import NS
+from protocols.requests import Aside, Came, Reply, Sense
+
+if TYPE_CHECKING:
+    from devices.camera.sources import Arrived, Folder, PicturesOf, Simulated
+
+Suffix = Annotated[str, Field(pattern=r"^\.[a-z0-9]+$")]
+LightName = Annotated[str, Field(min_length=1, max_length=60)]
+
+
+class Settings(Strict):
+    """`folder` is where the camera's own program puts its files, `pictures` where the lab keeps them.
+
+    `lights` is how many pictures a sample gets, or the lights' names in the order in which they are asked for.
+    """
+
+    kind: Literal["camera"]
+    driver: Literal["folder", "twin"]
+    folder: str | None = None
+    pictures: str = "../../pictures"
+    lights: (
+        Annotated[int, Field(ge=1, le=99)] | Annotated[tuple[LightName, ...], Field(min_length=1, max_length=99)]
+    ) = 10
+    suffixes: Annotated[tuple[Suffix, ...], Field(min_length=1)] = (".jpg", ".jpeg", ".png", ".tif", ".tiff")
+    order: Literal["name", "time"] = "time"
+    settle_s: Annotated[float, Field(ge=0.2, le=60)] = 1.0
+    least_pixels: Annotated[int, Field(ge=1, le=100_000)] = 1568
+    least_sharpness: Annotated[float, Field(ge=0, le=20)] = 0.05
+    most_white: Annotated[float, Field(ge=0, le=1)] = 0.05
+    calibrated: Date | None = None
+
+    @model_validator(mode="after")
+    def _has_folder(self) -> Self:
+        if self.driver == "folder" and self.folder is None:
+            raise ValueError("folder is missing: the one that the camera's program puts its pictures into")
+        return self
+
+    @property
+    def count(self) -> int:
+        """Pictures of each sample."""
+        return self.lights if isinstance(self.lights, int) else len(self.lights)
+
+    def light(self, number: int) -> str:
+        """A light for people: light 3 of 10 (left, low)."""
+        named = "" if isinstance(self.lights, int) else f" ({self.lights[number - 1]})"
+        return f"light {number} of {self.count}{named}"
+
+
+@dataclass
+class Camera:
+    """Waits until there is a picture for each light. `pictures_of` is what the twin sees.
+
+    A picture whose bytes came before is left out; one that is blurred, over-exposed or too small is asked for again,
+    and kept where the experimenter confirms it as it is.
+    """
+
+    name: str
+    settings: Settings
+    source: Folder | Simulated
+    pictures: Path
+    act: Act | None = None
+    taken: dict[int, dict[str, Any]] = field(default_factory=dict)
+    left_out: list[str] = field(default_factory=list)
+    kept_as_it_is: set[int] = field(default_factory=set)
+    stopped: bool = False
+    seen: dict[str, str] = field(default_factory=dict)
+    mending: Mending = field(default_factory=Mending)
+
+    @property
+    def signals(self) -> Sequence[Signal]:
+        """Pictures are no signal."""
+        return ()
+
+    @property
+    def pictures_of(self) -> PicturesOf | None:
+        """What the twin sees; None with a real camera."""
+        return getattr(self.source, "pictures_of", None)
+
+    @pictures_of.setter
+    def pictures_of(self, given: PicturesOf) -> None:
+        if self.settings.driver == "twin":
+            self.source.pictures_of = given  # type: ignore[union-attr]
+
+    def open(self) -> None:
+        """Make sure that the folder is there. Raises DeviceError."""
+        demand = getattr(self.source, "demand", None)
+        if demand is not None:
+            demand()
+
+    def safe(self) -> None:
+        """A camera harms nobody."""
+
+    def close(self) -> None:
+        """Nothing is held."""
+
+    def describe(self) -> Mapping[str, Any]:
+        """The settings."""
+        return self.settings.model_dump(mode="json", exclude_none=True)
+
+    def health(self, seconds: float) -> Health:  # noqa: ARG002 - a folder is looked at once
+        """Whether the folder can be read."""
+        from devices.signals import DeviceError
+
+        facts = {"lights": str(self.settings.count), "kept in": str(self.pictures)}
+        try:
+            self.open()
+        except DeviceError as error:
+            return Health(False, str(error), calibrated=self.settings.calibrated, facts=facts)
+        told = "simulated" if self.settings.driver == "twin" else f"waits for pictures in {self.settings.folder}"
+        return Health(True, told, calibrated=self.settings.calibrated, facts=facts)
+
+    def perform(self, request: Sense, window: Pages, desk: Desk, now_ns: NowNs) -> Came:
+        """Ask for one light after the other until there is a picture for each, at most `request.seconds`."""
+        if aside := self.mending.asked("changing_sample", window, desk):
+            return aside
+        try:
+            act = self._begun(request, now_ns)
+            aside = self._shot(act, request, window, desk, now_ns)
+        except DeviceFault as fault:
+            desk.demand(None)
+            self.act = None
+            return self.mending.fault(fault)
+        if aside is not None:
+            return aside
+        desk.demand(None)
+        self.act = None
+        return self._came(request, act.seconds(now_ns()))
+
+    def _begun(self, request: Sense, now_ns: NowNs) -> Act:
+        act = going_on(self.act, request, now_ns)
+        if act is not self.act:
+            self.taken, self.left_out, self.kept_as_it_is, self.stopped = {}, [], set(), False
+            self.source.begin(request)
+            self.act = act
+        return act
+
+    def _shot(self, act: Act, request: Sense, window: Pages, desk: Desk, now_ns: NowNs) -> Aside | None:
+        def ready() -> bool:
+            self._heed(desk)
+            for each in self.source.new(now_ns() / NS):
+                self._take(request, each)
+            desk.demand(self._prompt(request))
+            return self._wanted() is None or self.stopped or act.seconds(now_ns()) >= request.seconds
+
+        desk.demand(self._prompt(request))
+        return act.wait("recording", window, desk, now_ns, ready)
+
+    def _heed(self, desk: Desk) -> None:
+        """A confirmation keeps the picture that is complained of, or says that no more are coming."""
+        wanted = self._wanted()
+        if wanted is None or desk.answer() is None:
+            return
+        if wanted in self.taken:
+            self.kept_as_it_is.add(wanted)
+        else:
+            self.stopped = True
+
+    def _wanted(self) -> int | None:
+        """The light that a picture is wanted for: the first without one, then the first with a bad one.
+
+        A twin's pictures do not get better: they are flagged, and kept.
+        """
+        missing = (n for n in range(1, self.settings.count + 1) if n not in self.taken)
+        bad = (n for n, each in sorted(self.taken.items()) if each["flags"] and n not in self.kept_as_it_is)
+        return next(missing, None) or (None if self.settings.driver == "twin" else next(bad, None))
+
+    def _prompt(self, request: Sense) -> Prompt | None:
+        wanted = self._wanted()
+        if wanted is None:
+            return None
+        said = f"{request.trial.stimulus.id}, {self.settings.light(wanted)}"
+        if wanted in self.taken:
+            flags = " and ".join(self.taken[wanted]["flags"]).replace("_", " ")
+            return Prompt(f"{said}: the picture is {flags}. Take it again, or confirm to keep it.")
+        return Prompt(f"{said}: take the picture. Confirm only where no more come.")
+
+    def _take(self, request: Sense, arrived: Arrived) -> None:
+        from devices.camera.keeping import keep
+        from devices.camera.look import Incomplete, Limits, look
+
+        chosen = self.settings
+        light = self._wanted()
+        try:
+            found = look(arrived.data, Limits(chosen.least_pixels, chosen.least_sharpness, chosen.most_white))
+        except Incomplete as error:
+            self.source.refuse(arrived.name, str(error))
+            return
+        if light is None or self._known(request.trial.stimulus.id, found.sha256):
+            self.left_out.append(arrived.name)
+            return
+        file = keep(
+            self.name, self.pictures, request.trial.stimulus.id, light, found.sha256, arrived.name, arrived.data
+        )
+        self.seen[found.sha256] = request.trial.stimulus.id
+        self.taken[light] = {
+            "file": file, "from": arrived.name, "sha256": found.sha256, "width": found.width, "height": found.height,
+            "light": light, "sharpness": found.sharpness, "white": found.white, "flags": list(found.flags),
+        }  # fmt: skip
+
+    def _known(self, stimulus: str, sha256: str) -> bool:
+        """Whether these bytes were given for this sample now, or for another one ever."""
+        now = any(each["sha256"] == sha256 for each in self.taken.values())
+        return now or self.seen.get(sha256, stimulus) != stimulus
+
+    def _came(self, request: Sense, seconds: float) -> Came:
+        missing = [str(n) for n in range(1, self.settings.count + 1) if n not in self.taken]
+        if missing:
+            there = (
+                f"{len(self.taken)} of {self.settings.count} pictures of {request.trial.stimulus.id} in {seconds:.0f} s"
+            )
+            lacking = f"light {missing[0]}" if len(missing) == 1 else f"lights {', '.join(missing)}"
+            also = "".join(f"; {each}" for each in (*self.source.broken(), *self._twice()))
+            return self.mending.fault(
+                DeviceFault(self.name, "silent", f"{self.name} gave {there}, without {lacking}{also}")
+            )
+        pictures = [self.taken[n] for n in sorted(self.taken)]
+        by = {"by": "twin"} if self.settings.driver == "twin" else {}
+        return Reply({"recorded": True, "seconds": seconds, "pictures": pictures, "left_out": self.left_out, **by})
+
+    def _twice(self) -> list[str]:
+        return [f"{name} was left out, its picture had come before" for name in self.left_out]
+
+
+def make(name: str, settings: Settings, folder: Path) -> Camera:
+    """The camera of that name; opens nothing. Relative folders lie where the rig file lies."""
+    from devices.camera.sources import Folder, Simulated
+
+    source: Folder | Simulated = Simulated(name)
+    if settings.driver == "folder":
+        source = Folder(name, folder / str(settings.folder), settings.suffixes, settings.settle_s, settings.order)
+    return Camera(name, settings, source, folder / settings.pictures)

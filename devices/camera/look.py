@@ -1,0 +1,111 @@
+"""A picture file looked at: whole or not, how large, how sharp, how exposed."""
+
+from __future__ import annotations
+
+import hashlib
+import io
+import struct
+import warnings
+from dataclasses import dataclass
+from typing import TYPE_CHECKING
+
+import numpy as np
+from numpy.typing import NDArray
+
+if TYPE_CHECKING:
+    from PIL.Image import Image
+
+JUDGED = 1568
+"""Side of the square in the middle that is judged: what the thesis cuts out of a picture (3.4.2)."""
+WHITE = 249.5 / 255
+X3F = b"FOVb"
+
+
+class Incomplete(ValueError):
+    """A picture that cannot be read to its end; the message says why."""
+
+
+@dataclass(frozen=True)
+class Limits:
+    """What a picture should be: at least so many pixels on its shorter side, so sharp, and with no more white."""
+
+    least_pixels: int
+    least_sharpness: float
+    most_white: float
+
+
+@dataclass(frozen=True)
+class Look:
+    """What a picture is; `flags` are reasons to take it again: too_small, blurred, over_exposed.
+
+    Sharpness is the variance of the Laplacian over the variance of the brightness, in the judged square: contrast does
+    not enter. White is the share of that square above 250 of 255. Both are None where the format is not decoded here.
+    """
+
+    sha256: str
+    width: int
+    height: int
+    sharpness: float | None
+    white: float | None
+    flags: tuple[str, ...]
+
+
+def look(data: bytes, limits: Limits) -> Look:
+    """Read a picture whole and judge it. Raises Incomplete where it ends too soon or is no picture."""
+    sha256 = hashlib.sha256(data).hexdigest()
+    if data.startswith(X3F):
+        width, height = _x3f_size(data)
+        small = ("too_small",) if min(width, height) < limits.least_pixels else ()
+        return Look(sha256, width, height, None, None, small)
+    width, height, middle = _decoded(data)
+    sharpness, white = _sharpness(middle), float((middle >= WHITE).mean())
+    flags = {
+        "too_small": min(width, height) < limits.least_pixels,
+        "blurred": sharpness < limits.least_sharpness,
+        "over_exposed": white > limits.most_white,
+    }
+    told = tuple(name for name, so in flags.items() if so)
+    return Look(sha256, width, height, float(f"{sharpness:.4g}"), float(f"{white:.4g}"), told)
+
+
+def _decoded(data: bytes) -> tuple[int, int, NDArray[np.float32]]:
+    """Size and the judged square's brightness, 0 to 1; every pixel is read, so a file that is cut off is found."""
+    from PIL import Image, UnidentifiedImageError
+
+    try:
+        with warnings.catch_warnings():
+            warnings.simplefilter("ignore", Image.DecompressionBombWarning)
+            with Image.open(io.BytesIO(data)) as picture:
+                picture.load()
+                return picture.width, picture.height, _middle(picture)
+    except UnidentifiedImageError:
+        raise Incomplete("no picture in a format that is known here") from None
+    except (OSError, SyntaxError, ValueError, struct.error, Image.DecompressionBombError) as error:
+        raise Incomplete(str(error) or type(error).__name__) from None
+
+
+def _middle(picture: Image) -> NDArray[np.float32]:
+    side = min(JUDGED, picture.width, picture.height)
+    left, top = (picture.width - side) // 2, (picture.height - side) // 2
+    cut = picture.crop((left, top, left + side, top + side))
+    if cut.mode.startswith("I"):
+        return np.asarray(cut, dtype=np.float32) * np.float32(1 / 65535)
+    return np.asarray(cut.convert("L"), dtype=np.float32) * np.float32(1 / 255)
+
+
+def _sharpness(middle: NDArray[np.float32]) -> float:
+    if min(middle.shape) < 3 or float(np.ptp(middle)) == 0.0:
+        return 0.0
+    across = middle[1:-1, :-2] + middle[1:-1, 2:] + middle[:-2, 1:-1] + middle[2:, 1:-1] - 4 * middle[1:-1, 1:-1]
+    return float(across.var() / middle.var())
+
+
+def _x3f_size(data: bytes) -> tuple[int, int]:
+    """Sigma's raw format: the size from its header; whole where the last word points to the directory."""
+    if len(data) < 40:
+        raise Incomplete("the file ends in its header")
+    (directory,) = struct.unpack("<I", data[-4:])
+    if data[directory : directory + 4] != b"SECd":
+        raise Incomplete("the file ends before its directory")
+    width, height = struct.unpack("<II", data[28:36])
+    return int(width), int(height)

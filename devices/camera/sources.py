@@ -1,0 +1,168 @@
+"""Where pictures come from: a folder that a tethered camera fills, or a twin."""
+
+from __future__ import annotations
+
+import os
+from collections.abc import Callable, Iterable, Iterator, Sequence
+from dataclasses import dataclass, field
+from pathlib import Path
+from typing import Literal, Protocol
+
+from devices.signals import DeviceError, DeviceFault
+from protocols.requests import Sense
+
+LOOK_S = 0.2
+"""How often the folder is looked at."""
+LARGEST_BYTES = 2**30
+Stamp = tuple[int, int]
+"""Size and time of change of a file."""
+PicturesOf = Callable[[Sense], Iterable[bytes]]
+
+
+@dataclass(frozen=True)
+class Arrived:
+    """A picture that seems to be whole."""
+
+    name: str
+    data: bytes
+
+
+class Source(Protocol):
+    """What gives new pictures."""
+
+    def begin(self, request: Sense) -> None:
+        """From now on pictures are for this request; those that are there already are not."""
+
+    def new(self, now_s: float) -> Sequence[Arrived]:
+        """What has come since the last call, in order. Raises DeviceFault."""
+
+    def refuse(self, name: str, why: str) -> None:
+        """It was not whole: give it again once it has changed."""
+
+    def broken(self) -> Sequence[str]:
+        """What lies there and is not whole, in words."""
+
+
+@dataclass
+class Folder:
+    """Files that appear in a folder; one is given once its size has stood still for `settle_s`."""
+
+    device: str
+    path: Path
+    suffixes: tuple[str, ...]
+    settle_s: float
+    order: Literal["name", "time"]
+    known: dict[str, Stamp] = field(default_factory=dict)
+    waiting: dict[str, tuple[Stamp, float]] = field(default_factory=dict)
+    refused: dict[str, str] = field(default_factory=dict)
+    looked_s: float = float("-inf")
+
+    def demand(self) -> None:
+        """Raise DeviceError where the folder cannot be read."""
+        try:
+            self._files()
+        except OSError as error:
+            raise DeviceError(
+                f"{self.device}: the camera's folder {self.path} cannot be read: {error.strerror}"
+            ) from None
+
+    def begin(self, request: Sense) -> None:  # noqa: ARG002 - a real camera need not know what it is asked for
+        """Everything that lies there now is from before."""
+        self.known, self.waiting, self.refused, self.looked_s = self._there(), {}, {}, float("-inf")
+
+    def new(self, now_s: float) -> Sequence[Arrived]:
+        """Files that have stood still, by name or by the time of their last change."""
+        if now_s - self.looked_s < LOOK_S:
+            return ()
+        self.looked_s = now_s
+        there = self._there()
+        self.waiting = {name: each for name, each in self.waiting.items() if name in there}
+        still = [name for name, stamp in there.items() if self._stands(name, stamp, now_s)]
+        still.sort(key=lambda name: (there[name][1], name) if self.order == "time" else (0, name))
+        return [self._read(name, there[name]) for name in still]
+
+    def _stands(self, name: str, stamp: Stamp, now_s: float) -> bool:
+        if self.known.get(name) == stamp or stamp[0] == 0:
+            return False
+        before = self.waiting.get(name)
+        if before is None or before[0] != stamp:
+            self.waiting[name] = (stamp, now_s)
+            return False
+        return now_s - before[1] >= self.settle_s
+
+    def _read(self, name: str, stamp: Stamp) -> Arrived:
+        self.known[name] = stamp
+        self.waiting.pop(name, None)
+        self.refused.pop(name, None)
+        if stamp[0] > LARGEST_BYTES:
+            raise self._lost(f"{name} has {stamp[0]} bytes: no picture is so large")
+        try:
+            return Arrived(name, (self.path / name).read_bytes())
+        except OSError as error:
+            raise self._lost(f"{name} cannot be read: {error.strerror}") from None
+
+    def _there(self) -> dict[str, Stamp]:
+        try:
+            return self._files()
+        except OSError as error:
+            raise self._lost(f"the folder {self.path} cannot be read: {error.strerror}") from None
+
+    def _files(self) -> dict[str, Stamp]:
+        with os.scandir(self.path) as entries:
+            found = [each for each in entries if each.name.lower().endswith(self.suffixes)]
+            return {each.name: stamp for each in found if (stamp := _stamp(each)) is not None}
+
+    def _lost(self, told: str) -> DeviceFault:
+        return DeviceFault(self.device, "link_lost", f"{self.device}: {told}")
+
+    def refuse(self, name: str, why: str) -> None:
+        """Remember why."""
+        self.refused[name] = why
+
+    def broken(self) -> Sequence[str]:
+        """Files that came and are not whole, or still change."""
+        return [
+            *(f"{name} is broken ({why})" for name, why in sorted(self.refused.items())),
+            *(f"{name} is still being written" for name in sorted(self.waiting)),
+        ]
+
+
+@dataclass
+class Simulated:
+    """Pictures that a simulated camera takes, one at each look."""
+
+    device: str
+    pictures_of: PicturesOf | None = None
+    coming: Iterator[bytes] = field(default_factory=lambda: iter(()))
+    count: int = 0
+
+    def begin(self, request: Sense) -> None:
+        """Start over. Raises DeviceError where nobody said what it sees."""
+        if self.pictures_of is None:
+            raise DeviceError(f"{self.device}: the simulated camera has nothing before it: this study has no surfaces")
+        self.coming, self.count = iter(self.pictures_of(request)), 0
+
+    def new(self, now_s: float) -> Sequence[Arrived]:  # noqa: ARG002 - it never waits
+        """The next one, while there are any."""
+        data = next(self.coming, None)
+        if data is None:
+            return ()
+        self.count += 1
+        return (Arrived(f"simulated-{self.count:02d}.png", data),)
+
+    def refuse(self, name: str, why: str) -> None:
+        """A simulated picture does not get better."""
+        raise DeviceFault(self.device, "refused", f"{self.device}: {name} is no picture: {why}")
+
+    def broken(self) -> Sequence[str]:
+        """Nothing."""
+        return ()
+
+
+def _stamp(entry: os.DirEntry[str]) -> Stamp | None:
+    """None for what is no file, or has gone since."""
+    try:
+        found = entry.stat()
+        return (found.st_size, found.st_mtime_ns) if entry.is_file() else None
+    except FileNotFoundError:
+        return None

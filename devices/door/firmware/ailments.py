@@ -1,0 +1,75 @@
+"""What can befall the door's sensors, for drills: a plant that falls ill at a given millisecond."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Callable, Mapping, Sequence
+from dataclasses import dataclass
+
+from devices.door.firmware.plant import Mode, Plant, Reading
+
+
+@dataclass(frozen=True)
+class Sensed:
+    """A reading, with what an ailment made of it."""
+
+    t_us: int
+    angle_rad: float
+    velocity_rad_s: float
+    torque_Nm: float
+    brake_A: float
+    commanded_Nm: float
+    motor_Nm: float
+
+
+def sensed(reading: Reading, **changed: float) -> Sensed:
+    """The reading with some of its values changed."""
+    kept = {name: getattr(reading, name) for name in Sensed.__dataclass_fields__}
+    return Sensed(**(kept | changed))
+
+
+Ailment = Callable[[Reading, Reading], Reading]
+"""From the true reading, and the last one given, to the one that is given."""
+AILMENTS: Mapping[str, Ailment] = {
+    "silent": lambda _true, last: last,
+    "stuck": lambda true, last: sensed(true, angle_rad=last.angle_rad, velocity_rad_s=0.0),
+    "not_a_number": lambda true, _last: sensed(true, torque_Nm=math.nan),
+    "angle_not_a_number": lambda true, _last: sensed(true, angle_rad=math.nan, velocity_rad_s=math.nan),
+    "infinite": lambda true, _last: sensed(true, torque_Nm=math.inf),
+    "over_range": lambda true, _last: sensed(true, torque_Nm=1e6),
+    "angle_over_range": lambda true, _last: sensed(true, angle_rad=10.0),
+    "too_fast": lambda true, _last: sensed(true, velocity_rad_s=100.0),
+}
+
+
+@dataclass
+class Ailing:
+    """A plant whose sensors have an ailment from the millisecond `from_ms` on; None is never."""
+
+    plant: Plant
+    ailment: str
+    from_ms: int | None = None
+    t_ms: int = 0
+    last: Reading | None = None
+
+    @property
+    def mode(self) -> Mode:
+        """What the plant does."""
+        return self.plant.mode
+
+    @mode.setter
+    def mode(self, mode: Mode) -> None:
+        self.plant.mode = mode
+
+    def load(self, torque_Nm: Sequence[float], end_rad: float) -> None:
+        """Hand the profile on."""
+        self.plant.load(torque_Nm, end_rad)
+
+    def step(self) -> Reading:
+        """1 ms of the plant, and what its sensors say of it."""
+        self.t_ms += 1
+        reading = self.plant.step()
+        if self.from_ms is not None and self.t_ms >= self.from_ms and self.last is not None:
+            reading = AILMENTS[self.ailment](reading, self.last)
+        self.last = reading
+        return reading

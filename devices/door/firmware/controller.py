@@ -1,0 +1,236 @@
+"""The firmware of the car-door simulator as a pure state machine: bytes and milliseconds in, bytes out.
+
+Nothing moves before ARM and PLAY; whatever goes wrong ends in `safe` with the fault latched.
+docs/reference/door-protocol.md has the states as a table.
+"""
+
+from __future__ import annotations
+
+import math
+from collections import OrderedDict
+from collections.abc import Mapping
+from typing import Literal
+
+from devices.door.firmware.limits import Limits
+from devices.door.firmware.memory import Memory
+from devices.door.firmware.plant import Plant, Reading
+from devices.door.firmware.watch import Found, Watch
+from devices.door.grid import MAX_ANGLE_DEG, POINTS
+from devices.door.link import messages as says
+from devices.door.link.codes import HEARTBEAT_MS, MAGIC, RATES_HZ, VERSION, Fault, Reason, State
+from devices.door.link.frames import Frame, Parser
+
+FIRMWARE = 1
+BOOT_MS = 20
+TICKS_PER_S = 1000
+REMEMBERED = 32
+"""Answers kept for requests that come twice because the answer was lost."""
+FLOAT32_MOST = 3.4e38
+
+ANYWHERE = frozenset(State)
+BOOTED = ANYWHERE - {State.boot}
+ONLY_SAFE = frozenset({State.safe})
+ALLOWED: Mapping[type[says.Message], frozenset[State]] = {
+    says.Hello: ANYWHERE, says.Heartbeat: ANYWHERE, says.Stop: ANYWHERE, says.EStop: ANYWHERE,
+    says.SetRate: BOOTED, says.ReadBack: BOOTED,
+    says.UploadBegin: ONLY_SAFE, says.UploadChunk: ONLY_SAFE, says.UploadEnd: ONLY_SAFE,
+    says.Clear: ONLY_SAFE, says.Arm: ONLY_SAFE, says.Play: frozenset({State.armed}),
+}  # fmt: skip
+"""In which states a request may be made; elsewhere it is refused as wrong_state."""
+ALWAYS_DONE = (says.Hello, says.Heartbeat, says.Stop, says.EStop)
+"""Done however often they come; every other request is done once, and a copy of it gets the same answer."""
+
+Answer = says.Identity | says.Part | Reason | Literal[True]
+"""What was asked for, why it is refused, or that it is done."""
+
+
+class Firmware:
+    """One device. `receive` takes what came over the line; `tick` is 1 ms and gives what goes onto it."""
+
+    def __init__(self, plant: Plant, limits: Limits | None = None, serial_number: int = 1) -> None:
+        self.plant = plant
+        self.limits = limits or Limits()
+        self.serial_number = serial_number
+        self.state, self.fault, self.pressed = State.boot, Fault.none, False
+        self.t_ms = self.beat_ms = 0
+        self.reading: Reading | None = None
+        self.memory = Memory(self.limits)
+        self.parser = Parser()
+        self._watch = Watch(self.limits)
+        self._wrong: Found | None = None
+        self._answers: OrderedDict[Frame, bytes] = OrderedDict()
+        self._out = bytearray()
+        self._rate_hz, self._phase, self._sample = 500, 0, 0
+        plant.mode = "off"
+
+    def receive(self, data: bytes) -> None:
+        """Take bytes from the line, at any time, in pieces of any size."""
+        for frame in self.parser.feed(data):
+            self._hear(frame)
+
+    def press(self, pressed: bool) -> None:
+        """The emergency button beside the arm is pressed, or released; the fault stays latched either way."""
+        self.pressed = pressed
+
+    def tick(self) -> bytes:
+        """1 ms of plant time: guard, step, look at the sensors; then what is to go onto the line."""
+        self.t_ms += 1
+        if self.pressed:
+            self._trip(Fault.emergency_stop, 1.0)
+        if self.state in (State.armed, State.playing) and self.t_ms - self.beat_ms > HEARTBEAT_MS:
+            self._trip(Fault.heartbeat_lost, float(self.t_ms - self.beat_ms))
+        self.reading = self.plant.step()
+        self._wrong = self._watch.check(self.reading, self.state, self._end_deg)
+        if self._wrong is not None:
+            self._trip(*self._wrong)
+        if self.state is State.boot and self.t_ms >= BOOT_MS:
+            self.state = State.safe
+        self._report(self.reading)
+        out, self._out = bytes(self._out), bytearray()
+        return out
+
+    @property
+    def _end_deg(self) -> float:
+        return self.memory.profile.end_deg if self.memory.profile else MAX_ANGLE_DEG
+
+    def _trip(self, fault: Fault, value: float) -> None:
+        """Motor off, brake on; the first fault stays latched."""
+        self._rest()
+        if self.fault is Fault.none:
+            self.fault = fault
+            self._say(says.FaultReport(self.t_ms * 1000, fault, _sendable(value)), 0)
+
+    def _rest(self) -> None:
+        self.plant.mode = "off"
+        if self.state is not State.boot:
+            self.state = State.safe
+
+    def _report(self, reading: Reading) -> None:
+        self._phase += self._rate_hz
+        if self._phase < TICKS_PER_S:
+            return
+        self._phase -= TICKS_PER_S
+        told = says.Telemetry(
+            t_us=self.t_ms * 1000, sample=self._sample & 0xFFFFFFFF,
+            angle_deg=_sendable(math.degrees(reading.angle_rad)),
+            velocity_deg_s=_sendable(math.degrees(reading.velocity_rad_s)),
+            torque_Nm=_sendable(reading.torque_Nm), brake_A=_sendable(reading.brake_A),
+            state=self.state, fault=self.fault,
+        )  # fmt: skip
+        self._say(told, self._sample & 0xFFFF)
+        self._sample += 1
+
+    def _say(self, message: says.Message, sequence: int) -> None:
+        self._out += says.sent(message, sequence)
+
+    def _hear(self, frame: Frame) -> None:
+        if frame in self._answers:
+            self._out += self._answers[frame]
+            return
+        message = says.understood(frame)
+        answer = self._answer(message)
+        if answer is None:
+            return
+        told = says.sent(self._told(frame.kind, answer), frame.sequence)
+        self._out += told
+        if not isinstance(message, ALWAYS_DONE):
+            self._remember(frame, told)
+
+    def _told(self, kind: int, answer: Answer) -> says.Message:
+        if isinstance(answer, Reason):
+            return says.Nak(kind, answer, self.state, self.fault)
+        return answer if isinstance(answer, says.Message) else says.Ack(kind, self.state)
+
+    def _remember(self, frame: Frame, told: bytes) -> None:
+        self._answers[frame] = told
+        if len(self._answers) > REMEMBERED:
+            self._answers.popitem(last=False)
+
+    def _answer(self, message: says.Message | None) -> Answer | None:
+        """What is to be said; None for what is not answered."""
+        if message is None or type(message) not in ALLOWED:
+            return Reason.unknown_type
+        if self.state not in ALLOWED[type(message)]:
+            return Reason.wrong_state
+        match message:
+            case says.Heartbeat():
+                self.beat_ms = self.t_ms
+                return None
+            case says.Hello():
+                return self._identity(message)
+            case says.ReadBack():
+                return self.memory.part(message)
+            case _:
+                return self._do(message) or True
+
+    def _do(self, message: says.Message) -> Reason | None:
+        """Carry the request out; a reason where it is refused."""
+        match message:
+            case says.UploadBegin() | says.UploadChunk() | says.UploadEnd():
+                return self.memory.take(message)
+            case says.SetRate():
+                return self._set_rate(message.rate_hz)
+            case says.Clear():
+                return self._clear(message.fault)
+            case says.Arm():
+                return self._arm(message.crc)
+            case _:
+                self._move_or_rest(message)
+                return None
+
+    def _move_or_rest(self, message: says.Message) -> None:
+        match message:
+            case says.Play():
+                self.plant.mode, self.state = "play", State.playing
+            case says.Stop():
+                self._rest()
+            case says.EStop():
+                self._trip(Fault.emergency_stop, 0.0)
+
+    def _identity(self, message: says.Hello) -> says.Identity | Reason:
+        self._answers.clear()
+        if message.version != VERSION:
+            return Reason.wrong_version
+        limits, held = self.limits, self.memory.profile
+        return says.Identity(
+            MAGIC, VERSION, FIRMWARE, self.serial_number, POINTS, limits.torque_Nm, limits.slope_Nm_deg,
+            limits.speed_deg_s, HEARTBEAT_MS, self.state, self.fault, held.crc if held else 0,
+        )  # fmt: skip
+
+    def _set_rate(self, rate_hz: int) -> Reason | None:
+        if not RATES_HZ[0] <= rate_hz <= RATES_HZ[1]:
+            return Reason.bad_value
+        self._rate_hz, self._phase = rate_hz, 0
+        return None
+
+    def _clear(self, fault: int) -> Reason | None:
+        if fault != self.fault:
+            return Reason.bad_value
+        if self.pressed or self._wrong is not None:
+            return Reason.cause_remains
+        self.fault, self._watch = Fault.none, Watch(self.limits)
+        return None
+
+    def _arm(self, crc: int) -> Reason | None:
+        profile = self.memory.profile
+        if profile is None or (refused := self._unfit(profile, crc)) is not None:
+            return Reason.incomplete if profile is None else refused
+        self.plant.load(profile.torque_Nm, math.radians(profile.end_deg))
+        self.plant.mode, self.state, self.beat_ms = "hold", State.armed, self.t_ms
+        return None
+
+    def _unfit(self, profile: says.Profile, crc: int) -> Reason | None:
+        """Why the motor is not switched on for this profile."""
+        if self.memory.damaged:
+            self._trip(Fault.profile_damaged, 0.0)
+        if self.fault is not Fault.none:
+            return Reason.faulted
+        if crc != profile.crc:
+            return Reason.wrong_crc
+        still = self.reading is not None and abs(math.degrees(self.reading.velocity_rad_s)) <= self.limits.still_deg_s
+        return None if still else Reason.moving
+
+
+def _sendable(value: float) -> float:
+    """The value as near as a float32 can hold it."""
+    return value if math.isnan(value) else min(max(value, -FLOAT32_MOST), FLOAT32_MOST)

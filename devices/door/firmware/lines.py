@@ -1,0 +1,110 @@
+"""The emulator in this very process: as a port in virtual time, and as one paced by the wall clock.
+
+In virtual time nothing happens but what is asked for, so that every dialogue and every drill repeats itself exactly.
+"""
+
+from __future__ import annotations
+
+import time
+from collections.abc import Callable
+from dataclasses import dataclass, field
+
+from devices.door.firmware.wire import Wire
+from protocols.events import NS
+
+MS_NS = NS // 1000
+UNPLUGGED = "the device is gone"
+
+
+@dataclass
+class VirtualLine:
+    """A port whose time passes only while somebody reads it, or by `run`.
+
+    `each_ms` is called every millisecond, as a thread of the host would run: a link's heartbeat. An unplugged line
+    raises OSError; the firmware lives on.
+    """
+
+    wire: Wire
+    each_ms: Callable[[int], None] = lambda _t_ms: None
+    t_ms: int = 0
+    unplugged: bool = False
+    arrived: bytearray = field(default_factory=bytearray)
+
+    def clock_s(self) -> float:
+        """Virtual seconds."""
+        return self.t_ms / 1000
+
+    def now_ns(self) -> int:
+        """Virtual nanoseconds."""
+        return self.t_ms * MS_NS
+
+    def run(self, ms: int) -> None:
+        """Let so much time pass."""
+        for _ in range(ms):
+            self.t_ms += 1
+            out = self.wire.tick()
+            if not self.unplugged:
+                self.arrived += out
+            self.each_ms(self.t_ms)
+
+    def read(self, timeout_s: float) -> bytes:
+        """What has come, after as much time as it took."""
+        until_ms = self.t_ms + max(1, round(timeout_s * 1000))
+        while not self.arrived and not self.unplugged and self.t_ms < until_ms:
+            self.run(1)
+        if self.unplugged:
+            raise OSError(UNPLUGGED)
+        data = bytes(self.arrived)
+        self.arrived.clear()
+        return data
+
+    def write(self, data: bytes) -> None:
+        """Send it."""
+        if self.unplugged:
+            raise OSError(UNPLUGGED)
+        self.wire.push(data)
+
+    def close(self) -> None:
+        """Nothing to let go of."""
+
+
+@dataclass
+class PacedLine:
+    """A port whose device lives by the wall clock: the bytes take the time that they take at the line's rate.
+
+    `latency_ms` is that of a USB adapter which hands on what came only every so often.
+    """
+
+    wire: Wire
+    latency_ms: int = 1
+    held: bytearray = field(default_factory=bytearray)
+    began_s: float = field(default_factory=time.monotonic)
+    ticks: int = 0
+    arrived: bytearray = field(default_factory=bytearray)
+
+    def read(self, timeout_s: float) -> bytes:
+        """What has come."""
+        until_s = time.monotonic() + timeout_s
+        while not self.arrived and time.monotonic() < until_s:
+            self._catch_up()
+            if not self.arrived:
+                time.sleep(2e-4)
+        data = bytes(self.arrived)
+        self.arrived.clear()
+        return data
+
+    def write(self, data: bytes) -> None:
+        """Send it."""
+        self._catch_up()
+        self.wire.push(data)
+
+    def close(self) -> None:
+        """Nothing to let go of."""
+
+    def _catch_up(self) -> None:
+        for _ in range(int((time.monotonic() - self.began_s) * 1000) - self.ticks):
+            self.ticks += 1
+            self.held += self.wire.tick()
+            if self.ticks % self.latency_ms == 0:
+                self.arrived += self.held
+                self.held.clear()

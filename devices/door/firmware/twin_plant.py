@@ -1,0 +1,82 @@
+"""The twin's plant: the simulated door machine, and a hand that opens the door and brings it back whenever it plays."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Callable, Sequence
+from dataclasses import replace
+from random import Random
+
+from devices.door.firmware.plant import Mode, Reading
+from devices.door.grid import MAX_ANGLE_DEG
+from devices.door.plant.hand import NOBODY, Hand, minimum_jerk
+from devices.door.plant.machine import Machine
+from devices.door.plant.parameters import DEFAULT
+
+STIFFNESS_NM_RAD, DAMPING_NM_S_RAD, GRIP_NM = 600.0, 20.0, 250.0
+BEYOND_RAD = math.radians(4)
+"""So far beyond the end the hand wants to go: it comes to the stop against any torque that a profile may have there."""
+START_S = 0.3
+WHOLE_RAD = math.radians(MAX_ANGLE_DEG)
+LEAST_SHARE = 0.25
+
+
+class TwinPlant:
+    """A machine whose hand is there only while the door plays; how long each opening takes is drawn from the seed."""
+
+    def __init__(self, seed: int) -> None:
+        sensors = replace(DEFAULT.sensors, seed=seed)
+        self.machine = Machine(replace(DEFAULT, sensors=sensors), NOBODY)
+        self._random = Random(seed)
+        self._end_rad = 0.0
+
+    @property
+    def mode(self) -> Mode:
+        """What the machine does."""
+        return self.machine.mode
+
+    @mode.setter
+    def mode(self, mode: Mode) -> None:
+        if mode == "play" and self.machine.mode != "play":
+            self.machine.hand = self._hand()
+        elif mode != "play":
+            self.machine.hand = NOBODY
+        self.machine.mode = mode
+
+    def load(self, torque_Nm: Sequence[float], end_rad: float) -> None:
+        """Take a profile."""
+        self.machine.load(torque_Nm, end_rad)
+        self._end_rad = end_rad
+
+    def step(self) -> Reading:
+        """1 ms."""
+        return self.machine.step()
+
+    def _hand(self) -> Hand:
+        """From where the arm is, back to closed if it is not, then open, stay a moment, and back."""
+        here, opens_s, stays_s = self.machine.sensing.angle_rad, *self._drawn()
+        end = self._end_rad + BEYOND_RAD
+        moves = [(here, here, START_S), (here, 0.0, 0.2 + opens_s * max(here, 0.0) / end), (0.0, 0.0, START_S)]
+        return _along([*moves, (0.0, end, opens_s), (end, end, stays_s), (end, 0.0, opens_s)])
+
+    def _drawn(self) -> tuple[float, float]:
+        """Seconds to open it, fewer for a door that opens less, and seconds that it stays open."""
+        share = max(LEAST_SHARE, self._end_rad / WHOLE_RAD)
+        return share * self._random.uniform(2.0, 3.0), self._random.uniform(0.2, 0.6)
+
+
+def _along(moves: Sequence[tuple[float, float, float]]) -> Hand:
+    """A hand on minimum-jerk moves (from, to, seconds), one after the other; it stays where the last one ends."""
+    return Hand(_path(moves), STIFFNESS_NM_RAD, DAMPING_NM_S_RAD, grip_Nm=GRIP_NM)
+
+
+def _path(moves: Sequence[tuple[float, float, float]]) -> Callable[[float], tuple[float, float]]:
+    def path(t_s: float) -> tuple[float, float]:
+        for start, to, seconds in moves:
+            if t_s < seconds:
+                place, speed = minimum_jerk(t_s / seconds)
+                return start + (to - start) * place, (to - start) * speed / seconds
+            t_s -= seconds
+        return moves[-1][1], 0.0
+
+    return path

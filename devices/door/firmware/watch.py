@@ -1,0 +1,82 @@
+"""The firmware's watch over its own sensors: what they give is believed only while it can be true."""
+
+from __future__ import annotations
+
+import math
+from collections import deque
+from dataclasses import dataclass, field
+
+from devices.door.firmware.limits import Limits
+from devices.door.firmware.plant import Reading
+from devices.door.link.codes import Fault, State
+
+SILENT_MS = 5
+STUCK_MS = 20
+"""So long the angle stands before the encoder is doubted."""
+STANDS_DEG = 0.05
+"""An angle that stays within this stands: an observer behind the encoder, or its last digit, may still move it."""
+BEFORE_MS = 4
+STUCK_DEG_S = 25.0
+"""No hand stops the arm dead from this speed: to do so within STANDS_DEG takes 109 rad/s^2."""
+PULLED_NM = 25.0
+"""Nor does the arm stand still against a hand that pulls this much more than is rendered."""
+FROM_A_STOP_DEG = 1.0
+
+Found = tuple[Fault, float]
+
+
+@dataclass
+class Watch:
+    """Looks at one reading a millisecond."""
+
+    limits: Limits
+    t_us: int | None = None
+    silent_ms: int = 0
+    angles_deg: deque[float] = field(default_factory=lambda: deque(maxlen=BEFORE_MS + STUCK_MS + 1))
+    pulled_ms: int = 0
+
+    def check(self, reading: Reading, state: State, end_deg: float) -> Found | None:
+        """What is wrong, and the value that shows it; None where nothing is."""
+        if reading.t_us == self.t_us:
+            self.silent_ms += 1
+            return (Fault.sensor_silent, float(self.silent_ms)) if self.silent_ms >= SILENT_MS else None
+        self.t_us, self.silent_ms = reading.t_us, 0
+        return self._impossible(reading) or self._too_fast(reading, state) or self._stuck(reading, state, end_deg)
+
+    def _impossible(self, reading: Reading) -> Found | None:
+        sensed = (
+            (math.degrees(reading.angle_rad), self.limits.angle_deg),
+            (math.degrees(reading.velocity_rad_s), (-math.inf, math.inf)),
+            (reading.torque_Nm, self.limits.sensed_Nm),
+            (reading.brake_A, self.limits.brake_A),
+        )
+        for value, (least, most) in sensed:
+            if not math.isfinite(value):
+                return Fault.not_a_number, value
+            if not least <= value <= most:
+                return Fault.over_range, value
+        return None
+
+    def _too_fast(self, reading: Reading, state: State) -> Found | None:
+        speed = math.degrees(reading.velocity_rad_s)
+        moving = state in (State.armed, State.playing)
+        return (Fault.over_speed, speed) if moving and abs(speed) > self.limits.speed_deg_s else None
+
+    def _stuck(self, reading: Reading, state: State, end_deg: float) -> Found | None:
+        """An encoder that stands while the arm cannot: it stopped at once, or it is pulled and does not give way."""
+        angle = math.degrees(reading.angle_rad)
+        self.angles_deg.append(angle)
+        pulled = abs(reading.torque_Nm) > abs(reading.commanded_Nm) + PULLED_NM
+        self.pulled_ms = self.pulled_ms + 1 if pulled else 0
+        if state is not State.playing or not FROM_A_STOP_DEG < angle < end_deg - FROM_A_STOP_DEG:
+            return None
+        stands = self._stands() and (self._came_deg_s() >= STUCK_DEG_S or self.pulled_ms >= STUCK_MS)
+        return (Fault.encoder_stuck, angle) if stands else None
+
+    def _stands(self) -> bool:
+        late = list(self.angles_deg)[BEFORE_MS:]
+        return len(late) > STUCK_MS and max(late) - min(late) <= STANDS_DEG
+
+    def _came_deg_s(self) -> float:
+        """How fast the arm was before it stood."""
+        return abs(self.angles_deg[BEFORE_MS] - self.angles_deg[0]) * 1000 / BEFORE_MS

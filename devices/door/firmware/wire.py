@@ -1,0 +1,58 @@
+"""The serial line between host and firmware, in plant time: so many bytes a millisecond each way, nothing more."""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+from dataclasses import dataclass, field
+
+from devices.door.firmware.controller import Firmware
+
+BITS_PER_BYTE = 10
+"""Start bit, eight data bits, stop bit."""
+ROOM = 1 << 16
+
+
+def as_it_is(data: bytes) -> bytes:
+    """A line that changes nothing."""
+    return data
+
+
+@dataclass
+class Wire:
+    """Moves bytes at the line's rate; `to_device` and `to_host` may damage what passes, for drills.
+
+    What the host does not take in time is kept up to ROOM bytes a direction; what is over that is lost, as in a UART.
+    """
+
+    firmware: Firmware
+    baud: int = 1_000_000
+    to_device: Callable[[bytes], bytes] = as_it_is
+    to_host: Callable[[bytes], bytes] = as_it_is
+    lost: int = 0
+    _in: bytearray = field(default_factory=bytearray)
+    _out: bytearray = field(default_factory=bytearray)
+    _credit: float = 0.0
+
+    def push(self, data: bytes) -> None:
+        """The host sends."""
+        self._put(self._in, self.to_device(data))
+
+    def tick(self) -> bytes:
+        """1 ms: what came over goes in, the firmware lives a millisecond, and what the host gets of it."""
+        self._credit += self.baud / BITS_PER_BYTE / 1000
+        share = int(self._credit)
+        self._credit -= share
+        self.firmware.receive(_taken(self._in, share))
+        self._put(self._out, self.firmware.tick())
+        return self.to_host(_taken(self._out, share))
+
+    def _put(self, queue: bytearray, data: bytes) -> None:
+        room = ROOM - len(queue)
+        queue += data[:room]
+        self.lost += max(0, len(data) - room)
+
+
+def _taken(queue: bytearray, most: int) -> bytes:
+    data = bytes(queue[:most])
+    del queue[:most]
+    return data

@@ -1,0 +1,67 @@
+"""Numbers of the door's protocol that have names: states, faults, reasons. docs/reference/door-protocol.md has them."""
+
+from __future__ import annotations
+
+from enum import IntEnum
+
+VERSION = 1
+MAGIC = b"PDOR"
+"""What a door simulator's identity begins with; anything else on the line is somebody else's device."""
+RATES_HZ = (1, 1000)
+CHUNK_POINTS = 128
+HEARTBEAT_MS = 40
+SAFE_WITHIN_MS = 50
+"""From the cause of a fault until the motor is off and the brake is on, in plant time."""
+
+
+class State(IntEnum):
+    """What the device is doing. Only in `armed` and `playing` the motor is on."""
+
+    boot = 0
+    safe = 1
+    armed = 2
+    playing = 3
+
+
+class Fault(IntEnum):
+    """Why the device went safe by itself; latched until CLEAR names it."""
+
+    none = 0
+    heartbeat_lost = 1
+    sensor_silent = 2
+    encoder_stuck = 3
+    not_a_number = 4
+    over_range = 5
+    over_speed = 6
+    emergency_stop = 7
+    profile_damaged = 8
+
+
+class Reason(IntEnum):
+    """Why a request was refused."""
+
+    wrong_state = 1
+    faulted = 2
+    bad_value = 3
+    over_limit = 4
+    incomplete = 5
+    wrong_crc = 6
+    moving = 7
+    cause_remains = 8
+    unknown_type = 9
+    wrong_version = 10
+
+
+def state_name(code: int) -> str:
+    """The state's name, also for a code that this version does not know."""
+    return State(code).name if code in set(State) else f"state {code}"
+
+
+def fault_name(code: int) -> str:
+    """The fault's name, also for a code that this version does not know."""
+    return Fault(code).name if code in set(Fault) else f"fault {code}"
+
+
+def reason_name(code: int) -> str:
+    """The reason's name, also for a code that this version does not know."""
+    return Reason(code).name if code in set(Reason) else f"reason {code}"

@@ -1,0 +1,52 @@
+"""The kind `door` of a rig file: what it may say, and the device that it makes."""
+
+from __future__ import annotations
+
+from functools import partial
+from pathlib import Path
+from typing import Annotated, Literal, Self
+
+from pydantic import Field, model_validator
+
+from devices.door.link.connections import by_serial, by_twin
+from devices.door.link.limits import Limits
+from devices.door.link.simulator import DoorSimulator, Setup
+from devices.rig.settings import Date, Strict
+
+
+class Settings(Strict):
+    """A car-door simulator.
+
+    port: of the driver `serial`, as /dev/ttyUSB0 or COM3. twin_speed: how many seconds of the twin's plant pass in a
+    second; below 1 a busy machine does not cost it its heartbeat. twin_seed: of its sensors' noise and its hand.
+    """
+
+    kind: Literal["door"]
+    driver: Literal["serial", "twin"]
+    port: str | None = None
+    baud: Annotated[int, Field(ge=9_600, le=12_000_000)] = 1_000_000
+    handle_radius_m: Annotated[float, Field(ge=0.2, le=2.0)] = 0.9
+    limits: Limits = Limits()
+    telemetry_hz: Annotated[int, Field(ge=500, le=1000)] = 500
+    time_limit_s: Annotated[float, Field(ge=5, le=3600)] = 120.0
+    twin_speed: Annotated[float, Field(ge=0.02, le=2.0)] = 1.0
+    twin_seed: Annotated[int, Field(ge=0)] = 1
+    calibrated: Date | None = None
+
+    @model_validator(mode="after")
+    def _a_port_for_serial(self) -> Self:
+        if self.driver == "serial" and not self.port:
+            raise ValueError("the driver serial needs a port, as /dev/ttyUSB0")
+        return self
+
+
+def make(name: str, settings: Settings, folder: Path) -> DoorSimulator:  # noqa: ARG001 - it reads no file
+    """The device; nothing is opened yet."""
+    setup = Setup(
+        settings.handle_radius_m, settings.limits, settings.telemetry_hz, settings.time_limit_s, settings.driver,
+        settings.calibrated,
+    )  # fmt: skip
+    if settings.driver == "serial":
+        return DoorSimulator(name, setup, partial(by_serial, name, settings.port or "", settings.baud))
+    twin = partial(by_twin, name, settings.twin_speed, settings.twin_seed, settings.limits, settings.baud)
+    return DoorSimulator(name, setup, twin)

@@ -1,0 +1,147 @@
+"""What is said to the door simulator, step by step; each step waits for its answer."""
+
+from __future__ import annotations
+
+from devices.door.link import messages as says
+from devices.door.link.codes import CHUNK_POINTS, VERSION, Fault, Reason, State, fault_name, state_name
+from devices.door.link.link import Link, Refused
+from devices.signals import DeviceError, DeviceFault
+
+BOOTS_S = 5.0
+"""A device that has just been switched on is given so long to become safe."""
+LOOK_AGAIN_S = 0.1
+
+
+def greet(link: Link) -> says.Identity:
+    """Who is there? Whatever it was doing, it is safe afterwards; a latched fault stays.
+
+    Raises:
+        DeviceError: nobody answers, or somebody else's device, or one that speaks another version.
+        DeviceFault: it does not become safe, or the line is lost.
+    """
+    identity = _who(link)
+    until_s = link.clock_s() + BOOTS_S
+    while identity.state == State.boot and link.clock_s() < until_s:
+        link.wait(lambda: False, LOOK_AGAIN_S)
+        identity = _who(link)
+    if identity.state != State.safe:
+        link.ask(says.Stop())
+        identity = _who(link)
+    if identity.state != State.safe:
+        said = f"{link.name}: the door stays {state_name(identity.state)} when it is stopped; switch it off and on"
+        raise DeviceFault(link.name, "firmware", said)
+    return identity
+
+
+def upload(link: Link, profile: says.Profile) -> None:
+    """Send the profile; the device checks it against its own limits. Raises DeviceFault."""
+    torque, step = profile.torque_Nm, CHUNK_POINTS
+    link.ask(says.UploadBegin(len(torque), profile.end_deg, profile.crc))
+    link.ask(*(says.UploadChunk(first, torque[first : first + step]) for first in range(0, len(torque), step)))
+    link.ask(says.UploadEnd(profile.crc))
+
+
+def verify(link: Link, profile: says.Profile) -> None:
+    """Read the profile back and compare every point. Raises DeviceFault (firmware) where one differs."""
+    differ = differing(profile, read_back(link, len(profile.torque_Nm)))
+    if differ:
+        said = (
+            f"{link.name}: {differ} of the {len(profile.torque_Nm)} points that were read back differ from those sent"
+        )
+        raise DeviceFault(link.name, "firmware", said)
+
+
+def read_back(link: Link, points: int) -> dict[int, float]:
+    """The profile that the device holds, point by point. Raises DeviceFault."""
+    step = CHUNK_POINTS
+    asked = (says.ReadBack(first, min(step, points - first)) for first in range(0, points, step))
+    parts = [part for part in link.ask(*asked) if isinstance(part, says.Part)]
+    return {part.first + index: torque for part in parts for index, torque in enumerate(part.torque_Nm)}
+
+
+def differing(profile: says.Profile, held: dict[int, float]) -> int:
+    """How many points are not exactly as they were sent, missing ones counted."""
+    return sum(held.get(index) != torque for index, torque in enumerate(profile.torque_Nm))
+
+
+def play(link: Link, profile: says.Profile) -> None:
+    """Arm with this very profile, and play it; from here on the heart must beat. Raises DeviceFault."""
+    link.keep_alive()
+    link.ask(says.Arm(profile.crc))
+    link.keep_alive()
+    link.ask(says.Play())
+    link.from_now()
+
+
+def clear(link: Link, fault: int) -> bool:
+    """Forget the latched fault; False where its cause remains. Raises DeviceFault for any other refusal."""
+    try:
+        link.ask(says.Clear(fault))
+    except Refused as refused:
+        if refused.nak.reason == Reason.cause_remains:
+            return False
+        raise
+    return True
+
+
+def rest(link: Link) -> None:
+    """Stop it, as well as can be: a device that does not hear goes safe because the heart stops too."""
+    link.keep_alive(0)
+    if link.broken is None:
+        try:
+            link.ask(says.Stop(), patience_s=2 * link.timing.reply_s)
+        except DeviceFault:
+            link.send(says.Stop())
+
+
+def _who(link: Link) -> says.Identity:
+    known = link.received
+    try:
+        (answer,) = link.ask(says.Hello())
+    except Refused as refused:
+        raise DeviceError(
+            _other_version(link) if refused.nak.reason == Reason.wrong_version else str(refused)
+        ) from None
+    except DeviceFault as fault:
+        raise DeviceError(_nobody(link, fault, link.received - known)) from fault
+    if not isinstance(answer, says.Identity) or not answer.known:
+        raise DeviceError(f"{link.name}: what answers is no door simulator. Is this its port?")
+    if answer.version != VERSION:
+        raise DeviceError(_other_version(link))
+    return answer
+
+
+def _other_version(link: Link) -> str:
+    return (
+        f"{link.name}: the door simulator speaks another version of the protocol; this program speaks {VERSION}. "
+        "Bring its firmware, or this program, up to date."
+    )
+
+
+def _nobody(link: Link, fault: DeviceFault, foreign: int) -> str:
+    if foreign:
+        return (
+            f"{link.name}: something answers ({foreign} bytes that are no message of a door simulator). Is this its "
+            "port, and its baud rate?"
+        )
+    return f"{link.name}: no door simulator answers. Is it switched on, and is this its port? ({fault})"
+
+
+TOLD = {
+    Fault.heartbeat_lost: ("heartbeat_lost", "it heard nothing of this computer for too long (heartbeat lost)"),
+    Fault.sensor_silent: ("silent", "a sensor of it is silent"),
+    Fault.encoder_stuck: ("stuck", "its encoder is stuck"),
+    Fault.not_a_number: ("not_a_number", "a sensor of it gave no number"),
+    Fault.over_range: ("over_range", "a sensor of it gave a value that cannot be"),
+    Fault.over_speed: ("limit", "the arm moved faster than is allowed"),
+    Fault.emergency_stop: ("emergency_stop", "the emergency stop was pressed"),
+    Fault.profile_damaged: ("firmware", "its memory of the profile was damaged"),
+}
+"""For every fault of the device: the word that it is counted by, and what a person is told."""
+
+
+def told(name: str, fault: int) -> DeviceFault:
+    """The device's own fault as one of ours."""
+    known = TOLD.get(Fault(fault)) if fault in set(Fault) else None
+    what, said = known or ("firmware", f"it reported {fault_name(fault)}, which this version does not know")
+    return DeviceFault(name, what, f"{name}: the door went safe: {said}")

@@ -1,0 +1,128 @@
+"""Frames on the serial line: what makes a message out of bytes, and finds the next one after any garbage.
+
+A frame is length (u16), type (u8), sequence (u16), payload, CRC-32 (u32), little-endian; on the line it is stuffed by
+COBS (Cheshire and Baker 1999) and stands between two zero bytes, which occur nowhere else.
+docs/reference/door-protocol.md has it byte by byte.
+"""
+
+from __future__ import annotations
+
+import struct
+from typing import NamedTuple
+from zlib import crc32
+
+HEAD = struct.Struct("<HBH")
+TAIL = struct.Struct("<I")
+OVERHEAD = HEAD.size + TAIL.size
+MAX_PAYLOAD = 1024
+MAX_STUFFED = OVERHEAD + MAX_PAYLOAD + (OVERHEAD + MAX_PAYLOAD) // 254 + 1
+"""The longest run of bytes without a zero that can be a frame."""
+FULL_BLOCK = 255
+SEQUENCES = 1 << 16
+
+
+class Frame(NamedTuple):
+    """One frame, its CRC checked and taken off."""
+
+    kind: int
+    sequence: int
+    payload: bytes
+
+
+def bare(frame: Frame) -> bytes:
+    """The frame before stuffing: length, type, sequence, payload, CRC-32 of all these."""
+    head = HEAD.pack(len(frame.payload), frame.kind, frame.sequence)
+    return head + frame.payload + TAIL.pack(crc32(frame.payload, crc32(head)))
+
+
+def on_the_line(frame: Frame) -> bytes:
+    """The frame as it is sent: stuffed, a zero before and a zero after. Raises ValueError for too long a payload."""
+    if len(frame.payload) > MAX_PAYLOAD:
+        raise ValueError(f"a payload of {len(frame.payload)} bytes; {MAX_PAYLOAD} are the most")
+    return b"\0" + stuffed(bare(frame)) + b"\0"
+
+
+def stuffed(data: bytes) -> bytes:
+    """The bytes without a zero: every run up to a zero is led by its length plus 1, at most 254 bytes a run."""
+    out = bytearray()
+    for run in data.split(b"\0"):
+        while len(run) >= FULL_BLOCK - 1:
+            out += b"\xff" + run[: FULL_BLOCK - 1]
+            run = run[FULL_BLOCK - 1 :]  # noqa: PLW2901 - what is left of this run
+        out.append(len(run) + 1)
+        out += run
+    return bytes(out)
+
+
+def unstuffed(data: bytes) -> bytes | None:
+    """The bytes that were stuffed; None for what no stuffing can give. `data` holds no zero."""
+    runs = []
+    at, end = 0, len(data)
+    while at < end:
+        code = data[at]
+        after = at + code
+        runs.append(data[at + 1 : after])
+        if code == FULL_BLOCK:  # no zero follows a full block
+            if (rest := unstuffed(data[after:])) is None or after > end:
+                return None
+            return b"\0".join(runs) + rest
+        at = after
+    return b"\0".join(runs) if at == end else None
+
+
+def frame_of(raw: bytes | None) -> Frame | None:
+    """The frame that these unstuffed bytes are, if they are one and the CRC is right."""
+    if raw is None or len(raw) < OVERHEAD:
+        return None
+    length, kind, sequence = HEAD.unpack_from(raw)
+    if length != len(raw) - OVERHEAD or crc32(raw[:-4]) != TAIL.unpack_from(raw, len(raw) - 4)[0]:
+        return None
+    return Frame(kind, sequence, raw[5:-4])
+
+
+class Parser:
+    """Finds frames in bytes that come in pieces of any size. It never raises, and keeps at most MAX_STUFFED bytes.
+
+    A zero always ends what was begun, so garbage costs at most the frame that it struck. `dropped` counts runs of
+    bytes that were no frame, `dropped_bytes` the bytes in them.
+    """
+
+    def __init__(self) -> None:
+        self.dropped = 0
+        self.dropped_bytes = 0
+        self._begun = b""
+        self._overlong = False
+
+    def feed(self, data: bytes) -> list[Frame]:
+        """The frames that are complete now, in order."""
+        *whole, begun = (self._begun + data).split(b"\0")
+        found = []
+        for run in whole:
+            if self._overlong:
+                self._end_overlong(run)
+            elif run:
+                frame = frame_of(unstuffed(run)) if len(run) <= MAX_STUFFED else None
+                if frame is None:
+                    self.dropped += 1
+                    self.dropped_bytes += len(run)
+                else:
+                    found.append(frame)
+        self._keep(begun)
+        return found
+
+    def _end_overlong(self, run: bytes) -> None:
+        self._overlong = False
+        self.dropped_bytes += len(run)
+
+    def _keep(self, begun: bytes) -> None:
+        """Keep what may still become a frame; of what is too long for one, only count the bytes."""
+        if self._overlong or len(begun) > MAX_STUFFED:
+            self.dropped += not self._overlong
+            self.dropped_bytes += len(begun)
+            self._overlong, begun = True, b""
+        self._begun = begun
+
+    @property
+    def kept(self) -> int:
+        """Bytes that wait for the end of their frame."""
+        return len(self._begun)

@@ -1,0 +1,189 @@
+"""The link to the door simulator: requests and their answers, telemetry, a heartbeat that only a live host gives.
+
+Nothing here waits by the wall clock: `clock_s` is whatever the port lives by, so a dialogue can run in virtual time.
+"""
+
+from __future__ import annotations
+
+import threading
+import time
+from collections import deque
+from collections.abc import Callable, Iterable
+from dataclasses import dataclass
+
+from devices.door.link import messages as says
+from devices.door.link.codes import fault_name, reason_name, state_name
+from devices.door.link.frames import SEQUENCES, Frame, Parser
+from devices.door.link.ports import Port
+from devices.signals import DeviceFault
+
+REPLY_S = 0.2
+"""A request without an answer is sent again after this long."""
+PATIENCE_S = 2.0
+"""After this long without an answer the link counts as lost."""
+ALIVE_S = 0.5
+"""So long the heart beats on after the main thread was last heard of."""
+KEPT = 60_000
+"""Telemetry that may wait to be read: a minute at the highest rate."""
+
+Arrived = tuple[int, says.Telemetry]
+
+
+@dataclass(frozen=True)
+class Timing:
+    """How patient the host is."""
+
+    reply_s: float = REPLY_S
+    patience_s: float = PATIENCE_S
+    silent_s: float = 0.5
+
+
+class Link:
+    """One line to one device. With `Threads` any thread may use it; without them, whoever waits reads the port."""
+
+    def __init__(
+        self, name: str, port: Port, clock_s: Callable[[], float] = time.monotonic, timing: Timing | None = None
+    ) -> None:
+        self.name, self.port, self.clock_s, self.timing = name, port, clock_s, timing or Timing()
+        self.parser = Parser()
+        self.threaded = False
+        self.broken: DeviceFault | None = None
+        self.latest: says.Telemetry | None = None
+        self.report: says.FaultReport | None = None
+        self.listen: Callable[[says.Telemetry], None] | None = None
+        self.stamp_ns: Callable[[], int] = time.monotonic_ns
+        self.samples: deque[Arrived] = deque(maxlen=KEPT)
+        self.received = 0
+        self._alive_until_s = self._heard_s = clock_s()
+        self._sequence = 0
+        self._answers: dict[int, says.Message | None] = {}
+        self._changed = threading.Condition()
+        self._writing = threading.Lock()
+
+    def ask(self, *messages: says.Message, patience_s: float | None = None) -> list[says.Message]:
+        """Send these requests and give their answers, in order; whatever is not answered is sent again.
+
+        Raises DeviceFault: link_lost where no answer comes, refused where one is refused.
+        """
+        asked = {self._next(): message for message in messages}
+        try:
+            answers = self._answered(asked, self.timing.patience_s if patience_s is None else patience_s)
+        finally:
+            for sequence in asked:
+                self._answers.pop(sequence, None)
+        for message, answer in zip(messages, answers, strict=True):
+            if isinstance(answer, says.Nak):
+                raise self._refused(message, answer)
+        return answers
+
+    def send(self, message: says.Message) -> None:
+        """Send it once, and wait for nothing. A line that is gone is noted in `broken`."""
+        self._write(says.sent(message, self._next()))
+
+    def keep_alive(self, seconds: float = ALIVE_S) -> None:
+        """The main thread lives: the heart may beat so long from now on; 0 ends it."""
+        self._alive_until_s = self.clock_s() + seconds
+
+    def beat(self) -> None:
+        """Send a heartbeat, if the main thread was heard of lately."""
+        if self.clock_s() < self._alive_until_s and self.broken is None:
+            self.send(says.Heartbeat())
+
+    def wait(self, ready: Callable[[], bool], timeout_s: float) -> bool:
+        """Wait until it is so, the link is broken, or time is over; whether it is so."""
+        if self.threaded:
+            with self._changed:
+                self._changed.wait_for(lambda: ready() or self.broken is not None, timeout_s)
+                return ready()
+        until_s = self.clock_s() + timeout_s
+        while not ready() and self.broken is None and (left_s := until_s - self.clock_s()) > 0:
+            self.pump(left_s)
+        return ready()
+
+    def pump(self, timeout_s: float) -> None:
+        """Read what has come, and take it in."""
+        try:
+            data = self.port.read(timeout_s)
+        except OSError as error:
+            self._lose(error)
+            return
+        self.received += len(data)
+        frames = self.parser.feed(data)
+        with self._changed:
+            for frame in frames:
+                self._hear(frame)
+            self._changed.notify_all()
+
+    def from_now(self) -> None:
+        """Forget the telemetry so far: what `latest` and `quiet_s` say is from now on."""
+        self.latest, self.report, self._heard_s = None, None, self.clock_s()
+
+    def quiet_s(self) -> float:
+        """How long no telemetry has come."""
+        return self.clock_s() - self._heard_s
+
+    def _next(self) -> int:
+        with self._writing:
+            self._sequence = self._sequence % (SEQUENCES - 1) + 1
+            return self._sequence
+
+    def _answered(self, asked: dict[int, says.Message], patience_s: float) -> list[says.Message]:
+        self._answers.update(dict.fromkeys(asked))
+        until_s = self.clock_s() + patience_s
+        while self.broken is None:
+            for sequence, message in asked.items():
+                if self._answers[sequence] is None:
+                    self._write(says.sent(message, sequence))
+            self.wait(lambda: None not in self._of(asked), self.timing.reply_s)
+            answers = [answer for answer in self._of(asked) if answer is not None]
+            if len(answers) == len(asked):
+                return answers
+            if self.clock_s() >= until_s:
+                self._lose(TimeoutError(f"no answer to {_names(asked.values())} for {patience_s:g} s"))
+        raise self.broken
+
+    def _of(self, asked: dict[int, says.Message]) -> list[says.Message | None]:
+        return [self._answers[sequence] for sequence in asked]
+
+    def _hear(self, frame: Frame) -> None:
+        message = says.understood(frame)
+        if isinstance(message, says.Telemetry):
+            self.latest, self._heard_s = message, self.clock_s()
+            self.samples.append((self.stamp_ns(), message))
+            if self.listen is not None:
+                self.listen(message)
+        elif isinstance(message, says.FaultReport):
+            self.report = message
+        elif message is not None and self._answers.get(frame.sequence, message) is None:
+            self._answers[frame.sequence] = message
+
+    def _write(self, data: bytes) -> None:
+        try:
+            with self._writing:
+                self.port.write(data)
+        except OSError as error:
+            self._lose(error)
+
+    def _lose(self, error: OSError) -> None:
+        said = f"{self.name}: the link to the door is lost ({error}); without a heartbeat it goes safe by itself"
+        with self._changed:
+            if self.broken is None:
+                self.broken = DeviceFault(self.name, "link_lost", said)
+            self._changed.notify_all()
+
+    def _refused(self, message: says.Message, nak: says.Nak) -> DeviceFault:
+        how = f"it is {state_name(nak.state)}" + (f", with the fault {fault_name(nak.fault)}" if nak.fault else "")
+        why = reason_name(nak.reason)
+        return Refused(self.name, nak, f"{self.name}: the door refused {type(message).__name__} ({why}); {how}")
+
+
+class Refused(DeviceFault):
+    """A request that the device refused; `nak` is what it said."""
+
+    def __init__(self, device: str, nak: says.Nak, message: str) -> None:
+        super().__init__(device, "refused", message)
+        self.nak = nak
+
+
+def _names(messages: Iterable[says.Message]) -> str:
+    return ", ".join(dict.fromkeys(type(each).__name__ for each in messages))

@@ -1,0 +1,285 @@
+"""What the host and the door simulator say to each other: one frozen dataclass a message, packed by struct."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass, field, fields
+from struct import Struct, error, iter_unpack
+from struct import pack as pack_values
+from typing import ClassVar, Self
+from zlib import crc32
+
+from devices.door.link.codes import MAGIC, VERSION
+from devices.door.link.frames import Frame, on_the_line
+
+
+@dataclass(frozen=True, slots=True)
+class Message:
+    """A message of fixed length; its fields, in order, are what LAYOUT packs."""
+
+    KIND: ClassVar[int] = 0
+    LAYOUT: ClassVar[Struct] = Struct("<")
+
+    def pack(self) -> bytes:
+        """The payload of its frame."""
+        return self.LAYOUT.pack(*[getattr(self, one.name) for one in fields(self)])
+
+    @classmethod
+    def unpack(cls, payload: bytes) -> Self:
+        """The message of this payload. Raises struct.error where the length is another."""
+        return cls(*cls.LAYOUT.unpack(payload))
+
+
+@dataclass(frozen=True, slots=True)
+class Points(Message):
+    """Points of a profile in N m, from number `first` on."""
+
+    first: int
+    torque_Nm: tuple[float, ...]
+    LAYOUT: ClassVar[Struct] = Struct("<H")
+
+    def pack(self) -> bytes:
+        """The payload of its frame."""
+        return self.LAYOUT.pack(self.first) + pack_values(f"<{len(self.torque_Nm)}f", *self.torque_Nm)
+
+    @classmethod
+    def unpack(cls, payload: bytes) -> Self:
+        """The message of this payload. Raises struct.error where the length does not fit."""
+        (first,) = cls.LAYOUT.unpack_from(payload)
+        return cls(first, tuple(value for (value,) in iter_unpack("<f", payload[cls.LAYOUT.size :])))
+
+
+@dataclass(frozen=True, slots=True)
+class Hello(Message):
+    """Who are you? Also forgets what was said before. Answered by Identity in every state."""
+
+    version: int = VERSION
+    KIND: ClassVar[int] = 0x01
+    LAYOUT: ClassVar[Struct] = Struct("<H")
+
+
+@dataclass(frozen=True, slots=True)
+class UploadBegin(Message):
+    """A profile of so many points follows; the rendered stop stands at end_deg. Its CRC is `profile_crc`'s."""
+
+    points: int
+    end_deg: float
+    crc: int
+    KIND: ClassVar[int] = 0x02
+    LAYOUT: ClassVar[Struct] = Struct("<HfI")
+
+
+@dataclass(frozen=True, slots=True)
+class UploadChunk(Points):
+    """Points of the profile that is being uploaded."""
+
+    KIND: ClassVar[int] = 0x03
+
+
+@dataclass(frozen=True, slots=True)
+class UploadEnd(Message):
+    """The profile is complete: check it."""
+
+    crc: int
+    KIND: ClassVar[int] = 0x04
+    LAYOUT: ClassVar[Struct] = Struct("<I")
+
+
+@dataclass(frozen=True, slots=True)
+class ReadBack(Message):
+    """Give these points of the profile that you hold. Answered by Part."""
+
+    first: int
+    count: int
+    KIND: ClassVar[int] = 0x05
+    LAYOUT: ClassVar[Struct] = Struct("<HH")
+
+
+@dataclass(frozen=True, slots=True)
+class Arm(Message):
+    """Motor on, hold the arm where it is. Names the profile that is meant."""
+
+    crc: int
+    KIND: ClassVar[int] = 0x06
+    LAYOUT: ClassVar[Struct] = Struct("<I")
+
+
+@dataclass(frozen=True, slots=True)
+class Play(Message):
+    """Render the profile."""
+
+    KIND: ClassVar[int] = 0x07
+
+
+@dataclass(frozen=True, slots=True)
+class Stop(Message):
+    """Motor off, brake on."""
+
+    KIND: ClassVar[int] = 0x08
+
+
+@dataclass(frozen=True, slots=True)
+class EStop(Message):
+    """Motor off, brake on, and stay so until the fault is cleared."""
+
+    KIND: ClassVar[int] = 0x09
+
+
+@dataclass(frozen=True, slots=True)
+class Clear(Message):
+    """Forget the fault of this code; another one stays."""
+
+    fault: int
+    KIND: ClassVar[int] = 0x0A
+    LAYOUT: ClassVar[Struct] = Struct("<B")
+
+
+@dataclass(frozen=True, slots=True)
+class Heartbeat(Message):
+    """The host is alive. Not answered."""
+
+    KIND: ClassVar[int] = 0x0B
+
+
+@dataclass(frozen=True, slots=True)
+class SetRate(Message):
+    """Send telemetry so many times a second of plant time, 1 to 1000."""
+
+    rate_hz: int
+    KIND: ClassVar[int] = 0x0C
+    LAYOUT: ClassVar[Struct] = Struct("<H")
+
+
+@dataclass(frozen=True, slots=True)
+class Ack(Message):
+    """The request of this sequence, of type `to`, was done; the device is in `state` now."""
+
+    to: int
+    state: int
+    KIND: ClassVar[int] = 0x80
+    LAYOUT: ClassVar[Struct] = Struct("<BB")
+
+
+@dataclass(frozen=True, slots=True)
+class Nak(Message):
+    """The request of this sequence, of type `to`, was refused; nothing has changed."""
+
+    to: int
+    reason: int
+    state: int
+    fault: int
+    KIND: ClassVar[int] = 0x81
+    LAYOUT: ClassVar[Struct] = Struct("<BBBB")
+
+
+@dataclass(frozen=True, slots=True)
+class Identity(Message):
+    """Who the device is, what it can do, how it is now. `profile_crc` is 0 where it holds no profile."""
+
+    magic: bytes
+    version: int
+    firmware: int
+    serial_number: int
+    points: int
+    torque_Nm: float
+    slope_Nm_deg: float
+    speed_deg_s: float
+    heartbeat_ms: int
+    state: int
+    fault: int
+    profile_crc: int
+    KIND: ClassVar[int] = 0x82
+    LAYOUT: ClassVar[Struct] = Struct("<4sHHIHfffHBBI")
+
+    @property
+    def known(self) -> bool:
+        """Whether this is a door simulator at all."""
+        return self.magic == MAGIC
+
+
+@dataclass(frozen=True, slots=True)
+class Part(Points):
+    """Points of the profile that the device holds."""
+
+    KIND: ClassVar[int] = 0x83
+
+
+@dataclass(frozen=True, slots=True)
+class Telemetry(Message):
+    """How the door is: device time, the number of this sample, sensors, state, latched fault. Not answered."""
+
+    t_us: int
+    sample: int
+    angle_deg: float
+    velocity_deg_s: float
+    torque_Nm: float
+    brake_A: float
+    state: int
+    fault: int
+    KIND: ClassVar[int] = 0x90
+    LAYOUT: ClassVar[Struct] = Struct("<QIffffBB")
+
+
+@dataclass(frozen=True, slots=True)
+class FaultReport(Message):
+    """The device went safe by itself, at this time of its clock, because of this value. Sent once."""
+
+    t_us: int
+    fault: int
+    value: float
+    KIND: ClassVar[int] = 0x91
+    LAYOUT: ClassVar[Struct] = Struct("<QBf")
+
+
+MESSAGES: tuple[type[Message], ...] = (
+    Hello, UploadBegin, UploadChunk, UploadEnd, ReadBack, Arm, Play, Stop, EStop, Clear, Heartbeat, SetRate,
+    Ack, Nak, Identity, Part, Telemetry, FaultReport,
+)  # fmt: skip
+_BY_KIND = {message.KIND: message for message in MESSAGES}
+
+
+def understood(frame: Frame) -> Message | None:
+    """The message of a frame; None for a type or a length that this version does not know."""
+    kind = _BY_KIND.get(frame.kind)
+    if kind is None:
+        return None
+    try:
+        return kind.unpack(frame.payload)
+    except error:
+        return None
+
+
+def sent(message: Message, sequence: int) -> bytes:
+    """The message as it goes onto the line."""
+    return on_the_line(Frame(message.KIND, sequence, message.pack()))
+
+
+def kind_name(kind: int) -> str:
+    """The message's name by its type, also for one that this version does not know."""
+    return _BY_KIND[kind].__name__ if kind in _BY_KIND else f"type {kind:#04x}"
+
+
+@dataclass(frozen=True)
+class Profile:
+    """What is uploaded: torques in N m, as the device holds them (float32), and where its rendered stop stands."""
+
+    torque_Nm: tuple[float, ...]
+    end_deg: float
+    crc: int = field(init=False)
+
+    def __post_init__(self) -> None:
+        *torque, end = as_float32((*self.torque_Nm, self.end_deg))
+        object.__setattr__(self, "torque_Nm", tuple(torque))
+        object.__setattr__(self, "end_deg", end)
+        object.__setattr__(self, "crc", profile_crc(torque, end))
+
+
+def as_float32(values: tuple[float, ...]) -> tuple[float, ...]:
+    """The values as the line carries them."""
+    layout = Struct(f"<{len(values)}f")
+    rounded: tuple[float, ...] = layout.unpack(layout.pack(*values))
+    return rounded
+
+
+def profile_crc(torque_Nm: tuple[float, ...] | list[float], end_deg: float) -> int:
+    """CRC-32 of end_deg and the torques, each a little-endian float32."""
+    return crc32(pack_values(f"<{len(torque_Nm) + 1}f", end_deg, *torque_Nm))

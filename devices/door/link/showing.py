@@ -1,0 +1,234 @@
+"""One presentation on the door simulator, from the check of its limits until the arm is at rest again."""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Generator, Mapping
+from dataclasses import dataclass
+from typing import Any, Protocol
+
+from devices.acts import Act
+from devices.desk import Desk, Pages, Prompt
+from devices.door.link import dialogue
+from devices.door.link.codes import State
+from devices.door.link.link import Link
+from devices.door.link.messages import Identity, Profile
+from devices.door.link.telemetry import Opening, trouble
+from devices.mending import Mending
+from devices.signals import DeviceFault
+from protocols.requests import Aside, Chunk, Fault, Present, Reply
+
+PAGE = "feel_now"
+WAITING = "changing_sample"
+
+Steps = Generator[Aside | Chunk, None, None]
+
+
+class Recorded(Protocol):
+    """What keeps the telemetry meanwhile: devices.streams.recording.Recording."""
+
+    def start(self) -> None:
+        """Begin."""
+
+    def due(self) -> bool:
+        """Whether there is something to be taken."""
+
+    def take(self) -> Chunk:
+        """What has come since the last time."""
+
+    def fault(self) -> DeviceFault | None:
+        """What failed."""
+
+    def stop(self) -> Mapping[str, Any]:
+        """End, and say what it came to."""
+
+
+class Door(Protocol):
+    """What a presentation needs of the door."""
+
+    name: str
+    mending: Mending
+
+    @property
+    def by(self) -> str:
+        """Who presents, as a reply says it."""
+
+    @property
+    def time_limit_s(self) -> float:
+        """A presentation takes at most so long."""
+
+    def profile(self, request: Present) -> Profile:
+        """What is to be played. Raises DeviceFault (limit)."""
+
+    def greeted(self) -> tuple[Link, Identity]:
+        """The link, made anew where it was lost, and how the door is. Raises DeviceFault."""
+
+    def recorded(self, now_ns: Callable[[], int]) -> Recorded:
+        """What will keep the telemetry."""
+
+    def safe(self) -> None:
+        """Bring it to rest."""
+
+
+@dataclass
+class Showing:
+    """A presentation under way. Closed at any point, it leaves the door safe."""
+
+    door: Door
+    request: Present
+    window: Pages
+    desk: Desk
+    now_ns: Callable[[], int]
+    rests: bool = False
+
+    def steps(self) -> Generator[Aside | Chunk | Reply | Fault, None, None]:
+        """What it comes to, one thing at a time; the last one is a Reply or a Fault."""
+        recorded: list[Recorded] = []
+        try:
+            try:
+                reply = yield from self._shown(recorded)
+            except DeviceFault as fault:
+                self._at_rest("went safe")
+                yield from _ended(recorded)
+                reply = self.door.mending.fault(fault)
+            yield reply
+        finally:
+            self._at_rest("at rest")
+            for each in recorded:
+                each.stop()
+
+    def _shown(self, recorded: list[Recorded]) -> Generator[Aside | Chunk, None, Reply | Fault]:
+        profile = self.door.profile(self.request)
+        link = yield from self._ready()
+        dialogue.upload(link, profile)
+        dialogue.verify(link, profile)
+        act, opening = Act(self.request, self.now_ns()), Opening(profile.end_deg)
+        link.from_now()
+        recorded.append(self.door.recorded(self.now_ns))
+        recorded[0].start()
+        felt = Felt(self, act, link, profile, opening, recorded[0])
+        yield from felt.steps()
+        self._at_rest("at rest")
+        yield from _ended(recorded)
+        return Reply(felt.told(recorded[0].stop()))
+
+    def _ready(self) -> Generator[Aside, None, Link]:
+        """The link to a door without a fault; a person has put right, and confirmed, whatever was wrong."""
+        mending = self.door.mending
+        confirmed = False
+        while True:
+            while (aside := self._asked()) is not None:
+                yield aside
+            link, identity = self.door.greeted()
+            if not identity.fault:
+                return link
+            if not confirmed:
+                mending.wanted, confirmed = str(dialogue.told(self.door.name, identity.fault)), True
+            elif dialogue.clear(link, identity.fault):
+                return link
+            else:
+                mending.wanted = f"{dialogue.told(self.door.name, identity.fault)}, and its cause remains"
+
+    def _asked(self) -> Aside | None:
+        return self.door.mending.asked(WAITING, self.window, self.desk)
+
+    def _at_rest(self, told: str) -> None:
+        """Once: motor off, brake on."""
+        if not self.rests:
+            self.rests = True
+            self.door.safe()
+            self.desk.tell({self.door.name: told})
+
+
+@dataclass
+class Felt:
+    """The arm is felt: played, watched, stopped for every pause and played again after it."""
+
+    showing: Showing
+    act: Act
+    link: Link
+    profile: Profile
+    opening: Opening
+    recorded: Recorded
+    ended: str = ""
+
+    def steps(self) -> Steps:
+        """Until it is over. Raises DeviceFault."""
+        showing, link = self.showing, self.link
+        link.listen = self.opening.see
+        try:
+            while not self.ended:
+                self._play()
+                aside = self.act.wait(PAGE, showing.window, showing.desk, showing.now_ns, self._something)
+                if aside is not None:
+                    self._heed(aside)
+                    yield aside
+                elif (fault := self._fault()) is not None:
+                    raise fault
+                elif self.recorded.due():
+                    yield self.recorded.take()
+        finally:
+            link.listen = None
+            showing.desk.demand(None)
+
+    def told(self, streams: Mapping[str, Any]) -> dict[str, Any]:
+        """What the reply says."""
+        return {
+            "presented": True,
+            "by": self.showing.door.by,
+            "seconds": self.act.seconds(self.showing.now_ns()),
+            "profile": f"{self.profile.crc:08x}",
+            "opened_deg": round(self.opening.most_deg, 2),
+            "end_deg": round(self.profile.end_deg, 1),
+            "ended": self.ended,
+            "streams": dict(streams),
+        }
+
+    def _play(self) -> None:
+        if self.act.paused_at_ns is None and not self._playing:
+            dialogue.play(self.link, self.profile)
+            self._playing = True
+            self.showing.desk.demand(self._prompt())
+            self.showing.desk.tell({self.showing.door.name: "playing"})
+
+    def _prompt(self) -> Prompt:
+        stimulus = self.showing.request.trial.stimulus.id
+        return Prompt(f"{stimulus} is on the door. Confirm to end it before it is opened to its end and brought back")
+
+    def _something(self) -> bool:
+        """Asked again and again by the main thread, which shows by that that it lives."""
+        self.link.keep_alive()
+        self.ended = self._over()
+        return bool(self.ended) or self.recorded.due() or self._fault() is not None
+
+    def _over(self) -> str:
+        if self.opening.back:
+            return "brought_back"
+        if self.showing.desk.answer() is not None:
+            return "experimenter"
+        late = self.act.seconds(self.showing.now_ns()) >= self.showing.door.time_limit_s
+        return "time_limit" if late else ""
+
+    def _fault(self) -> DeviceFault | None:
+        found = trouble(self.link, State.playing if self._playing else None) or self.recorded.fault()
+        if found is not None:
+            self.ended = ""
+        return found
+
+    def _heed(self, aside: Aside) -> None:
+        if aside.value.get("do") == "pause":
+            dialogue.rest(self.link)
+            self._playing = False
+            self.showing.desk.tell({self.showing.door.name: "stopped for the pause"})
+        elif aside.value.get("do") in {"repeat", "abort"}:
+            self._playing = False
+            self.showing.door.safe()
+
+    _playing: bool = False
+
+
+def _ended(recorded: list[Recorded]) -> Steps:
+    """What is left of the telemetry."""
+    for each in recorded:
+        each.stop()
+        while each.due():
+            yield each.take()

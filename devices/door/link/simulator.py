@@ -1,0 +1,274 @@
+"""The car-door simulator as a device: it presents a stimulus as forces at its handle, and its telemetry is a signal."""
+
+from __future__ import annotations
+
+import time
+from collections.abc import Callable, Generator, Mapping, Sequence
+from dataclasses import dataclass, field
+from inspect import GEN_RUNNING, getgeneratorstate
+from typing import TYPE_CHECKING, Any
+
+from devices.desk import Desk, Pages
+from devices.door.link import dialogue
+from devices.door.link.codes import VERSION, fault_name, state_name
+from devices.door.link.limits import Limits, ProfileRefused, profile_for_door
+from devices.door.link.link import Link
+from devices.door.link.messages import Identity, Profile, SetRate
+from devices.door.link.showing import Recorded, Showing
+from devices.door.link.telemetry import CHANNELS, UNITS, Numbering, trouble
+from devices.mending import Mending
+from devices.signals import Block, DeviceError, DeviceFault, Health, NowNs, Signal
+from protocols.requests import Came, Fault, Present, Reply
+
+if TYPE_CHECKING:
+    from devices.scene import Scene
+
+ProfileFor = Callable[[Present], Sequence[float]]
+"""The 621 forces, in newtons at the handle, that a request stands for."""
+Recorder = Callable[["DoorSimulator", NowNs], Recorded]
+PAUSE_S = 600.0
+"""Telemetry goes on while a session is paused, and is kept for so long until somebody can take it."""
+
+
+@dataclass(frozen=True)
+class Connection:
+    """A link that is up, and how to take it down; `facts` are told of it."""
+
+    link: Link
+    close: Callable[[], None]
+    facts: Mapping[str, str] = field(default_factory=dict)
+
+
+@dataclass(frozen=True)
+class Setup:
+    """What a rig file says of the door, as far as it does not concern the line."""
+
+    handle_radius_m: float
+    limits: Limits
+    telemetry_hz: int
+    time_limit_s: float
+    driver: str
+    calibrated: str | None = None
+
+
+def no_profiles(request: Present) -> Sequence[float]:
+    """A door that was not told what its stimuli are."""
+    raise DeviceError(f"the door was given no profile for {request.trial.stimulus.id}")
+
+
+def streamed(door: DoorSimulator, now_ns: NowNs) -> Recorded:
+    """The telemetry, as every other stream is recorded."""
+    from devices.streams.recording import Recording
+
+    return Recording({door.name: door}, now_ns, room_s=PAUSE_S)
+
+
+@dataclass
+class DoorSimulator:
+    """The door. `connect` makes the line, `profile_for` says what a stimulus is, `recorder` keeps the telemetry."""
+
+    name: str
+    setup: Setup
+    connect: Callable[[], Connection]
+    profile_for: ProfileFor = no_profiles
+    recorder: Recorder = streamed
+    mending: Mending = field(default_factory=Mending)
+    identity: Identity | None = None
+    _connection: Connection | None = None
+    _showing: tuple[Present, Generator[Came, None, None]] | None = None
+    _numbering: Numbering | None = None
+
+    @property
+    def by(self) -> str:
+        """Who presents, as a reply says it: a simulated door is named as what it is."""
+        return "twin" if self.setup.driver == "twin" else "door"
+
+    @property
+    def time_limit_s(self) -> float:
+        """A presentation takes at most so long."""
+        return self.setup.time_limit_s
+
+    @property
+    def signals(self) -> Sequence[Signal]:
+        """One signal: telemetry."""
+        return (Signal("telemetry", CHANNELS, UNITS, float(self.setup.telemetry_hz), self.name, self.setup.calibrated),)
+
+    def open(self) -> None:
+        """Connect, and leave it safe. Raises DeviceError: no door there, or one that allows more than the rig does."""
+        self._let_go()
+        connection = self.connect()
+        self._connection = connection
+        try:
+            self.identity = dialogue.greet(connection.link)
+            self._require_limits(self.identity)
+            connection.link.ask(SetRate(self.setup.telemetry_hz))
+        except DeviceFault as fault:
+            self._let_go()
+            raise DeviceError(str(fault)) from fault
+        except BaseException:
+            self._let_go()
+            raise
+
+    def safe(self) -> None:
+        """Motor off, brake on; what cannot be told to the device, it does by itself for want of a heartbeat."""
+        if self._connection is not None:
+            dialogue.rest(self._connection.link)
+
+    def close(self) -> None:
+        """Make it safe and let go of the line."""
+        if self._showing is not None and getgeneratorstate(self._showing[1]) != GEN_RUNNING:
+            self._end_showing()
+        self._let_go()
+
+    def greeted(self) -> tuple[Link, Identity]:
+        """The link, made anew where it was lost, and how the door is. Raises DeviceFault where it cannot be had."""
+        try:
+            if self._connection is None or self._connection.link.broken is not None:
+                self.open()
+            link = self._up()
+            self.identity = identity = dialogue.greet(link)
+        except DeviceError as error:
+            raise DeviceFault(self.name, "link_lost", str(error)) from error
+        return link, identity
+
+    def profile(self, request: Present) -> Profile:
+        """What is to be played, within the limits. Raises DeviceFault (limit)."""
+        try:
+            return self.check(self.profile_for(request), request.trial.stimulus.id)
+        except ProfileRefused as refused:
+            raise DeviceFault(self.name, "limit", f"{self.name}: {refused}") from refused
+
+    def check(self, force_N: Sequence[float], what: str) -> Profile:
+        """The profile as it would be sent. Raises ProfileRefused; a session asks before it begins."""
+        return profile_for_door(force_N, self.setup.handle_radius_m, self._limits(), what)
+
+    def recorded(self, now_ns: NowNs) -> Recorded:
+        """What will keep the telemetry of one presentation."""
+        return self.recorder(self, now_ns)
+
+    def expect(self, scene: Scene | None) -> None:
+        """The door makes its own scene."""
+
+    def start(self, now_ns: NowNs) -> None:
+        """Count telemetry from the next sample on. Raises DeviceError."""
+        link = self._up()
+        link.stamp_ns = now_ns
+        link.from_now()
+        link.samples.clear()
+        self._numbering = Numbering()
+
+    def read(self, timeout_s: float) -> Mapping[str, Sequence[Block]]:
+        """The telemetry that has come. Raises DeviceFault where the link is lost or falls silent."""
+        link = self._up()
+        link.wait(lambda: bool(link.samples), timeout_s)
+        arrived = [link.samples.popleft() for _ in range(len(link.samples))]
+        if not arrived and (fault := trouble(link, None)) is not None and fault.what in {"link_lost", "silent"}:
+            raise fault
+        return {"telemetry": self._numbering.blocks(arrived) if self._numbering is not None else []}
+
+    def stop(self) -> None:
+        """No longer count."""
+        self._numbering = None
+
+    def describe(self) -> Mapping[str, Any]:
+        """What the ledger keeps: the driver, the device's own account of itself, the limits of both."""
+        setup, found = self.setup, self.identity
+        told = {} if found is None else _account(found)
+        return {
+            "kind": "door",
+            "driver": setup.driver,
+            "protocol": VERSION,
+            "handle_radius_m": setup.handle_radius_m,
+            "limits": setup.limits.model_dump(),
+            "telemetry_hz": setup.telemetry_hz,
+            "calibrated": setup.calibrated,
+            **told,
+        }
+
+    def health(self, seconds: float) -> Health:
+        """Read the telemetry at rest for so long. Called while it is open."""
+        from devices.health import sensed
+
+        link = self._up()
+        try:
+            readings = sensed(self, seconds, time.monotonic_ns)
+            found = self.identity = dialogue.greet(link)
+        except DeviceFault as fault:
+            return Health(False, str(fault), calibrated=self.setup.calibrated)
+        facts = {**(self._connection.facts if self._connection else {}), **_facts(found, link)}
+        told = str(dialogue.told(self.name, found.fault)) if found.fault else f"{state_name(found.state)}, motor off"
+        ok = not found.fault and not readings[0].lost
+        return Health(ok, told, readings, self.setup.calibrated, facts)
+
+    def perform(self, request: Present, window: Pages, desk: Desk, now_ns: NowNs) -> Came:
+        """Let the stimulus be felt; whatever ends it, the door is safe then. Raises DeviceError."""
+        if self._showing is None or self._showing[0] is not request:
+            self._end_showing()
+            self._showing = (request, Showing(self, request, window, desk, now_ns).steps())
+        try:
+            came = next(self._showing[1])
+        except BaseException:
+            self._showing = None
+            self.safe()
+            raise
+        if isinstance(came, Reply | Fault):
+            self._end_showing()
+        return came
+
+    def _end_showing(self) -> None:
+        ended, self._showing = self._showing, None
+        if ended is not None:
+            ended[1].close()
+
+    def _limits(self) -> Limits:
+        """The rig's or the device's own, whichever is lower."""
+        limits, found = self.setup.limits, self.identity
+        if found is None:
+            return limits
+        lower = {
+            "torque_Nm": min(limits.torque_Nm, found.torque_Nm),
+            "slope_Nm_deg": min(limits.slope_Nm_deg, found.slope_Nm_deg),
+        }
+        return limits.model_copy(update=lower)
+
+    def _let_go(self) -> None:
+        self.safe()
+        gone, self._connection = self._connection, None
+        if gone is not None:
+            gone.close()
+
+    def _up(self) -> Link:
+        if self._connection is None:
+            raise DeviceError(f"{self.name}: the door is not open")
+        return self._connection.link
+
+    def _require_limits(self, found: Identity) -> None:
+        if found.speed_deg_s > self.setup.limits.speed_deg_s:
+            raise DeviceError(
+                f"{self.name}: the door stops itself at {found.speed_deg_s:g} deg/s, the rig allows "
+                f"{self.setup.limits.speed_deg_s:g}; set the device's limit, or limits: speed_deg_s in the rig file"
+            )
+
+
+def _account(found: Identity) -> dict[str, Any]:
+    return {
+        "serial_number": found.serial_number,
+        "firmware": found.firmware,
+        "device_limits": {
+            "torque_Nm": found.torque_Nm,
+            "slope_Nm_deg": found.slope_Nm_deg,
+            "speed_deg_s": found.speed_deg_s,
+            "heartbeat_ms": found.heartbeat_ms,
+        },
+    }
+
+
+def _facts(found: Identity, link: Link) -> dict[str, str]:
+    return {
+        "serial number": str(found.serial_number),
+        "firmware": str(found.firmware),
+        "device limits": f"{found.torque_Nm:g} N m, {found.slope_Nm_deg:g} N m/deg, {found.speed_deg_s:g} deg/s",
+        "heartbeat": f"{found.heartbeat_ms} ms",
+        "latched fault": fault_name(found.fault),
+        "dropped on the line": f"{link.parser.dropped} frames, {link.parser.dropped_bytes} bytes",
+    }

@@ -1,0 +1,72 @@
+"""The twin's process, as its parent sees it: started with a pseudo-terminal for a port, gone when its parent is."""
+
+from __future__ import annotations
+
+import json
+import os
+import select
+import subprocess
+import sys
+from collections.abc import Sequence
+from dataclasses import dataclass
+from pathlib import Path
+
+import devices
+from devices.door.link.limits import Limits
+from devices.signals import DeviceError
+
+MODULE = "devices.door.firmware.process"
+STARTS_S = 60.0
+ENDS_S = 5.0
+
+
+@dataclass
+class TwinProcess:
+    """A firmware emulator. It lives as long as its standard input is open, and is safe before it ends."""
+
+    name: str
+    process: subprocess.Popen[bytes] | None = None
+
+    def start(
+        self, speed: float, seed: int, limits: Limits, baud: int, log: Path | None = None, more: Sequence[str] = ()
+    ) -> str:
+        """Start it; the path of its port. Raises DeviceError."""
+        asked = {
+            "speed": speed, "seed": seed, "baud": baud, "torque-limit": limits.torque_Nm,
+            "slope-limit": limits.slope_Nm_deg, "speed-limit": limits.speed_deg_s, **({"log": log} if log else {}),
+        }  # fmt: skip
+        options = [f"--{name}={value}" for name, value in asked.items()]
+        self.process = subprocess.Popen(
+            [sys.executable, "-m", MODULE, *options, *more], stdin=subprocess.PIPE, stdout=subprocess.PIPE, env=_env()
+        )
+        return self._port(self.process)
+
+    def end(self) -> None:
+        """End it; it is killed only where it does not end by itself."""
+        process, self.process = self.process, None
+        if process is None:
+            return
+        for pipe in (process.stdin, process.stdout):
+            if pipe is not None:
+                pipe.close()
+        try:
+            process.wait(ENDS_S)
+        except subprocess.TimeoutExpired:
+            process.kill()
+            process.wait()
+
+    def _port(self, process: subprocess.Popen[bytes]) -> str:
+        line = b""
+        if process.stdout is not None and select.select([process.stdout], [], [], STARTS_S)[0]:
+            line = process.stdout.readline()
+        try:
+            return str(json.loads(line)["port"])
+        except (ValueError, KeyError, TypeError):
+            raise DeviceError(f"{self.name}: the door's twin did not start (it said {line!r})") from None
+
+
+def _env() -> dict[str, str]:
+    """The same packages as here, wherever this program was started."""
+    root = str(Path(str(devices.__file__)).parent.parent)
+    path = os.environ.get("PYTHONPATH")
+    return {**os.environ, "PYTHONPATH": f"{root}{os.pathsep}{path}" if path else root}

@@ -1,0 +1,128 @@
+"""An output of a sound card, through PortAudio (sounddevice)."""
+
+from __future__ import annotations
+
+import importlib
+import threading
+import time
+from collections.abc import Callable, Mapping
+from dataclasses import dataclass, field
+from typing import Any
+
+from devices.signals import DeviceError, DeviceFault
+from devices.sound.output import DRAIN_S, Array, Fill
+
+SILENT_S = 1.0
+"""A card that has asked for nothing for so long has stopped without a word."""
+
+
+def portaudio() -> Any:
+    """The sounddevice module. Raises DeviceError where it or the PortAudio library is not installed."""
+    try:
+        return importlib.import_module("sounddevice")
+    except ImportError:
+        raise DeviceError("sound needs the package sounddevice: pip install 'palpate[rig]'") from None
+    except OSError as error:
+        raise DeviceError(f"sound needs the PortAudio library ({error}): apt-get install libportaudio2") from None
+
+
+@dataclass
+class Card:
+    """One output; every channel gets the same samples. `device` is a name, part of one, a number, or None: default."""
+
+    name: str
+    device: str | int | None
+    rate_hz: float
+    channels: int = 1
+    asked_latency: str | float = "low"
+    library: Callable[[], Any] = portaudio
+    clock_s: Callable[[], float] = time.monotonic
+    latency_s: float = 0.0
+    late: int = 0
+    told: str = ""
+    _stream: Any = None
+    _fill: Fill | None = None
+    _failed: str = ""
+    _called_s: float = 0.0
+    _ending: bool = False
+    _lock: threading.Lock = field(default_factory=threading.Lock)
+
+    def open(self) -> None:
+        """Find the output and make sure that it takes the rate. Raises DeviceError with what there is instead."""
+        sound = self.library()
+        try:
+            found = sound.query_devices(self.device, "output")
+            sound.check_output_settings(device=self.device, channels=self.channels, samplerate=self.rate_hz)
+        except (ValueError, sound.PortAudioError) as error:
+            raise DeviceError(f"{self.name}: no such sound output: {error}. {_outputs(sound)}") from None
+        self.told = str(found["name"])
+
+    def start(self, fill: Fill) -> None:
+        """Begin to play. Raises DeviceError where the card is taken or gone."""
+        sound = self.library()
+        self._fill, self._failed, self._ending, self._called_s = fill, "", False, self.clock_s()
+        try:
+            self._stream = sound.OutputStream(
+                samplerate=self.rate_hz, device=self.device, channels=self.channels, dtype="float32",
+                latency=self.asked_latency, callback=self._wanted, finished_callback=self._finished,
+            )  # fmt: skip
+            self.latency_s = float(self._stream.latency)
+            self._stream.start()
+        except (ValueError, sound.PortAudioError) as error:
+            self.stop()
+            raise DeviceError(f"{self.name}: the sound output {self.told!r} does not start: {error}") from None
+
+    def _wanted(self, out: Any, frames: int, _times: Any, status: Any) -> None:
+        """What PortAudio calls, on its own thread. Nothing may leave it: the card would repeat its last buffer."""
+        self._called_s = self.clock_s()
+        self.late += bool(status.output_underflow)
+        fill = self._fill
+        try:
+            part: Array | None = None if fill is None else fill(frames)
+        except Exception as error:
+            self._failed, part = f"its samples could not be had: {error}", None
+            self._fill = None
+        out[:] = 0.0 if part is None else part[:, None]
+
+    def _finished(self) -> None:
+        if not self._ending:
+            self._failed = self._failed or "it ended by itself (unplugged?)"
+
+    def cut(self) -> None:
+        """A card's buffer cannot be dropped without a click: it plays on for its latency."""
+
+    def drain(self, silent: threading.Event) -> None:
+        """Play on until it is silent; then as long as the card's own buffer lasts."""
+        if self._stream is not None and self._stream.active and silent.wait(DRAIN_S):
+            self._ending = True
+            self._stream.stop(ignore_errors=True)
+
+    def stop(self) -> None:
+        """Play what is left in the buffer, then let go of the card."""
+        with self._lock:
+            stream, self._stream, self._ending = self._stream, None, True
+        if stream is not None:
+            stream.stop(ignore_errors=True)
+            stream.close(ignore_errors=True)
+        self._fill = None
+
+    def fault(self) -> DeviceFault | None:
+        """Whether the card ended, or has asked for nothing for a second."""
+        if self._failed:
+            return DeviceFault(
+                self.name, "link_lost", f"{self.name}: the sound output {self.told!r} failed: {self._failed}"
+            )
+        if self._stream is not None and self.clock_s() - self._called_s > SILENT_S:
+            told = f"the sound output {self.told!r} has asked for no samples for {SILENT_S:g} s"
+            return DeviceFault(self.name, "silent", f"{self.name}: {told}")
+        return None
+
+    def facts(self) -> Mapping[str, str]:
+        """Which output it is, and how late it plays."""
+        late = f"{1000 * self.latency_s:.1f} ms" if self.latency_s else "not started"
+        return {"output": self.told, "rate": f"{self.rate_hz:g} Hz", "latency": late, "late buffers": str(self.late)}
+
+
+def _outputs(sound: Any) -> str:
+    found = [f"{n}: {each['name']}" for n, each in enumerate(sound.query_devices()) if each["max_output_channels"] > 0]
+    return f"Outputs here: {'; '.join(found)}" if found else "This machine has no sound output"

@@ -1,0 +1,152 @@
+"""Masking noise in headphones: what a participant hears of the stimuli is drowned (thesis 3.3.2, 4.7.1)."""
+
+from __future__ import annotations
+
+import time
+from collections.abc import Callable, Mapping, Sequence
+from dataclasses import dataclass
+from pathlib import Path
+from typing import TYPE_CHECKING, Annotated, Any, Literal, Self
+
+from pydantic import Field, model_validator
+
+from devices.rig.settings import Date, Strict
+from devices.signals import DeviceError, Health, Signal
+
+if TYPE_CHECKING:
+    from devices.sound.noise import Player
+    from devices.sound.output import Array, Output
+
+LOUDEST_DBFS, LOUDEST_UNMEASURED_DBFS, LOUDEST_DB_SPL = -12.0, -30.0, 80.0
+"""Noise peaks about 15 dB above its level, so -12 dBFS never clips. 80 dB SPL is allowed for 40 hours a week (WHO, ITU
+H.870); where nobody has measured what the headphones give, the level stays 18 dB further down."""
+SAFE_S = 0.02
+"""How fast it falls silent when it is made safe: fast, and yet no click."""
+
+
+class Settings(Strict):
+    """`level_db_spl` needs `db_spl_at_0_dbfs`: what a sound level meter reads at the ear for a sine at full scale."""
+
+    kind: Literal["masking_noise"]
+    driver: Literal["sound", "twin"]
+    device: str | Annotated[int, Field(ge=0)] | None = None
+    rate_hz: Annotated[int, Field(ge=8000, le=192_000)] = 48_000
+    channels: Annotated[int, Field(ge=1, le=8)] = 2
+    colour: Literal["white", "pink"] = "white"
+    level_dbfs: Annotated[float, Field(ge=-90, le=LOUDEST_DBFS)] = -35.0
+    level_db_spl: Annotated[float, Field(ge=20, le=LOUDEST_DB_SPL)] | None = None
+    db_spl_at_0_dbfs: Annotated[float, Field(ge=40, le=150)] | None = None
+    seed: Annotated[int, Field(ge=0, lt=2**63)] = 1
+    ramp_s: Annotated[float, Field(ge=0.05, le=5)] = 0.5
+    calibrated: Date | None = None
+
+    @model_validator(mode="after")
+    def _bearable(self) -> Self:
+        if self.db_spl_at_0_dbfs is None:
+            if self.level_db_spl is not None:
+                raise ValueError("level_db_spl needs db_spl_at_0_dbfs, measured at the headphones; or give level_dbfs")
+            if self.level_dbfs > LOUDEST_UNMEASURED_DBFS:
+                told = f"level_dbfs {self.level_dbfs:g}: at most {LOUDEST_UNMEASURED_DBFS:g} without db_spl_at_0_dbfs"
+                raise ValueError(f"{told}: nobody has measured how loud it is")
+        elif self.spoken_db_spl > LOUDEST_DB_SPL:
+            raise ValueError(f"{self.spoken_db_spl:.1f} dB SPL: hearing is protected at {LOUDEST_DB_SPL:g} dB SPL")
+        elif self.dbfs > LOUDEST_DBFS:
+            raise ValueError(
+                f"level_db_spl needs {self.dbfs:.1f} dBFS, more than {LOUDEST_DBFS:g}: turn the amplifier up"
+            )
+        return self
+
+    @property
+    def dbfs(self) -> float:
+        """The level in the samples."""
+        if self.level_db_spl is None or self.db_spl_at_0_dbfs is None:
+            return self.level_dbfs
+        return self.level_db_spl - self.db_spl_at_0_dbfs
+
+    @property
+    def spoken_db_spl(self) -> float:
+        """The level at the ear, where it was measured; else NaN."""
+        return float("nan") if self.db_spl_at_0_dbfs is None else self.dbfs + self.db_spl_at_0_dbfs
+
+
+@dataclass
+class MaskingNoise:
+    """Plays from `start` until it is made safe. `check` raises DeviceFault where it no longer does."""
+
+    name: str
+    settings: Settings
+    output: Output
+    player: Player | None = None
+
+    @property
+    def signals(self) -> Sequence[Signal]:
+        """It gives nothing."""
+        return ()
+
+    def open(self) -> None:
+        """Find the output and make the loop; nothing sounds yet."""
+        from devices.sound.noise import Player, loop, rms_of
+
+        self.output.open()
+        made = loop(self.settings.colour, self.settings.rate_hz, self.settings.seed)
+        self.player = Player(made * rms_of(self.settings.dbfs))
+        self.output.start(self.player.fill)
+
+    def start(self) -> None:
+        """Ramp the noise on; does nothing where it sounds already."""
+        if self.player is None:
+            raise DeviceError(f"{self.name}: the masking noise is not open")
+        self.player.fader.to(1.0, round(self.settings.ramp_s * self.settings.rate_hz))
+
+    def check(self) -> None:
+        """Raise DeviceFault where the output is gone: what was felt meanwhile could be heard."""
+        if fault := self.output.fault():
+            raise fault
+
+    def rest(self) -> None:
+        """Ramp the noise off as gently as it came, for a pause."""
+        self._off(self.settings.ramp_s)
+
+    def safe(self) -> None:
+        """Ramp the noise off at once."""
+        self._off(SAFE_S)
+
+    def _off(self, seconds: float) -> None:
+        if self.player is not None:
+            self.player.fader.to(0.0, round(seconds * self.settings.rate_hz))
+
+    def close(self) -> None:
+        """Ramp off and let go of the output."""
+        self.safe()
+        if self.player is not None:
+            self.output.drain(self.player.fader.silent)
+        self.output.stop()
+        self.player = None
+
+    def describe(self) -> Mapping[str, Any]:
+        """The settings, and the level that they come to."""
+        said = self.settings.model_dump(mode="json", exclude_none=True)
+        level = {} if self.settings.db_spl_at_0_dbfs is None else {"db_spl": round(self.settings.spoken_db_spl, 2)}
+        return {**said, "dbfs": round(self.settings.dbfs, 2), **level}
+
+    def health(self, seconds: float) -> Health:
+        """Let the open output play silence for so long; nothing is to be heard."""
+        time.sleep(0.0 if self.settings.driver == "twin" else seconds)
+        fault = self.output.fault()
+        facts = {**self.output.facts(), "level": f"{self.settings.dbfs:.1f} dBFS"}
+        if self.settings.db_spl_at_0_dbfs is not None:
+            facts["at the ear"] = f"{self.settings.spoken_db_spl:.1f} dB SPL"
+        told = f"{self.settings.colour} noise is ready" if fault is None else str(fault)
+        return Health(fault is None, told, calibrated=self.settings.calibrated, facts=facts)
+
+
+def make(name: str, settings: Settings, folder: Path, elapsed_s: Callable[[], float] = time.monotonic) -> MaskingNoise:  # noqa: ARG001
+    """The player of that name; opens nothing."""
+    from devices.sound.output import Tape
+
+    if settings.driver == "twin":
+        heard: Callable[[Array], None] = lambda _samples: None  # noqa: E731
+        return MaskingNoise(name, settings, Tape(settings.rate_hz, elapsed_s, heard, most_s=1.0))
+    from devices.sound.card import Card
+
+    return MaskingNoise(name, settings, Card(name, settings.device, settings.rate_hz, settings.channels, "high"))

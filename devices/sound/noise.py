@@ -1,0 +1,87 @@
+"""Masking noise: a loop without a seam, and the gain that turns it on and off."""
+
+from __future__ import annotations
+
+import math
+import threading
+from dataclasses import dataclass, field
+from typing import Literal
+
+import numpy as np
+
+from devices.sound.output import Array
+
+Colour = Literal["white", "pink"]
+LOOP_S = 10
+LOWEST_HZ, HIGHEST_HZ = 20.0, 20_000.0
+FULL_SCALE_RMS = 1 / math.sqrt(2)
+"""0 dBFS is the level of a sine that just reaches full scale (AES17)."""
+
+
+def rms_of(level_dbfs: float) -> float:
+    """The RMS, of full scale 1, of a level in dBFS."""
+    return float(FULL_SCALE_RMS * 10 ** (level_dbfs / 20))
+
+
+def loop(colour: Colour, rate_hz: int, seed: int) -> Array:
+    """Ten seconds of noise of RMS 1 whose end goes on into its beginning; the seed decides it on every machine.
+
+    It is made of whole periods: lines 0.1 Hz apart from 20 Hz to 20 kHz (or 0.45 of the rate), all of one amplitude
+    (white) or falling by 3 dB an octave (pink), with random phases; so its spectrum is flat exactly, not on average.
+    """
+    count = rate_hz * LOOP_S
+    hz = np.fft.rfftfreq(count, 1 / rate_hz)
+    inside = (hz >= LOWEST_HZ) & (hz <= min(HIGHEST_HZ, 0.45 * rate_hz))
+    turns = np.random.PCG64(seed).random_raw(int(inside.sum())) / 2.0**64
+    lines = np.zeros(len(hz), dtype=np.complex128)
+    lines[inside] = np.exp(2j * np.pi * turns) * (1.0 if colour == "white" else 1 / np.sqrt(hz[inside]))
+    made: Array = np.fft.irfft(lines, count)
+    return made / float(np.sqrt(np.mean(made**2)))
+
+
+@dataclass
+class Fader:
+    """A gain that goes to where it is sent in a straight line; it never jumps."""
+
+    gain: float = 0.0
+    target: float = 0.0
+    step: float = 0.0
+    silent: threading.Event = field(default_factory=threading.Event)
+
+    def __post_init__(self) -> None:
+        if self.gain == 0.0:
+            self.silent.set()
+
+    def to(self, target: float, samples: int) -> None:
+        """Reach the target in so many samples from full, sooner from nearer."""
+        self.target, self.step = target, 1.0 / max(samples, 1)
+        if target > 0:
+            self.silent.clear()
+
+    def next(self, count: int) -> Array:
+        """The gains of the next samples."""
+        if count < 1:
+            return np.zeros(0)
+        way = self.target - self.gain
+        steps = np.minimum(np.arange(1, count + 1) * self.step, abs(way))
+        gains: Array = np.where(steps < abs(way) - 1e-9, self.gain + math.copysign(1.0, way) * steps, self.target)
+        self.gain = float(gains[-1])
+        if self.gain == 0.0 and self.target == 0.0:
+            self.silent.set()
+        return gains
+
+
+@dataclass
+class Player:
+    """The loop at a level, through the fader."""
+
+    samples: Array
+    fader: Fader = field(default_factory=Fader)
+    place: int = 0
+
+    def fill(self, count: int) -> Array:
+        """The next samples; around the loop's end as often as it takes."""
+        at = (self.place + np.arange(count)) % len(self.samples)
+        self.place = (self.place + count) % len(self.samples)
+        part: Array = self.samples[at] * self.fader.next(count)
+        return part

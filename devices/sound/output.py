@@ -1,0 +1,118 @@
+"""What turns samples into something felt or heard: a sound card, a DAQ card, or a twin that keeps what it was given."""
+
+from __future__ import annotations
+
+import math
+import threading
+from collections.abc import Callable, Mapping
+from dataclasses import dataclass, field
+from typing import Protocol
+
+import numpy as np
+from numpy.typing import NDArray
+
+from devices.signals import DeviceFault
+
+Array = NDArray[np.float64]
+Fill = Callable[[int], Array]
+"""Gives the next so many samples, one channel; called from any thread, and must not wait."""
+DRAIN_S = 0.25
+"""How long an output is let play on at most, for a ramp to end."""
+
+
+class Output(Protocol):
+    """Plays what `fill` gives, one sample after the other, at `rate_hz`.
+
+    `latency_s` is how long a sample waits in the output before it sounds.
+    """
+
+    @property
+    def rate_hz(self) -> float:
+        """Samples per second."""
+
+    @property
+    def latency_s(self) -> float:
+        """Seconds."""
+
+    def open(self) -> None:
+        """Make sure that it is there. Raises DeviceError."""
+
+    def start(self, fill: Fill) -> None:
+        """Begin to play. Raises DeviceError."""
+
+    def cut(self) -> None:
+        """Drop what waits in the output, where it can be dropped without a click; any thread may ask for it."""
+
+    def drain(self, silent: threading.Event) -> None:
+        """Play on until the event says that only silence is left, at most DRAIN_S."""
+
+    def stop(self) -> None:
+        """End playing and let go of it; also where it does not play."""
+
+    def fault(self) -> DeviceFault | None:
+        """What went wrong while it played, or None."""
+
+    def facts(self) -> Mapping[str, str]:
+        """What it is, for people."""
+
+
+@dataclass
+class Tape:
+    """An output without hardware: it takes the samples that are due by its clock and hands them to `heard`.
+
+    Where nobody looked for longer than `most_s`, what is older is passed over.
+    """
+
+    rate_hz: float
+    elapsed_s: Callable[[], float]
+    heard: Callable[[Array], None]
+    latency_s: float = 0.0
+    most_s: float = math.inf
+    taken: int = 0
+    _fill: Fill | None = None
+    _begun_s: float = 0.0
+    _lock: threading.Lock = field(default_factory=threading.Lock)
+
+    def open(self) -> None:
+        """A twin is always there."""
+
+    def start(self, fill: Fill) -> None:
+        """Begin at the clock's time now."""
+        self._fill, self._begun_s, self.taken = fill, self.elapsed_s(), 0
+
+    def advance(self) -> None:
+        """Play what is due by now."""
+        with self._lock:
+            due = int((self.elapsed_s() - self._begun_s) * self.rate_hz + 1e-6)
+            self.taken = max(self.taken, math.ceil(due - self.most_s * self.rate_hz) if self.most_s < math.inf else 0)
+            self._play(due - self.taken)
+
+    def _play(self, count: int) -> None:
+        """At most a second at a time: memory stays small however long nobody looked."""
+        while self._fill is not None and count > 0:
+            part = min(count, int(self.rate_hz))
+            self.heard(self._fill(part))
+            self.taken, count = self.taken + part, count - part
+
+    def cut(self) -> None:
+        """Nothing waits in a twin; what is due by now has been played."""
+        self.advance()
+
+    def drain(self, silent: threading.Event) -> None:
+        """Play the ramp's end at once."""
+        if self._fill is not None and not silent.is_set():
+            with self._lock:
+                self._play(int(DRAIN_S * self.rate_hz))
+
+    def stop(self) -> None:
+        """Play nothing more."""
+        self._fill = None
+
+    def fault(self) -> DeviceFault | None:
+        """A twin plays on; what is due is played first."""
+        self.advance()
+        return None
+
+    def facts(self) -> Mapping[str, str]:
+        """What it is."""
+        return {"output": "twin", "rate": f"{self.rate_hz:g} Hz"}

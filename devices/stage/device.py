@@ -1,0 +1,210 @@
+"""The sample stage: a person mounts the sample, and a scan or a key says that it is in place (thesis 3.3.2, 4.7.1)."""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Mapping, Sequence
+from dataclasses import dataclass, field, replace
+from pathlib import Path
+from typing import TYPE_CHECKING, Annotated, Any, Literal, Self
+
+from pydantic import Field, model_validator
+
+from devices.acts import Act, going_on
+from devices.desk import Desk, Pages, Prompt
+from devices.mending import Mending
+from devices.rig.settings import Date, Strict
+from devices.samples import HandMounted
+from devices.signals import DeviceError, DeviceFault, Health, NowNs, Signal
+from devices.stage.codes import codes_of, plain, refusal
+from protocols.requests import Aside, Came, Present, Reply
+from protocols.study import Stimulus
+
+if TYPE_CHECKING:
+    from devices.stage.scanner import Scanner
+
+
+class Settings(Strict):
+    """`port` is a serial scanner's; one that types needs none. `key_confirms`: whether a key alone is enough."""
+
+    kind: Literal["stage"]
+    driver: Literal["hand", "barcode", "twin"]
+    port: str | None = None
+    baud: Annotated[int, Field(ge=300, le=4_000_000)] = 9600
+    key_confirms: bool = True
+    mount_s: Annotated[float, Field(ge=0, le=600)] = 2.0
+    calibrated: Date | None = None
+
+    @model_validator(mode="after")
+    def _can_be_confirmed(self) -> Self:
+        if self.driver != "barcode" and not self.key_confirms:
+            raise ValueError("key_confirms: no needs driver: barcode, else nothing confirms a sample")
+        if self.driver != "barcode" and self.port is not None:
+            raise ValueError("port needs driver: barcode")
+        return self
+
+
+@dataclass
+class Scanning:
+    """The desk as HandMounted sees it: the right code is an answer, a wrong one is named in the demand."""
+
+    desk: Desk
+    stimulus: Stimulus
+    scanned: Callable[[], Sequence[str]]
+    known: Mapping[str, str]
+    key_confirms: bool
+    codes: bool = False
+    right: str | None = None
+    wrong: list[str] = field(default_factory=list)
+    asked: Prompt | None = None
+
+    def poll(self) -> Aside | None:
+        """What the experimenter did."""
+        return self.desk.poll()
+
+    def tell(self, state: Mapping[str, Any]) -> None:
+        """Show a state."""
+        self.desk.tell(state)
+
+    def demand(self, prompt: Prompt | None) -> None:
+        """Put the demand, with the last refusal where there is one."""
+        self.asked = prompt
+        if prompt is not None:
+            told = f". {refusal(self.stimulus, self.wrong[-1], self.known)}." if self.wrong else ""
+            prompt = replace(prompt, text=prompt.text + told, codes=self.codes)
+        self.desk.demand(prompt)
+
+    def answer(self) -> float | bool | str | None:
+        """True once the sample is confirmed. A text that was typed is a code (a scanner that types)."""
+        given = self.desk.answer()
+        if self.right is None:
+            self._read(self.scanned())
+            if isinstance(given, str):
+                self.desk.demand(None)  # or what was typed would stay the answer
+                self._read([given])
+        if self.right is not None:
+            return True
+        return True if self.key_confirms and given is not None and not isinstance(given, str) else None
+
+    def _read(self, codes: Sequence[str]) -> None:
+        for code in codes:
+            if plain(code) in codes_of(self.stimulus):
+                self.right = code
+                return
+            self.wrong.append(code)
+            self.demand(self.asked)
+
+    @property
+    def by(self) -> str:
+        """Who said that the sample is in place."""
+        return "experimenter" if self.right is None else "barcode"
+
+
+@dataclass
+class Stage:
+    """Asks for the sample as HandMounted does. `known` are the ids of all samples by their codes, for refusals."""
+
+    name: str
+    settings: Settings
+    scanner: Scanner | None = None
+    known: Mapping[str, str] = field(default_factory=dict)
+    hand: HandMounted = field(default_factory=HandMounted)
+    act: Act | None = None
+    request: Present | None = None
+    scanning: Scanning | None = None
+    mending: Mending = field(default_factory=Mending)
+
+    @property
+    def signals(self) -> Sequence[Signal]:
+        """It gives nothing."""
+        return ()
+
+    def open(self) -> None:
+        """Open the scanner, where there is one. Raises DeviceError."""
+        if self.scanner is not None:
+            self.scanner.open()
+
+    def safe(self) -> None:
+        """Nothing moves."""
+
+    def close(self) -> None:
+        """Let go of the scanner."""
+        if self.scanner is not None:
+            self.scanner.close()
+
+    def describe(self) -> Mapping[str, Any]:
+        """The settings."""
+        return self.settings.model_dump(mode="json", exclude_none=True)
+
+    def health(self, seconds: float) -> Health:  # noqa: ARG002 - a port is open or it is not
+        """Whether the scanner answers; a code that is scanned meanwhile is dropped."""
+        by = {"hand": "a key confirms", "twin": "simulated"}
+        told = by.get(self.settings.driver, f"scanner at {self.settings.port or 'the keyboard'}")
+        try:
+            if self.scanner is not None:
+                self.scanner.forget()
+        except DeviceFault as fault:
+            return Health(False, str(fault), calibrated=self.settings.calibrated)
+        return Health(True, told, calibrated=self.settings.calibrated)
+
+    def perform(self, request: Present, window: Pages, desk: Desk, now_ns: NowNs) -> Came:
+        """Wait until the sample that the trial asks for is in place."""
+        if aside := self.mending.asked("changing_sample", window, desk):
+            return aside
+        if self.settings.driver == "twin":
+            return self._simulated(request, window, desk, now_ns)
+        try:
+            scanning = self._begun(request, desk)
+            came = self.hand.perform(request, window, scanning, now_ns)
+        except DeviceFault as fault:
+            desk.demand(None)
+            self.scanning = None
+            self.close()
+            return self.mending.fault(fault)
+        if isinstance(came, Aside):
+            return came
+        self.scanning = None
+        wrong = {"wrong": [plain(code) for code in scanning.wrong]} if scanning.wrong else {}
+        code = {} if scanning.right is None else {"code": plain(scanning.right)}
+        return Reply({**came.value, "by": scanning.by, **code, **wrong})
+
+    def _begun(self, request: Present, desk: Desk) -> Scanning:
+        """The scanning of this very request; a scanner that failed is opened anew, codes from before are dropped."""
+        scanning = self.scanning
+        if scanning is not None and self.request is request:
+            scanning.desk = desk
+            return scanning
+        if self.scanner is not None:
+            self._there(self.scanner)
+        self.request = request
+        scanned: Callable[[], Sequence[str]] = (lambda: ()) if self.scanner is None else self.scanner.codes
+        codes = self.settings.driver == "barcode"
+        found = Scanning(desk, request.trial.stimulus, scanned, self.known, self.settings.key_confirms, codes)
+        self.scanning = found
+        return found
+
+    def _there(self, scanner: Scanner) -> None:
+        if scanner.is_open:
+            scanner.forget()
+            return
+        try:
+            scanner.open()
+        except DeviceError as error:
+            raise DeviceFault(self.name, "link_lost", str(error)) from None
+
+    def _simulated(self, request: Present, window: Pages, desk: Desk, now_ns: NowNs) -> Came:
+        self.act = act = going_on(self.act, request, now_ns)
+        mounted = self.settings.mount_s
+        aside = act.wait("changing_sample", window, desk, now_ns, lambda: act.seconds(now_ns()) >= mounted)
+        if aside is not None:
+            return aside
+        self.act = None
+        return Reply({"presented": True, "by": "twin", "seconds": act.seconds(now_ns())})
+
+
+def make(name: str, settings: Settings, folder: Path) -> Stage:  # noqa: ARG001 - every kind is made alike
+    """The stage of that name; opens nothing."""
+    if settings.driver != "barcode" or settings.port is None:
+        return Stage(name, settings)
+    from devices.stage.scanner import Scanner
+
+    return Stage(name, settings, Scanner(name, settings.port, settings.baud))

@@ -1,0 +1,100 @@
+"""A barcode scanner on a serial port: each code comes as a line."""
+
+from __future__ import annotations
+
+import importlib
+import os
+from dataclasses import dataclass, field
+from typing import Any
+
+from devices.signals import DeviceError, DeviceFault
+
+LONGEST = 256
+"""Bytes of a code; what is longer is no code, and is dropped up to the end of its line."""
+ENDS = b"\r\n"
+
+
+def pyserial() -> Any:
+    """The package. Raises DeviceError where it is not installed."""
+    try:
+        return importlib.import_module("serial")
+    except ImportError:
+        raise DeviceError("a serial scanner needs the package pyserial: pip install 'palpate[rig]'") from None
+
+
+@dataclass
+class Lines:
+    """Bytes as they come, as whole lines: ended by CR, LF or both, never longer than 256 bytes."""
+
+    part: bytearray = field(default_factory=bytearray)
+    too_long: bool = False
+
+    def feed(self, data: bytes) -> list[str]:
+        """The codes that are whole now; empty lines are none."""
+        codes = []
+        for each in data:
+            if each in ENDS:
+                if self.part and not self.too_long:
+                    codes.append(self.part.decode("utf-8", errors="replace"))
+                self.part.clear()
+                self.too_long = False
+            elif len(self.part) < LONGEST:
+                self.part.append(each)
+            else:
+                self.too_long = True
+        return codes
+
+
+@dataclass
+class Scanner:
+    """Never waits: `codes` gives what has come."""
+
+    name: str
+    port: str
+    baud: int
+    lines: Lines = field(default_factory=Lines)
+    _serial: Any = None
+
+    @property
+    def is_open(self) -> bool:
+        """Whether the port is held."""
+        return self._serial is not None
+
+    def open(self) -> None:
+        """Open the port, anew where it is open. Raises DeviceError."""
+        self.close()
+        serial = pyserial()
+        try:
+            self._serial = serial.Serial(self.port, self.baud, timeout=0, exclusive=True)
+        except (serial.SerialException, OSError, ValueError) as error:
+            told = f"{self.name}: the scanner's port {self.port} cannot be opened: {_why(error)}"
+            raise DeviceError(told) from None
+        self.lines = Lines()
+
+    def forget(self) -> None:
+        """Drop what was scanned before it was asked for."""
+        self.codes()
+        self.lines = Lines()
+
+    def codes(self) -> list[str]:
+        """Codes since the last call. Raises DeviceFault where the scanner is gone."""
+        if self._serial is None:
+            raise self._lost("it is not open")
+        try:
+            return self.lines.feed(self._serial.read(self._serial.in_waiting or 1))
+        except OSError as error:
+            raise self._lost(_why(error)) from None
+
+    def _lost(self, why: str) -> DeviceFault:
+        return DeviceFault(self.name, "link_lost", f"{self.name}: the scanner at {self.port} is gone: {why}")
+
+    def close(self) -> None:
+        """Let go of the port."""
+        port, self._serial = self._serial, None
+        if port is not None:
+            port.close()
+
+
+def _why(error: Exception) -> str:
+    number = getattr(error, "errno", None)
+    return os.strerror(number) if isinstance(number, int) else str(error)

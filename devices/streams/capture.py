@@ -1,0 +1,170 @@
+"""A capture: all sensors of a need recorded together while the participant explores, and put on disk meanwhile."""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Collection, Mapping
+from contextlib import suppress
+from dataclasses import dataclass, field
+
+from devices.desk import Desk, Pages
+from devices.mending import Mending
+from devices.scene import Scene
+from devices.signals import DeviceFault, NowNs, Sensor
+from devices.streams.recording import CHUNK_S, ROOM_S, Recording
+from devices.streams.telling import told, untold
+from protocols.events import NS
+from protocols.requests import Aside, Came, Fault, Reply, Sense
+
+RECORDING, WAITING = "recording", "changing_sample"
+BROKEN_OFF = "a pause broke the recording off"
+
+
+def nothing_to_see(_request: Sense) -> Scene | None:
+    """Real sensors need not know what comes."""
+    return None
+
+
+@dataclass
+class _Going:
+    """A request being performed; `over` holds how it ended once it has, while its last samples are handed on."""
+
+    request: Sense
+    recording: Recording | None = None
+    paused: bool = False
+    over: Reply | Fault | None = None
+
+
+@dataclass
+class Capture:
+    """Records `sensors` ({prefix: sensor}; `names`, `may_hide` and the times as for Recording).
+
+    A recording is whole or it does not count. A pause ends it: once the session goes on, its trial is met again. After
+    a fault every sensor is stopped and safe, and the next attempt begins once the experimenter has confirmed. What had
+    been recorded stays on disk, in the attempt that does not count.
+    """
+
+    sensors: Mapping[str, Sensor]
+    names: Mapping[tuple[str, str], str] = field(default_factory=dict)
+    scene_for: Callable[[Sense], Scene | None] = nothing_to_see
+    may_hide: Collection[str] = ()
+    chunk_s: float = CHUNK_S
+    room_s: float = ROOM_S
+    by: str = "rig"
+    _going: _Going | None = None
+    _mending: Mending = field(default_factory=Mending)
+    _last: Recording | None = None
+
+    def perform(self, request: Sense, window: Pages, desk: Desk, now_ns: NowNs) -> Came:
+        """Record for the request's seconds; a request that is given up is stopped by the next, and by `close`."""
+        if self._going is None or self._going.request is not request:
+            self._end()
+            self._going = _Going(request)
+        try:
+            return self._on(self._going, window, desk, now_ns)
+        except BaseException:
+            with suppress(Exception):  # what ends it is the error to report
+                self.close()
+            raise
+
+    def close(self) -> None:
+        """Stop whatever is recorded; the sensors stay open."""
+        self._end()
+        self._going = None
+
+    def _on(self, going: _Going, window: Pages, desk: Desk, now_ns: NowNs) -> Came:
+        if going.recording is not None and going.recording.ended_ns is not None:
+            if going.recording.due():
+                return going.recording.take()
+            going.recording = None
+        if going.over is not None and not going.paused:
+            self._going = None
+            return going.over
+        if (aside := self._before(going, window, desk)) is not None:
+            return self._heeded(going, aside, desk)
+        try:
+            return self._record(going, window, desk, now_ns)
+        except DeviceFault as fault:
+            self._failed(going, fault, desk)
+        return self._on(going, window, desk, now_ns)
+
+    def _before(self, going: _Going, window: Pages, desk: Desk) -> Aside | None:
+        """What is waited for before anything is recorded: the end of a pause, a device that has been put right."""
+        if going.paused and (aside := window.wait_for(WAITING, desk, lambda: False)) is not None:
+            return aside
+        return self._mending.asked(WAITING, window, desk) if going.recording is None else None
+
+    def _record(self, going: _Going, window: Pages, desk: Desk, now_ns: NowNs) -> Came:
+        """Wait for the next chunk, or for the end. Raises DeviceFault."""
+        recording = going.recording = going.recording or self._begun(going.request, now_ns)
+        until_ns = recording.begun_ns + round(going.request.seconds * NS)
+
+        def ready() -> bool:
+            return recording.due() or recording.fault() is not None or now_ns() >= until_ns
+
+        if (aside := window.wait_for(RECORDING, desk, ready)) is not None:
+            return self._heeded(going, aside, desk)
+        if (fault := recording.fault()) is not None:
+            raise fault
+        if now_ns() >= until_ns:
+            going.over = self._done(recording, desk)
+            return self._on(going, window, desk, now_ns)
+        chunk = recording.take()
+        desk.tell(told(recording.streams))
+        return chunk
+
+    def _begun(self, request: Sense, now_ns: NowNs) -> Recording:
+        """A new recording under way. Raises DeviceFault; then nothing samples."""
+        for hanging in () if self._last is None else self._last.hanging():
+            raise DeviceFault(hanging, "stuck", "its driver still hangs: unplug it and plug it in again")
+        scene = self.scene_for(request)
+        for sensor in self.sensors.values():
+            sensor.expect(scene)
+        self._last = Recording(self.sensors, now_ns, self.chunk_s, self.room_s, self.names, self.may_hide)
+        self._last.start()
+        return self._last
+
+    def _done(self, recording: Recording, desk: Desk) -> Reply:
+        summary = recording.stop()
+        desk.tell(untold(recording.streams))
+        seconds = round(((recording.ended_ns or recording.begun_ns) - recording.begun_ns) / NS, 3)
+        return Reply({"recorded": True, "seconds": seconds, "by": self.by, "streams": summary})
+
+    def _heeded(self, going: _Going, aside: Aside, desk: Desk) -> Aside:
+        """What the experimenter did: a pause breaks the recording off, to repeat and to abort gives the request up."""
+        match aside.value.get("do"):
+            case "pause":
+                going.paused = True
+                if going.recording is not None:
+                    going.over = _interrupted(self._made_safe(desk))
+            case "go_on":
+                going.paused = False
+            case "repeat" | "abort":
+                self._made_safe(desk)
+                self._going = None
+        return aside
+
+    def _failed(self, going: _Going, fault: DeviceFault, desk: Desk) -> None:
+        """Make every sensor safe at once; what was recorded is handed on before the fault is."""
+        said = "; ".join([str(fault), *self._made_safe(desk)])
+        going.over = self._mending.fault(DeviceFault(fault.device, fault.what, said))
+
+    def _made_safe(self, desk: Desk) -> list[str]:
+        """Stop the recording and make every sensor safe; what could not be done is told."""
+        if self._last is not None:
+            desk.tell(untold(self._last.streams))
+        failed = []
+        for name, act in [("recording", self._end), *((each.name, each.safe) for each in self.sensors.values())]:
+            try:
+                act()
+            except Exception as error:
+                failed.append(f"{name} could not be made safe: {error}")
+        return failed
+
+    def _end(self) -> None:
+        if self._last is not None:
+            self._last.end()
+
+
+def _interrupted(also: list[str]) -> Fault:
+    """What a recording comes to that was broken off by a pause: no device failed, but its trial is met again."""
+    return Fault({"device": "session", "what": "interrupted", "message": "; ".join([BROKEN_OFF, *also])})

@@ -1,0 +1,82 @@
+"""The thread that reads one sensor, and passes on what comes."""
+
+from __future__ import annotations
+
+import threading
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass, field
+
+from devices.signals import Block, DeviceError, DeviceFault, NowNs, Sensor
+from devices.streams.ring import Ring
+
+READ_S = 0.05
+"""What a read may wait: so long after the end was asked for, the thread is gone at the latest."""
+IDLE_S = 0.001
+"""A sensor that answers at once with nothing is not asked again at once."""
+GONE_S = 2.0
+"""A thread that takes longer to end hangs in its driver."""
+
+
+@dataclass
+class Reader:
+    """Reads one sensor into the rings of its signals until it is ended, or until the sensor fails."""
+
+    sensor: Sensor
+    rings: Mapping[str, Ring]
+    now_ns: NowNs
+    heard_ns: dict[str, int] = field(default_factory=dict)
+    fault: DeviceFault | None = None
+    ending: threading.Event = field(default_factory=threading.Event)
+    thread: threading.Thread | None = None
+
+    def start(self) -> None:
+        """Let the sensor sample, and read it from now on. Raises DeviceFault, also where it cannot be had (refused)."""
+        try:
+            self.sensor.start(self.now_ns)
+        except DeviceFault:
+            raise
+        except Exception as error:
+            raise as_fault(self.sensor.name, error) from error
+        self.heard_ns = dict.fromkeys(self.rings, self.now_ns())
+        self.thread = threading.Thread(target=self._run, name=f"reads {self.sensor.name}", daemon=True)
+        self.thread.start()
+
+    def end(self) -> None:
+        """Ask the thread to end; it reads what is there once more."""
+        self.ending.set()
+
+    def gone(self) -> bool:
+        """Whether the thread has ended, waited for a moment."""
+        if self.thread is not None:
+            self.thread.join(GONE_S)
+        return self.thread is None or not self.thread.is_alive()
+
+    def _run(self) -> None:
+        try:
+            while not self.ending.is_set():
+                if not self._pass_on(self.sensor.read(READ_S)):
+                    self.ending.wait(IDLE_S)
+            self._pass_on(self.sensor.read(0.0))
+        except DeviceFault as fault:
+            self.fault = fault
+        except Exception as error:
+            self.fault = as_fault(self.sensor.name, error)
+
+    def _pass_on(self, came: Mapping[str, Sequence[Block]]) -> bool:
+        some = False
+        for name, blocks in came.items():
+            ring = self.rings.get(name)
+            if ring is None:
+                raise DeviceFault(self.sensor.name, "firmware", f"samples of {name!r} came, which it does not have")
+            for block in blocks:
+                ring.put(block)
+                some = True
+            if blocks:
+                self.heard_ns[name] = self.now_ns()
+        return some
+
+
+def as_fault(device: str, error: Exception) -> DeviceFault:
+    """What a driver raised otherwise: a lost line, or a refusal; a DeviceError is told in its own words."""
+    said = str(error) if isinstance(error, DeviceError) else f"{type(error).__name__}: {error}"
+    return DeviceFault(device, "link_lost" if isinstance(error, OSError) else "refused", said)

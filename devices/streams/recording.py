@@ -1,0 +1,180 @@
+"""Recording: every sensor read by a thread of its own, what came taken chunk by chunk by the one that writes."""
+
+from __future__ import annotations
+
+import sys
+from collections import deque
+from collections.abc import Collection, Mapping, Sequence
+from contextlib import ExitStack
+from dataclasses import dataclass, field
+from typing import Any
+
+from devices.signals import DeviceError, DeviceFault, NowNs, Sensor, Signal
+from devices.streams.reader import Reader
+from devices.streams.ring import BLOCK_BYTES, Ring
+from devices.streams.stream import Stream
+from protocols.events import NS
+from protocols.requests import Chunk, Samples
+
+CHUNK_S = 0.5
+ROOM_S = 30.0
+"""How long a disk may stand still before samples are lost."""
+BLOCKS_HZ = 200.0
+"""Blocks a second that a signal is given room for."""
+SILENT_S, SILENT_SAMPLES = 1.0, 20
+"""A signal is silent that gives nothing for this long, and for as long as so many samples take."""
+NOT_A_NUMBER_S = 1.0
+"""A signal is no longer measuring that gives no finite row for so long."""
+TURN_S = 0.0005
+"""How long a thread may hold the interpreter while another waits; Python's own 5 ms would hold up the readers."""
+
+
+def signals_of(sensors: Mapping[str, Sensor]) -> list[tuple[str, Sensor, Signal]]:
+    """Every signal with its prefix and its sensor."""
+    return [(prefix, sensor, signal) for prefix, sensor in sensors.items() for signal in sensor.signals]
+
+
+@dataclass
+class Recording:
+    """Sensors being recorded: start, then take while it is due, then stop, then take until nothing is due.
+
+    A signal of the sensor at `prefix` becomes the stream names[prefix, signal], else PREFIX_SIGNAL. `room_s` is how
+    much of each stream may wait to be written; what comes beyond is dropped and told as a gap. In `may_hide` are the
+    streams that may be not a number for as long as they like (a tracker whose marker is covered). One thread uses it,
+    the one that writes. Raises DeviceError where two streams would have one name.
+    """
+
+    sensors: Mapping[str, Sensor]
+    now_ns: NowNs
+    chunk_s: float = CHUNK_S
+    room_s: float = ROOM_S
+    names: Mapping[tuple[str, str], str] = field(default_factory=dict)
+    may_hide: Collection[str] = ()
+    streams: dict[str, Stream] = field(default_factory=dict)
+    begun_ns: int = 0
+    ended_ns: int | None = None
+    _readers: list[Reader] = field(default_factory=list)
+    _failed: DeviceFault | None = None
+    _taken_ns: int = 0
+    _turn_s: float | None = None
+    _rest: deque[Chunk] = field(default_factory=deque)
+
+    def __post_init__(self) -> None:
+        for prefix, sensor, signal in signals_of(self.sensors):
+            name = self.names.get((prefix, signal.name), f"{prefix}_{signal.name}")
+            if name in self.streams:
+                raise DeviceError(f"{sensor.name}: two streams would be named {name!r}; give one another name")
+            self.streams[name] = Stream(name, sensor.name, signal, _ring(signal, self.room_s))
+        for prefix, sensor in self.sensors.items():
+            self._readers.append(Reader(sensor, self._rings(prefix, sensor), self.now_ns))
+
+    def start(self) -> None:
+        """Let every sensor sample. Raises DeviceFault, also where a sensor cannot be had now; then none samples."""
+        self._turn_s = sys.getswitchinterval()
+        sys.setswitchinterval(min(self._turn_s, TURN_S))
+        try:
+            for reader in self._readers:
+                reader.start()
+        except BaseException:
+            self.end()
+            raise
+        self.begun_ns = self._taken_ns = self.now_ns()
+
+    def due(self) -> bool:
+        """Whether there is a chunk to be written: its time is over, there is more than one holds, it is a last one."""
+        if self.ended_ns is not None:
+            return bool(self._rest) or self._left()
+        if not any(stream.ring.held for stream in self.streams.values()):
+            return False
+        late = self.now_ns() - self._taken_ns >= self.chunk_s * NS
+        return late or any(stream.ring.waiting >= stream.most for stream in self.streams.values())
+
+    def take(self) -> Chunk:
+        """What has come since the last time: its value is {"streams": {NAME: what the samples do not tell}}."""
+        return self._rest.popleft() if self._rest else self._next()
+
+    def _left(self) -> bool:
+        return any(stream.ring.held or stream.ring.dropped for stream in self.streams.values())
+
+    def _next(self) -> Chunk:
+        self._taken_ns = self.now_ns()
+        samples: list[Samples] = []
+        told: dict[str, Any] = {}
+        for name, stream in self.streams.items():
+            made, of_it = stream.take(last=self.ended_ns is not None)
+            samples.extend(made)
+            if of_it is not None:
+                told[name] = of_it
+        return Chunk({"streams": told}, tuple(samples))
+
+    def fault(self) -> DeviceFault | None:
+        """The first thing that failed: a sensor raised, is silent, gives no numbers; it stays."""
+        if self._failed is None:
+            self._failed = self._raised() or self._untrue() or (None if self.ended_ns is not None else self._silent())
+        return self._failed
+
+    def end(self) -> None:
+        """End sampling and reading, at once; what is still to be taken stays. Does nothing where it has ended.
+
+        Every sensor is stopped, also where one of them raises: then the first error is raised.
+        """
+        if self.ended_ns is not None:
+            return
+        self.ended_ns = self.now_ns()
+        if self._turn_s is not None:
+            sys.setswitchinterval(self._turn_s)
+        for reader in self._readers:
+            reader.end()
+        hanging = [reader for reader in self._readers if not reader.gone()]
+        with ExitStack() as ends:
+            for reader in reversed(self._readers):
+                ends.callback(reader.sensor.stop)
+        if hanging and self._failed is None:
+            name = hanging[0].sensor.name
+            self._failed = DeviceFault(name, "stuck", "its driver hangs: the thread that reads it does not come back")
+
+    def stop(self) -> dict[str, dict[str, Any]]:
+        """End it, and say of every stream what it came to, those samples counted that are still to be taken."""
+        self.end()
+        while self._left():
+            self._rest.append(self._next())
+        return {name: stream.summary() for name, stream in self.streams.items()}
+
+    def hanging(self) -> Sequence[str]:
+        """The sensors whose thread has not come back from their driver."""
+        return [each.sensor.name for each in self._readers if each.thread is not None and each.thread.is_alive()]
+
+    def _rings(self, prefix: str, sensor: Sensor) -> dict[str, Ring]:
+        named = {signal.name: self.names.get((prefix, signal.name)) for signal in sensor.signals}
+        return {signal: self.streams[name or f"{prefix}_{signal}"].ring for signal, name in named.items()}
+
+    def _raised(self) -> DeviceFault | None:
+        return next((reader.fault for reader in self._readers if reader.fault is not None), None)
+
+    def _untrue(self) -> DeviceFault | None:
+        for name, stream in self.streams.items():
+            if stream.broken is not None:
+                return stream.broken
+            rate_hz = stream.signal.rate_hz
+            if rate_hz and name not in self.may_hide and stream.bad_run >= NOT_A_NUMBER_S * rate_hz:
+                said = f"{name}: no numbers for {stream.bad_run / rate_hz:.1f} s (limit {NOT_A_NUMBER_S:g} s)"
+                return DeviceFault(stream.device, "not_a_number", said)
+        return None
+
+    def _silent(self) -> DeviceFault | None:
+        now_ns = self.now_ns()
+        for reader in self._readers:
+            for signal in reader.sensor.signals:
+                limit_s = max(SILENT_S, SILENT_SAMPLES / signal.rate_hz) if signal.rate_hz else None
+                quiet_s = (now_ns - reader.heard_ns.get(signal.name, now_ns)) / NS
+                if limit_s is not None and quiet_s > limit_s:
+                    said = f"{signal.name}: nothing for {quiet_s:.1f} s (limit {limit_s:g} s)"
+                    return DeviceFault(reader.sensor.name, "silent", said)
+        return None
+
+
+def _ring(signal: Signal, room_s: float) -> Ring:
+    """Room for so many seconds of a signal; of one without a rate, for a thousand rows a second."""
+    row_bytes, rate_hz = 4 * len(signal.channels), signal.rate_hz or 1000.0
+    per_s = rate_hz * row_bytes + min(rate_hz, BLOCKS_HZ) * BLOCK_BYTES
+    return Ring(max(1, round(room_s * per_s)), row_bytes)

@@ -1,0 +1,218 @@
+"""One signal being recorded: its blocks put together to samples, its gaps, its clock."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import dataclass, field
+from typing import Any
+
+from devices.signals import Block, DeviceFault, Signal
+from devices.streams.drift import ClockFit, Fit
+from devices.streams.levels import Level, level
+from devices.streams.ring import NO_ROOM, Ring
+from protocols.events import NS
+from protocols.requests import Samples
+
+PIECE_BYTES = 256 * 1024
+"""Samples are put together so much at a time: a longer copy would hold the interpreter, and with it the readers."""
+TAKE_BYTES = 4 * PIECE_BYTES
+"""So much of a stream goes into one chunk; what has piled up beyond goes into the next."""
+ARRIVALS = 16
+"""Arrivals that a chunk keeps of each stream: of so many equal parts, the earliest."""
+
+
+@dataclass(frozen=True)
+class Gap:
+    """Samples that are missing: the number of the first of them, how many, and why."""
+
+    first: int
+    lost: int
+    why: str
+
+
+@dataclass
+class Stream:
+    """What the writer knows of a stream; only the ring is shared with the thread that reads the sensor.
+
+    `next` is the number of the sample that is expected, lost ones counted. `broken` is set where the sensor's own
+    account of its samples cannot be true.
+    """
+
+    name: str
+    device: str
+    signal: Signal
+    ring: Ring
+    next: int = 0
+    samples: int = 0
+    lost: int = 0
+    gaps: int = 0
+    bad: int = 0
+    bad_run: int = 0
+    level: Level | None = None
+    by_number: ClockFit = field(default_factory=ClockFit)
+    by_device: ClockFit = field(default_factory=ClockFit)
+    broken: DeviceFault | None = None
+
+    @property
+    def most(self) -> int:
+        """Bytes that a chunk takes at most: no more than half the room, however little that is."""
+        return min(TAKE_BYTES, self.ring.room // 2)
+
+    @property
+    def width(self) -> int:
+        """Channels of a row."""
+        return len(self.signal.channels)
+
+    def take(self, last: bool = False) -> tuple[tuple[Samples, ...], dict[str, Any] | None]:
+        """The samples that have come, in pieces without a gap, and what they do not tell; None where nothing came.
+
+        `last` is asked for once the thread that reads has ended: what was dropped at the very end is told then.
+        """
+        blocks = self._good(self.ring.get(self.most))
+        gaps: list[Gap] = []
+        runs = self._runs(blocks, gaps)
+        if last and not self.ring.held and self.ring.dropped:
+            gaps.append(self._miss(self.ring.dropped, NO_ROOM))
+            self.ring.dropped = 0
+        if not blocks and not gaps:
+            return (), None
+        made = tuple(piece for run in runs for piece in self._pieces(run))
+        return made, self._told(blocks, gaps, self._look(made))
+
+    def clock(self) -> Fit | None:
+        """The device's clock against the host's: by its own time where it tells that, else by counting samples."""
+        return self.by_device.fit() or self.by_number.fit()
+
+    def summary(self) -> dict[str, Any]:
+        """What is kept of the stream as a whole, as JSON data; null where the arrivals do not tell."""
+        counted, clock, rate_hz = self.by_number.fit(), self.clock(), self.signal.rate_hz
+        return {
+            "samples": self.samples,
+            "lost": self.lost,
+            "gaps": self.gaps,
+            "not_a_number": self.bad,
+            "seconds": round(self.next / rate_hz, 6) if rate_hz else None,
+            "nominal_hz": float(rate_hz),
+            "rate_hz": round(counted.pace * rate_hz, 6) if counted and rate_hz else None,
+            "drift_ppm": round(clock.ppm, 3) if clock else None,
+            "drift_se_ppm": round(clock.se_ppm, 3) if clock else None,
+            "clock": self.signal.clock,
+            "units": list(self.signal.units),
+            "calibration": self.signal.calibration,
+        }
+
+    def _good(self, blocks: list[Block]) -> list[Block]:
+        """The blocks up to the first that cannot be true."""
+        expected = self.next
+        for place, block in enumerate(blocks):
+            rows, rest = divmod(len(block.data), 4 * self.width)
+            if rest or block.first < expected + block.lost:
+                self.broken = self._untrue(block, expected, rest)
+                return blocks[:place]
+            expected = block.first + rows
+        return blocks
+
+    def _untrue(self, block: Block, expected: int, rest: int) -> DeviceFault:
+        said = f"sample {block.first} came, {block.lost} lost before it, where {expected} was the next"
+        if rest:
+            said = f"a block of {len(block.data)} bytes came, which is no whole number of {self.width} channels"
+        return DeviceFault(self.device, "firmware", f"{self.name}: {said}")
+
+    def _runs(self, blocks: Sequence[Block], gaps: list[Gap]) -> list[list[Block]]:
+        """Blocks without a gap between them; what is missing goes to `gaps`."""
+        runs: list[list[Block]] = []
+        for block in blocks:
+            if block.first > self.next:
+                why = block.why or "the sensor's numbering jumps"
+                gaps.append(self._miss(block.first - self.next, why))
+                runs.append([])
+            rows = len(block.data) // (4 * self.width)
+            if rows:
+                self._arrived(block, rows)
+                runs = runs or [[]]
+                runs[-1].append(block)
+            self.next, self.samples = self.next + rows, self.samples + rows
+        return [run for run in runs if run]
+
+    def _miss(self, lost: int, why: str) -> Gap:
+        gap = Gap(self.next, lost, why)
+        self.next, self.lost, self.gaps = self.next + lost, self.lost + lost, self.gaps + 1
+        return gap
+
+    def _arrived(self, block: Block, rows: int) -> None:
+        if self.signal.rate_hz:
+            self.by_number.add((block.first + rows - 1) / self.signal.rate_hz, block.at_ns)
+        if block.device_s is not None:
+            self.by_device.add(block.device_s, block.at_ns)
+
+    def _pieces(self, run: Sequence[Block]) -> list[Samples]:
+        """A run of blocks as samples, none of them larger than a piece unless a single block is."""
+        start_ns, start = self._start_ns(run), run[0].first
+        found: list[Samples] = []
+        data: list[bytes] = []
+        size, first = 0, start
+        for block in run:
+            if data and size + len(block.data) > PIECE_BYTES:
+                found.append(self._samples(first, start, start_ns, b"".join(data)))
+                data, size, first = [], 0, block.first
+            data.append(block.data)
+            size += len(block.data)
+        return [*found, self._samples(first, start, start_ns, b"".join(data))]
+
+    def _start_ns(self, run: Sequence[Block]) -> int:
+        """When the run's first sample was taken: the earliest that the arrivals allow at the nominal rate."""
+        rate_hz, start = self.signal.rate_hz, run[0].first
+        if not rate_hz:
+            return run[0].at_ns
+        ends = ((block.first + len(block.data) // (4 * self.width) - 1, block.at_ns) for block in run)
+        return min(at_ns - round((last - start) * NS / rate_hz) for last, at_ns in ends)
+
+    def _samples(self, first: int, start: int, start_ns: int, data: bytes) -> Samples:
+        signal = self.signal
+        later_ns = round((first - start) * NS / signal.rate_hz) if signal.rate_hz else 0
+        return Samples(
+            self.name, signal.channels, signal.units, signal.rate_hz, start_ns + later_ns, data, first, signal.clock
+        )
+
+    def _look(self, made: Sequence[Samples]) -> int:
+        """Look at the samples: the level of the last piece, and how many rows are not numbers."""
+        bad = 0
+        for piece in made:
+            seen = level(piece.data, self.width)
+            self.bad_run = seen.bad_at_end + (self.bad_run if seen.bad_at_end == piece.count else 0)
+            self.level, bad = seen, bad + seen.bad
+        self.bad += bad
+        return bad
+
+    def _told(self, blocks: Sequence[Block], gaps: Sequence[Gap], bad: int) -> dict[str, Any]:
+        count = sum(len(block.data) for block in blocks) // (4 * self.width)
+        lost = sum(gap.lost for gap in gaps)
+        return {
+            "first": self.next - count - lost,
+            "count": count,
+            "lost": lost,
+            "why": "; ".join(dict.fromkeys(gap.why for gap in gaps)),
+            **self._arrivals([block for block in blocks if block.data]),
+            **({"gaps": [[gap.first, gap.lost, gap.why] for gap in gaps]} if gaps else {}),
+            **({"not_a_number": bad} if bad else {}),
+        }
+
+    def _arrivals(self, blocks: Sequence[Block]) -> dict[str, Any]:
+        """The earliest arrivals: [number of a block's last sample, when it was there], and the device's own times.
+
+        Earliest as the nominal rate goes, which errs by microseconds within a sixteenth of a chunk.
+        """
+        share = max(1, -(-len(blocks) // ARRIVALS))
+        parts = (blocks[start : start + share] for start in range(0, len(blocks), share))
+        kept = [min(part, key=self._lateness) for part in parts]
+        arrived = {"arrived": [[self._last(block), block.at_ns] for block in kept]}
+        if not kept or any(block.device_s is None for block in kept):
+            return arrived
+        return {**arrived, "device_s": [float(block.device_s or 0.0) for block in kept]}
+
+    def _last(self, block: Block) -> int:
+        return block.first + len(block.data) // (4 * self.width) - 1
+
+    def _lateness(self, block: Block) -> float:
+        rate_hz = self.signal.rate_hz
+        return block.at_ns - self._last(block) * NS / rate_hz if rate_hz else 0.0

@@ -1,0 +1,109 @@
+"""Made-up sensors that say of every read when it was due and when it ran: what the figures for streams are made of."""
+
+from __future__ import annotations
+
+import time
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass, field
+from typing import Any
+
+import numpy as np
+
+from devices.scene import Scene
+from devices.signals import Block, Health, NowNs, Signal
+from protocols.events import NS
+
+KINDS = (
+    ("vibration", ("x", "y", "z"), 3000.0),
+    ("force", ("Fx", "Fy", "Fz", "Tx", "Ty", "Tz"), 10_000.0),
+    ("tracker", ("x", "y", "z"), 120.0),
+    ("door", ("angle", "velocity", "torque", "brake", "state"), 1000.0),
+)
+BLOCK_S = 0.005
+"""A reader is woken 200 times a second, whatever the rate."""
+RAMP = 1 << 16
+"""A channel counts so far and begins again: float32 holds every number exactly."""
+
+
+@dataclass
+class MadeUp:
+    """A sensor that gives the samples that are due, `fast` times as many as its rate says; every value is its number.
+
+    `late_ns` says of every read when it was due and when the thread came to run; `handed_ns` how long it took to pass
+    on what the read before had given.
+    """
+
+    name: str
+    channels: tuple[str, ...]
+    rate_hz: float
+    fast: float
+    late_ns: list[tuple[int, int]] = field(default_factory=list)
+    handed_ns: list[int] = field(default_factory=list)
+    given: int = 0
+    begun_ns: int = 0
+    turn: int = 0
+    left_ns: int = 0
+    now_ns: NowNs = time.perf_counter_ns
+
+    def __post_init__(self) -> None:
+        ramp = np.arange(2 * RAMP, dtype="<f4") % RAMP
+        self.ramp = np.repeat(ramp, len(self.channels)).tobytes()
+
+    @property
+    def signals(self) -> Sequence[Signal]:
+        """One, at the rate it is sped up to."""
+        units = ("1",) * len(self.channels)
+        return (Signal("samples", self.channels, units, self.rate_hz * self.fast, self.name),)
+
+    def open(self) -> None:
+        """Nothing to open."""
+
+    def safe(self) -> None:
+        """Nothing moves."""
+
+    def close(self) -> None:
+        """Nothing to close."""
+
+    def describe(self) -> Mapping[str, Any]:
+        """What it is."""
+        return {"kind": "made up"}
+
+    def health(self, seconds: float) -> Health:
+        """It is well."""
+        return Health(True, f"made up, {seconds} s")
+
+    def expect(self, scene: Scene | None) -> None:
+        """It gives numbers, whatever comes."""
+
+    def start(self, now_ns: NowNs) -> None:
+        """Count from 0."""
+        self.now_ns, self.begun_ns = now_ns, now_ns()
+
+    def stop(self) -> None:
+        """Nothing runs."""
+
+    def read(self, timeout_s: float) -> Mapping[str, Sequence[Block]]:
+        """Sleep until the next block is due, and give all that are due then."""
+        if self.left_ns:
+            self.handed_ns.append(time.perf_counter_ns() - self.left_ns)
+        self._sleep(timeout_s)
+        at_ns = self.now_ns()
+        count = int((at_ns - self.begun_ns) / NS * self.rate_hz * self.fast) - self.given
+        if count <= 0:
+            self.left_ns = 0
+            return {}
+        row, start = 4 * len(self.channels), self.given % RAMP
+        count = min(count, RAMP)
+        block = Block(self.given, self.ramp[start * row : (start + count) * row], at_ns)
+        self.given += count
+        self.left_ns = time.perf_counter_ns()
+        return {"samples": (block,)}
+
+    def _sleep(self, timeout_s: float) -> None:
+        if not timeout_s:
+            return
+        due_ns = self.begun_ns + round((self.turn + 1) * BLOCK_S * NS)
+        time.sleep(max(0, due_ns - self.now_ns()) / NS)
+        ran_ns = self.now_ns()
+        self.late_ns.append((due_ns, ran_ns))
+        self.turn = max(self.turn + 1, int((ran_ns - self.begun_ns) / NS / BLOCK_S))

@@ -1,0 +1,59 @@
+"""A voice coil on a bench of virtual time, and an accelerometer fastened to it."""
+
+from dataclasses import dataclass, field
+
+import numpy as np
+
+from devices.actuator.device import Settings, make
+from devices.signals import Block, Signal
+
+
+@dataclass
+class Clock:
+    s: float = 0.0
+
+    def __call__(self):
+        return self.s
+
+    def ns(self):
+        return round(self.s * 1e9)
+
+
+def coil(clock, folder=None, **changes):
+    made = make("coil", Settings(**{"kind": "voice_coil", "driver": "twin", **changes}), folder, clock)
+    made.open()
+    return made
+
+
+@dataclass
+class Accelerometer:
+    """Three axes at 3 kHz that hold the twin's acceleration between its milliseconds; a read takes 2 ms of the clock.
+
+    `spoilt` changes the rows before they are given.
+    """
+
+    coil: object
+    clock: Clock
+    spoilt: object = staticmethod(lambda rows: rows)
+    rate_hz: int = 3000
+    given: int = 0
+    name: str = "vibration"
+    signals: tuple = field(init=False)
+
+    def __post_init__(self):
+        self.signals = (Signal("acceleration", ("x", "y", "z"), ("m/s^2",) * 3, self.rate_hz),)
+
+    def start(self, now_ns):
+        self.given = 0
+
+    def stop(self):
+        pass
+
+    def read(self, timeout_s):
+        self.clock.s += timeout_s
+        self.coil.output.advance()
+        felt = self.coil.output.whole()[1]
+        each = np.repeat(felt, self.rate_hz // 1000)[self.given :]
+        self.given += len(each)
+        rows = self.spoilt(np.outer(each, [0.2, -0.3, 0.93]) + np.array([0.0, 0.0, 9.81]))
+        return {"acceleration": [Block(self.given - len(each), rows.astype("<f4").tobytes(), self.clock.ns())]}

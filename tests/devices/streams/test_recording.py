@@ -1,0 +1,239 @@
+"""Sensors on threads of their own: what they give is taken, what they do wrong is told, what they lack is a gap."""
+
+import sys
+import threading
+from dataclasses import replace
+
+import numpy as np
+import pytest
+
+from devices.signals import Block, DeviceError, DeviceFault, Signal
+from devices.streams import reader
+from devices.streams.recording import NOT_A_NUMBER_S, TURN_S, Recording
+from devices.streams.ring import NO_ROOM
+from devices.streams.stream import TAKE_BYTES
+from protocols.canonical import canonical
+from tests.devices.streams.labs import XYZ, Fed, Time, block, fed_until, values
+
+POSITION = Signal("position", ("x", "y", "z"), ("mm",) * 3, 100.0, "tracker")
+
+
+@pytest.fixture
+def time():
+    return Time()
+
+
+@pytest.fixture
+def begun(time):
+    """Recordings under way; all are ended."""
+    made = []
+
+    def begin(*sensors, **settings):
+        one = Recording({each.name: each for each in sensors}, time, **settings)
+        made.append(one)
+        one.start()
+        return one
+
+    yield begin
+    for one in made:
+        one.end()
+
+
+def taken(recording):
+    chunks = []
+    while recording.due():
+        chunks.append(recording.take())
+    return chunks
+
+
+def test_two_sensors_are_recorded_chunk_by_chunk_under_the_names_they_are_given(begun, time):
+    vibration, tracker = Fed(), Fed("tracker", POSITION)
+    one = begun(vibration, tracker, names={("tracker", "position"): "tool_position"})
+    assert not one.due()
+    vibration.feed(block(0, 100), block(100, 100))
+    tracker.feed(block(0, 20, rate_hz=100.0))
+    assert not one.due()
+    time.pass_s(0.5)
+    (chunk,) = taken(one)
+    assert [(piece.stream, piece.count) for piece in chunk.samples] == [
+        ("vibration_acceleration", 200), ("tool_position", 20),
+    ]  # fmt: skip
+    assert set(chunk.value["streams"]) == {"vibration_acceleration", "tool_position"}
+    canonical(chunk.value)
+    vibration.feed(block(200, 50))
+    summary = one.stop()
+    (last,) = taken(one)
+    assert [piece.first for piece in last.samples] == [200] and set(last.value["streams"]) == {"vibration_acceleration"}
+    assert summary["vibration_acceleration"]["samples"] == 250 and summary["tool_position"]["lost"] == 0
+    assert vibration.log == ["start", "stop"]
+
+
+def test_two_streams_of_one_name_are_refused(time):
+    with pytest.raises(DeviceError, match="two streams would be named 'tool'"):
+        Recording({"a": Fed(), "b": Fed()}, time, names={(each, "acceleration"): "tool" for each in "ab"})
+
+
+def test_a_writer_that_comes_late_loses_what_had_no_room_and_it_is_told(begun, time):
+    """A disk that stands still for three seconds, with room for one: what is kept is kept whole."""
+    sensor = Fed()
+    one = begun(sensor, room_s=1.0)
+    for second in range(3):
+        sensor.feed(*(block(1000 * second + first, 10) for first in range(0, 1000, 10)))
+        time.pass_s(1.0)
+    chunks = taken_until_empty(one)
+    sensor.feed(block(3000, 10))
+    summary = one.stop()["vibration_acceleration"]
+    chunks += taken(one)
+    kept = values(chunks, "vibration_acceleration")
+    assert summary["samples"] + summary["lost"] == 3010 and 0 < summary["lost"] < 2000
+    assert len(kept) == summary["samples"] and all(row == (n, n, n) for n, row in kept.items())
+    gaps = [gap for chunk in chunks for gap in chunk.value["streams"]["vibration_acceleration"].get("gaps", [])]
+    assert gaps == [[3000 - summary["lost"], summary["lost"], NO_ROOM]]
+    assert one.fault() is None
+
+
+def taken_until_empty(recording):
+    chunks = []
+    while any(stream.ring.held for stream in recording.streams.values()):
+        chunks.append(recording.take())
+    return chunks
+
+
+def test_what_piles_up_is_taken_in_chunks_of_bounded_size_and_at_once(begun, time):
+    sensor = Fed(signal=replace(XYZ, rate_hz=50_000.0))
+    one = begun(sensor)
+    sensor.feed(*(block(first, 5000, rate_hz=50_000.0) for first in range(0, 250_000, 5000)))
+    chunks = []
+    while one.due():
+        chunks.append(one.take())
+    assert len(chunks) == 2  # the rest is less than a chunk holds, and not due yet
+    assert all(sum(len(piece.data) for piece in chunk.samples) <= TAKE_BYTES + 60_000 for chunk in chunks)
+    one.stop()
+    assert len(values(chunks + taken(one), "vibration_acceleration")) == 250_000
+
+
+def test_a_silent_sensor_is_a_fault_that_stays(begun, time):
+    sensor = Fed()
+    one = begun(sensor)
+    sensor.feed(block(0, 100))
+    time.pass_s(1.0)
+    assert one.fault() is None
+    time.pass_s(0.5)
+    fault = one.fault()
+    assert (fault.device, fault.what) == ("vibration", "silent") and "nothing for 1.5 s (limit 1 s)" in str(fault)
+    sensor.feed(block(100, 100))
+    assert one.fault() is fault
+
+
+def test_a_slow_sensor_may_be_silent_for_longer_and_one_without_a_rate_for_ever(begun, time):
+    one = begun(Fed(signal=replace(XYZ, rate_hz=2.0)), Fed("events", replace(XYZ, rate_hz=0.0)))
+    time.pass_s(9.9)
+    assert one.fault() is None
+    time.pass_s(0.2)
+    assert one.fault().device == "vibration"
+
+
+@pytest.mark.parametrize(
+    ("raised", "what", "said"),
+    [
+        (DeviceFault("vibration", "overrun", "the buffer ran over"), "overrun", "the buffer ran over"),
+        (OSError(5, "Input/output error"), "link_lost", "OSError: [Errno 5] Input/output error"),
+        (ZeroDivisionError("division by zero"), "refused", "ZeroDivisionError: division by zero"),
+    ],
+)
+def test_a_sensor_that_raises_is_a_fault_and_what_it_gave_before_is_there(begun, raised, what, said):
+    sensor, other = Fed(), Fed("tracker", POSITION)
+    one = begun(sensor, other)
+    sensor.feed(block(0, 100), raised)
+    fed_until(lambda: one.fault() is not None)
+    assert (one.fault().what, str(one.fault())) == (what, said)
+    one.end()
+    assert len(values(taken(one), "vibration_acceleration")) == 100
+    assert sensor.log == other.log == ["start", "stop"]
+
+
+def bad(first, count):
+    return Block(first, np.full(3 * count, np.nan, "<f4").tobytes(), first)
+
+
+def test_a_flood_of_no_numbers_is_a_fault_and_a_covered_marker_is_none(begun, time):
+    sensor, tracker = Fed(), Fed("tracker", POSITION)
+    one = begun(sensor, tracker, may_hide=["tracker_position"])
+    limit = round(NOT_A_NUMBER_S * 1000)
+    sensor.feed(block(0, 10), bad(10, limit - 1))
+    tracker.feed(bad(0, 1000))
+    time.pass_s(0.5)
+    taken(one)
+    assert one.fault() is None
+    sensor.feed(bad(9 + limit, 1))
+    time.pass_s(0.5)
+    (chunk,) = taken(one)
+    assert one.fault().what == "not_a_number" and "no numbers for 1.0 s" in str(one.fault())
+    assert chunk.value["streams"]["vibration_acceleration"]["not_a_number"] == 1
+    assert one.stop()["tracker_position"]["not_a_number"] == 1000
+
+
+def test_samples_that_nobody_announced_are_a_fault(begun):
+    sensor = Fed()
+    one = begun(sensor)
+    sensor.signal = replace(XYZ, name="temperature")
+    sensor.given.put(block(0, 1))
+    fed_until(lambda: one.fault() is not None)
+    assert "'temperature' came, which it does not have" in str(one.fault())
+    sensor.signal = XYZ
+
+
+@pytest.mark.parametrize("error", [DeviceError("port /dev/ttyUSB0 is gone"), OSError("no such device")])
+def test_where_one_sensor_does_not_start_none_goes_on(time, error):
+    first, second = Fed(), Fed("tracker", POSITION, at_start=error)
+    one = Recording({"vibration": first, "tracker": second}, time)
+    with pytest.raises(DeviceFault) as found:
+        one.start()
+    assert found.value.device == "tracker" and str(error) in str(found.value)
+    assert first.log == ["start", "stop"] and not one.hanging()
+
+
+def test_a_driver_that_hangs_is_told_and_the_others_are_stopped(begun, monkeypatch):
+    monkeypatch.setattr(reader, "GONE_S", 0.05)
+    let_go, inside = threading.Event(), threading.Event()
+
+    class Hangs(Fed):
+        def read(self, timeout_s):
+            inside.set()
+            let_go.wait(10)
+            return {}
+
+    stuck, well = Hangs("tracker", POSITION), Fed()
+    one = begun(stuck, well)
+    assert inside.wait(10)
+    one.end()
+    assert (one.fault().what, one.fault().device, one.hanging()) == ("stuck", "tracker", ["tracker"])
+    assert well.log[-1] == stuck.log[-1] == "stop"
+    let_go.set()
+    fed_until(lambda: not one.hanging())
+
+
+def test_a_sensor_that_cannot_be_stopped_does_not_keep_the_others_running(begun):
+    sensors = [Fed("a", at_stop=DeviceFault("a", "refused", "no")), Fed("b"), Fed("c")]
+    one = begun(*sensors)
+    with pytest.raises(DeviceFault):
+        one.end()
+    assert [each.log[-1] for each in sensors] == ["stop"] * 3
+    one.end()  # once
+
+
+def test_threads_take_turns_fast_while_there_are_readers_and_as_before_then(begun):
+    before = sys.getswitchinterval()
+    one = begun(Fed())
+    assert sys.getswitchinterval() == pytest.approx(TURN_S)
+    one.stop()
+    assert sys.getswitchinterval() == pytest.approx(before)
+
+
+def test_stop_may_be_asked_twice_and_says_the_same(begun):
+    sensor = Fed()
+    one = begun(sensor)
+    sensor.feed(block(0, 100))
+    first = one.stop()
+    assert one.stop() == first and len(taken(one)) == 1 and one.stop() == first
+    assert not one.due()

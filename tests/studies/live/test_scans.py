@@ -1,0 +1,91 @@
+"""A barcode scanner that types: its burst of keys is a code, a hand's keys are not."""
+
+import pytest
+
+from devices.desk import Prompt
+from studies.console.listening import Heard
+from studies.console.scans import burst
+from studies.console.seat import Seat
+from tests.studies.live.halls import Paper, sheets_plan
+
+MOUNT = Prompt("Put in place: T07", codes=True)
+
+
+def typed(text, begun_s=1.0, gap_s=0.005):
+    return [Heard(key, begun_s + n * gap_s) for n, key in enumerate(text)]
+
+
+@pytest.mark.parametrize(
+    ("keys", "now_s", "found"),
+    [
+        (typed("T07\r"), 1.02, ("T07", False)),
+        (typed("quiet"), 1.03, (None, True)),
+        (typed("quiet"), 1.2, (None, False)),
+        (typed("q"), 1.01, (None, True)),
+        (typed("q"), 1.1, (None, False)),
+        (typed("p\r"), 1.02, (None, False)),
+        (typed("T07\r", gap_s=0.2), 1.7, (None, False)),
+        (typed("\r"), 1.0, (None, False)),
+        (typed("\x1bT07\r"), 1.1, (None, False)),
+        ([], 1.0, (None, False)),
+    ],
+)
+def test_a_burst_that_ends_with_enter_is_a_code(keys, now_s, found):
+    assert burst(keys, now_s) == found
+
+
+class Wedge:
+    """A terminal whose keys come as they are scripted."""
+
+    def __init__(self, *heard, by_line=False):
+        self.heard, self.by_line, self.now_s = list(heard), by_line, 0.0
+
+    def take(self):
+        due = [key for key in self.heard if key.t_s <= self.now_s]
+        self.heard = [key for key in self.heard if key.t_s > self.now_s]
+        return due
+
+    def close(self):
+        pass
+
+
+def asides(seat, wedge, until_s, prompt=MOUNT):
+    seat.demand(prompt)
+    found = []
+    while wedge.now_s < until_s:
+        wedge.now_s = round(wedge.now_s + 0.01, 3)
+        if (aside := seat.poll()) is not None:
+            found.append(aside.value)
+    return found
+
+
+def seated(*heard, by_line=False):
+    wedge = Wedge(*heard, by_line=by_line)
+    return Seat(sheets_plan(), wedge, Paper(), lambda: wedge.now_s), wedge
+
+
+def test_a_scanned_code_answers_and_its_letters_order_nothing():
+    seat, wedge = seated(*typed("quarp07\r"))
+    assert asides(seat, wedge, 2.0) == [] and seat.answer() == "quarp07"
+
+
+def test_keys_typed_by_hand_still_mean_what_they_mean():
+    seat, wedge = seated(*typed("p"), *typed("p", 2.0))
+    assert asides(seat, wedge, 3.0) == [{"do": "pause"}, {"do": "pause"}] and seat.answer() is None
+    seat, wedge = seated(*typed("\r"))
+    asides(seat, wedge, 2.0)
+    assert seat.answer() is True
+
+
+def test_where_no_code_is_asked_for_nothing_is_one():
+    seat, wedge = seated(*typed("p07\r"))
+    assert asides(seat, wedge, 2.0, Prompt("Put in place: T07")) == [{"do": "pause"}]
+
+
+def test_a_line_gives_a_code_too():
+    seat, wedge = seated(Heard("scan T12", 0.5), by_line=True)
+    asides(seat, wedge, 1.0)
+    assert seat.answer() == "T12"
+    seat, wedge = seated(Heard("scan", 0.5), by_line=True)
+    asides(seat, wedge, 1.0)
+    assert seat.answer() is None and any("a scan needs its code" in line for line in seat.display.said)
