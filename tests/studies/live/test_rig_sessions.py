@@ -1,0 +1,297 @@
+"""Live sessions with a rig of twins: the station's own devices, threads, processes and clocks; people are simulated."""
+
+from __future__ import annotations
+
+import os
+import signal
+import sys
+import time
+from collections.abc import Callable, Mapping
+from dataclasses import dataclass, field, replace
+from pathlib import Path
+from typing import Any
+
+import pytest
+
+import studies.live_rig
+from devices.rig.file import rig_path
+from protocols.answering import answer
+from protocols.perceiver import Perceiver
+from protocols.plan import ParticipantRow, compile_plan
+from protocols.requests import Ask, Reply
+from protocols.study import Study
+from studies.catalogue import SHIPPED, Found, read_study
+from studies.interrupts import Interrupted
+from studies.live_options import LiveOptions
+from studies.live_rig import live_plan, plan_to_go_on
+from studies.record import read
+from studies.replay import replay
+from studies.session import resume, start
+
+DOORS = read_study(SHIPPED / "door_ratings" / "study.yaml")
+TWINS = """rig: twins
+devices:
+  door: {kind: door, driver: twin, twin_speed: 0.5}
+  vibration: {kind: accelerometer, driver: twin, rate_hz: 3000}
+  force: {kind: force_torque, driver: twin, rate_hz: 8000}
+  tracker: {kind: tracker, driver: twin, rate_hz: 120}
+  noise: {kind: masking_noise, driver: twin}
+  camera: {kind: camera, driver: twin}
+  stage: {kind: stage, driver: twin, mount_s: 0}
+needs:
+  door: [door]
+  door_generator: [door]
+  tool: [vibration, force, tracker]
+  camera: [camera]
+  masking_noise: [noise]
+  samples: [stage]
+"""
+
+
+@dataclass
+class Room:
+    """A presenter in real time: people answer at once, pages stay until they are done with; `meanwhile` may meddle."""
+
+    person: Perceiver
+    meanwhile: Callable[[str, int], None] = lambda _page, _looks: None
+    description: Mapping[str, Any] = field(default_factory=lambda: {"room": True})
+    on_side: Callable[[str], None] | None = None
+    looks: int = 0
+
+    def perform(self, request, desk, now_ns):
+        if (aside := desk.poll()) is not None:
+            return aside
+        return Reply(answer(self.person, request)[0].value if isinstance(request, Ask) else {})
+
+    def wait_for(self, key, desk, ready):
+        until = time.monotonic() + 60
+        while not ready():
+            assert time.monotonic() < until, f"still waiting at {key}"
+            self.looks += 1
+            self.meanwhile(key, self.looks)
+            if (aside := desk.poll()) is not None:
+                return aside
+            time.sleep(0.004)
+        return None
+
+    def finish(self, desk=None, page="end"):
+        pass
+
+    def close(self):
+        pass
+
+
+@pytest.fixture
+def lab(tmp_path):
+    rig = rig_path(tmp_path)
+    rig.parent.mkdir(parents=True)
+    rig.write_text(TWINS, encoding="utf-8")
+    return tmp_path
+
+
+@pytest.fixture
+def experimenter(monkeypatch):
+    """Says `confirm` as often as it is told to; each is the answer to one demand."""
+    reading, writing = os.pipe()
+    with os.fdopen(reading) as stream:
+        monkeypatch.setattr(sys, "stdin", stream)
+        yield lambda times=1: os.write(writing, b"confirm\n" * times)
+    os.close(writing)
+
+
+@pytest.fixture
+def rooms(monkeypatch, experimenter):
+    """Every window that is opened is a room; what happens meanwhile can be set."""
+    made = {"meanwhile": lambda _page, _looks: None}
+
+    def meanwhile(page, looks):
+        made["meanwhile"](page, looks)
+
+    def window_of(*_given):
+        return lambda plan: Room(Perceiver(plan), meanwhile)
+
+    monkeypatch.setattr(studies.live_rig, "window_of", window_of)
+    monkeypatch.setattr(studies.live_rig, "window_calibration", lambda *_given: None)
+    return made
+
+
+def doors(count=2, **changes) -> Found:
+    stimuli = [s.model_dump() for s in DOORS.study.stimuli if s.columns["variant"] == "g0"][:count]
+    given = {"stimuli": stimuli, "groups": {}, "opening": (), "rest": None, "order": {"design": "as_listed"}, **changes}
+    given |= {"analysis": None, "practice": None, "instructions": None}
+    return Found(Study.model_validate(DOORS.study.definition() | given), DOORS.folder)
+
+
+def captures(**changes) -> Found:
+    given = {
+        "study": "quick", "task": "capture", "stimuli": [{"id": "T15"}, {"id": "T36"}], "needs": ["tool", "samples"],
+        "capture": {"device": "tool", "seconds": 1.0}, "order": {"design": "as_listed"},
+    }  # fmt: skip
+    return Found(Study.model_validate(given | changes), SHIPPED / "texture_capture")
+
+
+def plan_of(found):
+    return compile_plan(found.study, ParticipantRow("P001"))
+
+
+def begun(found, lab, **options):
+    return start(lab, plan_of(found), live_plan(found, lab, LiveOptions(**options)))
+
+
+def kinds(record):
+    return [event.kind for event in record.events]
+
+
+def ends(record):
+    return [event.value["as"] for event in record.events if event.kind == "trial_ended"]
+
+
+def test_doors_are_felt_through_the_driver_and_the_firmware(lab, rooms):
+    found = doors()
+    sat = begun(found, lab)
+    record = read(sat.path)
+    assert sat.complete and ends(record) == ["answered", "answered"]
+    rig = record.header["rig"]
+    assert rig["twins"] == ["door"] and rig["settings"]["door"]["driver"] == "twin" and rig["devices"]["door"]
+    replies = [event.value for event in record.events if event.kind == "reply" and event.value.get("presented")]
+    assert [reply["by"] for reply in replies] == ["twin", "twin"]
+    assert all(reply["opened_deg"] > 55 and not reply["streams"]["door_telemetry"]["lost"] for reply in replies)
+    assert "samples" in kinds(record)
+    replay(sat.path)
+
+
+def children():
+    """The processes of twins that this process has begun."""
+    for folder in Path("/proc").glob("[0-9]*"):
+        try:
+            words = (folder / "cmdline").read_bytes().split(b"\0")
+            parent = int((folder / "stat").read_text().rpartition(")")[2].split()[1])
+        except (OSError, ValueError, IndexError):
+            continue
+        if parent == os.getpid() and b"devices.door.firmware.process" in words:
+            yield int(folder.name)
+
+
+@pytest.mark.skipif(not sys.platform.startswith("linux"), reason="finds the twin's process in /proc")
+def test_a_door_that_dies_is_a_fault_and_the_trial_is_met_again(lab, rooms, experimenter):
+    killed = []
+
+    def kill(page, _looks):
+        if page == "feel_now" and not killed:
+            killed.extend(children())
+            for pid in killed:
+                os.kill(pid, signal.SIGKILL)
+            experimenter()
+
+    rooms["meanwhile"] = kill
+    sat = begun(doors(1), lab)
+    record = read(sat.path)
+    assert killed and sat.complete and ends(record) == ["faulted", "answered"]
+    fault = next(event.value for event in record.events if event.kind == "fault")
+    assert fault["device"] == "door" and fault["what"] == "link_lost"
+    replay(sat.path)
+    assert not list(children()), "every twin ends with its session"
+
+
+def test_a_session_that_is_quit_while_a_door_is_felt_leaves_it_safe_and_goes_on(lab, rooms):
+    def quits(page, looks):
+        if page == "feel_now" and looks > 200:
+            raise Interrupted("QUIT")
+
+    found = doors(1)
+    rooms["meanwhile"] = quits
+    sat = begun(found, lab)
+    assert not sat.complete and not list(children())
+    rooms["meanwhile"] = lambda _page, _looks: None
+    rig, accepted = plan_to_go_on(found, lab, LiveOptions(), read(sat.path).header)
+    assert accepted is None and resume(sat.path, rig).complete
+    record = read(sat.path)
+    assert ends(record)[-1] == "answered"
+    replay(sat.path)
+
+
+def test_a_profile_beyond_the_rig_s_limits_is_refused_before_anything_is_recorded(lab, rooms):
+    path = rig_path(lab)
+    path.write_text(TWINS.replace("twin_speed: 0.5", "limits: {torque_Nm: 5}"), encoding="utf-8")
+    with pytest.raises(ValueError, match=r"BC3.*5 N m"):
+        begun(doors(1), lab)
+    assert not (lab / "sessions").exists() and not list(children())
+
+
+def test_sensors_are_recorded_together_and_nothing_is_lost(lab, rooms):
+    sat = begun(captures(), lab)
+    record = read(sat.path)
+    assert sat.complete and ends(record) == ["captured", "captured"]
+    for event in record.events:
+        if event.kind == "reply" and event.value.get("recorded"):
+            streams = event.value["streams"]
+            assert set(streams) == {"tool_acceleration", "tool_force", "tool_position"}
+            assert all(stream["lost"] == 0 for stream in streams.values())
+            assert streams["tool_force"]["samples"] >= 8000
+    replay(sat.path)
+
+
+def test_a_recording_that_is_interrupted_is_made_again(lab, rooms):
+    found = captures(stimuli=[{"id": "T15"}], capture={"device": "tool", "seconds": 3.0})
+    seen = []
+
+    def quits(page, _looks):
+        if page == "recording":
+            seen.append(time.monotonic())
+            if seen[-1] - seen[0] > 1.2:
+                raise Interrupted("QUIT")
+
+    rooms["meanwhile"] = quits
+    sat = begun(found, lab)
+    assert not sat.complete and kinds(read(sat.path))[-1] == "samples"
+    rooms["meanwhile"] = lambda _page, _looks: None
+    rig, _ = plan_to_go_on(found, lab, LiveOptions(), read(sat.path).header)
+    assert resume(sat.path, rig).complete
+    record = read(sat.path)
+    assert ends(record) == ["faulted", "captured"]
+    assert next(event.value["what"] for event in record.events if event.kind == "fault") == "interrupted"
+    replay(sat.path)
+
+
+def test_a_photo_study_keeps_its_pictures_in_the_lab(lab, rooms):
+    path = rig_path(lab)
+    path.write_text(TWINS.replace("camera, driver: twin", "camera, driver: twin, lights: 2"), encoding="utf-8")
+    found = captures(
+        stimuli=[{"id": "T27"}], needs=["samples", "camera"], capture={"device": "camera", "seconds": 60.0}
+    )
+    sat = begun(found, lab)
+    record = read(sat.path)
+    assert sat.complete
+    [pictures] = [event.value["pictures"] for event in record.events if "pictures" in (event.value or {})]
+    assert len(pictures) == 2 and len(list((lab / "pictures").rglob("*.png"))) == 2
+    replay(sat.path)
+
+
+def test_noise_masks_and_other_settings_are_refused_when_going_on(lab, rooms):
+    found = doors(1, needs=["door", "masking_noise"])
+
+    def quits(page, looks):
+        if looks > 50:
+            raise Interrupted("QUIT")
+
+    rooms["meanwhile"] = quits
+    sat = begun(found, lab)
+    header = read(sat.path).header
+    assert set(header["rig"]["settings"]) == {"door", "noise"}
+    path = rig_path(lab)
+    path.write_text(TWINS.replace("masking_noise, driver: twin", "masking_noise, driver: twin, level_dbfs: -40"))
+    with pytest.raises(ValueError, match=r"the rig has changed .*level_dbfs.*--accept-change"):
+        plan_to_go_on(found, lab, LiveOptions(), header)
+    _, accepted = plan_to_go_on(found, lab, LiveOptions(accept_change=True), header)
+    assert "level_dbfs" in accepted["devices_changed"]
+    path.unlink()
+    with pytest.raises(ValueError, match="no rig file"):
+        plan_to_go_on(found, lab, LiveOptions(), header)
+
+
+def test_a_rig_of_twins_is_no_stand_in_of_this_process(lab, rooms):
+    header = {"rig": {"kind": "live", "twins": ["door"], "settings": {}, "language": "en"}, "calibration": None}
+    rig, _ = plan_to_go_on(doors(1), lab, LiveOptions(accept_change=True), header)
+    assert "settings" in rig.description
+    with_twins = replace(LiveOptions(), twins=True)
+    assert "settings" not in live_plan(doors(1), lab, with_twins).description
