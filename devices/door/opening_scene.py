@@ -1,0 +1,91 @@
+"""One opening of a car's door as the sensors at it are exposed to it (thesis 5.3.1.1; see devices/scene.py)."""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Iterator, Sequence
+from itertools import count
+
+import numpy as np
+from numpy.typing import NDArray
+
+from devices.door.grid import POINTS, POINTS_PER_DEG, DoorDataError
+from devices.door.sensors_twin import BEYOND, FORCE_HZ, _felt, _let_go, _places, demand_recordable
+from devices.scene import GRAVITY_M_S2, PIECE_S
+from protocols.keyed import Key, uniform
+
+Numbers = NDArray[np.float64]
+RADIUS_M = 0.95
+"""From the hinge to handle, force sensor and marker, where nothing else is said."""
+ASIDE = 0.06
+"""How much of the pull goes up or along the door instead, at most."""
+ASIDE_HZ = (0.4, 1.5)
+GRIP_M = (0.0, 0.012, -0.006)
+"""Where the hand pulls, from the sensor's origin."""
+RATES_HZ = (1.0, 100_000.0)
+
+
+class OpeningScene:
+    """A hand opens the door of a profile once in `seconds`, as `devices.door.sensors_twin.record_opening` has it.
+
+    The key decides the hand. Axes: z up; at the closed door, x the way that the handle is pulled, y from the hinge to
+    the handle. The force sensor turns with the door, the tracker does not.
+    """
+
+    def __init__(self, profile_N: Sequence[float], seconds: float, *key: Key, radius_m: float = RADIUS_M) -> None:
+        """Prepare the motion. Raises DoorDataError as `record_opening`, and on a radius not from 0.1 to 3 m."""
+        if not 0.1 <= radius_m <= 3:
+            raise DoorDataError(f"radius_m is {radius_m}: from 0.1 to 3 m from hinge to handle are expected.")
+        end = demand_recordable(profile_N, seconds)
+        places = _places(_reach(end), round(seconds * FORCE_HZ), key)
+        force = [_felt(profile_N, min(place, end), end) for place in places]
+        _let_go(force, places, places.index(_reach(end)))
+        self.radius_m = radius_m
+        self._force, self._angle = np.array(force), np.radians(np.array(places) / POINTS_PER_DEG)
+        self._sways = tuple(_sway(axis, key) for axis in ("up", "along"))
+
+    def acceleration_m_s2(self, rate_hz: float) -> Iterator[Numbers]:
+        """An accelerometer that lies still beside the door: pieces of shape (n, 3)."""
+        return _pieces(lambda t_s: np.tile((0.0, 0.0, GRAVITY_M_S2), (len(t_s), 1)), rate_hz)
+
+    def wrench(self, rate_hz: float) -> Iterator[Numbers]:
+        """The hand's force on the handle, x the pull in newtons, and its torque in N m: pieces of shape (n, 6)."""
+        return _pieces(self._wrench_at, rate_hz)
+
+    def position_mm(self, rate_hz: float) -> Iterator[Numbers]:
+        """The marker on its circle around the hinge, which is the origin: pieces of shape (n, 3)."""
+        return _pieces(self._position_at, rate_hz)
+
+    def _wrench_at(self, t_s: Numbers) -> Numbers:
+        pull = _read(self._force, t_s)
+        force = np.column_stack([pull, *(pull * sway(t_s) for sway in reversed(self._sways))])
+        return np.hstack([force, np.cross(GRIP_M, force)])
+
+    def _position_at(self, t_s: Numbers) -> Numbers:
+        angle, radius_mm = _read(self._angle, t_s), 1000 * self.radius_m
+        return np.column_stack([radius_mm * np.sin(angle), radius_mm * np.cos(angle), np.zeros(len(t_s))])
+
+
+def _reach(end: int) -> float:
+    """How far the door opens, on the profile's grid."""
+
+    return end + (0.5 if end < POINTS - 1 else BEYOND)
+
+
+def _sway(axis: str, key: tuple[Key, ...]) -> Callable[[Numbers], Numbers]:
+    low, high = ASIDE_HZ
+    omega = 2 * np.pi * (low + (high - low) * uniform("aside", axis, *key))
+    phase = 2 * np.pi * uniform("aside phase", axis, *key)
+    return lambda t_s: np.asarray(ASIDE * np.sin(omega * t_s + phase))
+
+
+def _read(values: Numbers, t_s: Numbers) -> Numbers:
+    """Between the steps of the motion; the last value holds after it."""
+    return np.asarray(np.interp(t_s * FORCE_HZ, np.arange(len(values)), values))
+
+
+def _pieces(at: Callable[[Numbers], Numbers], rate_hz: float) -> Iterator[Numbers]:
+    low, high = RATES_HZ
+    if not low <= rate_hz <= high:
+        raise DoorDataError(f"{rate_hz} samples a second: from {low:g} to {high:g} are expected.")
+    rows = max(1, round(PIECE_S * rate_hz))
+    return (at(np.arange(n * rows, (n + 1) * rows) / rate_hz) for n in count())

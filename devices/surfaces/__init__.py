@@ -1,0 +1,1 @@
+"""Simulated surfaces: one height field that is touched with a tool and photographed, so that vision and touch agree."""

@@ -1,0 +1,128 @@
+"""One act computed: hand, contact and tool in batches at the internal rate, any of them again when it is asked for."""
+
+from __future__ import annotations
+
+import math
+from collections import OrderedDict
+from dataclasses import dataclass, field
+from threading import Lock
+
+import numpy as np
+from numpy.typing import NDArray
+from scipy.signal import lfilter
+
+from devices.scene import GRAVITY_M_S2
+from devices.surfaces.body import LEAN, MODES, Mode, mode_filter, to_tool
+from devices.surfaces.contact import INTERNAL_HZ, THETA, Drive, Law, Ride, at_rest, ride
+from devices.surfaces.hand import Hand, Motion, Wave
+from devices.surfaces.tip import Ground
+
+Numbers = NDArray[np.float64]
+BLOCKS, BLOCK = 64, 2000
+"""How many stretches of steps are computed side by side, and how long each is: 12.8 s in one go."""
+BATCH = BLOCKS * BLOCK
+LETS_GO_S = 0.3
+"""How long the tool is followed after the act; then it is still."""
+KEPT = 3
+"""Batches that are kept for the sensors that read side by side."""
+
+
+@dataclass(frozen=True)
+class Batch:
+    """12.8 s of an act, each (BATCH, 3): acceleration in the tool's axes (m/s^2), force (N) and place (mm)."""
+
+    acceleration: Numbers
+    force: Numbers
+    place: Numbers
+
+
+@dataclass(frozen=True)
+class Start:
+    """Where a batch goes on: the contact's state (7,), and the memory of the modes' filters (modes, 2)."""
+
+    state: Numbers
+    modes: Numbers
+
+
+@dataclass
+class Act:
+    """The whole act, computed as far as it was asked for. Any thread may ask."""
+
+    ground: Ground
+    law: Law
+    hand: Hand
+    seconds: float
+    sway: tuple[Wave, Wave]
+    starts: list[Start] = field(default_factory=list)
+    made: OrderedDict[int, Batch] = field(default_factory=OrderedDict)
+    lock: Lock = field(default_factory=Lock)
+
+    def batch(self, number: int) -> Batch:
+        """A batch; what lies before it is computed first where it has not been yet."""
+        with self.lock:
+            for each in range(len(self.starts) - 1, number):
+                self._make(max(each, 0))
+            if number not in self.made:
+                self._make(number)
+            return self.made[number]
+
+    def _make(self, number: int) -> None:
+        times = self._times(number)
+        motion, drive = self._drive(times)
+        if not self.starts:
+            self.starts.append(Start(at_rest(drive, self.law), np.zeros((len(MODES), 2))))
+        start = self.starts[number]
+        ridden = ride(drive, start.state, self.law, BLOCKS)
+        batch, memory = self._felt(times, motion, drive, ridden, start)
+        self.made[number] = Batch(*(_filled(each) for each in vars(batch).values()))
+        if len(self.made) > KEPT:
+            self.made.popitem(last=False)
+        if len(self.starts) == number + 1:
+            self.starts.append(Start(ridden.states[:, -1].copy(), memory))
+
+    def _times(self, number: int) -> Numbers:
+        """The batch's steps; only few, of no consequence, once the act is over."""
+        left = (self.seconds + LETS_GO_S) * INTERNAL_HZ - number * BATCH
+        steps = min(BATCH, BLOCKS * max(1, math.ceil(left / BLOCKS)))
+        return (number * BATCH + np.arange(steps, dtype=np.float64) + THETA) / INTERNAL_HZ
+
+    def _drive(self, times: Numbers) -> tuple[Motion, Drive]:
+        motion = self.hand.at(times)
+        height, right, up = self.ground.at(*motion.place)
+        slope, velocity = np.stack([right, up]), motion.velocity / 1000
+        rate = (slope * velocity).sum(axis=0)
+        return motion, Drive(height, rate, motion.force, slope, velocity, motion.turn / 1000)
+
+    def _felt(self, times: Numbers, motion: Motion, drive: Drive, ridden: Ride, start: Start) -> tuple[Batch, Numbers]:
+        """What the sensors' places feel, and the memory of the modes."""
+        states = ridden.states
+        force = np.vstack([ridden.friction - ridden.normal * drive.slope, ridden.normal])
+        shaken = np.diff(np.column_stack([start.state[[4, 5, 1]], states[[4, 5, 1]]])) * INTERNAL_HZ
+        shaken[:2] += drive.turn
+        memory = _ring(force, start.modes, shaken)
+        felt = to_tool() @ shaken + GRAVITY_M_S2 * np.array(LEAN)[:, np.newaxis]
+        for axis, wave in enumerate(self.sway):
+            felt[axis] += GRAVITY_M_S2 * wave.at(np.minimum(times, self.seconds))[0]
+        place = np.vstack([motion.place + 1000 * states[2:4], 1000 * states[:1]])
+        return Batch(*(np.ascontiguousarray(each.T) for each in (felt, force, place))), memory
+
+
+def _filled(rows: Numbers) -> Numbers:
+    """A whole batch: where the act is over, its last row goes on."""
+    missing = BATCH - len(rows)
+    return rows if missing == 0 else np.concatenate([rows, np.repeat(rows[-1:], missing, axis=0)])
+
+
+def _ring(force: Numbers, before: Numbers, shaken: Numbers) -> Numbers:
+    """Add what the modes make of the force to the acceleration (3, n); returns their memory."""
+    after = np.empty_like(before)
+    for n, mode in enumerate(MODES):
+        way = np.array(mode.way)
+        answer, after[n] = _answer(mode, way @ force, before[n])
+        shaken += way[:, np.newaxis] * answer
+    return after
+
+
+def _answer(mode: Mode, force: Numbers, memory: Numbers) -> tuple[Numbers, Numbers]:
+    answer, after = lfilter(*mode_filter(mode, INTERNAL_HZ), force, zi=memory)
+    return answer, after

@@ -1,0 +1,45 @@
+"""Which simulated surface stands in for a stimulus."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Mapping
+from dataclasses import replace
+
+from devices.surfaces.table import SPANS, Surface, read_surfaces
+from devices.tool.texture import Texture, texture_of
+
+BUMPS_UM = 8.0
+"""RMS height of the large bumps per point of bumpiness (0 to 100)."""
+
+
+def surface_for(stimulus: str, columns: Mapping[str, str]) -> Surface:
+    """The surface of that id; for any other stimulus, the nearest of its class, with what its sim_ columns say.
+
+    `columns` are the stimulus' own: class, sim_roughness, sim_bumpiness, sim_slipperiness, sim_softness; a column that
+    is not there counts as 50, a class that the table does not know as any. Raises ToolDataError on anything but a
+    number from 0 to 100 in a sim_ column.
+    """
+    table = read_surfaces()
+    if stimulus in table:
+        return table[stimulus]
+    wanted = texture_of(columns, stimulus)
+    kin = [each for each in table.values() if each.category == columns.get("class")]
+    near = min(kin or table.values(), key=lambda each: _apart(each, wanted))
+    kinetic = wanted.friction
+    return replace(
+        near, id=stimulus, label=columns.get("label", stimulus), kinetic_friction=kinetic,
+        static_friction=kinetic * near.static_friction / near.kinetic_friction,
+        stiffness_N_mm=stiffness_N_mm(wanted), bumps_um=min(BUMPS_UM * wanted.bumpiness, SPANS["bumps_um"].high),
+    )  # fmt: skip
+
+
+def stiffness_N_mm(texture: Texture) -> float:
+    """1000 N/mm where it is hard, 0.4 N/mm where it is soft (sim_softness 0 to 100): the law of the shipped table."""
+    return float(10 ** (3.0 - 0.034 * texture.softness))
+
+
+def _apart(surface: Surface, wanted: Texture) -> float:
+    """How far a surface is from what is wanted, in bumps and in stiffness."""
+    stiffer = math.log10(surface.stiffness_N_mm / stiffness_N_mm(wanted)) / 3.4
+    return abs(surface.bumps_um / BUMPS_UM - wanted.bumpiness) / 100 + abs(stiffer)

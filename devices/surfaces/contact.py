@@ -1,0 +1,255 @@
+"""The tip on the surface: a stiff contact that may lift off, friction that sticks and slips, one step after the other.
+
+Normal to the surface (mass m, hand's damping c_h and force F0, contact k and c, lowest point z, ground s):
+
+    m z'' = -F0 - c_h z' + N,    N = max(0, k (s - z) + c (s' - z'))
+
+Along it (deflection u of the tip in the hand's grip, whose velocity is V and acceleration A):
+
+    m_t u'' + c_t u' + k_t u = F - N grad s - m_t A,    F against V + u', |F| <= mu N, equal while the tip slides
+
+Both are set-valued and stiff, and solved implicitly (theta method): N and F follow in closed form from the velocities
+that there would be without them, so every step ends with the exact law and takes energy at any stiffness.
+"""
+
+from __future__ import annotations
+
+import math
+from dataclasses import dataclass
+
+import numpy as np
+from numpy.typing import NDArray
+
+from devices.surfaces.table import Surface
+
+Numbers = NDArray[np.float64]
+INTERNAL_HZ = 10_000.0
+THETA = 0.55
+"""0.5 keeps energy, 1 damps most; a little above 0.5 lets what the step cannot resolve die away."""
+AGREE = np.array([1e-11, 1e-8, 1e-10, 1e-10, 1e-8, 1e-8, 1e-8])[:, np.newaxis]
+"""Two states count as one below this: z, z', u, u', sliding speed (m and m/s)."""
+STATES = 7
+
+
+@dataclass(frozen=True)
+class Tool:
+    """A stylus as it is held. Engineering judgement, of the order that pen-hold measurements give; no measurement."""
+
+    mass_kg: float = 0.080
+    body_N_mm: float = 100.0
+    """Stiffness of body and plate in series with the surface."""
+    body_damping: float = 0.06
+    grip_N_s_m: float = 10.0
+    side_mass_kg: float = 0.080
+    side_N_mm: float = 3.0
+    side_damping: float = 0.35
+
+
+HELD = Tool()
+
+
+@dataclass(frozen=True)
+class Law:
+    """The numbers of one surface under one tool, in SI units, and what a step needs of them."""
+
+    stiffness: float
+    damping: float
+    grip: float
+    mass: float
+    side_mass: float
+    side_stiffness: float
+    side_damping: float
+    static: float
+    kinetic: float
+    stribeck: float
+    step_s: float = 1 / INTERNAL_HZ
+
+
+def law(surface: Surface, tool: Tool = HELD) -> Law:
+    """Surface and tool in series; damping as a ratio of the critical one of the mass on the contact."""
+    stiffness = 1000 / (1 / surface.stiffness_N_mm + 1 / tool.body_N_mm)
+    ratio = surface.damping_ratio + tool.body_damping
+    side = 1000 * tool.side_N_mm
+    return Law(
+        stiffness, 2 * ratio * math.sqrt(stiffness * tool.mass_kg), tool.grip_N_s_m, tool.mass_kg, tool.side_mass_kg,
+        side, 2 * tool.side_damping * math.sqrt(side * tool.side_mass_kg), surface.static_friction,
+        surface.kinetic_friction, surface.stribeck_mm_s / 1000,
+    )  # fmt: skip
+
+
+@dataclass(frozen=True)
+class Drive:
+    """What goes into the steps, SI units, all of one length n: ground and its rate, force, slopes, hand (2, n)."""
+
+    ground: Numbers
+    rate: Numbers
+    force: Numbers
+    slope: Numbers
+    velocity: Numbers
+    turn: Numbers
+
+    def blocks(self, count: int) -> Drive:
+        """The same cut into blocks of equal length, that lie side by side: (..., steps, count)."""
+        return Drive(*(_side_by_side(each, count) for each in vars(self).values()))
+
+    def of(self, chosen: NDArray[np.intp]) -> Drive:
+        """Some of the blocks."""
+        return Drive(*(np.ascontiguousarray(each[..., chosen]) for each in vars(self).values()))
+
+
+@dataclass(frozen=True)
+class Ride:
+    """What comes out of the steps: per step the state after it (7, n), normal force (n,) and friction (2, n)."""
+
+    states: Numbers
+    normal: Numbers
+    friction: Numbers
+
+
+def at_rest(drive: Drive, law: Law) -> Numbers:
+    """The state in which the tip lies still on the ground under the force; of shape (7,) or (7, blocks)."""
+    state = np.zeros((STATES, *drive.ground.shape[1:]))
+    state[0] = drive.ground[0] - drive.force[0] / law.stiffness
+    return state
+
+
+def ride(drive: Drive, start: Numbers, law: Law, blocks: int) -> Ride:
+    """Every step in order from a state; n must be a multiple of `blocks`.
+
+    The blocks are computed side by side from guessed states, and again from the states that their predecessors ended
+    in, until all agree: the first k are exact after k rounds, and all soon, because the contact forgets (see AGREE).
+    """
+    cut = drive.blocks(blocks)
+    starts = at_rest(cut, law)
+    starts[:, 0] = start
+    todo = np.arange(blocks)
+    out = _room(cut)
+    while todo.size:
+        _steps(cut.of(todo), starts[:, todo], law, out, todo)
+        ended = out.states[:, -1, :-1]
+        wrong = np.any(np.abs(ended - starts[:, 1:]) > AGREE, axis=0)
+        starts[:, 1:][:, wrong] = ended[:, wrong]
+        todo = np.flatnonzero(wrong) + 1
+    return Ride(*(_in_a_row(each) for each in (out.states, out.normal, out.friction)))
+
+
+def _room(cut: Drive) -> Ride:
+    steps, count = cut.ground.shape
+    return Ride(np.empty((STATES, steps, count)), np.empty((steps, count)), np.empty((2, steps, count)))
+
+
+def _steps(drive: Drive, start: Numbers, law: Law, out: Ride, todo: NDArray[np.intp]) -> None:
+    """All steps of some blocks, into their columns of `out`."""
+    steps = drive.ground.shape[0]
+    states = np.empty((steps, STATES, todo.size))
+    normal, friction = np.empty((steps, todo.size)), np.empty((steps, 2, todo.size))
+    normally, sideways = _Normal.of(drive, law), _Sideways.of(drive, law)
+    state = start.copy()
+    for n in range(steps):
+        normal[n] = normally.step(n, state)
+        friction[n] = sideways.step(n, state, normal[n])
+        states[n] = state
+    out.states[..., todo] = states.transpose(1, 0, 2)
+    out.normal[..., todo] = normal
+    out.friction[..., todo] = _whole(law) * friction.transpose(1, 0, 2)
+
+
+@dataclass(frozen=True)
+class _Normal:
+    """Constants of the step normal to the surface; rows 0 and 1 of the state."""
+
+    pushed: Numbers
+    pressed: Numbers
+    keeps: float
+    stiffness: float
+    resists: float
+    moves: float
+    step_s: float
+
+    @classmethod
+    def of(cls, drive: Drive, law: Law) -> _Normal:
+        """The constants, and the inputs of every step."""
+        inertia = law.mass / (THETA * law.step_s)
+        free, resists = inertia + law.grip, law.stiffness * THETA * law.step_s + law.damping
+        gives = 1 / (1 + resists / free)
+        return cls(
+            gives * (law.stiffness * drive.ground + law.damping * drive.rate), drive.force / free, inertia / free,
+            gives * law.stiffness, gives * resists, 1 / free, law.step_s,
+        )  # fmt: skip
+
+    def step(self, n: int, state: Numbers) -> Numbers:
+        """The normal force; moves the state on."""
+        z, v = state[0], state[1]
+        free = self.keeps * v
+        free -= self.pressed[n]
+        force = self.pushed[n] - self.stiffness * z
+        force -= self.resists * free
+        np.maximum(force, 0, out=force)
+        free += self.moves * force
+        z += self.step_s * free
+        v *= (THETA - 1) / THETA
+        free *= 1 / THETA
+        v += free
+        return np.asarray(force, dtype=np.float64)
+
+
+@dataclass(frozen=True)
+class _Sideways:
+    """Constants of the step along the surface; rows 2 to 6 of the state. Friction is counted as a change of speed."""
+
+    base: Numbers
+    slope: Numbers
+    velocity: Numbers
+    keeps: float
+    pulls: float
+    kinetic: float
+    more: float
+    law: Law
+
+    @classmethod
+    def of(cls, drive: Drive, law: Law) -> _Sideways:
+        """The constants, and the inputs of every step, as (steps, 2, blocks)."""
+        inertia, whole = law.side_mass / (THETA * law.step_s), _whole(law)
+        base = drive.velocity - (law.side_mass / whole) * drive.turn
+        base, slope, velocity = (
+            np.ascontiguousarray(each.transpose(1, 0, 2)) for each in (base, drive.slope / whole, drive.velocity)
+        )
+        more = (law.static - law.kinetic) / whole
+        return cls(base, slope, velocity, inertia / whole, law.side_stiffness / whole, law.kinetic / whole, more, law)
+
+    def step(self, n: int, state: Numbers, normal: Numbers) -> Numbers:
+        """How much slower the tip slides for its friction (m/s); moves the state on."""
+        u, rate, velocity = state[2:4], state[4:6], self.velocity[n]
+        free = self.keeps * rate
+        free -= self.pulls * u
+        free += self.base[n]
+        free -= normal * self.slope[n]
+        grip = np.exp(state[6] * (-1 / self.law.stribeck))
+        grip *= self.more
+        grip += self.kinetic
+        grip *= normal
+        square = free * free
+        fast = np.sqrt(square[0] + square[1])
+        slides = np.maximum(1 - grip / (fast + 1e-300), 0)
+        tip = free * slides
+        np.multiply(fast, slides, out=state[6])
+        between = tip - velocity
+        u += self.law.step_s * between
+        rate *= (THETA - 1) / THETA
+        between *= 1 / THETA
+        rate += between
+        tip -= free
+        return np.asarray(tip, dtype=np.float64)
+
+
+def _whole(law: Law) -> float:
+    """Force along the surface for a change of the tip's speed within a step."""
+    return law.side_mass / (THETA * law.step_s) + law.side_damping + law.side_stiffness * THETA * law.step_s
+
+
+def _side_by_side(values: Numbers, count: int) -> Numbers:
+    return np.ascontiguousarray(np.swapaxes(values.reshape(*values.shape[:-1], count, -1), -1, -2))
+
+
+def _in_a_row(values: Numbers) -> Numbers:
+    return np.swapaxes(values, -1, -2).reshape(*values.shape[:-2], -1)

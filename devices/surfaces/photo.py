@@ -1,0 +1,132 @@
+"""A photo of a surface from above, under one of ten lights (thesis 3.4.2).
+
+Lambert's law and a Blinn-Phong gloss on the slopes of the same height field that the tool touches; shadows by looking
+along the light's way, hollows darkened by how deep they lie in their surroundings; shot and read noise of a camera.
+"""
+
+from __future__ import annotations
+
+import math
+from dataclasses import dataclass
+from pathlib import Path
+
+import numpy as np
+from numpy.typing import NDArray
+
+from devices.surfaces.albedo import albedo
+from devices.surfaces.fields import SIZE_MM, Field, chance, shares
+from devices.surfaces.relief import Relief
+from devices.surfaces.shading import hollowness, shadow, slopes
+from devices.surfaces.table import Surface, SurfaceDataError
+from protocols.keyed import Key, uniform
+
+LIGHTS = 10
+PENUMBRA_DEG = 4.0
+"""Half the angle that the lamp takes up, as seen from the sample."""
+LAMP_MM = 450.0
+"""Distance of the lamp: nearer corners are brighter."""
+FULL_WELL = 12_000.0
+"""Electrons of a pixel at full scale: its shot noise."""
+READ_NOISE = 0.0015
+"""Of full scale."""
+Image = NDArray[np.uint8]
+
+
+@dataclass(frozen=True)
+class Light:
+    """A lamp: azimuth from the x axis, height over the sample's plane, strength, and the share of ambient light."""
+
+    azimuth_deg: float
+    elevation_deg: float
+    strength: float
+    ambient: float
+
+    @property
+    def toward(self) -> tuple[float, float, float]:
+        """Unit vector from the sample's middle to the lamp."""
+        azimuth, elevation = math.radians(self.azimuth_deg), math.radians(self.elevation_deg)
+        flat = math.cos(elevation)
+        return flat * math.cos(azimuth), flat * math.sin(azimuth), math.sin(elevation)
+
+
+def light(number: int, *key: Key) -> Light:
+    """The light of a photo, 0 to 9: all around, from 22 to 62 degrees high; the key varies them a little.
+
+    Raises SurfaceDataError on another number.
+    """
+    if not 0 <= number < LIGHTS:
+        raise SurfaceDataError(f"light {number}: from 0 to {LIGHTS - 1} are expected")
+    drawn = [uniform("light", number, what, *key) for what in ("azimuth", "elevation", "strength", "ambient")]
+    elevation = 22 + 40 * ((number * 7) % LIGHTS + drawn[1]) / LIGHTS
+    return Light(36 * number + 24 * (drawn[0] - 0.5), elevation, 0.8 + 0.4 * drawn[2], 0.2 + 0.25 * drawn[3])
+
+
+def photograph(surface: Surface, field: Relief, lamp: Light, *key: Key) -> Image:
+    """The photo, of shape (pixels, pixels, 3), sRGB; the key decides paint and noise, the paint without the light."""
+    lit = _lit(surface, field, lamp)
+    painted = albedo(surface, field, *key)
+    glossy = np.float32(0.35 * surface.gloss) * _glint(surface, field, lamp)
+    hue = np.float32(surface.gloss * _metal(surface))
+    colour = painted * lit[..., np.newaxis] + glossy[..., np.newaxis] * (hue * painted + (1 - hue))
+    return _developed(colour, surface.id, lamp, *key)
+
+
+def save_photo(image: Image, path: Path) -> None:
+    """Write a photo as an 8-bit PNG."""
+    from PIL import Image as Pictures
+
+    Pictures.fromarray(image).save(path, compress_level=3)
+
+
+def _metal(surface: Surface) -> float:
+    """A metal's glint has the metal's colour."""
+    return 1.0 if surface.category in ("aluminum", "mesh") else 0.0
+
+
+def _lit(surface: Surface, field: Relief, lamp: Light) -> Field:
+    """Light that falls on each point, as a share of what a white sheet under full light sends back."""
+    right, up = slopes(field.height_um)
+    x, y, z = (np.float32(each) for each in lamp.toward)
+    facing = np.maximum(z - right * x - up * y, 0) / np.sqrt(1 + right * right + up * up)
+    open_sky = 1 - np.float32(0.75) * hollowness(field.height_um)
+    direct = facing * shadow(field.height_um, lamp.azimuth_deg, lamp.elevation_deg, PENUMBRA_DEG) / z
+    near = _falloff(field.height_um.shape[0], lamp)
+    soft = np.float32(min(0.5, 0.15 * math.log10(1 + 20 / surface.stiffness_N_mm)))
+    # Soft, fibrous stuff scatters light inside: part of the shading is that of the open sky.
+    spread = (1 - soft) * direct + soft * open_sky
+    mixed = (1 - np.float32(lamp.ambient)) * spread + np.float32(lamp.ambient) * open_sky
+    return np.asarray(np.float32(lamp.strength) * near * mixed, dtype=np.float32)
+
+
+def _falloff(pixels: int, lamp: Light) -> Field:
+    """Inverse square of the distance to the lamp, 1 in the middle."""
+    x, y = ((each - np.float32(0.5)) * np.float32(SIZE_MM) for each in shares(pixels))
+    to_x, to_y, to_z = (each * LAMP_MM for each in lamp.toward)
+    square = (x - to_x) ** 2 + (y - to_y) ** 2 + to_z**2
+    return np.asarray(LAMP_MM**2 / square, dtype=np.float32)
+
+
+def _glint(surface: Surface, field: Relief, lamp: Light) -> Field:
+    """Blinn-Phong, seen from straight above."""
+    right, up = slopes(field.height_um)
+    x, y, z = lamp.toward
+    length = math.sqrt(x * x + y * y + (z + 1) ** 2)
+    along = (np.float32((z + 1) / length) - right * np.float32(x / length) - up * np.float32(y / length)) / np.sqrt(
+        1 + right * right + up * up
+    )
+    # Normalised, so that a duller surface spreads the same light wider.
+    bright = np.float32((surface.shine + 8) / 16) * np.maximum(along, 0) ** np.float32(surface.shine)
+    return np.asarray(bright, dtype=np.float32)
+
+
+def _developed(colour: Field, name: str, lamp: Light, *key: Key) -> Image:
+    """Exposure, noise, and the sRGB curve."""
+    exposed = np.float32(0.8) * colour
+    # The sum of three uniform numbers is bell enough for a camera's noise.
+    count = exposed.size
+    drawn = chance(count, "camera", name, f"{lamp.azimuth_deg:.6f}", *key).astype(np.float32)
+    bell = (drawn + np.roll(drawn, 7919) + np.roll(drawn, 104729) - np.float32(1.5)) * np.float32(2)
+    spread = np.sqrt(np.maximum(exposed, 0) / np.float32(FULL_WELL) + np.float32(READ_NOISE**2))
+    linear = np.clip(exposed + spread * bell.reshape(exposed.shape), 0, 1)
+    curve = np.where(linear <= 0.0031308, 12.92 * linear, 1.055 * np.maximum(linear, 1e-6) ** (1 / 2.4) - 0.055)
+    return np.asarray(np.round(255 * curve), dtype=np.uint8)

@@ -1,0 +1,95 @@
+"""From the scene's own rate to a sensor's, whatever it is: band-limited first, then read between the samples."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Iterator
+
+import numpy as np
+from numpy.typing import NDArray
+
+Numbers = NDArray[np.float64]
+BAND_HZ = (1800.0, 2200.0)
+"""A scene keeps what is below the first and nothing above the second."""
+SHARE = (0.38, 0.5)
+"""The same for a slow sensor, in shares of its rate."""
+STOP_DB = 70.0
+POINTS = 10
+"""Samples that a value between them is read from (Lagrange)."""
+
+
+def at_rate(pieces: Iterator[Numbers], internal_hz: float, rate_hz: float) -> Iterator[Numbers]:
+    """Rows (n, channels) at a rate, from endless pieces at the internal rate; the first row is at the same time.
+
+    What was before the first row counts as equal to it. Delay none: the filter is symmetric and looks ahead.
+    """
+    taps = low_pass(internal_hz, rate_hz)
+    thin = max(1, int(internal_hz / (8 * min(rate_hz, internal_hz / 8))))
+    return _between(_thinned(pieces, taps, thin), internal_hz / thin, rate_hz)
+
+
+def low_pass(internal_hz: float, rate_hz: float) -> Numbers:
+    """A symmetric filter of odd length (Kaiser window) that keeps the band a sensor of this rate can show."""
+    from scipy.signal import firwin, kaiserord
+
+    low, high = (min(share * rate_hz, band) for share, band in zip(SHARE, BAND_HZ, strict=True))
+    count, beta = kaiserord(STOP_DB, 2 * (high - low) / internal_hz)
+    return np.asarray(firwin(count | 1, (low + high) / 2, window=("kaiser", beta), fs=internal_hz), dtype=np.float64)
+
+
+def _thinned(pieces: Iterator[Numbers], taps: Numbers, thin: int) -> Iterator[Numbers]:
+    """Filtered, and every `thin`-th kept."""
+    from scipy.signal import oaconvolve
+
+    kept, skip = None, 0
+    for piece in pieces:
+        kept = np.concatenate([np.repeat(piece[:1], len(taps) // 2, axis=0) if kept is None else kept, piece])
+        if len(kept) < len(taps):
+            continue
+        smooth = oaconvolve(kept, taps[:, np.newaxis], mode="valid", axes=0)
+        yield smooth[skip::thin]
+        skip = (skip - len(smooth)) % thin
+        kept = kept[len(smooth) :]
+
+
+def _between(pieces: Iterator[Numbers], have_hz: float, want_hz: float) -> Iterator[Numbers]:
+    """Read at the wanted times; the rows before the first count as equal to it."""
+    before = POINTS // 2 - 1
+    kept, start, row = None, -before, 0
+    step = have_hz / want_hz
+    for piece in pieces:
+        kept = np.concatenate([np.repeat(piece[:1], before, axis=0) if kept is None else kept, piece])
+        last = math.floor((start + len(kept) - POINTS + before) / step)
+        if last < row:
+            continue
+        places = np.arange(row, last + 1, dtype=np.float64) * step - start
+        yield _read(kept, places)
+        row = last + 1
+        drop = min(max(0, math.floor(row * step) - before - start), len(kept))
+        kept, start = kept[drop:], start + drop
+
+
+def _read(values: Numbers, places: Numbers) -> Numbers:
+    """Lagrange's polynomial through the points around each place."""
+    whole = np.floor(places).astype(np.int64)
+    share = places - whole
+    first = whole - (POINTS // 2 - 1)
+    found = np.zeros((len(places), values.shape[1]))
+    for point, weight in enumerate(weights(share)):
+        found += weight[:, np.newaxis] * values[first + point]
+    return found
+
+
+def weights(share: Numbers) -> list[Numbers]:
+    """What each of the points counts, `share` of a step after the middle one."""
+    offsets = [n - (POINTS // 2 - 1) for n in range(POINTS)]
+    away = [share - each for each in offsets]
+    made = []
+    for n, one in enumerate(offsets):
+        rest = math.prod(one - other for other in offsets if other != one)
+        product = np.full_like(share, 1 / rest)
+        for m, each in enumerate(away):
+            if m != n:
+                product = product * each
+        made.append(product)
+    return made

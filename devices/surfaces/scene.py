@@ -1,0 +1,87 @@
+"""A hand-held tool strokes over a simulated surface: what its sensors are exposed to (see devices/scene.py)."""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Iterator
+from itertools import count
+
+import numpy as np
+from numpy.typing import NDArray
+
+from devices.scene import PIECE_S
+from devices.surfaces.act import Act, Batch
+from devices.surfaces.body import SWAYS, torque
+from devices.surfaces.contact import INTERNAL_HZ, law
+from devices.surfaces.hand import Hand, free_hand, slow_wave
+from devices.surfaces.rates import at_rate
+from devices.surfaces.relief import relief
+from devices.surfaces.table import Surface, SurfaceDataError
+from devices.surfaces.tip import Ground, ground
+from protocols.keyed import Key
+
+Numbers = NDArray[np.float64]
+LONGEST_S = 86_400.0
+RATES_HZ = (1.0, 100_000.0)
+SWAY_HZ = (0.1, 0.7)
+
+
+def ground_of(texture: Surface) -> Ground:
+    """What the tip feels of a surface's relief; made once, it serves every scene on that surface (10 MB)."""
+    return ground(relief(texture).height_um, texture.stiffness_N_mm)
+
+
+class SurfaceScene:
+    """One exploration of a surface, as `devices.scene.Scene` wants it. The id decides the relief, the key the hand.
+
+    All sensors see one hand and one contact, computed at 10 kHz in batches of 12.8 s whenever one is asked for, and
+    band-limited below 2 kHz. Three batches are kept; one that was dropped is computed again, the same. After `seconds`
+    the tool is held still off the surface.
+    """
+
+    def __init__(
+        self, texture: Surface, seconds: float, *key: Key, hand: Hand | None = None, under: Ground | None = None
+    ) -> None:
+        """Make the ground, unless it is given as `under`. Raises SurfaceDataError on less than 0.1 s or over a day."""
+        if not 0.1 <= seconds <= LONGEST_S:
+            raise SurfaceDataError(f"{seconds} s of exploration: from 0.1 to {LONGEST_S:g} s are expected")
+        self.seconds = seconds
+        sway = (slow_wave(2 * SWAYS, SWAY_HZ, "sway", "x", *key), slow_wave(2 * SWAYS, SWAY_HZ, "sway", "y", *key))
+        self._act = Act(
+            under if under is not None else ground_of(texture), law(texture),
+            hand if hand is not None else free_hand(seconds, "hand", *key), seconds, sway,
+        )  # fmt: skip
+
+    def acceleration_m_s2(self, rate_hz: float) -> Iterator[Numbers]:
+        """What an ideal accelerometer on the tool feels, in its axes, gravity included: pieces of shape (n, 3)."""
+        return self._pieces(lambda batch: batch.acceleration, rate_hz)
+
+    def wrench(self, rate_hz: float) -> Iterator[Numbers]:
+        """Force of the surface on the tip (x, y along it, z out of it) and its torque about the sensor: (n, 6).
+
+        In the sample's axes, so that the third column is the normal force.
+        """
+        return (np.hstack([force, torque(force)]) for force in self._pieces(lambda batch: batch.force, rate_hz))
+
+    def position_mm(self, rate_hz: float) -> Iterator[Numbers]:
+        """Where the tip is, from the middle of the sample and of its height: pieces of shape (n, 3)."""
+        return self._pieces(lambda batch: batch.place, rate_hz)
+
+    def _pieces(self, part: Callable[[Batch], Numbers], rate_hz: float) -> Iterator[Numbers]:
+        low, high = RATES_HZ
+        if not low <= rate_hz <= high:
+            raise SurfaceDataError(f"{rate_hz} samples a second: from {low:g} to {high:g} are expected")
+        whole = (part(self._act.batch(number)) for number in count())
+        return cut(at_rate(whole, INTERNAL_HZ, rate_hz), max(1, round(PIECE_S * rate_hz)))
+
+
+def cut(pieces: Iterator[Numbers], rows: int) -> Iterator[Numbers]:
+    """Each piece in parts of at most so many rows."""
+    return (piece[first : first + rows] for piece in pieces for first in range(0, len(piece), rows))
+
+
+def first_rows(pieces: Iterator[Numbers], rows: int) -> Numbers:
+    """The first rows of an endless signal in one array."""
+    found: list[Numbers] = []
+    while sum(map(len, found)) < rows:
+        found.append(next(pieces))
+    return np.concatenate(found)[:rows]

@@ -1,0 +1,191 @@
+"""The table of simulated surfaces: what each is made of, in physical parameters with units and ranges."""
+
+from __future__ import annotations
+
+import csv
+import math
+import re
+from collections.abc import Iterator, Mapping
+from dataclasses import dataclass, fields
+from pathlib import Path
+
+SHIPPED = Path(__file__).with_name("textures.csv")
+PATTERNS = (
+    "none", "ribs", "plain", "twill", "mesh", "studs", "knurl", "grit", "foam", "leather", "loops", "pile", "blades",
+    "fibres", "pores",
+)  # fmt: skip
+"""What repeats over the surface; see devices/surfaces/patterns.py."""
+PAINTS = ("none", "pattern", "height", "grain", "speckle")
+"""Where the second colour lies; `grain` and `speckle` are independent of the relief."""
+COLOUR = re.compile(r"#[0-9a-f]{6}")
+
+
+class SurfaceDataError(ValueError):
+    """A table of surfaces, or a scene on one, that cannot be used; the message says where and what is expected."""
+
+
+@dataclass(frozen=True)
+class Span:
+    """Least and greatest value of a parameter, and its unit."""
+
+    low: float
+    high: float
+    unit: str
+
+
+SPANS: Mapping[str, Span] = {
+    "rms_um": Span(0, 500, "um"),
+    "correlation_mm": Span(0.1, 20, "mm"),
+    "hurst": Span(0.05, 1, "1"),
+    "finest_mm": Span(0.13, 5, "mm"),
+    "stretch": Span(1, 30, "1"),
+    "grain_deg": Span(0, 180, "deg"),
+    "pattern_um": Span(0, 3000, "um"),
+    "pitch_mm": Span(0.2, 20, "mm"),
+    "aspect": Span(0.2, 10, "1"),
+    "pattern_deg": Span(0, 180, "deg"),
+    "regularity": Span(0, 1, "1"),
+    "bumps_um": Span(0, 1500, "um"),
+    "bumps_mm": Span(15, 50, "mm"),
+    "static_friction": Span(0.02, 2, "1"),
+    "kinetic_friction": Span(0.02, 2, "1"),
+    "stribeck_mm_s": Span(1, 200, "mm/s"),
+    "stiffness_N_mm": Span(0.05, 10_000, "N/mm"),
+    "damping_ratio": Span(0.01, 5, "1"),
+    "mottle": Span(0, 1, "1"),
+    "gloss": Span(0, 1, "1"),
+    "shine": Span(1, 200, "1"),
+}
+"""The range of each number; the meanings and sources stand in docs/explanation/simulated-surfaces.md."""
+
+
+@dataclass(frozen=True)
+class Surface:
+    """One surface. Heights in micrometres, lengths along it in millimetres, angles in degrees from the x axis."""
+
+    id: str
+    label: str
+    category: str
+    rms_um: float
+    correlation_mm: float
+    hurst: float
+    finest_mm: float
+    stretch: float
+    grain_deg: float
+    pattern: str
+    pattern_um: float
+    pitch_mm: float
+    aspect: float
+    pattern_deg: float
+    regularity: float
+    bumps_um: float
+    bumps_mm: float
+    static_friction: float
+    kinetic_friction: float
+    stribeck_mm_s: float
+    stiffness_N_mm: float
+    damping_ratio: float
+    colour: str
+    colour2: str
+    paint: str
+    mottle: float
+    gloss: float
+    shine: float
+
+    def __post_init__(self) -> None:
+        """Raise SurfaceDataError on a value out of its range."""
+        for name, span in SPANS.items():
+            _demand_in(f"surface {self.id!r}", name, getattr(self, name), span)
+        if self.static_friction < self.kinetic_friction:
+            raise SurfaceDataError(
+                f"surface {self.id!r}: static_friction {self.static_friction:g} is less than kinetic_friction "
+                f"{self.kinetic_friction:g}; at least as much is expected"
+            )
+        for name, known in (("pattern", PATTERNS), ("paint", PAINTS)):
+            if getattr(self, name) not in known:
+                raise SurfaceDataError(
+                    f"surface {self.id!r}: {name} {getattr(self, name)!r} is not known; expected one of "
+                    f"{', '.join(known)}"
+                )
+        for name in ("colour", "colour2"):
+            if not COLOUR.fullmatch(getattr(self, name)):
+                raise SurfaceDataError(
+                    f"surface {self.id!r}: {name} {getattr(self, name)!r} is no colour; expected #rrggbb, small letters"
+                )
+
+
+COLUMNS = tuple("class" if each.name == "category" else each.name for each in fields(Surface))
+
+
+def read_surfaces(path: Path | str = SHIPPED) -> dict[str, Surface]:
+    """The surfaces of a table, by id, in its order.
+
+    Raises:
+        SurfaceDataError: naming file, line and column, where a column is missing or unknown, a number is none or out
+            of its range, a name is not known, or an id stands twice.
+    """
+    path = Path(path)
+    try:
+        with path.open(encoding="utf-8-sig", newline="") as lines:
+            rows = csv.reader(lines)
+            _demand_columns(path, next(rows, []))
+            return _by_id(path, rows)
+    except UnicodeDecodeError as error:
+        raise SurfaceDataError(f"{path}: not a UTF-8 text file ({error.reason})") from None
+    except OSError as error:
+        raise SurfaceDataError(f"{path}: cannot be read ({error.strerror})") from None
+
+
+def _by_id(path: Path, rows: Iterator[list[str]]) -> dict[str, Surface]:
+    found: dict[str, Surface] = {}
+    for line, row in enumerate(rows, 2):
+        if not any(cell.strip() for cell in row):
+            continue
+        surface = _surface(path, line, row)
+        if surface.id in found:
+            raise SurfaceDataError(f"{path}, line {line}, column 'id': {surface.id!r} stands twice")
+        found[surface.id] = surface
+    if not found:
+        raise SurfaceDataError(f"{path}: no surface found; one a line is expected")
+    return found
+
+
+def _demand_columns(path: Path, header: list[str]) -> None:
+    for name in COLUMNS:
+        if header.count(name) != 1:
+            problem = "stands more than once" if name in header else "is missing"
+            raise SurfaceDataError(f"{path}, line 1: column {name!r} {problem}; expected {','.join(COLUMNS)}")
+    if tuple(header) != COLUMNS:
+        raise SurfaceDataError(f"{path}, line 1: found {','.join(header)}; expected {','.join(COLUMNS)}")
+
+
+def _surface(path: Path, line: int, row: list[str]) -> Surface:
+    if len(row) != len(COLUMNS):
+        raise SurfaceDataError(f"{path}, line {line}: {len(row)} values found, {len(COLUMNS)} expected")
+    values = {name: _value(path, line, name, cell.strip()) for name, cell in zip(COLUMNS, row, strict=True)}
+    values["category"] = values.pop("class")
+    try:
+        return Surface(**values)  # type: ignore[arg-type]
+    except SurfaceDataError as error:
+        raise SurfaceDataError(f"{path}, line {line}: {error}") from None
+
+
+def _value(path: Path, line: int, name: str, text: str) -> str | float:
+    if name not in SPANS:
+        if not text:
+            raise SurfaceDataError(f"{path}, line {line}, column {name!r}: empty, a value is expected")
+        return text
+    try:
+        value = float(text)
+    except ValueError:
+        value = math.nan
+    _demand_in(f"{path}, line {line}", name, value, SPANS[name], text)
+    return value
+
+
+def _demand_in(where: str, name: str, value: float, span: Span, found: str | None = None) -> None:
+    if not span.low <= value <= span.high:
+        raise SurfaceDataError(
+            f"{where}, column {name!r}: {value if found is None else found!r} found, "
+            f"a number from {span.low:g} to {span.high:g} ({span.unit}) is expected"
+        )

@@ -1,0 +1,57 @@
+"""An opening in front of the sensors: it is the one that the door sensors' twin records, at any rate."""
+
+from itertools import islice
+
+import numpy as np
+import pytest
+
+from devices.door.grid import DoorDataError
+from devices.door.opening_scene import ASIDE, OpeningScene
+from devices.door.sensors_twin import ANGLE_HZ, ANGLE_NOISE_DEG, FORCE_HZ, FORCE_NOISE_N, record_opening
+from devices.door.twin import read_profile
+from studies.catalogue import SHIPPED
+
+K8 = read_profile(SHIPPED / "door_capture" / "profiles" / "K8.csv")
+
+
+def rows(pieces, count):
+    return np.concatenate(list(islice(pieces, count)))[:count]
+
+
+def test_what_it_shows_is_what_the_twin_records_but_for_its_noise():
+    scene, recorded = OpeningScene(K8, 6.0, "hand", 1, radius_m=1.1), record_opening(K8, 6.0, "hand", 1)
+    wrench, place = rows(scene.wrench(FORCE_HZ), 6000), rows(scene.position_mm(ANGLE_HZ), 480)
+    assert (wrench[:, 0] - recorded.force_N).std() == pytest.approx(FORCE_NOISE_N, rel=0.05)
+    angle_deg = np.degrees(np.arctan2(place[:, 0], place[:, 1]))
+    assert (angle_deg - recorded.angle_deg).std() == pytest.approx(ANGLE_NOISE_DEG, rel=0.1)
+    assert np.hypot(place[:, 0], place[:, 1]) == pytest.approx(1100)
+
+
+def test_a_little_of_the_pull_goes_aside():
+    wrench = rows(OpeningScene(K8, 6.0, "hand").wrench(1000.0), 6000)
+    aside = np.abs(wrench[:, 1:3]).max()
+    assert 0 < aside <= ASIDE * np.abs(wrench[:, 0]).max() + 1e-12
+    assert 0 < np.abs(wrench[:, 3:]).max() < 0.02 * np.abs(wrench[:, 0]).max()
+
+
+def test_every_rate_sees_the_same_opening_and_rest_follows_it():
+    scene = OpeningScene(K8, 5.0, "hand")
+    fast, slow = rows(scene.position_mm(8000.0), 48_000), rows(scene.position_mm(80.0), 480)
+    assert fast[::100] == pytest.approx(slow, abs=1e-9)
+    assert np.ptp(fast[40_000:], axis=0).max() == 0
+    assert np.abs(rows(scene.wrench(1000.0), 8000)[5000:]).max() < 0.1
+    assert rows(scene.acceleration_m_s2(3000.0), 10).tolist() == [[0.0, 0.0, 9.80665]] * 10
+
+
+def test_only_the_key_decides():
+    one, again, other = (rows(OpeningScene(K8, 5.0, seed).wrench(500.0), 2500) for seed in (1, 1, 2))
+    assert (one == again).all() and not (one == other).all()
+
+
+def test_what_cannot_be_is_refused():
+    with pytest.raises(DoorDataError, match="radius_m is 0"):
+        OpeningScene(K8, 5.0, radius_m=0)
+    with pytest.raises(DoorDataError, match="from 2 to 600 s"):
+        OpeningScene(K8, 1.0)
+    with pytest.raises(DoorDataError, match="nan samples a second"):
+        OpeningScene(K8, 5.0).wrench(float("nan"))
