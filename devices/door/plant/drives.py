@@ -1,0 +1,72 @@
+"""What acts on the arm from outside during one control period: motor, brake and hand, each as a function of time."""
+
+from __future__ import annotations
+
+from math import exp
+
+from devices.door.plant.hand import NOBODY, Hand
+from devices.door.plant.parameters import Parameters
+
+
+class Drives:
+    """Motor torque, brake torque and the hand's path between two commands, exactly as the held commands make them.
+
+    The motor's torque and the coil's current approach their commands exponentially, so both are known at every instant
+    of a period; the powder follows the current with play (hysteresis), which a monotone current passes in one clamp.
+    """
+
+    __slots__ = (
+        "_brake", "_coil_rate", "_hold_A", "_hold_Nm", "_idle", "_limit_A", "_limit_Nm", "_motor_rate", "_path",
+        "_start_s", "coil_A", "damping", "dry_Nm", "holds", "motor_Nm", "powder_A", "stiffness", "torque_Nm", "until",
+    )  # fmt: skip
+
+    def __init__(self, parameters: Parameters) -> None:
+        self._brake = parameters.brake
+        self._limit_Nm, self._limit_A = parameters.motor.torque_limit_Nm, parameters.brake.current_limit_A
+        self._motor_rate, self._coil_rate = -1.0 / parameters.motor.lag_s, -1.0 / parameters.brake.lag_s
+        self.dry_Nm = parameters.arm.coulomb_Nm + parameters.brake.drag_Nm
+        self.motor_Nm = self.coil_A = self.powder_A = self.until = 0.0
+        self.begin(0.0, 0.0, NOBODY, 0.0)
+
+    def begin(self, motor_Nm: float, brake_A: float, hand: Hand, start_s: float) -> None:
+        """A period begins at `start_s` of the hand's clock; both commands are held until the next."""
+        self._hold_Nm = min(max(motor_Nm, -self._limit_Nm), self._limit_Nm)
+        self._hold_A = min(max(brake_A, 0.0), self._limit_A)
+        self._idle = self._hold_A == 0.0 and self.coil_A == 0.0 and self.powder_A <= 0.0
+        self._path, self._start_s = hand.path, start_s
+        self.stiffness, self.damping, self.torque_Nm = hand.stiffness_Nm_rad, hand.damping_Nm_s_rad, hand.torque_Nm
+        self.holds = hand is not NOBODY
+
+    def motor(self, t: float) -> float:
+        """Motor torque, t seconds into the period."""
+        return self._hold_Nm + (self.motor_Nm - self._hold_Nm) * exp(self._motor_rate * t)
+
+    def coil(self, t: float) -> float:
+        """Coil current."""
+        return self._hold_A + (self.coil_A - self._hold_A) * exp(self._coil_rate * t)
+
+    def friction(self, t: float) -> float:
+        """Dry friction while sliding: bearing, the brake's drag, and what its powder has of the current."""
+        if self._idle:
+            return self.dry_Nm
+        brake = self._brake
+        return self.dry_Nm + min(max(brake.gain_Nm_A * self._powder(self.coil(t)), 0.0), brake.limit_Nm)
+
+    def _powder(self, coil_A: float) -> float:
+        """Where the powder is when the current has come to `coil_A`: a play behind."""
+        play = self._brake.play_A
+        if self.powder_A < coil_A - play:
+            return coil_A - play
+        return coil_A + play if self.powder_A > coil_A + play else self.powder_A
+
+    def hand(self, t: float, origin: float) -> float:
+        """The hand's torque on an arm that rests at `origin`; stiffness and damping act on what differs from that."""
+        angle, speed = self._path(self._start_s + t)
+        return self.torque_Nm + self.stiffness * (angle - origin) + self.damping * speed
+
+    def end(self, t: float) -> None:
+        """The period is over after t seconds: lags and play are where they are then."""
+        coil = self.coil(t)
+        self.motor_Nm = self.motor(t)
+        self.powder_A = self._powder(coil)
+        self.coil_A, self.until = coil, t

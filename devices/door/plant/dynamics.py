@@ -1,0 +1,261 @@
+"""The arm in motion: implicit steps between located events, with dry friction as a set and one-sided stops.
+
+Between two events (turning, breaking away, touching or leaving a stop) the arm is a smooth oscillator, stepped by the
+Gauss method (gauss.py); events are located inside the step. docs/explanation/door-plant.md has the equations.
+"""
+
+from __future__ import annotations
+
+from functools import partial
+from math import ceil, inf, sqrt
+
+from devices.door.plant.detents import stiffest, torque_and_slope
+from devices.door.plant.drives import Drives
+from devices.door.plant.gauss import C1, C2, Stages, step, step_nonlinear
+from devices.door.plant.hand import NOBODY, Hand
+from devices.door.plant.ledger import Ledger
+from devices.door.plant.moreau import Setting, implicit_euler
+from devices.door.plant.parameters import TICK_S, Parameters
+from devices.door.plant.rooting import first_zero
+
+FINE = 0.3
+"""Largest step inside an oscillation that matters, in radians of its phase."""
+QUIET_RAD = 1e-8
+"""An oscillation smaller than this is not resolved: the step is stable without."""
+MOST = 4000
+"""Steps within one period before the rest of it is left to one implicit Euler step."""
+TURN, HIGH, LOW, LEAVE, AGAIN = range(1, 6)
+"""Events: the speed passes zero, the arm touches a stop, the push ends, it begins anew before the stop is back."""
+
+
+class Dynamics:
+    """Angle and velocity of the arm, moved through time by `advance`.
+
+    The angle is kept as an offset from `origin`, the place of the stop that was touched last: a stop of 1e8 N m/rad is
+    pressed by nanoradians, which an angle near 1 rad could not hold.
+    """
+
+    __slots__ = (
+        "_b", "_k", "arm", "damping", "drives", "end", "inertia", "ledger", "left", "notch_k", "origin",
+        "side", "slide", "stages", "stiffness", "w", "x",
+    )  # fmt: skip
+
+    def __init__(self, parameters: Parameters, angle_rad: float = 0.0, velocity_rad_s: float = 0.0) -> None:
+        self.arm, self.inertia = parameters.arm, parameters.arm.inertia_kg_m2
+        self.stiffness = parameters.arm.stop_stiffness_Nm_rad
+        self.damping = 2 * self.arm.stop_damping * sqrt(self.stiffness * self.inertia)
+        self.drives, self.ledger, self.notch_k = Drives(parameters), Ledger(), stiffest(self.arm.detents)
+        self.origin, self.x, self.w = 0.0, angle_rad, velocity_rad_s
+        self.side = self.left = 0
+        self.slide = (velocity_rad_s > 0) - (velocity_rad_s < 0)
+        self._k = self._b = 0.0
+        self.end: Stages = (angle_rad, velocity_rad_s, angle_rad, angle_rad, 0.0, 0.0)
+        self.stages = (0.0,) * 6
+        for side, place in ((1, self.arm.high_stop_rad), (-1, self.arm.low_stop_rad)):
+            if (angle_rad - place) * side > 0:
+                self._touch(side, angle_rad - place)
+
+    @property
+    def angle_rad(self) -> float:
+        """Where the arm is."""
+        return self.origin + self.x
+
+    def hand_torque(self) -> float:
+        """The hand's torque now, positive opening: what a sensor at the handle feels."""
+        drives = self.drives
+        return drives.hand(drives.until, self.origin) - drives.stiffness * self.x - drives.damping * self.w
+
+    def advance(
+        self, motor_Nm: float, brake_A: float, hand: Hand, start_s: float = 0.0, duration_s: float = TICK_S
+    ) -> None:
+        """Move through one period of held commands, `start_s` on the hand's clock."""
+        self.drives.begin(motor_Nm, brake_A, self._gripped(hand, start_s), start_s)
+        t, steps, close = 0.0, 0, duration_s * (1 - 1e-12)
+        while t < close:
+            self._mode()
+            if steps == MOST:
+                self._last_resort(t, duration_s - t)
+                break
+            t = self._move(t, duration_s - t) if self.slide else self._rest(t, duration_s)
+            steps += 1
+        self.drives.end(duration_s)
+
+    def _gripped(self, hand: Hand, start_s: float) -> Hand:
+        """The hand, or nobody for as long as it would have to hold more than its grip."""
+        if hand.grip_Nm == inf:
+            return hand
+        angle, speed = hand.path(start_s)
+        pull = hand.stiffness_Nm_rad * (angle - self.angle_rad) + hand.damping_Nm_s_rad * (speed - self.w)
+        return hand if abs(pull) <= hand.grip_Nm else NOBODY
+
+    def _mode(self) -> None:
+        """Stiffness and damping of what the arm is coupled to now."""
+        drives = self.drives
+        self._k, self._b = drives.stiffness, drives.damping + self.arm.viscous_Nm_s_rad
+        if self.side:
+            self._k += self.stiffness
+            self._b += self.damping
+
+    def _move(self, t: float, rest: float) -> float:
+        """One step while sliding, up to the first event in it; gives the time reached."""
+        h = self._forward(t, self._size(t, rest))
+        event, found = 0, self._passed(0)
+        while found:
+            event = found
+            h = first_zero(partial(self._guard_at, t, event), 0.0, h, self._guard(event, self.x, self.w), -1.0)
+            self._trial(t, h)
+            found = self._passed(event)
+        self._commit(h)
+        self._enter(event, t + h)
+        return t + h
+
+    def _forward(self, t: float, h: float) -> float:
+        """Try a step, and less until the arm slides one way at both stages: friction must not feed a swing back."""
+        self._trial(t, h)
+        for _ in range(40):
+            _, w, _, _, v1, v2 = self.end
+            if self.slide * w < 0.0 or (self.slide * v1 >= 0.0 and self.slide * v2 >= 0.0):
+                break
+            h *= 0.5
+            self._trial(t, h)
+        return h
+
+    def _size(self, t: float, rest: float) -> float:
+        """The step to take: whole unless an oscillation matters that is faster than it."""
+        rate = max(sqrt((self._k + self.notch_k) / self.inertia), self._b / self.inertia)
+        if rate * rest <= 1.25 * FINE:
+            return rest
+        torque = self._torque(t)
+        away = self.x - torque / self._k if self._k else 0.0
+        pace = self.w if self._k else self.w - torque / self._b
+        if abs(away) + abs(pace) / rate <= QUIET_RAD and not self.notch_k:
+            return rest
+        return rest / ceil(rest * rate / FINE)
+
+    def _torque(self, t: float) -> float:
+        """All that acts on an arm that rests at the origin, but stops and detents."""
+        drives = self.drives
+        return drives.motor(t) + drives.hand(t, self.origin) - self.slide * drives.friction(t)
+
+    def _trial(self, t: float, h: float) -> None:
+        """A step of size h, kept in `end` until it is taken or another is tried; `stages` is what drove it."""
+        drives, slide, t1, t2 = self.drives, self.slide, t + C1 * h, t + C2 * h
+        m1, p1, r1 = drives.motor(t1), drives.hand(t1, self.origin), drives.friction(t1)
+        m2, p2, r2 = drives.motor(t2), drives.hand(t2, self.origin), drives.friction(t2)
+        self.stages = m1, m2, p1, p2, r1, r2
+        f1, f2 = m1 + p1 - slide * r1, m2 + p2 - slide * r2
+        if self.notch_k:
+            spring = self._notches
+            self.end = step_nonlinear(h, self.x, self.w, self.inertia, self._b, self._k, f1, f2, spring)
+        else:
+            self.end = step(h, self.x, self.w, self.inertia, self._b, self._k, f1, f2)
+
+    def _notches(self, x: float) -> tuple[float, float]:
+        return torque_and_slope(self.arm.detents, self.origin + x)
+
+    def _guard_at(self, t: float, event: int, h: float) -> float:
+        self._trial(t, h)
+        return self._guard(event, self.end[0], self.end[1])
+
+    def _guard(self, event: int, x: float, w: float) -> float:
+        """What passes from above zero to below at an event."""
+        if event == TURN:
+            return self.slide * w
+        if event == HIGH:
+            return self.arm.high_stop_rad - self.origin - x
+        if event == LOW:
+            return self.origin - self.arm.low_stop_rad + x
+        if event == LEAVE:
+            return self.side * (self.stiffness * x + self.damping * w)
+        return -self.left * (self.stiffness * x + self.damping * w)
+
+    def _passed(self, known: int) -> int:
+        """An event, other than the known one, that the trial step ran past; 0 for none."""
+        x, w = self.end[0], self.end[1]
+        if self.slide * w < 0.0 and known != TURN:
+            return TURN
+        if self.side:
+            return LEAVE if known != LEAVE and self._guard(LEAVE, x, w) < 0.0 else 0
+        if self.left and self.left * x > 0.0:
+            return AGAIN if known != AGAIN and self._guard(AGAIN, x, w) < 0.0 else 0
+        if known != HIGH and self._guard(HIGH, x, w) < 0.0:
+            return HIGH
+        return LOW if known != LOW and self._guard(LOW, x, w) < 0.0 else 0
+
+    def _enter(self, event: int, t: float) -> None:
+        """What is so after the event."""
+        if event == TURN:
+            self.w, self.slide = 0.0, self._breaks(t)
+        elif event in {HIGH, LOW}:
+            self._touch(1 if event == HIGH else -1, 0.0)
+        elif event == LEAVE:
+            self.left, self.side = self.side, 0
+        elif event == AGAIN:
+            self.side, self.left = self.left, 0
+        if self.left and self.left * self.x <= 0.0:
+            self.left = 0
+
+    def _touch(self, side: int, pressed: float) -> None:
+        self.side, self.left, self.x = side, 0, pressed
+        self.origin = self.arm.high_stop_rad if side > 0 else self.arm.low_stop_rad
+
+    def _commit(self, h: float) -> None:
+        """Take the trial step, and book the work of its two stages."""
+        x1, x2, v1, v2 = self.end[2:]
+        motor1, motor2, pull1, pull2, rub1, rub2 = self.stages
+        drives, ledger, half = self.drives, self.ledger, 0.5 * h
+        ledger.motor_J += half * (motor1 * v1 + motor2 * v2)
+        ledger.friction_J += half * self.slide * (rub1 * v1 + rub2 * v2)
+        ledger.viscous_J += half * self.arm.viscous_Nm_s_rad * (v1 * v1 + v2 * v2)
+        if drives.holds:
+            k, b = drives.stiffness, drives.damping
+            ledger.hand_J += half * ((pull1 - k * x1 - b * v1) * v1 + (pull2 - k * x2 - b * v2) * v2)
+        if self.side:
+            k, b = self.stiffness, self.damping
+            ledger.stop(half * ((k * x1 + b * v1) * v1 + (k * x2 + b * v2) * v2))
+        if self.notch_k:
+            ledger.detent_J += half * (self._notches(x1)[0] * v1 + self._notches(x2)[0] * v2)
+        self.x, self.w = self.end[0], self.end[1]
+
+    def _still(self, t: float) -> float:
+        """The torque on the resting arm, but for friction."""
+        torque = self.drives.motor(t) + self.drives.hand(t, self.origin) - self._k * self.x
+        return torque - self._notches(self.x)[0] if self.notch_k else torque
+
+    def _breaks(self, t: float) -> int:
+        """The direction in which the resting arm breaks away; 0 while friction can hold it."""
+        self._mode()
+        torque = self._still(t)
+        if abs(torque) <= self.arm.stiction * self.drives.friction(t):
+            return 0
+        return 1 if torque > 0.0 else -1
+
+    def _rest(self, t: float, until: float) -> float:
+        """At rest, until friction can no longer hold; gives the time reached."""
+        self.slide = self._breaks(t)
+        if self.slide:
+            return t
+        if not self._breaks(until):
+            return until
+        broken = first_zero(self._margin, t, until, self._margin(t), self._margin(until))
+        self.slide = 1 if self._still(broken) > 0.0 else -1
+        return broken
+
+    def _margin(self, t: float) -> float:
+        """How much more friction could hold."""
+        return self.arm.stiction * self.drives.friction(t) - abs(self._still(t))
+
+    def _last_resort(self, t: float, h: float) -> None:
+        """The rest of the period in one implicit Euler step."""
+        drives, origin = self.drives, self.origin
+        drives_k, b = drives.stiffness, drives.damping + self.arm.viscous_Nm_s_rad
+        f = drives.motor(t + h) + drives.hand(t + h, origin)
+        if self.notch_k:
+            f -= self._notches(self.x)[0]
+        low, high = self.arm.low_stop_rad - origin, self.arm.high_stop_rad - origin
+        setting = Setting(self.inertia, f, drives_k, b, drives.friction(t + h), low, high, self.stiffness, self.damping)
+        self.x, self.w, side = implicit_euler(setting, h, self.x, self.w)
+        self.side = self.left = 0
+        self.slide = (self.w > 0) - (self.w < 0)
+        if side:
+            self._touch(side, self.x - (high if side > 0 else low))

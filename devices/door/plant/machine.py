@@ -1,0 +1,96 @@
+"""The door machine: plant, sensors and the 1 kHz control together, one millisecond at a time."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import dataclass
+from typing import Literal
+
+from devices.door.grid import POINTS
+from devices.door.plant.control import Asked, Cascade
+from devices.door.plant.dynamics import Dynamics
+from devices.door.plant.hand import Hand, human
+from devices.door.plant.parameters import DEFAULT, TICK_S, Parameters
+from devices.door.plant.rendering import STEP_RAD, Rendered
+from devices.door.plant.sensing import Sensing
+
+Mode = Literal["off", "hold", "play"]
+TICK_US = round(TICK_S * 1e6)
+
+
+@dataclass(frozen=True, slots=True)
+class Tick:
+    """One millisecond as the machine's sensors have it; `torque_Nm` is the hand's, positive opening."""
+
+    t_us: int
+    angle_rad: float
+    velocity_rad_s: float
+    torque_Nm: float
+    brake_A: float
+    commanded_Nm: float
+    motor_Nm: float
+
+
+class Machine:
+    """A door simulator that does not know it is simulated.
+
+    `off`: motor without torque, brake fully on. `hold`: motor on, the arm stays where it was. `play`: the handle feels
+    the profile that was loaded. The hand's clock starts when `play` begins; before, the hand rests where it begins.
+    """
+
+    def __init__(self, parameters: Parameters = DEFAULT, hand: Hand | None = None) -> None:
+        self.parameters = parameters
+        self.hand = human() if hand is None else hand
+        self.dynamics = Dynamics(parameters)
+        self.sensing = Sensing(parameters, self.dynamics.angle_rad)
+        self.cascade = Cascade(parameters)
+        self.handle_Nm = 0.0
+        self._ticks, self._began = 0, -1
+        self._mode: Mode = "off"
+        self.load([0.0] * POINTS, (POINTS - 1) * STEP_RAD)
+
+    @property
+    def mode(self) -> Mode:
+        """What the machine does."""
+        return self._mode
+
+    @mode.setter
+    def mode(self, mode: Mode) -> None:
+        if mode != self._mode:
+            self.cascade.reset(self.sensing.angle_rad)
+            if mode == "play":
+                self._began = self._ticks
+        self._mode = mode
+
+    def load(self, torque_Nm: Sequence[float], end_rad: float) -> None:
+        """Take 621 torques against opening, over 0 to 62 degrees; a stop is rendered at `end_rad`.
+
+        What stands in the profile behind the end is padding and never rendered: the last value holds.
+
+        Raises:
+            PlantError: another number of torques, one that is not finite, or an end outside the profile.
+        """
+        self.rendered = Rendered(torque_Nm, end_rad, self.parameters.control.end_stiffness_Nm_rad)
+
+    def step(self) -> Tick:
+        """One millisecond: read the sensors, ask motor and brake, let the plant move."""
+        sensing, dynamics = self.sensing, self.dynamics
+        asked = self._control()
+        hand_s = (self._ticks - self._began) * TICK_S if self._began >= 0 else 0.0
+        dynamics.advance(asked.motor_Nm, asked.brake_A, self.hand, hand_s)
+        self.handle_Nm = dynamics.hand_torque()
+        self._ticks += 1
+        self.cascade.follow(asked.brake_A)
+        sensing.read(dynamics.angle_rad, self.handle_Nm, asked.motor_Nm + sensing.torque_Nm)
+        return Tick(
+            self._ticks * TICK_US, sensing.angle_rad, sensing.speed_rad_s, sensing.torque_Nm, dynamics.drives.coil_A,
+            asked.commanded_Nm, dynamics.drives.motor_Nm,
+        )  # fmt: skip
+
+    def _control(self) -> Asked:
+        sensing = self.sensing
+        if self._mode == "play":
+            return self.cascade.play(self.rendered, sensing.angle_rad, sensing.speed_rad_s, sensing.torque_Nm)
+        if self._mode == "hold":
+            return self.cascade.hold(sensing.angle_rad, sensing.speed_rad_s)
+        return Asked(0.0, self.parameters.brake.current_limit_A, 0.0)

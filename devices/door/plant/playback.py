@@ -1,0 +1,75 @@
+"""How well the machine renders a door: what the handle feels against what the profile asks, along a pull."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Sequence
+from dataclasses import dataclass
+
+from devices.door.grid import motion_end
+from devices.door.plant.hand import Hand, human
+from devices.door.plant.machine import Machine
+from devices.door.plant.parameters import DEFAULT, Parameters
+from devices.door.plant.rendering import STEP_RAD
+
+HANDLE_M = 0.9
+SETTLE_TICKS = 100
+FIRST_RAD = math.radians(0.05)
+"""Before this angle the arm stands in its latch and nothing is rendered."""
+
+
+@dataclass(frozen=True)
+class Playback:
+    """One pull, a row for each millisecond of motion: the arm's true angle, and torques at the handle."""
+
+    angle_rad: tuple[float, ...]
+    commanded_Nm: tuple[float, ...]
+    rendered_Nm: tuple[float, ...]
+    reached_rad: float
+
+    @property
+    def rmse_Nm(self) -> float:
+        """Root mean square of rendered minus commanded."""
+        pairs = zip(self.rendered_Nm, self.commanded_Nm, strict=True)
+        return math.sqrt(sum((one - other) ** 2 for one, other in pairs) / len(self.angle_rad))
+
+    @property
+    def r(self) -> float:
+        """Pearson's correlation of the two."""
+        one, other = _centred(self.rendered_Nm), _centred(self.commanded_Nm)
+        both = sum(a * b for a, b in zip(one, other, strict=True))
+        return both / math.sqrt(sum(a * a for a in one) * sum(b * b for b in other))
+
+
+def as_torque(force_N: Sequence[float], handle_m: float = HANDLE_M) -> tuple[tuple[float, ...], float]:
+    """A profile of forces at the handle as torques, and the angle in rad where its motion ends."""
+    return tuple(force * handle_m for force in force_N), motion_end(tuple(force_N)) * STEP_RAD
+
+
+def play(
+    torque_Nm: Sequence[float],
+    end_rad: float,
+    hand: Hand | None = None,
+    duration_s: float = 3.3,
+    parameters: Parameters = DEFAULT,
+) -> Playback:
+    """Pull the machine open once; the true torque at the handle is compared, not what its sensor says."""
+    machine = Machine(parameters, human(end_rad) if hand is None else hand)
+    machine.load(torque_Nm, end_rad)
+    machine.mode = "hold"
+    for _ in range(SETTLE_TICKS):
+        machine.step()
+    machine.mode = "play"
+    rows = []
+    for _ in range(round(duration_s * 1000)):
+        machine.step()
+        angle = machine.dynamics.angle_rad
+        if FIRST_RAD < angle < end_rad:
+            rows.append((angle, machine.rendered.at(angle), machine.handle_Nm))
+    angles, commanded, rendered = zip(*rows, strict=True)
+    return Playback(angles, commanded, rendered, machine.dynamics.angle_rad)
+
+
+def _centred(values: Sequence[float]) -> list[float]:
+    mean = sum(values) / len(values)
+    return [value - mean for value in values]

@@ -1,0 +1,56 @@
+"""The torque that the handle is to feel, over the angle: the profile, and a stop at either end of it."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Sequence
+
+from devices.door.grid import MAX_ANGLE_DEG, POINTS
+from devices.door.plant.parameters import PlantError
+
+STEP_RAD = math.radians(MAX_ANGLE_DEG) / (POINTS - 1)
+
+
+class Rendered:
+    """A profile as torque over angle; behind its end stands a spring, and another before its start."""
+
+    __slots__ = ("_last", "_torque", "end_rad", "stiffness")
+
+    def __init__(self, torque_Nm: Sequence[float], end_rad: float, stiffness_Nm_rad: float) -> None:
+        _check(torque_Nm, end_rad)
+        self.end_rad, self.stiffness = end_rad, stiffness_Nm_rad
+        self._last = min(int(end_rad / STEP_RAD + 1e-9), POINTS - 1)
+        # What stands behind the end is padding; holding the last value keeps a step out of the handle.
+        held = [float(torque_Nm[self._last])] * (POINTS - 1 - self._last)
+        self._torque = tuple(map(float, torque_Nm[: self._last + 1])) + tuple(held)
+
+    def at(self, angle_rad: float) -> float:
+        """Torque against the opening direction, in N m."""
+        if angle_rad <= 0.0:
+            return self._torque[0] + self.stiffness * angle_rad
+        place = angle_rad / STEP_RAD
+        if place >= POINTS - 1:
+            torque = self._torque[-1]
+        else:
+            index = int(place)
+            low = self._torque[index]
+            torque = low + (place - index) * (self._torque[index + 1] - low)
+        return torque + self.stiffness * (angle_rad - self.end_rad) if angle_rad > self.end_rad else torque
+
+    def least(self, from_rad: float, to_rad: float) -> float:
+        """The smallest torque of the profile between two angles."""
+        first = min(max(int(from_rad / STEP_RAD), 0), POINTS - 1)
+        last = min(max(int(to_rad / STEP_RAD) + 1, first), POINTS - 1)
+        return min(self._torque[first : last + 1])
+
+
+def _check(torque_Nm: Sequence[float], end_rad: float) -> None:
+    if len(torque_Nm) != POINTS:
+        raise PlantError(f"A profile for the door machine has {POINTS} torques, this one has {len(torque_Nm)}.")
+    wrong = next((i for i, value in enumerate(torque_Nm) if not math.isfinite(value)), None)
+    if wrong is not None:
+        raise PlantError(
+            f"A profile for the door machine: torque {wrong} is {torque_Nm[wrong]}, a finite number is needed."
+        )
+    if not 0 < end_rad <= math.radians(MAX_ANGLE_DEG) + 1e-9:
+        raise PlantError(f"The end of a profile is {end_rad} rad: above 0 and up to {MAX_ANGLE_DEG} degrees is needed.")
