@@ -32,7 +32,7 @@ def seed_of(plan: Plan, trial: Trial) -> int:
 
 
 def surface_of(stimulus: Stimulus) -> Surface:
-    """The simulated surface of a stimulus. Raises ToolDataError or SurfaceDataError on what its table says."""
+    """The simulated surface of a stimulus. Raises SurfaceDataError on what its table says."""
     from devices.surfaces.choice import surface_for
 
     return surface_for(stimulus.id, stimulus.columns)

@@ -169,7 +169,7 @@ class DoorSensorsTwin:
 
     def check(self, trial: Trial) -> None:
         """The profile can be read, where there is one, and opened in the time there is."""
-        from devices.door.sensors_twin import demand_recordable
+        from devices.door.opening import demand_recordable
 
         profile_N = profile_of(trial.stimulus, self.scenes.profiles)
         if trial.recording is not None:
@@ -203,11 +203,10 @@ class CameraTwin:
 def demand_surface(trial: Trial) -> None:
     """Raise RigError unless the trial's stimulus can be simulated as a surface."""
     from devices.surfaces.table import SurfaceDataError
-    from devices.tool.texture import ToolDataError
 
     try:
         surface_of(trial.stimulus)
-    except (SurfaceDataError, ToolDataError) as error:
+    except SurfaceDataError as error:
         raise RigError(str(error)) from None
 
 

@@ -8,8 +8,8 @@ from itertools import count
 import numpy as np
 from numpy.typing import NDArray
 
-from devices.door.grid import POINTS, POINTS_PER_DEG, DoorDataError
-from devices.door.sensors_twin import BEYOND, FORCE_HZ, _felt, _let_go, _places, demand_recordable
+from devices.door.grid import DoorDataError
+from devices.door.opening import RATE_HZ, opened_once
 from devices.scene import GRAVITY_M_S2, PIECE_S
 from protocols.keyed import Key, uniform
 
@@ -25,22 +25,21 @@ RATES_HZ = (1.0, 100_000.0)
 
 
 class OpeningScene:
-    """A hand opens the door of a profile once in `seconds`, as `devices.door.sensors_twin.record_opening` has it.
+    """A hand opens the door of a profile once in `seconds`, as `devices.door.opening` has it.
 
     The key decides the hand. Axes: z up; at the closed door, x the way that the handle is pulled, y from the hinge to
     the handle. The force sensor turns with the door, the tracker does not.
     """
 
     def __init__(self, profile_N: Sequence[float], seconds: float, *key: Key, radius_m: float = RADIUS_M) -> None:
-        """Prepare the motion. Raises DoorDataError as `record_opening`, and on a radius not from 0.1 to 3 m."""
+        """Prepare the motion. Raises DoorDataError as `opened_once`, and on a radius not from 0.1 to 3 m."""
         if not 0.1 <= radius_m <= 3:
             raise DoorDataError(f"radius_m is {radius_m}: from 0.1 to 3 m from hinge to handle are expected.")
-        end = demand_recordable(profile_N, seconds)
-        places = _places(_reach(end), round(seconds * FORCE_HZ), key)
-        force = [_felt(profile_N, min(place, end), end) for place in places]
-        _let_go(force, places, places.index(_reach(end)))
+        if not 0.1 <= radius_m <= 3:
+            raise DoorDataError(f"radius_m is {radius_m}: from 0.1 to 3 m from hinge to handle are expected.")
+        opening = opened_once(profile_N, seconds, *key)
         self.radius_m = radius_m
-        self._force, self._angle = np.array(force), np.radians(np.array(places) / POINTS_PER_DEG)
+        self._force, self._angle = np.array(opening.force_N), np.radians(opening.angle_deg)
         self._sways = tuple(_sway(axis, key) for axis in ("up", "along"))
 
     def acceleration_m_s2(self, rate_hz: float) -> Iterator[Numbers]:
@@ -65,12 +64,6 @@ class OpeningScene:
         return np.column_stack([radius_mm * np.sin(angle), radius_mm * np.cos(angle), np.zeros(len(t_s))])
 
 
-def _reach(end: int) -> float:
-    """How far the door opens, on the profile's grid."""
-
-    return end + (0.5 if end < POINTS - 1 else BEYOND)
-
-
 def _sway(axis: str, key: tuple[Key, ...]) -> Callable[[Numbers], Numbers]:
     low, high = ASIDE_HZ
     omega = 2 * np.pi * (low + (high - low) * uniform("aside", axis, *key))
@@ -80,7 +73,7 @@ def _sway(axis: str, key: tuple[Key, ...]) -> Callable[[Numbers], Numbers]:
 
 def _read(values: Numbers, t_s: Numbers) -> Numbers:
     """Between the steps of the motion; the last value holds after it."""
-    return np.asarray(np.interp(t_s * FORCE_HZ, np.arange(len(values)), values))
+    return np.asarray(np.interp(t_s * RATE_HZ, np.arange(len(values)), values))
 
 
 def _pieces(at: Callable[[Numbers], Numbers], rate_hz: float) -> Iterator[Numbers]:

@@ -6,8 +6,8 @@ import math
 from collections.abc import Mapping
 from dataclasses import replace
 
+from devices.surfaces.estimates import Estimate, estimate_of
 from devices.surfaces.table import SPANS, Surface, read_surfaces
-from devices.tool.texture import Texture, texture_of
 
 BUMPS_UM = 8.0
 """RMS height of the large bumps per point of bumpiness (0 to 100)."""
@@ -17,13 +17,13 @@ def surface_for(stimulus: str, columns: Mapping[str, str]) -> Surface:
     """The surface of that id; for any other stimulus, the nearest of its class, with what its sim_ columns say.
 
     `columns` are the stimulus' own: class, sim_roughness, sim_bumpiness, sim_slipperiness, sim_softness; a column that
-    is not there counts as 50, a class that the table does not know as any. Raises ToolDataError on anything but a
+    is not there counts as 50, a class that the table does not know as any. Raises SurfaceDataError on anything but a
     number from 0 to 100 in a sim_ column.
     """
     table = read_surfaces()
     if stimulus in table:
         return table[stimulus]
-    wanted = texture_of(columns, stimulus)
+    wanted = estimate_of(columns, stimulus)
     kin = [each for each in table.values() if each.category == columns.get("class")]
     near = min(kin or table.values(), key=lambda each: _apart(each, wanted))
     kinetic = wanted.friction
@@ -34,12 +34,12 @@ def surface_for(stimulus: str, columns: Mapping[str, str]) -> Surface:
     )  # fmt: skip
 
 
-def stiffness_N_mm(texture: Texture) -> float:
+def stiffness_N_mm(sample: Estimate) -> float:
     """1000 N/mm where it is hard, 0.4 N/mm where it is soft (sim_softness 0 to 100): the law of the shipped table."""
-    return float(10 ** (3.0 - 0.034 * texture.softness))
+    return float(10 ** (3.0 - 0.034 * sample.softness))
 
 
-def _apart(surface: Surface, wanted: Texture) -> float:
+def _apart(surface: Surface, wanted: Estimate) -> float:
     """How far a surface is from what is wanted, in bumps and in stiffness."""
     stiffer = math.log10(surface.stiffness_N_mm / stiffness_N_mm(wanted)) / 3.4
     return abs(surface.bumps_um / BUMPS_UM - wanted.bumpiness) / 100 + abs(stiffer)

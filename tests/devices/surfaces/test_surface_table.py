@@ -8,7 +8,6 @@ import pytest
 
 from devices.surfaces.choice import surface_for
 from devices.surfaces.table import COLUMNS, SHIPPED, SPANS, SurfaceDataError, read_surfaces
-from devices.tool.texture import ToolDataError
 from studies.catalogue import SHIPPED as STUDIES
 
 ROWS = list(csv.reader(SHIPPED.read_text(encoding="utf-8").splitlines()))
@@ -95,7 +94,7 @@ def test_every_stimulus_of_the_study_has_a_surface():
         assert surface_for(row["id"], row).category == row["class"]
     mine = surface_for("mine", {"sim_softness": "100", "sim_slipperiness": "0"})
     assert (mine.kinetic_friction, mine.stiffness_N_mm) == (0.9, pytest.approx(0.398, rel=1e-3))
-    with pytest.raises(ToolDataError, match="stimulus 'mine': 'soft' in the column 'sim_softness'"):
+    with pytest.raises(SurfaceDataError, match="stimulus 'mine': 'soft' in the column 'sim_softness'"):
         surface_for("mine", {"sim_softness": "soft"})
 
 
