@@ -50,7 +50,7 @@ AREAS = {
     "streams": "studies.bench_streams:cases",
     "alignment": "analysis.aligning.bench:cases",
 }
-FIGURES = {"plant": "devices.door.plant.figures:figures", "alignment": "analysis.aligning.bench:figures"}
+FIGURES = {"plant": "devices.door.plant.bench:figures", "alignment": "analysis.aligning.bench:figures"}
 """What an area shows beside its work-precision plots."""
 DEMO = (
     "run door_ratings --participant P001..P040 --simulate --seed 1",
