@@ -53,6 +53,8 @@ def test_a_rig_file_names_devices_and_what_they_serve(tmp_path):
         ("[vibration, force, tracker]", "[vibration, forc, tracker]", r"line 8: needs.tool\[1\]: no device 'forc'"),
         ("[vibration, force, tracker]", "[vibration, force]",
          r"takes one accelerometer, one force_torque, one tracker; found one accelerometer, one force_torque"),
+        ("[noise]", "[[noise]]", r"line 9: needs.masking_noise\[0\]: no device \['noise'\]"),
+        ("[noise]", "[{noise: 1}]", r"needs.masking_noise\[0\]: no device \{"),
         ("[noise]", "noise", r"line 9: needs.masking_noise: a list of devices is expected"),
         ("masking_noise: [noise]", "maskin_noise: [noise]", r"maskin_noise: no study needs this; .*'masking_noise'"),
         ("  force:", "  tracker:", r"line \d: .*tracker.*twice"),
@@ -64,6 +66,16 @@ def test_a_mistake_is_told_with_its_line_and_the_nearest_name(tmp_path, old, new
     with pytest.raises(RigFileError, match=said) as caught:
         read_rig(path)
     assert str(path) in str(caught.value)
+
+
+def test_a_file_that_a_setting_names_is_part_of_what_the_ledger_keeps(tmp_path):
+    rig = read_rig(written(tmp_path, GOOD.replace("calibrated: 2026-03-01", "calibration: FT1.cal")))
+    assert "calibration_sha256" not in rig.definition(["force"])["force"]
+    found = []
+    for text in ("one", "other", "one"):
+        (tmp_path / "FT1.cal").write_text(text)
+        found.append(rig.definition(["force"])["force"]["calibration_sha256"])
+    assert found[0] == found[2] != found[1]
 
 
 def test_all_mistakes_are_told_at_once(tmp_path):
