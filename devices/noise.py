@@ -11,8 +11,8 @@ from protocols.canonical import canonical
 from protocols.keyed import Key
 
 LEVELS = 4096
+QUANTILES = tuple(NormalDist().inv_cdf((level + 0.5) / LEVELS) for level in range(LEVELS))
 """Values that a sample of noise can take: the quantiles of a standard normal, up to 3.7 standard deviations."""
-_QUANTILES = tuple(NormalDist().inv_cdf((level + 0.5) / LEVELS) for level in range(LEVELS))
 
 
 def gaussians(count: int, *key: Key) -> list[float]:
@@ -20,4 +20,4 @@ def gaussians(count: int, *key: Key) -> list[float]:
     bits = array("H", hashlib.shake_256(canonical(key)).digest(2 * count))
     if sys.byteorder == "big":
         bits.byteswap()
-    return [_QUANTILES[each >> 4] for each in bits]
+    return [QUANTILES[each >> 4] for each in bits]

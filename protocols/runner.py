@@ -67,6 +67,8 @@ class _Recorder:
     log: Log
     trial: Trial | None = None
     seq: int = 0
+    tried: Mapping[str, Any] | None = None
+    """The last setting that was to be felt in this attempt."""
 
     def note(self, kind: str, body: Json, samples: tuple[Samples, ...] = ()) -> None:
         number, attempt = (None, None) if self.trial is None else (self.trial.number, self.trial.attempt)
@@ -80,6 +82,8 @@ class _Recorder:
         if isinstance(request, Ask):
             request.demand_answer(reply)
         self.note("reply", reply.value, reply.samples)
+        if reply.value.get("go") == "try":
+            self.tried = reply.value["answers"]
         return reply
 
     def heed(self, came: Aside | Chunk | Fault) -> None:
@@ -144,6 +148,8 @@ def _one_trial(plan: Plan, position: int, progress: _Progress, record: _Recorder
         step = -1 if again.last and position > 0 else 0
         if again.ended_as == REPEATED:
             progress.answers.pop(plan.trials[position + step].number, None)
+        elif record.tried is not None:
+            progress.answers[trial.number] = record.tried  # A device failed: what was set stands in the form again.
         return step
     if isinstance(outcome, Answered):
         progress.answers[trial.number] = outcome.answers
@@ -157,7 +163,7 @@ def _rest(plan: Plan, position: int, record: _Recorder) -> None:
 
 
 def _attempt(task: str, trial: Trial, record: _Recorder) -> Outcome:
-    record.trial = trial
+    record.trial, record.tried = trial, None
     record.note("trial_started", {"stimulus": trial.stimulus.id, "block": trial.block})
     try:
         outcome = _interact(TASKS[task](trial), record)

@@ -45,7 +45,7 @@ def _recorded(
 ) -> Case:
     """What `error` makes of a recording; the ledger is there as long as the answer is."""
     named = {"none": "readers alone, nothing written", "one thread": "one thread reads and writes"}
-    told = f"3 x 3 kHz, 6 x 10 kHz, 3 x 120 Hz, 5 x 1 kHz, {stream_s:g} s at {FAST:g} times their pace, {_priority()}"
+    told = f"17 channels, {stream_s:g} s at {FAST:g} times their pace, {_priority()}"
     return Case("streams", case, named.get(writer, writer), told, round(stream_s * 14_120), kind,
                 lambda: run_apart(stream_s, FAST, writer), error, 1)  # fmt: skip
 
@@ -114,7 +114,7 @@ def _clocks(seconds: float) -> Iterator[Case]:
     }
     for law, delay in laws.items():
         recorded = [_arrivals(seconds, delay, seed) for seed in range(CLOCKS)]
-        told = f"{CLOCKS} recordings of {seconds:g} s, 100 blocks a second, {PPM:g} ppm, {law} delays about 2 ms"
+        told = f"{CLOCKS} x {seconds:g} s, {law} delays"
         for name, method in methods.items():
             count, all_of = sum(map(len, recorded)), partial(_each, method, recorded)
             yield Case("streams", "a device's clock", name, told, count, "ppm, RMS", all_of, _rms, 3)

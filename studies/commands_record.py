@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterator
+from collections.abc import Iterator, Sequence
 from typing import TYPE_CHECKING, Any
 
 import click
@@ -10,7 +10,7 @@ import click
 from studies.commands_sessions import report, sat_through, session_options
 
 if TYPE_CHECKING:
-    from studies.session import Sat
+    from protocols.events import Event
 
 
 @click.command()
@@ -30,25 +30,39 @@ def record(study: str, as_json: bool, **asked: Any) -> None:
 
     found = read_study(find(study, asked["lab"]))
     if found.study.task != "capture":
-        raise click.UsageError(f"{found.study.study} asks and records nothing: palpate run {study}")
+        told = f"{found.study.study} is no capture study: it asks, and no sensor records. palpate run {study}"
+        raise click.UsageError(told)
     sat = sat_through(found, **asked)
     if not as_json:
-        for line in (line for each in sat for line in _streams(each)):
+        from studies.record import read
+
+        for line in (line for each in sat for line in recorded(read(each.path).events)):
             click.echo(line)
-    report(sat, as_json, study)
+    report(sat, as_json, study, asked["live"].rig)
 
 
-def _streams(sat: Sat) -> Iterator[str]:
-    """What the recordings that count came to, a line each."""
-    from studies.record import read
+def recorded(events: Sequence[Event]) -> Iterator[str]:
+    """What the recordings of a session that count came to, a line each; of a trial the last attempt counts."""
+    ended = [event for event in events if event.kind == "trial_ended" and event.value["as"] == "captured"]
+    counts = {event.trial: event.attempt for event in ended}
+    for event in events:
+        if event.kind == "reply" and event.value.get("recorded") and counts.get(event.trial) == event.attempt:
+            yield from (f"trial {event.trial}, {line}" for line in _of_reply(event))
 
-    for event in read(sat.path).events:
-        if event.kind == "reply" and event.value.get("recorded"):
-            for name, stream in event.value.get("streams", {}).items():
-                yield f"trial {event.trial}, {name}: {_told(stream)}"
+
+def _of_reply(event: Event) -> Iterator[str]:
+    """Of each stream what came and what was lost; the samples of a simulated session lie in its reply."""
+    for name, stream in event.value.get("streams", {}).items():
+        yield f"{name}: {_told(stream)}"
+    for samples in event.samples:
+        yield f"{samples.stream}: {samples.count} samples, {samples.rate_hz:.2f} Hz, simulated"
+    if pictures := event.value.get("pictures"):
+        flagged = sum(bool(each.get("flags")) for each in pictures)
+        yield f"camera: {len(pictures)} pictures" + (f", {flagged} of them flagged" if flagged else "")
 
 
 def _told(stream: dict[str, Any]) -> str:
     lost = f"{stream['lost']} LOST in {stream['gaps']} gaps" if stream["lost"] else "none lost"
     drift = "" if stream.get("drift_ppm") is None else f", clock {stream['drift_ppm']:+.0f} ppm"
-    return f"{stream['samples']} samples, {stream['rate_hz']:.2f} Hz, {lost}{drift}"
+    rate = "rate not measured" if stream["rate_hz"] is None else f"{stream['rate_hz']:.2f} Hz"
+    return f"{stream['samples']} samples, {rate}, {lost}{drift}"

@@ -61,7 +61,7 @@ def run(study: str, as_json: bool, **asked: Any) -> None:
     """
     from studies.catalogue import find, read_study
 
-    report(sat_through(read_study(find(study, asked["lab"])), **asked), as_json, study)
+    report(sat_through(read_study(find(study, asked["lab"])), **asked), as_json, study, asked["live"].rig)
 
 
 def sat_through(
@@ -71,8 +71,8 @@ def sat_through(
     """Begin a session, or several simulated ones, and run them as far as they go."""
     from studies.hardware import hardware_for
 
-    if simulate and (live.rehearse or live.twins):
-        raise click.UsageError("--simulate needs no window: leave --rehearse and --twins out, or leave it out")
+    if simulate and (live.rehearse or live.twins or live.rig is not None):
+        raise click.UsageError("--simulate needs no window and no rig: leave --rehearse, --twins and --rig out, or it")
     people = _people(participant, simulate)
     if live.rehearse:
         return [_rehearsed(found, lab, people, seed, (group, row), live)]
@@ -190,7 +190,7 @@ def resume(ledger: Path, study: str | None, without_wal: bool, as_json: bool, li
     sat = go_on(ledger, rig, accepted)
     if in_person(record.header):
         _on_record(found, lab, record.header["participant"], sat)
-    report([sat], as_json, study)
+    report([sat], as_json, study, live.rig)
 
 
 def _to_go_on(
@@ -231,19 +231,19 @@ def _people(participant: str, simulate: bool) -> list[str]:
     return [f"{letters}{number:0{len(first)}d}" for number in range(int(first), int(last) + 1)]
 
 
-def report(sat: list[Sat], as_json: bool, study: str | None) -> None:
-    """Say how each sitting ended; exit code 1 unless every session is complete."""
+def report(sat: list[Sat], as_json: bool, study: str | None, rig: Path | None = None) -> None:
+    """Say how each sitting ended; exit code 1 unless every session is complete. `rig` is the file that was named."""
     if as_json:
         rows = [{"ledger": str(s.path), "complete": s.complete, "events": s.events, "ended": s.reason} for s in sat]
         echo_json(rows)
     else:
-        for line in _told(sat, study):
+        for line in _told(sat, study, rig):
             click.echo(line)
     if not all(each.complete for each in sat):
         raise click.exceptions.Exit(1)
 
 
-def _told(sat: list[Sat], study: str | None) -> Iterator[str]:
+def _told(sat: list[Sat], study: str | None, rig: Path | None) -> Iterator[str]:
     done = [each for each in sat if each.complete]
     if len(done) > 1:
         yield f"{len(done)} sessions complete, {sum(each.events for each in done)} events, in {done[0].path.parent}"
@@ -256,5 +256,6 @@ def _told(sat: list[Sat], study: str | None) -> Iterator[str]:
             yield f"{each.reason}; a rehearsal is not gone on with: rehearse again"
         elif not each.complete:
             by_path = ["--study", study] if study and ("/" in study or Path(study).suffix) else []
-            command = shlex.join(["palpate", "resume", str(each.path), *by_path])
+            by_rig = [] if rig is None else ["--rig", str(rig)]
+            command = shlex.join(["palpate", "resume", str(each.path), *by_path, *by_rig])
             yield f"{each.reason}; {each.events} events are kept. Go on with: {command}"

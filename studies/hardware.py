@@ -37,6 +37,7 @@ class Hardware:
     """The devices of one study at one station; `twins` are the needs that simulated ones of this process stand for."""
 
     found: Found
+    lab: Path
     twins: Sequence[str] = ()
     file: RigFile | None = None
     opened: OpenRig | None = None
@@ -62,8 +63,12 @@ class Hardware:
             from devices.rig.opened import open_rig
 
             self.opened = open_rig(self.file, self._names())
-            self.description.update(self.opened.describe())
-            self._demand_playable(self.opened, plan)
+            self._look_at(self.opened, plan)
+
+    def safe(self) -> None:
+        """Bring every device to rest; also where none is open."""
+        if self.opened is not None:
+            self.opened.safe()
 
     def close(self) -> None:
         """Make every device safe and let go of it; also where none is open."""
@@ -76,14 +81,15 @@ class Hardware:
         if self.opened is not None:
             from studies.rig_station import rig_station
 
-            return rig_station(self.opened, self.found, plan)
+            return rig_station(self.opened, self.found, plan, self.lab)
         return twin_station(plan, self.found.folder, self.twins)
 
-    def _demand_playable(self, opened: OpenRig, plan: Plan) -> None:
-        """Every profile of the plan is within the door's limits. Raises DeviceError; then nothing is open."""
+    def _look_at(self, opened: OpenRig, plan: Plan) -> None:
+        """What the devices are; every profile is within the door's limits. Raises DeviceError; then none is open."""
         from studies.rig_station import demand_within_limits
 
         try:
+            self.description.update(opened.describe())
             demand_within_limits(opened, self.found, plan)
         except BaseException:
             self.close()
@@ -113,10 +119,10 @@ def hardware_for(found: Found, lab: Path, options: LiveOptions) -> Hardware:
     """
     needs = driven(found.study)
     if options.twins:
-        return Hardware(found, twins=[need for need in needs if need not in BESIDE])
+        return Hardware(found, lab, twins=[need for need in needs if need not in BESIDE])
     file = _rig_file(found.study, lab, options.rig)
     if file is None:
-        return Hardware(found)
+        return Hardware(found, lab)
     for need in needs:
         file.names_for(need)
     if later := [need for need in needs if need in LATER]:
@@ -125,7 +131,7 @@ def hardware_for(found: Found, lab: Path, options: LiveOptions) -> Hardware:
             "and has no models to render with. Rehearse the procedure with a simulated one: --twins (every record says "
             "so)"
         )
-    return Hardware(found, file=file)
+    return Hardware(found, lab, file=file)
 
 
 def _rig_file(study: Study, lab: Path, given: Path | None) -> RigFile | None:

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import time
 from collections.abc import Callable, Mapping
+from contextlib import ExitStack
 from dataclasses import dataclass, field
 from typing import TYPE_CHECKING
 
@@ -132,10 +133,11 @@ class Station:
         return self.records[request.device].perform(request, window, desk, now_ns)
 
     def stop(self) -> None:
-        """End what is being recorded; the devices themselves are made safe by whoever opened them."""
-        for each in self.records.values():
-            if callable(end := getattr(each, "close", None)):
-                end()
+        """End what is being recorded, all of it; the devices themselves are made safe by whoever opened them."""
+        with ExitStack() as ends:
+            for each in self.records.values():
+                if callable(end := getattr(each, "close", None)):
+                    ends.callback(end)
 
 
 def _both(by_hand: Reply, by_device: Reply) -> Reply:

@@ -87,4 +87,6 @@ def _with(verb: Callable[..., Any], options: tuple[Callable[..., Any], ...]) -> 
 def _checked(options: LiveOptions) -> LiveOptions:
     if options.no_window and not options.rehearse:
         raise click.UsageError("--no-window goes with --rehearse: a participant answers in the window")
+    if options.rig is not None and (options.twins or options.rehearse):
+        raise click.UsageError("--rig names devices to open, and with --twins or --rehearse none is: leave one out")
     return options

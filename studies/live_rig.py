@@ -46,16 +46,18 @@ def live_plan(found: Found, lab: Path, options: LiveOptions) -> RigPlan:
     def furnish(plan: Plan, t_ns: int, presenter: Presenter, opened: ExitStack) -> Rig:
         now_ns = clock_from(t_ns)
         seat = seat_at(plan, now_ns, presenter, options.as_json, opened)
-        opened.callback(hardware.close)  # The first to be closed: before anything else, nothing moves.
+        opened.callback(hardware.close)
         seat.tell(dict.fromkeys(twins, "simulated, idle"))
         station = hardware.station(plan)
         opened.callback(station.stop)
+        opened.callback(hardware.safe)  # The first thing done in the end: before anything else, nothing moves.
         world = LiveWorld(presenter, seat, station, now_ns, lambda: seat.board.paused)
         return Rig(world, opened.close, seat.watch, lambda: presenter.finish(seat, last_page(seat)))
 
     window = window_of(found, lab, calibration, language, options.windowed is None)
     opening = Opening(description, hardware.open, window, furnish, hardware.close)
-    return RigPlan(description, opening.check, opening.open, None if calibration is None else calibration.definition())
+    measured = None if calibration is None else calibration.definition()
+    return RigPlan(description, opening.check, opening.open, measured, opening.drop)
 
 
 def plan_to_go_on(
@@ -136,6 +138,14 @@ class Opening:
             opened.close()
             raise
         return replace(rig, safe=opened.close)
+
+    def drop(self) -> None:
+        """Close what `check` opened, the devices first; also where nothing is open."""
+        presenter, self.presenter = self.presenter, None
+        with ExitStack() as ends:
+            if presenter is not None:
+                ends.callback(presenter.close)
+            ends.callback(self.let_go)
 
     def _begin(self, plan: Plan) -> Presenter:
         """Open the devices and the window."""

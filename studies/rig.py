@@ -52,6 +52,8 @@ class RigPlan:
     check: Callable[[Plan], None]
     open: Callable[[Plan, int], Rig]
     calibration: dict[str, Any] | None = None
+    drop: Callable[[], None] = _nothing_moves
+    """Lets go of what `check` opened, where it comes to no `open`."""
 
 
 def simulated(study: Study, folder: Path) -> RigPlan:

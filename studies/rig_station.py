@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Callable, Mapping, Sequence
 from dataclasses import replace
+from pathlib import Path
 from typing import TYPE_CHECKING, Any, cast
 
 from devices.rig.kinds import STREAMS
@@ -29,19 +30,25 @@ COVERED = "tracker"
 """The kind whose streams may be not a number for long: a marker may be covered."""
 
 
-def rig_station(rig: OpenRig, found: Found, plan: Plan) -> Station:
-    """The station of a study at open devices."""
+def rig_station(rig: OpenRig, found: Found, plan: Plan, lab: Path) -> Station:
+    """The station of a study at open devices; pictures are kept in the lab."""
     records: dict[str, Records] = {need: _capture(rig, need, found, plan) for need in _needed(plan, CAPTURED)}
     if "camera" in plan.study.needs:
-        camera: Any = rig.of("camera")["camera"]
-        camera.pictures_of = pictures_of
-        records["camera"] = cast(Records, camera)
+        records["camera"] = _camera(rig, lab)
     made = composed(plan.study, _door(rig, found, plan), records, lambda: _stage(rig, plan))
     return replace(made, presents=_masked(rig, made.presents)) if "masking_noise" in plan.study.needs else made
 
 
 def _needed(plan: Plan, among: Sequence[str]) -> list[str]:
     return [need for need in plan.study.needs if need in among]
+
+
+def _camera(rig: OpenRig, lab: Path) -> Records:
+    """The camera, told what its twin sees and where its pictures go."""
+    camera: Any = rig.of("camera")["camera"]
+    camera.pictures_of = pictures_of
+    camera.keep_in(lab)
+    return cast(Records, camera)
 
 
 def _door(rig: OpenRig, found: Found, plan: Plan) -> Presents | None:

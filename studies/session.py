@@ -89,8 +89,13 @@ def start(lab: Path, plan: Plan, rig: RigPlan, number: int = 1, accepted: Mappin
     path = fresh_path(lab, plan.study.study, plan.who.participant, number)
     rig.check(plan)
     with guarded() as guard:
-        create(path, header_of(plan, rig, number, accepted), {"at": wall_time()})
-        return _sit(take_up(path, _sitting(), guard.shield), rig, guard)
+        try:
+            create(path, header_of(plan, rig, number, accepted), {"at": wall_time()})
+            ledger = take_up(path, _sitting(), guard.shield)
+        except BaseException:  # a full disk: what was opened to be checked is let go of
+            rig.drop()
+            raise
+        return _sit(ledger, rig, guard)
 
 
 def resume(path: Path, rig: RigPlan, accepted: Mapping[str, Any] | None = None) -> Sat:

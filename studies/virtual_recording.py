@@ -8,7 +8,7 @@ from pathlib import Path
 from typing import TYPE_CHECKING, Any, cast
 
 from devices.rig.kinds import STREAMS, TAKES, made, settings_of
-from devices.signals import Block, Sensor, Signal
+from devices.signals import Block, DeviceFault, Sensor, Signal
 from protocols.events import NS
 from protocols.requests import Samples
 from studies.rig import RigError
@@ -83,6 +83,8 @@ def _recorded(stream: str, sensor: Sensor, scene: Scene, seconds: float, t_ns: i
             clock.at_s += STEP_S
             _take(sensor.read(0.0), tapes)
         sensor.stop()
+    except DeviceFault as fault:
+        raise RigError(f"{stream}: a simulated sensor does not bear this stimulus: {fault}") from fault
     finally:
         sensor.close()
     return (_samples(stream, tape, seconds, t_ns) for tape in tapes.values())

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Iterator
+from collections.abc import Callable, Iterator, Mapping
 from functools import partial
 from pathlib import Path
 
@@ -15,7 +15,7 @@ from analysis.aligning.refusals import Array
 from protocols.bench import Case
 from protocols.clocks import Clock, fit_clock, nominal_clock
 
-AREA = "alignment"
+AREA, CLOCKS_AREA = "alignment", "alignment, by the clock"
 ERROR = "percent of the signal below 25 Hz, RMS"
 CLOCK_ERROR = "RMS time error, us"
 OURS = ("bandlimited", "cubic", "pchip", "linear", "nearest", "hold")
@@ -30,6 +30,8 @@ def cases(quick: bool) -> Iterator[Case]:
     for known in streams:
         yield from _clock_cases(known, repeats)
     for known in streams:
+        yield from _clocked_cases(known, repeats)
+    for known in streams:
         yield from _method_cases(known, repeats)
 
 
@@ -43,8 +45,8 @@ def figures(out: Path, quick: bool) -> list[Path]:
 def _clock_cases(known: Known, repeats: int) -> Iterator[Case]:
     for name, fit in CLOCKS.items():
         yield Case(
-            AREA, "a clock from arrivals", name, known.kind.name, len(known.arrivals), CLOCK_ERROR, partial(fit, known),
-            partial(_time_error_us, known), repeats,
+            CLOCKS_AREA, "a clock from arrivals", name, known.kind.name, len(known.arrivals), CLOCK_ERROR,
+            partial(fit, known), partial(_time_error_us, known), repeats,
         )  # fmt: skip
 
 
@@ -52,16 +54,22 @@ def _method_cases(known: Known, repeats: int) -> Iterator[Case]:
     ways: dict[str, Callable[[], Array]] = {
         f"palpate, {name}": partial(_onto_grid, known, METHODS[name], _fitted) for name in OURS
     }
-    ways["bandlimited, nominal rate"] = partial(_onto_grid, known, METHODS["bandlimited"], _nominal)
-    ways["bandlimited, least squares"] = partial(_onto_grid, known, METHODS["bandlimited"], _least_squares)
-    ways["bandlimited, 1 ms untold"] = partial(_onto_grid, known, METHODS["bandlimited"], _untold)
-    ways["linear, arrivals as times"] = partial(_by_arrivals, known)
+    yield from _onto_cases(AREA, f"{known.kind.name} onto 1 kHz", known, ways, repeats)
+
+
+def _clocked_cases(known: Known, repeats: int) -> Iterator[Case]:
+    band = METHODS["bandlimited"]
+    clocked = {name: partial(_onto_grid, known, band, fit) for name, fit in {**CLOCKS, "1 ms untold": _untold}.items()}
+    clocked["linear, arrivals as times"] = partial(_by_arrivals, known)
+    yield from _onto_cases(CLOCKS_AREA, f"bandlimited, {known.kind.name} onto 1 kHz", known, clocked, repeats)
+
+
+def _onto_cases(
+    area: str, case: str, known: Known, ways: Mapping[str, Callable[[], Array]], repeats: int
+) -> Iterator[Case]:
     told = f"{known.seconds:g} s, {known.kind.drift_ppm:+g} ppm"
     for name, way in ways.items():
-        yield Case(
-            AREA, f"{known.kind.name} onto 1 kHz", name, told, len(known.times_s), ERROR, way, known.percent_wrong,
-            repeats,
-        )  # fmt: skip
+        yield Case(area, case, name, told, len(known.times_s), ERROR, way, known.percent_wrong, repeats)
 
 
 def _onto_grid(known: Known, method: Method, clocked: Clocked) -> Array:

@@ -37,11 +37,6 @@ class Hinge:
         turned = np.arctan2(from_centre @ self.ahead, from_centre @ self.across)
         return np.asarray(np.degrees(turned))
 
-    def tangential(self, positions: Array, forces: Array) -> Array:
-        """Share (n,) of forces (n, 3), in the positions' axes, along the opening."""
-        turned = np.radians(self.angle_deg(positions))[:, None]
-        return np.asarray(((np.cos(turned) * self.ahead - np.sin(turned) * self.across) * forces).sum(axis=1))
-
 
 def fit_hinge(positions: Array) -> Hinge:
     """The circle closest to a path (n, 3), by geometric distance; rows that are not finite are left out.
@@ -90,12 +85,12 @@ def _circle(flat: Array) -> tuple[Array, float]:
 
 
 def _demand_arc(arc_deg: float, found: Hinge) -> None:
-    if not LEAST_ARC_DEG <= arc_deg <= 180:
-        raise AlignError(
-            f"the path is an arc of {arc_deg:.1f} degrees: from {LEAST_ARC_DEG:g} to 180 are needed to find the hinge"
-        )
     if found.misfit > LARGEST_MISFIT * found.radius:
         raise AlignError(
             f"the path is no arc: it strays {found.misfit:.3g} from a circle of radius {found.radius:.3g}, and up to "
-            f"{LARGEST_MISFIT * found.radius:.3g} is expected. Did the marker slip?"
+            f"{LARGEST_MISFIT * found.radius:.3g} is expected. Did the marker rest, or slip?"
+        )
+    if not LEAST_ARC_DEG <= arc_deg <= 180:
+        raise AlignError(
+            f"the path is an arc of {arc_deg:.1f} degrees: from {LEAST_ARC_DEG:g} to 180 are needed to find the hinge"
         )

@@ -36,11 +36,7 @@ def ledger_account(record: Record, attempts: Sequence[Attempt]) -> dict[str, Any
         "simulated": header["rig"].get("kind") == "simulated" or bool(header["rig"].get("twins")),
         "palpate": _palpate(),
         "attempts": [
-            {
-                "trial": a.trial, "attempt": a.number, "ended": a.told, "recordings": len(a.acts),
-                "begun_anew": a.replaced,
-            }
-            for a in attempts
+            {"trial": a.trial, "attempt": a.number, "ended": a.told, "recordings": len(a.acts)} for a in attempts
         ],
     }  # fmt: skip
 

@@ -53,8 +53,6 @@ def _not_used(attempts: Iterable[Attempt], used: Iterable[Attempt]) -> list[str]
         where = f"trial {each.trial}, attempt {each.number}"
         if each.acts and each not in kept:
             lines.append(f"{where}: {'a later one counts' if each.kept else each.told}; its streams are not used")
-        if each.replaced and each in kept:
-            lines.append(f"{where}: recorded anew {each.replaced} times after a pause; the last recording counts")
     return lines
 
 

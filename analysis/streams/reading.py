@@ -14,16 +14,11 @@ from studies.record import Record
 
 KEPT = ("captured", "answered")
 """How a trial ends whose recordings count; one that was repeated, left or faulted is listed and not used."""
-FIRST_CHUNK = 0
-"""A recording begins with this chunk; begun anew within a request (after a pause), it replaces what was before."""
 
 
 @dataclass(frozen=True)
 class Attempt:
-    """A trial that was met once: how it ended (None: not yet), and which events hold its samples, by request.
-
-    `replaced` counts the recordings that were begun anew within their request, and are left out.
-    """
+    """A trial that was met once: how it ended (None: not yet), and which events hold its samples, by request."""
 
     trial: int
     number: int
@@ -31,7 +26,6 @@ class Attempt:
     ended_as: str | None
     withdrawn: bool
     acts: tuple[tuple[Event, ...], ...]
-    replaced: int = 0
 
     @property
     def kept(self) -> bool:
@@ -98,20 +92,12 @@ class _Met:
     ended_as: str | None = None
     acts: list[list[Event]] = field(default_factory=list)
     """What came of each request."""
-    replaced: int = 0
-
-    def keep(self, event: Event) -> None:
-        """An event of a request; the first chunk of a recording that begins anew throws away the ones before."""
-        if event.kind == "samples" and event.value.get("chunk") == FIRST_CHUNK and self.acts[-1]:
-            self.acts[-1].clear()
-            self.replaced += 1
-        self.acts[-1].append(event)
 
     def attempt(self, withdrawn: set[tuple[int, int]]) -> Attempt:
         """What became of it."""
         acts = tuple(tuple(act) for act in self.acts if any(event.samples for event in act))
         gone = (self.trial, self.number) in withdrawn
-        return Attempt(self.trial, self.number, self.stimulus, self.ended_as, gone, acts, self.replaced)
+        return Attempt(self.trial, self.number, self.stimulus, self.ended_as, gone, acts)
 
 
 @dataclass
@@ -130,7 +116,7 @@ class _Walk:
             case "request":
                 self.met[-1].acts.append([])
             case "samples" | "reply":
-                self.met[-1].keep(event)
+                self.met[-1].acts[-1].append(event)
             case "trial_ended":
                 self._end(event)
             case "experimenter" if event.value.get("which") == "last":
@@ -176,28 +162,36 @@ def _demand_alike(blocks: Sequence[Samples], where: str) -> None:
 
 
 def _gaps(act: Sequence[Event], blocks: Sequence[Samples], name: str, where: str) -> Iterator[Gap]:
-    """What the numbering of the blocks lacks, and what was told as missing before the first and after the last."""
+    """What the numbering of the blocks lacks, from number 0 on, and what was told as missing after the last."""
     told = [gap for event in act for gap in _told_gaps(event, name)]
-    expected = min([gap.first for gap in told if gap.first < blocks[0].first], default=blocks[0].first)
+    expected = 0
     for block in blocks:
         if block.first < expected:
             raise StreamError(f"{where}: sample {block.first} stands twice, or the blocks are out of order")
-        if block.first > expected:
-            why = next((gap.why for gap in told if expected <= gap.first < block.first), "not told")
-            yield Gap(expected, block.first - expected, why)
+        yield from _missing(expected, block.first, told)
         expected = block.first + block.count
     yield from (gap for gap in told if gap.first >= expected)
 
 
+def _missing(first: int, end: int, told: Iterable[Gap]) -> Iterator[Gap]:
+    """Samples from `first` up to `end`: the gaps that were told there, and whatever they leave over."""
+    for gap in told:
+        if first <= gap.first and gap.first + gap.lost <= end:
+            yield from _untold(first, gap.first)
+            yield gap
+            first = gap.first + gap.lost
+    yield from _untold(first, end)
+
+
+def _untold(first: int, end: int) -> Iterator[Gap]:
+    if end > first:
+        yield Gap(first, end - first, "not told")
+
+
 def _told_gaps(event: Event, name: str) -> Iterator[Gap]:
-    """What an event says is missing: each gap, or their sum just before its samples."""
-    told = _told(event, name)
-    if "gaps" in told and not isinstance(told["gaps"], int):
-        yield from (Gap(int(first), int(lost), str(why)) for first, lost, why in told["gaps"])
-    elif event.kind == "samples" and told.get("lost"):
-        first = next((block.first for block in event.samples if block.stream == name), None)
-        if first is not None:
-            yield Gap(first - int(told["lost"]), int(told["lost"]), str(told.get("why") or "not told"))
+    """Each gap that an event of samples names; that of a reply is their number."""
+    if event.kind == "samples":
+        yield from (Gap(int(first), int(lost), str(why)) for first, lost, why in _told(event, name).get("gaps", ()))
 
 
 def _arrived(act: Sequence[Event], name: str) -> tuple[tuple[int, int], ...]:

@@ -125,7 +125,7 @@ class VoiceCoil:
             raise DeviceFault(self.name, "refused", f"{self.name}: nothing is played before start")
         if len(given) > self.room:
             told = f"{self.name}: {len(given)} samples were written where {self.room} fit"
-            raise self._failed(DeviceFault(self.name, "underrun", told))
+            raise self._failed(DeviceFault(self.name, "overrun", told))
         return self.queue.write(self.limiter.limit(given))
 
     def _finite(self, samples: ArrayLike) -> Array:

@@ -22,10 +22,12 @@ if TYPE_CHECKING:
 
 Suffix = Annotated[str, Field(pattern=r"^\.[a-z0-9]+$")]
 LightName = Annotated[str, Field(min_length=1, max_length=60)]
+TWIN_LIGHTS = 10
+"""How many lights the simulated surfaces are photographed under."""
 
 
 class Settings(Strict):
-    """`folder` is where the camera's own program puts its files, `pictures` where the lab keeps them.
+    """`folder` is where the camera's own program puts its files, `pictures` where they are kept (none: LAB/pictures).
 
     `lights` is how many pictures a sample gets, or the lights' names in the order in which they are asked for.
     """
@@ -33,7 +35,7 @@ class Settings(Strict):
     kind: Literal["camera"]
     driver: Literal["folder", "twin"]
     folder: str | None = None
-    pictures: str = "../../pictures"
+    pictures: str | None = None
     lights: (
         Annotated[int, Field(ge=1, le=99)] | Annotated[tuple[LightName, ...], Field(min_length=1, max_length=99)]
     ) = 10
@@ -49,6 +51,8 @@ class Settings(Strict):
     def _has_folder(self) -> Self:
         if self.driver == "folder" and self.folder is None:
             raise ValueError("folder is missing: the one that the camera's program puts its pictures into")
+        if self.driver == "twin" and self.count > TWIN_LIGHTS:
+            raise ValueError(f"lights: a twin has {TWIN_LIGHTS}, and {self.count} are asked for")
         return self
 
     @property
@@ -97,6 +101,11 @@ class Camera:
         if self.settings.driver == "twin":
             self.source.pictures_of = given  # type: ignore[union-attr]
 
+    def keep_in(self, lab: Path) -> None:
+        """Keep the pictures in the lab, unless the rig file says where."""
+        if self.settings.pictures is None:
+            self.pictures = lab / "pictures"
+
     def open(self) -> None:
         """Make sure that the folder is there. Raises DeviceError."""
         demand = getattr(self.source, "demand", None)
@@ -117,7 +126,8 @@ class Camera:
         """Whether the folder can be read."""
         from devices.signals import DeviceError
 
-        facts = {"lights": str(self.settings.count), "kept in": str(self.pictures)}
+        kept = "LAB/pictures" if self.settings.pictures is None else str(self.pictures)
+        facts = {"lights": str(self.settings.count), "kept in": kept}
         try:
             self.open()
         except DeviceError as error:
@@ -238,10 +248,13 @@ class Camera:
 
 
 def make(name: str, settings: Settings, folder: Path) -> Camera:
-    """The camera of that name; opens nothing. Relative folders lie where the rig file lies."""
+    """The camera of that name; opens nothing. Relative folders lie where the rig file lies.
+
+    Pictures are kept beside the rig file until `keep_in` says which lab they are for.
+    """
     from devices.camera.sources import Folder, Simulated
 
     source: Folder | Simulated = Simulated(name)
     if settings.driver == "folder":
         source = Folder(name, folder / str(settings.folder), settings.suffixes, settings.settle_s, settings.order)
-    return Camera(name, settings, source, folder / settings.pictures)
+    return Camera(name, settings, source, folder / (settings.pictures or "pictures"))

@@ -9,12 +9,12 @@ from __future__ import annotations
 import hashlib
 from collections.abc import Callable, Iterator, Mapping
 from dataclasses import dataclass, field
-from statistics import NormalDist
 from typing import TYPE_CHECKING
 
 import numpy as np
 
 from devices.daq.acquire import Pace, Taken, Volts, Wiring
+from devices.noise import QUANTILES
 from devices.signals import DeviceError
 from protocols.canonical import canonical
 from protocols.keyed import Key
@@ -27,9 +27,7 @@ BITS = 16
 TOLD_S = 0.005
 PIECE = 512
 """Samples per block of noise."""
-LEVELS = 4096
-QUANTILES = np.array([NormalDist().inv_cdf((level + 0.5) / LEVELS) for level in range(LEVELS)])
-"""What a sample of noise can be, in standard deviations; those of `devices.noise`."""
+NOISE = np.array(QUANTILES)
 DUE = 1e-6
 """Of a sample: so much before its time it has fallen due, so that a sum of decimal steps loses none."""
 
@@ -141,7 +139,7 @@ def quantised(volts: Volts, wiring: Wiring) -> Volts:
 def gaussians(shape: tuple[int, int], *key: Key) -> Volts:
     """Standard normal numbers of 4096 levels that only the key decides, equal on every machine."""
     bits = np.frombuffer(hashlib.shake_256(canonical(key)).digest(2 * shape[0] * shape[1]), "<u2")
-    return np.asarray(QUANTILES[bits >> 4].reshape(shape), np.float64)
+    return np.asarray(NOISE[bits >> 4].reshape(shape), np.float64)
 
 
 def _converted(wiring: Wiring, ideal: Iterator[Volts], noise: Iterator[Volts]) -> Iterator[Volts]:

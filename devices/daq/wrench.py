@@ -13,10 +13,11 @@ import numpy as np
 from numpy.typing import NDArray
 
 from devices.daq.cal_file import AXES, CalFile
+from devices.scene import GRAVITY_M_S2
 from devices.signals import DeviceError
 
 Array = NDArray[np.float64]
-POUND_N, GRAVITY_M_S2, INCH_M = 4.4482216152605, 9.80665, 0.0254
+POUND_N, INCH_M = 4.4482216152605, 0.0254
 FORCE_N: Mapping[str, float] = {
     "N": 1.0, "kN": 1e3, "lb": POUND_N, "lbf": POUND_N, "klb": 1e3 * POUND_N, "klbf": 1e3 * POUND_N,
     "kg": GRAVITY_M_S2, "kgf": GRAVITY_M_S2, "g": 1e-3 * GRAVITY_M_S2,

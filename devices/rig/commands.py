@@ -141,14 +141,14 @@ def simulate(lab: Path, out: Path | None, force: bool) -> None:
 @rig.command()
 @click.argument("kind", required=False)
 def kinds(kind: str | None) -> None:
-    """List the kinds of devices, or every setting of one KIND with its default.
+    """List the kinds of devices, or every setting of one KIND: what it takes, its default, what it means.
 
     \b
     Example:
       palpate rig kinds force_torque
     """
     from devices.rig.kinds import KINDS, TAKES, settings_of
-    from devices.rig.told import settings_told
+    from devices.rig.meanings import settings_of_kind
     from protocols.did_you_mean import nearest
 
     if kind is None:
@@ -158,5 +158,6 @@ def kinds(kind: str | None) -> None:
         return
     if kind not in KINDS:
         raise click.UsageError(f"no kind {kind!r}; {nearest(kind, list(KINDS))}")
-    for line in settings_told(settings_of(kind)):
-        click.echo(line)
+    for each in settings_of_kind(kind, settings_of(kind)):
+        default = each.default if each.default == "required" else f"default {each.default}"
+        click.echo(f"{each.name:<22} {each.takes}; {default}\n    {each.meaning}")

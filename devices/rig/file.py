@@ -5,6 +5,7 @@ from __future__ import annotations
 import platform
 from collections.abc import Iterator, Mapping, Sequence
 from dataclasses import dataclass
+from hashlib import sha256
 from pathlib import Path
 from typing import Any
 
@@ -20,6 +21,8 @@ from protocols.yaml_text import Document, YamlError, load
 
 SIMULATE = "palpate rig simulate"
 KEYS = ("rig", "devices", "needs")
+FILES = ("calibration", "recording")
+"""Settings that name a file."""
 MOST_DEVICES = 100
 
 
@@ -47,15 +50,20 @@ class RigFile:
     def names_for(self, need: str) -> tuple[str, ...]:
         """The devices that a need takes. Raises RigFileError where the file provides none."""
         if need not in self.needs:
-            kinds = " and a ".join(TAKES[need]).replace("_", " ")
             raise RigFileError(
-                f"{self.path}: the need {need!r} is not provided: needs: {{{need}: [...]}} with a {kinds}"
+                f"{self.path}: the need {need!r} is not provided: needs: {{{need}: [...]}} with {_of(TAKES[need])}"
             )
         return self.needs[need]
 
     def definition(self, names: Sequence[str]) -> dict[str, Any]:
-        """The settings of some devices as JSON data, for the ledger."""
-        return {name: self.devices[name].model_dump(mode="json") for name in names}
+        """The settings of some devices as JSON data, with the digests of the files that they name, for the ledger."""
+        return {name: {**self.devices[name].model_dump(mode="json"), **self._digests(name)} for name in names}
+
+    def _digests(self, name: str) -> dict[str, str]:
+        """A file may become another one under its old name: a calibration, a recording."""
+        named = {key: getattr(self.devices[name], key, None) for key in FILES}
+        found = {key: self.path.parent / given for key, given in named.items() if given is not None}
+        return {f"{key}_sha256": sha256(path.read_bytes()).hexdigest() for key, path in found.items() if path.is_file()}
 
 
 def rig_path(lab: Path, host: str | None = None) -> Path:
@@ -144,7 +152,9 @@ class _Reading:
 
     def _wrong(self, need: str, names: list[Any]) -> Iterator[Problem]:
         """One device of each kind that the need takes, and nothing else."""
-        unknown = [(place, name) for place, name in enumerate(names) if name not in self.devices]
+        unknown = [
+            (place, name) for place, name in enumerate(names) if not isinstance(name, str) or name not in self.devices
+        ]
         for place, name in unknown:
             yield Problem(("needs", need, place), f"no device {name!r:.40}; {nearest(str(name), list(self.devices))}")
         if unknown:

@@ -54,8 +54,8 @@ def open_rig(file: RigFile, names: Sequence[str]) -> OpenRig:
         share_cards(devices.values())
     with ExitStack() as opened:
         for device in devices.values():
+            opened.callback(device.close)  # Also one that fails half-way: what it holds by then is let go of.
             device.open()
-            opened.callback(device.close)
         return OpenRig(file, devices, opened.pop_all().close)
 
 

@@ -124,7 +124,10 @@ class Capture:
         return self._last
 
     def _done(self, recording: Recording, desk: Desk) -> Reply:
+        """What it came to. Raises DeviceFault: what fails last is as much a fault as what fails before."""
         summary = recording.stop()
+        if (fault := recording.fault()) is not None:
+            raise fault
         desk.tell(untold(recording.streams))
         seconds = round(((recording.ended_ns or recording.begun_ns) - recording.begun_ns) / NS, 3)
         return Reply({"recorded": True, "seconds": seconds, "by": self.by, "streams": summary})
@@ -145,7 +148,8 @@ class Capture:
 
     def _failed(self, going: _Going, fault: DeviceFault, desk: Desk) -> None:
         """Make every sensor safe at once; what was recorded is handed on before the fault is."""
-        said = "; ".join([str(fault), *self._made_safe(desk)])
+        named = str(fault) if str(fault).startswith(fault.device) else f"{fault.device}: {fault}"
+        said = "; ".join([named, *self._made_safe(desk)])
         going.over = self._mending.fault(DeviceFault(fault.device, fault.what, said))
 
     def _made_safe(self, desk: Desk) -> list[str]:

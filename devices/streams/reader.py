@@ -45,6 +45,15 @@ class Reader:
         """Ask the thread to end; it reads what is there once more."""
         self.ending.set()
 
+    def stop(self) -> None:
+        """Let the sensor no longer sample. Raises DeviceFault."""
+        try:
+            self.sensor.stop()
+        except DeviceFault:
+            raise
+        except Exception as error:
+            raise as_fault(self.sensor.name, error) from error
+
     def gone(self) -> bool:
         """Whether the thread has ended, waited for a moment."""
         if self.thread is not None:

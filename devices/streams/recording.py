@@ -5,7 +5,7 @@ from __future__ import annotations
 import sys
 from collections import deque
 from collections.abc import Collection, Mapping, Sequence
-from contextlib import ExitStack
+from contextlib import ExitStack, suppress
 from dataclasses import dataclass, field
 from typing import Any
 
@@ -23,6 +23,8 @@ BLOCKS_HZ = 200.0
 """Blocks a second that a signal is given room for."""
 SILENT_S, SILENT_SAMPLES = 1.0, 20
 """A signal is silent that gives nothing for this long, and for as long as so many samples take."""
+FIRST_S = 3.0
+"""What a sensor may take over its first samples: hardware is armed, a twin makes the first piece of its scene."""
 NOT_A_NUMBER_S = 1.0
 """A signal is no longer measuring that gives no finite row for so long."""
 TURN_S = 0.0005
@@ -76,7 +78,8 @@ class Recording:
             for reader in self._readers:
                 reader.start()
         except BaseException:
-            self.end()
+            with suppress(Exception):  # what did not start is the error to report
+                self.end()
             raise
         self.begun_ns = self._taken_ns = self.now_ns()
 
@@ -108,15 +111,19 @@ class Recording:
         return Chunk({"streams": told}, tuple(samples))
 
     def fault(self) -> DeviceFault | None:
-        """The first thing that failed: a sensor raised, is silent, gives no numbers; it stays."""
+        """The first thing that failed: a sensor raised, is silent, gives no numbers; it stays.
+
+        Asked again once all is taken after the end, it also knows of what failed last, and of streams that are empty.
+        """
         if self._failed is None:
-            self._failed = self._raised() or self._untrue() or (None if self.ended_ns is not None else self._silent())
+            over = self.ended_ns is not None
+            self._failed = self._raised() or self._untrue() or (self._empty() if over else self._silent())
         return self._failed
 
     def end(self) -> None:
         """End sampling and reading, at once; what is still to be taken stays. Does nothing where it has ended.
 
-        Every sensor is stopped, also where one of them raises: then the first error is raised.
+        Every sensor is stopped, also where one of them raises: then DeviceFault is raised.
         """
         if self.ended_ns is not None:
             return
@@ -128,7 +135,7 @@ class Recording:
         hanging = [reader for reader in self._readers if not reader.gone()]
         with ExitStack() as ends:
             for reader in reversed(self._readers):
-                ends.callback(reader.sensor.stop)
+                ends.callback(reader.stop)
         if hanging and self._failed is None:
             name = hanging[0].sensor.name
             self._failed = DeviceFault(name, "stuck", "its driver hangs: the thread that reads it does not come back")
@@ -161,11 +168,26 @@ class Recording:
                 return DeviceFault(stream.device, "not_a_number", said)
         return None
 
+    def _empty(self) -> DeviceFault | None:
+        """A recording may be shorter than silence takes to be noticed. Nothing is said before all is taken."""
+        if self._left():
+            return None
+        lasted_s = ((self.ended_ns or 0) - self.begun_ns) / NS
+        for name, stream in self.streams.items():
+            due = lasted_s * stream.signal.rate_hz >= SILENT_SAMPLES
+            if due and not stream.next:
+                return DeviceFault(stream.device, "silent", f"{name}: nothing in {lasted_s:.1f} s")
+            if due and 0 < stream.samples == stream.bad and name not in self.may_hide:
+                return DeviceFault(stream.device, "not_a_number", f"{name}: no numbers in {lasted_s:.1f} s")
+        return None
+
     def _silent(self) -> DeviceFault | None:
         now_ns = self.now_ns()
         for reader in self._readers:
             for signal in reader.sensor.signals:
-                limit_s = max(SILENT_S, SILENT_SAMPLES / signal.rate_hz) if signal.rate_hz else None
+                ring = reader.rings.get(signal.name)
+                least_s = FIRST_S if ring is not None and not ring.put_bytes else SILENT_S
+                limit_s = max(least_s, SILENT_SAMPLES / signal.rate_hz) if signal.rate_hz else None
                 quiet_s = (now_ns - reader.heard_ns.get(signal.name, now_ns)) / NS
                 if limit_s is not None and quiet_s > limit_s:
                     said = f"{signal.name}: nothing for {quiet_s:.1f} s (limit {limit_s:g} s)"

@@ -31,7 +31,7 @@ def cases(quick: bool) -> Iterator[Case]:
 
 def _case(case: str, error_kind: str, error: Judge, shape: Shape, seconds: float) -> Case:
     reports = STROKE.reports(shape, seconds)
-    told = f"{len(reports)} reports at {shape.report_hz:g} Hz, {STROKE.frequency_hz:g} Hz stroke"
+    told = f"{shape.report_hz:g} Hz"
     ticks = round(seconds * shape.rate_hz)
     upsampling = shape.upsampling
     return Case("tablet", case, upsampling, told, ticks, error_kind, lambda: felt(shape, reports, seconds), error, 3)

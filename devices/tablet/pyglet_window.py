@@ -14,7 +14,7 @@ from dataclasses import dataclass, field
 from importlib import import_module
 from typing import TYPE_CHECKING, Any
 
-from devices.signals import DeviceError
+from devices.signals import DeviceError, DeviceFault
 from devices.tablet.reports import Batch, Elapsed, Report
 
 if TYPE_CHECKING:
@@ -77,8 +77,13 @@ class PygletTablet:
         self.dropped, self.elapsed_s = 0, elapsed_s
 
     def pull(self, timeout_s: float) -> Batch:
-        """What the window handed over since the last pull."""
-        if self.own is not None and threading.get_ident() == self.opener:
+        """What the window handed over since the last pull.
+
+        Raises:
+            DeviceFault: `refused` for its own window in another thread, which would never hear of the stylus.
+        """
+        if self.own is not None:
+            self._demand_opener()
             self.own.dispatch_events()
         if not self.waiting:
             self.came.wait(timeout_s)
@@ -115,6 +120,11 @@ class PygletTablet:
         self.dropped += len(self.waiting) == KEPT
         self.waiting.append(Report(elapsed_s(), x_mm, y_mm, pressure, pressure > 0, away))
         self.came.set()
+
+    def _demand_opener(self) -> None:
+        if threading.get_ident() != self.opener:
+            told = "without the participant's window (`Tablet.attach`) pyglet's reports can be checked, not recorded"
+            raise DeviceFault(self.name, "refused", f"{self.name}: {told}; on Linux use the driver `evdev`.")
 
     def _own_window(self) -> Any:
         self.own = import_module("pyglet.window").Window(width=480, height=320, caption="Palpate: the tablet")

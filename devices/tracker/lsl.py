@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import math
 from collections.abc import Sequence
+from contextlib import suppress
 from dataclasses import dataclass, field
 from importlib import import_module
 from threading import Lock
@@ -23,6 +24,8 @@ MORE_S = 1.1
 LISTED_S = 1.0
 CORRECT_S = 1.0
 """How often the offset between the clocks is asked for again."""
+ANSWER_S = 0.2
+"""How long a reader waits for that; samples are buffered meanwhile."""
 LEAP_S = 1.0
 """A clock that jumps by more than this against ours was set anew; no network is that late in order."""
 MOST = 512
@@ -155,11 +158,15 @@ class LslStream:
         return Batch([t_s + self.offset_s for t_s in sent_s], rows, anew, self._away(away_s, len(rows)) if anew else 0)
 
     def _corrected(self, now_s: float) -> bool:
-        """Ask for the offset once a second; whether the library takes the sender's clock for set anew."""
+        """Ask for the offset once a second; whether the library takes the sender's clock for set anew.
+
+        Where the answer does not come in time, the last offset is nearer the truth than none.
+        """
         if now_s - self.asked_s < CORRECT_S:
             return False
         self.asked_s = now_s
-        self.offset_s = self.inlet.time_correction(self.wait_s)
+        with suppress(self.library.util.TimeoutError):
+            self.offset_s = self.inlet.time_correction(ANSWER_S)
         return bool(self.inlet.was_clock_reset())
 
     def _away(self, away_s: float, came: int) -> int:

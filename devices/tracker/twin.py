@@ -90,8 +90,6 @@ class Twin:
         silent = self.silent_after_s
         if silent is not None and elapsed_s > silent:
             raise DeviceFault(self.name, "silent", f"{self.name}: silent after {silent:g} s, as its drill asks.")
-        if math.isinf(elapsed_s):
-            return MOST
         return math.floor(elapsed_s * self._true_hz + 1) - self.given
 
     @property

@@ -162,7 +162,8 @@ def _ended(board: Board, event: Event) -> Board:
 
 
 def _fault(board: Board, event: Event) -> Board:
-    remark = Remark(event.t_ns, f"{event.value['device']} went safe: {event.value['message']}")
+    device, message = event.value["device"], str(event.value["message"])
+    remark = Remark(event.t_ns, f"{device} went safe: {message.removeprefix(f'{device}: ')}")
     return replace(board, doing=None, remarks=(*board.remarks, remark)[-REMEMBERED:])
 
 

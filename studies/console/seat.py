@@ -46,6 +46,8 @@ class Seat:
     _asked_s: float = 0.0
     _trial_s: float = 0.0
     _live: bool = False
+    _scanner: bool = False
+    """Whether a code was ever asked for: from then on a burst of keys is a scan, and never an order."""
 
     def __post_init__(self) -> None:
         self.view = View(Board(self.plan))
@@ -83,6 +85,7 @@ class Seat:
         if prompt == self.view.prompt:
             return
         self._answer, self._asked_s = None, self.clock()
+        self._scanner = self._scanner or (prompt is not None and prompt.codes)
         self._show(prompt=prompt, entry=self.view.entry if self.view.entry.kind != "number" else IDLE)
         if prompt is not None:
             self.display.say(f"> {prompt.text} ({how_to_answer(prompt, self.source.by_line)})")
@@ -119,24 +122,26 @@ class Seat:
         return self.source.by_line and self._waiting is None and _answers(heard.text)
 
     @property
-    def _wants_code(self) -> bool:
+    def _scans(self) -> bool:
         """Whether keys may come from a scanner that types."""
-        typing = self.source.by_line or self.view.entry.typing or self._waiting is None
-        return not typing and self._waiting is not None and self._waiting.codes
+        return self._scanner and not self.source.by_line and not self.view.entry.typing
 
     def _scanning(self) -> bool:
-        """Take a scanned code for the answer, where the first keys are one."""
-        code, _ = burst(list(self._heard), self.clock()) if self._wants_code else (None, False)
+        """Take a scanned code for the answer, where the first keys are one; nobody asked for it: say so."""
+        code, _ = burst(list(self._heard), self.clock()) if self._scans else (None, False)
         if code is None:
             return False
         for _ in range(len(code) + 1):
             self._heard.popleft()
-        self._answer = code
+        if self._waiting is not None and self._waiting.codes:
+            self._answer = code
+        else:
+            self._hint(f"{code} was scanned: no code is asked for now")
         return True
 
     def _may_scan(self) -> bool:
         """Whether the first keys may yet become a code: what they mean is not known before."""
-        return self._wants_code and burst(list(self._heard), self.clock())[1]
+        return self._scans and burst(list(self._heard), self.clock())[1]
 
     def _hear(self, heard: Heard) -> Aside | None:
         """Heed one line or key."""

@@ -1,10 +1,13 @@
 """An opening in front of the sensors, at any rate."""
 
 from itertools import islice
+from pathlib import Path
 
 import numpy as np
 import pytest
 
+from devices.daq.force_torque import Settings, make
+from devices.daq.gauges import gauge_volts
 from devices.door.grid import DoorDataError
 from devices.door.opening import RATE_HZ, opened_once
 from devices.door.opening_scene import ASIDE, OpeningScene
@@ -40,6 +43,16 @@ def test_every_rate_sees_the_same_opening_and_rest_follows_it():
     assert np.ptp(fast[40_000:], axis=0).max() == 0
     assert np.abs(rows(scene.wrench(1000.0), 8000)[5000:]).max() < 0.1
     assert rows(scene.acceleration_m_s2(3000.0), 10).tolist() == [[0.0, 0.0, 9.80665]] * 10
+
+
+@pytest.mark.parametrize("car", ["BC3", "FORD", "G90", "K3", "K8", "MQ4"])
+def test_the_twin_of_a_force_sensor_bears_every_car(car):
+    sensor = make("force", Settings(kind="force_torque", driver="twin"), Path())
+    profile = read_profile(SHIPPED / "door_capture" / "profiles" / f"{car}.csv")
+    wrench = rows(OpeningScene(profile, 6.0, "hand").wrench(100.0), 600)
+    volts = rows(gauge_volts(sensor.transducer.matrix, None)(OpeningScene(profile, 6.0, "hand"), 100.0), 600)
+    assert np.abs(wrench / sensor.transducer.calibration.rated).max() < 1
+    assert np.abs(volts).max() < 9.5
 
 
 def test_only_the_key_decides():

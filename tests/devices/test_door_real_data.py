@@ -27,7 +27,10 @@ def opening(name, sensor="ati"):
     read = read_columns(DATA / f"{name}.csv", [*axes[0], *axes[1]]).values
     positions, forces = (np.column_stack([read[each] for each in names]) for names in axes)
     hinge = fit_hinge(positions)
-    return hinge, hinge.angle_deg(positions), -hinge.tangential(positions, forces)
+    angle = hinge.angle_deg(positions)
+    turned = np.radians(angle)[:, None]
+    along = np.cos(turned) * hinge.ahead - np.sin(turned) * hinge.across
+    return hinge, angle, -(along * forces).sum(axis=1)
 
 
 def by_hand(angle, force):

@@ -2,10 +2,13 @@
 
 import pytest
 
+from protocols.answering import answer
 from protocols.events import Event
-from protocols.requests import Ask, Chunk, Fault, Reply, ReplyError, Samples
+from protocols.perceiver import Perceiver
+from protocols.requests import Ask, Chunk, Fault, Present, Reply, ReplyError, Samples
 from protocols.runner import run
 from protocols.worlds import EndOfRecord, Recorded
+from tests.protocols.every_task import plan_of
 from tests.protocols.studies_for_tests import toy_plan
 from tests.protocols.worlds_for_tests import Kept, rated
 
@@ -125,3 +128,37 @@ def test_the_record_alone_ends_in_the_middle_of_a_recording():
     tape = Recorded(log.events[:4])
     with pytest.raises(EndOfRecord):
         run(PLAN, tape, tape, {})
+
+
+class Author(Lab):
+    """Sets sliders and tries them once; the door fails at the first try."""
+
+    def __init__(self):
+        super().__init__()
+        self.asked, self.failed = [], False
+
+    def perform(self, request):
+        if isinstance(request, Ask) and request.form.name == "authoring":
+            self.asked.append(request)
+            answers = dict.fromkeys(request.form.items(), float(10 * len(self.asked)))
+            tried = request.former is not None
+            return Reply({"answers": answers, "seconds": 1.0, **({} if tried else {"go": "try"})})
+        if isinstance(request, Ask):
+            return Reply(answer(Perceiver(self.plan), request)[0].value)
+        if isinstance(request, Present) and not self.failed:
+            self.failed = True
+            return GONE
+        return Reply({})
+
+
+def test_a_setting_that_a_fault_interrupts_stands_in_the_form_again():
+    author, log = Author(), Kept()
+    author.plan = plan_of("authoring")
+    run(author.plan, author, log, {})
+    first, again, other = author.asked[0], author.asked[1], author.asked[3]
+    assert first.previous is None
+    assert again.trial.attempt == 2 and set(again.previous.values()) == {10.0}
+    assert other.trial.number != first.trial.number and other.previous is None
+    tape = Recorded(log.events)
+    run(author.plan, tape, tape, {})
+    tape.demand_end()

@@ -41,7 +41,7 @@ def test_studies_are_listed(said):
     text = said("studies")
     assert "door_ratings" in text and "90 stimuli, 7 attributes" in text and "toy" in text
     listed = {row["study"] for row in json.loads(said("studies", "--json"))}
-    assert {name for name in listed if "_" not in name} == {"toy"} and len(listed) == 11
+    assert {name for name in listed if "_" not in name} == {"toy"} and len(listed) == 12
 
 
 def test_a_broken_study_is_listed_as_broken(said, tmp_path):

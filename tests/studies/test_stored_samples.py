@@ -1,7 +1,9 @@
 """A ledger's samples stay in the file until they are asked for, and are what they were."""
 
+import hashlib
 import sqlite3
 import tracemalloc
+from pathlib import Path
 
 import pytest
 
@@ -11,8 +13,10 @@ from protocols.requests import Samples
 from studies.ledger import create, take_up
 from studies.record import read
 from studies.stored_samples import SMALL_BYTES, SamplesGone, StoredSamples
+from studies.tables import tables
 
 AT = {"at": "2026-01-01T00:00:00+00:00"}
+RECORDED = Path(__file__).parents[1] / "recorded" / "ten"
 CHANNELS, UNITS = ("x", "y", "z"), ("N",) * 3
 
 
@@ -21,8 +25,8 @@ def block(number, count=20_000):
     return Samples("force", CHANNELS, UNITS, 8000.0, number, data, number * count, "daq")
 
 
-def ledger(path, blocks):
-    create(path, {"study": {"study": "x"}}, AT)
+def ledger(path, blocks, header=None):
+    create(path, header or {"study": {"study": "x"}}, AT)
     kept = take_up(path, AT)
     for number, each in enumerate(blocks, start=1):
         kept.append(Event(number, number, "samples", canonical({}), 1, 1, (each,)))
@@ -42,6 +46,18 @@ def test_large_blocks_are_read_when_they_are_asked_for(tmp_path):
     assert found[41] == block(42) and block(42) == found[41] and found[41] != block(43)
     assert found[41].data == block(42).data and (found[41].first, found[41].clock) == (840_000, "daq")
     assert read(path).events == record.events
+
+
+def test_a_session_is_collected_without_its_samples_in_memory(tmp_path):
+    header = read(RECORDED / "door_capture_P001_s1.sqlite").header
+    path = ledger(tmp_path / "a.sqlite", [block(n) for n in range(1, 101)], header)  # 24 MB
+    tracemalloc.start()
+    found = tables(read(path))
+    _, most = tracemalloc.get_traced_memory()
+    tracemalloc.stop()
+    assert most < 5_000_000
+    assert [row["samples"] for row in found.streams] == [20_000] * 100
+    assert found.session["file_sha256"] == hashlib.sha256(path.read_bytes()).hexdigest()
 
 
 def test_small_blocks_are_kept(tmp_path):

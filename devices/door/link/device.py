@@ -17,14 +17,16 @@ from devices.rig.settings import Date, Strict
 class Settings(Strict):
     """A car-door simulator.
 
-    port: of the driver `serial`, as /dev/ttyUSB0 or COM3. twin_speed: how many seconds of the twin's plant pass in a
-    second; below 1 a busy machine does not cost it its heartbeat. twin_seed: of its sensors' noise and its hand.
+    port: of the driver `serial`, as /dev/ttyUSB0 or COM3. baud: no lower than telemetry at 1000 Hz needs; a slower
+    line would go on handing over heartbeats that a dead host left behind. twin_speed: how many seconds of the twin's
+    plant pass in a second; below 1 a busy machine does not cost it its heartbeat. twin_seed: of its sensors' noise and
+    its hand.
     """
 
     kind: Literal["door"]
     driver: Literal["serial", "twin"]
     port: str | None = None
-    baud: Annotated[int, Field(ge=9_600, le=12_000_000)] = 1_000_000
+    baud: Annotated[int, Field(ge=460_800, le=12_000_000)] = 1_000_000
     handle_radius_m: Annotated[float, Field(ge=0.2, le=2.0)] = 0.9
     limits: Limits = Limits()
     telemetry_hz: Annotated[int, Field(ge=500, le=1000)] = 500

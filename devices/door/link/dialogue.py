@@ -89,7 +89,7 @@ def rest(link: Link) -> None:
     link.keep_alive(0)
     if link.broken is None:
         try:
-            link.ask(says.Stop(), patience_s=2 * link.timing.reply_s)
+            link.ask(says.Stop())
         except DeviceFault:
             link.send(says.Stop())
 

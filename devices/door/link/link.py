@@ -60,14 +60,14 @@ class Link:
         self._changed = threading.Condition()
         self._writing = threading.Lock()
 
-    def ask(self, *messages: says.Message, patience_s: float | None = None) -> list[says.Message]:
+    def ask(self, *messages: says.Message) -> list[says.Message]:
         """Send these requests and give their answers, in order; whatever is not answered is sent again.
 
         Raises DeviceFault: link_lost where no answer comes, refused where one is refused.
         """
         asked = {self._next(): message for message in messages}
         try:
-            answers = self._answered(asked, self.timing.patience_s if patience_s is None else patience_s)
+            answers = self._answered(asked)
         finally:
             for sequence in asked:
                 self._answers.pop(sequence, None)
@@ -105,7 +105,7 @@ class Link:
         try:
             data = self.port.read(timeout_s)
         except OSError as error:
-            self._lose(error)
+            self.lose(error)
             return
         self.received += len(data)
         frames = self.parser.feed(data)
@@ -122,13 +122,22 @@ class Link:
         """How long no telemetry has come."""
         return self.clock_s() - self._heard_s
 
+    def lose(self, error: Exception) -> None:
+        """The line is gone, because of that; the first cause stays in `broken`, and the heart beats no more."""
+        said = f"{self.name}: the link to the door is lost ({error}); without a heartbeat it goes safe by itself"
+        with self._changed:
+            if self.broken is None:
+                self.broken = DeviceFault(self.name, "link_lost", said)
+            self._changed.notify_all()
+
     def _next(self) -> int:
         with self._writing:
             self._sequence = self._sequence % (SEQUENCES - 1) + 1
             return self._sequence
 
-    def _answered(self, asked: dict[int, says.Message], patience_s: float) -> list[says.Message]:
+    def _answered(self, asked: dict[int, says.Message]) -> list[says.Message]:
         self._answers.update(dict.fromkeys(asked))
+        patience_s = self.timing.patience_s
         until_s = self.clock_s() + patience_s
         while self.broken is None:
             for sequence, message in asked.items():
@@ -139,7 +148,7 @@ class Link:
             if len(answers) == len(asked):
                 return answers
             if self.clock_s() >= until_s:
-                self._lose(TimeoutError(f"no answer to {_names(asked.values())} for {patience_s:g} s"))
+                self.lose(TimeoutError(f"no answer to {_names(asked.values())} for {patience_s:g} s"))
         raise self.broken
 
     def _of(self, asked: dict[int, says.Message]) -> list[says.Message | None]:
@@ -162,14 +171,7 @@ class Link:
             with self._writing:
                 self.port.write(data)
         except OSError as error:
-            self._lose(error)
-
-    def _lose(self, error: OSError) -> None:
-        said = f"{self.name}: the link to the door is lost ({error}); without a heartbeat it goes safe by itself"
-        with self._changed:
-            if self.broken is None:
-                self.broken = DeviceFault(self.name, "link_lost", said)
-            self._changed.notify_all()
+            self.lose(error)
 
     def _refused(self, message: says.Message, nak: says.Nak) -> DeviceFault:
         how = f"it is {state_name(nak.state)}" + (f", with the fault {fault_name(nak.fault)}" if nak.fault else "")

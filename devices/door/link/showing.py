@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import gc
 from collections.abc import Callable, Generator, Mapping
 from dataclasses import dataclass
 from typing import Any, Protocol
@@ -92,9 +93,11 @@ class Showing:
                 reply = self.door.mending.fault(fault)
             yield reply
         finally:
-            self._at_rest("at rest")
-            for each in recorded:
-                each.stop()
+            try:
+                self._at_rest("at rest")
+            finally:
+                for each in recorded:
+                    each.stop()
 
     def _shown(self, recorded: list[Recorded]) -> Generator[Aside | Chunk, None, Reply | Fault]:
         profile = self.door.profile(self.request)
@@ -114,19 +117,20 @@ class Showing:
     def _ready(self) -> Generator[Aside, None, Link]:
         """The link to a door without a fault; a person has put right, and confirmed, whatever was wrong."""
         mending = self.door.mending
-        confirmed = False
         while True:
+            confirmed = mending.wanted
             while (aside := self._asked()) is not None:
                 yield aside
             link, identity = self.door.greeted()
             if not identity.fault:
                 return link
-            if not confirmed:
-                mending.wanted, confirmed = str(dialogue.told(self.door.name, identity.fault)), True
+            latched = str(dialogue.told(self.door.name, identity.fault))
+            if not confirmed.startswith(latched):
+                mending.wanted = latched
             elif dialogue.clear(link, identity.fault):
                 return link
             else:
-                mending.wanted = f"{dialogue.told(self.door.name, identity.fault)}, and its cause remains"
+                mending.wanted = f"{latched}, and its cause remains"
 
     def _asked(self) -> Aside | None:
         return self.door.mending.asked(WAITING, self.window, self.desk)
@@ -155,6 +159,7 @@ class Felt:
         """Until it is over. Raises DeviceFault."""
         showing, link = self.showing, self.link
         link.listen = self.opening.see
+        gc.freeze()  # A collection of all that is loaded halts every thread, the heart too, for longer than is allowed.
         try:
             while not self.ended:
                 self._play()
@@ -167,6 +172,7 @@ class Felt:
                 elif self.recorded.due():
                     yield self.recorded.take()
         finally:
+            gc.unfreeze()
             link.listen = None
             showing.desk.demand(None)
 
@@ -185,6 +191,8 @@ class Felt:
 
     def _play(self) -> None:
         if self.act.paused_at_ns is None and not self._playing:
+            if (fault := self._fault()) is not None:  # while it paused
+                raise fault
             dialogue.play(self.link, self.profile)
             self._playing = True
             self.showing.desk.demand(self._prompt())

@@ -99,9 +99,7 @@ class DoorSimulator:
         connection = self.connect()
         self._connection = connection
         try:
-            self.identity = dialogue.greet(connection.link)
-            self._require_limits(self.identity)
-            connection.link.ask(SetRate(self.setup.telemetry_hz))
+            self._greet(connection.link)
         except DeviceFault as fault:
             self._let_go()
             raise DeviceError(str(fault)) from fault
@@ -126,7 +124,7 @@ class DoorSimulator:
             if self._connection is None or self._connection.link.broken is not None:
                 self.open()
             link = self._up()
-            self.identity = identity = dialogue.greet(link)
+            identity = self._greet(link)
         except DeviceError as error:
             raise DeviceFault(self.name, "link_lost", str(error)) from error
         return link, identity
@@ -196,9 +194,10 @@ class DoorSimulator:
         except DeviceFault as fault:
             return Health(False, str(fault), calibrated=self.setup.calibrated)
         facts = {**(self._connection.facts if self._connection else {}), **_facts(found, link)}
-        told = str(dialogue.told(self.name, found.fault)) if found.fault else f"{state_name(found.state)}, motor off"
-        ok = not found.fault and not readings[0].lost
-        return Health(ok, told, readings, self.setup.calibrated, facts)
+        wrong = [str(dialogue.told(self.name, found.fault))] if found.fault else []
+        wrong += [f"{lost} samples of telemetry were lost on the line"] if (lost := readings[0].lost) else []
+        told = "; ".join(wrong) or f"{state_name(found.state)}, motor off"
+        return Health(not wrong, told, readings, self.setup.calibrated, facts)
 
     def perform(self, request: Present, window: Pages, desk: Desk, now_ns: NowNs) -> Came:
         """Let the stimulus be felt; whatever ends it, the door is safe then. Raises DeviceError."""
@@ -241,6 +240,13 @@ class DoorSimulator:
         if self._connection is None:
             raise DeviceError(f"{self.name}: the door is not open")
         return self._connection.link
+
+    def _greet(self, link: Link) -> Identity:
+        """Who is there, safe and as the rig wants it: it may have been switched off and on since the last time."""
+        self.identity = found = dialogue.greet(link)
+        self._require_limits(found)
+        link.ask(SetRate(self.setup.telemetry_hz))
+        return found
 
     def _require_limits(self, found: Identity) -> None:
         if found.speed_deg_s > self.setup.limits.speed_deg_s:

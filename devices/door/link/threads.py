@@ -3,6 +3,8 @@
 from __future__ import annotations
 
 import threading
+from collections.abc import Iterator
+from contextlib import contextmanager
 from dataclasses import dataclass, field
 
 from devices.door.link.link import Link
@@ -37,9 +39,19 @@ class Threads:
         self.running.clear()
 
     def _read(self) -> None:
-        while not self.ending.is_set() and self.link.broken is None:
-            self.link.pump(WAIT_S)
+        with self._lost_where_it_fails():
+            while not self.ending.is_set() and self.link.broken is None:
+                self.link.pump(WAIT_S)
 
     def _beat(self) -> None:
-        while not self.ending.wait(BEAT_S) and self.link.broken is None:
-            self.link.beat()
+        with self._lost_where_it_fails():
+            while not self.ending.wait(BEAT_S) and self.link.broken is None:
+                self.link.beat()
+
+    @contextmanager
+    def _lost_where_it_fails(self) -> Iterator[None]:
+        """A driver may raise what is no OSError, as pyserial does where its port was closed: the line is gone then."""
+        try:
+            yield
+        except Exception as error:
+            self.link.lose(error)

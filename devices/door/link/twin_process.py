@@ -22,7 +22,10 @@ ENDS_S = 5.0
 
 @dataclass
 class TwinProcess:
-    """A firmware emulator. It lives as long as its standard input is open, and is safe before it ends."""
+    """A firmware emulator. It lives as long as its standard input is open, and is safe before it ends.
+
+    As a device of its own it hears nothing of its host's terminal: a Ctrl-C there is the host's to deal with.
+    """
 
     name: str
     process: subprocess.Popen[bytes] | None = None
@@ -37,8 +40,9 @@ class TwinProcess:
         }  # fmt: skip
         options = [f"--{name}={value}" for name, value in asked.items()]
         self.process = subprocess.Popen(
-            [sys.executable, "-m", MODULE, *options, *more], stdin=subprocess.PIPE, stdout=subprocess.PIPE, env=_env()
-        )
+            [sys.executable, "-m", MODULE, *options, *more], stdin=subprocess.PIPE, stdout=subprocess.PIPE, env=_env(),
+            start_new_session=True,
+        )  # fmt: skip
         return self._port(self.process)
 
     def end(self) -> None:

@@ -48,10 +48,10 @@ class Written:
     def experimenter(self, **body):
         self.note("experimenter", body)
 
-    def chunk(self, number, *pieces):
+    def chunk(self, *pieces):
         """(Samples, told) of each stream."""
         streams = {block.stream: told for block, told in pieces}
-        self.note("samples", {"chunk": number, "streams": streams}, [block for block, _ in pieces])
+        self.note("samples", {"streams": streams}, [block for block, _ in pieces])
 
     def done(self, **summary):
         self.note("reply", {"recorded": True, "seconds": 1.0, "streams": summary})
@@ -86,7 +86,6 @@ def told(first, count, arrived=(), gaps=()):
 
 def chunks(written, streams, seconds=0.5):
     """Record whole streams: {name: (values by sample number, rate, true rate, t0_s, delay(), further of block)}."""
-    number = 0
     at = dict.fromkeys(streams, 0)
     while any(at[name] < len(streams[name][0]) for name in streams):
         pieces = []
@@ -99,5 +98,4 @@ def chunks(written, streams, seconds=0.5):
                 piece = block(name, part, rate_hz, at[name], t0_s + at[name] / true_hz, **further)
                 pieces.append((piece, told(at[name], len(part), arrived)))
                 at[name] += len(part)
-        written.chunk(number, *pieces)
-        number += 1
+        written.chunk(*pieces)

@@ -20,8 +20,8 @@ def written(tmp_path) -> Iterator[Written]:
 
 
 def one_second(written, value, start=0.0):
-    written.chunk(0, (block("force", np.full(50, value), 100, 0, start), told(0, 50)))
-    written.chunk(1, (block("force", np.full(50, value), 100, 50, start + 0.5), told(50, 50)))
+    written.chunk((block("force", np.full(50, value), 100, 0, start), told(0, 50)))
+    written.chunk((block("force", np.full(50, value), 100, 50, start + 0.5), told(50, 50)))
     written.done(force={"samples": 100, "gaps": 0, "calibration": "FT123 of 2026-01-05"})
 
 
@@ -121,27 +121,14 @@ def test_an_answer_revised_later_keeps_the_streams_of_the_attempt_that_felt(writ
     assert streams_of(written.record(), 1)[0].attempt == 1
 
 
-def test_a_recording_begun_anew_after_a_pause_replaces_what_was_before(written):
-    written.begin(1)
-    written.chunk(0, (block("force", np.ones(50), 100), told(0, 50)))
-    written.experimenter(do="pause")
-    written.experimenter(do="go_on")
-    one_second(written, 7.0, start=30.0)
-    written.end()
-    record = written.record()
-    [stream] = streams_of(record, 1)
-    assert stream.count == 100 and set(stream.values()[:, 0]) == {7.0} and stream.act == 1
-    assert attempts_of(record)[0].replaced == 1
-
-
 def test_gaps_are_where_and_why_they_were_told(written):
     written.begin(1)
-    written.chunk(0, (block("force", np.zeros(40), 100, 3), told(0, 40, gaps=[(0, 3, "late start")])))
+    written.chunk((block("force", np.zeros(40), 100, 3), told(0, 40, gaps=[(0, 3, "late start")])))
     parts = [block("force", np.zeros(10), 100, 50), block("force", np.zeros(10), 100, 65)]
     gaps = told(43, 20, gaps=[(43, 7, "overrun"), (60, 5, "link")])
-    written.note("samples", {"chunk": 1, "streams": {"force": gaps}}, parts)
-    written.chunk(2, (block("force", np.zeros(10), 100, 80), told(80, 10)))
-    written.note("samples", {"chunk": 3, "streams": {"force": told(90, 0, gaps=[(90, 4, "no room")])}})
+    written.note("samples", {"streams": {"force": gaps}}, parts)
+    written.chunk((block("force", np.zeros(10), 100, 80), told(80, 10)))
+    written.note("samples", {"streams": {"force": told(90, 0, gaps=[(90, 4, "no room")])}})
     written.done(force={"gaps": 5, "lost": 24})
     written.end()
     [stream] = streams_of(written.record(), 1)
@@ -151,6 +138,32 @@ def test_gaps_are_where_and_why_they_were_told(written):
     )  # fmt: skip
     assert (stream.count, stream.lost) == (70, 24)
     assert stream.numbers().tolist() == [*range(3, 43), *range(50, 60), *range(65, 75), *range(80, 90)]
+
+
+def test_what_is_missing_at_the_start_is_so_whatever_was_lost_later_in_that_chunk(written):
+    """The sum that is told of a chunk is of all its gaps; the first block's own number says what lacks before it."""
+    written.begin(1)
+    summed = {"first": 0, "count": 20, "lost": 8, "why": "late start; overrun"}
+    parts = [block("force", np.zeros(10), 100, 3), block("force", np.zeros(10), 100, 18)]
+    written.note("samples", {"streams": {"force": summed}}, parts)
+    written.done(force={"gaps": 2, "lost": 8})
+    written.end()
+    [stream] = streams_of(written.record(), 1)
+    assert stream.gaps == (Gap(0, 3, "not told"), Gap(13, 5, "not told"))
+
+
+def test_two_losses_in_a_row_keep_their_reasons_also_at_the_very_end(written):
+    written.begin(1)
+    lost = told(0, 20, gaps=[(10, 5, "overrun"), (15, 2, "link")])
+    parts = [block("force", np.zeros(10), 100), block("force", np.zeros(10), 100, 18)]
+    written.note("samples", {"streams": {"force": lost}}, parts)
+    written.note("samples", {"streams": {"force": told(28, 0, gaps=[(28, 4, "overrun"), (32, 1, "no room")])}})
+    written.done(force={"gaps": 4, "lost": 12})
+    written.end()
+    [stream] = streams_of(written.record(), 1)
+    assert stream.gaps == (
+        Gap(10, 5, "overrun"), Gap(15, 2, "link"), Gap(17, 1, "not told"), Gap(28, 4, "overrun"), Gap(32, 1, "no room"),
+    )  # fmt: skip
 
 
 @pytest.mark.parametrize(
@@ -164,8 +177,8 @@ def test_gaps_are_where_and_why_they_were_told(written):
 )
 def test_blocks_that_do_not_fit_together_are_refused(written, second, says):
     written.begin(1)
-    written.chunk(0, (block("force", np.zeros(50), 100), told(0, 50)))
-    written.chunk(1, (second, told(second.first, 50)))
+    written.chunk((block("force", np.zeros(50), 100), told(0, 50)))
+    written.chunk((second, told(second.first, 50)))
     written.done()
     written.end()
     with pytest.raises(StreamError, match=f"session.sqlite: trial 1, attempt 1: stream force: {says}"):
@@ -174,7 +187,7 @@ def test_blocks_that_do_not_fit_together_are_refused(written, second, says):
 
 def test_arrivals_that_run_backwards_are_refused_by_the_streams_name(written):
     written.begin(1)
-    written.chunk(0, (block("force", np.zeros(50), 100), told(0, 50, arrived=[(24, 3.0), (49, 2.0)])))
+    written.chunk((block("force", np.zeros(50), 100), told(0, 50, arrived=[(24, 3.0), (49, 2.0)])))
     written.done()
     written.end()
     [stream] = streams_of(written.record(), 1)
@@ -202,7 +215,7 @@ def test_one_stream_of_one_trial_is_in_memory_at_a_time(written):
         written.begin(trial)
         for number in range(20):
             part = np.zeros(25_000)
-            written.chunk(number, (block("force", part, 50_000, 25_000 * number), told(25_000 * number, 25_000)))
+            written.chunk((block("force", part, 50_000, 25_000 * number), told(25_000 * number, 25_000)))
         written.done()
         written.end()
     path = written.record().path  # 3 x 2 MB of samples

@@ -90,8 +90,9 @@ def test_a_feeder_that_is_late_is_an_underrun_on_record_and_no_click():
 def test_more_than_fits_is_a_fault_and_not_lost_without_a_word():
     made = coil(Clock())
     made.start()
-    with pytest.raises(DeviceFault, match="21 samples were written where 20 fit"):
+    with pytest.raises(DeviceFault, match="21 samples were written where 20 fit") as caught:
         made.write(np.zeros(21))
+    assert caught.value.what == "overrun"
 
 
 def test_beyond_the_limits_the_output_is_turned_down_and_counted():

@@ -77,6 +77,25 @@ def test_pictures_are_hashed_kept_and_told_of_by_their_lights(tmp_path):
     assert desk.standing is None
 
 
+def test_pictures_are_kept_in_the_lab_unless_the_rig_file_says_where(tmp_path):
+    lab = tmp_path / "lab"
+    for given, place in (({"pictures": None}, lab / "pictures"), ({"pictures": "kept"}, tmp_path / "kept")):
+        made = camera(tmp_path, lights=1, **given)
+        made.keep_in(lab)
+        data = picture(7)
+        came, _ = shoot(made, tmp_path, [(f"{place.name}.png", data)])
+        assert (place / came.value["pictures"][0]["file"]).read_bytes() == data
+        assert made.health(0).facts["kept in"] == ("LAB/pictures" if given["pictures"] is None else str(place))
+
+
+def test_a_twin_has_as_many_lights_as_the_simulated_surfaces_and_no_more():
+    from devices.surfaces.photo import LIGHTS
+
+    assert Settings(kind="camera", driver="twin", lights=LIGHTS).count == LIGHTS
+    with pytest.raises(ValidationError, match="a twin has 10, and 11 are asked for"):
+        Settings(kind="camera", driver="twin", lights=LIGHTS + 1)
+
+
 def test_files_that_come_at_once_are_ordered_by_name_where_the_rig_says_so(tmp_path):
     made, clock = camera(tmp_path, order="name", lights=["left", "right"]), Clock()
     (tmp_path / "incoming" / "old.png").write_bytes(picture(9))

@@ -87,6 +87,7 @@ class VirtualDesk:
     at: dict = field(default_factory=dict)
     demands: list = field(default_factory=list)
     told: list = field(default_factory=list)
+    confirmed: list = field(default_factory=list)
     confirms: bool = True
     answered: object = None
     asked: bool = False
@@ -108,6 +109,8 @@ class VirtualDesk:
     def demand(self, prompt):
         if prompt is not None and (not self.demands or self.demands[-1] != prompt.text):
             self.demands.append(prompt.text)
+        if prompt is None and self.asked and self.answered:
+            self.confirmed.append(self.demands[-1])
         self.answered, self.asked = None, prompt is not None and "then confirm" in prompt.text
 
     def answer(self):

@@ -27,6 +27,7 @@ def test_the_rig_files_example_makes_a_door():
     "wrong",
     [
         {"driver": "serial"}, {"driver": "twin", "telemetry_hz": 499}, {"driver": "twin", "handle_radius_m": 0.0},
+        {"driver": "twin", "baud": 115_200},
         {"driver": "twin", "limits": {"torque_Nm": -1}}, {"driver": "twin", "limits": {"power": 1}},
         {"driver": "twin", "speed": 1}, {"driver": "twin", "twin_speed": float("nan")}, {"driver": "usb"},
     ],

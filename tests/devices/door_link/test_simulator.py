@@ -1,5 +1,7 @@
 """Presenting on the door, in virtual time: what is felt, what breaks in, and every fault."""
 
+import random
+
 import pytest
 
 from devices.door.firmware.ailments import Ailing
@@ -162,6 +164,13 @@ def test_health_tells_noise_and_faults():
     lab.bench.firmware.press(True)
     found = lab.door.health(0.3)
     assert not found.ok and "emergency stop" in found.told
+
+
+def test_health_tells_what_is_lost_on_the_line():
+    lab, chance = Lab().opened(), random.Random(1)
+    lab.bench.line.wire.to_host = lambda data: b"" if chance.random() < 0.1 else data
+    found = lab.door.health(0.3)
+    assert not found.ok and "samples of telemetry were lost on the line" in found.told
 
 
 def test_what_the_ledger_keeps_of_it():

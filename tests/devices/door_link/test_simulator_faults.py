@@ -1,5 +1,7 @@
 """Every fault while the door presents, in virtual time: it ends safe, it is told, and the next attempt asks first."""
 
+import gc
+
 import pytest
 
 from devices.door.firmware.ailments import Ailing
@@ -7,10 +9,12 @@ from devices.door.firmware.limits import Limits as DeviceLimits
 from devices.door.link import messages as says
 from devices.door.link.codes import SAFE_WITHIN_MS, Fault, State
 from devices.door.link.frames import Parser
+from devices.door.link.link import Link
+from devices.door.link.threads import Threads
 from protocols.requests import Aside, Chunk, Reply
 from protocols.requests import Fault as Failed
 from tests.devices.door_firmware.plants import TinyPlant, out_and_back
-from tests.devices.door_link.lines_for_tests import Bench, Lab, playing, request
+from tests.devices.door_link.lines_for_tests import Bench, Drained, Lab, playing, request, slow_lab
 
 DRILLS = {
     "silent": "silent", "stuck": "stuck", "not_a_number": "not_a_number", "angle_not_a_number": "not_a_number",
@@ -48,6 +52,28 @@ def test_nothing_moves_until_the_experimenter_has_confirmed():
     assert lab.at_rest and lab.bench.firmware.fault is Fault.not_a_number
     lab.desk.confirms = True
     lab.until(Reply, again)
+
+
+def test_a_fault_is_confirmed_once():
+    lab, asked = playing("not_a_number")
+    lab.bench.plant.from_ms = lab.bench.plant.t_ms
+    lab.until(Failed, asked)
+    lab.bench.plant.from_ms, lab.bench.plant.plant.angle_deg = None, 0.0
+    lab.until((Chunk, Failed), request())
+    assert lab.desk.confirmed == [
+        "door: the door went safe: a sensor of it gave no number. Put it right, then confirm."
+    ]
+
+
+def test_a_fault_in_a_pause_is_told_by_its_name_before_anything_moves_again():
+    lab, asked = playing()
+    lab.desk.at = {0: Aside({"do": "pause"})}
+    lab.until(Aside, asked)
+    lab.bench.firmware.press(True)
+    lab.desk.at = {lab.bench.line.t_ms + 300: Aside({"do": "go_on"})}
+    lab.until(Aside, asked)
+    failed, _ = lab.until(Failed, asked)
+    assert failed.value["what"] == "emergency_stop" and lab.at_rest
 
 
 def test_a_fault_whose_cause_remains_is_asked_for_again():
@@ -176,3 +202,50 @@ def test_telemetry_that_cannot_be_true_is_a_fault_also_where_the_device_says_not
     lab.bench.plant.ailment, lab.bench.plant.from_ms = "not_a_number", lab.bench.plant.t_ms
     failed, _ = lab.until(Failed, asked)
     assert failed.value["what"] == "not_a_number" and lab.at_rest
+
+
+def test_a_door_that_was_switched_off_and_on_is_set_up_anew():
+    lab = Lab().opened()
+    lab.bench.firmware.receive(says.sent(says.SetRate(100), 9))
+    lab.until(Chunk)
+    assert lab.bench.firmware._rate_hz == 500
+    lab.door.close()
+    lab.opened()
+    lab.bench.firmware.limits = DeviceLimits(speed_deg_s=400.0)
+    failed, _ = lab.until(Failed)
+    assert "stops itself at 400 deg/s, the rig allows 180" in failed.value["message"] and lab.at_rest
+
+
+def test_a_driver_that_raises_anything_is_a_lost_link():
+    class Driver:
+        def read(self, _timeout_s):
+            raise TypeError("'NoneType' object cannot be interpreted as an integer")
+
+        def write(self, data):
+            pass
+
+    link = Link("door", Driver())
+    threads = Threads(link)
+    threads.start()
+    try:
+        assert not link.wait(lambda: False, 10.0)
+        assert link.broken.what == "link_lost" and "NoneType" in str(link.broken)
+    finally:
+        threads.end()
+
+
+def test_no_collection_of_garbage_holds_up_the_heart_while_a_hand_is_in_the_machine():
+    lab, _ = playing()
+    assert gc.get_freeze_count() > 0
+    lab.door.close()
+    assert gc.get_freeze_count() == 0
+
+
+def test_what_was_recorded_is_ended_also_where_telling_of_it_fails():
+    lab, recorded = slow_lab(), []
+    lab.door.recorder = lambda door, now_ns: recorded.append(Drained(door, now_ns)) or recorded[-1]
+    lab.until(Chunk, request())
+    lab.desk.tell = lambda _state: (_ for _ in ()).throw(OSError("the terminal is gone"))
+    with pytest.raises(OSError, match="terminal"):
+        lab.door.close()
+    assert lab.at_rest and recorded[0].ended

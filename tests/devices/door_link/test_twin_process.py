@@ -16,6 +16,7 @@ import devices
 from devices.door.link.connections import by_serial, by_twin
 from devices.door.link.device import Settings, make
 from devices.door.link.limits import Limits
+from devices.door.link.twin_process import TwinProcess
 from devices.signals import DeviceError
 from protocols.requests import Chunk, Fault, Reply
 from tests.devices.door_link.lines_for_tests import request
@@ -188,6 +189,15 @@ def test_a_port_that_is_not_there_or_is_nobodys_is_refused_with_what_to_do():
     finally:
         os.close(master)
         os.close(slave)
+
+
+def test_a_twin_does_not_hear_the_ctrl_c_that_its_host_hears():
+    twin = TwinProcess("door")
+    try:
+        twin.start(1.0, 1, Limits(), 1_000_000)
+        assert os.getpgid(twin.process.pid) != os.getpgid(0)
+    finally:
+        twin.end()
 
 
 def test_a_twin_that_cannot_start_is_refused():

@@ -8,8 +8,8 @@ import pytest
 import devices.rig.opened
 from devices.rig.file import RigFile
 from devices.rig.opened import open_rig
-from devices.sound.device import Settings
 from devices.signals import DeviceError
+from devices.sound.device import Settings
 
 
 @dataclass

@@ -45,6 +45,7 @@ def test_a_device_is_read_and_told_with_rate_mean_noise_and_calibration(said, la
     text = said("check", "vibration", "--seconds", 0.2, "--lab", lab)
     assert "ok     vibration (accelerometer, twin): " in text and "calibrated 2026-03-01" in text
     assert "Hz measured, 3000 Hz nominal" in text
+    assert "by ADXL335, typical values of the data sheet" in text
     az = next(line.split() for line in text.splitlines() if line.split()[:1] == ["az"])
     assert abs(float(az[1]) - 9.81) < 0.1 and az[2:4] == ["m/s^2", "noise"] and 0 < float(az[4]) < 0.5
     assert "noise (" not in text, "only what is named is looked at"

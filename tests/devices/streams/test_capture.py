@@ -1,8 +1,9 @@
 """A capture as a session performs it: chunks, then the reply; a pause, a fault, an end in the middle."""
 
+import numpy as np
 import pytest
 
-from devices.signals import DeviceError, DeviceFault
+from devices.signals import Block, DeviceError, DeviceFault
 from devices.streams.capture import Capture
 from protocols.canonical import canonical
 from protocols.requests import Aside, Chunk, Fault, Reply
@@ -111,7 +112,7 @@ def test_a_fault_makes_every_sensor_safe_then_keeps_what_there_was_then_is_told(
     assert kinds(came) == ["Chunk", "Chunk", "Fault"]
     assert lab.sensor.log == ["expect None", "start", "stop", "safe"]
     assert sorted(values(came[:2], STREAM)) == list(range(700))
-    assert came[-1].value == {"device": "vibration", "what": "overrun", "message": "the buffer ran over"}
+    assert came[-1].value == {"device": "vibration", "what": "overrun", "message": "vibration: the buffer ran over"}
     assert lab.desk.states == {}
 
 
@@ -121,7 +122,8 @@ def test_after_a_fault_nothing_is_recorded_before_somebody_has_confirmed():
     lab.desk.confirms, before = False, list(lab.sensor.log)
     request = sense(2.0)
     assert isinstance(lab.capture.perform(request, lab.window, lab.desk, lab.time), Aside)
-    assert lab.sensor.log == before and lab.desk.prompts == ["OSError: unplugged. Put it right, then confirm."]
+    assert lab.sensor.log == before
+    assert lab.desk.prompts == ["vibration: OSError: unplugged. Put it right, then confirm."]
     lab.desk.confirms = True
     came = lab.came(request)
     assert kinds(came) == ["Chunk"] * 4 + ["Reply"] and lab.desk.demanded is None
@@ -143,7 +145,7 @@ def test_what_cannot_be_made_safe_is_told_with_the_fault():
     lab = Lab(upset=[(0.3, DeviceFault("vibration", "silent", "gone"))])
     lab.sensor.at_stop = OSError("no answer")
     (*_, fault) = lab.came(sense(2.0))
-    assert fault.value["message"] == "gone; recording could not be made safe: no answer"
+    assert fault.value["message"] == "vibration: gone; recording could not be made safe: OSError: no answer"
     assert lab.sensor.log[-1] == "safe"
 
 
@@ -173,3 +175,57 @@ def test_close_stops_it_and_may_be_called_at_any_time():
     lab.capture.close()
     lab.capture.close()
     assert lab.sensor.log == ["expect None", "start", "stop"]
+
+
+def test_a_recording_shorter_than_silence_is_no_recording_where_nothing_came():
+    lab = Lab()
+    lab.window.turn = lambda: lab.time.pass_s(0.1)
+    (fault,) = lab.came(sense(0.5))
+    assert (fault.value["what"], fault.value["message"]) == ("silent", f"vibration: {STREAM}: nothing in 0.5 s")
+    assert lab.sensor.log == ["expect None", "start", "stop", "safe"]
+
+
+def test_a_recording_shorter_than_that_is_none_either_where_no_number_came():
+    lab = Lab()
+    lab.window.turn = lambda: (lab.time.pass_s(0.1), lab.sensor.feed(no_numbers(lab.time)))
+    *chunks, fault = lab.came(sense(0.5))
+    assert fault.value["what"] == "not_a_number"
+    assert fault.value["message"] == f"vibration: {STREAM}: no numbers in 0.5 s"
+    assert sorted(values(chunks, STREAM)) == list(range(500))  # kept as it came
+
+
+def no_numbers(time):
+    return Block(round(time() / 1e6) - 100, np.full(300, np.nan, "<f4").tobytes(), time())
+
+
+def raises(error):
+    raise error
+
+
+@pytest.mark.parametrize(
+    ("last", "what"),
+    [(lambda: raises(OSError("unplugged")), "link_lost"), (lambda: {"acceleration": (block(150, 10),)}, "firmware")],
+)
+def test_what_fails_last_is_a_fault_and_no_recording(last, what):
+    """The read that follows the end raises, or gives what cannot be true."""
+    lab = Lab()
+    read = lab.sensor.read
+    lab.sensor.read = lambda timeout_s: read(timeout_s) if timeout_s else last()
+    *chunks, fault = lab.came(sense(2.0))
+    assert isinstance(fault, Fault) and fault.value["what"] == what
+    assert sorted(values(chunks, STREAM)) == list(range(2000))
+
+
+def test_a_sensor_that_cannot_be_stopped_at_the_end_is_a_fault_and_no_end_of_the_session():
+    lab = Lab()
+    lab.sensor.at_stop = OSError("no answer")
+    *chunks, fault = lab.came(sense(2.0))
+    assert fault.value == {"device": "vibration", "what": "link_lost", "message": "vibration: OSError: no answer"}
+    assert sorted(values(chunks, STREAM)) == list(range(2000)) and lab.sensor.log[-1] == "safe"
+
+
+def test_where_a_sensor_neither_starts_nor_stops_the_first_is_told():
+    lab = Lab()
+    lab.sensor.at_start, lab.sensor.at_stop = DeviceError("vibration: Dev1 is not there"), OSError("no answer")
+    (fault,) = lab.came(sense(2.0))
+    assert fault.value["message"] == "vibration: Dev1 is not there"

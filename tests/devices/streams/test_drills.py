@@ -161,7 +161,7 @@ def test_a_sensor_that_fails_ends_safe_and_its_trial_is_met_again(tmp_path, upse
     record = whole(lab.path)
     (fault,) = [event for event in record.events if event.kind == "fault"]
     assert (fault.value["what"], fault.value["device"], fault.attempt) == (what, "vibration", 1)
-    assert fault.value["message"] == message
+    assert fault.value["message"] == f"vibration: {message}"
     assert lab.sensor.log[:4] == ["expect None", "start", "stop", "safe"]
     ended = [event.value["as"] for event in record.events if event.kind == "trial_ended"]
     assert ended == ["faulted", "captured"]

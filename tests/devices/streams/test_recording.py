@@ -125,6 +125,14 @@ def test_a_silent_sensor_is_a_fault_that_stays(begun, time):
     assert one.fault() is fault
 
 
+def test_a_sensor_may_take_longer_over_its_first_samples(begun, time):
+    one = begun(Fed())
+    time.pass_s(3.0)
+    assert one.fault() is None
+    time.pass_s(0.1)
+    assert "nothing for 3.1 s (limit 3 s)" in str(one.fault())
+
+
 def test_a_slow_sensor_may_be_silent_for_longer_and_one_without_a_rate_for_ever(begun, time):
     one = begun(Fed(signal=replace(XYZ, rate_hz=2.0)), Fed("events", replace(XYZ, rate_hz=0.0)))
     time.pass_s(9.9)

@@ -218,13 +218,14 @@ def test_settings_are_checked_before_anything_is_opened(tmp_path):
         {"driver": "usb"},
         {"px_per_mm": -1},
         {"cutoff_hz": 900},
+        {"calibrated": "2026-02-30"},
     ):
         with pytest.raises(ValidationError):
             Settings(**{"kind": "tablet", "driver": "twin"} | wrong)
     for driver, setting in (("evdev", "path"), ("pyglet", "px_per_mm"), ("recording", "recording")):
         with pytest.raises(DeviceError, match=f"needs `{setting}"):
             tablet(tmp_path, driver=driver)
-    with pytest.raises(DeviceError, match="rise from lowest"):
+    with pytest.raises(DeviceError, match="speed_mm_s 300 to 10, .*rise from lowest"):
         tablet(tmp_path, driver="twin", speed_mm_s=(300, 10))
     with pytest.raises(DeviceError, match="is not open"):
         tablet(tmp_path, driver="twin").start(lambda: 0)
@@ -309,6 +310,39 @@ def test_a_reader_that_sleeps_finds_the_newest_reports_and_their_loss(tmp_path, 
         pyglets[0].dispatch_event("on_motion", "pen", k, 0, 0.5, 0.0, 0.0)
     (block,) = made.read(0)["stylus"]
     assert (made.came, made.dropped, block.why) == (4096, 904, "reports_dropped")
+    made.close()
+
+
+class OwnWindow(Window):
+    handled = 0
+
+    def dispatch_events(self):
+        self.handled += 1
+
+    def close(self):
+        pass
+
+
+@pytest.mark.usefixtures("pyglets")
+def test_a_window_of_its_own_serves_a_check_but_no_recording(tmp_path, monkeypatch):
+    """Its events are handled by the thread that opened it; another would record a stylus that is away, for ever."""
+    made, told = tablet(tmp_path, driver="pyglet", px_per_mm=10.0), []
+    monkeypatch.setattr(made.source, "_own_window", lambda: setattr(made.source, "own", OwnWindow()) or made.source.own)
+    made.open()
+    made.start(time.monotonic_ns)
+    made.read(0)
+    assert made.source.own.handled
+
+    def record():
+        try:
+            made.read(0)
+        except DeviceFault as fault:
+            told.append((fault.what, str(fault)))
+
+    reader = Thread(target=record)
+    reader.start()
+    reader.join(30)
+    assert told[0][0] == "refused" and "the participant's window" in told[0][1]
     made.close()
 
 

@@ -102,6 +102,22 @@ def test_a_senders_clock_that_is_set_anew_is_said_and_numbers_go_on(offered, pyl
     device.close()
 
 
+def test_a_question_for_the_clocks_offset_that_is_not_answered_keeps_the_last_one(offered, pylsl):
+    outlet = offered(METRES)
+    device = started(tracker())
+    source, known = device.source, device.source.offset_s
+
+    def unanswered(_timeout_s):
+        raise pylsl.util.TimeoutError("the operation failed due to a timeout.")
+
+    source.inlet.time_correction, source.asked_s = unanswered, -math.inf
+    now = pylsl.local_clock()
+    outlet.push(track(0, 5), [now + k / 120 for k in range(5)])
+    assert len(rows(device, read(device, 5))) == 5
+    assert source.offset_s == known and source.asked_s >= now - 1
+    device.close()
+
+
 def test_a_stream_that_is_not_there_is_refused_with_those_that_are(offered):
     offered({"name": "EyeLink", "type": "Gaze"})
     with pytest.raises(DeviceError, match=r"no stream within 0.2 s with the name 'OptiTrack'.*EyeLink \(type Gaze"):

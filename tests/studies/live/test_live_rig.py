@@ -106,6 +106,24 @@ def test_a_recording_without_a_recorder_is_refused():
         Station(HandMounted()).perform(Sense("tool", 1.0, trial), Windowless(), None, lambda: 0)
 
 
+def test_a_recorder_that_cannot_be_ended_leaves_none_of_the_others_running():
+    ended = []
+
+    class Recorder:
+        def __init__(self, name):
+            self.name = name
+
+        def close(self):
+            ended.append(self.name)
+            if self.name == "camera":
+                raise OSError("gone")
+
+    station = Station(HandMounted(), {name: Recorder(name) for name in ("tool", "camera", "door_sensors")})
+    with pytest.raises(OSError, match="gone"):
+        station.stop()
+    assert sorted(ended) == ["camera", "door_sensors", "tool"]
+
+
 class Falls(Hall):
     """A hall whose furnishing fails after the window has opened."""
 

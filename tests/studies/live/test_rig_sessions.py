@@ -15,6 +15,7 @@ import pytest
 
 import studies.live_rig
 from devices.rig.file import rig_path
+from devices.rig.opened import OpenRig
 from protocols.answering import answer
 from protocols.perceiver import Perceiver
 from protocols.plan import ParticipantRow, compile_plan
@@ -22,6 +23,7 @@ from protocols.requests import Ask, Reply
 from protocols.study import Study
 from studies.catalogue import SHIPPED, Found, read_study
 from studies.interrupts import Interrupted
+from studies.live import Station
 from studies.live_options import LiveOptions
 from studies.live_rig import live_plan, plan_to_go_on
 from studies.record import read
@@ -210,12 +212,36 @@ def test_a_session_that_is_quit_while_a_door_is_felt_leaves_it_safe_and_goes_on(
     replay(sat.path)
 
 
+def test_the_first_thing_done_in_the_end_is_that_nothing_moves(lab, rooms, monkeypatch):
+    done = []
+
+    def noting(kind, name):
+        before = getattr(kind, name)
+        monkeypatch.setattr(kind, name, lambda self: done.append(name) or before(self))
+
+    def quits(_page, _looks):
+        raise Interrupted("QUIT")
+
+    noting(OpenRig, "safe")
+    noting(Station, "stop")
+    rooms["meanwhile"] = quits
+    assert not begun(doors(1), lab).complete
+    assert done[:2] == ["safe", "stop"]
+
+
 def test_a_profile_beyond_the_rig_s_limits_is_refused_before_anything_is_recorded(lab, rooms):
     path = rig_path(lab)
     path.write_text(TWINS.replace("twin_speed: 0.5", "limits: {torque_Nm: 5}"), encoding="utf-8")
     with pytest.raises(ValueError, match=r"BC3.*5 N m"):
         begun(doors(1), lab)
     assert not (lab / "sessions").exists() and not list(children())
+
+
+def test_where_no_ledger_can_be_written_the_devices_are_let_go_of(lab, rooms):
+    (lab / "sessions").write_text("a file in the way", encoding="utf-8")
+    with pytest.raises(OSError, match="sessions"):
+        begun(doors(1), lab)
+    assert not list(children())
 
 
 def test_sensors_are_recorded_together_and_nothing_is_lost(lab, rooms):
@@ -265,6 +291,12 @@ def test_a_photo_study_keeps_its_pictures_in_the_lab(lab, rooms):
     [pictures] = [event.value["pictures"] for event in record.events if "pictures" in (event.value or {})]
     assert len(pictures) == 2 and len(list((lab / "pictures").rglob("*.png"))) == 2
     replay(sat.path)
+    elsewhere = lab / "rigs" / "other.yaml"
+    elsewhere.parent.mkdir()
+    path.rename(elsewhere)
+    (lab / "pictures").rename(lab / "former")
+    assert start(lab, plan_of(found), live_plan(found, lab, LiveOptions(rig=elsewhere)), 2).complete
+    assert len(list((lab / "pictures").rglob("*.png"))) == 2, "wherever the rig file lies"
 
 
 def test_noise_masks_and_other_settings_are_refused_when_going_on(lab, rooms):

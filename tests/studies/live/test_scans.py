@@ -82,6 +82,13 @@ def test_where_no_code_is_asked_for_nothing_is_one():
     assert asides(seat, wedge, 2.0, Prompt("Put in place: T07")) == [{"do": "pause"}]
 
 
+def test_once_a_scanner_is_there_a_stray_scan_orders_nothing():
+    seat, wedge = seated(*typed("T07\r"), *typed("qap7\r", 3.0), *typed("p", 4.0))
+    assert asides(seat, wedge, 2.0) == [] and seat.answer() == "T07"
+    assert asides(seat, wedge, 5.0, None) == [{"do": "pause"}], "a hand's key still means what it means"
+    assert asides(seat, wedge, 6.0, Prompt("Type what the ruler reads", "number")) == [] and seat.answer() is None
+
+
 def test_a_line_gives_a_code_too():
     seat, wedge = seated(Heard("scan T12", 0.5), by_line=True)
     asides(seat, wedge, 1.0)

@@ -1,0 +1,87 @@
+"""What a kind's settings take and mean, in the words of who writes a rig file."""
+
+from __future__ import annotations
+
+from collections.abc import Iterator, Mapping, Sequence
+from dataclasses import dataclass
+from pathlib import Path
+from types import UnionType
+from typing import Annotated, Any, Literal, Union, get_args, get_origin
+
+from devices.rig.settings import Date, Strict
+from protocols.yaml_text import load
+
+MEANINGS = Path(__file__).with_name("meanings.yaml")
+
+
+@dataclass(frozen=True)
+class Setting:
+    """One setting of a kind; `name` is dotted inside another setting."""
+
+    name: str
+    takes: str
+    default: str
+    meaning: str
+
+
+def settings_of_kind(kind: str, model: type[Strict]) -> list[Setting]:
+    """Every setting of a kind, those inside others after them."""
+    data: Any = load(MEANINGS.read_bytes(), str(MEANINGS)).data
+    return list(_told(model, {**data["every"], **data[kind]}, ""))
+
+
+def _told(model: type[Strict], meanings: Mapping[str, str], within: str) -> Iterator[Setting]:
+    for name, field in model.model_fields.items():
+        whole = f"{within}{name}"
+        default = "required" if field.is_required() else _plain(field.get_default(call_default_factory=True))
+        yield Setting(whole, _type(field.annotation, field.metadata), default, meanings.get(whole, ""))
+        if (inner := _model_in(field.annotation)) is not None:
+            yield from _told(inner, meanings, f"{whole}.")
+
+
+def _model_in(annotation: Any) -> type[Strict] | None:
+    if isinstance(annotation, type) and issubclass(annotation, Strict):
+        return annotation
+    return next((found for each in get_args(annotation) if (found := _model_in(each)) is not None), None)
+
+
+def _plain(value: Any) -> str:
+    """A default as it would stand in the file."""
+    if isinstance(value, Strict):
+        return f"{{{', '.join(f'{key}: {_plain(inner)}' for key, inner in value)}}}"
+    if isinstance(value, tuple):
+        return f"[{', '.join(map(_plain, value))}]"
+    if value is None:
+        return "none"
+    if isinstance(value, bool):
+        return "yes" if value else "no"
+    return f"{value:.10g}" if isinstance(value, float) else str(value)
+
+
+WORDS = {str: "text", float: "number", int: "whole number", bool: "yes or no", Path: "file"}
+
+
+def _type(annotation: Any, metadata: Sequence[Any] = ()) -> str:
+    """What may be given, with its bounds."""
+    origin, arguments = get_origin(annotation), get_args(annotation)
+    if origin is Literal:
+        return f"one of {', '.join(map(str, arguments))}" if len(arguments) > 1 else str(arguments[0])
+    if origin is Annotated:
+        return "a date as 2026-11-21" if annotation == Date else _type(arguments[0], arguments[1:])
+    if origin in (Union, UnionType):
+        return " or ".join(_type(each) for each in arguments if each is not type(None))
+    if origin in (tuple, list):
+        many = "" if Ellipsis in arguments or len(arguments) < 2 else f" of {len(arguments)}"
+        each = dict.fromkeys(_type(each) for each in arguments if each is not Ellipsis)
+        return f"list{many}, each {' and '.join(each)}"
+    if isinstance(annotation, type) and issubclass(annotation, Strict):
+        return "keys and values"
+    return WORDS.get(annotation, str(getattr(annotation, "__name__", annotation))) + _bounds(metadata)
+
+
+def _bounds(metadata: Sequence[Any]) -> str:
+    """The bounds of a number: from 0.2 to 2, above 0."""
+    given = [inner for each in metadata for inner in (getattr(each, "metadata", None) or [each])]
+    found = {key: getattr(each, key) for each in given for key in ("ge", "gt", "le") if hasattr(each, key)}
+    low = f" from {found['ge']:.10g}" if "ge" in found else f" above {found['gt']:.10g}" if "gt" in found else ""
+    return low + (f" to {found['le']:.10g}" if "le" in found else "")
