@@ -98,7 +98,7 @@ def rehearsal_plan(found: Found, lab: Path, options: LiveOptions) -> RigPlan:
 
     full = options.windowed is None and calibration is not None and calibration.confirmed_at != NEVER
     opening = Opening(description, inner.check, window_of(found, lab, calibration, language, full), furnish)
-    return RigPlan(description, opening.check, opening.open)
+    return RigPlan(description, opening.check, opening.open, drop=opening.drop)
 
 
 def rehearse(lab: Path, plan: Plan, rig: RigPlan) -> Sat:

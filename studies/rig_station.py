@@ -61,7 +61,12 @@ def _door(rig: OpenRig, found: Found, plan: Plan) -> Presents | None:
 
 
 def demand_within_limits(rig: OpenRig, found: Found, plan: Plan) -> None:
-    """The door can play every stimulus of the plan. Raises DeviceError naming the first that it cannot."""
+    """The door can play every stimulus of the plan, and whatever may be wished for. Raises DeviceError naming which."""
+    if "door_generator" in plan.study.needs:
+        from devices.door.wished import hardest
+
+        door = cast("DoorSimulator", rig.of("door_generator")["door"])
+        door.check(hardest(), "the hardest door that may be wished for")
     if "door" not in plan.study.needs:
         return
     door, files = cast("DoorSimulator", rig.of("door")["door"]), Profiles(found.folder)

@@ -14,7 +14,7 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import NDArray
 
-from devices.door.grid import POINTS_PER_DEG, DoorDataError
+from devices.door.grid import POINTS, POINTS_PER_DEG, DoorDataError
 from devices.door.mechanics import CheckFeature, Door, simulate
 
 Array = NDArray[np.float64]
@@ -68,6 +68,12 @@ def wished_profile(wish: Mapping[str, float]) -> Array:
 def wished_door(wish: Mapping[str, float]) -> Door:
     """The mechanical door that the wish stands for. Raises as `wished_profile`."""
     return _door(_dials(_checked(wish)))
+
+
+def hardest() -> tuple[float, ...]:
+    """A profile at the bounds of what a wish may come to: up and down between them as steeply as is allowed."""
+    step, length = STEEPEST_N_DEG / POINTS_PER_DEG, round(2 * LIMIT_N * POINTS_PER_DEG / STEEPEST_N_DEG)
+    return tuple(LIMIT_N - step * abs(place % (2 * length) - length) for place in range(POINTS))
 
 
 def bounded(force_N: Array) -> Array:

@@ -12,7 +12,7 @@ def checked(file: RigFile, name: str, seconds: float) -> Health:
     try:
         with one_opened(file, name) as device:
             return device.health(seconds)
-    except DeviceError as error:
+    except (DeviceError, OSError) as error:
         return Health(False, str(error))
     except DeviceFault as fault:
         return Health(False, f"{fault} ({fault.what})")

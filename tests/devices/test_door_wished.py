@@ -10,7 +10,7 @@ from devices.door.commands import doors
 from devices.door.features import describe
 from devices.door.grid import POINTS, DoorDataError
 from devices.door.sets import differences, make
-from devices.door.wished import LIMIT_N, STEEPEST_N_DEG, TURNS, bounded, wished_profile
+from devices.door.wished import LIMIT_N, STEEPEST_N_DEG, TURNS, bounded, hardest, wished_profile
 from protocols.perceiver import Perceiver
 from protocols.plan import ParticipantRow, compile_plan
 from protocols.study import Stimulus
@@ -133,3 +133,9 @@ def test_a_studys_profiles_are_compared_and_remade_by_its_name(tmp_path):
     changed.write_text(changed.read_text().replace("0.0,", "0.0,-", 1))
     answer = CliRunner().invoke(doors, compared)
     assert answer.exit_code == 1 and f"{changed}: differs" in answer.output
+
+
+def test_the_hardest_door_lies_at_the_bounds_of_every_wish():
+    made = np.array(hardest())
+    assert (len(made), made.min(), made.max()) == (621, -LIMIT_N, LIMIT_N)
+    assert np.abs(np.diff(made)).max() == pytest.approx(STEEPEST_N_DEG / 10)

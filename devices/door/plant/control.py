@@ -5,6 +5,7 @@ from __future__ import annotations
 from dataclasses import dataclass
 from math import copysign
 
+from devices.door.plant.easing import Easing
 from devices.door.plant.parameters import TICK_S, Parameters
 from devices.door.plant.rendering import Rendered
 
@@ -13,6 +14,7 @@ SLOW_RAD_S = 0.03
 CALM_S = 0.5
 """How fast the damping of a shaken arm fades."""
 ONE_TURN = 0.25
+"""What a reversal adds to an arm's shaking."""
 SWUNG_RAD_S = 0.1
 """A reversal between speeds above this is one."""
 LOOK_RAD = 0.03
@@ -29,11 +31,11 @@ class Asked:
 
 
 class Cascade:
-    """PID on the torque error -> speed; PI on the speed error -> torque; both integrals stop at the motor's limit."""
+    """PID on the torque error -> speed; P on the speed error -> torque; the integral stops at the motor's limit."""
 
     __slots__ = (
-        "_anchor", "_brake", "_dry", "_error", "_feed", "_gains", "_lag", "_motor_limit", "_shaken", "_speed_limit",
-        "_sum", "_sum_speed", "_went",
+        "_anchor", "_brake", "_dry", "_easing", "_error", "_feed", "_gains", "_lag", "_motor_limit", "_shaken",
+        "_speed_limit", "_sum", "_went",
     )  # fmt: skip
 
     def __init__(self, parameters: Parameters) -> None:
@@ -47,8 +49,14 @@ class Cascade:
 
     def reset(self, angle_rad: float) -> None:
         """Forget all errors, and stand where the arm is."""
-        self._error = self._sum = self._sum_speed = self._shaken = self._went = 0.0
+        self._error = self._sum = self._shaken = self._went = 0.0
+        self._easing = Easing()
         self._anchor = angle_rad
+
+    @property
+    def share(self) -> float:
+        """How much of the torque loop is in use."""
+        return self._easing.share
 
     def hold(self, angle_rad: float, speed_rad_s: float) -> Asked:
         """Stay where the machine was armed, with the brake on."""
@@ -68,10 +76,12 @@ class Cascade:
         error = felt_Nm - command
         brake_A = self._braking(rendered, angle_rad, speed_rad_s)
         rate = gains.torque_d * (error - self._error) / TICK_S
-        wanted = self._clipped_speed(gains.torque_p * error + self._sum + rate)
+        share = self._easing.share
+        wanted = self._clipped_speed(share * (gains.torque_p * error + rate) + self._sum)
         motor = self._inner(wanted - speed_rad_s, self._friction(speed_rad_s) - ahead)
+        self._easing.see(motor)
         if abs(motor) < self._motor_limit or motor * error < 0.0:
-            self._sum = self._clipped_speed(self._sum + TICK_S * gains.torque_i * error)
+            self._sum = self._clipped_speed(self._sum + TICK_S * share * gains.torque_i * error)
         self._error = error
         return Asked(motor, brake_A, command)
 
@@ -88,12 +98,8 @@ class Cascade:
         return self._gains.calming_Nm_s_rad * max(0.0, self._shaken - ONE_TURN)
 
     def _inner(self, miss_rad_s: float, feed_Nm: float) -> float:
-        gains = self._gains
-        asked = feed_Nm + gains.velocity_p * miss_rad_s + self._sum_speed
-        motor = min(max(asked, -self._motor_limit), self._motor_limit)
-        if motor == asked:
-            self._sum_speed += TICK_S * gains.velocity_i * miss_rad_s
-        return motor
+        asked = feed_Nm + self._gains.velocity_p * miss_rad_s
+        return min(max(asked, -self._motor_limit), self._motor_limit)
 
     def _braking(self, rendered: Rendered, angle_rad: float, speed_rad_s: float) -> float:
         """Current for the brake's share of the resistance to come, in whole steps; none where the profile pulls."""

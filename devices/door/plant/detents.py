@@ -19,11 +19,6 @@ def torque_and_slope(detents: Sequence[Detent], angle_rad: float) -> tuple[float
     return torque, slope
 
 
-def energy_J(detents: Sequence[Detent], angle_rad: float) -> float:
-    """Their stored energy."""
-    return sum(one.energy_J * exp(-0.5 * ((angle_rad - one.angle_rad) / one.width_rad) ** 2) for one in detents)
-
-
 def stiffest(detents: Sequence[Detent]) -> float:
     """An upper bound of their stiffness, in N m/rad."""
     return sum(abs(one.energy_J) / one.width_rad**2 for one in detents)

@@ -21,6 +21,10 @@ class Detent:
     energy_J: float
     width_rad: float
 
+    def __post_init__(self) -> None:
+        for one in fields(self):
+            _within(f"detent.{one.name}", getattr(self, one.name))
+
 
 @dataclass(frozen=True)
 class Arm:
@@ -77,7 +81,7 @@ class Sensors:
 
 @dataclass(frozen=True)
 class Control:
-    """Gains of the cascade: torque error -> PID -> velocity -> PI -> motor torque.
+    """Gains of the cascade: torque error -> PID -> velocity -> P -> motor torque.
 
     `lookahead_s` is how far ahead the profile is read for the motor's torque: the delay from an angle to the torque
     that answers it; `error_lookahead_s` the same for the torque that the reading is compared with.
@@ -90,7 +94,6 @@ class Control:
     torque_i: float = 59.0
     torque_d: float = 5e-5
     velocity_p: float = 25.0
-    velocity_i: float = 0.0
     observer_Hz: float = 40.0
     lookahead_s: float = 1.5e-3
     error_lookahead_s: float = 0.4e-3
@@ -104,10 +107,14 @@ class Control:
 
 @dataclass(frozen=True)
 class Limits:
-    """What the machine never asks for."""
+    """What the machine never asks for: a speed asked for, not a speed kept.
+
+    A hand that pushes hard moves the arm faster than `speed_rad_s`, against a motor that brakes it; the true speed is
+    what the firmware watches: above its own limit, which is higher, the machine goes safe.
+    """
 
     torque_Nm: float = 60.0
-    speed_rad_s: float = 6.0
+    speed_rad_s: float = 3.0
 
 
 @dataclass(frozen=True)
@@ -126,6 +133,9 @@ class Parameters:
 
 
 RANGES: dict[str, tuple[float, float]] = {
+    "detent.angle_rad": (-1, 3),
+    "detent.energy_J": (-10, 10),
+    "detent.width_rad": (1e-3, 1),
     "arm.inertia_kg_m2": (0.01, 20),
     "arm.viscous_Nm_s_rad": (0, 1000),
     "arm.coulomb_Nm": (0, 100),
@@ -149,7 +159,6 @@ RANGES: dict[str, tuple[float, float]] = {
     "control.torque_i": (0, 1000),
     "control.torque_d": (0, 1),
     "control.velocity_p": (0, 1000),
-    "control.velocity_i": (0, 1e5),
     "control.observer_Hz": (1, 300),
     "control.lookahead_s": (0, 0.02),
     "control.error_lookahead_s": (0, 0.02),

@@ -34,9 +34,17 @@ return [...document.querySelectorAll("main *, footer")]
 
 
 @pytest.fixture(scope="module")
-def browser(tmp_path_factory):
-    with chromium(tmp_path_factory.mktemp("profile")) as started:
-        yield started
+def started(tmp_path_factory):
+    with chromium(tmp_path_factory.mktemp("profile")) as one:
+        yield one
+
+
+@pytest.fixture
+def browser(started):
+    """The browser without the page, and the complaints, of the test before, whose monitor is gone."""
+    started.get("about:blank")
+    started.get_log("browser")
+    return started
 
 
 @pytest.fixture

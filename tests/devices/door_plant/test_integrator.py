@@ -6,14 +6,13 @@ from dataclasses import replace
 import pytest
 
 from devices.door.plant import dynamics as dynamics_module
-from devices.door.plant.detents import energy_J
 from devices.door.plant.dynamics import Dynamics
-from devices.door.plant.explicit import FIXED, solve_fixed
 from devices.door.plant.hand import NOBODY, Hand, impedance, push
+from devices.door.plant.measuring.explicit import FIXED, solve_fixed
+from devices.door.plant.measuring.passivity import Throw, by_default, by_stepper, excess, grid
+from devices.door.plant.measuring.problems import problems, solve, sticking, worst_rad
+from devices.door.plant.measuring.reference import solve_adaptive
 from devices.door.plant.parameters import Arm, Brake, Detent, Parameters, PlantError
-from devices.door.plant.passivity import Throw, by_default, by_stepper, excess, grid
-from devices.door.plant.problems import problems, solve, sticking, worst_rad
-from devices.door.plant.reference import solve_adaptive
 
 FREE = Parameters(arm=Arm(viscous_Nm_s_rad=0.0, coulomb_Nm=0.0), brake=Brake(drag_Nm=0.0))
 
@@ -125,10 +124,14 @@ def test_an_arm_falls_into_a_detent_and_its_energy_is_the_detents():
     detent = Detent(angle_rad=0.6, energy_J=-0.5, width_rad=0.05)
     parameters = free_arm(detents=(detent,))
     arm = Dynamics(parameters, 0.68, 0.0)
-    start = energy_J((detent,), 0.68)
+
+    def stored_J(angle_rad):
+        return detent.energy_J * math.exp(-0.5 * ((angle_rad - detent.angle_rad) / detent.width_rad) ** 2)
+
+    start = stored_J(0.68)
     for _ in range(400):
         arm.advance(0.0, 0.0, NOBODY)
-        total = 0.5 * arm.inertia * arm.w**2 + energy_J((detent,), arm.angle_rad)
+        total = 0.5 * arm.inertia * arm.w**2 + stored_J(arm.angle_rad)
         assert total == pytest.approx(start, abs=1e-5)
     damped = Dynamics(replace(parameters, arm=replace(parameters.arm, viscous_Nm_s_rad=2.0)), 0.68, 0.0)
     for _ in range(5000):
@@ -174,3 +177,9 @@ def test_two_hours_of_plant_time_do_not_drift():
 def test_a_number_outside_its_range_is_refused_by_name(name, value):
     with pytest.raises(PlantError, match=name):
         Parameters(arm=replace(Arm(), **{name: value}))
+
+
+@pytest.mark.parametrize(("name", "value"), [("width_rad", 0.0), ("energy_J", math.inf), ("angle_rad", math.nan)])
+def test_a_detent_without_a_meaning_is_refused_by_name(name, value):
+    with pytest.raises(PlantError, match=name):
+        replace(Detent(angle_rad=0.5, energy_J=-0.1, width_rad=0.05), **{name: value})

@@ -4,14 +4,16 @@ import math
 import subprocess
 import sys
 from dataclasses import replace
+from itertools import pairwise
 from pathlib import Path
 
 import pytest
 
+from devices.door.firmware.limits import Limits as FirmwareLimits
 from devices.door.plant.hand import NOBODY, constant_velocity, human, impedance, push
 from devices.door.plant.machine import Machine
+from devices.door.plant.measuring.playback import as_torque, play
 from devices.door.plant.parameters import DEFAULT, Limits, Parameters, PlantError
-from devices.door.plant.playback import as_torque, play
 from devices.door.plant.rendering import STEP_RAD, Rendered
 from devices.door.twin import read_profile
 
@@ -41,14 +43,14 @@ def test_a_person_feels_the_door_that_was_loaded(label):
     torque, end_rad = door(label)
     found = play(torque, end_rad)
     assert found.r > 0.999
-    assert found.rmse_Nm < 0.12
+    assert found.rmse_Nm <= 0.10
     assert max(found.angle_rad) > 0.95 * end_rad
 
 
 def test_at_constant_speed_the_door_moves_as_it_is_pulled():
     torque, end_rad = door("K8")
     found = play(torque, end_rad, constant_velocity(0.5, end_rad))
-    assert found.rmse_Nm < 0.12
+    assert found.rmse_Nm <= 0.10
     machine = playing(constant_velocity(0.5, end_rad), (torque, end_rad))
     speeds = [machine.dynamics.w for _ in run(machine, 2.0)][800:]
     assert all(0.3 < speed < 0.7 for speed in speeds)
@@ -106,7 +108,31 @@ def test_an_arm_that_nobody_steadies_comes_to_rest_where_the_profile_balances(to
     assert max(speeds) < 0.1
 
 
-def test_integrals_do_not_wind_up_while_the_motor_is_at_its_limit():
+@pytest.mark.parametrize("damping", [70.0, 100.0, 200.0, 400.0])
+def test_a_hand_damped_too_much_for_the_torque_loop_does_not_make_the_motor_buzz(damping):
+    """With the whole torque loop the motor would go from limit to limit, 330 times a second and more."""
+    torque, end_rad = door("BC3")
+    machine = playing(human(end_rad, damping_Nm_s_rad=damping), (torque, end_rad))
+    run(machine, 0.2)
+    felt, motor, missed = [], [], []
+    for _ in range(3000):
+        motor.append(machine.step().motor_Nm)
+        felt.append(machine.handle_Nm)
+        if math.radians(0.05) < machine.dynamics.angle_rad < end_rad:
+            missed.append(machine.handle_Nm - machine.rendered.at(machine.dynamics.angle_rad))
+    assert max(abs(after - before) for before, after in pairwise(felt)) < 5.0
+    assert max(map(abs, motor)) < 45.0
+    assert math.sqrt(sum(one**2 for one in missed) / len(missed)) < 0.2
+
+
+def test_a_door_under_a_pull_keeps_the_whole_torque_loop():
+    torque, end_rad = door("FORD")
+    machine = playing(human(end_rad), (torque, end_rad))
+    run(machine, 3.3)
+    assert machine.cascade.share == 1.0
+
+
+def test_the_integral_does_not_wind_up_while_the_motor_is_at_its_limit():
     """Two seconds beyond what a weak motor can hold, then a door that it can: right again within 0.3 s."""
     weak = replace(DEFAULT, limits=Limits(torque_Nm=8.0))
     machine = playing(impedance(0.5, 100.0, 5.0), ([20.0] * 621, END), weak)
@@ -114,8 +140,9 @@ def test_integrals_do_not_wind_up_while_the_motor_is_at_its_limit():
     assert abs(ticks[-1].motor_Nm) == pytest.approx(8.0, abs=0.01)
     machine.load(FLAT, END)
     machine.hand = impedance(machine.dynamics.angle_rad + 0.05, 100.0, 5.0)
-    run(machine, 0.3)
-    assert machine.handle_Nm == pytest.approx(5.0, abs=0.6)
+    felt = [machine.handle_Nm for _ in run(machine, 0.3)]
+    assert felt[-1] == pytest.approx(5.0, abs=0.6)
+    assert max(felt) < 5.5
 
 
 def test_the_same_seed_gives_the_same_bytes_and_the_clock_is_exact():
@@ -160,9 +187,15 @@ def test_what_is_no_profile_is_refused_and_the_old_one_stays(torque, end, told):
     assert machine.rendered is before
 
 
-def test_the_machine_needs_no_numpy():
-    code = "import sys, devices.door.plant.machine as m; m.Machine().step(); sys.exit('numpy' in sys.modules)"
-    assert subprocess.run([sys.executable, "-c", code], check=False).returncode == 0
+def test_the_machine_needs_neither_numpy_nor_what_measures_it():
+    code = "import sys, devices.door.plant.machine as m; m.Machine().step(); print(*sys.modules)"
+    loaded = subprocess.run([sys.executable, "-c", code], check=True, capture_output=True, text=True).stdout.split()
+    assert "devices.door.plant.machine" in loaded
+    assert not {"numpy", "scipy", "devices.door.plant.measuring"} & set(loaded)
+
+
+def test_the_machine_asks_for_no_speed_that_its_firmware_would_stop():
+    assert DEFAULT.limits.speed_rad_s < math.radians(FirmwareLimits().speed_deg_s)
 
 
 def test_every_parameter_with_a_unit_has_a_range():
@@ -170,5 +203,7 @@ def test_every_parameter_with_a_unit_has_a_range():
 
     from devices.door.plant.parameters import RANGES
 
+    ranges = {name for name in RANGES if not name.startswith("detent.")}
     names = {f"{part.name}.{one.name}" for part in fields(Parameters) for one in fields(getattr(DEFAULT, part.name))}
-    assert names - set(RANGES) == {"arm.detents", "sensors.seed"}
+    assert names - ranges == {"arm.detents", "sensors.seed"}
+    assert ranges <= names

@@ -6,22 +6,17 @@ import os
 import signal
 import sys
 import time
-from collections.abc import Callable, Mapping
-from dataclasses import dataclass, field, replace
-from pathlib import Path
-from typing import Any
+from dataclasses import replace
 
 import pytest
 
 import studies.live_rig
 from devices.rig.file import rig_path
 from devices.rig.opened import OpenRig
-from protocols.answering import answer
 from protocols.perceiver import Perceiver
 from protocols.plan import ParticipantRow, compile_plan
-from protocols.requests import Ask, Reply
-from protocols.study import Study
-from studies.catalogue import SHIPPED, Found, read_study
+from studies.catalogue import SHIPPED, read_study
+from studies.hardware import hardware_for
 from studies.interrupts import Interrupted
 from studies.live import Station
 from studies.live_options import LiveOptions
@@ -29,58 +24,7 @@ from studies.live_rig import live_plan, plan_to_go_on
 from studies.record import read
 from studies.replay import replay
 from studies.session import resume, start
-
-DOORS = read_study(SHIPPED / "door_ratings" / "study.yaml")
-TWINS = """rig: twins
-devices:
-  door: {kind: door, driver: twin, twin_speed: 0.5}
-  vibration: {kind: accelerometer, driver: twin, rate_hz: 3000}
-  force: {kind: force_torque, driver: twin, rate_hz: 8000}
-  tracker: {kind: tracker, driver: twin, rate_hz: 120}
-  noise: {kind: masking_noise, driver: twin}
-  camera: {kind: camera, driver: twin}
-  stage: {kind: stage, driver: twin, mount_s: 0}
-needs:
-  door: [door]
-  door_generator: [door]
-  tool: [vibration, force, tracker]
-  camera: [camera]
-  masking_noise: [noise]
-  samples: [stage]
-"""
-
-
-@dataclass
-class Room:
-    """A presenter in real time: people answer at once, pages stay until they are done with; `meanwhile` may meddle."""
-
-    person: Perceiver
-    meanwhile: Callable[[str, int], None] = lambda _page, _looks: None
-    description: Mapping[str, Any] = field(default_factory=lambda: {"room": True})
-    on_side: Callable[[str], None] | None = None
-    looks: int = 0
-
-    def perform(self, request, desk, now_ns):
-        if (aside := desk.poll()) is not None:
-            return aside
-        return Reply(answer(self.person, request)[0].value if isinstance(request, Ask) else {})
-
-    def wait_for(self, key, desk, ready):
-        until = time.monotonic() + 60
-        while not ready():
-            assert time.monotonic() < until, f"still waiting at {key}"
-            self.looks += 1
-            self.meanwhile(key, self.looks)
-            if (aside := desk.poll()) is not None:
-                return aside
-            time.sleep(0.004)
-        return None
-
-    def finish(self, desk=None, page="end"):
-        pass
-
-    def close(self):
-        pass
+from tests.studies.live.rig_rooms import TWINS, Room, begun, captures, children, doors, ends, kinds, lasting, plan_of
 
 
 @pytest.fixture
@@ -110,72 +54,29 @@ def rooms(monkeypatch, experimenter):
         made["meanwhile"](page, looks)
 
     def window_of(*_given):
-        return lambda plan: Room(Perceiver(plan), meanwhile)
+        return lambda plan: Room(Perceiver(plan), meanwhile, experimenter)
 
     monkeypatch.setattr(studies.live_rig, "window_of", window_of)
     monkeypatch.setattr(studies.live_rig, "window_calibration", lambda *_given: None)
     return made
 
 
-def doors(count=2, **changes) -> Found:
-    stimuli = [s.model_dump() for s in DOORS.study.stimuli if s.columns["variant"] == "g0"][:count]
-    given = {"stimuli": stimuli, "groups": {}, "opening": (), "rest": None, "order": {"design": "as_listed"}, **changes}
-    given |= {"analysis": None, "practice": None, "instructions": None}
-    return Found(Study.model_validate(DOORS.study.definition() | given), DOORS.folder)
-
-
-def captures(**changes) -> Found:
-    given = {
-        "study": "quick", "task": "capture", "stimuli": [{"id": "T15"}, {"id": "T36"}], "needs": ["tool", "samples"],
-        "capture": {"device": "tool", "seconds": 1.0}, "order": {"design": "as_listed"},
-    }  # fmt: skip
-    return Found(Study.model_validate(given | changes), SHIPPED / "texture_capture")
-
-
-def plan_of(found):
-    return compile_plan(found.study, ParticipantRow("P001"))
-
-
-def begun(found, lab, **options):
-    return start(lab, plan_of(found), live_plan(found, lab, LiveOptions(**options)))
-
-
-def kinds(record):
-    return [event.kind for event in record.events]
-
-
-def ends(record):
-    return [event.value["as"] for event in record.events if event.kind == "trial_ended"]
-
-
 def test_doors_are_felt_through_the_driver_and_the_firmware(lab, rooms):
     found = doors()
     sat = begun(found, lab)
     record = read(sat.path)
-    assert sat.complete and ends(record) == ["answered", "answered"]
+    assert sat.complete and lasting(record) == ["answered"]
     rig = record.header["rig"]
     assert rig["twins"] == ["door"] and rig["settings"]["door"]["driver"] == "twin" and rig["devices"]["door"]
     replies = [event.value for event in record.events if event.kind == "reply" and event.value.get("presented")]
-    assert [reply["by"] for reply in replies] == ["twin", "twin"]
+    assert [reply["by"] for reply in replies] == ["twin"]
     assert all(reply["opened_deg"] > 55 and not reply["streams"]["door_telemetry"]["lost"] for reply in replies)
     assert "samples" in kinds(record)
     replay(sat.path)
 
 
-def children():
-    """The processes of twins that this process has begun."""
-    for folder in Path("/proc").glob("[0-9]*"):
-        try:
-            words = (folder / "cmdline").read_bytes().split(b"\0")
-            parent = int((folder / "stat").read_text().rpartition(")")[2].split()[1])
-        except (OSError, ValueError, IndexError):
-            continue
-        if parent == os.getpid() and b"devices.door.firmware.process" in words:
-            yield int(folder.name)
-
-
 @pytest.mark.skipif(not sys.platform.startswith("linux"), reason="finds the twin's process in /proc")
-def test_a_door_that_dies_is_a_fault_and_the_trial_is_met_again(lab, rooms, experimenter):
+def test_a_door_that_dies_is_a_fault_and_the_trial_is_met_again(lab, rooms):
     killed = []
 
     def kill(page, _looks):
@@ -183,12 +84,11 @@ def test_a_door_that_dies_is_a_fault_and_the_trial_is_met_again(lab, rooms, expe
             killed.extend(children())
             for pid in killed:
                 os.kill(pid, signal.SIGKILL)
-            experimenter()
 
     rooms["meanwhile"] = kill
     sat = begun(doors(1), lab)
     record = read(sat.path)
-    assert killed and sat.complete and ends(record) == ["faulted", "answered"]
+    assert killed and sat.complete and ends(record)[0] == "faulted" and lasting(record) == ["answered"]
     fault = next(event.value for event in record.events if event.kind == "fault")
     assert fault["device"] == "door" and fault["what"] == "link_lost"
     replay(sat.path)
@@ -231,7 +131,7 @@ def test_the_first_thing_done_in_the_end_is_that_nothing_moves(lab, rooms, monke
 
 def test_a_profile_beyond_the_rig_s_limits_is_refused_before_anything_is_recorded(lab, rooms):
     path = rig_path(lab)
-    path.write_text(TWINS.replace("twin_speed: 0.5", "limits: {torque_Nm: 5}"), encoding="utf-8")
+    path.write_text(TWINS.replace("twin_speed: 0.25", "limits: {torque_Nm: 5}"), encoding="utf-8")
     with pytest.raises(ValueError, match=r"BC3.*5 N m"):
         begun(doors(1), lab)
     assert not (lab / "sessions").exists() and not list(children())
@@ -244,10 +144,21 @@ def test_where_no_ledger_can_be_written_the_devices_are_let_go_of(lab, rooms):
     assert not list(children())
 
 
+def test_wishes_that_the_rig_s_door_may_not_play_are_refused_before_anything_is_recorded(lab, rooms):
+    found = read_study(SHIPPED / "door_authoring" / "study.yaml")
+    hardware = hardware_for(found, lab, LiveOptions())
+    hardware.open(compile_plan(found.study, ParticipantRow("P001")))
+    hardware.close()
+    rig_path(lab).write_text(TWINS.replace("twin_speed: 0.25", "limits: {torque_Nm: 40}"), encoding="utf-8")
+    with pytest.raises(ValueError, match=r"the hardest door that may be wished for.*40 N m"):
+        hardware_for(found, lab, LiveOptions()).open(compile_plan(found.study, ParticipantRow("P001")))
+    assert not list(children())
+
+
 def test_sensors_are_recorded_together_and_nothing_is_lost(lab, rooms):
     sat = begun(captures(), lab)
     record = read(sat.path)
-    assert sat.complete and ends(record) == ["captured", "captured"]
+    assert sat.complete and lasting(record) == ["captured", "captured"]
     for event in record.events:
         if event.kind == "reply" and event.value.get("recorded"):
             streams = event.value["streams"]

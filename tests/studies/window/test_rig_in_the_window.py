@@ -7,7 +7,7 @@ from studies.catalogue import SHIPPED, read_study
 from studies.record import read
 from studies.replay import replay
 from studies.session import ledger_path
-from tests.studies.live.test_rig_sessions import TWINS
+from tests.studies.live.rig_rooms import TWINS
 from tests.studies.window.robot import Robot, Sitting
 
 WANTED = {

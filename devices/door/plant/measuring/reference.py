@@ -14,8 +14,8 @@ import numpy as np
 from scipy.integrate import solve_ivp
 from scipy.optimize import brentq
 
+from devices.door.plant.measuring.problems import SAMPLE_S, Problem
 from devices.door.plant.parameters import PlantError
-from devices.door.plant.problems import SAMPLE_S, Problem
 
 GRAIN_S = 5e-4
 """A resting arm is looked at this often; its breaking away is then located."""

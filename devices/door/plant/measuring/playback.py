@@ -25,7 +25,6 @@ class Playback:
     angle_rad: tuple[float, ...]
     commanded_Nm: tuple[float, ...]
     rendered_Nm: tuple[float, ...]
-    reached_rad: float
 
     @property
     def rmse_Nm(self) -> float:
@@ -67,7 +66,7 @@ def play(
         if FIRST_RAD < angle < end_rad:
             rows.append((angle, machine.rendered.at(angle), machine.handle_Nm))
     angles, commanded, rendered = zip(*rows, strict=True)
-    return Playback(angles, commanded, rendered, machine.dynamics.angle_rad)
+    return Playback(angles, commanded, rendered)
 
 
 def _centred(values: Sequence[float]) -> list[float]:

@@ -7,8 +7,8 @@ from collections.abc import Callable
 
 from devices.door.plant.detents import torque_and_slope
 from devices.door.plant.drives import Drives
+from devices.door.plant.measuring.problems import SAMPLE_S, Problem
 from devices.door.plant.moreau import Setting, implicit_euler
-from devices.door.plant.problems import SAMPLE_S, Problem
 
 FAR_RAD = 1e6
 """An angle beyond this is a solution that diverged."""

@@ -9,8 +9,8 @@ from typing import Any
 
 import numpy as np
 
-from devices.door.plant.playback import play
-from devices.door.plant.rendered_stop import Wall, by_default, heavy, light, stiffest
+from devices.door.plant.measuring.playback import play
+from devices.door.plant.measuring.rendered_stop import Wall, by_default, heavy, light, stiffest
 
 INK, SOFT, GREY = "#1a1a1a", "#5c5c5c", "#d9d9d9"
 COLOURS = ("#0072b2", "#d55e00", "#009e73")

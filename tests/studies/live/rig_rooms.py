@@ -1,0 +1,126 @@
+"""A rig of twins for tests, a room with simulated people in real time, and small studies to run there."""
+
+from __future__ import annotations
+
+import os
+import time
+from collections.abc import Callable, Mapping
+from dataclasses import dataclass, field
+from pathlib import Path
+from typing import Any
+
+from protocols.answering import answer
+from protocols.perceiver import Perceiver
+from protocols.plan import ParticipantRow, compile_plan
+from protocols.requests import Ask, Reply
+from protocols.study import Study
+from studies.catalogue import SHIPPED, Found, read_study
+from studies.live_options import LiveOptions
+from studies.live_rig import live_plan
+from studies.session import start
+
+DOORS = read_study(SHIPPED / "door_ratings" / "study.yaml")
+TWINS = """rig: twins
+devices:
+  door: {kind: door, driver: twin, twin_speed: 0.25}
+  vibration: {kind: accelerometer, driver: twin, rate_hz: 3000}
+  force: {kind: force_torque, driver: twin, rate_hz: 8000}
+  tracker: {kind: tracker, driver: twin, rate_hz: 120}
+  noise: {kind: masking_noise, driver: twin}
+  camera: {kind: camera, driver: twin}
+  stage: {kind: stage, driver: twin, mount_s: 0}
+needs:
+  door: [door]
+  door_generator: [door]
+  tool: [vibration, force, tracker]
+  camera: [camera]
+  masking_noise: [noise]
+  samples: [stage]
+"""
+
+
+@dataclass
+class Room:
+    """A presenter in real time: people answer at once, pages stay until they are done with; `meanwhile` may meddle.
+
+    `mend` is done once whenever a device is to be put right: a machine that is busy may also lose a heartbeat.
+    """
+
+    person: Perceiver
+    meanwhile: Callable[[str, int], None] = lambda _page, _looks: None
+    mend: Callable[[], object] = lambda: None
+    description: Mapping[str, Any] = field(default_factory=lambda: {"room": True})
+    on_side: Callable[[str], None] | None = None
+    looks: int = 0
+
+    def perform(self, request, desk, now_ns):
+        if (aside := desk.poll()) is not None:
+            return aside
+        return Reply(answer(self.person, request)[0].value if isinstance(request, Ask) else {})
+
+    def wait_for(self, key, desk, ready):
+        until = time.monotonic() + 60
+        if key == "changing_sample" and not ready():
+            self.mend()
+        while not ready():
+            assert time.monotonic() < until, f"still waiting at {key}"
+            self.looks += 1
+            self.meanwhile(key, self.looks)
+            if (aside := desk.poll()) is not None:
+                return aside
+            time.sleep(0.004)
+        return None
+
+    def finish(self, desk=None, page="end"):
+        pass
+
+    def close(self):
+        pass
+
+
+def doors(count=1, **changes) -> Found:
+    stimuli = [s.model_dump() for s in DOORS.study.stimuli if s.columns["variant"] == "g0"][:count]
+    given = {"stimuli": stimuli, "groups": {}, "opening": (), "rest": None, "order": {"design": "as_listed"}, **changes}
+    given |= {"analysis": None, "practice": None, "instructions": None}
+    return Found(Study.model_validate(DOORS.study.definition() | given), DOORS.folder)
+
+
+def captures(**changes) -> Found:
+    given = {
+        "study": "quick", "task": "capture", "stimuli": [{"id": "T15"}, {"id": "T36"}], "needs": ["tool", "samples"],
+        "capture": {"device": "tool", "seconds": 1.0}, "order": {"design": "as_listed"},
+    }  # fmt: skip
+    return Found(Study.model_validate(given | changes), SHIPPED / "texture_capture")
+
+
+def plan_of(found):
+    return compile_plan(found.study, ParticipantRow("P001"))
+
+
+def begun(found, lab, **options):
+    return start(lab, plan_of(found), live_plan(found, lab, LiveOptions(**options)))
+
+
+def kinds(record):
+    return [event.kind for event in record.events]
+
+
+def ends(record):
+    return [event.value["as"] for event in record.events if event.kind == "trial_ended"]
+
+
+def lasting(record):
+    """How the trials ended, those left out that a busy machine's missing heartbeat broke off."""
+    return [how for how in ends(record) if how != "faulted"]
+
+
+def children():
+    """The processes of twins that this process has begun."""
+    for folder in Path("/proc").glob("[0-9]*"):
+        try:
+            words = (folder / "cmdline").read_bytes().split(b"\0")
+            parent = int((folder / "stat").read_text().rpartition(")")[2].split()[1])
+        except (OSError, ValueError, IndexError):
+            continue
+        if parent == os.getpid() and b"devices.door.firmware.process" in words:
+            yield int(folder.name)
