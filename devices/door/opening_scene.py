@@ -35,8 +35,6 @@ class OpeningScene:
         """Prepare the motion. Raises DoorDataError as `opened_once`, and on a radius not from 0.1 to 3 m."""
         if not 0.1 <= radius_m <= 3:
             raise DoorDataError(f"radius_m is {radius_m}: from 0.1 to 3 m from hinge to handle are expected.")
-        if not 0.1 <= radius_m <= 3:
-            raise DoorDataError(f"radius_m is {radius_m}: from 0.1 to 3 m from hinge to handle are expected.")
         opening = opened_once(profile_N, seconds, *key)
         self.radius_m = radius_m
         self._force, self._angle = np.array(opening.force_N), np.radians(opening.angle_deg)

@@ -17,6 +17,8 @@ ONE_TURN = 0.25
 """What a reversal adds to an arm's shaking."""
 SWUNG_RAD_S = 0.1
 """A reversal between speeds above this is one."""
+GENTLE_S = 0.1
+"""How fast what the hand was holding turns into what the profile asks, once playing begins."""
 LOOK_RAD = 0.03
 """How far along the profile the brake's torque must be wanted: the way of a pull during the brake's lag."""
 
@@ -34,7 +36,7 @@ class Cascade:
     """PID on the torque error -> speed; P on the speed error -> torque; the integral stops at the motor's limit."""
 
     __slots__ = (
-        "_anchor", "_brake", "_dry", "_easing", "_error", "_feed", "_gains", "_lag", "_motor_limit", "_shaken",
+        "_anchor", "_brake", "_dry", "_easing", "_error", "_feed", "_gains", "_held", "_lag", "_motor_limit", "_shaken",
         "_speed_limit", "_sum", "_went",
     )  # fmt: skip
 
@@ -49,7 +51,7 @@ class Cascade:
 
     def reset(self, angle_rad: float) -> None:
         """Forget all errors, and stand where the arm is."""
-        self._error = self._sum = self._shaken = self._went = 0.0
+        self._error = self._sum = self._shaken = self._went = self._held = 0.0
         self._easing = Easing()
         self._anchor = angle_rad
 
@@ -57,6 +59,10 @@ class Cascade:
     def share(self) -> float:
         """How much of the torque loop is in use."""
         return self._easing.share
+
+    def begin(self, rendered: Rendered, angle_rad: float, felt_Nm: float) -> None:
+        """Before playing: the handle goes on with the torque that the hand has on it, and no jerk."""
+        self._held = felt_Nm - rendered.at(angle_rad)
 
     def hold(self, angle_rad: float, speed_rad_s: float) -> Asked:
         """Stay where the machine was armed, with the brake on."""
@@ -68,6 +74,7 @@ class Cascade:
         gains = self._gains
         command = rendered.at(angle_rad + gains.error_lookahead_s * speed_rad_s)
         ahead = rendered.at(angle_rad + gains.lookahead_s * speed_rad_s)
+        command, ahead, self._held = command + self._held, ahead + self._held, self._held * (1.0 - TICK_S / GENTLE_S)
         damping = self._calming(speed_rad_s)
         if angle_rad > rendered.end_rad or angle_rad < 0.0:
             damping += gains.end_damping_Nm_s_rad

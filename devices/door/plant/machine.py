@@ -59,6 +59,7 @@ class Machine:
         if mode != self._mode:
             self.cascade.reset(self.sensing.angle_rad)
             if mode == "play":
+                self.cascade.begin(self.rendered, self.sensing.angle_rad, self.sensing.torque_Nm)
                 self._began = self._ticks
         self._mode = mode
 

@@ -207,3 +207,16 @@ def test_every_parameter_with_a_unit_has_a_range():
     names = {f"{part.name}.{one.name}" for part in fields(Parameters) for one in fields(getattr(DEFAULT, part.name))}
     assert names - ranges == {"arm.detents", "sensors.seed"}
     assert ranges <= names
+
+
+@pytest.mark.parametrize("pull_Nm", [0.0, 12.0, 30.0])
+def test_playing_begins_without_a_jerk_wherever_the_arm_stands(pull_Nm):
+    """As after a pause: the arm stands at 30 degrees, and a hand that does not give way pulls at it."""
+    machine = playing(constant_velocity(0.4, math.radians(30)), door("BC3"))
+    run(machine, 3.0)
+    machine.mode, machine.hand = "off", push(pull_Nm)
+    run(machine, 0.3)
+    machine.mode = "hold"
+    run(machine, 0.05)
+    machine.mode = "play"
+    assert math.degrees(max(abs(tick.velocity_rad_s) for tick in run(machine, 0.3))) < 80
