@@ -7,6 +7,8 @@ from typing import TYPE_CHECKING, Any
 
 import click
 
+from devices.rig.commands_calibrate import calibrate
+
 if TYPE_CHECKING:
     from devices.rig.file import RigFile
     from devices.signals import Health
@@ -31,6 +33,9 @@ def rig() -> None:
       palpate rig simulate --lab LAB
       palpate rig check --lab LAB
     """
+
+
+rig.add_command(calibrate)
 
 
 @rig.command()

@@ -1,0 +1,173 @@
+"""`palpate rig calibrate`: measure a device, and say or write the settings that come of it."""
+
+from __future__ import annotations
+
+import json
+import sys
+from collections.abc import Callable
+from datetime import date, datetime
+from pathlib import Path
+from typing import TYPE_CHECKING, Any
+
+import click
+
+if TYPE_CHECKING:
+    from devices.rig.calibrating import Found, Job
+    from devices.rig.file import RigFile
+
+TAKES = {
+    "accelerometer": {"seconds", "yes"},
+    "voice_coil": {"sensor", "level", "seconds", "yes", "force"},
+    "tablet": {"pairs"},
+}
+"""The options that calibrating a kind takes, beside those that all take."""
+SPELLED = {"sensor": "--with"}
+
+
+@click.command()
+@click.argument("device")
+@click.option("--lab", type=click.Path(file_okay=False, path_type=Path), default=Path(),
+              show_default="the current folder", help="The lab's folder.")  # fmt: skip
+@click.option("--rig", "rig_file", type=click.Path(dir_okay=False, path_type=Path),
+              show_default="LAB/stations/HOST/rig.yaml", help="The rig file.")  # fmt: skip
+@click.option("--seconds", type=click.FloatRange(0.2, 60), show_default="2; of a voice coil 8",
+              help="How long each position is read, or a voice coil measured.")  # fmt: skip
+@click.option("--with", "sensor", metavar="NAME", help="The accelerometer on the voice coil; the rig's only one.")
+@click.option("--level", type=click.FloatRange(0.001, 10), metavar="V", show_default="half of peak_V, at most 0.5",
+              help="Peak of what shakes the voice coil, V.")  # fmt: skip
+@click.option("--pairs", type=click.Path(exists=True, dir_okay=False, path_type=Path), metavar="FILE.csv",
+              help="Measured pressure,force_N of a tablet.")  # fmt: skip
+@click.option("--date", "on", type=click.DateTime(["%Y-%m-%d"]), metavar="DATE", show_default="today",
+              help="When it was measured.")  # fmt: skip
+@click.option("--write", is_flag=True, help="Put the settings into the rig file.")
+@click.option("--force", is_flag=True, help="Write over a voice coil's file of the same day.")
+@click.option("--yes", is_flag=True, help="Do not ask for an Enter: a voice coil, or a twin.")
+@click.option("--json", "as_json", is_flag=True, help="Print the answer as JSON.")
+def calibrate(
+    device: str, lab: Path, rig_file: Path | None, on: datetime | None, write: bool, as_json: bool, **given: Any
+) -> None:
+    """Calibrate DEVICE: an accelerometer, a voice coil or a tablet of the rig.
+
+    An accelerometer is laid in six positions, each axis up and down. A voice coil is shaken with an accelerometer
+    on it; what was found is written beside the rig file. A tablet's pressure becomes newtons by measured pairs. The
+    settings are told, and put into the rig file with --write: the rest of the file stays as it is. Exit code 1 if
+    what was measured calibrates nothing.
+
+    \b
+    Example:
+      palpate rig calibrate vibration --lab LAB
+      palpate rig calibrate actuator --with vibration --lab LAB
+      palpate rig calibrate stylus --pairs pairs.csv --write --lab LAB
+    """
+    from devices.rig.calibrating import Job
+    from devices.rig.file import read_rig, rig_path
+
+    file = read_rig(rig_file or rig_path(lab))
+    _demand(file, device, given)
+    day = (on.date() if on else date.today()).isoformat()
+    found = _measured(Job(file, device, day, _asker(given["yes"], _may_skip(file, device)), _aside), given)
+    if not as_json:
+        _tell(file, device, found, write)
+    if write:
+        from devices.rig.calibrating_entry import put
+
+        put(file.path, device, found.settings)
+    if as_json:
+        click.echo(json.dumps(_as_data(file, device, found, write), indent=2, ensure_ascii=False))
+    elif write:
+        click.echo(f"written into {file.path}; see: palpate rig check {device} --rig {file.path}")
+
+
+def _demand(file: RigFile, device: str, given: dict[str, Any]) -> None:
+    """Refuse a device that is not there or is calibrated elsewhere, and options that say nothing of its kind."""
+    from devices.rig.calibrating import ELSEWHERE
+    from protocols.did_you_mean import nearest
+
+    if device not in file.devices:
+        raise click.UsageError(f"{file.path} names no device {device!r}; {nearest(device, list(file.devices))}")
+    kind = file.kind(device)
+    if kind in ELSEWHERE:
+        raise click.UsageError(f"{device}: a {kind.replace('_', ' ')} {ELSEWHERE[kind]}")
+    for name, value in given.items():
+        if name not in TAKES[kind] and value not in (None, False):
+            takers = " or ".join(each for each, takes in TAKES.items() if name in takes)
+            raise click.UsageError(f"{SPELLED.get(name, f'--{name}')} is for {takers}; {device} is of kind {kind}")
+    if kind == "tablet" and given["pairs"] is None:
+        raise click.UsageError(
+            f"{device}: give --pairs FILE.csv with the columns pressure,force_N: put a force sensor under the tablet"
+            " and press in steps of a tenth of the pressure"
+        )
+    if given["yes"] and not _may_skip(file, device):
+        raise click.UsageError(f"--yes: {device} is a real one, somebody has to turn it; leave --yes out")
+
+
+def _may_skip(file: RigFile, device: str) -> bool:
+    """Whether it can be calibrated without anybody at hand: only a real sensor has to be turned."""
+    return file.is_twin(device) or file.kind(device) != "accelerometer"
+
+
+def _measured(job: Job, given: dict[str, Any]) -> Found:
+    """What calibrating gives; exit code 1 where it gives nothing."""
+    from devices.rig.calibrating import Unfit
+    from devices.signals import DeviceFault
+
+    try:
+        return _by_kind(job, given)
+    except (Unfit, DeviceFault) as error:
+        click.echo(f"{click.style('not calibrated', fg='red')}: {error}", err=True)
+        raise click.exceptions.Exit(1) from None
+
+
+def _by_kind(job: Job, given: dict[str, Any]) -> Found:
+    kind = job.file.kind(job.name)
+    if kind == "tablet":
+        from devices.rig import calibrating_tablet
+
+        return calibrating_tablet.calibrated(given["pairs"], job.date)
+    if kind == "voice_coil":
+        from devices.rig import calibrating_coil
+
+        return calibrating_coil.calibrated(job, given["sensor"], given["level"], given["seconds"], given["force"])
+    from devices.rig import calibrating_accelerometer
+
+    return calibrating_accelerometer.calibrated(job, given["seconds"] or calibrating_accelerometer.SECONDS)
+
+
+def _aside(text: str) -> None:
+    """What is told on the way; standard output is for the answer."""
+    click.echo(text, err=True)
+
+
+def _asker(yes: bool, may_skip: bool) -> Callable[[str], None]:
+    """Asks for an Enter at the terminal, unless there is nothing to do by hand."""
+
+    def ask(text: str) -> None:
+        if yes:
+            _aside(text)
+            return
+        click.echo(f"{text} Enter: done ", nl=False, err=True)
+        if not sys.stdin.readline():
+            _aside("")
+            other = ", or give --yes" if may_skip else ""
+            raise click.UsageError(f"nobody answered: call this at a terminal{other}")
+
+    return ask
+
+
+def _tell(file: RigFile, device: str, found: Found, write: bool) -> None:
+    from devices.rig.calibrating_entry import in_braces, pasted
+
+    twin = ", twin" if file.is_twin(device) else ""
+    click.echo(f"{device} ({file.kind(device).replace('_', ' ')}{twin}):")
+    for line in found.told:
+        click.echo(f"  {line}")
+    where = "" if write else f" of {file.path}; --write puts it there"
+    click.echo(f"for its entry{where}:")
+    click.echo(pasted(found.settings, in_braces(file.path, device)))
+
+
+def _as_data(file: RigFile, device: str, found: Found, write: bool) -> dict[str, Any]:
+    return {
+        "device": device, "kind": file.kind(device), "twin": file.is_twin(device), "settings": dict(found.settings),
+        "figures": dict(found.figures), "rig": str(file.path), "written": write,
+    }  # fmt: skip
