@@ -12,8 +12,9 @@ from dataclasses import dataclass, replace
 
 TOLERANCE_PPM = 100.0
 """What a crystal may be off its nominal rate. A rate that is measured less surely than this is not taken."""
-SPACINGS = 8
-"""Over so many of the smallest delays of each half their spacing is averaged: how far the least one is from 0."""
+SPACINGS, SPACINGS_OF = 8, 3
+"""Over so many of the smallest delays of each half their spacing is averaged: how far the least one is from 0. Of few
+arrivals it is over a third of them, no less than three: the larger ones lie further apart."""
 SURER = 1.5
 """Errors are told so much larger than that spacing: the slope's real error was up to 1.5 of it (docs/how-to)."""
 WINDOWS = 8
@@ -67,7 +68,7 @@ def nominal_clock(rate_hz: float, first: int, t_s: float) -> Clock:
     return Clock(t_s - first / rate_hz, rate_hz, rate_hz, measured=False)
 
 
-def fit_clock(arrivals: Sequence[tuple[int, float]], rate_hz: float) -> Clock:
+def fit_clock(arrivals: Sequence[Point], rate_hz: float) -> Clock:
     """The line closest under all arrivals (n, t_s): sample n, the last of its block, was there at t_s.
 
     Among all lines that no arrival lies below, the one with the least sum of delays: the edge of the lower convex
@@ -75,7 +76,7 @@ def fit_clock(arrivals: Sequence[tuple[int, float]], rate_hz: float) -> Clock:
 
     Raises:
         ClockError: no arrivals, a number or time that is not finite, numbers that do not rise, times that fall,
-            or a rate that is not positive.
+            a rate that is not positive, or arrivals that came at one moment.
     """
     _demand_rate(rate_hz)
     _demand_sound(arrivals)
@@ -84,6 +85,8 @@ def fit_clock(arrivals: Sequence[tuple[int, float]], rate_hz: float) -> Clock:
     if len(points) < 2:
         return _placed(Clock(t0, rate_hz, rate_hz, measured=False, arrivals=1), n0)
     offset, slope = _line_under(points)
+    if 1.0 / rate_hz + slope <= 0.0:
+        raise ClockError(f"{len(points)} arrivals, most of them at one moment: they do not tell how fast samples come")
     error_n, error_s = _errors(points, offset, slope)
     drift_error_ppm = error_n * rate_hz * 1e6
     measured = drift_error_ppm <= TOLERANCE_PPM or abs(slope * rate_hz) * 1e6 > TOLERANCE_PPM + 3.0 * drift_error_ppm
@@ -99,7 +102,7 @@ def fit_clock(arrivals: Sequence[tuple[int, float]], rate_hz: float) -> Clock:
     return _placed(clock, n0)
 
 
-def _placed(clock: Clock, n0: int) -> Clock:
+def _placed(clock: Clock, n0: float) -> Clock:
     """The clock with its offset at sample 0 rather than at the first arrival's."""
     return replace(clock, t0_s=clock.t0_s - n0 / clock.rate_hz)
 
@@ -113,7 +116,7 @@ def _demand_rate(rate_hz: float) -> None:
         raise ClockError(f"the nominal rate is {rate_hz} Hz: a positive number is needed")
 
 
-def _demand_sound(arrivals: Sequence[tuple[int, float]]) -> None:
+def _demand_sound(arrivals: Sequence[Point]) -> None:
     if not arrivals:
         raise ClockError("no arrivals: nothing tells when the samples came")
     for place, (n, t) in enumerate(arrivals):
@@ -164,7 +167,7 @@ def _errors(points: Sequence[Point], offset: float, slope: float) -> tuple[float
 
 def _spacing(delays: Sequence[float]) -> float:
     """How far the least delay of a sample is from the least possible one, about; nothing tells where there is one."""
-    ordered = sorted(delays)[: SPACINGS + 1]
+    ordered = sorted(delays)[: 1 + max(SPACINGS_OF, min(SPACINGS, len(delays) // SPACINGS_OF))]
     return (ordered[-1] - ordered[0]) / (len(ordered) - 1) if len(ordered) > 1 else math.inf
 
 

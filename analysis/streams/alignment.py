@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping, Sequence
+from collections.abc import Iterator, Mapping, Sequence
 from dataclasses import dataclass
 from typing import Any
 
@@ -14,8 +14,9 @@ from analysis.aligning.hinge import Hinge, fit_hinge
 from analysis.aligning.methods import Method
 from analysis.aligning.refusals import AlignError, Array
 from analysis.streams.recorded import Stream, StreamError
+from analysis.streams.speeds import AXES, Moving, SpeedWanted, moving
 
-ANGLE, AXES = "angle_deg", ("x", "y", "z")
+ANGLE = "angle_deg"
 MANY_HOLES = 200
 """So many holes are listed one by one; of more, only their number is told."""
 
@@ -36,6 +37,7 @@ class Wanted:
     """From the first sample of any stream to the last of any, rather than what all streams cover."""
     marks: bool = False
     """Whether a column of each stream says which rows lie in a hole that was bridged."""
+    speed: SpeedWanted = SpeedWanted()
 
     def method_of(self, stream: str) -> Method:
         """The method that the stream is aligned by."""
@@ -67,21 +69,27 @@ class Together:
     aligned: tuple[Aligned, ...]
     wanted: Wanted
     hinge: Turned | None = None
+    speeds: tuple[Moving, ...] = ()
 
     def columns(self) -> dict[str, Array]:
-        """time_s, a column STREAM_CHANNEL for each channel, and angle_deg where a hinge is asked for."""
+        """time_s, a column STREAM_CHANNEL for each channel, speeds that are asked for, and angle_deg with a hinge."""
         found = {"time_s": self.grid_s}
         for stream, each in zip(self.streams, self.aligned, strict=True):
             for place, channel in enumerate(stream.channels):
                 found[f"{stream.name}_{channel}"] = each.values[:, place]
             if self.wanted.marks:
                 found[f"{stream.name}_bridged"] = each.bridged.astype(np.float64)
+        for speed in self.speeds:
+            found |= speed.columns()
         return found if self.hinge is None else found | {ANGLE: self.hinge.angle_deg}
 
     def account(self) -> dict[str, Any]:
         """Everything about the columns that they do not say themselves, as JSON data."""
         pairs = zip(self.streams, self.aligned, strict=True)
-        return {stream.name: _account(stream, each, self.wanted) for stream, each in pairs}
+        told = {stream.name: _account(stream, each, self.wanted) for stream, each in pairs}
+        for speed in self.speeds:
+            told[speed.stream.name]["speed"] = speed.account()
+        return told
 
 
 def align_streams(streams: Sequence[Stream], wanted: Wanted, hinge: str | None = None) -> Together:
@@ -104,7 +112,15 @@ def align_streams(streams: Sequence[Stream], wanted: Wanted, hinge: str | None =
         raise StreamError(f"{regular[0].where} shares no time with the others: {told}")
     grid_s = grid_points(start, end, wanted.grid_hz)
     aligned = tuple(_aligned(stream, grid_s, wanted) for stream in regular)
-    return Together(regular, grid_s, aligned, wanted, _turned(hinge, regular, aligned) if hinge is not None else None)
+    turned = _turned(hinge, regular, aligned) if hinge is not None else None
+    return Together(regular, grid_s, aligned, wanted, turned, tuple(_speeds(regular, grid_s, wanted)))
+
+
+def _speeds(streams: Sequence[Stream], grid_s: Array, wanted: Wanted) -> Iterator[Moving]:
+    for stream in streams:
+        if stream.name in wanted.speed.streams:
+            method = wanted.method_of(stream.name)
+            yield moving(stream, _times_s(stream, wanted), grid_s, wanted.grid_hz, method, wanted.speed)
 
 
 def _turned(name: str, streams: Sequence[Stream], aligned: Sequence[Aligned]) -> Turned:
@@ -122,7 +138,7 @@ def _turned(name: str, streams: Sequence[Stream], aligned: Sequence[Aligned]) ->
 
 def _demand_known(wanted: Wanted, streams: Sequence[Stream]) -> None:
     known = {stream.name for stream in streams}
-    for name in {*wanted.methods, *wanted.latency_s} - known:
+    for name in sorted({*wanted.methods, *wanted.latency_s, *wanted.speed.streams} - known):
         raise StreamError(f"{streams[0].where}: there is no stream {name!r} beside it; there are: {', '.join(known)}")
 
 
@@ -133,13 +149,16 @@ def _span(stream: Stream, wanted: Wanted) -> tuple[float, float]:
     return clock.time_s(stream.blocks[0].first) - late, clock.time_s(last.first + last.count - 1) - late
 
 
-def _aligned(stream: Stream, grid_s: Array, wanted: Wanted) -> Aligned:
+def _times_s(stream: Stream, wanted: Wanted) -> Array:
     clock = stream.timing
-    times_s = clock.t0_s - wanted.latency_s.get(stream.name, 0.0) + stream.numbers() / clock.rate_hz
+    return clock.t0_s - wanted.latency_s.get(stream.name, 0.0) + stream.numbers() / clock.rate_hz
+
+
+def _aligned(stream: Stream, grid_s: Array, wanted: Wanted) -> Aligned:
     try:
         return align(
-            times_s, stream.values(), grid_s, wanted.method_of(stream.name), rate_hz=clock.rate_hz,
-            grid_hz=wanted.grid_hz, longest_gap_s=wanted.longest_gap_s,
+            _times_s(stream, wanted), stream.values(), grid_s, wanted.method_of(stream.name),
+            rate_hz=stream.timing.rate_hz, grid_hz=wanted.grid_hz, longest_gap_s=wanted.longest_gap_s,
         )  # fmt: skip
     except AlignError as error:
         raise StreamError(f"{stream.where}: {error}") from error
@@ -175,21 +194,28 @@ def described(stream: Stream) -> dict[str, Any]:
         "gaps": [{"first": gap.first, "lost": gap.lost, "why": gap.why} for gap in stream.gaps[:MANY_HOLES]],
     }  # fmt: skip
     if stream.noted:
-        return {**about, "seconds": None, "timing": None}
+        return {**about, "seconds": None, "timing": None, "stamps": None}
     clock = stream.timing
     last = stream.blocks[-1]
     return {
         **about,
         "seconds": (last.first + last.count - stream.blocks[0].first) / clock.rate_hz,
         "timing": {
-            "from": "arrivals" if stream.arrived else "the block's declared time and rate",
+            "from": _timed_from(stream),
             "rate_is": "measured" if clock.measured else "nominal",
             "rate_hz": clock.rate_hz, "t0_s": clock.t0_s, "drift_ppm": clock.drift_ppm if clock.measured else None,
             "drift_error_ppm": clock.drift_error_ppm, "offset_error_s": clock.offset_error_s,
             "delay_median_s": clock.delay_s, "delay_p95_s": clock.jitter_s, "wander_s": clock.wander_s,
             "arrivals": clock.arrivals,
         },
+        "stamps": stream.stamps.account() if stream.stamps else None,
     }  # fmt: skip
+
+
+def _timed_from(stream: Stream) -> str:
+    if stream.by_stamps:
+        return "its own stamps"
+    return "arrivals" if stream.arrived else "the block's declared time and rate"
 
 
 def _hole(hole: Hole) -> dict[str, Any]:

@@ -72,10 +72,14 @@ def list_command(ledger: tuple[Path, ...], trial: int | None, as_json: bool) -> 
 @click.option("--method", default="bandlimited", show_default=True,
               help="hold, nearest, linear, pchip, cubic or bandlimited; then STREAM=METHOD,... for some.")  # fmt: skip
 @click.option("--latency", default="", help="STREAM=SECONDS,...: how late even the promptest arrivals of a stream are.")
+@click.option("--by-stamps", multiple=True, help="STREAM: time it by its device's own stamps, not arrivals. Repeatable.")
 @click.option("--longest-gap", "longest_gap_s", type=float, help="Longest hole that is bridged, in s.  [default: 0.02]")
 @click.option("--everything", is_flag=True, help="From the first sample of any stream to the last, not what all share.")
 @click.option("--marks", is_flag=True, help="Adds columns STREAM_bridged: 1 where a short hole was bridged.")
 @click.option("--hinge", help="STREAM of positions on a door: adds its angle about the hinge, column angle_deg.")
+@click.option("--speed", multiple=True, help="STREAM of positions: adds STREAM_vx.. and _speed in mm/s. Repeatable.")
+@click.option("--speed-window", type=int, help="Over how many samples a speed is taken.  [default: 7]")
+@click.option("--causal", is_flag=True, help="Speeds take nothing from the future, at the cost of error and delay.")
 @click.option("--raw", is_flag=True, help="Each stream as recorded, in a file of its own; --out is a folder.")
 @JSON
 def export_command(ledger: Path, trial: int | None, out: Path, raw: bool, as_json: bool, **how: Any) -> None:
@@ -87,6 +91,7 @@ def export_command(ledger: Path, trial: int | None, out: Path, raw: bool, as_jso
 
     \b
     Example:
+      palpate streams export SESSION.sqlite --trial 3 --speed tool_position --out trial3.csv
       palpate streams export SESSION.sqlite --trial 1 --out door.csv
       palpate doors normalise door.csv --zero --out K8_g0.csv \\
         --angle-column door_angle_angle --force-column door_force_force
@@ -94,7 +99,8 @@ def export_command(ledger: Path, trial: int | None, out: Path, raw: bool, as_jso
     from analysis.streams.exporter import Chosen, export
     from studies.record import read
 
-    chosen = Chosen(trial, how["attempt"], how["act"], how["hinge"])
+    chosen = Chosen(trial, how["attempt"], how["act"], how["hinge"], how["by_stamps"])
+    _demand_speed_told_apart(how, raw)
     files = export(read(ledger), chosen, out, None if raw else _wanted(how))
     if as_json:
         echo_json({"files": [str(path) for path in files]})
@@ -103,10 +109,18 @@ def export_command(ledger: Path, trial: int | None, out: Path, raw: bool, as_jso
         click.echo(str(path))
 
 
+def _demand_speed_told_apart(how: dict[str, Any], raw: bool) -> None:
+    if (how["speed_window"] is not None or how["causal"]) and not how["speed"]:
+        raise click.UsageError("--speed-window and --causal are about a speed: say of which stream, --speed STREAM")
+    if how["speed"] and raw:
+        raise click.UsageError("--speed adds columns to the grid; --raw has none: leave one of them out")
+
+
 def _wanted(how: dict[str, Any]) -> Wanted:
     from analysis.aligning.aligned import LONGEST_GAP_S
     from analysis.aligning.methods import method_named
     from analysis.streams.alignment import Wanted
+    from analysis.streams.speeds import WINDOW, SpeedWanted
 
     default, single = "bandlimited", {}
     for part in how["method"].split(","):
@@ -117,7 +131,8 @@ def _wanted(how: dict[str, Any]) -> Wanted:
             default = method
     gap_s = LONGEST_GAP_S if how["longest_gap_s"] is None else how["longest_gap_s"]
     late = dict(_latencies(how["latency"]))
-    return Wanted(how["rate_hz"], method_named(default), single, late, gap_s, how["everything"], how["marks"])
+    speed = SpeedWanted(how["speed"], WINDOW if how["speed_window"] is None else how["speed_window"], how["causal"])
+    return Wanted(how["rate_hz"], method_named(default), single, late, gap_s, how["everything"], how["marks"], speed)
 
 
 def _latencies(text: str) -> Iterator[tuple[str, float]]:

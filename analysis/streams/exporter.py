@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Iterator, Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from pathlib import Path
 from typing import Any
 
@@ -16,12 +16,16 @@ from studies.record import Record
 
 @dataclass(frozen=True)
 class Chosen:
-    """What is exported: a trial or all, its attempt that counts or another, one act of it or all; a door's hinge."""
+    """What is exported: a trial or all, its attempt that counts or another, one act of it or all; a door's hinge.
+
+    Streams in `by_stamps` are timed by their device's stamps instead of by their arrivals.
+    """
 
     trial: int | None = None
     attempt: int | None = None
     act: int | None = None
     hinge: str | None = None
+    by_stamps: tuple[str, ...] = ()
 
     @property
     def single(self) -> bool:
@@ -78,11 +82,25 @@ def _written(
 ) -> list[Path]:
     about = act.about(of_ledger)
     try:
+        streams = _timed(act.streams, chosen.by_stamps)
         if wanted is None:
-            return write_raw(path.parent, act.stem, act.streams, about)
-        return write_aligned(path, align_streams(act.streams, wanted, chosen.hinge), about)
+            return write_raw(path.parent, act.stem, streams, about)
+        return write_aligned(path, align_streams(streams, wanted, chosen.hinge), about)
     except StreamError as error:
         raise StreamError(f"{record.path}: {error}") from error
+
+
+def _timed(streams: Sequence[Stream], by_stamps: Sequence[str]) -> tuple[Stream, ...]:
+    """The streams, those that are named timed by their stamps. Raises StreamError where one cannot be."""
+    names = [stream.name for stream in streams]
+    for name in by_stamps:
+        if name not in names:
+            raise StreamError(f"{streams[0].where}: there is no stream {name!r} beside it; there are: {', '.join(names)}")
+    timed = tuple(replace(stream, by_stamps=stream.name in by_stamps) for stream in streams)
+    for stream in timed:
+        if stream.by_stamps:
+            _ = stream.timing  # refuses it before anything is written
+    return timed
 
 
 def _acts(record: Record, chosen: Chosen) -> Iterator[_Act]:

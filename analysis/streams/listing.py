@@ -92,9 +92,16 @@ def _cells(row: Row) -> dict[str, str]:
         "drift ppm": f"{timing['drift_ppm']:+.2f}" + (f" +-{error:.2f}" if error is not None else "")
         if measured
         else "-",
+        "late ms": _late_ms(row["stamps"] or {}),
         "lost": f"{row['lost']:,}",
         "gaps": f"{row['gap_count']:,}",
         "seconds": f"{row['seconds']:.2f}" if timing else "-",
         "clock": row["clock"],
         "calibration": row["calibration"] or "-",
     }
+
+
+def _late_ms(stamps: Row) -> str:
+    """By how much even the promptest samples came after their own stamps, where those are by the host's clock."""
+    late_s = stamps.get("late_s")
+    return "-" if late_s is None else f"{1e3 * late_s:.3f} +-{1e3 * stamps['late_error_s']:.3f}"

@@ -143,7 +143,7 @@ def _joined(attempt: Attempt, number: int, act: Sequence[Event], name: str) -> S
     gaps = tuple(_gaps(act, blocks, name, where)) if like.rate_hz else ()
     return Stream(
         attempt.trial, attempt.number, number, name, like.channels, like.units, float(like.rate_hz), like.clock,
-        _calibration(act, name), blocks, gaps, _arrived(act, name),
+        _calibration(act, name), blocks, gaps, _arrived(act, name), _stamped(act, name),
     )  # fmt: skip
 
 
@@ -195,8 +195,17 @@ def _told_gaps(event: Event, name: str) -> Iterator[Gap]:
 
 
 def _arrived(act: Sequence[Event], name: str) -> tuple[tuple[int, int], ...]:
-    """(n, t_ns); what is told beyond, the device's own time, is not needed: the samples are counted."""
     return tuple((int(n), int(t_ns)) for event in act for n, t_ns, *_ in _told(event, name).get("arrived", ()))
+
+
+def _stamped(act: Sequence[Event], name: str) -> tuple[tuple[int, int, float], ...]:
+    """(n, t_ns, device's own time in s) of the chunks that tell it."""
+    told = [_told(event, name) for event in act]
+    return tuple(
+        (int(n), int(t_ns), float(stamp_s))
+        for each in told
+        for (n, t_ns, *_), stamp_s in zip(each.get("arrived", ()), each.get("device_s", ()), strict=False)
+    )
 
 
 def _calibration(act: Sequence[Event], name: str) -> str | None:

@@ -9,6 +9,7 @@ from functools import cached_property
 import numpy as np
 from numpy.typing import NDArray
 
+from analysis.streams.stamps import Stamps, stamps_of
 from protocols.clocks import Clock, ClockError, fit_clock, nominal_clock
 from protocols.events import NS
 from protocols.requests import Samples
@@ -36,7 +37,8 @@ class Stream:
 
     `act` is the how-manieth recording of the attempt it belongs to: streams of one act were recorded together.
     `arrived` are (n, t_ns): sample n, the last of its block, was there at t_ns of session time. `rate_hz` is nominal;
-    0 where things were noted as they happened.
+    0 where things were noted as they happened. `stamped` are those arrivals that have a stamp of the device: (n, t_ns,
+    the stamp in seconds of `clock`). Times are by the arrivals, unless `by_stamps`.
     """
 
     trial: int
@@ -51,6 +53,8 @@ class Stream:
     blocks: tuple[Samples, ...]
     gaps: tuple[Gap, ...]
     arrived: tuple[tuple[int, int], ...]
+    stamped: tuple[tuple[int, int, float], ...] = ()
+    by_stamps: bool = False
 
     @property
     def where(self) -> str:
@@ -77,8 +81,27 @@ class Stream:
     def timing(self) -> Clock:
         """The stream's clock in seconds of session time: from its arrivals, or as declared where it has none.
 
-        Raises StreamError for arrivals that no clock can be fitted to, and for a stream without a rate.
+        Raises StreamError for arrivals that no clock can be fitted to, for a stream without a rate, and where it is to
+        be timed by stamps that cannot do it.
         """
+        if not self.by_stamps:
+            return self._by_arrivals
+        stamps = self.stamps
+        problem = "its device did not stamp its samples" if stamps is None else stamps.problem
+        if stamps is None or stamps.line is None or problem is not None:
+            raise StreamError(f"{self.where} cannot be timed by its stamps: {problem}")
+        return stamps.line
+
+    @cached_property
+    def stamps(self) -> Stamps | None:
+        """What its device's own stamps tell of it; None where there are none. Raises StreamError as `timing` does."""
+        if not self.stamped or self.noted:
+            return None
+        in_seconds = [(n, t_ns / NS, stamp_s) for n, t_ns, stamp_s in self.stamped]
+        return stamps_of(in_seconds, self.rate_hz, self.clock, self._by_arrivals)
+
+    @cached_property
+    def _by_arrivals(self) -> Clock:
         try:
             if self.arrived:
                 return fit_clock([(n, t_ns / NS) for n, t_ns in self.arrived], self.rate_hz)

@@ -1,29 +1,23 @@
 """How a device's clock runs against the host's, from when its samples arrived: late at times, never early.
 
 The earliest arrivals lie along a line, all others above it. Memory is bounded however long it runs: the device's time
-is cut into at most 32 bins, each keeping its earliest arrival; where they are used up, every two become one. A line
-through these, weighted by how many arrivals each bin chose from, gives the rate; what they scatter about it, and how
-coarsely arrivals are noticed, gives its standard error. (The lower envelope as in Moon, Skelly and Towsley 1999,
-Estimation and removal of clock skew from network delay measurements; bins instead of its hull, because their scatter
-says how far to trust the result, and because a hull of all arrivals grows with them.)
+is cut into at most 32 bins, each keeping its earliest arrival; where they are used up, every two become one. The line
+closest under these is the clock, by the same fit that analysis makes of the recorded arrivals (protocols.clocks).
 """
 
 from __future__ import annotations
 
 import math
-from collections.abc import Sequence
 from dataclasses import dataclass, field
-from statistics import median
 
+from protocols.clocks import Clock, ClockError, Point, fit_clock
 from protocols.events import NS
 
 BINS = 32
-"""So many are merged into half as many; 16 to 31 serve the fit of a recording that is not very short."""
+"""So many are merged into half as many; 17 to 32 serve the fit of a recording that is not very short."""
 FIRST_BIN_S = 0.25
 FEWEST = 5
-"""Bins below which nothing is said: three degrees of freedom for an error."""
-LATE = 5.0
-"""A bin whose earliest arrival lies so many robust deviations above the line was late throughout: it is left out."""
+"""Bins below which nothing is said."""
 SAME_S = 2e-9
 PPM = 1e6
 
@@ -33,30 +27,22 @@ class Fit:
     """A device's clock against the host's.
 
     `pace` is the device's seconds per host's second, `ppm` what that is off 1 (above 0: the device runs fast), `se_ppm`
-    the standard error of both in parts per million; the device's clock stood at 0 when the host's was at `zero_ns`.
+    the standard error of both in parts per million.
     """
 
     pace: float
     ppm: float
     se_ppm: float
-    zero_ns: float
-
-
-@dataclass
-class _Bin:
-    device_s: float
-    late_s: float
-    count: int = 1
 
 
 @dataclass
 class ClockFit:
-    """Takes arrivals one by one, in bounded memory; one thread only."""
+    """Takes arrivals one by one, in bounded memory; one thread only. A bin is (device's, host's) seconds of one."""
 
     width_s: float = FIRST_BIN_S
     origin: tuple[float, int] | None = None
     slope: float = 1.0
-    bins: dict[int, _Bin] = field(default_factory=dict)
+    bins: dict[int, Point] = field(default_factory=dict)
     late_s: float | None = None
     tick_s: float = math.inf
 
@@ -70,21 +56,28 @@ class ClockFit:
         self._tick(t - x)
         while x >= BINS * self.width_s:
             self._halve()
-        self._keep(int(x / self.width_s), _Bin(x, t))
+        self._keep(int(x / self.width_s), (x, t))
 
     def fit(self) -> Fit | None:
         """What the arrivals say so far; None where they are too few, where time stood still, where none was late.
 
         Arrivals that all came on the nominal dot were noticed in steps too coarse to see the clock, or never timed.
         """
-        line = _line(list(self.bins.values()))
-        if line is None or self.origin is None or line.slope <= 0 or math.isinf(self.tick_s):
+        clock = self._clock()
+        if clock is None or clock.drift_error_ppm is None or math.isinf(self.tick_s):
             return None
-        pace = 1 / line.slope
-        span_s = max(each.device_s for each in self.bins.values())
-        coarse = self.tick_s / 2 / span_s
-        zero_ns = self.origin[1] + (line.at_zero - line.slope * self.origin[0]) * NS
-        return Fit(pace, (pace - 1) * PPM, math.hypot(line.error, coarse) * pace * pace * PPM, zero_ns)
+        coarse_ppm = self.tick_s / 2 / max(x for x, _ in self.bins.values()) * PPM
+        return Fit(clock.rate_hz, clock.drift_ppm, math.hypot(clock.drift_error_ppm, coarse_ppm * clock.rate_hz**2))
+
+    def _clock(self) -> Clock | None:
+        """The line under the earliest arrivals; None where their rate is not to be had."""
+        if len(self.bins) < FEWEST:
+            return None
+        try:
+            clock = fit_clock([self.bins[place] for place in sorted(self.bins)], 1.0)
+        except ClockError:
+            return None
+        return clock if clock.measured and clock.rate_hz > 0 else None
 
     def _tick(self, late_s: float) -> None:
         """Learn in how coarse steps arrivals are noticed: one that is polled for tells no more than that."""
@@ -93,67 +86,26 @@ class ClockFit:
         if SAME_S < step < self.tick_s:
             self.tick_s = step
 
-    def _keep(self, place: int, new: _Bin) -> None:
-        old = self.bins.get(place)
-        if old is None:
-            self._learn()
-            self.bins[place] = new
+    def _keep(self, place: int, new: Point) -> None:
+        if place in self.bins:
+            self.bins[place] = min(self.bins[place], new, key=self._lateness)
             return
-        self.bins[place] = self._earlier(old, new)
+        self._learn()
+        self.bins[place] = new
 
-    def _earlier(self, one: _Bin, other: _Bin) -> _Bin:
-        """The one that lies lower, as the clock is known to run so far."""
-        lower = min(one, other, key=lambda each: each.late_s - self.slope * each.device_s)
-        return _Bin(lower.device_s, lower.late_s, one.count + other.count)
+    def _lateness(self, point: Point) -> float:
+        """As the clock is known to run so far."""
+        return point[1] - self.slope * point[0]
 
     def _learn(self) -> None:
-        line = _line(list(self.bins.values()))
-        if line is not None and line.slope > 0:
-            self.slope = line.slope
+        clock = self._clock()
+        if clock is not None:
+            self.slope = 1 / clock.rate_hz
 
     def _halve(self) -> None:
         self._learn()
-        merged: dict[int, _Bin] = {}
+        merged: dict[int, Point] = {}
         for place, each in self.bins.items():
             half = place // 2
-            merged[half] = self._earlier(merged[half], each) if half in merged else each
+            merged[half] = min(merged[half], each, key=self._lateness) if half in merged else each
         self.bins, self.width_s = merged, 2 * self.width_s
-
-
-@dataclass(frozen=True)
-class _Line:
-    at_zero: float
-    slope: float
-    error: float
-
-
-def _line(points: Sequence[_Bin]) -> _Line | None:
-    """A weighted line through the earliest arrivals, those that were late throughout left out, one at a time."""
-    left = list(points)
-    while len(left) >= FEWEST:
-        line = _weighted(left)
-        if line is None:
-            return None
-        off = [each.late_s - line.at_zero - line.slope * each.device_s for each in left]
-        middle = median(off)
-        scale = 1.4826 * median(abs(each - middle) for each in off)
-        worst = max(range(len(left)), key=lambda place: off[place])
-        if off[worst] - middle <= max(LATE * scale, 1e-9) or len(left) == FEWEST:
-            return line
-        del left[worst]
-    return None
-
-
-def _weighted(points: Sequence[_Bin]) -> _Line | None:
-    """Least squares; the earliest of k arrivals scatters as 1 / k where delays are exponential."""
-    weights = [float(each.count**2) for each in points]
-    total = math.fsum(weights)
-    x0 = math.fsum(w * p.device_s for w, p in zip(weights, points, strict=True)) / total
-    t0 = math.fsum(w * p.late_s for w, p in zip(weights, points, strict=True)) / total
-    sxx = math.fsum(w * (p.device_s - x0) ** 2 for w, p in zip(weights, points, strict=True))
-    if sxx <= 0:
-        return None
-    sxt = math.fsum(w * (p.device_s - x0) * (p.late_s - t0) for w, p in zip(weights, points, strict=True))
-    slope = sxt / sxx
-    off = (w * (p.late_s - t0 - slope * (p.device_s - x0)) ** 2 for w, p in zip(weights, points, strict=True))
-    return _Line(t0 - slope * x0, slope, math.sqrt(math.fsum(off) / (len(points) - 2) / sxx))

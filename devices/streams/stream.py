@@ -7,7 +7,7 @@ from dataclasses import dataclass, field
 from typing import Any
 
 from devices.signals import Block, DeviceFault, Signal
-from devices.streams.drift import ClockFit, Fit
+from devices.streams.drift import ClockFit
 from devices.streams.levels import Level, level
 from devices.streams.ring import NO_ROOM, Ring
 from protocols.events import NS
@@ -79,13 +79,9 @@ class Stream:
         made = tuple(piece for run in runs for piece in self._pieces(run))
         return made, self._told(blocks, gaps, self._look(made))
 
-    def clock(self) -> Fit | None:
-        """The device's clock against the host's: by its own time where it tells that, else by counting samples."""
-        return self.by_device.fit() or self.by_number.fit()
-
     def summary(self) -> dict[str, Any]:
         """What is kept of the stream as a whole, as JSON data; null where the arrivals do not tell."""
-        counted, clock, rate_hz = self.by_number.fit(), self.clock(), self.signal.rate_hz
+        counted, own, rate_hz = self.by_number.fit(), self.by_device.fit(), self.signal.rate_hz
         return {
             "samples": self.samples,
             "lost": self.lost,
@@ -94,8 +90,9 @@ class Stream:
             "seconds": round(self.next / rate_hz, 6) if rate_hz else None,
             "nominal_hz": float(rate_hz),
             "rate_hz": round(counted.pace * rate_hz, 6) if counted and rate_hz else None,
-            "drift_ppm": round(clock.ppm, 3) if clock else None,
-            "drift_se_ppm": round(clock.se_ppm, 3) if clock else None,
+            "drift_ppm": round(counted.ppm, 3) if counted else None,
+            "drift_se_ppm": round(counted.se_ppm, 3) if counted else None,
+            **({"device_ppm": round(own.ppm, 3), "device_se_ppm": round(own.se_ppm, 3)} if own else {}),
             "clock": self.signal.clock,
             "units": list(self.signal.units),
             "calibration": self.signal.calibration,

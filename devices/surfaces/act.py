@@ -18,8 +18,9 @@ from devices.surfaces.hand import Hand, Motion, Wave
 from devices.surfaces.tip import Ground
 
 Numbers = NDArray[np.float64]
-BLOCKS, BLOCK = 64, 2000
-"""How many stretches of steps are computed side by side, and how long each is: 12.8 s in one go."""
+BLOCKS, BLOCK = 64, 1000
+"""How many stretches of steps are computed side by side, and how long each is: 6.4 s in one go. Half as many are as
+slow a second time over, because the contact remembers about 0.25 s; twice as many take twice the memory."""
 BATCH = BLOCKS * BLOCK
 LETS_GO_S = 0.3
 """How long the tool is followed after the act; then it is still."""
@@ -29,7 +30,7 @@ KEPT = 3
 
 @dataclass(frozen=True)
 class Batch:
-    """12.8 s of an act, each (BATCH, 3): acceleration in the tool's axes (m/s^2), force (N) and place (mm)."""
+    """6.4 s of an act, each (BATCH, 3): acceleration in the tool's axes (m/s^2), force (N) and place (mm)."""
 
     acceleration: Numbers
     force: Numbers

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Iterator
+from collections.abc import Callable, Iterator
 from dataclasses import dataclass
 
 import numpy as np
@@ -36,46 +36,64 @@ def cells(pixels: int, pitch_mm: float, regularity: float, *key: Key) -> Cells:
 def grains(pixels: int, pitch_mm: float, regularity: float, *key: Key) -> tuple[Field, Field]:
     """Sharp grains of different height and breadth (0..1), and the chance number of the one on top."""
     height, lot = np.zeros((pixels, pixels), np.float32), np.zeros((pixels, pixels), np.float32)
-    for distance, drawn in neighbours(pixels, pitch_mm, regularity, *key):
-        tall = np.float32(0.35) + np.float32(0.65) * drawn
-        one = tall * (1 - distance / (np.float32(0.5) + np.float32(0.6) * ((drawn * 7) % 1)))
+    for distance, drawn, tall, broad in neighbours(pixels, pitch_mm, regularity, *key, of=_grain):
+        one = tall * (1 - distance / broad)
         np.copyto(lot, drawn, where=one > height)
         np.maximum(height, one, out=height)
     return height, lot
+
+
+def _grain(lot: Field) -> tuple[Field, ...]:
+    return lot, np.float32(0.35) + np.float32(0.65) * lot, np.float32(0.5) + np.float32(0.6) * ((lot * 7) % 1)
 
 
 def heaps(pixels: int, pitch_mm: float, regularity: float, *key: Key) -> tuple[Field, Field]:
     """Round heaps of different height (0..1) that run into each other, and the chance number of the one on top."""
     height, lot = np.zeros((pixels, pixels), np.float32), np.zeros((pixels, pixels), np.float32)
-    for distance, drawn in neighbours(pixels, pitch_mm, regularity, *key):
-        one = (np.float32(0.6) + np.float32(0.4) * drawn) * np.maximum(1 - (distance / np.float32(1.15)) ** 2, 0)
+    for distance, drawn, tall in neighbours(pixels, pitch_mm, regularity, *key, of=_heap):
+        one = tall * np.maximum(1 - (distance / np.float32(1.15)) ** 2, 0)
         np.copyto(lot, drawn, where=one > height)
         np.maximum(height, one, out=height)
     return height, lot
 
 
+def _heap(lot: Field) -> tuple[Field, ...]:
+    return lot, np.float32(0.6) + np.float32(0.4) * lot
+
+
 def hollows(pixels: int, pitch_mm: float, regularity: float, *key: Key) -> Field:
     """Round hollows of different breadth that cut into each other: depth from 0 to 1."""
     depth = np.zeros((pixels, pixels), np.float32)
-    for distance, drawn in neighbours(pixels, pitch_mm, regularity, *key):
-        breadth = np.float32(0.35) + np.float32(0.45) * drawn
+    for distance, breadth in neighbours(pixels, pitch_mm, regularity, *key, of=_hollow):
         np.maximum(depth, breadth * np.sqrt(np.maximum(1 - (distance / breadth) ** 2, 0)), out=depth)
     return depth / np.float32(0.8)
 
 
-def neighbours(pixels: int, pitch_mm: float, regularity: float, *key: Key) -> Iterator[tuple[Field, Field]]:
-    """For each of the nine cells around a point: its seed's distance in pitches, and its chance number."""
+def _hollow(lot: Field) -> tuple[Field, ...]:
+    return (np.float32(0.35) + np.float32(0.45) * lot,)
+
+
+def _chance_alone(lot: Field) -> tuple[Field, ...]:
+    return (lot,)
+
+
+def neighbours(
+    pixels: int, pitch_mm: float, regularity: float, *key: Key, of: Callable[[Field], tuple[Field, ...]] = _chance_alone
+) -> Iterator[tuple[Field, ...]]:
+    """For each of the nine cells around a point: its seed's distance in pitches, and what `of` makes of its chance."""
     count = max(1, round(SIZE_MM / pitch_mm))
     drawn = chance(3 * count * count, *key).astype(np.float32).reshape(3, count, count)
     moved = np.float32(1 - regularity) * (drawn[:2] - np.float32(0.5)) + np.float32(0.5)
     x, y = (np.float32(count) * each for each in shares(pixels))
     column, row = np.floor(x).astype(np.int32), np.floor(y).astype(np.int32)
+    cell = (*moved, *of(drawn[2]))
     for up in (-1, 0, 1):
         for right in (-1, 0, 1):
-            rows, columns = (row + up) % count, (column + right) % count
-            off_x = (column + right - x) + moved[0][rows, columns]
-            off_y = (row + up - y) + moved[1][rows, columns]
-            yield np.sqrt(off_x * off_x + off_y * off_y), drawn[2][rows, columns]
+            rows, columns = (row + up)[:, 0] % count, (column + right)[0] % count
+            off_x, off_y, *made = (each.take(columns, axis=1).take(rows, axis=0) for each in cell)
+            off_x += column + right - x
+            off_y += row + up - y
+            yield np.sqrt(off_x * off_x + off_y * off_y), *made
 
 
 def strands(
@@ -85,19 +103,35 @@ def strands(
 
     They lie along `degrees`, turned at random by up to `spread` quarter turns to either side, and bend.
     """
-    height, lot = np.zeros((pixels, pixels), np.float32), np.zeros((pixels, pixels), np.float32)
-    drawn = chance(5 * count, *key).reshape(5, count)
+    step_mm, drawn = SIZE_MM / pixels, chance(5 * count, *key).reshape(5, count)
     angles = np.radians(degrees) + np.pi * spread * (drawn[2] - 0.5)
+    beyond = min(pixels, math.ceil((0.625 * length_mm + 0.5 * width_mm) / step_mm) + 1)
+    height, lot = np.zeros((2, pixels + 2 * beyond, pixels + 2 * beyond), np.float32)
     for n in range(count):
         one = Strand(length_mm, width_mm, float(angles[n]), float(drawn[3, n]), float(drawn[4, n]))
-        up, right = one.reach(SIZE_MM / pixels)
-        rows = np.arange(-up, up + 1) + int(drawn[1, n] * pixels)
-        columns = np.arange(-right, right + 1) + int(drawn[0, n] * pixels)
-        place = np.ix_(rows % pixels, columns % pixels)
-        shape, below = one.height(up, right, SIZE_MM / pixels), height[place]
-        lot[place] = np.where(shape > below, np.float32(one.tall), lot[place])
-        height[place] = np.maximum(shape, below)
-    return height, lot
+        up, right = one.reach(step_mm)
+        row, column = (beyond + int(each * pixels) for each in (drawn[1, n], drawn[0, n]))
+        place = slice(row - up, row + up + 1), slice(column - right, column + right + 1)
+        _lay(one.height(up, right, step_mm), one.tall, height[place], lot[place])
+    return _folded(height, lot, beyond)
+
+
+def _lay(shape: Field, drawn: Field | float, height: Field, lot: Field) -> None:
+    """Lay a shape over what is there."""
+    np.copyto(lot, np.float32(drawn), where=shape > height)
+    np.maximum(height, shape, out=height)
+
+
+def _folded(height: Field, lot: Field, beyond: int) -> tuple[Field, Field]:
+    """What lies beyond the borders, laid over the other side, as the sample repeats."""
+    for _axis in (0, 1):
+        for outside, inside in (
+            (slice(beyond), slice(-2 * beyond, -beyond)),
+            (slice(-beyond, None), slice(beyond, 2 * beyond)),
+        ):
+            _lay(height[outside], lot[outside], height[inside], lot[inside])
+        height, lot = height[beyond:-beyond].T, lot[beyond:-beyond].T
+    return np.ascontiguousarray(height), np.ascontiguousarray(lot)
 
 
 @dataclass(frozen=True)

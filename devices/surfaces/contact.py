@@ -113,6 +113,14 @@ def at_rest(drive: Drive, law: Law) -> Numbers:
     return state
 
 
+def _sliding(drive: Drive, law: Law) -> Numbers:
+    """The state of a tip that slides along steadily with the hand: a guess, of shape (7, blocks)."""
+    state, velocity = at_rest(drive, law), drive.velocity[:, 0]
+    state[1], state[6] = drive.rate[0], np.sqrt((velocity**2).sum(axis=0))
+    state[2:4] = -law.kinetic * drive.force[0] / law.side_stiffness * velocity / (state[6] + 1e-9)
+    return state
+
+
 def ride(drive: Drive, start: Numbers, law: Law, blocks: int) -> Ride:
     """Every step in order from a state; n must be a multiple of `blocks`.
 
@@ -120,7 +128,7 @@ def ride(drive: Drive, start: Numbers, law: Law, blocks: int) -> Ride:
     in, until all agree: the first k are exact after k rounds, and all soon, because the contact forgets (see AGREE).
     """
     cut = drive.blocks(blocks)
-    starts = at_rest(cut, law)
+    starts = _sliding(cut, law)
     starts[:, 0] = start
     todo = np.arange(blocks)
     out = _room(cut)
@@ -182,7 +190,7 @@ class _Normal:
         z, v = state[0], state[1]
         free = self.keeps * v
         free -= self.pressed[n]
-        force = self.pushed[n] - self.stiffness * z
+        force: Numbers = self.pushed[n] - self.stiffness * z
         force -= self.resists * free
         np.maximum(force, 0, out=force)
         free += self.moves * force
@@ -190,7 +198,7 @@ class _Normal:
         v *= (THETA - 1) / THETA
         free *= 1 / THETA
         v += free
-        return np.asarray(force, dtype=np.float64)
+        return force
 
 
 @dataclass(frozen=True)
@@ -231,7 +239,7 @@ class _Sideways:
         square = free * free
         fast = np.sqrt(square[0] + square[1])
         slides = np.maximum(1 - grip / (fast + 1e-300), 0)
-        tip = free * slides
+        tip: Numbers = free * slides
         np.multiply(fast, slides, out=state[6])
         between = tip - velocity
         u += self.law.step_s * between
@@ -239,7 +247,7 @@ class _Sideways:
         between *= 1 / THETA
         rate += between
         tip -= free
-        return np.asarray(tip, dtype=np.float64)
+        return tip
 
 
 def _whole(law: Law) -> float:

@@ -34,13 +34,20 @@ def wave_numbers(pixels: int) -> tuple[Field, Field]:
     return along_x[np.newaxis, :], along_y[:, np.newaxis]
 
 
-def coloured(pixels: int, amplitude: Field, *key: Key) -> Field:
+def noise(pixels: int, *key: Key) -> NDArray[np.complex64]:
+    """White noise that the key decides, as its Fourier transform (rfft2)."""
+    drawn = chance(pixels * pixels, *key).astype(np.float32).reshape(pixels, pixels)
+    return np.asarray(scipy.fft.rfft2(drawn, workers=-1), dtype=np.complex64)
+
+
+def coloured(pixels: int, amplitude: Field, spectrum: NDArray[np.complex64]) -> Field:
     """White noise shaped by an amplitude over wave numbers; mean 0, RMS 1."""
-    white = chance(pixels * pixels, *key).astype(np.float32).reshape(pixels, pixels)
-    spectrum = scipy.fft.rfft2(white) * amplitude
+    spectrum = spectrum * amplitude
     spectrum[0, 0] = 0
-    field = np.asarray(scipy.fft.irfft2(spectrum, s=(pixels, pixels)), dtype=np.float32)
-    return field / np.float32(max(float(field.std()), 1e-30))
+    shaped = scipy.fft.irfft2(spectrum, s=(pixels, pixels), overwrite_x=True, workers=-1)
+    field = np.asarray(shaped, dtype=np.float32)
+    field /= np.float32(max(float(field.std()), 1e-30))
+    return field
 
 
 def self_affine(
@@ -49,27 +56,42 @@ def self_affine(
     """A field whose power falls as (1 + (2 pi q L)^2)^-(1+H) beyond the correlation length L, cut off at the finest
     wavelength, and drawn out `stretch` times along the grain. RMS 1. Source: the k-correlation (ABC) surface spectrum.
     """
+    shape = k_correlation(pixels, correlation_mm, hurst, finest_mm, stretch, grain_deg)
+    return coloured(pixels, shape, noise(pixels, *key))
+
+
+def k_correlation(
+    pixels: int, correlation_mm: float, hurst: float, finest_mm: float, stretch: float, grain_deg: float
+) -> Field:
+    """The amplitude of `self_affine` over wave numbers."""
     along, across = turned(*wave_numbers(pixels), grain_deg)
     # Drawn out along the grain: its wave numbers count `stretch` times more.
     square = (along * np.float32(stretch)) ** 2 + across**2
-    power = (1 + (2 * math.pi * correlation_mm) ** 2 * square) ** np.float32(-(1 + hurst))
-    amplitude = np.sqrt(power) * np.exp(-0.5 * square * np.float32(finest_mm**2))
-    return coloured(pixels, amplitude.astype(np.float32), *key)
+    fall = np.log1p(np.float32((2 * math.pi * correlation_mm) ** 2) * square)
+    fall *= np.float32(-0.5 * (1 + hurst))
+    square *= np.float32(-0.5 * finest_mm**2)
+    fall += square
+    return np.asarray(np.exp(fall, out=fall), dtype=np.float32)
 
 
 def narrow(pixels: int, wavelength_mm: float, *key: Key) -> Field:
     """A field of about one wavelength in every direction (Gaussian band of 25 %). RMS 1."""
     x, y = wave_numbers(pixels)
     off = (np.hypot(x, y) * np.float32(wavelength_mm) - 1) / np.float32(0.25)
-    return coloured(pixels, np.exp(-0.25 * off**2).astype(np.float32), *key)
+    return coloured(pixels, np.exp(-0.25 * off**2).astype(np.float32), noise(pixels, *key))
 
 
 def felted(pixels: int, width_mm: float, length_mm: float, layers: int, *key: Key) -> tuple[Field, Field]:
-    """Fibres in every direction, pressed: the highest of several drawn-out fields (0..1), and which one is on top."""
+    """Fibres in every direction, pressed: the highest of several drawn-out fields (0..1), and which one is on top.
+
+    The layers share one noise: each keeps waves of another direction, so they have little in common all the same.
+    """
     top, which = np.full((pixels, pixels), -9, np.float32), np.zeros((pixels, pixels), np.float32)
+    spectrum = noise(pixels, *key, "fibres")
     for layer in range(layers):
         degrees = 180 * (layer + 0.6 * float(chance(1, *key, layer)[0])) / layers
-        one = self_affine(pixels, width_mm, 1.0, width_mm / 2, length_mm / width_mm, degrees, *key, layer, "fibres")
+        shape = k_correlation(pixels, width_mm, 1.0, width_mm / 2, length_mm / width_mm, degrees)
+        one = coloured(pixels, shape, spectrum)
         np.copyto(which, np.float32(layer / (layers - 1)), where=one > top)
         np.maximum(top, one, out=top)
     return np.clip((top + np.float32(0.5)) / 3, 0, 1), which

@@ -33,7 +33,7 @@ def ground_of(texture: Surface) -> Ground:
 class SurfaceScene:
     """One exploration of a surface, as `devices.scene.Scene` wants it. The id decides the relief, the key the hand.
 
-    All sensors see one hand and one contact, computed at 10 kHz in batches of 12.8 s whenever one is asked for, and
+    All sensors see one hand and one contact, computed at 10 kHz in batches of 6.4 s whenever one is asked for, and
     band-limited below 2 kHz. Three batches are kept; one that was dropped is computed again, the same. After `seconds`
     the tool is held still off the surface.
     """

@@ -24,7 +24,7 @@ def traced(height_um: Field, radius_mm: float = RADIUS_MM) -> Field:
     """Height of a sphere's lowest point as it rolls over the field without load: grey dilation by the sphere.
 
     Done along rows and then along columns, which takes the sphere's drop r(x, y) for r(x, 0) + r(0, y): heights come
-    out too high by at most 3 % of the drop where the sphere touches within half its radius (4 um of 134), more beyond.
+    out too high by at most 4 % of the drop where the sphere touches within half its radius (5 um of 134), more beyond.
     """
     for axis in (0, 1):
         height_um = _dilated(height_um, radius_mm, axis)

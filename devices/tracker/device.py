@@ -101,6 +101,7 @@ class Tracker:
     watch: Watch = field(default_factory=Watch)
     tally: Tally = field(default_factory=Tally)
     heard_ns: int = 0
+    zero_s: float = 0.0
     running: bool = False
 
     @property
@@ -139,8 +140,9 @@ class Tracker:
             raise DeviceError(problem)
         one = self.settings
         self.numbering, self.watch, self.tally = Numbering(one.rate_hz), Watch(one.repeats), Tally()
-        self.clock_ns, self.heard_ns = now_ns, now_ns()
         self.source.start(self.elapsed_s or since(now_ns))
+        self.zero_s = self.source.zero_s(now_ns)
+        self.clock_ns, self.heard_ns = now_ns, now_ns()
         self.running = True
 
     def read(self, timeout_s: float) -> Mapping[str, Sequence[Block]]:
@@ -196,7 +198,7 @@ class Tracker:
             why = "clock_reset" if batch.reset and not begun else "gap" if lost else ""
             seen = [self.watch.see(self._within(row)) for row in batch.rows[begun:end]]
             data = interleaved(*zip(*seen, strict=True))
-            blocks.append(Block(numbers[begun], data, now, batch.times_s[end - 1], lost, why))
+            blocks.append(Block(numbers[begun], data, now, batch.times_s[end - 1] - self.zero_s, lost, why))
             expected, begun = numbers[end - 1] + 1, end
             self.tally.add(len(seen), sum(row[3] > 0 for row in seen), lost)
         self.tally.took(batch)

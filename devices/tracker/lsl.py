@@ -10,9 +10,10 @@ from importlib import import_module
 from threading import Lock
 from typing import TYPE_CHECKING, Any
 
-from devices.signals import DeviceError, DeviceFault
+from devices.signals import DeviceError, DeviceFault, NowNs
 from devices.tracker.lsl_map import Map, mapped
 from devices.tracker.source import Batch, Elapsed, Opened
+from protocols.events import NS
 
 if TYPE_CHECKING:
     from devices.scene import Scene
@@ -29,6 +30,8 @@ ANSWER_S = 0.2
 LEAP_S = 1.0
 """A clock that jumps by more than this against ours was set anew; no network is that late in order."""
 MOST = 512
+READINGS = 8
+"""So many readings of both clocks; one that was not interrupted is right to a microsecond."""
 
 
 @dataclass
@@ -93,6 +96,12 @@ class LslStream:
                 raise DeviceError(f"{self.name}: the stream {self.value} cannot be read: {problem}") from None
             self.inlet.flush()
             self.running, self.behind_s, self.came_s = True, None, self.library.local_clock()
+
+    def zero_s(self, now_ns: NowNs) -> float:
+        """The library's clock when now_ns's was at 0: of a few readings, the one that took least time in between."""
+        readings = [(now_ns(), self.library.local_clock(), now_ns()) for _ in range(READINGS)]
+        before_ns, at_s, after_ns = min(readings, key=lambda each: each[2] - each[0])
+        return float(at_s - (before_ns + after_ns) / 2 / NS)
 
     def pull(self, timeout_s: float) -> Batch:
         """What came. Raises DeviceFault (`link_lost`) where the stream ended."""

@@ -12,7 +12,7 @@ from statistics import median
 from threading import Event
 from typing import TYPE_CHECKING
 
-from devices.signals import DeviceError, DeviceFault
+from devices.signals import DeviceError, DeviceFault, NowNs
 from devices.tracker.motive import is_motive, read_motive
 from devices.tracker.source import Batch, Elapsed, Opened, Row, awaited
 
@@ -88,6 +88,10 @@ class Played:
         """Begin with the first sample."""
         self.elapsed_s, self.given = elapsed_s, 0
         self.stopped.clear()
+
+    def zero_s(self, now_ns: NowNs) -> float:  # noqa: ARG002
+        """Its clock is its own, and begins with its first sample."""
+        return 0.0
 
     def pull(self, timeout_s: float) -> Batch:
         """What is due by now, 64 samples at most. Raises DeviceFault (`silent`) past the end."""

@@ -55,6 +55,9 @@ class Source(Protocol):
     def start(self, elapsed_s: Elapsed) -> None:
         """Begin: samples that were taken before are not given. Raises DeviceError."""
 
+    def zero_s(self, now_ns: NowNs) -> float:
+        """Where the source's clock stood when now_ns's was at 0; 0 for a clock that is not this computer's."""
+
     def pull(self, timeout_s: float) -> Batch:
         """What came since the last pull; waits at most that long. Raises DeviceFault."""
 

@@ -12,7 +12,7 @@ from threading import Event
 from typing import TYPE_CHECKING
 
 from devices.noise import gaussians
-from devices.signals import DeviceFault
+from devices.signals import DeviceFault, NowNs
 from devices.tracker.source import Batch, Elapsed, Opened, Row, awaited
 
 if TYPE_CHECKING:
@@ -60,6 +60,10 @@ class Twin:
         self.elapsed_s, self.given = elapsed_s, 0
         self.rows = self._rows()
         self.stopped.clear()
+
+    def zero_s(self, now_ns: NowNs) -> float:  # noqa: ARG002
+        """Its clock is its own, and begins with its first sample."""
+        return 0.0
 
     def pull(self, timeout_s: float) -> Batch:
         """What is due by now, 64 samples at most.

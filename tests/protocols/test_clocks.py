@@ -96,6 +96,7 @@ def test_one_arrival_places_the_nominal_clock_and_tells_no_error():
         ([(0, 1.0), (9, 0.9)], 100, "before the one before it"),
         ([(0, 1.0), (9, math.nan)], 100, "arrival 2 is sample 9 at nan s"),
         ([(0, math.inf)], 100, "finite numbers"),
+        ([(n, 7.0) for n in range(0, 2000, 100)], 100, "20 arrivals, most of them at one moment"),
         ([(0, 1.0)], 0, "the nominal rate is 0 Hz"),
         ([(0, 1.0)], math.nan, "the nominal rate is nan Hz"),
     ],

@@ -6,6 +6,7 @@ import random
 import pytest
 
 from devices.streams.drift import BINS, ClockFit
+from protocols.clocks import fit_clock
 from protocols.events import NS
 
 DELAYS = {
@@ -46,14 +47,28 @@ def least_squares_ppm(found):
 @pytest.mark.parametrize("law", DELAYS)
 @pytest.mark.parametrize("ppm", [-180.0, 0.0, 50.0])
 def test_a_known_drift_is_found_within_its_stated_error(law, ppm):
-    """Over twenty recordings of 20 s with delays of about 2 ms: the error is small, and of the size that is stated."""
+    """Over twenty recordings of 20 s with delays of about 2 ms: the error is small, and no larger than is stated.
+
+    Few bins tell the error of the line less surely than all arrivals would: it is stated up to three times too large.
+    """
     fits = [fitted(arrivals(ppm, 20.0, DELAYS[law], seed)) for seed in range(20)]
     off = [fit.ppm - ppm for fit in fits]
     rms = math.sqrt(math.fsum(each**2 for each in off) / len(off))
-    assert rms < 4.0
+    assert rms < (6.0 if law == "lognormal" else 1.5)
     stated = math.sqrt(math.fsum(fit.se_ppm**2 for fit in fits) / len(fits))
-    assert 0.4 < rms / stated < 2.5
+    assert 0.33 < rms / stated < 1.2
     assert sum(abs(each) < 3 * fit.se_ppm for each, fit in zip(off, fits, strict=True)) >= 18
+
+
+@pytest.mark.parametrize("law", DELAYS)
+@pytest.mark.parametrize(("seconds", "every_s"), [(30.0, 0.01), (60.0, 1 / 120), (8.0, 1 / 80)])
+def test_the_bins_lose_nothing_against_the_fit_to_all_arrivals(law, seconds, every_s):
+    """What the record says of a clock is what an export says of it, which sees every arrival."""
+    recorded = [arrivals(50.0, seconds, DELAYS[law], seed, every_s) for seed in range(10)]
+    fits = [(fitted(each), fit_clock([(x, t_ns / NS) for x, t_ns in each], 1.0)) for each in recorded]
+    assert sum(on_line.ppm == pytest.approx(after.drift_ppm, abs=1e-3) for on_line, after in fits) >= 7
+    apart = [abs(on_line.ppm - after.drift_ppm) / on_line.se_ppm for on_line, after in fits]
+    assert max(apart) < 1
 
 
 def test_the_earliest_arrivals_tell_more_than_all_of_them():
@@ -86,9 +101,10 @@ def test_a_recording_that_ran_twenty_times_too_fast_is_measured_too():
 
 
 def test_a_device_that_counts_from_long_ago_loses_no_digits():
+    """But those that a float has not got: 0.5 us after 68 years, over 10 s or so."""
     recorded = arrivals(50.0, 20.0, DELAYS["exponential"], 1)
     shifted = [(device_s + 2.0**31, t_ns) for device_s, t_ns in recorded]
-    assert fitted(shifted).ppm == pytest.approx(fitted(recorded).ppm, abs=1e-3)
+    assert fitted(shifted).ppm == pytest.approx(fitted(recorded).ppm, abs=0.1)
 
 
 @pytest.mark.parametrize("ppm", [0.0, 5.0, 20.0, 180.0])

@@ -155,7 +155,8 @@ def test_the_devices_own_time_tells_its_drift_where_it_counts_wrongly():
         one.ring.put(block(10 * n, 10, at_s=n / 50, device_s=n / 50 * 1.00002))
     one.take()
     found = one.summary()
-    assert found["drift_ppm"] == pytest.approx(20.0, abs=0.1)
+    assert found["device_ppm"] == pytest.approx(20.0, abs=0.1) and 0 <= found["device_se_ppm"] < 1
+    assert found["drift_ppm"] == pytest.approx(-500_000, abs=100)
     assert found["rate_hz"] == pytest.approx(500.0, abs=0.1)
 
 

@@ -111,7 +111,7 @@ def test_memory_holds_three_batches_however_long_the_act_is(under):
     for _ in islice(scene.position_mm(120.0), int(50 / 0.25)):
         pass
     held = scene._act.made
-    assert len(held) == KEPT and sum(each.nbytes for batch in held.values() for each in vars(batch).values()) < 30e6
+    assert len(held) == KEPT and sum(each.nbytes for batch in held.values() for each in vars(batch).values()) < 15e6
     assert all(len(batch.force) == BATCH for batch in held.values())
 
 

@@ -43,13 +43,51 @@ def seen(surface, number=3):
     return np.sqrt(2 * power.sum()) / PIXELS**2, power.sum() / (waves * power).sum()
 
 
-def test_a_coarser_grain_is_seen_coarser_and_felt_lower():
+def strongest(surface, speed):
+    """Where the vibration of a steady stroke along x has its largest peak, in periods a millimetre."""
+    under = ground(relief(surface, pixels=PIXELS).height_um, surface.stiffness_N_mm)
+    scene = SurfaceScene(surface, 5.0, "agree", hand=SteadyHand(speed, 1.0, 0.0), under=under)
+    shaken = first_rows(scene.acceleration_m_s2(3000.0), 15_000)[3000:]
+    power = (np.abs(np.fft.rfft((shaken - shaken.mean(axis=0)) * np.hanning(12_000)[:, None], axis=0)) ** 2).sum(axis=1)
+    hertz = np.fft.rfftfreq(12_000, 1 / 3000)
+    power[(hertz < 15) | (hertz > 500)] = 0
+    return hertz[power.argmax()] / speed
+
+
+def across(surface):
+    """Power spectrum of a photo along x; one hundredth of a period a millimetre apart."""
+    image = photograph(surface, relief(surface, pixels=PIXELS), light(5), "agree").mean(axis=2)
+    return (np.abs(np.fft.rfft(image / image.mean() - 1, axis=1)) ** 2).mean(axis=0)
+
+
+def line_dB(power, periods_mm):
+    """How far the spectrum stands out there from what lies within 30 % around it."""
+    place = round(100 * periods_mm)
+    around = np.median(power[int(place / 1.3) : int(place * 1.3) + 1])
+    return 10 * np.log10(power[place - 1 : place + 2].max() / around)
+
+
+def test_what_repeats_is_felt_at_the_speed_over_the_period_that_is_seen():
+    """Weaves, twill, domes, ribs and wires as shipped: the vibration's largest peak is a line of their own photo."""
+    names = ("T14", "T22", "T28", "T40", "T44", "T48")
+    photos = [across(TABLE[name]) for name in names]
+    for speed in (50.0, 125.0):
+        peaks = [strongest(TABLE[name], speed) for name in names]
+        dB = np.array([[line_dB(photo, peak) for photo in photos] for peak in peaks])
+        assert dB.diagonal().min() > 12
+        # The photo of another texture has no line there, nor has the own one where another speed would put it.
+        assert np.median(dB[~np.eye(len(names), dtype=bool)]) < 3
+        assert np.median([line_dB(photo, 1.12 * peak) for photo, peak in zip(photos, peaks, strict=True)]) < 3
+
+
+@pytest.mark.parametrize("pattern", ["foam", "leather"])
+def test_a_coarser_grain_of_one_material_is_seen_coarser_and_felt_lower(pattern):
+    """Within one material only: across materials the contact's resonance rules the centroid."""
     family = [
-        replace(SAND, pattern="foam", rms_um=0.0, pitch_mm=pitch, pattern_um=60 * pitch, stiffness_N_mm=5000.0)
-        for pitch in (0.6, 1.0, 1.6, 2.6)
+        replace(SAND, pattern=pattern, rms_um=0.0, pitch_mm=pitch, pattern_um=60 * pitch, stiffness_N_mm=5000.0)
+        for pitch in np.geomspace(0.6, 3.0, 5)
     ]
-    pitch_hz, waves = [felt(each)[1] for each in family], [seen(each)[1] for each in family]
-    assert waves == sorted(waves) and pitch_hz == sorted(pitch_hz, reverse=True)
+    assert spearmanr([felt(each)[1] for each in family], [seen(each)[1] for each in family])[0] <= -0.9
 
 
 def test_a_rougher_surface_is_seen_rougher_and_felt_louder():

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import math
+import time
 from itertools import count
 from pathlib import Path
 
@@ -12,6 +13,7 @@ import pytest
 from devices.health import samples
 from devices.signals import DeviceError, DeviceFault
 from devices.tracker.device import Settings, make
+from protocols.events import NS
 
 METRES = {"name": "OptiTrack", "unit": "meters"}
 
@@ -45,15 +47,24 @@ def track(first, many, step=1.0):
     return [[0.1 + 0.001 * step * (first + k), 0.2, 0.3] for k in range(many)]
 
 
-def test_metres_become_millimetres_and_times_come_in_this_computers_lsl_clock(offered, pylsl):
+def session_clock():
+    """A session that begins now, by the counter that sessions are timed by."""
+    begun_ns = time.perf_counter_ns()
+    return lambda: time.perf_counter_ns() - begun_ns
+
+
+def test_metres_become_millimetres_and_stamps_come_in_session_time(offered, pylsl):
+    """Stamps are by the library's clock; the device says when they were in the session's, to a millisecond or better."""
     outlet = offered(METRES)
-    device = started(tracker())
-    now = pylsl.local_clock()
+    now_ns = session_clock()
+    device = started(tracker(), now_ns)
+    now, session_s = pylsl.local_clock(), now_ns() / NS
     outlet.push(track(0, 12), [now + k / 120 for k in range(12)])
     blocks = read(device, 12)
     np.testing.assert_allclose(rows(device, blocks), [[100 + k, 200, 300, 1] for k in range(12)], rtol=1e-6)
     assert [blocks[0].first, sum(block.lost for block in blocks)] == [0, 0]
-    assert blocks[-1].device_s == pytest.approx(now + 11 / 120, abs=0.002)
+    assert blocks[-1].device_s == pytest.approx(session_s + 11 / 120, abs=0.002)
+    assert device.zero_s == pytest.approx(now - session_s, abs=0.002)
     device.close()
 
 
@@ -98,7 +109,7 @@ def test_a_senders_clock_that_is_set_anew_is_said_and_numbers_go_on(offered, pyl
     assert after[0].why == "clock_reset"
     assert after[0].first >= 5
     assert after[0].first - after[0].lost == 5
-    assert after[-1].device_s == pytest.approx(now + leap_s + 4 / 120, abs=0.1)
+    assert after[-1].device_s == pytest.approx(now - device.zero_s + leap_s + 4 / 120, abs=0.1)
     device.close()
 
 
