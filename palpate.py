@@ -44,7 +44,7 @@ AREAS = {
     "plant": "devices.door.plant.bench:cases",
     "serial": "devices.door.link.bench:cases",
     "sensors": "devices.daq.bench:cases",
-    "tracker": "devices.tracker.bench:cases",
+    "tracker": "analysis.aligning.speed_bench:cases",
     "tablet": "devices.tablet.bench:cases",
     "surfaces": "devices.surfaces.bench:cases",
     "streams": "studies.bench_streams:cases",

@@ -12,6 +12,7 @@ from analysis.aligning.aligned import align
 from analysis.aligning.bench_truth import GRID_HZ, KINDS, STARTS_S, Known
 from analysis.aligning.methods import METHODS, Method
 from analysis.aligning.refusals import Array
+from analysis.aligning.stamps import OF_THE_HOST, stamps_of
 from protocols.bench import Case
 from protocols.clocks import Clock, fit_clock, nominal_clock
 
@@ -59,7 +60,7 @@ def _method_cases(known: Known, repeats: int) -> Iterator[Case]:
 
 def _clocked_cases(known: Known, repeats: int) -> Iterator[Case]:
     band = METHODS["bandlimited"]
-    clocked = {name: partial(_onto_grid, known, band, fit) for name, fit in {**CLOCKS, "1 ms untold": _untold}.items()}
+    clocked = {name: partial(_onto_grid, known, band, fit) for name, fit in {**CLOCKS, **UNTOLD}.items()}
     clocked["linear, arrivals as times"] = partial(_by_arrivals, known)
     yield from _onto_cases(CLOCKS_AREA, f"bandlimited, {known.kind.name} onto 1 kHz", known, clocked, repeats)
 
@@ -96,6 +97,13 @@ def _untold(known: Known) -> Clock:
     return fit_clock([(n, came + 1e-3) for n, came in known.arrivals], known.kind.rate_hz)
 
 
+def _stamped(known: Known) -> Clock:
+    """The same arrivals where the device stamps its samples: the line through the stamps."""
+    late = _untold(known)
+    stamped = [(n, came + 1e-3, at) for (n, came), at in zip(known.arrivals, known.stamps_s.tolist(), strict=True)]
+    return stamps_of(stamped, known.kind.rate_hz, OF_THE_HOST[0], late).line or late
+
+
 def _nominal(known: Known) -> Clock:
     return nominal_clock(known.kind.rate_hz, *known.arrivals[0])
 
@@ -111,6 +119,8 @@ CLOCKS: dict[str, Clocked] = {
     "least squares": _least_squares,
     "nominal rate, first arrival": _nominal,
 }
+
+UNTOLD: dict[str, Clocked] = {"1 ms untold": _untold, "1 ms untold, by its stamps": _stamped}
 
 
 def _time_error_us(known: Known, clock: Clock) -> float:

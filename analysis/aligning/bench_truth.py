@@ -15,6 +15,7 @@ SLOWEST_HZ, TONES = 0.2, 48
 VIBRATES_FROM_HZ, VIBRATION = 60.0, 0.5
 """Streams that can hold it carry vibration of half the motion's RMS as well, up to 0.45 of their rate."""
 STARTS_S = 2.0
+STAMPS_ERR_S = 1e-4
 EDGE_S = 0.75
 """What lies so near an end is not judged: half of the judging filter, and the reach of every method."""
 
@@ -69,6 +70,13 @@ class Known:
         delays = np.random.default_rng([self.seed, 1]).exponential(self.kind.delay_s, len(last))
         came = np.maximum.accumulate(self.times_s[last] + delays)
         return tuple(zip(last.tolist(), came.tolist(), strict=True))
+
+    @cached_property
+    def stamps_s(self) -> Array:
+        """What the device itself says of when each block's last sample was taken; it errs to both sides."""
+        last = np.array([n for n, _ in self.arrivals])
+        noise = np.random.default_rng([self.seed, 3]).standard_normal(len(last))
+        return np.asarray(self.times_s[last] + STAMPS_ERR_S * noise)
 
     @cached_property
     def grid_s(self) -> Array:

@@ -14,7 +14,7 @@ from analysis.aligning.hinge import Hinge, fit_hinge
 from analysis.aligning.methods import Method
 from analysis.aligning.refusals import AlignError, Array
 from analysis.streams.recorded import Stream, StreamError
-from analysis.streams.speeds import AXES, Moving, SpeedWanted, moving
+from analysis.streams.speeds import AXES, NO_SPEED, Moving, SpeedWanted, moving
 
 ANGLE = "angle_deg"
 MANY_HOLES = 200
@@ -37,7 +37,7 @@ class Wanted:
     """From the first sample of any stream to the last of any, rather than what all streams cover."""
     marks: bool = False
     """Whether a column of each stream says which rows lie in a hole that was bridged."""
-    speed: SpeedWanted = SpeedWanted()
+    speed: SpeedWanted = NO_SPEED
 
     def method_of(self, stream: str) -> Method:
         """The method that the stream is aligned by."""

@@ -72,7 +72,9 @@ def list_command(ledger: tuple[Path, ...], trial: int | None, as_json: bool) -> 
 @click.option("--method", default="bandlimited", show_default=True,
               help="hold, nearest, linear, pchip, cubic or bandlimited; then STREAM=METHOD,... for some.")  # fmt: skip
 @click.option("--latency", default="", help="STREAM=SECONDS,...: how late even the promptest arrivals of a stream are.")
-@click.option("--by-stamps", multiple=True, help="STREAM: time it by its device's own stamps, not arrivals. Repeatable.")
+@click.option(
+    "--by-stamps", multiple=True, help="STREAM: time it by its device's own stamps, not arrivals. Repeatable."
+)
 @click.option("--longest-gap", "longest_gap_s", type=float, help="Longest hole that is bridged, in s.  [default: 0.02]")
 @click.option("--everything", is_flag=True, help="From the first sample of any stream to the last, not what all share.")
 @click.option("--marks", is_flag=True, help="Adds columns STREAM_bridged: 1 where a short hole was bridged.")

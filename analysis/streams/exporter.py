@@ -95,7 +95,9 @@ def _timed(streams: Sequence[Stream], by_stamps: Sequence[str]) -> tuple[Stream,
     names = [stream.name for stream in streams]
     for name in by_stamps:
         if name not in names:
-            raise StreamError(f"{streams[0].where}: there is no stream {name!r} beside it; there are: {', '.join(names)}")
+            raise StreamError(
+                f"{streams[0].where}: there is no stream {name!r} beside it; there are: {', '.join(names)}"
+            )
     timed = tuple(replace(stream, by_stamps=stream.name in by_stamps) for stream in streams)
     for stream in timed:
         if stream.by_stamps:

@@ -9,7 +9,7 @@ from functools import cached_property
 import numpy as np
 from numpy.typing import NDArray
 
-from analysis.streams.stamps import Stamps, stamps_of
+from analysis.aligning.stamps import Stamps, stamps_of
 from protocols.clocks import Clock, ClockError, fit_clock, nominal_clock
 from protocols.events import NS
 from protocols.requests import Samples

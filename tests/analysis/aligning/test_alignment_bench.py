@@ -27,6 +27,7 @@ def test_every_stream_comes_onto_1_khz_within_half_a_percent(errors, kind):
     found = of_stream(errors, kind)
     assert found["palpate, bandlimited"] < 0.5 and found["palpate, bandlimited"] == min(found.values())
     clocked = by_clock(errors, kind)
+    clocked.pop("1 ms untold, by its stamps")  # which know more than any arrival tells
     assert clocked["palpate, line under arrivals"] == found["palpate, bandlimited"] == min(clocked.values())
     assert min(found["palpate, hold"], clocked["nominal rate, first arrival"], clocked["linear, arrivals as times"]) > 5
 
@@ -42,3 +43,9 @@ def test_a_clock_from_arrivals_is_right_within_microseconds(errors, kind):
 def test_a_delay_that_all_arrivals_share_cannot_be_seen_and_costs_what_theory_says(errors, kind):
     """1 ms at the RMS frequency of 0.2 to 25 Hz: 2 pi 14.5 Hz 1 ms = 9.1 %."""
     assert by_clock(errors, kind)["1 ms untold"] == pytest.approx(9.1, abs=0.3)
+
+
+@pytest.mark.parametrize("kind", [kind.name for kind in KINDS])
+def test_stamps_by_the_hosts_clock_take_that_delay_away(errors, kind):
+    """Stamps that scatter by 0.1 ms, about a thousand of them: 3 us, which is 0.03 %."""
+    assert by_clock(errors, kind)["1 ms untold, by its stamps"] < 0.2

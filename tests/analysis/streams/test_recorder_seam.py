@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import random
 import threading
-from dataclasses import dataclass, field
+from dataclasses import dataclass, field, replace
 
 import numpy as np
 import pytest
@@ -32,12 +32,18 @@ def blocks():
         yield Block(first, data, came, None, lost, why)
 
 
+def taken_s(block):
+    """When its last sample was taken."""
+    return 3 + (block.first + BLOCK - 1) / TRUE_HZ
+
+
 @dataclass
 class Scripted:
     """A sensor that gives all its blocks at once, then nothing; `given` tells that they are taken."""
 
     name: str = "force"
     signals: tuple[Signal, ...] = (SIGNAL,)
+    stamped: bool = False
     given: threading.Event = field(default_factory=threading.Event)
     stopped: threading.Event = field(default_factory=threading.Event)
 
@@ -51,7 +57,7 @@ class Scripted:
         if self.given.is_set():
             self.stopped.wait(timeout_s)
             return {}
-        found = list(blocks())
+        found = [replace(each, device_s=taken_s(each) if self.stamped else None) for each in blocks()]
         self.given.set()
         return {"wrench": found}
 
@@ -59,10 +65,10 @@ class Scripted:
         self.stopped.set()
 
 
-def test_a_recording_reads_back_as_it_was_sampled(tmp_path):
-    sensor = Scripted()
+def recorded(path, sensor):
+    """The ledger of a recording, and what its reply says."""
     recording = Recording({"tool": sensor}, now_ns=lambda: 0, room_s=60.0)
-    written = Written(tmp_path / "s.sqlite")
+    written = Written(path)
     written.begin(1)
     recording.start()
     assert sensor.given.wait(10)
@@ -73,7 +79,12 @@ def test_a_recording_reads_back_as_it_was_sampled(tmp_path):
         written.note("samples", chunk.value, chunk.samples)
     written.note("reply", {"recorded": True, "seconds": 20.0, "streams": summary})
     written.end()
-    [stream] = streams_of(written.record(), 1)
+    return written.record(), summary
+
+
+def test_a_recording_reads_back_as_it_was_sampled(tmp_path):
+    ledger, summary = recorded(tmp_path / "s.sqlite", Scripted())
+    [stream] = streams_of(ledger, 1)
     values = stream.values()
     assert (values[:, 0] == stream.numbers()).all() and (values[:, 1] == -stream.numbers()).all()
     assert stream.count == COUNT - 30
@@ -84,4 +95,17 @@ def test_a_recording_reads_back_as_it_was_sampled(tmp_path):
     clock = stream.timing
     assert clock.drift_ppm == pytest.approx(80, abs=4 * clock.drift_error_ppm)
     assert clock.time_s(0) == pytest.approx(3, abs=5e-5)
-    assert clock.drift_ppm == pytest.approx(summary[stream.name]["drift_ppm"], abs=3)
+    assert clock.drift_ppm == pytest.approx(summary[stream.name]["drift_ppm"], abs=0.2)
+    assert stream.stamps is None
+
+
+def test_stamps_of_the_hosts_clock_are_read_back_and_tell_how_late_samples_came(tmp_path):
+    """Arrivals are late by 0.5 ms on average and by nothing at the least."""
+    ledger, summary = recorded(tmp_path / "s.sqlite", Scripted(signals=(replace(SIGNAL, clock="lsl"),), stamped=True))
+    [stream] = streams_of(ledger, 1)
+    assert len(stream.stamped) == len(stream.arrived)
+    assert stream.stamps.problem is None and stream.stamps.scatter_s < 1e-6
+    assert stream.stamps.late_s == pytest.approx(0, abs=2e-5) and 0 < stream.stamps.late_median_s < 5e-4
+    timed = replace(stream, by_stamps=True).timing
+    assert timed.drift_ppm == pytest.approx(80, abs=1e-3) and timed.time_s(0) == pytest.approx(3, abs=1e-7)
+    assert abs(summary[stream.name]["device_ppm"]) < 4 * summary[stream.name]["device_se_ppm"]

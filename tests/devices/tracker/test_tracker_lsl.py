@@ -54,7 +54,7 @@ def session_clock():
 
 
 def test_metres_become_millimetres_and_stamps_come_in_session_time(offered, pylsl):
-    """Stamps are by the library's clock; the device says when they were in the session's, to a millisecond or better."""
+    """Stamps are by the library's clock; the device says when that was in the session's."""
     outlet = offered(METRES)
     now_ns = session_clock()
     device = started(tracker(), now_ns)
