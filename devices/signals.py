@@ -64,7 +64,8 @@ class Block:
 
     `first` is the number of the first one since the start, lost ones counted; `data` holds rows of channels,
     little-endian float32; `at_ns` is the host's clock when the last one was there; `device_s` the device's own clock
-    for the last one, where it has one (in the time of `now_ns` where the signal's clock is `lsl`). `lost` samples are missing just before `first`, because of `why`.
+    for the last one, where it has one (in the time of `now_ns` where the signal's clock is `lsl`). `lost` samples are
+    missing just before `first`, because of `why`.
     """
 
     first: int
