@@ -244,7 +244,7 @@ def test_a_stream_may_be_allowed_to_come_back_and_what_is_missing_is_counted(off
     assert device.read(0.05)["position"] == []
     again = offered(METRES)
     blocks = []
-    for round_ in range(200):
+    for round_ in range(900):
         again.push(track(round_, 1), [now + 2 + round_ / 120])
         blocks += device.read(0.1)["position"]
         if blocks:
