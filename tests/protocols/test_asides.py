@@ -2,38 +2,24 @@
 
 import pytest
 
-from protocols.requests import Aside, Ask, Present, Reply, ReplyError
+from protocols.requests import Aside, Ask, Present, ReplyError
 from protocols.runner import run
 from protocols.worlds import EndOfRecord, Recorded
 from tests.protocols.studies_for_tests import toy_plan
-from tests.protocols.worlds_for_tests import Kept, rated
+from tests.protocols.worlds_for_tests import Interrupting, Kept
 
 PLAN = toy_plan(order={"design": "as_listed"})
 NOTE = {"do": "note", "text": "sneezed"}
 REPEAT, LAST = {"do": "repeat", "which": "this"}, {"do": "repeat", "which": "last"}
 
 
-class Desk:
-    """Answers every form; at the n-th request first gives the asides scripted for it."""
-
-    def __init__(self, **asides):
-        self.asides = {int(key[1:]): list(values) for key, values in asides.items()}
-        self.requests, self.t_ns = [], 0
-
-    def now(self):
-        self.t_ns += 1
-        return self.t_ns
-
-    def perform(self, request):
-        if not self.requests or self.requests[-1] is not request:
-            self.requests.append(request)
-        if waiting := self.asides.get(len(self.requests)):
-            return Aside(waiting.pop(0))
-        return Reply(rated(1, 2) if isinstance(request, Ask) else {})
+def desk_with(**asides):
+    """A world in which the experimenter does these things at the n-th request."""
+    return Interrupting(**{key: [Aside(value) for value in values] for key, values in asides.items()})
 
 
 def ran(**asides):
-    log, desk = Kept(), Desk(**asides)
+    log, desk = Kept(), desk_with(**asides)
     run(PLAN, desk, log, {})
     return log, desk
 
@@ -52,9 +38,9 @@ def test_a_note_stands_between_a_request_and_its_reply():
 
 
 def test_a_note_is_kept_before_the_answer_comes():
-    log, desk = Kept(), Desk(n2=[NOTE])
+    log, desk = Kept(), desk_with(n2=[NOTE])
     seen = []
-    log.on_append = lambda event: seen.append((event.kind, len(desk.asides[2])))
+    log.on_append = lambda event: seen.append((event.kind, len(desk.script[2])))
     run(PLAN, desk, log, {})
     assert seen[5] == ("experimenter", 0) and seen[6][0] == "reply"
 
@@ -96,7 +82,7 @@ def test_a_record_with_asides_cut_anywhere_goes_on(cut):
         tape = Recorded(events)
         run(PLAN, tape, tape, {})
     kept = Kept(list(events))
-    desk = Desk()
+    desk = desk_with()
     desk.t_ns = 1000
     tape = Recorded(events, desk, kept)
     run(PLAN, tape, tape, {})
@@ -116,6 +102,6 @@ def test_an_unknown_act_is_refused():
 
 
 def test_the_calibration_is_confirmed_where_there_is_one():
-    log, desk = Kept(), Desk()
+    log, desk = Kept(), desk_with()
     run(PLAN, desk, log, {"calibration": {"px_per_mm": 3.6}})
     assert log.events[1].value == {"do": "confirm", "what": "calibration"} and log.events[3].kind == "trial_started"

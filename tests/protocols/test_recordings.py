@@ -10,7 +10,7 @@ from protocols.runner import run
 from protocols.worlds import EndOfRecord, Recorded
 from tests.protocols.every_task import plan_of
 from tests.protocols.studies_for_tests import toy_plan
-from tests.protocols.worlds_for_tests import Kept, rated
+from tests.protocols.worlds_for_tests import Interrupting, Kept
 
 PLAN = toy_plan(order={"design": "as_listed"})
 GONE = Fault({"device": "door", "what": "link_lost", "message": "the cable is out"})
@@ -21,27 +21,8 @@ def chunk(first):
     return Chunk({"streams": {"door": {"first": first, "count": 250, "lost": 0}}}, (block,))
 
 
-class Lab:
-    """Answers every form; at the n-th request first gives what is scripted for it."""
-
-    def __init__(self, **script):
-        self.script = {int(key[1:]): list(values) for key, values in script.items()}
-        self.requests, self.t_ns = [], 0
-
-    def now(self):
-        self.t_ns += 1
-        return self.t_ns
-
-    def perform(self, request):
-        if not self.requests or self.requests[-1] is not request:
-            self.requests.append(request)
-        if waiting := self.script.get(len(self.requests)):
-            return waiting.pop(0)
-        return Reply(rated(1, 2) if isinstance(request, Ask) else {})
-
-
 def ran(**script):
-    log, lab = Kept(), Lab(**script)
+    log, lab = Kept(), Interrupting(**script)
     run(PLAN, lab, log, {})
     return log, lab
 
@@ -75,7 +56,7 @@ def test_a_fault_marks_the_trial_and_it_is_met_again():
 
 
 def test_a_fault_outside_a_trial_ends_the_sitting_and_is_not_recorded():
-    plan, log, lab = toy_plan(order={"design": "as_listed"}, instructions="Read."), Kept(), Lab(n1=[GONE])
+    plan, log, lab = toy_plan(order={"design": "as_listed"}, instructions="Read."), Kept(), Interrupting(n1=[GONE])
     with pytest.raises(ReplyError, match="outside a trial: the cable is out"):
         run(plan, lab, log, {})
     assert kinds(log.events) == ["session_started", "request"]
@@ -83,7 +64,7 @@ def test_a_fault_outside_a_trial_ends_the_sitting_and_is_not_recorded():
 
 def gone_on(events: list[Event]):
     """Go on where the events end, with a lab in which nothing is scripted."""
-    log, lab = Kept(), Lab()
+    log, lab = Kept(), Interrupting()
     log.events, lab.t_ns = list(events), events[-1].t_ns
     tape = Recorded(events, lab, log)
     run(PLAN, tape, tape, {})
@@ -130,7 +111,7 @@ def test_the_record_alone_ends_in_the_middle_of_a_recording():
         run(PLAN, tape, tape, {})
 
 
-class Author(Lab):
+class Author(Interrupting):
     """Sets sliders and tries them once; the door fails at the first try."""
 
     def __init__(self):

@@ -27,6 +27,25 @@ class Scripted:
         return Reply(next(self.replies) if isinstance(request, Ask) else {})
 
 
+class Interrupting:
+    """Rates everything; before it answers the n-th request it gives what is scripted for that, as n3=[Aside(...)]."""
+
+    def __init__(self, **script):
+        self.script = {int(key[1:]): list(values) for key, values in script.items()}
+        self.requests, self.t_ns = [], 0
+
+    def now(self):
+        self.t_ns += 1
+        return self.t_ns
+
+    def perform(self, request):
+        if not self.requests or self.requests[-1] is not request:
+            self.requests.append(request)
+        if waiting := self.script.get(len(self.requests)):
+            return waiting.pop(0)
+        return Reply(rated(1, 2) if isinstance(request, Ask) else {})
+
+
 @dataclass
 class Kept:
     """A log in memory that checks what a ledger would: numbers without gaps, time that does not run backwards."""
