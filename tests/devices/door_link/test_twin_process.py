@@ -20,6 +20,7 @@ from devices.door.link.twin_process import TwinProcess
 from devices.signals import DeviceError
 from protocols.requests import Chunk, Fault, Reply
 from tests.devices.door_link.lines_for_tests import request
+from tests.devices.door_link.twin_processes import children
 
 SLOW = 0.25
 """Seconds of the plant a second: 40 ms without a heartbeat are 160 ms here."""
@@ -158,7 +159,8 @@ def test_a_twin_that_is_killed_is_a_lost_link_and_another_one_is_started_for_the
     try:
         first = request()
         assert isinstance(door.perform(first, Window(), desk, time.monotonic_ns), Chunk)
-        _kill_the_twin()
+        for pid in children():
+            os.kill(pid, signal.SIGKILL)
         fault, _ = came(door, desk, first, (Reply, Fault))
         assert isinstance(fault, Fault) and fault.value["what"] in {"link_lost", "silent"}
         desk.ends = True
@@ -167,15 +169,6 @@ def test_a_twin_that_is_killed_is_a_lost_link_and_another_one_is_started_for_the
         assert any("Put it right" in demand for demand in desk.demands)
     finally:
         door.close()
-
-
-def _kill_the_twin():
-    """Of this process's children, the emulator."""
-    children = Path(f"/proc/{os.getpid()}/task")
-    for task in children.iterdir():
-        for pid in (task / "children").read_text().split():
-            if b"devices.door.firmware.process" in Path(f"/proc/{pid}/cmdline").read_bytes():
-                os.kill(int(pid), signal.SIGKILL)
 
 
 def test_a_port_that_is_not_there_or_is_nobodys_is_refused_with_what_to_do():

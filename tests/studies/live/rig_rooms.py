@@ -2,11 +2,9 @@
 
 from __future__ import annotations
 
-import os
 import time
 from collections.abc import Callable, Mapping
 from dataclasses import dataclass, field
-from pathlib import Path
 from typing import Any
 
 from protocols.answering import answer
@@ -112,15 +110,3 @@ def ends(record):
 def lasting(record):
     """How the trials ended, those left out that a busy machine's missing heartbeat broke off."""
     return [how for how in ends(record) if how != "faulted"]
-
-
-def children():
-    """The processes of twins that this process has begun."""
-    for folder in Path("/proc").glob("[0-9]*"):
-        try:
-            words = (folder / "cmdline").read_bytes().split(b"\0")
-            parent = int((folder / "stat").read_text().rpartition(")")[2].split()[1])
-        except (OSError, ValueError, IndexError):
-            continue
-        if parent == os.getpid() and b"devices.door.firmware.process" in words:
-            yield int(folder.name)

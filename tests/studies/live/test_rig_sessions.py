@@ -24,7 +24,8 @@ from studies.live_rig import live_plan, plan_to_go_on
 from studies.record import read
 from studies.replay import replay
 from studies.session import resume, start
-from tests.studies.live.rig_rooms import TWINS, Room, begun, captures, children, doors, ends, kinds, lasting, plan_of
+from tests.devices.door_link.twin_processes import children
+from tests.studies.live.rig_rooms import TWINS, Room, begun, captures, doors, ends, kinds, lasting, plan_of
 
 
 @pytest.fixture

@@ -1,0 +1,16 @@
+"""The processes of door twins that this one has begun."""
+
+import os
+from pathlib import Path
+
+
+def children():
+    """The processes of twins that this process has begun."""
+    for folder in Path("/proc").glob("[0-9]*"):
+        try:
+            words = (folder / "cmdline").read_bytes().split(b"\0")
+            parent = int((folder / "stat").read_text().rpartition(")")[2].split()[1])
+        except (OSError, ValueError, IndexError):
+            continue
+        if parent == os.getpid() and b"devices.door.firmware.process" in words:
+            yield int(folder.name)
