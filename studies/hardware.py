@@ -120,17 +120,17 @@ def hardware_for(found: Found, lab: Path, options: LiveOptions) -> Hardware:
     needs = driven(found.study)
     if options.twins:
         return Hardware(found, lab, twins=[need for need in needs if need not in BESIDE])
-    file = _rig_file(found.study, lab, options.rig)
-    if file is None:
-        return Hardware(found, lab)
-    for need in needs:
-        file.names_for(need)
     if later := [need for need in needs if need in LATER]:
         raise RigError(
             f"{found.study.study} needs a {later[0].replace('_', ' ')}; this version of Palpate drives its devices, "
             "and has no models to render with. Rehearse the procedure with a simulated one: --twins (every record says "
             "so)"
         )
+    file = _rig_file(found.study, lab, options.rig)
+    if file is None:
+        return Hardware(found, lab)
+    for need in needs:
+        file.names_for(need)
     return Hardware(found, lab, file=file)
 
 

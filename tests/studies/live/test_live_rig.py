@@ -233,3 +233,9 @@ def test_options_that_mean_nothing_are_refused():
     assert "goes with --rehearse" in options_given("--no-window")
     assert "as 1280x720" in options_given("--windowed", "big")
     assert "No such option" in options_given("--rehearse", decorate=to_go_on)
+
+
+def test_a_study_that_renders_textures_says_what_it_lacks_before_a_rig_is_asked_for(tmp_path):
+    found = read_study(SHIPPED / "texture_similarity" / "study.yaml")
+    with pytest.raises(RigError, match=r"texture renderer; .*no models to render with.*--twins"):
+        live_plan(found, calibrated(tmp_path), LiveOptions())
