@@ -57,7 +57,7 @@ class Hardware:
 
     def open(self, plan: Plan) -> None:
         """Check the stimuli and open the devices. Raises RigError or DeviceError; then none is open."""
-        if self.simulated_needs or PRESENTS_FILES & {*self.found.study.needs}:
+        if self.simulated_needs or "door" in self.found.study.needs:  # Its stimuli are files, which may be wrong.
             simulated(self.found.study, self.found.folder).check(plan)
         if self.file is not None:
             from devices.rig.opened import open_rig
@@ -106,10 +106,6 @@ class Hardware:
         if self.file is None:
             return []
         return list(dict.fromkeys(name for need in self._needs() for name in self.file.names_for(need)))
-
-
-PRESENTS_FILES = frozenset({"door"})
-"""Needs whose stimuli are files that can be wrong."""
 
 
 def hardware_for(found: Found, lab: Path, options: LiveOptions) -> Hardware:

@@ -3,18 +3,15 @@
 from __future__ import annotations
 
 from collections.abc import Generator, Sequence
-from pathlib import Path
 from typing import Any, TypeVar
 
 import click
 
-T = TypeVar("T")
+from devices.options import JSON, LAB
 
-LAB = click.option(
-    "--lab", type=click.Path(file_okay=False, path_type=Path), default=Path(), show_default="the current folder",
-    help="The lab's folder.",
-)  # fmt: skip
-JSON = click.option("--json", "as_json", is_flag=True, help="Print the answer as JSON.")
+__all__ = ["JSON", "LAB", "echo_json", "progress"]
+
+T = TypeVar("T")
 
 
 def echo_json(value: Any) -> None:

@@ -12,7 +12,7 @@ from typing import Any
 import numpy as np
 
 from devices.actuator.queue import RAMP, RATE_HZ, Array
-from devices.daq.ni_errors import GONE, INPUTS, RESERVED
+from devices.daq.ni_errors import GONE, INPUTS, NO_DRIVER, RESERVED, code_of, first_line, quietly
 from devices.signals import DeviceError, DeviceFault
 from devices.sound.output import DRAIN_S, Fill
 
@@ -139,9 +139,9 @@ class AnalogOut:
         if task is None:
             return
         last = self._last(task)
-        _quietly(task.stop)
-        _quietly(task.close)
-        _quietly(lambda: self._lead_down(last))
+        quietly(task.stop)
+        quietly(task.close)
+        quietly(lambda: self._lead_down(last))
 
     def _last(self, task: Any) -> float:
         """The voltage that the card plays now; the newest one where it does not say."""
@@ -185,13 +185,9 @@ class AnalogOut:
         return {"output": self.channel, "rate": f"{self.rate_hz:g} Hz", "latency": f"{1000 * self.latency_s:g} ms"}
 
 
-def _code(error: BaseException) -> int:
-    return int(getattr(error, "error_code", 0))
-
-
 def _refused(name: str, channel: str, error: Exception) -> DeviceError:
     """Why an output cannot be had, in words that say what to do."""
-    if type(error).__name__ in {"DaqNotFoundError", "DaqNotSupportedError", "DaqFunctionNotSupportedError"}:
+    if type(error).__name__ in NO_DRIVER:
         return DeviceError(f"{name}: the NI-DAQmx driver is not installed on this machine: install it from ni.com")
     if isinstance(error, DeviceError):
         return error
@@ -199,28 +195,19 @@ def _refused(name: str, channel: str, error: Exception) -> DeviceError:
         **dict.fromkeys(GONE | PULLED, "the card is not there: see its cable and power, and its name in NI MAX"),
         **dict.fromkeys(INPUTS, "the card has no such output: correct `channel`"),
         **dict.fromkeys(RESERVED, "another program uses this output: end it"),
-    }.get(_code(error), "see the NI-DAQmx message")
-    return DeviceError(f"{name}: {channel}: {todo}. NI-DAQmx {_code(error)}: {_line(error)}")
+    }.get(code_of(error), "see the NI-DAQmx message")
+    return DeviceError(f"{name}: {channel}: {todo}. NI-DAQmx {code_of(error)}: {_line(error)}")
 
 
 def _failed(name: str, error: Exception) -> DeviceFault:
     """What a card did while it played."""
-    told = f"NI-DAQmx {_code(error)}: {_line(error)}"
-    if _code(error) in EMPTY:
+    told = f"NI-DAQmx {code_of(error)}: {_line(error)}"
+    if code_of(error) in EMPTY:
         return DeviceFault(name, "underrun", f"{name}: the output ran out of samples; raise `ahead_ms`. {told}")
-    if _code(error) in GONE | PULLED:
+    if code_of(error) in GONE | PULLED:
         return DeviceFault(name, "link_lost", f"{name}: the card is gone: see its cable and power. {told}")
     return DeviceFault(name, "refused", f"{name}: the card refused to go on. {told}")
 
 
 def _line(error: Exception) -> str:
-    return next((line.strip() for line in str(error).splitlines() if line.strip()), type(error).__name__)
-
-
-def _quietly(act: Callable[[], None]) -> None:
-    """Let go of a card that may be gone; what it says to that helps nobody any more."""
-    try:
-        act()
-    except Exception as error:
-        if not _code(error):
-            raise
+    return first_line(str(error), type(error).__name__)

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Mapping
+from collections.abc import Mapping
 from dataclasses import dataclass, field
 from importlib import import_module
 from typing import TYPE_CHECKING, Any, NoReturn
@@ -10,7 +10,7 @@ from typing import TYPE_CHECKING, Any, NoReturn
 import numpy as np
 
 from devices.daq.acquire import Pace, Taken, Volts, Wiring
-from devices.daq.ni_errors import NOT_YET, OVERWRITTEN, failed, refused
+from devices.daq.ni_errors import NO_DRIVER, NOT_YET, OVERWRITTEN, code_of, failed, quietly, refused
 from devices.signals import DeviceError
 
 if TYPE_CHECKING:
@@ -88,23 +88,23 @@ class NiDaq:
             count = min(self._available(self.pace, timeout_s), most)
             return Taken(self._read(count)) if count else nothing
         except Exception as error:
-            if _code(error) == NOT_YET:
+            if code_of(error) == NOT_YET:
                 return nothing
-            if _code(error) != OVERWRITTEN:
-                raise failed(self.name, _code(error), str(error)) from error
+            if code_of(error) != OVERWRITTEN:
+                raise failed(self.name, code_of(error), str(error)) from error
         return self._recover(most)
 
     def stop(self) -> None:
         """End sampling; a card that is gone by then is no news."""
         if self.task is not None and self.pace is not None:
-            _quietly(self.task.stop)
+            quietly(self.task.stop)
         self.pace = None
 
     def close(self) -> None:
         """Give the inputs back."""
         self.stop()
         if self.task is not None:
-            _quietly(self.task.close)
+            quietly(self.task.close)
         self.task = self.reader = None
 
     def _configure(self, nidaqmx: Any) -> None:
@@ -174,18 +174,14 @@ def _package(name: str) -> Any:
 
 def _raise_opening(name: str, error: Exception) -> NoReturn:
     """What failed while a card was opened, as the user's mistake that it is; anything else stays what it was."""
-    if type(error).__name__ in {"DaqNotFoundError", "DaqNotSupportedError", "DaqFunctionNotSupportedError"}:
+    if type(error).__name__ in NO_DRIVER:
         raise DeviceError(
             f"{name}: the NI-DAQmx driver is not installed on this machine, or too old; install it from ni.com and"
             f" restart, or write `driver: twin`. nidaqmx: {error}"
         ) from error
-    if _code(error):
-        raise refused(name, _code(error), str(error)) from error
+    if code_of(error):
+        raise refused(name, code_of(error), str(error)) from error
     raise error
-
-
-def _code(error: BaseException) -> int:
-    return int(getattr(error, "error_code", 0))
 
 
 def _facts(nidaqmx: Any, wiring: Wiring, rate_hz: float) -> dict[str, str]:
@@ -194,12 +190,3 @@ def _facts(nidaqmx: Any, wiring: Wiring, rate_hz: float) -> dict[str, str]:
     if device.is_simulated:
         facts["simulated"] = "by NI-DAQmx"
     return facts
-
-
-def _quietly(act: Callable[[], None]) -> None:
-    """Let go of a card; what it says to that helps nobody any more."""
-    try:
-        act()
-    except Exception as error:
-        if not _code(error):
-            raise

@@ -5,10 +5,14 @@ Codes and their names are those of `nidaqmx.error_codes`; a test compares them w
 
 from __future__ import annotations
 
+from collections.abc import Callable
+
 from devices.signals import DeviceError, DeviceFault
 
 OVERWRITTEN = -200279
 """SAMPLES_NO_LONGER_AVAILABLE: unread samples were overwritten; sampling goes on, and the loss can be counted."""
+NO_DRIVER = {"DaqNotFoundError", "DaqNotSupportedError", "DaqFunctionNotSupportedError"}
+"""What the package raises where the maker's driver is not installed, or too old."""
 NOT_YET = -200284
 """SAMPLES_NOT_YET_AVAILABLE: fewer have come than were asked for; no error here."""
 
@@ -65,12 +69,12 @@ _REFUSED = (
 def refused(name: str, code: int, message: str) -> DeviceError:
     """Why a card cannot be had, in words that say what to do."""
     todo = next((words for codes, words in _REFUSED if code in codes), "see the NI-DAQmx message")
-    return DeviceError(f"{name}: {todo}. NI-DAQmx {code}: {_first_line(message)}")
+    return DeviceError(f"{name}: {todo}. NI-DAQmx {code}: {first_line(message)}")
 
 
 def failed(name: str, code: int, message: str) -> DeviceFault:
     """What a card did while it sampled."""
-    told = f"NI-DAQmx {code}: {_first_line(message)}"
+    told = f"NI-DAQmx {code}: {first_line(message)}"
     if code in STOPPED or code == OVERWRITTEN:
         why = "samples came faster than they were stored, and how many are missing cannot be said"
         return DeviceFault(name, "overrun", f"{name}: {why}; lower `rate_hz` or raise `buffer_s`. {told}")
@@ -79,5 +83,20 @@ def failed(name: str, code: int, message: str) -> DeviceFault:
     return DeviceFault(name, "refused", f"{name}: the card refused to go on. {told}")
 
 
-def _first_line(message: str) -> str:
-    return next((line.strip() for line in message.splitlines() if line.strip()), "no message")
+def first_line(message: str, otherwise: str = "no message") -> str:
+    """What of a long message is told."""
+    return next((line.strip() for line in message.splitlines() if line.strip()), otherwise)
+
+
+def code_of(error: BaseException) -> int:
+    """The driver's code of an error; 0 of one that is not the driver's."""
+    return int(getattr(error, "error_code", 0))
+
+
+def quietly(act: Callable[[], None]) -> None:
+    """Let go of a card that may be gone; what it says to that helps nobody any more."""
+    try:
+        act()
+    except Exception as error:
+        if not code_of(error):
+            raise

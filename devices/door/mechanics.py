@@ -13,9 +13,9 @@ import numpy as np
 from numpy.typing import NDArray
 
 from devices.door.grid import MAX_ANGLE_DEG, POINTS, DoorDataError, grid_angle_deg
+from devices.scene import GRAVITY_M_S2
 
 Array = NDArray[np.float64]
-GRAVITY_M_S2 = 9.80665
 NO_PLAY_DEG = 1e-6
 """A play of the hand below this is none."""
 

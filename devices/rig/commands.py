@@ -7,21 +7,13 @@ from typing import TYPE_CHECKING, Any
 
 import click
 
+from devices.options import JSON, LAB
 from devices.rig.commands_calibrate import calibrate
+from devices.rig.options import RIG
 
 if TYPE_CHECKING:
     from devices.rig.file import RigFile
     from devices.signals import Health
-
-LAB = click.option(
-    "--lab", type=click.Path(file_okay=False, path_type=Path), default=Path(), show_default="the current folder",
-    help="The lab's folder.",
-)  # fmt: skip
-RIG = click.option(
-    "--rig", "rig_file", type=click.Path(dir_okay=False, path_type=Path), show_default="LAB/stations/HOST/rig.yaml",
-    help="The rig file.",
-)  # fmt: skip
-JSON = click.option("--json", "as_json", is_flag=True, help="Print the answer as JSON.")
 
 
 @click.group()

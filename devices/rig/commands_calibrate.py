@@ -11,6 +11,9 @@ from typing import TYPE_CHECKING, Any
 
 import click
 
+from devices.options import JSON, LAB
+from devices.rig.options import RIG
+
 if TYPE_CHECKING:
     from devices.rig.calibrating import Found, Job
     from devices.rig.file import RigFile
@@ -26,10 +29,8 @@ SPELLED = {"sensor": "--with"}
 
 @click.command()
 @click.argument("device")
-@click.option("--lab", type=click.Path(file_okay=False, path_type=Path), default=Path(),
-              show_default="the current folder", help="The lab's folder.")  # fmt: skip
-@click.option("--rig", "rig_file", type=click.Path(dir_okay=False, path_type=Path),
-              show_default="LAB/stations/HOST/rig.yaml", help="The rig file.")  # fmt: skip
+@LAB
+@RIG
 @click.option("--seconds", type=click.FloatRange(0.2, 60), show_default="2; of a voice coil 8",
               help="How long each position is read, or a voice coil measured.")  # fmt: skip
 @click.option("--with", "sensor", metavar="NAME", help="The accelerometer on the voice coil; the rig's only one.")
@@ -42,7 +43,7 @@ SPELLED = {"sensor": "--with"}
 @click.option("--write", is_flag=True, help="Put the settings into the rig file.")
 @click.option("--force", is_flag=True, help="Write over a voice coil's file of the same day.")
 @click.option("--yes", is_flag=True, help="Do not ask for an Enter: a voice coil, or a twin.")
-@click.option("--json", "as_json", is_flag=True, help="Print the answer as JSON.")
+@JSON
 def calibrate(
     device: str, lab: Path, rig_file: Path | None, on: datetime | None, write: bool, as_json: bool, **given: Any
 ) -> None:

@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import platform
 from collections.abc import Iterator, Mapping, Sequence
 from dataclasses import dataclass
 from hashlib import sha256
@@ -14,6 +13,7 @@ from pydantic import ValidationError
 from devices.rig.kinds import KINDS, TAKES, settings_of
 from devices.rig.settings import Strict
 from devices.signals import DeviceError
+from devices.stations import station_folder
 from protocols.complaints import listed, translated
 from protocols.did_you_mean import nearest
 from protocols.problems import Problem
@@ -68,8 +68,7 @@ class RigFile:
 
 def rig_path(lab: Path, host: str | None = None) -> Path:
     """Where a station's rig file lies: LAB/stations/HOST/rig.yaml."""
-    name = (host or platform.node()).split(".")[0] or "station"
-    return lab / "stations" / "".join(c if c.isalnum() or c in "-_" else "_" for c in name) / "rig.yaml"
+    return station_folder(lab, host) / "rig.yaml"
 
 
 def read_rig(path: Path) -> RigFile:

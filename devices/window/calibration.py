@@ -3,12 +3,12 @@
 from __future__ import annotations
 
 import math
-import platform
 from collections.abc import Callable, Mapping
 from dataclasses import asdict, dataclass
 from pathlib import Path
 from typing import Any
 
+from devices.stations import station_folder
 from devices.window.geometry import Metrics, WindowError
 from protocols.did_you_mean import nearest
 from protocols.yaml_text import Document, load
@@ -86,8 +86,7 @@ def density_from(bar_px: int, read_mm: float) -> float:
 
 def station_file(lab: Path, host: str | None = None) -> Path:
     """Where a station's calibration lies: LAB/stations/HOST/window.yaml."""
-    name = (host or platform.node()).split(".")[0] or "station"
-    return lab / "stations" / "".join(c if c.isalnum() or c in "-_" else "_" for c in name) / "window.yaml"
+    return station_folder(lab, host) / "window.yaml"
 
 
 def read_calibration(lab: Path, host: str | None = None) -> Calibration:

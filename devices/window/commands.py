@@ -6,12 +6,9 @@ from pathlib import Path
 
 import click
 
+from devices.options import LAB
 from devices.window.options import size_px
 
-LAB = click.option(
-    "--lab", type=click.Path(file_okay=False, path_type=Path), default=Path(), show_default="the current folder",
-    help="The lab's folder.",
-)  # fmt: skip
 LANGUAGE = click.option("--language", default="en", show_default=True, help="The language of the screens.")
 
 

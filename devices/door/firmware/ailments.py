@@ -4,41 +4,22 @@ from __future__ import annotations
 
 import math
 from collections.abc import Callable, Mapping, Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 
-from devices.door.firmware.plant import Mode, Plant, Reading
+from devices.door.firmware.plant import Plant
+from devices.door.plant.machine import Mode, Tick
 
-
-@dataclass(frozen=True)
-class Sensed:
-    """A reading, with what an ailment made of it."""
-
-    t_us: int
-    angle_rad: float
-    velocity_rad_s: float
-    torque_Nm: float
-    brake_A: float
-    commanded_Nm: float
-    motor_Nm: float
-
-
-def sensed(reading: Reading, **changed: float) -> Sensed:
-    """The reading with some of its values changed."""
-    kept = {name: getattr(reading, name) for name in Sensed.__dataclass_fields__}
-    return Sensed(**(kept | changed))
-
-
-Ailment = Callable[[Reading, Reading], Reading]
+Ailment = Callable[[Tick, Tick], Tick]
 """From the true reading, and the last one given, to the one that is given."""
 AILMENTS: Mapping[str, Ailment] = {
     "silent": lambda _true, last: last,
-    "stuck": lambda true, last: sensed(true, angle_rad=last.angle_rad, velocity_rad_s=0.0),
-    "not_a_number": lambda true, _last: sensed(true, torque_Nm=math.nan),
-    "angle_not_a_number": lambda true, _last: sensed(true, angle_rad=math.nan, velocity_rad_s=math.nan),
-    "infinite": lambda true, _last: sensed(true, torque_Nm=math.inf),
-    "over_range": lambda true, _last: sensed(true, torque_Nm=1e6),
-    "angle_over_range": lambda true, _last: sensed(true, angle_rad=10.0),
-    "too_fast": lambda true, _last: sensed(true, velocity_rad_s=100.0),
+    "stuck": lambda true, last: replace(true, angle_rad=last.angle_rad, velocity_rad_s=0.0),
+    "not_a_number": lambda true, _last: replace(true, torque_Nm=math.nan),
+    "angle_not_a_number": lambda true, _last: replace(true, angle_rad=math.nan, velocity_rad_s=math.nan),
+    "infinite": lambda true, _last: replace(true, torque_Nm=math.inf),
+    "over_range": lambda true, _last: replace(true, torque_Nm=1e6),
+    "angle_over_range": lambda true, _last: replace(true, angle_rad=10.0),
+    "too_fast": lambda true, _last: replace(true, velocity_rad_s=100.0),
 }
 
 
@@ -50,7 +31,7 @@ class Ailing:
     ailment: str
     from_ms: int | None = None
     t_ms: int = 0
-    last: Reading | None = None
+    last: Tick | None = None
 
     @property
     def mode(self) -> Mode:
@@ -65,7 +46,7 @@ class Ailing:
         """Hand the profile on."""
         self.plant.load(torque_Nm, end_rad)
 
-    def step(self) -> Reading:
+    def step(self) -> Tick:
         """1 ms of the plant, and what its sensors say of it."""
         self.t_ms += 1
         reading = self.plant.step()

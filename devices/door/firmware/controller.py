@@ -13,12 +13,13 @@ from typing import Literal
 
 from devices.door.firmware.limits import Limits
 from devices.door.firmware.memory import Memory
-from devices.door.firmware.plant import Plant, Reading
+from devices.door.firmware.plant import Plant
 from devices.door.firmware.watch import Found, Watch
 from devices.door.grid import MAX_ANGLE_DEG, POINTS
 from devices.door.link import messages as says
 from devices.door.link.codes import HEARTBEAT_MS, MAGIC, RATES_HZ, VERSION, Fault, Reason, State
 from devices.door.link.frames import Frame, Parser
+from devices.door.plant.machine import Tick
 
 FIRMWARE = 1
 BOOT_MS = 20
@@ -53,7 +54,7 @@ class Firmware:
         self.serial_number = serial_number
         self.state, self.fault, self.pressed = State.boot, Fault.none, False
         self.t_ms = self.beat_ms = 0
-        self.reading: Reading | None = None
+        self.reading: Tick | None = None
         self.memory = Memory(self.limits)
         self.parser = Parser()
         self._watch = Watch(self.limits)
@@ -105,7 +106,7 @@ class Firmware:
         if self.state is not State.boot:
             self.state = State.safe
 
-    def _report(self, reading: Reading) -> None:
+    def _report(self, reading: Tick) -> None:
         self._phase += self._rate_hz
         if self._phase < TICKS_PER_S:
             return

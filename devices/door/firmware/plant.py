@@ -3,41 +3,9 @@
 from __future__ import annotations
 
 from collections.abc import Sequence
-from typing import Literal, Protocol
+from typing import Protocol
 
-Mode = Literal["off", "hold", "play"]
-
-
-class Reading(Protocol):
-    """What the device's own sensors give after 1 ms of plant time; t_us stands still where they are silent."""
-
-    @property
-    def t_us(self) -> int:
-        """Time of the reading."""
-
-    @property
-    def angle_rad(self) -> float:
-        """Opening angle, as the encoder counts it."""
-
-    @property
-    def velocity_rad_s(self) -> float:
-        """Speed, positive where the door opens."""
-
-    @property
-    def torque_Nm(self) -> float:
-        """The hand's torque on the arm."""
-
-    @property
-    def brake_A(self) -> float:
-        """Current in the brake."""
-
-    @property
-    def commanded_Nm(self) -> float:
-        """Torque that the profile asks for here."""
-
-    @property
-    def motor_Nm(self) -> float:
-        """Torque of the motor."""
+from devices.door.plant.machine import Mode, Tick
 
 
 class Plant(Protocol):
@@ -51,5 +19,5 @@ class Plant(Protocol):
     def load(self, torque_Nm: Sequence[float], end_rad: float) -> None:
         """Take a profile over 0 to 62 degrees, and where its stop stands."""
 
-    def step(self) -> Reading:
-        """Go on for 1 ms."""
+    def step(self) -> Tick:
+        """Go on for 1 ms; the time of the reading stands still where the sensors are silent."""

@@ -7,10 +7,9 @@ from collections.abc import Callable, Sequence
 from dataclasses import replace
 from random import Random
 
-from devices.door.firmware.plant import Mode, Reading
 from devices.door.grid import MAX_ANGLE_DEG
 from devices.door.plant.hand import NOBODY, Hand, minimum_jerk
-from devices.door.plant.machine import Machine
+from devices.door.plant.machine import Machine, Mode, Tick
 from devices.door.plant.parameters import DEFAULT
 
 STIFFNESS_NM_RAD, DAMPING_NM_S_RAD, GRIP_NM = 600.0, 20.0, 250.0
@@ -48,7 +47,7 @@ class TwinPlant:
         self.machine.load(torque_Nm, end_rad)
         self._end_rad = end_rad
 
-    def step(self) -> Reading:
+    def step(self) -> Tick:
         """1 ms."""
         return self.machine.step()
 

@@ -7,8 +7,8 @@ from collections import deque
 from dataclasses import dataclass, field
 
 from devices.door.firmware.limits import Limits
-from devices.door.firmware.plant import Reading
 from devices.door.link.codes import Fault, State
+from devices.door.plant.machine import Tick
 
 SILENT_MS = 5
 STUCK_MS = 20
@@ -35,7 +35,7 @@ class Watch:
     angles_deg: deque[float] = field(default_factory=lambda: deque(maxlen=BEFORE_MS + STUCK_MS + 1))
     pulled_ms: int = 0
 
-    def check(self, reading: Reading, state: State, end_deg: float) -> Found | None:
+    def check(self, reading: Tick, state: State, end_deg: float) -> Found | None:
         """What is wrong, and the value that shows it; None where nothing is."""
         if reading.t_us == self.t_us:
             self.silent_ms += 1
@@ -43,7 +43,7 @@ class Watch:
         self.t_us, self.silent_ms = reading.t_us, 0
         return self._impossible(reading) or self._too_fast(reading, state) or self._stuck(reading, state, end_deg)
 
-    def _impossible(self, reading: Reading) -> Found | None:
+    def _impossible(self, reading: Tick) -> Found | None:
         sensed = (
             (math.degrees(reading.angle_rad), self.limits.angle_deg),
             (math.degrees(reading.velocity_rad_s), (-math.inf, math.inf)),
@@ -57,12 +57,12 @@ class Watch:
                 return Fault.over_range, value
         return None
 
-    def _too_fast(self, reading: Reading, state: State) -> Found | None:
+    def _too_fast(self, reading: Tick, state: State) -> Found | None:
         speed = math.degrees(reading.velocity_rad_s)
         moving = state in (State.armed, State.playing)
         return (Fault.over_speed, speed) if moving and abs(speed) > self.limits.speed_deg_s else None
 
-    def _stuck(self, reading: Reading, state: State, end_deg: float) -> Found | None:
+    def _stuck(self, reading: Tick, state: State, end_deg: float) -> Found | None:
         """An encoder that stands while the arm cannot: it stopped at once, or it is pulled and does not give way."""
         angle = math.degrees(reading.angle_rad)
         self.angles_deg.append(angle)

@@ -3,11 +3,11 @@
 import math
 from dataclasses import dataclass, field
 
-from devices.door.firmware.ailments import Sensed
 from devices.door.firmware.controller import BOOT_MS, Firmware
 from devices.door.firmware.limits import Limits
 from devices.door.link import messages as says
 from devices.door.link.frames import Parser
+from devices.door.plant.machine import Tick
 
 
 @dataclass
@@ -38,7 +38,7 @@ class TinyPlant:
         speed = math.radians(self.angle_deg - before) * 1000
         motor = 0.0 if self.mode == "off" else 1.0
         brake = 1.0 if self.mode == "off" else 0.0
-        return Sensed(self.t_ms * 1000, math.radians(self.angle_deg), speed, self.pull_Nm, brake, 0.0, motor)
+        return Tick(self.t_ms * 1000, math.radians(self.angle_deg), speed, self.pull_Nm, brake, 0.0, motor)
 
 
 def out_and_back(opens_deg=62.0, ms=1000, waits_ms=100):

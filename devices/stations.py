@@ -1,0 +1,12 @@
+"""Where a lab keeps what belongs to one computer: its screen's calibration, its rig."""
+
+from __future__ import annotations
+
+import platform
+from pathlib import Path
+
+
+def station_folder(lab: Path, host: str | None = None) -> Path:
+    """LAB/stations/HOST, where HOST is the computer's name up to its first dot, as a folder can be called."""
+    name = (host or platform.node()).split(".")[0] or "station"
+    return lab / "stations" / "".join(c if c.isalnum() or c in "-_" else "_" for c in name)
