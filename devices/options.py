@@ -1,4 +1,4 @@
-"""Options that command lines of several rooms share. Imports nothing heavy and no device."""
+"""Options that the command lines of devices share; studies has its own, which analysis may reach."""
 
 from __future__ import annotations
 

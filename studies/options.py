@@ -3,15 +3,18 @@
 from __future__ import annotations
 
 from collections.abc import Generator, Sequence
+from pathlib import Path
 from typing import Any, TypeVar
 
 import click
 
-from devices.options import JSON, LAB
-
-__all__ = ["JSON", "LAB", "echo_json", "progress"]
-
 T = TypeVar("T")
+
+LAB = click.option(
+    "--lab", type=click.Path(file_okay=False, path_type=Path), default=Path(), show_default="the current folder",
+    help="The lab's folder.",
+)  # fmt: skip
+JSON = click.option("--json", "as_json", is_flag=True, help="Print the answer as JSON.")
 
 
 def echo_json(value: Any) -> None:
