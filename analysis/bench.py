@@ -6,6 +6,7 @@ import math
 from collections.abc import Callable, Iterable, Iterator
 from typing import Any
 
+from analysis.measuring.statistics_family import family_cases
 from analysis.measuring.statistics_inputs import (
     Answer,
     Input,
@@ -36,6 +37,7 @@ def cases(quick: bool) -> Iterator[Case]:
     yield from _cases("ANOVA, large tables", big_inputs(quick), large, f"{WORST}; against extended precision")
     title = "ANOVA, types of labels"
     yield from _cases(title, label_inputs(quick), large, f"{WORST}; against extended precision")
+    yield from family_cases(quick)
 
 
 def _cases(title: str, inputs: Iterable[Input], methods: Iterable[Method], error_kind: str) -> Iterator[Case]:

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Callable, Iterator
 from contextlib import contextmanager
+from dataclasses import replace
 from functools import wraps
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
@@ -22,42 +23,52 @@ if TYPE_CHECKING:
 Progress = Callable[[int, int, str], None]
 
 
+DATABASE = click.option(
+    "--database", "url", help="SQLAlchemy URL of a collected database, instead of the lab's session files."
+)
+DIGEST = click.option(
+    "--digest", help="The version of a study that was changed between participants (its first digits)."
+)
+SIMULATED = click.option(
+    "--simulated/--real", default=None, help="Take only simulated or only real sessions, where both are."
+)
+MISSING = click.option(
+    "--missing", type=click.Choice(["refuse", "listwise"]), default="refuse", show_default=True,
+    help="A participant who lacks a cell: refuse the tests that need it, or leave the participant out.",
+)  # fmt: skip
+
+
 def source_options(command: Callable[..., None]) -> Callable[..., None]:
     """The options that say which data set is meant; the command receives them as one `Wanted`."""
 
     @click.argument("name")
     @LAB
-    @click.option(
-        "--database", "url", help="SQLAlchemy URL of a collected database, instead of the lab's session files."
-    )
-    @click.option("--digest", help="The version of a study that was changed between participants (its first digits).")
+    @DATABASE
+    @DIGEST
     @click.option("--include-incomplete", is_flag=True, help="Also take interrupted sessions.")
-    @click.option("--simulated/--real", default=None, help="Take only simulated or only real sessions, where both are.")
-    @click.option(
-        "--missing", type=click.Choice(["refuse", "listwise"]), default="refuse", show_default=True,
-        help="A participant who lacks a cell: refuse the tests that need it, or leave the participant out.",
-    )  # fmt: skip
+    @SIMULATED
     @wraps(command)
     def with_source(
         *, name: str, lab: Path, url: str | None, digest: str | None, include_incomplete: bool, simulated: bool | None,
-        missing: Missing, **others: Any,
+        **others: Any,
     ) -> None:  # fmt: skip
         from analysis.reporting.sources import Wanted
 
-        command(Wanted(name, lab, url, digest, include_incomplete, simulated, missing), **others)
+        command(Wanted(name, lab, url, digest, include_incomplete, simulated), **others)
 
     return with_source
 
 
 @click.command()
 @source_options
+@MISSING
 @click.option(
     "--reference", default="none", show_default=True,
     help="Compare with another program's numbers: r (R's, shipped for sk2011) or FILE.json#KEY.",
 )  # fmt: skip
 @click.option("--figures/--no-figures", default=True, help="Whether to draw the figures, too.")
 @JSON
-def analyse(wanted: Wanted, reference: str, figures: bool, as_json: bool) -> None:
+def analyse(wanted: Wanted, missing: Missing, reference: str, figures: bool, as_json: bool) -> None:
     """Compute the tables, statistics and figures of NAME, a study with sessions or an imported data set.
 
     Writes statistics.json, CSV tables and figures (SVG, PNG) to LAB/analysis/NAME. Equal data give equal files.
@@ -68,8 +79,8 @@ def analyse(wanted: Wanted, reference: str, figures: bool, as_json: bool) -> Non
     from analysis.reporting.report import save_figures
     from analysis.reporting.results import write_results
 
-    with _told(as_json) as progress:
-        found = _analysed(wanted, progress)
+    with progress_told(as_json) as progress:
+        found = _analysed(wanted, missing, progress)
         folder = _folder(wanted)
         files = write_results(found, folder)
         if figures:
@@ -86,19 +97,20 @@ def analyse(wanted: Wanted, reference: str, figures: bool, as_json: bool) -> Non
 
 @click.command()
 @source_options
+@MISSING
 @click.option(
     "--to", type=click.Path(dir_okay=False, path_type=Path), help="The file.  [default: LAB/analysis/NAME/report.html]"
 )
 @JSON
-def report(wanted: Wanted, to: Path | None, as_json: bool) -> None:
+def report(wanted: Wanted, missing: Missing, to: Path | None, as_json: bool) -> None:
     """Write the report of NAME as one HTML file that needs nothing else: mail it, archive it, print it.
 
     Example: palpate report door_ratings --lab LAB
     """
     from analysis.reporting.report import write_report
 
-    with _told(as_json) as progress:
-        found = _analysed(wanted, progress)
+    with progress_told(as_json) as progress:
+        found = _analysed(wanted, missing, progress)
         progress(0, 1, "drawing the figures")
         path = write_report(found, to or _folder(wanted) / "report.html")
     if as_json:
@@ -144,11 +156,11 @@ def import_(map: Path, data: Path | None, lab: Path, replace: bool, as_json: boo
     click.echo(f"Next: palpate analyse {ratings.name} --lab {lab}")
 
 
-def _analysed(wanted: Wanted, progress: Progress) -> Analysed:
+def _analysed(wanted: Wanted, missing: Missing, progress: Progress) -> Analysed:
     from analysis.reporting.analysed import analyse_ratings
     from analysis.reporting.sources import read_source
 
-    ratings, title = read_source(wanted, progress)
+    ratings, title = read_source(replace(wanted, missing=missing), progress)
     return analyse_ratings(ratings, title, progress)
 
 
@@ -166,7 +178,7 @@ def _compared(found: Analysed, choice: str) -> list[Compared]:
 
 
 @contextmanager
-def _told(quiet: bool) -> Iterator[Progress]:
+def progress_told(quiet: bool) -> Iterator[Progress]:
     """A progress bar on a terminal, nothing elsewhere."""
     from rich.console import Console
     from rich.progress import BarColumn, Progress, TextColumn, TimeElapsedColumn

@@ -3,13 +3,14 @@
 from __future__ import annotations
 
 import hashlib
-from collections.abc import Iterator, Sequence
+from collections.abc import Iterable, Iterator, Sequence
 from dataclasses import dataclass, field
 from pathlib import Path
 from typing import Any
 
 from protocols.canonical import canonical, digest
 from protocols.events import NS, Event
+from protocols.plan import Plan
 from protocols.study import Study
 from studies.begun import in_person
 from studies.record import Record
@@ -172,23 +173,52 @@ def tables(record: Record, withdrawn: bool = False) -> SessionTables:
     plan = recompiled(record)
     header = record.header
     session = session_name(record)
-    walk = _Walk(session)
-    for event in record.events:
-        walk.take(event)
-    antonyms = {attribute.name: attribute.high for attribute in plan.study.attributes}
+    walk = _walked(session, record.events)
     who = {"study": plan.study.study, "participant": plan.who.participant}
     return SessionTables(
         study=_study_row(plan.study),
         participant={**who, "group_name": header["group"], "row": header["row"]},
         session=_session_row(record, walk) | ({"status": "withdrawn"} if withdrawn else {}),
-        trials=[_trial_row(session, trial, walk.met.get(trial.number, _Met())) for trial in plan.trials],
-        responses=[{**row, "antonym": antonyms[row["attribute"]]} for row in walk.responses],
+        trials=_trial_rows(plan, walk),
+        responses=_response_rows(plan, walk),
         words=walk.words,
         answers=walk.answers,
         switches=walk.switches,
         events=[_event_row(session, e, h) for e, h in zip(record.events, record.hashes, strict=True)],
         streams=list(_stream_rows(session, record.events)),
     )
+
+
+@dataclass(frozen=True)
+class Answers:
+    """What one session answered, as rows of the tables trials, responses, words and answers."""
+
+    trials: list[Row]
+    responses: list[Row]
+    words: list[Row]
+    answers: list[Row]
+
+
+def answers_of(plan: Plan, session: str, events: Iterable[Event]) -> Answers:
+    """The answers in the events of a session that need not be on file."""
+    walk = _walked(session, events)
+    return Answers(_trial_rows(plan, walk), _response_rows(plan, walk), walk.words, walk.answers)
+
+
+def _walked(session: str, events: Iterable[Event]) -> _Walk:
+    walk = _Walk(session)
+    for event in events:
+        walk.take(event)
+    return walk
+
+
+def _trial_rows(plan: Plan, walk: _Walk) -> list[Row]:
+    return [_trial_row(walk.session, trial, walk.met.get(trial.number, _Met())) for trial in plan.trials]
+
+
+def _response_rows(plan: Plan, walk: _Walk) -> list[Row]:
+    antonyms = {attribute.name: attribute.high for attribute in plan.study.attributes}
+    return [{**row, "antonym": antonyms[row["attribute"]]} for row in walk.responses]
 
 
 def session_name(record: Record) -> str:

@@ -9,8 +9,8 @@ from collections.abc import Sequence
 from pathlib import Path
 from typing import TYPE_CHECKING
 
+from analysis.figures.style import FAINT, INK, OKABE_ITO, SOFT, drawing, save
 from analysis.measuring.rows import REFUSED, Row
-from analysis.reporting.style import FAINT, INK, OKABE_ITO, SOFT, drawing, save
 
 if TYPE_CHECKING:
     from matplotlib.axes import Axes

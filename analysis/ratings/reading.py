@@ -36,7 +36,7 @@ _RATINGS = text(
 
 
 @dataclass(frozen=True)
-class _Rating:
+class Rating:
     """A row of the view `ratings`: the counting answer to one attribute in one trial."""
 
     session: str
@@ -68,13 +68,29 @@ def read_ratings(
     not a collected one, holds no such study or no session to analyse, and where an answer is no number.
     """
     with _connected(source) as connection:
-        rows = [SessionRow(**row) for row in _query(connection, _SESSIONS, study)]
-        if not rows:
-            raise DataRefused(_no_sessions(connection, study))
-        ratings = [_Rating(**row) for row in _query(connection, _RATINGS, study)]
-        choice = choose_sessions(rows, study, digest, include_incomplete, simulated)
-        definition = _definition(connection, study, choice.digest)
-    return _assembled(definition, choice, ratings)
+        definition, choice = chosen(
+            connection, study, digest=digest, include_incomplete=include_incomplete, simulated=simulated
+        )
+        ratings = [Rating(**row) for row in _query(connection, _RATINGS, study)]
+    return assembled(definition, choice, ratings)
+
+
+def chosen(
+    connection: Connection, study: str, *, digest: str | None, include_incomplete: bool, simulated: bool | None
+) -> tuple[Study, Choice]:
+    """The version of the study that is analysed, and which of its sessions are. Raises DataRefused as above."""
+    rows = [SessionRow(**row) for row in _query(connection, _SESSIONS, study)]
+    if not rows:
+        raise DataRefused(_no_sessions(connection, study))
+    choice = choose_sessions(rows, study, digest, include_incomplete, simulated)
+    return _definition(connection, study, choice.digest), choice
+
+
+def left_out_sessions(choice: Choice) -> tuple[Exclusion, ...]:
+    """A line for every session that is not analysed, where the study rates nothing."""
+    return tuple(
+        Exclusion("session", f"{each.participant}, session {each.session}", why, 0) for each, why in choice.left_out
+    )
 
 
 @contextmanager
@@ -120,7 +136,8 @@ def _study(definition: Any, study: str) -> Study:
         raise DataRefused(f"study {study!r}: the stored definition cannot be read: {' '.join(lines[1:3])}") from None
 
 
-def _assembled(study: Study, choice: Choice, found: Sequence[_Rating]) -> Ratings:
+def assembled(study: Study, choice: Choice, found: Sequence[Rating]) -> Ratings:
+    """The ratings of these sessions, wherever their rows come from. Raises DataRefused as `read_ratings` does."""
     if not study.attributes:
         raise DataRefused(
             f"study {study.study!r}: its task is {study.task}, which gives no ratings; what was answered lies in the"
@@ -136,7 +153,7 @@ def _assembled(study: Study, choice: Choice, found: Sequence[_Rating]) -> Rating
         between=("group",) if len({session.group_name for session in choice.kept}) > 1 else (),
         attributes=tuple(attribute.name for attribute in study.attributes),
         scale=None if study.scale is None else Scale(study.scale.low, study.scale.high, study.scale.step),
-        inputs=tuple(_inputs(study, choice)),
+        inputs=inputs_of(study, choice),
         exclusions=(*_left_out(choice, found), *_without_ratings(choice, counted), *_practice(kept, found)),
         antonyms={attribute.low: attribute.high for attribute in study.attributes},
         categories={a.low: a.category for a in study.attributes if a.category is not None},
@@ -185,7 +202,7 @@ def _factors(study: Study) -> tuple[tuple[str, ...], tuple[Crossing, ...]]:
     return within, tuple(crossings)
 
 
-def _table(study: Study, counted: Sequence[_Rating], found: Sequence[_Rating]) -> pd.DataFrame:
+def _table(study: Study, counted: Sequence[Rating], found: Sequence[Rating]) -> pd.DataFrame:
     order = {attribute.name: place for place, attribute in enumerate(study.attributes)}
     stimuli = {stimulus.id: stimulus.columns for stimulus in study.stimuli}
     for each in found:
@@ -210,7 +227,7 @@ def _table(study: Study, counted: Sequence[_Rating], found: Sequence[_Rating]) -
     )
 
 
-def _check(rating: _Rating, attributes: dict[str, int], stimuli: dict[str, dict[str, str]]) -> None:
+def _check(rating: Rating, attributes: dict[str, int], stimuli: dict[str, dict[str, str]]) -> None:
     where = f"session {rating.session}, trial {rating.trial}"
     if rating.attribute not in attributes:
         raise DataRefused(
@@ -222,7 +239,7 @@ def _check(rating: _Rating, attributes: dict[str, int], stimuli: dict[str, dict[
         )
 
 
-def _number(rating: _Rating) -> float:
+def _number(rating: Rating) -> float:
     if rating.value is None:
         return float("nan")
     if isinstance(rating.value, bool) or not isinstance(rating.value, int | float):
@@ -233,19 +250,22 @@ def _number(rating: _Rating) -> float:
     return float(rating.value)
 
 
-def _inputs(study: Study, choice: Choice) -> Iterator[Input]:
-    yield Input(f"study {study.study}", choice.digest, "the compiled study")
-    for session in (*choice.kept, *(each for each, _ in choice.left_out)):
-        yield Input(session.file, session.file_sha256, f"session {session.session}, last event {session.head_hash}")
+def inputs_of(study: Study, choice: Choice) -> tuple[Input, ...]:
+    """The study and every session file, kept or left out, by their SHA-256."""
+    sessions = (*choice.kept, *(each for each, _ in choice.left_out))
+    return (
+        Input(f"study {study.study}", choice.digest, "the compiled study"),
+        *(Input(s.file, s.file_sha256, f"session {s.session}, last event {s.head_hash}") for s in sessions),
+    )
 
 
-def _left_out(choice: Choice, found: Sequence[_Rating]) -> Iterator[Exclusion]:
+def _left_out(choice: Choice, found: Sequence[Rating]) -> Iterator[Exclusion]:
     rows = Counter(each.session for each in found if not each.practice)
     for session, why in choice.left_out:
         yield Exclusion("session", f"{session.participant}, session {session.session}", why, rows[session.session])
 
 
-def _without_ratings(choice: Choice, counted: Sequence[_Rating]) -> Iterator[Exclusion]:
+def _without_ratings(choice: Choice, counted: Sequence[Rating]) -> Iterator[Exclusion]:
     """A session kept but empty has no row in the table, so only this line tells of it."""
     rated = {each.session for each in counted}
     for session in choice.kept:
@@ -253,7 +273,7 @@ def _without_ratings(choice: Choice, counted: Sequence[_Rating]) -> Iterator[Exc
             yield Exclusion("session", f"{session.participant}, session {session.session}", "holds no rating", 0)
 
 
-def _practice(kept: set[str], found: Sequence[_Rating]) -> Iterator[Exclusion]:
+def _practice(kept: set[str], found: Sequence[Rating]) -> Iterator[Exclusion]:
     practised = Counter((each.participant, each.session) for each in found if each.practice and each.session in kept)
     for (participant, session), rows in practised.items():
         yield Exclusion("practice", f"{participant}, session {session}", "practice trials do not count", rows)

@@ -6,8 +6,8 @@ from collections.abc import Mapping
 from dataclasses import dataclass
 from itertools import groupby
 
+from analysis.figures.style import INK, OKABE_ITO
 from analysis.ratings.wording import count
-from analysis.reporting.style import INK, OKABE_ITO
 
 
 @dataclass(frozen=True)

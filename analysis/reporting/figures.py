@@ -5,8 +5,8 @@ from __future__ import annotations
 from collections.abc import Mapping
 from typing import TYPE_CHECKING
 
+from analysis.figures.style import FAINT, INK, OKABE_ITO, SOFT, quiet_axes
 from analysis.reporting.figure_data import Picture, RatedAttribute, reference_level
-from analysis.reporting.style import FAINT, INK, OKABE_ITO, SOFT, quiet_axes
 
 if TYPE_CHECKING:
     from matplotlib.axes import Axes

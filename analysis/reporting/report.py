@@ -7,6 +7,7 @@ from dataclasses import dataclass
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
+from analysis.figures.style import drawing, inline_svg, save, svg_text
 from analysis.reporting.analysed import Analysed
 from analysis.reporting.figure_data import Picture, reference_level
 from analysis.reporting.figures import means_figure, trends_figure
@@ -14,7 +15,6 @@ from analysis.reporting.page import level_table, page_of
 from analysis.reporting.page_table import Table
 from analysis.reporting.page_text import phrase
 from analysis.reporting.pictures import picture, shown_factors
-from analysis.reporting.style import drawing, inline_svg, save, svg_text
 
 if TYPE_CHECKING:
     from matplotlib.figure import Figure

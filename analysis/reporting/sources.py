@@ -15,6 +15,7 @@ from analysis.ratings.reading import read_ratings
 from analysis.ratings.saved import load_ratings
 from protocols.did_you_mean import nearest
 from studies.collect import collect, ledgers_in, open_database
+from studies.participants.registry import withdrawn
 
 Missing = Literal["refuse", "listwise"]
 Progress = Callable[[int, int, str], None]
@@ -59,20 +60,27 @@ def _read(wanted: Wanted, progress: Progress) -> tuple[Ratings, str]:
     if paths:
         return _from_ledgers(paths, wanted, progress)
     if not folder.exists():
-        raise DataRefused(_nothing(wanted))
+        raise nothing_of(wanted.name, wanted.lab)
     return load_ratings(folder), ""
 
 
 def _from_ledgers(paths: list[Path], wanted: Wanted, progress: Progress) -> tuple[Ratings, str]:
-    engine = open_database(IN_MEMORY)
+    engine = gathered(paths, wanted.lab, progress)
     try:
-        for done, path in enumerate(paths):
-            progress(done, len(paths), path.name)
-            list(collect([path], engine))
-        progress(len(paths), len(paths), "")
         return _from_database(engine, wanted)
     finally:
         engine.dispose()
+
+
+def gathered(paths: list[Path], lab: Path, progress: Progress = lambda *_: None) -> Engine:
+    """The session files in a database in memory; sessions of people who withdrew from the lab are marked as such."""
+    engine = open_database(IN_MEMORY)
+    gone = withdrawn(lab)
+    for done, path in enumerate(paths):
+        progress(done, len(paths), path.name)
+        list(collect([path], engine, gone))
+    progress(len(paths), len(paths), "")
+    return engine
 
 
 def _from_database(engine: Engine, wanted: Wanted) -> tuple[Ratings, str]:
@@ -94,11 +102,14 @@ def _title(engine: Engine, ratings: Ratings) -> str:
     return str(found) if found else ""
 
 
-def _nothing(wanted: Wanted) -> str:
-    imported = wanted.lab / IMPORTED
+def nothing_of(name: str, lab: Path) -> DataRefused:
+    """The refusal where a lab has neither sessions of a study nor an imported data set of that name."""
+    imported = lab / IMPORTED
     known = sorted(path.name for path in imported.iterdir() if path.is_dir()) if imported.is_dir() else []
-    known += sorted({path.name.rsplit("_", 2)[0] for path in ledgers_in(wanted.lab)})
-    where = f"{wanted.lab}: no sessions of a study {wanted.name!r} and no imported data set of that name"
+    known += sorted({path.name.rsplit("_", 2)[0] for path in ledgers_in(lab)})
+    where = f"{lab}: no sessions of a study {name!r} and no imported data set of that name"
     if not known:
-        return f"{where}; the lab holds no data yet: run a session, import a table, or name another lab with --lab"
-    return f"{where}; {nearest(wanted.name, known)}"
+        return DataRefused(
+            f"{where}; the lab holds no data yet: run a session, import a table, or name another lab with --lab"
+        )
+    return DataRefused(f"{where}; {nearest(name, known)}")

@@ -50,9 +50,9 @@ def p_value(p: float) -> str:
 def apa_f(row: Row, eta: Eta = "partial", correction: Correction = "auto") -> str:
     """An effect as a sentence: "F(1.83, 20.11) = 3.03, p = .075, η²p = .22 (Greenhouse–Geisser, ε = .61)".
 
-    "auto" corrects by Greenhouse-Geisser wherever a row of `rm_anova` has more than one numerator degree of freedom,
-    whatever a test of sphericity would say. For a row of `anova` every kind of eta squared is one number, "η²".
-    An undefined F gives its reason.
+    "auto" corrects by Greenhouse-Geisser wherever an effect of `rm_anova` or `mixed_anova` has more than one contrast
+    within participants, whatever a test of sphericity would say. For a row of `anova` every kind of eta squared is one
+    number, "η²". An undefined F gives its reason.
     Raises NoSuchOption for an unknown eta or correction, or one that the row does not hold.
     """
     if not isinstance(eta, str) or eta not in ETA_COLUMNS:
@@ -60,7 +60,8 @@ def apa_f(row: Row, eta: Eta = "partial", correction: Correction = "auto") -> st
     df1, df2, f = (_value(row, name) for name in ("ddof1", "ddof2", "F"))
     if math.isnan(f):
         return f"F({_df(df1)}, {_df(df2)}) is undefined: {_reason(row, 'F')}"
-    kind = _kind(row, correction, df1)
+    contrasts = row.get("d")  # of the factors within participants alone: what there is to correct
+    kind = _kind(row, correction, df1 if contrasts is None else float(contrasts))
     if kind == "none":
         return f"F({_df(df1)}, {_df(df2)}) {_equals(f)}, {apa_p(_value(row, 'p_unc'))}, {_eta(row, eta)}"
     name, eps_column, p_column = CORRECTED[kind]
@@ -134,7 +135,7 @@ def _eta(row: Row, eta: Eta) -> str:
     return f"{name} {_is(_share(float(value), 2))}"
 
 
-def _kind(row: Row, correction: str, df1: float) -> str:
+def _kind(row: Row, correction: str, contrasts: float) -> str:
     if not isinstance(correction, str) or correction not in ("auto", "none", *CORRECTED):
         raise NoSuchOption(f"correction={correction!r} is unknown: 'auto', 'GG', 'HF' or 'none'")
     repeated = row.get("eps") is not None
@@ -142,7 +143,7 @@ def _kind(row: Row, correction: str, df1: float) -> str:
         raise NoSuchOption(f"correction={correction!r} needs repeated measures; this row has no epsilon")
     if correction != "auto":
         return correction
-    return "GG" if repeated and df1 > 1 else "none"
+    return "GG" if repeated and contrasts > 1 else "none"
 
 
 def _reason(row: Row, statistic: str) -> str:

@@ -64,7 +64,7 @@ class _Grid:
         where = np.unravel_index(cell, self.shape)
         labels = [axis.labels[int(i)] for axis, i in zip(self.axes, where, strict=True)]
         places = ", ".join(f"{n}={v!r}" for n, v in zip(self.names[1:], labels[1:], strict=True))
-        return f"participant {labels[0]!r}{state} at {places}"
+        return f"participant {labels[0]!r}{state}" + (f" at {places}" if places else "")
 
 
 def gather(
@@ -81,10 +81,22 @@ def gather(
     values of one participant in one cell (so also over factors that `within` leaves out).
     Raises UnknownColumn, BadValue, IncompleteCells, DuplicatedCells or BadOption.
     """
-    check_options(missing, aggregate)
     factors = name_list(within)
     if not factors:
         raise BadOption("within names no factor; give the name of a column or a list of names")
+    return gather_all(data, dv, factors, subject, missing, aggregate)
+
+
+def gather_all(
+    data: pd.DataFrame,
+    dv: Hashable,
+    factors: list[Hashable],
+    subject: Hashable,
+    missing: Missing = "raise",
+    aggregate: Aggregate = None,
+) -> Cells:
+    """`gather`, also with no factor at all: one value per participant."""
+    check_options(missing, aggregate)
     names = [subject, *factors]
     check_columns(data, [dv, *names])
     y = numbers_of(data[dv], dv)

@@ -26,6 +26,7 @@ from analysis.statistics.doubles import (
 class Comparison(NamedTuple):
     """Level A minus level B: mean difference and its standard error in the data's unit, t, df, standardised size.
 
+    `spread` is what the size is in units of: the standard deviation of the differences, or the groups' pooled one.
     Where t is undefined, `t` and `size` are NaN and `note` says why.
     """
 
@@ -37,6 +38,7 @@ class Comparison(NamedTuple):
     df: float
     size: float
     note: str
+    spread: float
 
 
 def paired(labels: Sequence[Hashable], values: Floats) -> Iterator[Comparison]:
@@ -66,7 +68,8 @@ def _paired(a: Hashable, b: Hashable, scaled_pair: tuple[float, float, float], n
     error = spread / math.sqrt(n)
     note = "" if spread > floor else _same(mean, floor, spread, "differences")
     t, size = (math.nan, math.nan) if note else (mean / error, mean / spread)
-    return Comparison(a, b, rescaled(mean, exponent), rescaled(error, exponent), t, n - 1, size, note)
+    plain, own_error, own_spread = (rescaled(value, exponent) for value in (mean, error, spread))
+    return Comparison(a, b, plain, own_error, t, n - 1, size, note, own_spread)
 
 
 def _same(mean: float, floor: float, spread: float, what: str) -> str:
@@ -112,7 +115,9 @@ def _unpaired(a: _Sample, b: _Sample, exponent: int) -> Comparison:
         error, df = _welch(a, b) if a.n != b.n and not note else (_pooled(a, b), df)
     size = math.nan if note else hedges_g(mean, a.ss + b.ss, a.n + b.n)
     t = math.nan if note else mean / error
-    return Comparison(a.label, b.label, rescaled(mean, exponent), rescaled(error, exponent), t, df, size, note)
+    pooled = math.sqrt((a.ss + b.ss) / (a.n + b.n - 2)) if a.n + b.n > 2 else math.nan
+    plain, own_error, own_spread = (rescaled(value, exponent) for value in (mean, error, pooled))
+    return Comparison(a.label, b.label, plain, own_error, t, df, size, note, own_spread)
 
 
 def _pooled(a: _Sample, b: _Sample) -> float:

@@ -38,9 +38,9 @@ def exact_within(
 
     `epsilon=False` leaves out the Greenhouse-Geisser epsilon, which costs participants x cells^2 products.
     """
-    whole, unit = _integers(values)
+    whole, unit = integers(values)
     table = dict(zip(product(*map(range, shape)), whole, strict=True))
-    subject_ss = _ss(_part(table, shape, (0,)), shape, (0,)) * unit
+    subject_ss = part_ss(summed_part(table, shape, (0,)), shape, (0,)) * unit
     found = [_parts(table, shape, axes, unit, epsilon) for axes in _subsets(len(names))]
     rest = subject_ss + sum((error for _, error, _ in found), Fraction(0))
     return [
@@ -51,18 +51,18 @@ def exact_within(
 
 def exact_one_way(groups: Sequence[Sequence[float]]) -> ExactEffect:
     """One-way ANOVA between groups of any sizes; epsilon is None, generalized eta squared the classical one."""
-    whole, unit = _integers(value for group in groups for value in group)
+    whole, unit = integers(value for group in groups for value in group)
     numbers, n = iter(whole), len(whole)
     parts = [[next(numbers) for _ in group] for group in groups]
     sums = sum((Fraction(sum(part) ** 2, len(part)) for part in parts), Fraction(0))
     ss = (sums - Fraction(sum(whole) ** 2, n)) * unit
     error = (sum(value * value for value in whole) - sums) * unit
     df1, df2 = len(groups) - 1, n - len(groups)
-    eta2 = _ratio(ss, ss + error)
-    return ExactEffect("", ss, error, df1, df2, _ratio(ss * df2, error * df1), None, eta2, eta2)
+    eta2 = exact_ratio(ss, ss + error)
+    return ExactEffect("", ss, error, df1, df2, exact_ratio(ss * df2, error * df1), None, eta2, eta2)
 
 
-def _integers(values: Iterable[float]) -> tuple[list[int], Fraction]:
+def integers(values: Iterable[float]) -> tuple[list[int], Fraction]:
     """The values as integers, and the square of their common unit."""
     ratios = [float(value).as_integer_ratio() for value in values]
     denominator = max(bottom for _, bottom in ratios)
@@ -74,7 +74,7 @@ def _subsets(factors: int) -> Iterator[tuple[int, ...]]:
         yield from combinations(range(1, factors + 1), size)
 
 
-def _part(table: Cells, shape: Sequence[int], axes: Sequence[int]) -> Cells:
+def summed_part(table: Cells, shape: Sequence[int], axes: Sequence[int]) -> Cells:
     """The table summed over all axes but these and centred along these, times their sizes."""
     part: Cells = {}
     for where, value in table.items():
@@ -93,7 +93,8 @@ def _centred(part: Cells, place: int, size: int) -> Cells:
     return {where: size * value - sums[where[:place] + where[place + 1 :]] for where, value in part.items()}
 
 
-def _ss(part: Cells, shape: Sequence[int], axes: Sequence[int]) -> Fraction:
+def part_ss(part: Cells, shape: Sequence[int], axes: Sequence[int]) -> Fraction:
+    """The sum of squares of a `summed_part`."""
     kept = math.prod(shape[axis] for axis in axes)
     return Fraction(sum(value * value for value in part.values()) * kept, math.prod(shape) * kept**2)
 
@@ -102,13 +103,17 @@ def _parts(
     table: Cells, shape: Sequence[int], axes: tuple[int, ...], unit: Fraction, epsilon: bool
 ) -> tuple[Fraction, Fraction, Fraction | None]:
     """Effect and error sum of squares, and epsilon."""
-    residual = _part(table, shape, (0, *axes))
+    residual = summed_part(table, shape, (0, *axes))
     df = math.prod(shape[axis] - 1 for axis in axes)
-    eps = _epsilon(list(residual.values()), shape[0], df) if epsilon else None
-    return _ss(_part(table, shape, axes), shape, axes) * unit, _ss(residual, shape, (0, *axes)) * unit, eps
+    eps = exact_epsilon(list(residual.values()), shape[0], df) if epsilon else None
+    return (
+        part_ss(summed_part(table, shape, axes), shape, axes) * unit,
+        part_ss(residual, shape, (0, *axes)) * unit,
+        eps,
+    )
 
 
-def _epsilon(residual: list[int], n: int, df: int) -> Fraction | None:
+def exact_epsilon(residual: list[int], n: int, df: int) -> Fraction | None:
     """tr(S)^2 / (df tr(S^2)) from the residuals of each participant in turn."""
     k = len(residual) // n
     columns = [residual[i::k] for i in range(k)]
@@ -130,9 +135,10 @@ def _effect(
 ) -> ExactEffect:
     df1 = math.prod(shape[axis] - 1 for axis in axes)
     df2 = df1 * (shape[0] - 1)
-    f = _ratio(ss * df2, error * df1)
-    return ExactEffect(source, ss, error, df1, df2, f, eps, _ratio(ss, ss + error), _ratio(ss, ss + rest))
+    f = exact_ratio(ss * df2, error * df1)
+    return ExactEffect(source, ss, error, df1, df2, f, eps, exact_ratio(ss, ss + error), exact_ratio(ss, ss + rest))
 
 
-def _ratio(top: Fraction, bottom: Fraction) -> Fraction | None:
+def exact_ratio(top: Fraction, bottom: Fraction) -> Fraction | None:
+    """top / bottom, None where there is nothing to divide by."""
     return top / bottom if bottom else None

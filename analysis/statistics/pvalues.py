@@ -31,6 +31,12 @@ def t_two_sided(statistic: float, df: float) -> float:
     return f_tail(statistic * statistic, 1.0, df)
 
 
+def t_upper(statistic: float, df: float) -> float:
+    """P(T > statistic): NaN for NaN, never 0."""
+    half = t_two_sided(statistic, df) / 2
+    return 1 - half if statistic < 0 else max(half, SMALLEST)
+
+
 def t_critical(df: float, confidence: float = 0.95) -> float:
     """The half-width of a two-sided interval in standard errors, from Student's t."""
     return float(stdtrit(df, (1 + confidence) / 2))
@@ -44,24 +50,25 @@ def p_note(values: Iterable[float]) -> str:
     return "p < 2.3e-308 has lost digits" if smallest < sys.float_info.min else ""
 
 
-def adjusted(p: Sequence[float], method: str) -> list[float]:
+def adjusted(p: Sequence[float], method: str, family: int | None = None) -> list[float]:
     """The p values adjusted for their family by "none", "bonf" or "holm" (Holm 1979).
 
-    The family has as many members as `p`: an undefined one (NaN) stays NaN, keeps its place, and stands last in
-    Holm's order, which is the cautious choice for the others.
+    The family has as many members as `p`, or `family` (at least as many): an undefined one (NaN) stays NaN, keeps its
+    place, and stands last in Holm's order, which is the cautious choice for the others; so do those not in `p`.
     """
+    size = len(p) if family is None else family
     if method == "none":
         return list(p)
     if method == "bonf":
-        return [min(1.0, value * len(p)) if value >= 0 else value for value in p]
-    return _holm(p)
+        return [min(1.0, value * size) if value >= 0 else value for value in p]
+    return _holm(p, size)
 
 
-def _holm(p: Sequence[float]) -> list[float]:
+def _holm(p: Sequence[float], size: int) -> list[float]:
     result = [math.nan] * len(p)
     largest = 0.0
     defined = [i for i, value in enumerate(p) if not math.isnan(value)]
     for place, i in enumerate(sorted(defined, key=lambda i: p[i])):
-        largest = max(largest, min(1.0, p[i] * (len(p) - place)))
+        largest = max(largest, min(1.0, p[i] * (size - place)))
         result[i] = largest
     return result

@@ -16,7 +16,8 @@ OURS = [case for case in cases(quick=True) if case.method == "palpate"]
 def test_the_cases_cover_the_room() -> None:
     assert {case.case for case in OURS} == {
         *("ANOVA against R", "ANOVA, extreme tables", "p to report", "one-way ANOVA, NIST sets"),
-        *("ANOVA, large tables", "ANOVA, types of labels"),
+        *("ANOVA, large tables", "ANOVA, types of labels", "mixed ANOVA against R", "Mauchly's test"),
+        *("equivalence (TOST)", "ANOVA and every pair", "mixed ANOVA, large table", "exact self-check"),
     }
     assert len(OURS) > 50
     assert len({(case.case, case.input) for case in OURS}) == len(OURS)

@@ -12,12 +12,12 @@ from hypothesis import given
 from hypothesis import strategies as st
 from matplotlib.figure import Figure
 
+from analysis.figures.style import drawing, inline_svg, save, svg_text
 from analysis.ratings.dataset import DataRefused, Ratings
 from analysis.ratings.describe import describe
 from analysis.reporting.figure_data import reference_level
 from analysis.reporting.figures import means_figure, spread, trends_figure
 from analysis.reporting.pictures import level_means, picture
-from analysis.reporting.style import drawing, inline_svg, save, svg_text
 from tests.analysis.synthetic_ratings import door_ratings, reasoning, renamed
 
 

@@ -4,8 +4,10 @@ from __future__ import annotations
 
 import io
 import re
+import warnings
 from collections.abc import Iterator
 from contextlib import contextmanager
+from functools import lru_cache
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
@@ -17,6 +19,8 @@ INK, SOFT, FAINT, PAPER = "#1f2328", "#59636e", "#d8dee4", "#ffffff"
 OKABE_ITO = ("#0072B2", "#D55E00", "#009E73", "#CC79A7", "#E69F00", "#56B4E9", "#7A5195")
 """Okabe and Ito (2008): told apart with every common colour vision; its yellow is too pale for lines, so
 it is left out, and a violet closes the row."""
+FURTHER_FONTS = ("Noto Sans CJK KR", "Noto Sans CJK JP", "Noto Sans Devanagari", "Malgun Gothic", "Apple SD Gothic Neo")
+"""Where DejaVu lacks a letter; without any of them it is drawn as a box, and the numbers are the same."""
 NO_DATE = {"Date": None, "Creator": None, "Format": None, "Type": None}
 
 _SETTINGS: dict[str, Any] = {
@@ -59,8 +63,19 @@ def drawing(salt: str) -> Iterator[None]:
 
     with mpl.rc_context():
         mpl.rcdefaults()
-        mpl.rcParams.update({**_SETTINGS, "svg.hashsalt": salt})
-        yield
+        mpl.rcParams.update({**_SETTINGS, "font.sans-serif": _fonts(), "svg.hashsalt": salt})
+        with warnings.catch_warnings():
+            warnings.filterwarnings("ignore", "Glyph .* missing from font", UserWarning)
+            yield
+
+
+@lru_cache(maxsize=1)
+def _fonts() -> list[str]:
+    """DejaVu, which comes with matplotlib, and those of the further fonts that this machine has."""
+    from matplotlib import font_manager
+
+    here = set(font_manager.get_font_names())
+    return ["DejaVu Sans", *(name for name in FURTHER_FONTS if name in here)]
 
 
 def svg_text(figure: Figure) -> str:

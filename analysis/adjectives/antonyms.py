@@ -1,0 +1,95 @@
+"""Bipolar pairs of adjectives from the words that were kept and a table of antonyms."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import dataclass
+from typing import NamedTuple
+
+import pandas as pd
+
+from analysis.statistics.refusals import SHOWN, StatisticsError, UnknownColumn
+from protocols.did_you_mean import nearest
+
+
+class AntonymTableError(StatisticsError):
+    """A table of antonyms that cannot be used; the message has a line for each mistake."""
+
+
+class Pair(NamedTuple):
+    """A bipolar scale as the table writes it, and which of its two words were kept."""
+
+    word: str
+    antonym: str
+    word_kept: bool
+    antonym_kept: bool
+
+
+@dataclass(frozen=True)
+class Paired:
+    """The pairs, in the order of the kept words, and the kept words that make no pair."""
+
+    pairs: tuple[Pair, ...]
+    left_out: tuple[str, ...]
+
+
+def antonym_pairs(
+    kept: Sequence[str], table: pd.DataFrame, offered: Sequence[str] = (), *, need_both: bool = False
+) -> Paired:
+    """The bipolar pairs of the kept words, each pair once, in the order of `kept` (most relevant first).
+
+    `table` has the columns word and antonym, a line for each pair; being an antonym goes both ways. A kept word
+    whose antonym was not kept still makes a pair, unless `need_both`. With `offered`, both words of every line must
+    have been offered. Raises AntonymTableError with every mistake's line (the first line of the file is its header).
+    """
+    listed_pair = {end: pair for pair in antonym_table(table, offered) for end in pair}
+    pairs: dict[tuple[str, str], Pair] = {}
+    left_out: list[str] = []
+    for word in kept:
+        pair = listed_pair.get(word)
+        if pair is None or (need_both and not set(pair) <= set(kept)):
+            left_out.append(word)
+        else:
+            pairs[pair] = Pair(*pair, pair[0] in kept, pair[1] in kept)
+    return Paired(tuple(pairs.values()), tuple(left_out))
+
+
+def antonym_table(table: pd.DataFrame, offered: Sequence[str] = ()) -> tuple[tuple[str, str], ...]:
+    """The pairs of a table that makes sense, each word in one of them. Raises AntonymTableError."""
+    for name in ("word", "antonym"):
+        if list(table.columns).count(name) != 1:
+            known = ", ".join(map(repr, table.columns))
+            raise UnknownColumn(f"the table of antonyms needs one column {name!r}; its columns are {known}")
+    mistakes: list[str] = []
+    pairs: dict[tuple[str, str], int] = {}
+    partner: dict[str, tuple[int, str]] = {}
+    for line, raw in enumerate(zip(table["word"].tolist(), table["antonym"].tolist(), strict=True), start=2):
+        word, antonym = (each.strip() if isinstance(each, str) else "" for each in raw)
+        if mistake := _mistake(word, antonym, offered) or _conflict(word, antonym, partner, pairs):
+            mistakes.append(f"line {line}: {mistake}")
+        elif word not in partner:
+            pairs[word, antonym] = line
+            partner |= {word: (line, antonym), antonym: (line, word)}
+    if mistakes:
+        more = [f"and {len(mistakes) - SHOWN} more"] if len(mistakes) > SHOWN else []
+        raise AntonymTableError("the table of antonyms cannot be used:\n" + "\n".join(mistakes[:SHOWN] + more))
+    return tuple(pairs)
+
+
+def _mistake(word: str, antonym: str, offered: Sequence[str]) -> str:
+    if not word or not antonym:
+        return f"a word and its antonym are expected, found {word!r} and {antonym!r}"
+    if word.casefold() == antonym.casefold():
+        return f"{word!r} is its own antonym"
+    strange = [each for each in (word, antonym) if offered and each not in offered]
+    return f"{strange[0]!r} was not offered; {nearest(strange[0], offered)}" if strange else ""
+
+
+def _conflict(word: str, antonym: str, partner: dict[str, tuple[int, str]], pairs: dict[tuple[str, str], int]) -> str:
+    if line := pairs.get((word, antonym)):
+        return f"{word!r} and {antonym!r} stand already in line {line}"
+    for one, other in ((word, antonym), (antonym, word)):
+        line, known = partner.get(one, (0, other))
+        if known != other:
+            return f"{one!r} is the antonym of {known!r} in line {line} and of {other!r} here; a word is in one pair"
+    return ""

@@ -1,0 +1,191 @@
+"""Words that participants wrote themselves: how many there are, how often each was written and by how many."""
+
+from __future__ import annotations
+
+import math
+import re
+import unicodedata
+from collections import Counter, defaultdict
+from collections.abc import Hashable, Iterable, Mapping, Sequence
+from dataclasses import dataclass
+from statistics import fmean, stdev
+from typing import Any, Literal, TypeAlias
+
+import pandas as pd
+
+from analysis.adjectives.selections import check_words
+from analysis.reliability.crossed import combined
+from analysis.statistics.cells import name_list
+from analysis.statistics.labels import ordered
+from analysis.statistics.refusals import BadOption, StatisticsError, listed, shown
+
+Normalisation: TypeAlias = Literal["as_written", "spaces", "case_and_spaces"]
+KINDS = ("as_written", "spaces", "case_and_spaces")
+
+
+class SynonymTableError(StatisticsError):
+    """A table of synonyms that contradicts itself."""
+
+
+@dataclass(frozen=True)
+class Lexicon:
+    """`words` has a row for each different word, `participants` and `stimuli` one for each of these.
+
+    `mentions` counts each word once a trial; `unplaced` counts the mentions that belong to no stimulus.
+    """
+
+    words: pd.DataFrame
+    participants: pd.DataFrame
+    stimuli: pd.DataFrame
+    mentions: int
+    unplaced: int
+    normalisation: str
+
+
+def lexicon(
+    data: pd.DataFrame,
+    normalisation: Normalisation = "case_and_spaces",
+    *,
+    synonyms: Mapping[str, str] | None = None,
+    offered: Sequence[str] = (),
+    word: str = "word",
+    participant: str = "participant",
+    stimulus: str = "stimulus",
+    trial: str | Sequence[str] = ("session", "trial"),
+) -> Lexicon:
+    """The lexicon of a long table of free words, most often written first.
+
+    `normalisation` says what counts as one word: "as_written", "spaces" (outer spaces off, inner ones single) or
+    "case_and_spaces" (also lower case; both read Unicode's compatible forms as one). `synonyms` maps a word to the one
+    that it counts as, after normalisation. A row that stands twice in a trial counts once; a row without a stimulus (a
+    closing suggestion) counts for words and participants. Raises a StatisticsError for what it cannot use.
+    """
+    if normalisation not in KINDS:
+        raise BadOption(f"normalisation={shown(normalisation)} is unknown: one of {', '.join(map(repr, KINDS))}")
+    check_words(data, [participant, stimulus, word])
+    stands_for = _synonyms(synonyms or {}, normalisation)
+    told = _mentions(data, normalisation, stands_for, (word, participant, stimulus), name_list(trial))
+    listed_already = {normalised(each, normalisation) for each in offered}
+    mentions = len(told)
+    placed = [each for each in told if each.stimulus is not None]
+    return Lexicon(
+        words=_words(told, listed_already, bool(offered)),
+        participants=_told_by(told, "participant"),
+        stimuli=_told_by(placed, "stimulus"),
+        mentions=mentions,
+        unplaced=mentions - len(placed),
+        normalisation=normalisation,
+    )
+
+
+def synonym_table(table: pd.DataFrame) -> dict[str, str]:
+    """A table with the columns word and counts_as as a mapping. Raises SynonymTableError with the line at fault."""
+    for name in ("word", "counts_as"):
+        if list(table.columns).count(name) != 1:
+            known = ", ".join(map(repr, table.columns))
+            raise SynonymTableError(f"the table of synonyms needs one column {name!r}; its columns are {known}")
+    found: dict[str, str] = {}
+    for line, raw in enumerate(zip(table["word"].tolist(), table["counts_as"].tolist(), strict=True), start=2):
+        word, counts_as = (each.strip() if isinstance(each, str) else "" for each in raw)
+        if not word or not counts_as:
+            raise SynonymTableError(f"line {line}: a word and what it counts as are expected, found {raw!r}")
+        if word in found:
+            raise SynonymTableError(f"line {line}: {word!r} stands twice; keep one line")
+        found[word] = counts_as
+    return found
+
+
+def normalised(word: str, normalisation: str) -> str:
+    """A word in the form in which it is counted."""
+    if normalisation == "as_written":
+        return word
+    spaced = re.sub(r"\s+", " ", unicodedata.normalize("NFKC", word)).strip()
+    return spaced.casefold() if normalisation == "case_and_spaces" else spaced
+
+
+@dataclass(frozen=True)
+class _Mention:
+    word: str
+    written: tuple[str, ...]
+    participant: Hashable
+    stimulus: Hashable | None
+
+
+def _synonyms(table: Mapping[str, str], normalisation: str) -> dict[str, str]:
+    found: dict[str, str] = {}
+    for variant, word in table.items():
+        key, value = normalised(variant, normalisation), normalised(word, normalisation)
+        if key == value:
+            raise SynonymTableError(f"{variant!r} counts as itself; leave it out of the synonyms")
+        if found.setdefault(key, value) != value:
+            raise SynonymTableError(f"{variant!r} counts as {found[key]!r} and as {value!r}; keep one")
+    chained = [f"{key!r} as {value!r} as {found[value]!r}" for key, value in found.items() if value in found]
+    if chained:
+        raise SynonymTableError(f"synonyms of synonyms: {listed(chained, len(chained))}; name the last word at once")
+    return found
+
+
+def _mentions(
+    data: pd.DataFrame,
+    normalisation: str,
+    stands_for: Mapping[str, str],
+    names: tuple[str, str, str],
+    trial: Sequence[Hashable],
+) -> list[_Mention]:
+    """One mention for each word of a trial, however often and in whichever spellings it is written there."""
+    word, participant, stimulus = names
+    if not len(data):
+        return []
+    places = [data[name].astype(object).where(data[name].notna(), None).tolist() for name in trial if name in data]
+    who = combined(data, [participant])
+    people = [who.labels[int(code)] for code in who.codes]
+    stimuli = data[stimulus].astype(object).where(data[stimulus].notna(), None).tolist()
+    written: dict[Any, set[str]] = defaultdict(set)
+    for at, text in enumerate(data[word].tolist()):
+        counted = normalised(text, normalisation)
+        where = (people[at], tuple(place[at] for place in places), None if stimuli[at] == "" else stimuli[at])
+        written[stands_for.get(counted, counted), where].add(text)
+    return [_Mention(word, tuple(sorted(forms)), key[0], key[2]) for (word, key), forms in written.items()]
+
+
+def _words(told: Iterable[_Mention], offered: set[str], offered_known: bool) -> pd.DataFrame:
+    by_word: dict[str, list[_Mention]] = defaultdict(list)
+    for each in told:
+        by_word[each.word].append(each)
+    rows = [
+        {
+            "word": word,
+            "mentions": len(group),
+            "participants": len({each.participant for each in group}),
+            "stimuli": len({each.stimulus for each in group} - {None}),
+            "spellings": "; ".join(sorted({form for each in group for form in each.written})),
+            **({"offered": word in offered} if offered_known else {}),
+        }
+        for word, group in by_word.items()
+    ]
+    rows.sort(key=lambda row: (-int(str(row["mentions"])), -int(str(row["participants"])), str(row["word"])))
+    head = ["word", "mentions", "participants", "stimuli", "spellings", *(["offered"] if offered_known else [])]
+    return pd.DataFrame(rows, columns=head)
+
+
+def _told_by(told: Iterable[_Mention], what: Literal["participant", "stimulus"]) -> pd.DataFrame:
+    """Mentions and different words of each participant or stimulus, and how many of them nobody (nothing) else has."""
+    words: dict[Any, Counter[str]] = defaultdict(Counter)
+    for each in told:
+        words[getattr(each, what)][each.word] += 1
+    shared = Counter(word for own in words.values() for word in own)
+    rows = [
+        {
+            what: label,
+            "mentions": sum(words[label].values()),
+            "words": len(words[label]),
+            "words_of_its_own": sum(shared[word] == 1 for word in words[label]),
+        }
+        for label in ordered(list(words))
+    ]
+    return pd.DataFrame(rows, columns=[what, "mentions", "words", "words_of_its_own"])
+
+
+def mean_and_sd(values: Sequence[float]) -> tuple[float, float]:
+    """The mean and the SD (n - 1), NaN where there are too few."""
+    return (fmean(values) if values else math.nan), (stdev(values) if len(values) > 1 else math.nan)

@@ -1,0 +1,156 @@
+"""How relevant each word is, by a named normalisation, with an interval and the chance that it would be kept again."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Callable, Iterator, Mapping
+from typing import Any, Literal, TypeAlias
+
+import numpy as np
+import pandas as pd
+
+from analysis.adjectives.selections import Selections
+from analysis.reliability.intraclass import demand_confidence
+from analysis.reliability.resampling import (
+    Interval,
+    bca,
+    demand_draws,
+    demand_interval,
+    generator,
+    left_out,
+    percentile,
+    weights,
+)
+from analysis.statistics.doubles import Floats
+from analysis.statistics.refusals import BadOption, TooFew, shown
+
+Normalisation: TypeAlias = Literal["share_of_trials", "share_of_maximum", "any_stimulus"]
+Scored: TypeAlias = Callable[[Floats], Floats]
+"""From weights of the participants (draws, participants) to the relevance of each word (draws, words)."""
+
+
+def relevance(
+    selections: Selections,
+    normalisation: Normalisation,
+    threshold: float,
+    *,
+    draws: int = 2000,
+    seed: int = 0,
+    interval: Interval = "percentile",
+    confidence: float = 0.95,
+) -> pd.DataFrame:
+    """The relevance of every word, most relevant first (ties as offered), and whether it reaches the threshold.
+
+    `normalisation` is "share_of_trials" (ticks over answered trials), "share_of_maximum" (ticks over those of the word
+    with most) or "any_stimulus" (the largest share, over stimuli, of the participants who met it and ticked the word).
+    Columns: word, ticks, participants and stimuli (on how many it was ticked), relevance, ci_low, ci_high, kept,
+    kept_chance (the share of draws in which it is kept), note. Participants are drawn with replacement; `draws=0`
+    leaves intervals out. Raises BadOption or TooFew (nobody ticked anything, for a share of the maximum).
+    """
+    scored = _scored(selections, normalisation)
+    if isinstance(threshold, bool) or not isinstance(threshold, int | float) or not 0 < threshold <= 1:
+        raise BadOption(f"threshold={shown(threshold)}: a share above 0, at most 1, is expected, such as 0.5")
+    demand_draws(draws)
+    demand_interval(interval)
+    demand_confidence(confidence)
+    n = len(selections.participants)
+    found = scored(np.ones((1, n)))[0]
+    drawn = np.empty((0, len(found)))
+    if draws and n > 1:
+        drawn = np.concatenate([scored(each) for each in weights(generator(seed, "relevance"), n, draws, 100)])
+    limits = list(_limits(found, drawn, scored, n, interval, confidence))
+    table = pd.DataFrame(_rows(selections, found, drawn, limits, threshold))
+    table = table.sort_values("relevance", ascending=False, kind="stable", ignore_index=True)
+    table.attrs.update(_attrs(selections, normalisation, threshold))
+    table.attrs.update({"draws": len(drawn), "seed": seed, "interval": interval, "confidence": confidence})
+    return table
+
+
+def _attrs(selections: Selections, normalisation: str, threshold: float) -> dict[str, Any]:
+    sizes = {"participants": len(selections.participants), "stimuli": len(selections.stimuli)}
+    return {**sizes, "trials": selections.trials, "normalisation": normalisation, "threshold": threshold}
+
+
+def _scored(selections: Selections, normalisation: object) -> Scored:
+    kinds: Mapping[str, Callable[[Selections], Scored]] = {
+        "share_of_trials": _share_of_trials,
+        "share_of_maximum": _share_of_maximum,
+        "any_stimulus": _any_stimulus,
+    }
+    if not isinstance(normalisation, str) or normalisation not in kinds:
+        raise BadOption(f"normalisation={shown(normalisation)} is unknown: one of {', '.join(map(repr, kinds))}")
+    if not selections.words:
+        raise TooFew("no words: nothing was offered and nothing was ticked")
+    return kinds[normalisation](selections)
+
+
+def _share_of_trials(selections: Selections) -> Scored:
+    ticks, trials = selections.ticked.sum(axis=1).astype(np.float64), selections.met.sum(axis=1).astype(np.float64)
+    return lambda w: (w @ ticks) / (w @ trials)[:, None]
+
+
+def _share_of_maximum(selections: Selections) -> Scored:
+    ticks = selections.ticked.sum(axis=1).astype(np.float64)
+    if not ticks.any():
+        raise TooFew("no word was ticked at all, so there is no largest number of ticks to take a share of")
+
+    def scored(w: Floats) -> Floats:
+        total = w @ ticks
+        most = total.max(axis=1, keepdims=True)
+        found: Floats = np.divide(total, most, out=np.full_like(total, np.nan), where=most > 0)
+        return found
+
+    return scored
+
+
+def _any_stimulus(selections: Selections) -> Scored:
+    n, stimuli, words = selections.ticked.shape
+    ticked, met = selections.any_ticked.reshape(n, -1), (selections.met > 0).astype(np.float64)
+
+    def scored(w: Floats) -> Floats:
+        who = (w @ met)[:, :, None]
+        share = np.divide(
+            (w @ ticked).reshape(-1, stimuli, words), who, out=np.zeros((len(w), stimuli, words)), where=who > 0
+        )
+        return np.asarray(share.max(axis=1))
+
+    return scored
+
+
+def _limits(
+    found: Floats, drawn: Floats, scored: Scored, n: int, interval: Interval, confidence: float
+) -> Iterator[tuple[float, float]]:
+    if not len(drawn):
+        yield from [(math.nan, math.nan)] * len(found)
+        return
+    if interval == "percentile":
+        for column in drawn.T:
+            yield percentile(column, confidence)
+        return
+    jackknife = np.concatenate([scored(block) for block in np.array_split(left_out(n), max(1, n // 100))])
+    for estimate, column, others in zip(found.tolist(), drawn.T, jackknife.T, strict=True):
+        yield bca(estimate, column, others, confidence)
+
+
+def _rows(
+    selections: Selections, found: Floats, drawn: Floats, limits: list[tuple[float, float]], threshold: float
+) -> Iterator[dict[str, Any]]:
+    ticked = selections.ticked
+    for i, word in enumerate(selections.words):
+        low, high = limits[i]
+        yield {
+            **{"word": word, "ticks": int(ticked[:, :, i].sum())},
+            "participants": int(ticked[:, :, i].any(axis=1).sum()),
+            "stimuli": int(ticked[:, :, i].any(axis=0).sum()),
+            **{"relevance": float(found[i]), "ci_low": low, "ci_high": high, "kept": bool(found[i] >= threshold)},
+            "kept_chance": float((drawn[:, i] >= threshold).mean()) if len(drawn) else math.nan,
+            "note": _note(bool(ticked[:, :, i].any()), len(selections.participants), len(drawn), low),
+        }
+
+
+def _note(ticked: bool, participants: int, draws: int, low: float) -> str:
+    if not draws:
+        return "no interval: it needs two participants or more" if participants < 2 else "no interval was asked for"
+    if not ticked:
+        return "never ticked: every draw gives 0"
+    return "no interval: the draws lie on one side of the estimate; use percentile" if math.isnan(low) else ""

@@ -1,0 +1,135 @@
+"""Which words each participant ticked for each stimulus, as counts: what relevance and agreement are computed from."""
+
+from __future__ import annotations
+
+from collections.abc import Hashable, Sequence
+from dataclasses import dataclass
+from typing import Any, TypeAlias
+
+import numpy as np
+import pandas as pd
+from numpy.typing import NDArray
+
+from analysis.reliability.crossed import combined
+from analysis.statistics.cells import check_columns
+from analysis.statistics.doubles import Floats
+from analysis.statistics.labels import Coded
+from analysis.statistics.refusals import BadOption, BadValue, UnknownColumn, listed
+from protocols.did_you_mean import nearest
+
+Counts: TypeAlias = NDArray[np.intp]
+
+
+@dataclass(frozen=True)
+class Selections:
+    """`ticked` (participants, stimuli, words) counts the trials in which a word was ticked; `met` (participants,
+    stimuli) counts the trials. Words stand in the order in which they were offered, the rest in natural order."""
+
+    ticked: Counts
+    met: Counts
+    participants: list[Hashable]
+    stimuli: list[Hashable]
+    words: list[str]
+    offered_known: bool
+
+    @property
+    def trials(self) -> int:
+        """All answered trials."""
+        return int(self.met.sum())
+
+    @property
+    def any_ticked(self) -> Floats:
+        """1 where a participant ticked the word in at least one meeting with the stimulus."""
+        return (self.ticked > 0).astype(np.float64)
+
+
+def gather_selections(
+    words: pd.DataFrame,
+    trials: pd.DataFrame,
+    offered: Sequence[str] = (),
+    *,
+    word: str = "word",
+    participant: str = "participant",
+    stimulus: str = "stimulus",
+    trial: Sequence[str] = ("session", "trial"),
+) -> Selections:
+    """The selections of a long table of ticked words, and of the trials in which words could be ticked.
+
+    `trials` has one row per answered trial, also where nothing was ticked; `trial` are the columns that, with the
+    participant, name a trial. A row that stands twice counts once. Without `offered` the words that were ticked are
+    all that is known, and a word that nobody ticked is not among them.
+    Raises UnknownColumn, BadValue (a word that was not offered, a trial that is not among the trials, a trial with two
+    stimuli) or BadOption.
+    """
+    names = [participant, *trial]
+    check_columns(trials, [*names, stimulus])
+    check_words(words, [*names, word])
+    listed_words = _offered(words, offered, word)
+    where, keys = combined(trials, [*names, stimulus]), combined(trials, names)
+    _refuse_two_stimuli(where, keys)
+    who, what = combined(trials, [participant]), combined(trials, [stimulus])
+    at = {label: code for code, label in enumerate(keys.labels)}
+    first = np.zeros(len(keys.labels), dtype=np.intp)
+    first[keys.codes] = np.arange(len(trials))
+    met = np.zeros((len(who.labels), len(what.labels)), dtype=np.intp)
+    np.add.at(met, (who.codes[first], what.codes[first]), 1)
+    ticked = np.zeros((*met.shape, len(listed_words)), dtype=np.intp)
+    rows, columns = _ticks(words, names, at, listed_words, word)
+    np.add.at(ticked, (who.codes[first[rows]], what.codes[first[rows]], columns), 1)
+    return Selections(ticked, met, who.labels, what.labels, listed_words, bool(offered))
+
+
+def check_words(words: pd.DataFrame, names: Sequence[Hashable]) -> None:
+    """Refuse a table of words without one of these columns, or with a word that is no text; it may be empty."""
+    if not isinstance(words, pd.DataFrame):
+        raise UnknownColumn(f"words is a {type(words).__name__}; expected a pandas DataFrame, one row per word")
+    if len(words):
+        check_columns(words, names)
+    column = words[names[-1]].tolist() if len(words) else []
+    wrong = [row for row, text in enumerate(column) if not isinstance(text, str) or not text.strip()]
+    if wrong:
+        found = listed((f"{column[row]!r} in row {row + 1}" for row in wrong), len(wrong))
+        raise BadValue(f"column {names[-1]!r} must hold words; found {found}")
+
+
+def _offered(words: pd.DataFrame, offered: Sequence[str], word: str) -> list[str]:
+    if isinstance(offered, str):
+        raise BadOption(f"offered={offered!r} is one text; a list of words is expected")
+    twice = sorted({each for each in offered if list(offered).count(each) > 1})
+    if twice:
+        raise BadOption(f"words offered twice: {listed(map(repr, twice), len(twice))}; each may stand once")
+    there: list[str] = sorted(set(words[word].tolist())) if len(words) else []
+    if not offered:
+        return there
+    strange = [each for each in there if each not in set(offered)]
+    if strange:
+        found = listed((f"{each!r} ({nearest(each, offered)})" for each in strange), len(strange))
+        raise BadValue(f"words that were not offered: {found}; keep ticked words only, or offer them")
+    return list(offered)
+
+
+def _refuse_two_stimuli(where: Coded, keys: Coded) -> None:
+    if len(where.labels) == len(keys.labels):
+        return
+    seen: dict[Any, Any] = {}
+    for label in where.labels:
+        parts: Any = label
+        if (other := seen.setdefault(parts[:-1], parts[-1])) != parts[-1]:
+            raise BadValue(f"the trial {parts[:-1]!r} has two stimuli, {other!r} and {parts[-1]!r}; name every trial")
+
+
+def _ticks(
+    words: pd.DataFrame, names: Sequence[str], at: dict[Hashable, int], listed_words: list[str], word: str
+) -> tuple[Counts, Counts]:
+    """The trial and the word of every tick, each once."""
+    if not len(words):
+        return np.zeros(0, dtype=np.intp), np.zeros(0, dtype=np.intp)
+    keys = combined(words, names)
+    lost = [label for label in keys.labels if label not in at]
+    if lost:
+        raise BadValue(f"words of trials that are not among the trials: {listed(map(repr, lost), len(lost))}")
+    place = {each: i for i, each in enumerate(listed_words)}
+    trial = np.array([at[label] for label in keys.labels], dtype=np.intp)[keys.codes]
+    columns = np.array([place[each] for each in words[word].tolist()], dtype=np.intp)
+    both = np.unique(trial * len(listed_words) + columns)
+    return both // len(listed_words), both % len(listed_words)

@@ -1,0 +1,1 @@
+"""Choices: scales from comparisons of pairs, and psychometric functions."""

@@ -1,0 +1,93 @@
+"""What is asked of a psychometric function, and the fit that answers it."""
+
+from __future__ import annotations
+
+import math
+from dataclasses import dataclass
+from typing import Literal, TypeAlias
+
+import numpy as np
+
+from analysis.choices.coordinates import JndKind, by_jnd, by_threshold, own
+from analysis.choices.maximising import Problem
+from analysis.choices.shapes import SHAPES, Shape
+from analysis.choices.trials import Bounds, Levels
+from analysis.statistics.doubles import Floats
+from analysis.statistics.refusals import BadOption, BadValue, shown
+
+Function: TypeAlias = Literal["logistic", "gaussian", "weibull"]
+FAR, NARROW, WIDE = 10.0, 1e-4, 1e3  # of the range of levels
+WICHMANN_HILL = (0.0, 0.06)
+"""Where the lapse rate lies unless told otherwise: Wichmann & Hill 2001."""
+
+
+@dataclass(frozen=True)
+class Asked:
+    """What is asked of the data: the model, the level of F that is the threshold, the JND's definition."""
+
+    shape: Shape
+    guess: Bounds
+    lapse: Bounds
+    threshold: float
+    jnd: JndKind
+    falling: bool
+
+
+def asked_of(
+    function: str, guess: float | Bounds, lapse: float | Bounds, threshold: float, jnd: str, falling: bool
+) -> Asked:
+    """The options of a fit, checked. Raises BadOption."""
+    if not isinstance(function, str) or function not in SHAPES:
+        raise BadOption(f"function={shown(function)} is unknown: {', '.join(map(repr, SHAPES))}")
+    if jnd not in ("half_interquartile", "x84_x50"):
+        raise BadOption(f"jnd={shown(jnd)} is unknown: 'half_interquartile' or 'x84_x50'")
+    if not 0 < threshold < 1:
+        raise BadOption(f"threshold={shown(threshold)}: expected a value of F between 0 and 1, such as 0.5")
+    low, high = _bounds(guess, "guess"), _bounds(lapse, "lapse")
+    if low[1] + high[1] > 1 or low[0] + high[0] >= 1:
+        raise BadOption(f"guess up to {low[1]:g} and lapse up to {high[1]:g} leave no room for the function")
+    if falling and SHAPES[function].logarithmic:
+        raise BadOption("a Weibull function of a falling share has no place here; use 'logistic' or 'gaussian'")
+    return Asked(
+        SHAPES[function], low, high, threshold, "x84_x50" if jnd == "x84_x50" else "half_interquartile", falling
+    )
+
+
+def _bounds(rate: float | Bounds, name: str) -> Bounds:
+    low, high = (rate, rate) if isinstance(rate, int | float) else rate
+    if not 0 <= low <= high < 1:
+        raise BadOption(f"{name}={rate!r}: expected a rate from 0 to below 1, or (lowest, highest)")
+    return float(low), float(high)
+
+
+def problem_of(given: Levels, asked: Asked, hits: Floats | None = None) -> Problem:
+    """The fit in its own coordinates: t from the lowest level on, bounds as wide as the levels suggest."""
+    order = slice(None, None, -1) if asked.falling else slice(None)
+    levels = (-given.levels if asked.falling else given.levels)[order]
+    if asked.shape.logarithmic and levels[0] <= 0:
+        raise BadValue(f"level {levels[0]:g}: a Weibull function needs levels above 0; use another, or an offset")
+    t = np.log(levels / levels[0]) if asked.shape.logarithmic else levels - levels[0]
+    span = float(t[-1])
+    low = np.array([-FAR * span, math.log(NARROW * span), asked.guess[0], asked.lapse[0]])
+    high = np.array([(FAR + 1) * span, math.log(WIDE * span), asked.guess[1], asked.lapse[1]])
+    counted = given.hits[None, order] if hits is None else hits[:, order]
+    return Problem(t, given.trials[order], counted, asked.shape, own(), low, high, high > low)
+
+
+def quantities(asked: Asked, given: Levels, place: Floats) -> tuple[Floats, Floats]:
+    """Threshold and JND of each row of parameters (centre, log spread, ...), in the level's units."""
+    at, _ = by_threshold(asked.shape, asked.threshold).of(place[:, 0], place[:, 1])
+    size, _ = by_jnd(asked.shape, asked.jnd).of(place[:, 0], place[:, 1])
+    return to_level(at, asked, given), to_size(size, asked, given)
+
+
+def to_level(t: Floats, asked: Asked, given: Levels) -> Floats:
+    """A place on the fit's axis as a level."""
+    if asked.shape.logarithmic:
+        return np.asarray(given.levels[0] * np.exp(t))
+    return np.asarray(given.levels[-1] - t if asked.falling else given.levels[0] + t)
+
+
+def to_size(log_jnd: Floats, asked: Asked, given: Levels) -> Floats:
+    """A logarithm of a JND on the fit's axis as a difference of levels."""
+    return np.asarray(np.exp(log_jnd) * (given.levels[0] if asked.shape.logarithmic else 1.0))

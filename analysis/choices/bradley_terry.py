@@ -1,0 +1,122 @@
+"""The Bradley-Terry model, with ties and a bias for the first place where asked."""
+
+from __future__ import annotations
+
+from collections.abc import Hashable
+
+import numpy as np
+import pandas as pd
+
+from analysis.choices.conditional import Maximum, most_likely
+from analysis.choices.counted import Counted, gather_choices
+from analysis.choices.existing import NoEstimate, refuse_separated, refuse_unconnected
+from analysis.choices.scales import (
+    SUM_ZERO,
+    Scale,
+    constrained,
+    effect_table,
+    fit_against_free,
+    value_table,
+)
+from analysis.spaces.draws import check_share
+from analysis.statistics.doubles import Floats
+
+
+def bradley_terry(
+    data: pd.DataFrame,
+    winner: Hashable,
+    loser: Hashable,
+    tie: Hashable | None = None,
+    first: Hashable | None = None,
+    count: Hashable | None = None,
+    constraint: Hashable = SUM_ZERO,
+    confidence: float = 0.95,
+) -> Scale:
+    """Worths of items from choices between pairs of them, by maximum likelihood.
+
+    A value is a log odds: P(i over j) = 1 / (1 + exp(value_j - value_i)). With `tie`, P(tie) is proportional to
+    exp(tie + (value_i + value_j) / 2); with `first`, what comes first has `position` added to its value against the
+    second one (ties unchanged). One row per comparison, or per `count` of them.
+    Raises NoEstimate where the likelihood has no finite maximum (naming the items), UnknownColumn, BadValue, TooFew.
+    Sources: Bradley & Terry 1952; Ford 1957 (existence); Davidson 1970 (ties); Davidson & Beaver 1977 (position).
+    """
+    check_share(confidence, "confidence")
+    counted = gather_choices(data, winner, loser, tie, first, count)
+    turn = constrained(counted.items, constraint)
+    names = [name for name, asked in (("tie", tie), ("position", first)) if asked is not None]
+    if tie is not None and not counted.counts[:, 2].any():
+        raise NoEstimate("no comparison was tied, so a tie has no estimate; leave `tie` out")
+    refuse_unconnected(counted)
+    design, counts = _design(counted, tie is not None, first is not None)
+    refuse_separated(_better(design, counts), [*map(repr, counted.items[1:]), *names])
+    return _scale(counted, most_likely(design, counts), counts, turn, names, constraint, confidence)
+
+
+def _design(counted: Counted, ties: bool, position: bool) -> tuple[Floats, Floats]:
+    """What each parameter adds to each alternative's utility; the first item's value is 0."""
+    pairs, items = len(counted.one), len(counted.items)
+    design = np.zeros((pairs, 3 if ties else 2, items + ties + position))
+    rows = np.arange(pairs)
+    design[rows, 0, counted.one] = design[rows, 1, counted.two] = 1.0
+    if ties:
+        design[rows, 2, counted.one] = design[rows, 2, counted.two] = 0.5
+        design[:, 2, items] = 1.0
+    if position:
+        design[:, 1, -1] = -1.0
+    return design[:, :, 1:], counted.counts[:, : design.shape[1]]
+
+
+def _better(design: Floats, counts: Floats) -> Floats:
+    """For each answer that was given, its design minus that of each answer that could have been."""
+    found = [
+        design[context, answer] - np.delete(design[context], answer, axis=0)
+        for context, answer in np.argwhere(counts > 0).tolist()
+    ]
+    return np.unique(np.concatenate(found), axis=0)
+
+
+def _scale(
+    counted: Counted,
+    most: Maximum,
+    counts: Floats,
+    turn: Floats,
+    names: list[str],
+    constraint: Hashable,
+    confidence: float,
+) -> Scale:
+    size = len(counted.items)
+    raw = np.concatenate(([0.0], most.parameters[: size - 1]))
+    spread = np.zeros((size, size))
+    spread[1:, 1:] = most.covariance[: size - 1, : size - 1]
+    covariance = turn @ spread @ turn.T
+    deviance, df, p, notes = fit_against_free(counts, most.fitted, len(most.parameters))
+    odds = np.exp(raw - raw.max())
+    variances = np.diag(most.covariance)[size - 1 :]
+    model = "Bradley-Terry" + (", Davidson's ties" if "tie" in names else "")
+    return Scale(
+        value_table(counted, turn @ raw, covariance, confidence).assign(worth=odds / odds.sum()),
+        pd.DataFrame(covariance, index=pd.Index(list(counted.items)), columns=pd.Index(list(counted.items))),
+        effect_table(names, most.parameters[size - 1 :], variances, confidence),
+        pair_table(counted, most.fitted),
+        deviance,
+        df,
+        p,
+        most.log_likelihood,
+        constraint,
+        model + (", bias for the first place" if "position" in names else ""),
+        notes,
+    )
+
+
+def pair_table(counted: Counted, fitted: Floats) -> pd.DataFrame:
+    """Each pair's counts beside the shares that the model expects."""
+    columns: dict[str, object] = {
+        "one": [counted.items[i] for i in counted.one.tolist()],
+        "two": [counted.items[i] for i in counted.two.tolist()],
+    }
+    for place, name in enumerate(("one_wins", "two_wins", "ties")):
+        columns[name] = counted.counts[:, place].astype(int)
+    columns["expected_one"] = fitted[:, 0]
+    if fitted.shape[1] > 2:
+        columns["expected_tie"] = fitted[:, 2]
+    return pd.DataFrame(columns)

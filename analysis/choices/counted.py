@@ -1,0 +1,121 @@
+"""Comparisons of pairs to counts: who won, who lost, what was tied, and what came first."""
+
+from __future__ import annotations
+
+from collections.abc import Hashable
+from dataclasses import dataclass
+from typing import Any
+
+import numpy as np
+import pandas as pd
+
+from analysis.statistics.cells import Counts, check_columns
+from analysis.statistics.column_values import numbers_of
+from analysis.statistics.doubles import Floats
+from analysis.statistics.labels import coded
+from analysis.statistics.refusals import BadValue, TooFew, listed
+
+TRUE, FALSE = ("true", "1", "1.0", "yes"), ("false", "0", "0.0", "no", "")
+
+
+@dataclass(frozen=True)
+class Counted:
+    """One row per ordered pair that was compared: `counts` (pairs, 3) of wins of `one`, wins of `two`, ties.
+
+    `ordered` says whether `one` is what was presented first; if not, `one` stands before `two` in label order.
+    """
+
+    items: tuple[Hashable, ...]
+    one: Counts
+    two: Counts
+    counts: Floats
+    ordered: bool
+
+    def wins(self) -> Floats:
+        """How often each item (row) was chosen over each other one (column)."""
+        table = np.zeros((len(self.items), len(self.items)))
+        np.add.at(table, (self.one, self.two), self.counts[:, 0])
+        np.add.at(table, (self.two, self.one), self.counts[:, 1])
+        return table
+
+    def tied(self) -> Floats:
+        """How often each two items were tied, in both halves of the table."""
+        table = np.zeros((len(self.items), len(self.items)))
+        np.add.at(table, (self.one, self.two), self.counts[:, 2])
+        return table + table.T
+
+
+def gather_choices(
+    data: pd.DataFrame,
+    winner: Hashable,
+    loser: Hashable,
+    tie: Hashable | None = None,
+    first: Hashable | None = None,
+    count: Hashable | None = None,
+) -> Counted:
+    """The comparisons of a table, one row per comparison, or per `count` of them.
+
+    `tie` names a column that is true where neither won, `first` one that holds the item presented first.
+    Raises UnknownColumn, BadValue (an item against itself, a count that is not a whole number from 0, a first item
+    that is neither of the two), TooFew (fewer than two items).
+    """
+    named = [winner, loser, *(name for name in (tie, first, count) if name is not None)]
+    check_columns(data, named)
+    columns = [data[name] for name in (winner, loser, *([] if first is None else [first]))]
+    both = coded(pd.concat(columns, ignore_index=True), f"{winner} and {loser}")
+    size = len(data)
+    won, lost = both.codes[:size], both.codes[size : 2 * size]
+    _refuse_same(won == lost, won, both.labels)
+    lead = np.minimum(won, lost) if first is None else both.codes[2 * size :]
+    if first is not None:
+        _refuse_strangers(first, (lead != won) & (lead != lost))
+    weights = np.ones(size) if count is None else _whole(data[count], count)
+    outcome = np.where(lead == won, 0, 1)
+    if tie is not None:
+        outcome = np.where(_truths(data[tie], tie), 2, outcome)
+    return _counted(tuple(both.labels), lead, won + lost - lead, outcome, weights, first is not None)
+
+
+def _counted(
+    items: tuple[Hashable, ...], one: Counts, two: Counts, outcome: Counts, weights: Floats, ordered: bool
+) -> Counted:
+    if len(items) < 2:
+        raise TooFew(f"{len(items)} item; a comparison needs two or more")
+    cells = np.zeros((len(items), len(items), 3))
+    np.add.at(cells, (one, two, outcome), weights)
+    pairs = np.argwhere(cells.sum(axis=2) > 0)
+    if not len(pairs):
+        raise BadValue("no comparison has a count above 0")
+    return Counted(items, pairs[:, 0], pairs[:, 1], cells[pairs[:, 0], pairs[:, 1]], ordered)
+
+
+def _refuse_same(same: Any, won: Counts, labels: list[Hashable]) -> None:
+    rows = np.flatnonzero(same).tolist()
+    if rows:
+        found = listed((f"{labels[won[row]]!r} in row {row + 1}" for row in rows), len(rows))
+        raise BadValue(f"an item is compared with itself: {found}; correct or leave out these rows")
+
+
+def _refuse_strangers(first: Hashable, strange: Any) -> None:
+    rows = np.flatnonzero(strange).tolist()
+    if rows:
+        found = listed((f"row {row + 1}" for row in rows), len(rows))
+        raise BadValue(f"column {first!r} names neither winner nor loser in {found}")
+
+
+def _whole(column: pd.Series[Any], name: Hashable) -> Floats:
+    counts = numbers_of(column, name)
+    wrong = np.flatnonzero(~((counts >= 0) & (counts == np.floor(counts)))).tolist()
+    if wrong:
+        found = listed((f"{counts[row]!r} in row {row + 1}" for row in wrong), len(wrong))
+        raise BadValue(f"column {name!r} must count comparisons (0, 1, 2, ...); found {found}")
+    return counts
+
+
+def _truths(column: pd.Series[Any], name: Hashable) -> Any:
+    texts = [str(value).strip().lower() for value in column.tolist()]
+    wrong = [row for row, text in enumerate(texts) if text not in TRUE + FALSE]
+    if wrong:
+        found = listed((f"{column.iloc[row]!r} in row {row + 1}" for row in wrong), len(wrong))
+        raise BadValue(f"column {name!r} must say true or false; found {found}")
+    return np.array([text in TRUE for text in texts])

@@ -1,0 +1,176 @@
+"""The Bayesian posterior of a psychometric function on a grid, with overdispersed answers, as psignifit 4 has it."""
+
+from __future__ import annotations
+
+from collections.abc import Hashable
+from dataclasses import dataclass
+from typing import TypeAlias
+
+import numpy as np
+import pandas as pd
+from scipy.special import gammaln, xlogy
+
+from analysis.choices.asking import Asked, Function, asked_of, problem_of, quantities
+from analysis.choices.coordinates import JndKind
+from analysis.choices.maximising import Problem
+from analysis.choices.priors import Tested, rate_prior, tested, threshold_prior, width_prior
+from analysis.choices.trials import Bounds, Levels, gather_levels
+from analysis.spaces.draws import check_share
+from analysis.statistics.doubles import Floats
+
+COARSE = (21, 21, 6, 6, 6)
+FINE, FINE_WITH_GUESS = (41, 41, 1, 9, 9), (33, 33, 7, 7, 7)
+Axis: TypeAlias = tuple[Floats, Floats]  # points and their weights
+KEPT = 1e-4  # of the highest marginal: where the fine grid begins and ends
+HIGHEST_RATE = 0.5
+
+
+@dataclass(frozen=True)
+class Posterior:
+    """Posterior means and equal-tailed intervals; `eta` is the overdispersion (0: binomial, 1: all or nothing).
+
+    `threshold` (F = `at`) and `jnd` are in the level's units, averaged in these units.
+    """
+
+    function: str
+    at: float
+    threshold: float
+    threshold_interval: Bounds
+    jnd: float
+    jnd_kind: str
+    jnd_interval: Bounds
+    width: float
+    guess: float
+    lapse: float
+    eta: float
+    confidence: float
+
+
+def posterior(
+    data: pd.DataFrame,
+    level: Hashable,
+    correct: Hashable,
+    n: Hashable | None = None,
+    function: Function = "logistic",
+    guess: float | Bounds = 0.0,
+    lapse: float | Bounds = (0.0, HIGHEST_RATE),
+    threshold: float = 0.5,
+    jnd: JndKind = "half_interquartile",
+    falling: bool = False,
+    overdispersed: bool = True,
+    confidence: float = 0.95,
+) -> Posterior:
+    """The posterior under the priors of `priors`, with beta-binomial answers (or binomial ones).
+
+    Also answers that step from one side to the other, or are all alike, have a posterior: it then tells mostly the
+    prior, which is made from the levels tested. Data as for `fit_psychometric`.
+    Source: Schütt, Harmeling, Macke & Wichmann 2016, appendix A.
+    """
+    check_share(confidence, "confidence")
+    given = gather_levels(data, level, correct, n)
+    asked = asked_of(function, guess, lapse, threshold, jnd, falling)
+    return posterior_of(given, asked, overdispersed, confidence)
+
+
+def posterior_of(given: Levels, asked: Asked, overdispersed: bool = True, confidence: float = 0.95) -> Posterior:
+    """The same for counted levels."""
+    problem = problem_of(given, asked)
+    of = tested(problem.t)
+    bounds = [(of.low - of.range / 2, of.high + of.range / 2), (of.step, 3 * of.range), asked.guess, asked.lapse]
+    bounds.append((0.0, 1.0 - 1e-6) if overdispersed else (0.0, 0.0))
+    axes = [_even(low, high, count) for (low, high), count in zip(bounds, COARSE, strict=True)]
+    mass = _mass(axes, problem, asked, of)
+    fine = FINE if len(axes[2][0]) == 1 else FINE_WITH_GUESS
+    ranges = [_kept(axis[0], mass, i) for i, axis in enumerate(axes)]
+    axes = [(_even if i < 2 else _gauss)(*ranges[i], fine[i]) for i in range(len(axes))]
+    return _told(axes, _mass(axes, problem, asked, of), given, asked, confidence)
+
+
+def _even(low: float, high: float, count: int) -> Axis:
+    """Equal steps and the trapezoid rule."""
+    if high <= low:
+        return np.array([low]), np.ones(1)
+    weights = np.ones(count)
+    weights[[0, -1]] = 0.5
+    return np.linspace(low, high, count), weights
+
+
+def _gauss(low: float, high: float, count: int) -> Axis:
+    """The nodes and weights of Gauss and Legendre: few are enough for the rates, whose density is smooth."""
+    if high <= low:
+        return np.array([low]), np.ones(1)
+    nodes, weights = np.polynomial.legendre.leggauss(count)
+    return low + (high - low) * (nodes + 1) / 2, weights
+
+
+def _kept(points: Floats, mass: Floats, place: int) -> Bounds:
+    """The ends of where an axis' marginal is not negligible, one coarse step to either side."""
+    marginal = mass.sum(axis=tuple(i for i in range(mass.ndim) if i != place))
+    kept = np.flatnonzero(marginal > KEPT * marginal.max())
+    return float(points[max(int(kept[0]) - 1, 0)]), float(points[min(int(kept[-1]) + 1, len(points) - 1)])
+
+
+def _mass(axes: list[Axis], problem: Problem, asked: Asked, of: Tested) -> Floats:
+    """The posterior mass of each point of the grid (threshold, width, guess, lapse, eta), summing to 1."""
+    place, width, guess, lapse, eta = np.meshgrid(*(points for points, _ in axes), indexing="ij", sparse=True)
+    spread = width / (asked.shape.place(0.95) - asked.shape.place(0.05))
+    centre = place - asked.shape.place(0.5) * spread
+    weight = np.log(np.maximum(threshold_prior(place, of) * width_prior(width, of), 1e-300))
+    weight = weight + sum(np.log(rate_prior(rate)) for rate in (guess, lapse, eta) if rate.size > 1)
+    for t, trials, hits in zip(problem.t, problem.trials, problem.hits[0], strict=True):
+        z = (t - centre) / spread
+        hit = guess + (1 - guess - lapse) * asked.shape.share(z)
+        miss = lapse + (1 - guess - lapse) * asked.shape.rest(z)
+        weight = weight + _log_share(hit, miss, float(hits), float(trials), eta)
+    mass = np.exp(weight - weight.max())
+    for i, (_, weights) in enumerate(axes):
+        mass = mass * weights.reshape([-1 if i == j else 1 for j in range(5)])
+    result: Floats = mass / mass.sum()
+    return result
+
+
+def _log_share(hit: Floats, miss: Floats, hits: float, trials: float, eta: Floats) -> Floats:
+    """The log probability of the answers, without the binomial coefficient; eta squared is the variance's share."""
+    hit, miss = np.maximum(hit, 1e-12), np.maximum(miss, 1e-12)
+    plain: Floats = xlogy(hits, hit) + xlogy(trials - hits, miss)
+    if eta.size == 1 and float(eta.ravel()[0]) == 0:
+        return plain
+    spread = np.maximum(eta, 1e-5) ** 2
+    scale = 1 / spread - 1
+    a, b = hit * scale, miss * scale
+    grown = gammaln(hits + a) - gammaln(a) + gammaln(trials - hits + b) - gammaln(b)
+    return np.where(eta < 1e-4, plain, grown - (gammaln(trials + scale) - gammaln(scale)))
+
+
+def _told(axes: list[Axis], mass: Floats, given: Levels, asked: Asked, confidence: float) -> Posterior:
+    plane = mass.sum(axis=(2, 3, 4))
+    place, width = (axis.ravel() for axis in np.meshgrid(axes[0][0], axes[1][0], indexing="ij"))
+    spread = width / (asked.shape.place(0.95) - asked.shape.place(0.05))
+    native = np.column_stack([place - asked.shape.place(0.5) * spread, np.log(spread)])
+    at, size = quantities(asked, given, native)
+    weights = plane.ravel()
+    means = [float((mass.sum(axis=tuple(j for j in range(5) if j != i)) * axes[i][0]).sum()) for i in range(1, 5)]
+    return Posterior(
+        asked.shape.name,
+        asked.threshold,
+        float(weights @ at),
+        _tails(at, weights, confidence),
+        float(weights @ size),
+        asked.jnd,
+        _tails(size, weights, confidence),
+        means[0],
+        means[1],
+        means[2],
+        means[3],
+        confidence,
+    )
+
+
+def _tails(values: Floats, weights: Floats, confidence: float) -> Bounds:
+    """Equal-tailed quantiles of weighted values; each value's weight is centred on it."""
+    order = np.argsort(values, kind="stable")
+    distinct, places = np.unique(np.round(values[order], 12), return_inverse=True)
+    mass = np.bincount(places, weights=weights[order])
+    middle = np.cumsum(mass) - mass / 2
+    low, high = np.interp([(1 - confidence) / 2, (1 + confidence) / 2], middle, distinct)
+    return float(low), float(high)

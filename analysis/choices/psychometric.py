@@ -1,0 +1,173 @@
+"""Psychometric functions by maximum likelihood: threshold, just noticeable difference, intervals, goodness of fit."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Hashable
+from dataclasses import dataclass
+
+import numpy as np
+import pandas as pd
+from scipy.special import gammaln, rel_entr
+
+from analysis.choices.asking import WICHMANN_HILL, Asked, Function, asked_of, problem_of, quantities, to_level
+from analysis.choices.coordinates import JndKind
+from analysis.choices.existing import NoEstimate
+from analysis.choices.maximising import Fitted, Problem, shares
+from analysis.choices.starting import best_of_starts
+from analysis.choices.trials import Bounds, Levels, gather_levels, refuse_flat, refuse_step
+from analysis.statistics.doubles import Floats
+
+STARTS = 4
+
+
+@dataclass(frozen=True)
+class Psychometric:
+    """A fitted function psi(x) = guess + (1 - guess - lapse) F(x).
+
+    `threshold` is the level at which F = `at` (psi = `share_at`), `jnd` as `jnd_kind` says, both in the level's units.
+    `centre` and `spread` are the shape's own parameters (see `shapes`; of the log level for "weibull"). `slope` is that
+    of psi at the threshold, per unit of level. `deviance` (`df`) is against free shares at every level. `table`:
+    level, n, hits, share, expected, deviance_residual.
+    """
+
+    function: str
+    threshold: float
+    at: float
+    share_at: float
+    jnd: float
+    jnd_kind: str
+    centre: float
+    spread: float
+    slope: float
+    guess: float
+    lapse: float
+    log_likelihood: float
+    deviance: float
+    df: int
+    table: pd.DataFrame
+    falling: bool
+    notes: tuple[str, ...]
+    asked: Asked
+    levels: Levels
+
+
+def fit_psychometric(
+    data: pd.DataFrame,
+    level: Hashable,
+    correct: Hashable,
+    n: Hashable | None = None,
+    function: Function = "logistic",
+    guess: float | Bounds = 0.0,
+    lapse: float | Bounds = WICHMANN_HILL,
+    threshold: float = 0.5,
+    jnd: JndKind = "half_interquartile",
+    falling: bool = False,
+) -> Psychometric:
+    """Fit a psychometric function to answers at levels: one row per trial, or counts `correct` of `n`.
+
+    `guess` and `lapse` are fixed numbers or bounds to estimate them in. `threshold` is a value of F, so 0.5 is halfway
+    between guess and 1 - lapse whatever these are. JND: "half_interquartile" (x.75 - x.25) / 2 of F, or "x84_x50", the
+    standard deviation of a cumulative Gaussian. `falling`: hits become rarer as the level rises.
+    Raises NoEstimate where the answers do not rise, are all alike, or step from one side to the other; BadValue,
+    TooFew, UnknownColumn, BadOption.
+    Sources: Wichmann & Hill 2001a; Levenberg-Marquardt scoring with bounds.
+    """
+    given = gather_levels(data, level, correct, n)
+    asked = asked_of(function, guess, lapse, threshold, jnd, falling)
+    return fitted_function(given, asked)
+
+
+def fitted_function(given: Levels, asked: Asked) -> Psychometric:
+    """The same for counted levels."""
+    problem = problem_of(given, asked)
+    found = best_of_starts(problem, STARTS)
+    reached = float(found.log_likelihood[0])
+    turned = Levels(problem.t, problem.hits[0], problem.trials)
+    refuse_flat(turned, reached, asked.guess, asked.lapse)
+    refuse_step(_named(turned, given, asked), reached, asked.guess, asked.lapse)
+    _refuse_far(found, problem, given)
+    return _told(given, asked, problem, found)
+
+
+def _named(turned: Levels, given: Levels, asked: Asked) -> Levels:
+    """The levels in the order of the fit, under their own names."""
+    return Levels(given.levels[::-1] if asked.falling else given.levels, turned.hits, turned.trials)
+
+
+def _refuse_far(found: Fitted, problem: Problem, given: Levels) -> None:
+    place, low, high = found.parameters[0], problem.low, problem.high
+    edges = (place[0] <= low[0], place[0] >= high[0], place[1] >= high[1])
+    if any(edges) or not found.arrived[0]:
+        raise NoEstimate(
+            f"the fit leads to a threshold far from the levels {given.levels[0]:g} to {given.levels[-1]:g}: "
+            "the answers hardly change with the level; test a wider range"
+        )
+    if place[1] <= low[1]:
+        raise NoEstimate("the fit is a step between two levels: the slope has no estimate; test levels in between")
+
+
+def _told(given: Levels, asked: Asked, problem: Problem, found: Fitted) -> Psychometric:
+    centre, log_spread, guess, lapse = found.parameters[0].tolist()
+    spread = math.exp(log_spread)
+    at, size = (float(value[0]) for value in quantities(asked, given, found.parameters))
+    hit = shares(problem, found.parameters)[0][0]
+    table = _table(given, hit[::-1] if asked.falling else hit)
+    steep = float(asked.shape.steepness(np.array([asked.shape.place(asked.threshold)]))[0]) / spread
+    chain = 1 / at if asked.shape.logarithmic else (-1.0 if asked.falling else 1.0)
+    offset = math.log(given.levels[0]) if asked.shape.logarithmic else 0.0
+    return Psychometric(
+        asked.shape.name,
+        at,
+        asked.threshold,
+        guess + (1 - guess - lapse) * asked.threshold,
+        size,
+        asked.jnd,
+        centre + offset if asked.shape.logarithmic else float(to_level(np.array(centre), asked, given)),
+        spread,
+        (1 - guess - lapse) * steep * chain,
+        guess,
+        lapse,
+        float(found.log_likelihood[0]) + _ways(given),
+        float((table["deviance_residual"] ** 2).sum()),
+        len(given.levels) - int(problem.free.sum()),
+        table,
+        asked.falling,
+        tuple(_notes(given, at, problem, found)),
+        asked,
+        given,
+    )
+
+
+def _ways(given: Levels) -> float:
+    """The part of the log likelihood that does not depend on the function: log binomial coefficients."""
+    misses = given.trials - given.hits
+    return float((gammaln(given.trials + 1) - gammaln(given.hits + 1) - gammaln(misses + 1)).sum())
+
+
+def _table(given: Levels, expected: Floats) -> pd.DataFrame:
+    residuals = deviance_residuals(given.hits, given.trials, expected)
+    columns = {"level": given.levels, "n": given.trials.astype(int), "hits": given.hits.astype(int)}
+    shared = {"share": given.hits / given.trials, "expected": expected, "deviance_residual": residuals}
+    return pd.DataFrame(columns | shared)
+
+
+def deviance_residuals(hits: Floats, trials: Floats, expected: Floats) -> Floats:
+    """Signed roots of each level's share of the deviance."""
+    share = hits / trials
+    parts = trials * (rel_entr(share, expected) + rel_entr(1 - share, 1 - expected))
+    result: Floats = np.sign(share - expected) * np.sqrt(2 * np.maximum(parts, 0.0))
+    return result
+
+
+def _notes(given: Levels, at: float, problem: Problem, found: Fitted) -> list[str]:
+    notes = []
+    if not given.levels[0] <= at <= given.levels[-1]:
+        notes.append(f"the threshold lies outside the levels tested ({given.levels[0]:g} to {given.levels[-1]:g})")
+    for place, name in ((2, "guess"), (3, "lapse")):
+        value, high = float(found.parameters[0, place]), float(problem.high[place])
+        if problem.free[place] and value >= high:
+            notes.append(f"the {name} rate is at its upper bound {high:g}: the data would take it higher")
+    if len(given.levels) <= int(problem.free.sum()):
+        notes.append("as many parameters as levels: the fit cannot be tested")
+    return notes

@@ -1,0 +1,167 @@
+"""Staircases: the rule that was followed, the reversals, and the threshold that they tell."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Hashable
+from dataclasses import dataclass
+
+import numpy as np
+import pandas as pd
+
+from analysis.choices.existing import NoEstimate
+from analysis.statistics.cells import check_columns
+from analysis.statistics.column_values import numbers_of
+from analysis.statistics.doubles import Floats
+from analysis.statistics.refusals import BadOption, BadValue, TooFew, shown
+
+MOST_IN_A_ROW = 5
+FOLLOWED = 0.9  # of the moves: below, the rule counts as unknown
+
+
+@dataclass(frozen=True)
+class Rule:
+    """After `down` hits in a row the level goes down (harder), after `up` misses in a row it goes up.
+
+    `down_step` and `up_step` are the usual sizes of a move. `converges_at` is the share of hits where the staircase
+    comes to rest. `followed` is the share of trials that the rule explains.
+    """
+
+    down: int
+    up: int
+    down_step: float
+    up_step: float
+    converges_at: float
+    followed: float
+
+
+@dataclass(frozen=True)
+class Staircase:
+    """`reversals`: trial (1 is the first), level, kind ("peak" or "valley"), used. `threshold` is the mean of the used.
+
+    `spread` is the standard deviation of the used reversals (n - 1); neighbours depend on each other, so it is no
+    standard error. `rule` is None where none is followed.
+    """
+
+    reversals: pd.DataFrame
+    threshold: float
+    spread: float
+    used: int
+    rule: Rule | None
+    notes: tuple[str, ...] = ()
+
+
+def staircase(
+    data: pd.DataFrame, level: Hashable, correct: Hashable, order: Hashable | None = None, last: int = 6
+) -> Staircase:
+    """The last `last` reversals of one staircase (rows in the order of trials, or by the column `order`).
+
+    An even number is used, so that peaks and valleys balance. Easier levels are higher; give the negative level where
+    they are lower. Raises TooFew for fewer than two reversals, NoEstimate where the level never changes, BadValue.
+    Source: Levitt 1971.
+    """
+    if isinstance(last, bool) or not isinstance(last, int) or last < 2 or last % 2:
+        raise BadOption(f"last={shown(last)}: expected an even number of reversals from 2")
+    levels, hits = _in_order(data, level, correct, order)
+    if not np.diff(levels).any():
+        raise NoEstimate(f"the level is {levels[0]:g} in all {len(levels)} trials: this is no staircase")
+    table = _reversals(levels)
+    if len(table) < 2:
+        raise TooFew(f"{len(table)} reversals in {len(levels)} trials; a threshold needs two or more")
+    used = min(last, len(table) - len(table) % 2)
+    table["used"] = np.arange(len(table)) >= len(table) - used
+    chosen = table.loc[table["used"], "level"]
+    rule = told_rule(levels, hits)
+    notes = [] if used == last else [f"{used} of the {last} reversals asked for: there were {len(table)}"]
+    if rule is None:
+        notes.append("no up-down rule explains the moves: where the reversals converge is unknown")
+    return Staircase(table, float(chosen.mean()), float(chosen.std(ddof=1)), used, rule, tuple(notes))
+
+
+def _in_order(data: pd.DataFrame, level: Hashable, correct: Hashable, order: Hashable | None) -> tuple[Floats, Floats]:
+    check_columns(data, [level, correct] if order is None else [level, correct, order])
+    columns = [numbers_of(data[name], name) for name in (level, correct)]
+    for name, values in zip((level, correct), columns, strict=True):
+        if np.isnan(values).any():
+            row = int(np.flatnonzero(np.isnan(values))[0]) + 1
+            raise BadValue(f"column {name!r} has no value in row {row}; a staircase needs every trial")
+    if not np.isin(columns[1], (0, 1)).all():
+        raise BadValue(f"column {correct!r} must be 0 or 1 (or true and false) in each trial of a staircase")
+    if order is None:
+        return columns[0], columns[1]
+    places = numbers_of(data[order], order)
+    if len(np.unique(places)) != len(places) or np.isnan(places).any():
+        raise BadValue(f"column {order!r} does not give each trial a place of its own; is this one staircase?")
+    sorting = np.argsort(places)
+    return columns[0][sorting], columns[1][sorting]
+
+
+def _reversals(levels: Floats) -> pd.DataFrame:
+    """Where the direction of the moves turns: the last trial at the turning level."""
+    moves = np.diff(levels)
+    steps = np.flatnonzero(moves)
+    turns = np.flatnonzero(np.sign(moves[steps[1:]]) != np.sign(moves[steps[:-1]]))
+    places = steps[turns + 1]
+    kinds = np.where(moves[steps[turns]] > 0, "peak", "valley")
+    return pd.DataFrame({"trial": places + 1, "level": levels[places], "kind": kinds})
+
+
+def told_rule(levels: Floats, hits: Floats) -> Rule | None:
+    """The up-down rule that explains the most moves, if it explains nine in ten; the simplest of equal ones."""
+    tried = [
+        (_explained(levels, hits, down, up), -down - up, down, up)
+        for down in range(1, MOST_IN_A_ROW + 1)
+        for up in range(1, MOST_IN_A_ROW + 1)
+    ]
+    followed, _, down, up = max(tried)
+    if followed < FOLLOWED:
+        return None
+    moves = np.diff(levels)
+    if not (moves < 0).any() or not (moves > 0).any():
+        return None
+    down_step, up_step = float(np.median(-moves[moves < 0])), float(np.median(moves[moves > 0]))
+    return Rule(down, up, down_step, up_step, _rest(down, up, down_step / up_step), followed)
+
+
+def _explained(levels: Floats, hits: Floats, down: int, up: int) -> float:
+    """The share of moves (a change after a trial, or none) that the rule foretells; at an end of the range none is one.
+
+    The count starts anew after each move.
+    """
+    low, high = float(levels.min()), float(levels.max())
+    run, right = 0, 0
+    for place, move in enumerate(np.sign(np.diff(levels)).tolist()):
+        hit = bool(hits[place])
+        run = (max(run, 0) + 1) if hit else (min(run, 0) - 1)
+        due = -1 if run >= down else (1 if -run >= up else 0)
+        stuck = (due < 0 and levels[place] == low) or (due > 0 and levels[place] == high)
+        right += move == due or (stuck and move == 0)
+        run = 0 if due else run
+    return right / (len(levels) - 1)
+
+
+def _rest(down: int, up: int, ratio: float) -> float:
+    """The share p of hits where the expected move is none: P(down first) x down step = P(up first) x up step.
+
+    For one up and equal steps p^down = 1/2 (Levitt 1971: .7071 for two down, .7937 for three); with unequal steps
+    p^down = up step / (up step + down step) (Kaernbach 1991; Garcia-Perez 1998).
+    """
+    low, high = 0.0, 1.0
+    for _ in range(60):
+        p = (low + high) / 2
+        falls = _first(p, down, up)
+        if falls * ratio < 1 - falls:
+            low = p
+        else:
+            high = p
+    return (low + high) / 2
+
+
+def _first(p: float, down: int, up: int) -> float:
+    """The probability that `down` hits in a row come before `up` misses in a row (Feller 1968, XIII.7)."""
+    q = 1 - p
+    if p in (0.0, 1.0):
+        return p
+    hits_first = p ** (down - 1) * -math.expm1(up * math.log(q))
+    misses_first = q ** (up - 1) * -math.expm1(down * math.log(p))
+    return hits_first / (hits_first + misses_first)

@@ -1,0 +1,150 @@
+"""Thurstone's law of comparative judgement, case V."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Hashable
+from typing import Literal, TypeAlias
+
+import numpy as np
+import pandas as pd
+from scipy.special import log_ndtr, ndtr, ndtri
+
+from analysis.choices.bradley_terry import pair_table
+from analysis.choices.conditional import DONE, HALVINGS, STEPS, inverse
+from analysis.choices.counted import Counted, gather_choices
+from analysis.choices.existing import NoEstimate, refuse_unconnected
+from analysis.choices.scales import SUM_ZERO, Scale, constrained, effect_table, fit_against_free, value_table
+from analysis.spaces.draws import check_share
+from analysis.statistics.doubles import Floats
+from analysis.statistics.refusals import BadOption, IncompleteCells, listed, shown
+
+Method: TypeAlias = Literal["likelihood", "least_squares"]
+LOG_ROOT = 0.5 * math.log(2 * math.pi)
+
+
+def thurstone(
+    data: pd.DataFrame,
+    winner: Hashable,
+    loser: Hashable,
+    count: Hashable | None = None,
+    method: Method = "likelihood",
+    constraint: Hashable = SUM_ZERO,
+    confidence: float = 0.95,
+) -> Scale:
+    """Values of items in units of the standard deviation of a difference: P(i over j) = Phi(value_i - value_j).
+
+    "likelihood" is maximum likelihood: proportions of 0 and 1 count as what they are. "least_squares" is the classical
+    solution, the mean of each item's normal deviates: every pair must have been compared and neither item always
+    chosen (IncompleteCells), and it has no standard errors (NaN).
+    Raises NoEstimate where no finite estimate exists, UnknownColumn, BadValue, TooFew, BadOption.
+    Sources: Thurstone 1927; Mosteller 1951 (least squares); Bock & Jones 1968 (likelihood).
+    """
+    check_share(confidence, "confidence")
+    if method not in ("likelihood", "least_squares"):
+        raise BadOption(f"method={shown(method)} is unknown: 'likelihood' or 'least_squares'")
+    counted = gather_choices(data, winner, loser, None, None, count)
+    turn = constrained(counted.items, constraint)
+    refuse_unconnected(counted)
+    if method == "likelihood":
+        raw, spread, fitted, value = _most_likely(counted)
+        model = "Thurstone, case V, maximum likelihood"
+    else:
+        raw, fitted = _least_squares(counted)
+        spread, value = np.full((len(raw), len(raw)), math.nan), math.nan
+        model = "Thurstone, case V, least squares"
+    return _scale(counted, turn, (raw, spread, fitted, value), (model, constraint, confidence))
+
+
+def _scale(
+    counted: Counted,
+    turn: Floats,
+    found: tuple[Floats, Floats, Floats, float],
+    asked: tuple[str, Hashable, float],
+) -> Scale:
+    raw, spread, fitted, value = found
+    model, constraint, confidence = asked
+    covariance = turn @ spread @ turn.T
+    shares = np.column_stack([fitted, 1 - fitted])
+    deviance, df, p, notes = fit_against_free(counted.counts[:, :2], shares, len(raw) - 1)
+    if math.isnan(value):
+        notes = (*notes, "least squares gives no standard errors; the likelihood does")
+    labels = pd.Index(list(counted.items))
+    return Scale(
+        value_table(counted, turn @ raw, covariance, confidence),
+        pd.DataFrame(covariance, index=labels, columns=labels),
+        effect_table([], np.array([]), np.array([]), confidence),
+        pair_table(counted, shares),
+        deviance,
+        df,
+        p,
+        value,
+        constraint,
+        model,
+        notes,
+    )
+
+
+def _least_squares(counted: Counted) -> tuple[Floats, Floats]:
+    wins = counted.wins()
+    total = wins + wins.T
+    apart = ~np.eye(len(wins), dtype=bool)
+    extreme = np.argwhere(np.triu(apart & ((wins == 0) | (wins == total)))).tolist()
+    if extreme:
+        names = listed((f"{counted.items[i]!r} and {counted.items[j]!r}" for i, j in extreme), len(extreme))
+        raise IncompleteCells(
+            f"one was always chosen, or nobody compared: {names}; least squares has no deviate there: "
+            "use method='likelihood'"
+        )
+    share = np.divide(wins, total, out=np.full_like(wins, 0.5), where=apart)
+    values = np.asarray(ndtri(share).mean(axis=1))
+    return values, np.asarray(ndtr(values[counted.one] - values[counted.two]))
+
+
+def _most_likely(counted: Counted) -> tuple[Floats, Floats, Floats, float]:
+    """Newton's method on a concave likelihood: values (the first 0), covariance (expected information), shares."""
+    pairs, items = len(counted.one), len(counted.items)
+    design = np.zeros((pairs, items))
+    design[np.arange(pairs), counted.one] = 1.0
+    design[np.arange(pairs), counted.two] = -1.0
+    design, counts = design[:, 1:], counted.counts[:, :2]
+    place = np.zeros(items - 1)
+    for _ in range(STEPS):
+        value, slope, bend = _around(design, counts, place)
+        step: Floats = np.asarray(np.linalg.solve(bend, slope), dtype=np.float64)
+        moved = _uphill(design, counts, place, step, value)
+        if float(step @ slope) <= DONE * max(1.0, abs(value)) or moved is None:
+            break
+        place = moved
+    else:
+        raise NoEstimate(f"the estimates still move after {STEPS} steps; the comparisons are too few")
+    shares = np.asarray(ndtr(design @ place))
+    spread = np.zeros((items, items))
+    spread[1:, 1:] = inverse(_information(design, counts.sum(axis=1), place))
+    return np.concatenate(([0.0], place)), spread, shares, value
+
+
+def _uphill(design: Floats, counts: Floats, place: Floats, step: Floats, value: float) -> Floats | None:
+    for halving in range(HALVINGS):
+        moved: Floats = place + step * 0.5**halving
+        if _around(design, counts, moved)[0] > value:
+            return moved
+    return None
+
+
+def _around(design: Floats, counts: Floats, place: Floats) -> tuple[float, Floats, Floats]:
+    """Log likelihood, slope and (positive) curvature; ratios of density to tail keep their digits far out."""
+    z = design @ place
+    won, lost = log_ndtr(z), log_ndtr(-z)
+    up, down = np.exp(-0.5 * z * z - LOG_ROOT - won), np.exp(-0.5 * z * z - LOG_ROOT - lost)
+    slope = counts[:, 0] * up - counts[:, 1] * down
+    bend = counts[:, 0] * up * (z + up) + counts[:, 1] * down * (down - z)
+    value = float((counts[:, 0] * won + counts[:, 1] * lost).sum())
+    return value, design.T @ slope, (design.T * bend) @ design
+
+
+def _information(design: Floats, total: Floats, place: Floats) -> Floats:
+    z = design @ place
+    weight = np.exp(-z * z - 2 * LOG_ROOT - log_ndtr(z) - log_ndtr(-z))
+    result: Floats = (design.T * (total * weight)) @ design
+    return result

@@ -1,0 +1,123 @@
+"""What a data set says of itself: name, licence, authors, and a text for whoever opens its folder."""
+
+from __future__ import annotations
+
+import json
+from collections.abc import Sequence
+from dataclasses import dataclass, field
+from importlib.metadata import PackageNotFoundError, version
+from pathlib import Path
+from typing import Any
+
+from analysis.exporting.source import Source
+from analysis.exporting.tabular import ExportRefused
+from analysis.ratings.wording import count
+from protocols.did_you_mean import nearest
+
+OWN = "dataset_description.json"
+"""In the lab's folder, where the lab wants to say more of its data: those of BIDS's keys that are the lab's to say."""
+NO_LICENCE = "None stated: all rights reserved"
+_TEXTS = ("License", "Acknowledgements", "HowToAcknowledge", "DatasetDOI")
+_LISTS = ("Authors", "Funding", "EthicsApprovals", "ReferencesAndLinks", "Keywords")
+
+
+@dataclass(frozen=True)
+class About:
+    """The data set's name, what it is in a sentence, and what the lab says of it."""
+
+    name: str
+    description: str
+    simulated: bool
+    dated: bool = False
+    of_lab: dict[str, Any] = field(default_factory=dict)
+
+    @property
+    def licence(self) -> str:
+        """The lab's, or that there is none."""
+        return str(self.of_lab.get("License", NO_LICENCE))
+
+
+def about(source: Source, dated: bool = False) -> About:
+    """What is to be said of the data set. Raises ExportRefused on a description of the lab's that cannot be used."""
+    study = source.study
+    title = study.title or study.study
+    people, sessions = count(len(source.participants), "participant"), count(len(source.kept), "session")
+    told = f"{people}, {sessions} of the study {study.study} ({title})."
+    if source.simulated:
+        told += " SIMULATED: no person gave these answers, or a device was a twin."
+    name = f"{title} (simulated)" if source.simulated else title
+    return About(name, told, source.simulated, dated, _of_lab(source.lab / OWN))
+
+
+def palpate_version() -> str:
+    """The version that exports."""
+    try:
+        return version("palpate")
+    except PackageNotFoundError:
+        return "not installed"
+
+
+def readme(of: About, source: Source, holds: Sequence[str]) -> str:
+    """README: what it is, what it holds, what was left out and why. `holds` are the format's own lines."""
+    return "\n".join([
+        f"# {of.name}", "",
+        *(["**Simulated data: no person gave these answers.** They show the data's form and are no finding.", ""]
+          if of.simulated else []),
+        of.description, "",
+        f"Licence: {of.licence}. Exported by Palpate {palpate_version()}; study definition {source.digest}.", "",
+        "## What is here", "", *(f"- {line}" for line in holds), "",
+        "## Who is here", "",
+        "Participants appear by pseudonym. Names and contacts are in no file that this data set was made from. The",
+        "experimenter's notes and the consent form are not included. Times are seconds since the session began;",
+        "when that was, the table of sessions tells." if of.dated else "when that was, is not included.",
+        "Ages above 89 read 89. People who withdrew or declined to take part are not included.",
+        "", *_left_out(source), "",
+    ])  # fmt: skip
+
+
+def _left_out(source: Source) -> list[str]:
+    never = [why for _, why in source.left_out if why.startswith("the participant ")]
+    others = [f"{each.participant}, session {each.session.rpartition('/')[2]}: {why}" for each, why in source.left_out
+              if why not in never]  # fmt: skip
+    lines = [f"Left out because people withdrew or declined: {len(never)} sessions."] if never else []
+    return lines + (["Sessions not included:", "", *(f"- {line}" for line in others)] if others else [])
+
+
+def changes(source: Source) -> str:
+    """CHANGES, in the form that BIDS asks for; without a date, since none leaves the lab."""
+    sessions = len(source.kept)
+    return f"1.0.0\n  - Exported by Palpate {palpate_version()}: {sessions} sessions, study {source.digest[:12]}.\n"
+
+
+def as_json(value: Any) -> str:
+    """JSON for people to read."""
+    return json.dumps(value, indent=2, ensure_ascii=False, allow_nan=False) + "\n"
+
+
+def write_text(path: Path, text: str) -> None:
+    """A text file with LF at line ends on every system."""
+    path.parent.mkdir(parents=True, exist_ok=True)
+    path.write_text(text, "utf-8", newline="")
+
+
+def _of_lab(file: Path) -> dict[str, Any]:
+    if not file.is_file():
+        return {}
+    try:
+        data = json.loads(file.read_text("utf-8-sig"))
+    except ValueError as error:
+        raise ExportRefused(f"{file}: this is no JSON ({error})") from None
+    if not isinstance(data, dict):
+        raise ExportRefused(f'{file}: an object is expected, as {{"Authors": ["A. Author"], "License": "CC-BY-4.0"}}')
+    for key, value in data.items():
+        _demand_entry(f"{file}: {key}", key, value)
+    return data
+
+
+def _demand_entry(where: str, key: str, value: Any) -> None:
+    if key not in (*_TEXTS, *_LISTS):
+        raise ExportRefused(f"{where}: not a key that a lab can set; {nearest(key, (*_TEXTS, *_LISTS))}")
+    if key in _TEXTS and not (isinstance(value, str) and value.strip()):
+        raise ExportRefused(f"{where}: found {value!r:.60}, a text is expected")
+    if key in _LISTS and not (isinstance(value, list) and value and all(isinstance(v, str) and v for v in value)):
+        raise ExportRefused(f"{where}: found {value!r:.60}, a list of texts is expected")

@@ -1,0 +1,248 @@
+"""Recordings in BIDS: positions as motion data, other streams as continuous recordings; what was lost reads n/a.
+
+A stream is written piece by piece, so that an hour of it needs no more memory than a second.
+"""
+
+from __future__ import annotations
+
+import gzip
+from collections.abc import Iterator, Sequence
+from contextlib import contextmanager
+from dataclasses import dataclass
+from pathlib import Path
+from typing import IO, Any
+
+import numpy as np
+
+from analysis.aligning.refusals import Array
+from analysis.exporting.about import as_json, write_text
+from analysis.exporting.bids_names import folder_of, label, stem_of
+from analysis.exporting.cells import NOT_AVAILABLE, cell
+from analysis.exporting.guard import Guard
+from analysis.exporting.source import Sat, Source
+from analysis.exporting.tabular import ExportRefused
+from analysis.streams.reading import Attempt, attempts_of, counting, streams_in
+from analysis.streams.recorded import Gap, Stream
+from studies.record import Record, read
+
+EVENTS = {
+    "onset": {"Description": "Since the recording began.", "Units": "s"},
+    "duration": {"Description": "How long it lasts.", "Units": "s"},
+    "trial_type": {"Description": "What it is.", "Levels": {"recording": "the recording as a whole",
+                                                            "gap": "samples were lost: they read n/a"}},
+    "session_onset": {"Description": "Since the session began, as onset in the table of its trials.", "Units": "s"},
+    "trial": {"Description": "Number of the trial in the session, from 1."},
+    "attempt": {"Description": "The how-manieth time the trial was met."},
+    "reason": {"Description": "Why samples were lost, or how many values of the recording were not finite."},
+}  # fmt: skip
+LENGTHS = frozenset({"m", "cm", "mm", "um"})
+AXES = ("x", "y", "z")
+MANY_GAPS = 200
+ROWS = 4096
+
+
+@dataclass(frozen=True)
+class Recorded:
+    """How many recordings were written, how many of them with gaps, and how many could not be or do not count."""
+
+    files: int = 0
+    gappy: int = 0
+    lost: int = 0
+    noted: int = 0
+    unused: int = 0
+
+    def __add__(self, other: Recorded) -> Recorded:
+        mine, theirs = vars(self), vars(other)
+        return Recorded(**{name: mine[name] + theirs[name] for name in mine})
+
+    def told(self) -> list[str]:
+        """Lines for the README."""
+        if not self.files + self.noted + self.unused:
+            return []
+        lines = [
+            f"`*_physio.tsv.gz`, `*_motion.tsv`: {self.files} recordings; `run-` is the number of the trial,"
+            " `acq-act02` the second recording of a trial. Times (StartTime; session_onset in motion events) count"
+            " from the start of the session, as onset does."
+        ]
+        if self.gappy:
+            lines.append(
+                f"{self.gappy} recordings have gaps: {self.lost} samples were lost; each reads n/a in its place,"
+                " so that times hold. The gaps stand in the recording's JSON file, or its table of events."
+            )
+        if self.noted:
+            lines.append(f"{self.noted} streams of things that were noted as they happened have no place in BIDS.")
+        if self.unused:
+            lines.append(
+                f"Attempts at trials that were repeated, left or faulted: {self.unused}; their recordings are not here."
+            )
+        return lines
+
+
+@dataclass(frozen=True)
+class _Place:
+    """Where a recording of a session goes, and what every such recording tells of itself."""
+
+    draft: Path
+    sat: Sat
+    task: str
+    attempt: Attempt
+
+    def path(self, stream: Stream, folder: str, before: str, after: str) -> Path:
+        act = f"_acq-act{stream.act:02d}" if len(self.attempt.acts) > 1 else ""
+        run = f"_run-{stream.trial:03d}"
+        return (
+            self.draft / folder_of(self.sat) / folder / f"{stem_of(self.sat)}_task-{self.task}{before}{act}{run}{after}"
+        )
+
+    def about(self, stream: Stream, not_finite: int) -> dict[str, Any]:
+        """Gaps are named by the number of the row, from 0."""
+        told = {
+            "StreamName": stream.name, "Trial": stream.trial, "Attempt": stream.attempt, "Recording": stream.act,
+            "Stimulus": self.attempt.stimulus, "NominalRate": stream.rate_hz, "SamplesLost": stream.lost,
+        }  # fmt: skip
+        gaps = [{"FirstRow": gap.first, "Rows": gap.lost, "Reason": gap.why} for gap in stream.gaps[:MANY_GAPS]]
+        return told | ({"Gaps": gaps} if gaps else {}) | ({"NotFinite": not_finite} if not_finite else {})
+
+
+def write_recordings(source: Source, sat: Sat, task: str, draft: Path, guard: Guard) -> Recorded:
+    """Every stream of the attempts that count. Raises ExportRefused where the ledger is not at hand, or another one.
+
+    Raises StreamError on streams whose blocks do not fit together.
+    """
+    record = _ledger(source, sat)
+    attempts = attempts_of(record)
+    used = list(counting(attempts).values())
+    unused = sum(1 for each in attempts if each.acts and each not in used)
+    found = Recorded(unused=unused)
+    for attempt in used:
+        for stream in _distinct(streams_in(attempt)):
+            guard.demand_columns(f"stream {stream.name}", [stream.name, *stream.channels])
+            found += _written(_Place(draft, sat, task, attempt), stream)
+    return found
+
+
+def _ledger(source: Source, sat: Sat) -> Record:
+    path = source.lab / "sessions" / sat.row["file"]
+    if not path.is_file():
+        raise ExportRefused(
+            f"{path}: the recordings of session {sat.name} lie in this file, which is not there; name its lab with"
+            " --lab, or leave recordings out with --no-recordings"
+        )
+    record = read(path)
+    if record.head != sat.row["head_hash"]:
+        raise ExportRefused(f"{path}: is not the session that was collected as {sat.name}; collect again")
+    return record
+
+
+def _distinct(streams: Sequence[Stream]) -> Sequence[Stream]:
+    labels = [(stream.act, label(stream.name)) for stream in streams]
+    for place, (stream, each) in enumerate(zip(streams, labels, strict=True)):
+        if each in labels[:place]:
+            raise ExportRefused(
+                f"{stream.where}: another one has the same name in BIDS ({each[1]}); use --no-recordings"
+            )
+    return streams
+
+
+def _written(place: _Place, stream: Stream) -> Recorded:
+    if stream.noted:
+        return Recorded(noted=1)
+    if tuple(stream.channels) == AXES and set(stream.units) <= LENGTHS:
+        _write_motion(place, stream)
+    else:
+        _write_physio(place, stream)
+    return Recorded(files=1, gappy=bool(stream.gaps), lost=stream.lost)
+
+
+def _write_physio(place: _Place, stream: Stream) -> None:
+    path = place.path(stream, "beh", "", f"_recording-{label(stream.name)}_physio.tsv.gz")
+    with _zipped(path) as file:
+        not_finite = sum(_write_rows(file, piece) for _, piece in _pieces(stream)) - _told_lost(stream)
+    columns = {name: {"Description": f"Channel {name} of the stream {stream.name}.", "Units": unit}
+               for name, unit in zip(stream.channels, stream.units, strict=True)}  # fmt: skip
+    write_text(path.with_name(path.name.replace(".tsv.gz", ".json")), as_json({
+        "SamplingFrequency": stream.timing.rate_hz, "StartTime": stream.timing.t0_s, "Columns": list(stream.channels),
+        "PhysioType": "generic", **place.about(stream, not_finite), **columns,
+    }))  # fmt: skip
+
+
+def _write_motion(place: _Place, stream: Stream) -> None:
+    """Motion files tell no start and no gaps: these are events of the recording, in a table beside it."""
+    before = f"_tracksys-{label(stream.name)}"
+    path = place.path(stream, "motion", before, "_motion.tsv")
+    path.parent.mkdir(parents=True, exist_ok=True)
+    rate = stream.timing.rate_hz
+    with path.open("wb") as file:
+        not_finite = sum(
+            _write_rows(file, np.column_stack([piece, (first + np.arange(len(piece))) / rate]))
+            for first, piece in _pieces(stream)
+        ) - _told_lost(stream)
+    write_text(place.path(stream, "motion", before, "_channels.tsv"), _channels(stream))
+    write_text(place.path(stream, "motion", before, "_events.tsv"), _events(stream, not_finite))
+    write_text(place.draft / f"task-{place.task}{before}_events.json", as_json(EVENTS))
+    write_text(path.with_suffix(".json"), as_json({
+        "TaskName": place.sat.row["study"], "SamplingFrequency": stream.rate_hz, "SamplingFrequencyEffective": rate,
+        "TrackingSystemName": stream.name, "TrackedPointsCount": 1, "MotionChannelCount": 4, "POSChannelCount": 3,
+        "LATENCYChannelCount": 1, "MissingValues": NOT_AVAILABLE,
+    }))  # fmt: skip
+
+
+def _events(stream: Stream, not_finite: int) -> str:
+    """The recording as a whole, with when it began in the session; then each gap."""
+    rate = stream.timing.rate_hz
+    rows = max(stream.blocks[-1].first + stream.blocks[-1].count, *(gap.first + gap.lost for gap in stream.gaps), 0)
+    whole = f"{not_finite} values were not finite" if not_finite else NOT_AVAILABLE
+    lines = [tuple(EVENTS), (0, rows / rate, "recording", stream.timing.t0_s, stream.trial, stream.attempt, whole)]
+    lines += [
+        (gap.first / rate, gap.lost / rate, "gap", stream.timing.t0_s + gap.first / rate, stream.trial, stream.attempt,
+         " ".join(gap.why.split()) or NOT_AVAILABLE)
+        for gap in stream.gaps
+    ]  # fmt: skip
+    return "".join("\t".join(cell(each) for each in line) + "\n" for line in lines)
+
+
+def _channels(stream: Stream) -> str:
+    """One row for each column of the motion file."""
+    lines = [("name", "component", "type", "tracked_point", "units")]
+    lines += [(axis, axis, "POS", stream.name, unit) for axis, unit in zip(stream.channels, stream.units, strict=True)]
+    lines += [("latency", NOT_AVAILABLE, "LATENCY", NOT_AVAILABLE, "s")]
+    return "".join("\t".join(line) + "\n" for line in lines)
+
+
+def _pieces(stream: Stream) -> Iterator[tuple[int, Array]]:
+    """(number of its first row, rows): samples from number 0 on, NaN for each that was lost."""
+    expected, width = 0, len(stream.channels)
+    for numbers, values in stream.pieces():
+        yield from _lost(expected, int(numbers[0]), width)
+        yield int(numbers[0]), values
+        expected = int(numbers[-1]) + 1
+    after: Sequence[Gap] = [gap for gap in stream.gaps if gap.first >= expected]
+    yield from _lost(expected, max((gap.first + gap.lost for gap in after), default=expected), width)
+
+
+def _lost(first: int, end: int, width: int) -> Iterator[tuple[int, Array]]:
+    for start in range(first, end, ROWS):
+        yield start, np.full((min(ROWS, end - start), width), np.nan)
+
+
+def _told_lost(stream: Stream) -> int:
+    """How many cells read n/a because their samples were lost."""
+    return stream.lost * len(stream.channels)
+
+
+def _write_rows(file: IO[bytes], rows: Array) -> int:
+    """Nine digits bring a float32 back; returns how many values are not finite: they read n/a as lost ones do."""
+    not_finite = int(np.count_nonzero(~np.isfinite(rows)))
+    form = "\t".join(["%.9g"] * rows.shape[1]) + "\n"
+    for start in range(0, len(rows), ROWS):
+        part = np.where(np.isinf(rows[start : start + ROWS]), np.nan, rows[start : start + ROWS])
+        file.write("".join(form % tuple(row) for row in part.tolist()).replace("nan", NOT_AVAILABLE).encode())
+    return not_finite
+
+
+@contextmanager
+def _zipped(path: Path) -> Iterator[IO[bytes]]:
+    """A gzip file without name and time in its head: equal data, equal bytes."""
+    path.parent.mkdir(parents=True, exist_ok=True)
+    with path.open("wb") as raw, gzip.GzipFile("", "wb", compresslevel=6, fileobj=raw, mtime=0) as file:
+        yield file  # type: ignore[misc]

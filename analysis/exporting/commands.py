@@ -1,0 +1,85 @@
+"""`palpate export`: a study's data in a form that others can read."""
+
+from __future__ import annotations
+
+from contextlib import closing
+from pathlib import Path
+from typing import TYPE_CHECKING, Any
+
+import click
+
+from analysis.commands import source_options
+from studies.options import JSON, echo_json, progress
+
+if TYPE_CHECKING:
+    from analysis.exporting.exported import Exported
+    from analysis.reporting.sources import Wanted
+
+FORMATS = ("bids", "psych-ds", "csv", "parquet")
+
+
+@click.command()
+@source_options
+@click.option("--to", "folder", type=click.Path(path_type=Path), required=True, help="The folder to write; a new one.")
+@click.option("--bids", is_flag=True, help="As BIDS (1.11.1), recordings included.")
+@click.option("--psych-ds", is_flag=True, help="As Psych-DS.")
+@click.option("--csv", is_flag=True, help="As tidy CSV files with a codebook.")
+@click.option("--parquet", is_flag=True, help='As Parquet files; needs pip install "palpate[export]".')
+@click.option("--without", multiple=True, metavar="COLUMN", help="Leave out this column or question. Repeatable.")
+@click.option("--redact", is_flag=True, help="Blacken texts that look as if they said who somebody is.")
+@click.option("--with-dates", is_flag=True, help="Also tell when sessions began.")
+@click.option("--recordings/--no-recordings", default=True, help="Whether BIDS gets the recorded streams.")
+@click.option("--replace", is_flag=True, help="Replace an earlier export in that folder.")
+@JSON
+def export(wanted: Wanted, folder: Path, as_json: bool, without: tuple[str, ...], redact: bool, with_dates: bool,
+           recordings: bool, replace: bool, **formats: bool) -> None:  # fmt: skip
+    """Write the data of the study NAME to a folder that can be shared.
+
+    Participants appear by pseudonym; people who withdrew or declined do not appear. Columns and texts that look as if
+    they told names, addresses, numbers or dates of birth are refused, with file, column and row. All of it is written,
+    or nothing. Equal data give equal bytes.
+
+    \b
+    Examples:
+      palpate export door_ratings --lab LAB --to shared/doors --bids
+      palpate export door_ratings --lab LAB --to shared/doors-csv --csv --without handedness
+      palpate export door_ratings --database postgresql+psycopg://user@host/lab --lab LAB --to shared/doors --parquet
+    """
+    from analysis.exporting.exported import Choices
+    from analysis.exporting.exported import export as write
+
+    chosen = _format(formats)
+    choices = Choices(chosen, without, with_dates, redact, recordings, replace)
+    found = write(wanted, folder, choices, _Watched(as_json))
+    if as_json:
+        echo_json({**vars(found), "folder": str(found.folder)})
+    else:
+        _show(found)
+
+
+class _Watched:
+    """A progress bar on a terminal."""
+
+    def __init__(self, quiet: bool) -> None:
+        self._quiet = quiet
+
+    def __call__(self, items: Any, doing: str) -> Any:
+        with closing(progress(items, doing, self._quiet)) as steps:
+            yield from steps
+
+
+def _format(flags: dict[str, bool]) -> Any:
+    chosen = [name for name in FORMATS if flags[name.replace("-", "_")]]
+    if len(chosen) != 1:
+        found = " and ".join(f"--{name}" for name in chosen) or "none of them"
+        raise click.UsageError(f"one of --{', --'.join(FORMATS)} is expected; found {found}")
+    return chosen[0]
+
+
+def _show(found: Exported) -> None:
+    who = "simulated participants" if found.simulated else "participants"
+    click.echo(f"{found.folder}: {found.format}, {found.participants} {who}, {found.sessions} sessions")
+    for line in found.left_out:
+        click.echo(f"  left out: {line}")
+    for line in found.redacted:
+        click.echo(f"  blackened: {line}")

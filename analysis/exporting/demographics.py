@@ -1,0 +1,107 @@
+"""Who took part, by pseudonym: group, row of the counterbalancing square, and what they said of themselves."""
+
+from __future__ import annotations
+
+import json
+from collections.abc import Mapping
+from dataclasses import dataclass
+from typing import Any
+
+from sqlalchemy import select
+
+from analysis.exporting.session_rows import AGE, OLDEST, SessionRows
+from analysis.exporting.source import Sat, Source
+from analysis.exporting.tabular import Column, Row, Table
+from protocols.forms import LabForms, Question
+from studies import collected_schema as schema
+from studies.participants.lab import SIDECAR
+from studies.participants.sidecar import columns as described_columns
+from studies.participants.sidecar import level_label
+
+FORM = "demographics"
+_OWN = ("participant", "group", "counterbalancing_row", "sessions", "simulated")
+
+
+@dataclass(frozen=True)
+class People:
+    """The participants' table: a column for each question that was asked."""
+
+    columns: tuple[Column, ...]
+    rows: tuple[Row, ...]
+
+    def table(self) -> Table:
+        """As a table to be shared."""
+        return Table("participants", "One row for each participant, by pseudonym.", self.columns, lambda: self.rows)
+
+
+def people(source: Source) -> People:
+    """Everybody who has a session among those that are shared; the last answer that was one counts."""
+    asked: dict[str, Question] = {}
+    rows: dict[str, Row] = {}
+    for sat in source.kept:
+        asked |= {each.name: each for each in _questions(source, sat)}
+        row = rows.setdefault(sat.participant, _row(sat))
+        row["sessions"] = int(row["sessions"] or 0) + 1
+        for answer in SessionRows(source, sat).answers():
+            if answer["form"] == FORM and answer["value"] is not None:
+                name = _name(str(answer["item"]))
+                number = asked.get(str(answer["item"]))
+                is_number = number is not None and number.kind == "number"
+                row[name] = answer["value_number"] if is_number else answer["value"]
+    described = _described(source)
+    further = (_column(question, described.get(name, {})) for name, question in asked.items())
+    return People((*_own(source), *further), tuple(rows.values()))
+
+
+def _row(sat: Sat) -> Row:
+    return {"participant": sat.participant, "group": sat.row["group_name"], "counterbalancing_row": sat.row["row"],
+            "sessions": 0, "simulated": bool(sat.row["simulated"])}  # fmt: skip
+
+
+def _own(source: Source) -> tuple[Column, ...]:
+    groups = {str(group): _only(levels) for group, levels in source.study.groups.items()}
+    return (
+        Column("participant", "Pseudonym of the participant. Never a name.", key=True),
+        Column("group", "Group of the study that the participant was in.", levels=groups),
+        Column("counterbalancing_row", "Row of the counterbalancing square, from 0, that ordered the trials.", "whole"),
+        Column("sessions", "Sessions of the participant in this data set.", "whole"),
+        Column("simulated", "Whether a simulated participant gave the answers, not a person.", "truth"),
+    )
+
+
+def _only(levels: Mapping[str, tuple[str, ...]]) -> str:
+    return "; ".join(f"{column}: {', '.join(some)}" for column, some in levels.items()) or "all stimuli"
+
+
+def _questions(source: Source, sat: Sat) -> tuple[Question, ...]:
+    """The questions that the session put, by its first event."""
+    events = schema.events
+    query = select(events.c.body).where((events.c.session == sat.name) & (events.c.seq == 0))
+    forms: Any = json.loads(source.connection.execute(query).scalar_one()).get("lab_forms")
+    return LabForms.from_definition(forms).questions if forms and FORM in source.study.opening else ()
+
+
+def _described(source: Source) -> dict[str, dict[str, Any]]:
+    """What the lab's own participants.json says of its columns; nothing where there is none."""
+    own = source.lab / SIDECAR
+    return described_columns(own) if own.is_file() else {}
+
+
+def _column(question: Question, described: Mapping[str, Any]) -> Column:
+    labels = {value: level_label(label) or value for value, label in described.get("Levels", {}).items()}
+    asked = f"Asked: {question.text}"
+    told = f"{described['Description']} {asked}" if "Description" in described else asked
+    capped = f" {OLDEST} stands for {OLDEST} and above." if question.name == AGE and "above" not in told else ""
+    return Column(
+        _name(question.name),
+        told + capped,
+        "number" if question.kind == "number" else "text",
+        unit=described.get("Units") or question.unit or ("years" if question.name == AGE else ""),
+        levels={value: labels.get(value, label) for value, label in question.levels},
+        said=question.kind == "text",
+    )
+
+
+def _name(question: str) -> str:
+    """The question's column: its name, unless the table has a column of that name."""
+    return f"answer_{question}" if question in _OWN else question

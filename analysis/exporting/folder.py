@@ -1,0 +1,92 @@
+"""The folder of an export: whole or not at all, and never in the place of anything that no export made."""
+
+from __future__ import annotations
+
+import json
+import shutil
+import tempfile
+from collections.abc import Iterator
+from contextlib import contextmanager
+from pathlib import Path
+from typing import Any
+
+from analysis.exporting.tabular import ExportRefused
+
+MARK = ".palpate-export.json"
+"""Lies in every export: what it is, and the names of its files."""
+
+
+@contextmanager
+def made(folder: Path, replace: bool, about: dict[str, Any]) -> Iterator[Path]:
+    """An empty folder beside `folder` to write into, which takes its place when everything went well.
+
+    Raises ExportRefused where there is something already: only an export, and nothing added to it, is replaced.
+    """
+    demand_place(folder, replace)
+    folder.parent.mkdir(parents=True, exist_ok=True)
+    outer = Path(tempfile.mkdtemp(prefix=".unfinished-export-", dir=folder.parent))
+    try:
+        draft = outer / "export"
+        draft.mkdir()
+        yield draft
+        _mark(draft, about)
+        _put_in_place(draft, folder, outer)
+    finally:
+        shutil.rmtree(outer, ignore_errors=True)
+
+
+def demand_place(folder: Path, replace: bool) -> None:
+    """Raise ExportRefused unless `folder` is not there, empty, or an earlier export that is to be replaced."""
+    if not folder.exists() and not folder.is_symlink():
+        return
+    if folder.is_symlink() or not folder.is_dir():
+        raise ExportRefused(f"{folder}: is not a folder; give a new one with --to")
+    if not any(folder.iterdir()):
+        return
+    if not (folder / MARK).is_file():
+        raise ExportRefused(f"{folder}: holds files that no export made; give a new folder with --to")
+    if not replace:
+        raise ExportRefused(f"{folder}: holds an export already; replace it with --replace, or give another folder")
+    if added := sorted(_files(folder) - set(_listed(folder))):
+        raise ExportRefused(
+            f"{folder}: {added[0]} was added to the export ({len(added)} such); move it away, or give another folder"
+        )
+
+
+def read_mark(folder: Path) -> dict[str, Any]:
+    """What the export in `folder` is. Raises ExportRefused where there is none."""
+    try:
+        found = json.loads((folder / MARK).read_text("utf-8"))
+        if isinstance(found, dict) and isinstance(found.get("files"), list):
+            return found
+    except (OSError, ValueError):
+        pass
+    raise ExportRefused(f"{folder}: no export of Palpate's ({MARK} is missing or damaged)")
+
+
+def _listed(folder: Path) -> list[str]:
+    return [str(name) for name in read_mark(folder)["files"]]
+
+
+def _files(folder: Path) -> set[str]:
+    return {
+        path.relative_to(folder).as_posix() for path in folder.rglob("*") if not path.is_dir() and path.name != MARK
+    }
+
+
+def _mark(draft: Path, about: dict[str, Any]) -> None:
+    text = json.dumps({**about, "files": sorted(_files(draft))}, indent=1, ensure_ascii=False)
+    (draft / MARK).write_text(text + "\n", "utf-8", newline="")
+
+
+def _put_in_place(draft: Path, folder: Path, outer: Path) -> None:
+    """Rename; an export that is replaced stands aside until the new one is there, and comes back if it cannot."""
+    aside = outer / "replaced"
+    if folder.exists():
+        folder.rename(aside)
+    try:
+        draft.rename(folder)
+    except OSError:
+        if aside.exists():
+            aside.rename(folder)
+        raise

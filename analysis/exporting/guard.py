@@ -1,0 +1,135 @@
+"""What says who somebody is, by the name of a column or by what stands in it: refused, file, column and row named."""
+
+from __future__ import annotations
+
+import re
+import unicodedata
+from collections.abc import Iterable, Iterator, Mapping
+from dataclasses import dataclass, field
+from itertools import pairwise
+
+from analysis.exporting.tabular import Column, ExportRefused, Row, Table, Value
+from studies.participants.identities import Identity
+from studies.participants.sidecar import identifying
+
+FURTHER = frozenset(
+    word
+    for line in (
+        "ip ipaddress ipv4 ipv6 mac macaddress hostname username login userid studentid matriculation account",
+        "latitude longitude gps geolocation website homepage instagram twitter whatsapp wechat insurance",
+        "vorname nachname geburtsdatum geburtstag geburtsjahr telefon telefonnummer anschrift adresse wohnort plz",
+        "postleitzahl matrikelnummer unterschrift",
+        "nom prenom prénom courriel naissance téléphone adresse",
+        "nombre apellido apellidos correo teléfono telefono dirección direccion nacimiento",
+        "nome cognome indirizzo nascita codicefiscale sobrenome endereço endereco nascimento",
+        "naam voornaam achternaam adres geboortedatum namn adress födelsedatum",
+        "имя фамилия телефон адрес почта",
+        "姓名 名字 电话 電話 手机 邮箱 地址 住址 生日 出生日期 身份证 微信",
+        "氏名 名前 住所 生年月日 メール 電話番号",
+        "नाम पता फ़ोन ईमेल जन्मतिथि",
+    )
+    for word in line.split()
+)
+"""More words, in more languages, than those that participants.json may not hold (studies/participants/sidecar.py)."""
+_MONTH = r"(?:jan|feb|mar|mär|maer|apr|may|mai|jun|jul|aug|sep|oct|okt|nov|dec|dez)[a-zä]*\.?"
+_DAY, _IN_YEAR, _YEAR = r"(?:0?[1-9]|[12]\d|3[01])", r"(?:0?[1-9]|1[0-2])", r"(?:(?:19|20)\d\d|\d\d)"
+LOOKS: Mapping[str, re.Pattern[str]] = {
+    "an e-mail address": re.compile(
+        r"[^\s@,;<>()]+(?:@|\s*[\[(]\s*at\s*[\])]\s*)[^\s@]+?(?:\.|\s*[\[(]dot[\])]\s*)\w{2,}"
+    ),
+    "an IP address": re.compile(
+        r"(?<![\w.])(?:\d{1,3}\.){3}\d{1,3}(?![\w.])|(?<!\w)(?:[0-9a-f]{1,4}:){4,7}[0-9a-f]{1,4}"
+    ),
+    "a web address": re.compile(r"https?://|(?<!\w)www\.\w"),
+    "a date, as of birth": re.compile(
+        rf"(?<!\d)(?:19|20)\d\d\s?[-./]\s?{_IN_YEAR}\s?[-./]\s?{_DAY}(?!\d)"
+        rf"|(?<!\d){_DAY}\s?[-./]\s?{_DAY}\s?[-./]\s?{_YEAR}(?!\d)"
+        rf"|\d{{2,4}}\s?[年년]\s?\d{{1,2}}\s?[月월]"
+        rf"|(?<!\d){_DAY}(?:st|nd|rd|th)?\.?\s{_MONTH},?\s{_YEAR}(?!\d)|(?<!\w){_MONTH}\s{_DAY}(?:st|nd|rd|th)?,?\s{_YEAR}(?!\d)"
+    ),
+}  # fmt: skip
+_DIGITS = re.compile(r"(?<![\w.,])[+(]?\d(?:[\d\s().\-/]*\d)?(?![\w])")
+_FEWEST, _MOST = 8, 16
+REDACTED = "[redacted]"
+
+
+@dataclass(frozen=True)
+class Guard:
+    """Refuses; `people` are those whom the lab knows by name, so that their names and contacts are looked for, too.
+
+    With `redact`, a text that looks as if it said who somebody is gives way to REDACTED; `redacted` tells where.
+    """
+
+    people: Mapping[str, Identity] = field(default_factory=dict)
+    redact: bool = False
+    redacted: list[str] = field(default_factory=list)
+
+    def demand_columns(self, file: str, columns: Iterable[str]) -> None:
+        """Raise ExportRefused on a column whose name says that it is about who somebody is."""
+        for name in columns:
+            if word := about_who(name):
+                raise ExportRefused(
+                    f"{file}: column {name!r} is about {word!r}, which says who somebody is;"
+                    f" leave it out with --without {name}"
+                )
+
+    def watched(self, table: Table, file: str) -> Iterator[Row]:
+        """The table's rows as they are. Raises ExportRefused at the first that says who somebody is."""
+        said = [column for column in table.columns if column.said]
+        for number, row in enumerate(table.rows(), start=1):
+            found = {column.name: self._passed(file, column, number, row) for column in said}
+            yield {**row, **found} if found else row
+
+    def _passed(self, file: str, column: Column, number: int, row: Row) -> Value:
+        """The text as it is, or REDACTED. The text itself is never told."""
+        value = row.get(column.name)
+        looks = self.looks(value) if isinstance(value, str) else None
+        if looks is None:
+            return value
+        place = f"{file}: row {number}, column {column.name!r}"
+        if not self.redact:
+            name = row.get("item", column.name)
+            raise ExportRefused(
+                f"{place}: the text there looks like {looks}; leave it out everywhere with --without {name},"
+                " or have such texts blackened with --redact"
+            )
+        self.redacted.append(place)
+        return REDACTED
+
+    def looks(self, text: str) -> str | None:
+        """What in a text says who somebody is: 'an e-mail address', ...; None where nothing does."""
+        plain = unicodedata.normalize("NFKC", text).casefold()
+        found = next((what for what, pattern in LOOKS.items() if pattern.search(plain)), None)
+        if found is None and any(_a_number_to_call(match[0]) for match in _DIGITS.finditer(plain)):
+            found = "a telephone or identity number"
+        if found is None and any(_holds(plain, known) for known in self._known()):
+            found = "the name or the contact of somebody whom the lab knows"
+        return found
+
+    def _known(self) -> Iterator[str]:
+        for person in self.people.values():
+            for text in (person.name, person.contact):
+                if text and len(text) > 2:
+                    yield unicodedata.normalize("NFKC", text).casefold()
+
+
+def about_who(name: str) -> str | None:
+    """The word in a column's name that says who somebody is, in any of a dozen languages; None where there is none."""
+    if word := identifying(name):
+        return word
+    spaced = re.sub(r"(?<=[a-z])(?=[A-Z])", " ", unicodedata.normalize("NFC", name))
+    # a vowel sign of Devanagari is no letter to \W: words end only where something else than letter and mark stands
+    words = "".join(c if unicodedata.category(c)[0] in "LM" else " " for c in spaced).casefold().split()
+    known = {unicodedata.normalize("NFC", word) for word in FURTHER}
+    pairs = [first + second for first, second in pairwise(words)]
+    return next((word for word in (*words, *pairs) if word in known), None)
+
+
+def _a_number_to_call(text: str) -> bool:
+    """Eight digits or more that are no decimal number."""
+    digits = sum(each.isdigit() for each in text)
+    return _FEWEST <= digits <= _MOST and not re.fullmatch(r"\d+\.\d+", text)
+
+
+def _holds(text: str, known: str) -> bool:
+    return re.search(rf"(?<!\w){re.escape(known)}(?!\w)", text) is not None

@@ -1,0 +1,100 @@
+"""Tidy tables as CSV files, or as Parquet files, with their codebook."""
+
+from __future__ import annotations
+
+from collections.abc import Iterable, Iterator
+from importlib import import_module
+from itertools import islice
+from pathlib import Path
+from typing import Any
+
+from analysis.exporting.about import About, as_json, changes, readme, write_text
+from analysis.exporting.cells import write_csv
+from analysis.exporting.codebook import codebook, definition
+from analysis.exporting.guard import Guard
+from analysis.exporting.stimuli import copy_files, stimulus_files
+from analysis.exporting.tables import Shared
+from analysis.exporting.tabular import ExportRefused, Row, Table
+
+STUDY = "study.json"
+ROWS = 50_000
+"""Rows that stand in memory at a time."""
+
+
+def write_plain(shared: Shared, of: About, guard: Guard, draft: Path) -> None:
+    """A CSV file for each table, codebook.csv, study.json, README.md and the stimuli's files."""
+    for table in shared.tables:
+        name = f"{table.name}.csv"
+        guard.demand_columns(name, [column.name for column in table.columns])
+        write_csv(draft / name, table, guard.watched(table, name))
+    holds = [f"`{table.name}.csv`: {table.description}" for table in shared.tables]
+    _beside(shared, of, guard, draft, holds)
+
+
+def write_parquet(shared: Shared, of: About, guard: Guard, draft: Path) -> None:
+    """A Parquet file for each table, with what its columns mean in the file; codebook.csv and so on as for CSV."""
+    parquet = _pyarrow()
+    for table in shared.tables:
+        name = f"{table.name}.parquet"
+        guard.demand_columns(name, [column.name for column in table.columns])
+        _write(parquet, draft / name, table, guard.watched(table, name))
+    holds = [f"`{table.name}.parquet`: {table.description}" for table in shared.tables]
+    _beside(shared, of, guard, draft, holds)
+
+
+def demand_parquet() -> None:
+    """Raise ExportRefused where pyarrow is missing."""
+    _pyarrow()
+
+
+def _beside(shared: Shared, of: About, guard: Guard, draft: Path, holds: list[str]) -> None:
+    book = codebook(shared)
+    write_csv(draft / "codebook.csv", book, book.rows())
+    write_text(draft / STUDY, as_json(definition(shared)))
+    files = stimulus_files(shared.source, shared.without)
+    copy_files(files, draft / "stimuli")
+    told = [
+        "`codebook.csv`: what every column means.",
+        f"`{STUDY}`: the study's definition, stimuli included.",
+        f"`stimuli/`: {files.told}" if files.files else files.told,
+        "A missing value is an empty cell; truth is `true` or `false`. Read levels such as None or NA as texts: in"
+        " pandas, `read_csv(..., keep_default_na=False)`.",
+        *redacted(guard),
+    ]  # fmt: skip
+    write_text(draft / "README.md", readme(of, shared.source, [*holds, *told]))
+    write_text(draft / "CHANGES.md", changes(shared.source))
+
+
+def redacted(guard: Guard) -> list[str]:
+    """A line about what was blackened, where anything was."""
+    return [f"Blackened, because it looked as if it said who somebody is: {place}." for place in guard.redacted]
+
+
+def _pyarrow() -> Any:
+    try:
+        import_module("pyarrow.parquet")
+        return import_module("pyarrow")
+    except ImportError:
+        raise ExportRefused('--parquet needs pyarrow, which is not installed: pip install "palpate[export]"') from None
+
+
+def _write(pyarrow: Any, path: Path, table: Table, rows: Iterable[Row]) -> None:
+    """In pieces; what a column means stands in the file's schema."""
+    kinds = {"text": pyarrow.string(), "number": pyarrow.float64(), "whole": pyarrow.int64(), "truth": pyarrow.bool_()}
+    schema = pyarrow.schema(
+        [
+            pyarrow.field(c.name, kinds[c.kind], metadata={"description": c.description, "unit": c.unit})
+            for c in table.columns
+        ],
+        metadata={"description": table.description},
+    )
+    with pyarrow.parquet.ParquetWriter(path, schema, compression="zstd") as writer:
+        for piece in _pieces(rows):
+            columns = {column.name: [row.get(column.name) for row in piece] for column in table.columns}
+            writer.write_table(pyarrow.table(columns, schema=schema))
+
+
+def _pieces(rows: Iterable[Row]) -> Iterator[list[Row]]:
+    left = iter(rows)
+    while piece := list(islice(left, ROWS)):
+        yield piece

@@ -1,0 +1,105 @@
+"""The ratings of an export, read back as the table that every analysis begins with: the same, bit for bit."""
+
+from __future__ import annotations
+
+import csv
+import json
+from collections.abc import Iterator
+from pathlib import Path
+
+import pandas as pd
+
+from analysis.exporting.cells import NOT_AVAILABLE
+from analysis.exporting.folder import read_mark
+from analysis.exporting.tabular import ExportRefused
+from analysis.ratings.reading import column_name
+from protocols.study import Study
+
+Cells = dict[str, str]
+
+
+def exported_ratings(folder: Path) -> pd.DataFrame:
+    """The ratings that count of an export to BIDS or CSV, practice left out: one row for each.
+
+    Equal to `read_ratings(...).table` of the sessions that were exported. Raises ExportRefused where the folder is no
+    such export, or one of a study without ratings.
+    """
+    mark = read_mark(folder)
+    if mark.get("format") not in ("bids", "csv"):
+        raise ExportRefused(f"{folder}: an export to {mark.get('format')}; one to bids or csv is read back")
+    bids = mark["format"] == "bids"
+    study = _study(folder / ("code/study.json" if bids else "study.json"))
+    rows = [row for row in (_of_bids(folder) if bids else _of_csv(folder)) if _counts(row)]
+    if not rows:
+        raise ExportRefused(f"{folder}: holds no rating")
+    return _table(study, rows)
+
+
+def _study(path: Path) -> Study:
+    return Study.model_validate(json.loads(path.read_text("utf-8")))
+
+
+def _of_csv(folder: Path) -> Iterator[Cells]:
+    groups = {row["participant"]: row["group"] for row in _csv(folder / "participants.csv")}
+    for row in _csv(folder / "ratings.csv"):
+        yield {**row, "group": groups[row["participant"]]}
+
+
+def _of_bids(folder: Path) -> Iterator[Cells]:
+    """The session's tables of its task: those whose columns hold ratings."""
+    groups = {row["participant_id"]: row["group"] for row in _tsv(folder / "participants.tsv")}
+    for path in sorted(folder.glob("sub-*/ses-*/beh/*_beh.tsv")):
+        subject, session = path.relative_to(folder).parts[:2]
+        for row in _tsv(path):
+            if row.get("value"):
+                yield {**row, "participant": subject.removeprefix("sub-"), "session": session.removeprefix("ses-"),
+                       "group": groups[subject], "response_time_s": row["response_time"]}  # fmt: skip
+
+
+def _csv(path: Path) -> Iterator[Cells]:
+    if not path.is_file():
+        return
+    with path.open(encoding="utf-8", newline="") as file:
+        yield from csv.DictReader(file)
+
+
+def _tsv(path: Path) -> Iterator[Cells]:
+    """BIDS knows no quotes; n/a is nothing."""
+    header, *lines = path.read_text("utf-8").removesuffix("\n").split("\n")
+    for line in lines:
+        cells = ["" if cell == NOT_AVAILABLE else cell for cell in line.split("\t")]
+        yield dict(zip(header.split("\t"), cells, strict=True))
+
+
+def _counts(row: Cells) -> bool:
+    return row["counts"] == "true" and row["practice"] == "false"
+
+
+def _table(study: Study, rows: list[Cells]) -> pd.DataFrame:
+    place = {attribute.name: n for n, attribute in enumerate(study.attributes)}
+    stimuli = {each.id: each.columns for each in study.stimuli}
+    names = [f"{study.study}/{row['participant']}/{int(row['session'])}" for row in rows]
+    order = sorted(
+        range(len(rows)),
+        key=lambda n: (rows[n]["participant"], names[n], int(rows[n]["trial"]), place[rows[n]["attribute"]]),
+    )
+    rows, names = [rows[n] for n in order], [names[n] for n in order]
+    columns = [name for name in study.stimuli[0].columns if all(name in each for each in stimuli.values())]
+    return pd.DataFrame({
+        "participant": [row["participant"] for row in rows],
+        "attribute": [row["attribute"] for row in rows],
+        "value": pd.Series([_number(row["value"]) for row in rows], dtype="float64"),
+        "group": [row["group"] for row in rows],
+        **{column_name(name): [stimuli[row["stimulus"]][name] for row in rows] for name in columns},
+        "study": [study.study for _ in rows],
+        "session": names,
+        "trial": [int(row["trial"]) for row in rows],
+        "block": [row["block"] for row in rows],
+        "stimulus": [row["stimulus"] for row in rows],
+        "response_time_s": pd.Series([_number(row["response_time_s"]) for row in rows], dtype="float64"),
+        "revised": pd.Series([row["revised"] == "true" for row in rows], dtype="bool"),
+    })  # fmt: skip
+
+
+def _number(text: str) -> float:
+    return float(text) if text else float("nan")

@@ -1,0 +1,154 @@
+"""What is shared: one version of a study and its sessions, in a collected database."""
+
+from __future__ import annotations
+
+from collections.abc import Iterable, Iterator, Sequence
+from contextlib import contextmanager
+from dataclasses import dataclass, fields, replace
+from pathlib import Path
+from typing import Any, Protocol
+
+from sqlalchemy import Connection, Engine, select
+from sqlalchemy.exc import SQLAlchemyError
+
+from analysis.exporting.tabular import ExportRefused
+from analysis.ratings.collected_sessions import SessionRow, choose_sessions
+from analysis.ratings.dataset import natural_key
+from analysis.reporting.sources import IMPORTED, IN_MEMORY, Wanted
+from protocols.canonical import parse
+from protocols.did_you_mean import nearest
+from protocols.study import Study
+from studies import collected_schema as schema
+from studies.collect import collect, ledgers_in, open_database
+from studies.participants.registry import withdrawn
+
+_OF_A_CHOICE = tuple(each.name for each in fields(SessionRow))
+
+
+class Watch(Protocol):
+    """Hands the items through one by one, and may show how far it is."""
+
+    def __call__(self, items: Sequence[Any], doing: str, /) -> Iterable[Any]: ...
+
+
+def unwatched(items: Sequence[Any], _doing: str, /) -> Iterable[Any]:
+    """Shows nothing."""
+    return items
+
+
+@dataclass(frozen=True)
+class Sat:
+    """A session that is shared: the row of the table `sessions`, and its number among the participant's."""
+
+    name: str
+    participant: str
+    number: int
+    row: dict[str, Any]
+
+
+@dataclass(frozen=True)
+class Source:
+    """A study as it was run, the sessions that are shared, those that are not with the reason, and where rows lie."""
+
+    lab: Path
+    study: Study
+    definition: dict[str, Any]
+    digest: str
+    kept: tuple[Sat, ...]
+    left_out: tuple[tuple[SessionRow, str], ...]
+    simulated: bool
+    connection: Connection
+
+    @property
+    def participants(self) -> tuple[str, ...]:
+        """The pseudonyms, in natural order."""
+        return tuple(dict.fromkeys(sat.participant for sat in self.kept))
+
+    def of(self, sat: Sat, table: Any, *order: str) -> list[dict[str, Any]]:
+        """The session's rows of a collected table."""
+        query = select(table).where(table.c.session == sat.name).order_by(*(table.c[name] for name in order))
+        return [dict(row) for row in self.connection.execute(query).mappings()]
+
+
+@contextmanager
+def opened(wanted: Wanted, watch: Watch = unwatched) -> Iterator[Source]:
+    """The study and sessions that are asked for; session files are gathered into a database in memory first.
+
+    Sessions of people who withdrew or declined are never among them. Raises ExportRefused or DataRefused where there
+    are none, and LedgerError or CollectError on a file or database that cannot be used.
+    """
+    engine = open_database(wanted.url if wanted.url is not None else IN_MEMORY)
+    try:
+        if wanted.url is None:
+            _gather(wanted, engine, watch)
+        with engine.connect() as connection:
+            yield _source(wanted, connection)
+    finally:
+        engine.dispose()
+
+
+def _gather(wanted: Wanted, engine: Engine, watch: Watch) -> None:
+    paths = ledgers_in(wanted.lab, wanted.name)
+    if not paths:
+        raise ExportRefused(_nothing(wanted))
+    for path in watch(paths, "reading"):
+        list(collect([path], engine))
+
+
+def _nothing(wanted: Wanted) -> str:
+    if (wanted.lab / IMPORTED / wanted.name).is_dir():
+        return (
+            f"{wanted.name!r} was imported, not recorded here: share {wanted.lab / IMPORTED / wanted.name} as it is,"
+            " by the licence of its source"
+        )
+    known = sorted({path.name.rsplit("_", 2)[0] for path in ledgers_in(wanted.lab)})
+    if not known:
+        return f"{wanted.lab}: no sessions; run one first, or name the lab with --lab or its database with --database"
+    return f"{wanted.lab}: no sessions of a study {wanted.name!r}; {nearest(wanted.name, known)}"
+
+
+def _source(wanted: Wanted, connection: Connection) -> Source:
+    rows = {row["session"]: row for row in _sessions(connection, wanted)}
+    gone = withdrawn(wanted.lab)
+    told = [SessionRow(**{name: row[name] for name in _OF_A_CHOICE}) for row in rows.values()]
+    told = [replace(each, status="withdrawn") if each.participant in gone else each for each in told]
+    choice = choose_sessions(told, wanted.name, wanted.digest, wanted.include_incomplete, wanted.simulated)
+    kept = [_sat(rows[each.session]) for each in choice.kept]
+    definition = _definition(connection, choice.digest)
+    return Source(
+        lab=wanted.lab,
+        study=Study.model_validate(definition),
+        definition=definition,
+        digest=choice.digest,
+        kept=tuple(sorted(kept, key=lambda sat: (natural_key(sat.participant), sat.number))),
+        left_out=choice.left_out,
+        simulated=any(each.simulated for each in choice.kept),
+        connection=connection,
+    )
+
+
+def _sessions(connection: Connection, wanted: Wanted) -> list[dict[str, Any]]:
+    table = schema.sessions
+    query = select(table).where(table.c.study == wanted.name).order_by(table.c.participant, table.c.session)
+    try:
+        found = [dict(row) for row in connection.execute(query).mappings()]
+        if found:
+            return found
+        known = sorted(connection.execute(select(table.c.study).distinct()).scalars())
+    except SQLAlchemyError as error:
+        raise ExportRefused(f"{connection.engine.url!r}: not a collected database ({error.args[0]})") from None
+    raise ExportRefused(f"no session of study {wanted.name!r} is collected; {nearest(wanted.name, known)}")
+
+
+def _sat(row: dict[str, Any]) -> Sat:
+    number = row["session"].rpartition("/")[2]
+    if not (row["participant"].isascii() and row["participant"].isalnum() and number.isdecimal()):
+        raise ExportRefused(f"session {row['session']!r}: STUDY/PSEUDONYM/NUMBER is expected, as door_ratings/P001/1")
+    return Sat(row["session"], row["participant"], int(number), row)
+
+
+def _definition(connection: Connection, digest: str) -> dict[str, Any]:
+    table = schema.studies
+    text = connection.execute(select(table.c.definition).where(table.c.study_digest == digest)).scalar_one()
+    found: dict[str, Any] = parse(text.encode())
+    return found

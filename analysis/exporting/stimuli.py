@@ -1,0 +1,101 @@
+"""The study's stimuli: their table, and their files where a licence says that they may be shared."""
+
+from __future__ import annotations
+
+import hashlib
+import shutil
+from collections.abc import Collection, Iterator
+from dataclasses import dataclass
+from pathlib import Path
+
+from analysis.exporting.source import Source
+from analysis.exporting.tabular import Column, ExportRefused, Row, Table
+from studies.catalogue import SHIPPED, names
+
+FILE = "file"
+"""The column of a stimulus table that names a stimulus' file in the study's folder."""
+LICENCES = ("LICENSE*", "LICENCE*", "NOTICE*")
+OURS = """\
+The files in this folder are those of a study that Palpate ships: Palpate's licence holds for them,
+GNU General Public License, version 3 or later (https://www.gnu.org/licenses/gpl-3.0.html), except where a LICENSE or
+a NOTICE beside them says otherwise.
+"""
+
+
+@dataclass(frozen=True)
+class Files:
+    """Which stimulus files are shared: path within the export -> where it lies; and what is to be told of it."""
+
+    files: dict[str, Path]
+    notices: dict[str, Path]
+    ours: bool
+    told: str
+
+
+def stimulus_table(source: Source, taken: frozenset[str] = frozenset()) -> Table:
+    """The stimuli that the sessions met could meet: all of the study's, with their columns."""
+    columns = list(dict.fromkeys(name for stimulus in source.study.stimuli for name in stimulus.columns))
+    clash = {"stimulus", "sha256"} & set(columns) | taken & set(columns)
+    if clash:
+        raise ExportRefused(f"the stimulus table has a column {min(clash)!r}, which means something else in an export")
+    return Table(
+        "stimuli",
+        "One row for each stimulus of the study.",
+        (
+            Column("stimulus", "The stimulus, as the trials name it.", key=True),
+            *(Column(name, _meaning(name)) for name in columns),
+            Column("sha256", "SHA-256 of the stimulus' file, where it has one."),
+        ),
+        lambda: _rows(source),
+    )
+
+
+def _meaning(column: str) -> str:
+    if column == FILE:
+        return "The stimulus' file, within the study's folder."
+    return f"Column {column} of the study's stimulus table, as it stands there."
+
+
+def _rows(source: Source) -> Iterator[Row]:
+    for each in source.study.stimuli:
+        yield {"stimulus": each.id, **each.columns, "sha256": each.sha256}
+
+
+def stimulus_files(source: Source, without: Collection[str] = ()) -> Files:
+    """The stimuli's files, if the licence of the study's folder is known and they are those that were met."""
+    if FILE in without:
+        return Files({}, {}, False, "The stimuli's files were left out.")
+    wanted = {each.columns[FILE]: each.sha256 for each in source.study.stimuli if each.columns.get(FILE)}
+    if not wanted:
+        return Files({}, {}, False, "The stimuli have no files.")
+    study = names(source.lab).get(source.study.study)
+    if study is None:
+        return _none(f"the study's folder is neither in {source.lab.name}/studies nor shipped")
+    folder = study.parent
+    ours = folder.parent == SHIPPED
+    notices = {path.relative_to(folder).as_posix(): path for form in LICENCES for path in folder.rglob(form)}
+    if not ours and not any("/" not in name for name in notices):
+        return _none("no LICENSE or NOTICE in the study's folder says that they may be shared")
+    files = {name: folder / name for name in wanted}
+    changed = [name for name, path in files.items() if not path.is_file() or _sha256(path) != wanted[name]]
+    if changed:
+        return _none(f"{changed[0]} in the study's folder is not the file that was met ({len(changed)} such)")
+    return Files(files, notices, ours, f"{len(files)} files of stimuli, with the licence that they are under.")
+
+
+def _none(why: str) -> Files:
+    return Files({}, {}, False, f"The stimuli's files are not here: {why}. Their SHA-256 stand in the table.")
+
+
+def copy_files(files: Files, to: Path) -> None:
+    """Copy the files and the notices of their licence."""
+    for name, path in {**files.notices, **files.files}.items():
+        (to / name).parent.mkdir(parents=True, exist_ok=True)
+        shutil.copyfile(path, to / name)
+    if files.ours and files.files:
+        (to / "LICENCE.txt").write_text(OURS, "utf-8", newline="")
+
+
+def _sha256(path: Path) -> str:
+    with path.open("rb") as file:
+        return hashlib.file_digest(file, "sha256").hexdigest()

@@ -1,0 +1,227 @@
+"""The tables of a data set, each with what its columns mean: the codebook of every format."""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Iterable, Iterator
+from dataclasses import dataclass, replace
+
+from analysis.exporting.demographics import FORM, people
+from analysis.exporting.session_rows import SessionRows
+from analysis.exporting.source import Sat, Source
+from analysis.exporting.stimuli import stimulus_table
+from analysis.exporting.tabular import Column, ExportRefused, Row, Table
+from protocols.did_you_mean import nearest
+from protocols.study import RATED, Study
+
+PerSession = Callable[[SessionRows], Iterable[Row]]
+WORDS_OF = {"adjective_selection": "adjectives", "free_lexicon": "lexicon"}
+WHO = (
+    Column("participant", "Pseudonym of the participant.", key=True),
+    Column("session", "Number of the session among the participant's.", "whole", key=True),
+)
+TRIAL = Column("trial", "Number of the trial in the session, from 1.", "whole", key=True)
+ATTEMPT = Column("attempt", "The how-manieth time the trial was met: a participant may go back, a trial be repeated.",
+                 "whole", key=True)  # fmt: skip
+OF_A_TRIAL = (
+    TRIAL,
+    Column("block", "Block of the session that the trial stands in."),
+    Column("practice", "Whether it was a practice trial, whose answers do not count.", "truth", key=True),
+    Column("stimulus", "The stimulus, as in the table of stimuli.", key=True),
+)
+ONSET = Column("onset_s", "When this attempt at the trial began, since the session did.", "number", "s")
+SECONDS = Column("response_time_s", "From the form's appearance to this answer.", "number", "s")
+COUNTS = Column("counts", "Whether this is the answer as it stands: false where a later one took its place.", "truth",
+                key=True)  # fmt: skip
+
+
+@dataclass(frozen=True)
+class Shared:
+    """A data set: its source, its tables, and the columns that were left out on purpose."""
+
+    source: Source
+    tables: tuple[Table, ...]
+    without: tuple[str, ...]
+
+    def table(self, name: str) -> Table | None:
+        """A table by its name, where there is such a one."""
+        return next((table for table in self.tables if table.name == name), None)
+
+    def per_session(self, name: str, sat: Sat) -> list[Row]:
+        """The rows of one session in a table that has some."""
+        return list(ROWS[name](SessionRows(self.source, sat)))
+
+
+ROWS: dict[str, PerSession] = {
+    "sessions": lambda session: [session.session()],
+    "trials": lambda session: session.trials(),
+    "ratings": lambda session: session.ratings(),
+    "words": lambda session: session.words(),
+    "answers": lambda session: session.answers(),
+    "switches": lambda session: session.switches(),
+    "streams": lambda session: session.streams(),
+}
+"""What a session gives to each table."""
+
+
+def shared(source: Source, without: Iterable[str] = (), dates: bool = False) -> Shared:
+    """The data set's tables, those that the study cannot fill left out.
+
+    `without` names columns, or questions that were put to participants, to be left out wherever they stand; `dates`
+    keeps when sessions began. Raises ExportRefused on a name that no column has, or one that a table needs.
+    """
+    left_out = frozenset(without)
+    found = (people(source).table(), *_of_sessions(source, dates), stimulus_table(source))
+    asked = {str(row["item"]) for sat in source.kept for row in SessionRows(source, sat).answers()}
+    _demand_known(left_out, found, asked)
+    kept = tuple(_without_items(table.without(left_out), left_out) for table in found)
+    return Shared(source, kept, tuple(sorted(left_out)))
+
+
+def _demand_known(names: frozenset[str], tables: Iterable[Table], asked: set[str]) -> None:
+    known = {column.name: column for table in tables for column in table.columns}
+    for name in sorted(names):
+        if name not in known and name not in asked:
+            raise ExportRefused(f"--without {name}: no such column; {nearest(name, [*known, *sorted(asked)])}")
+        if name in known and known[name].key:
+            raise ExportRefused(f"--without {name}: the tables mean nothing without this column; it cannot be left out")
+
+
+def _without_items(table: Table, names: frozenset[str]) -> Table:
+    """Answers stand one a row: a question that is left out is left out there, too."""
+    if table.name != "answers" or not names:
+        return table
+    return replace(table, rows=lambda: (row for row in table.rows() if row["item"] not in names))
+
+
+def _of_sessions(source: Source, dates: bool) -> Iterator[Table]:
+    study = source.study
+    yield _table(source, "sessions", "One row for each session.", _session_columns(dates))
+    yield _table(source, "trials", "One row for each planned trial, whatever became of it.", _trial_columns())
+    if study.task in RATED:
+        told = "One row for each rating, revised ones too."
+        yield _table(source, "ratings", told, _rating_columns(study))
+    if study.task in WORDS_OF or "suggestions" in study.closing:
+        yield _table(source, "words", "One row for each word that was ticked or written.", _word_columns())
+    if study.opening or "questionnaire" in study.closing:
+        told = "One row for each question outside trials: about the person, or the questionnaire."
+        yield _table(source, "answers", told, _answer_columns(study))
+    if study.sides:
+        told = "One row for each change between the sides of a comparison."
+        yield _table(source, "switches", told, _switch_columns(study))
+    if any(True for sat in source.kept for _ in SessionRows(source, sat).streams()):
+        yield _table(source, "streams", "One row for each recording of a stream; samples not included.", _streams())
+
+
+def _table(source: Source, name: str, description: str, columns: tuple[Column, ...]) -> Table:
+    def rows() -> Iterator[Row]:
+        for sat in source.kept:
+            yield from ROWS[name](SessionRows(source, sat))
+
+    return Table(name, description, (*WHO, *columns), rows)
+
+
+def _session_columns(dates: bool) -> tuple[Column, ...]:
+    status = {
+        "complete": "came to its regular end", "interrupted": "not gone on with", "aborted": "by the experimenter",
+    }  # fmt: skip
+    when = (Column("started_at", "When the session began, by the station's clock (UTC)."),) if dates else ()
+    return (
+        Column("group", "Group of the study."),
+        Column("counterbalancing_row", "Row of the counterbalancing square, from 0.", "whole"),
+        Column("status", "How the session ended.", levels=status),
+        Column("simulated", "Whether no person, or no real device, gave the answers.", "truth"),
+        Column("seed", "Seed of the session's random orders.", "whole"),
+        Column("trials_planned", "Trials that were planned.", "whole"),
+        Column("trials_answered", "Trials that were answered or recorded.", "whole"),
+        Column("sittings", "How often the session was taken up: more than 1 where it was interrupted.", "whole"),
+        Column("duration_s", "From the session's first event to its last.", "number", "s"),
+        Column("study_digest", "SHA-256 of the study's definition."),
+        Column("head_hash", "Last link of the hash chain over the session's events: proves what it was made from."),
+        Column("palpate_version", "Palpate's version that recorded the session."),
+        *when,
+    )
+
+
+def _trial_columns() -> tuple[Column, ...]:
+    status = {
+        "answered": "has an answer that stands", "captured": "was recorded", "left": "was left by going back",
+        "repeated": "was to be met again, and was not", "started": "was begun, and not ended", "not met": "was not met",
+        "faulted": "a device failed",
+    }  # fmt: skip
+    return (
+        *OF_A_TRIAL,
+        Column("attempts", "How often it was met.", "whole"),
+        Column("status", "What became of it.", levels=status),
+        replace(ONSET, description="When the last attempt at the trial began, since the session did."),
+    )
+
+
+def _rating_columns(study: Study) -> tuple[Column, ...]:
+    scale = study.scale
+    low, high = (scale.low, scale.high) if scale is not None else (None, None)
+    ends = {
+        attribute.name: f"from {attribute.low} ({low}) to {attribute.high} ({high})"
+        + (f"; {attribute.category}" if attribute.category else "")
+        + (f". {attribute.explanation}" if attribute.explanation else "")
+        for attribute in study.attributes
+    }
+    step = f", in steps of {scale.step}" if scale is not None and scale.step is not None else ""
+    return (
+        *OF_A_TRIAL, ATTEMPT, ONSET,
+        Column("attribute", "The attribute that was rated, named by the low end of its scale.", levels=ends, key=True),
+        Column("antonym", "The adjective at the high end of the scale."),
+        Column("value", f"The rating: {low} where the attribute fits completely, {high} where its antonym does{step}. "
+               "The marker was unset until touched.", "number", key=True, low=low, high=high),
+        SECONDS,
+        Column("revised", "Whether the form began with answers that were given before.", "truth", key=True),
+        COUNTS,
+    )  # fmt: skip
+
+
+def _word_columns() -> tuple[Column, ...]:
+    kinds = {"ticked": "in the list of the study", "further": "added to the list", "words": "the participant's own"}
+    return (
+        *(replace(column, key=column.name == "trial") for column in OF_A_TRIAL), replace(ATTEMPT, key=False), ONSET,
+        Column("form", "The form that asked for words.", levels={
+            "adjectives": "words to tick", "lexicon": "words of one's own", "suggestions": "suggestions at the end"}),
+        Column("kind", "Where the word comes from.", levels=kinds, key=True),
+        Column("number", "The word's place among those of the answer, from 1.", "whole"),
+        Column("word", "The word.", said=True),
+        replace(SECONDS, description="From the form's appearance to the whole answer."),
+        COUNTS,
+    )  # fmt: skip
+
+
+def _answer_columns(study: Study) -> tuple[Column, ...]:
+    items = {item.name: item.text for item in study.questionnaire.items} if study.questionnaire else {}
+    return (
+        Column("form", "The form.", levels={FORM: "about the person", "likert": "the questionnaire"}, key=True),
+        Column("item", "The question.", levels=items, key=True),
+        Column("value", "The answer as text; empty where none was given.", said=True, key=True),
+        Column("value_number", "The answer as a number, where it is one.", "number"),
+    )
+
+
+def _switch_columns(study: Study) -> tuple[Column, ...]:
+    return (
+        TRIAL,
+        Column("number", "The change's place among those of the trial, from 1.", "whole"),
+        Column("side", "What the participant changed to.", levels=dict.fromkeys(study.sides, "a side")),
+        Column("at_s", "Since the form appeared.", "number", "s"),
+        Column("onset_s", "Since the session began.", "number", "s"),
+    )  # fmt: skip
+
+
+def _streams() -> tuple[Column, ...]:
+    return (
+        TRIAL, replace(ATTEMPT, key=False),
+        Column("recording", "The how-manieth recording of this stream in the attempt.", "whole"),
+        Column("stream", "The stream.", key=True),
+        Column("channels", "Its channels, divided by commas."),
+        Column("units", "Their units, divided by commas."),
+        Column("rate_hz", "Nominal rate; 0 where things were noted as they happened.", "number", "Hz"),
+        Column("start_s", "When its first sample was taken, since the session began.", "number", "s"),
+        Column("samples", "Samples that are there.", "whole"),
+        Column("lost", "Samples that are missing before the last that is there.", "whole"),
+        Column("gaps", "Places where samples are missing.", "whole"),
+    )  # fmt: skip

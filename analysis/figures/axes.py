@@ -1,0 +1,169 @@
+"""Axes that figures of ratings share: the scale with its two poles, and levels whose names have room."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Iterable, Mapping, Sequence
+from typing import TYPE_CHECKING, Any, NamedTuple
+
+from analysis.figures.lettering import folded, widest_pt
+from analysis.figures.style import FAINT, INK, SOFT, quiet_axes
+from analysis.ratings.wording import count
+
+if TYPE_CHECKING:
+    from matplotlib.axes import Axes
+
+Ends = tuple[float, float]
+BEYOND = 0.2
+"""An axis goes at most this share of the scale beyond its ends, however long a whisker is."""
+
+
+def signed(value: float, scale: Ends) -> str:
+    """A number with its sign where the scale has both, and a true minus."""
+    sign = "+" if scale[0] < 0 < scale[1] and value else ""
+    return f"{value:{sign}g}".replace("-", "−")
+
+
+def round_ends(values: Iterable[float]) -> Ends:
+    """Round numbers around values that have no declared scale."""
+    known = [value for value in values if math.isfinite(value)]
+    low, high = (min(known), max(known)) if known else (0.0, 1.0)
+    if not low < high:
+        return low - 1.0, high + 1.0
+    step = 10.0 ** math.floor(math.log10(high - low))
+    return math.floor(low / step) * step, math.ceil(high / step) * step
+
+
+def elided(text: str, letters: int) -> str:
+    """A long text without its middle: names that begin alike stay apart by their ends."""
+    if len(text) <= letters:
+        return text
+    end = min(letters // 2, 8)
+    return f"{text[: letters - 1 - end].rstrip()}…{text[-end:].lstrip()}"
+
+
+def letters_in(inches: float, size: float = 9.0) -> int:
+    """How many bold letters of that size have room in a width."""
+    return max(4, int(72 * inches / (0.7 * size)))
+
+
+def base_of(scale: Ends) -> float:
+    """Where bars start: zero where the scale has it, else its nearest end."""
+    return min(max(0.0, scale[0]), scale[1])
+
+
+def quarters(scale: Ends) -> list[float]:
+    """The ends of a scale, its middle, and the middles of both halves."""
+    low, high = scale
+    return [low + (high - low) * k / 4 for k in range(5)]
+
+
+def cut_note(reach: Iterable[float], scale: Ends) -> str:
+    """What a caption says where a whisker reaches further than the axis goes."""
+    most = BEYOND * (scale[1] - scale[0])
+    cut = sum(not scale[0] - most <= value <= scale[1] + most for value in reach)
+    return f" {count(cut, 'whisker')} cut at the edge of the picture; the table has the ends." if cut else ""
+
+
+def scale_axis(axes: Axes, scale: Ends, reach: Iterable[float] = (), line: float | None = None) -> None:
+    """The scale upright, wider only where something reaches beyond it; `line` is drawn across."""
+    low, high = scale
+    margin, most = 0.025 * (high - low), BEYOND * (high - low)
+    known = [min(max(value, low - most), high + most) for value in reach if math.isfinite(value)]
+    axes.set_ylim(min([low, *known]) - margin, max([high, *known]) + margin)
+    axes.set_yticks(quarters(scale))
+    axes.yaxis.set_major_formatter(lambda value, _: signed(value, scale))
+    if line is not None:
+        axes.axhline(line, color=SOFT, linewidth=0.7, zorder=1.5)
+    quiet_axes(axes)
+
+
+class Lettered(NamedTuple):
+    """How the names of levels are written along an axis, and how much room that takes below it."""
+
+    names: list[str]
+    size: float
+    rotation: int
+    inches: float
+
+
+def lettered(places: Sequence[float], names: Sequence[str], width_in: float) -> Lettered:
+    """The names along an axis of this width: smaller, folded, slanted or upright where they lack room."""
+    room = 72.0 * width_in / (max(places) - min(places) + 1.4 if places else 1.0)
+    for size in (8.0, 7.5, 7.0, 6.5):
+        if widest_pt(names, size) <= room - 2.0:
+            return Lettered(list(names), size, 0, 0.25)
+    folds = [folded(name, max(6, int(room / 4.6))) for name in names]
+    if widest_pt(folds, 7.0) <= room - 2.0 and max(name.count("\n") for name in folds) < 4:
+        return Lettered(folds, 7.0, 0, 0.15 + 0.125 * (1 + max(name.count("\n") for name in folds)))
+    size = max(4.5, min(8.0, 0.86 * room))
+    rotation = 35 if room > 1.6 * size else 90
+    short = [elided(name, 26 if rotation == 35 else 18) for name in names]
+    wide = widest_pt(short, size) / 72
+    return Lettered(short, size, rotation, 0.15 + (0.62 * wide if rotation == 35 else wide))
+
+
+def level_axis(axes: Axes, places: Sequence[float], names: Sequence[str], width_in: float) -> None:
+    """The levels' names along an axis of this width."""
+    written = lettered(places, names, width_in)
+    axes.set_xticks(list(places), written.names)
+    axes.set_xlim(min(places, default=0) - 0.7, max(places, default=0) + 0.7)
+    axes.tick_params(axis="x", rotation=written.rotation, labelsize=written.size)
+    if written.rotation == 35:
+        for label in axes.get_xticklabels():
+            label.set(ha="right", rotation_mode="anchor")
+
+
+def poles(axes: Axes, attribute: Mapping[str, Any], scale: Ends, size: float = 9.0, room: int = 22) -> None:
+    """The two words stand at the two ends of the scale that they name; an attribute of one word is the title."""
+    if not attribute["high"]:
+        axes.set_title(elided(attribute["name"], 60))
+        return
+    place = axes.get_yaxis_transform()
+    for word, height, side in ((attribute["high"], scale[1], "top"), (attribute["low"], scale[0], "bottom")):
+        axes.text(
+            1.01,
+            height,
+            elided(word, room),
+            transform=place,
+            ha="left",
+            va=side,
+            fontweight="bold",
+            fontsize=size,
+            color=INK,
+        )
+
+
+def band(axes: Axes, left: float, right: float, name: str, width_in: float, span: float) -> None:
+    """A pale stripe with its name above, for levels that belong together."""
+    room = 72.0 * width_in * (right - left) / span
+    size = 8.5 if widest_pt([name], 8.5) <= room + 12.0 else 7.0
+    letters = 60 if widest_pt([name], size) <= room + 12.0 else max(3, int((room + 8.0) / (0.6 * size)))
+    axes.axvspan(left, right, color=FAINT, alpha=0.35, linewidth=0, zorder=0)
+    axes.text(
+        (left + right) / 2,
+        1.02,
+        elided(name, letters),
+        transform=axes.get_xaxis_transform(),
+        ha="center",
+        va="bottom",
+        fontsize=size,
+        color=SOFT,
+    )
+
+
+def spread(heights: Sequence[float], step: float) -> list[float]:
+    """The heights moved apart to at least `step`, in their order; those that move do so around their mean."""
+    order = sorted(range(len(heights)), key=lambda i: (heights[i], i))
+    clusters: list[tuple[list[int], float]] = []
+    for i in order:
+        members, centre = [i], heights[i]
+        while clusters and centre - clusters[-1][1] < step * (len(members) + len(clusters[-1][0])) / 2:
+            members = clusters.pop()[0] + members
+            centre = sum(heights[m] for m in members) / len(members)
+        clusters.append((members, centre))
+    placed = list(heights)
+    for members, centre in clusters:
+        for k, member in enumerate(members):
+            placed[member] = centre + (k - (len(members) - 1) / 2) * step
+    return placed

@@ -1,0 +1,94 @@
+"""What a figure is: its data, its words, its drawing, and the marks in it that can be looked at closer."""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Mapping
+from dataclasses import dataclass, field
+from types import MappingProxyType
+from typing import TYPE_CHECKING, Any
+
+from analysis.plans.answers import Normalise, Takes
+from protocols.study import Level, Strict, Text
+
+if TYPE_CHECKING:
+    from matplotlib.figure import Figure
+
+    from analysis.plans.answers import Answer, Row, Selected
+
+_NONE: Mapping[str, Any] = MappingProxyType({})
+
+
+class AskedFigure(Strict):
+    """What every figure of an analysis plan says; each kind adds its own settings.
+
+    `name` is unique in its plan and fit for a file name, `figure` names the kind. `tests` names the plan's tests whose
+    answers the figure shows (significance marks, a configuration of points). The rest as for a test.
+    """
+
+    name: str
+    figure: str
+    title: str | None = None
+    outcomes: tuple[str, ...] | None = None
+    where: Mapping[Text, Level | tuple[Level, ...]] = {}
+    table: str | None = None
+    source: Takes | None = None
+    normalise: Normalise | None = None
+    tests: tuple[str, ...] = ()
+
+
+@dataclass(frozen=True)
+class Shown:
+    """What a figure's data are made from: the selected rows, and the answers of the tests that it names.
+
+    `answers` maps a test's name to its answers by outcome ("" for a kind that is asked once for all).
+    """
+
+    selected: Selected
+    answers: Mapping[str, Mapping[str, Answer]] = field(default_factory=lambda: _NONE)
+
+
+@dataclass(frozen=True)
+class FigureData:
+    """All that a figure shows. `rows` is its table (written as NAME.csv); `words` is what the drawing needs beside it.
+
+    `words` holds plain values only: labels of axes, ends of scales, the order of levels.
+    """
+
+    rows: tuple[Row, ...]
+    title: str
+    caption: str
+    words: Mapping[str, Any] = field(default_factory=lambda: _NONE)
+
+
+@dataclass(frozen=True)
+class Mark:
+    """Something drawn that can be looked at closer: `gid` is the id of its group in this figure's SVG.
+
+    `told` is what a page shows when one points at it: names and values. `key` is the stimulus (or level, participant,
+    word) that marks of other figures share: choosing one marks all of them.
+    """
+
+    gid: str
+    told: tuple[tuple[str, str], ...]
+    key: str = ""
+
+
+@dataclass(frozen=True)
+class Drawn:
+    """A drawing and its marks."""
+
+    figure: Figure
+    marks: tuple[Mark, ...] = ()
+
+
+@dataclass(frozen=True)
+class FigureKind:
+    """A kind of figure that a plan may ask for. `data` raises a ValueError of ours where there is nothing to show.
+
+    `draw` sees the data alone, so that a figure can be drawn again from its table.
+    """
+
+    settings: type[AskedFigure]
+    data: Callable[[Shown, Any], FigureData]
+    draw: Callable[[FigureData], Drawn]
+    takes: Takes = "ratings"

@@ -1,0 +1,312 @@
+"""Ratings and response times along a session, and whether the stimulus of the trial before leaves a trace."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Mapping, Sequence
+from typing import TYPE_CHECKING, Annotated, Any, Literal
+
+import numpy as np
+import pandas as pd
+from matplotlib.figure import Figure
+from matplotlib.layout_engine import ConstrainedLayoutEngine
+from pydantic import Field
+
+from analysis.figures.axes import elided, letters_in, signed
+from analysis.figures.drawn import AskedFigure, Drawn, FigureData, FigureKind, Shown
+from analysis.figures.lettering import decimals_for, number, p_written
+from analysis.figures.marking import Marking
+from analysis.figures.rated import attribute_words, demand_attributes, scale_words, title_of
+from analysis.figures.shown_columns import require
+from analysis.figures.style import INK, OKABE_ITO, PAPER, SOFT, quiet_axes
+from analysis.ratings.one_sample import OneSample
+from analysis.ratings.order_effects import OrderEffect, one_per_trial, order_effect
+from analysis.ratings.wording import count
+from protocols.study import Text, Whole
+
+if TYPE_CHECKING:
+    from matplotlib.axes import Axes
+
+    from analysis.plans.answers import Row, Selected
+
+TIME = "response time"
+STEP = 10
+"""Slopes are told per so many trials."""
+
+
+class OrderFigure(AskedFigure):
+    """`bins`: of how many trials' places a mean is shown. `adjust: none` leaves in what the stimuli themselves do.
+
+    `carry_over` also shows how the ratings follow the stimulus before. `position`, `stimulus`: the columns that hold
+    the place of a trial in its session and its stimulus.
+    """
+
+    figure: Literal["order_effect"]
+    bins: Annotated[Whole, Field(ge=2, le=60)] = 9
+    adjust: Literal["stimulus", "none"] = "stimulus"
+    carry_over: bool = False
+    response_time: bool = True
+    position: Text = "trial"
+    stimulus: Text = "stimulus"
+    confidence: Annotated[float, Field(gt=0, lt=1)] = 0.95
+
+
+def _data(shown: Shown, asked: OrderFigure) -> FigureData:
+    selected, table = shown.selected, shown.selected.table
+    demand_attributes(asked.name, selected)
+    require(asked, table, (asked.position, asked.stimulus))
+    adjust, why = _adjust(asked, table)
+    found = {
+        name: _effect(table[table["attribute"] == name], "value", asked, adjust)
+        for name in selected.outcomes
+        if (table["attribute"] == name).any()
+    }
+    rows = [row for name, effect in found.items() for row in _rows(name, effect)]
+    if times := _times(selected, asked, adjust):
+        rows += _rows(TIME, times, logarithmic=True)
+    people = table["participant"].nunique()
+    share = f"{100 * asked.confidence:g} %"
+    kept = (
+        f"what the {asked.stimulus} itself does is taken out" if adjust == "stimulus" else f"nothing is taken out{why}"
+    )
+    caption = (
+        f"Points are means over {count(people, 'participant')} by the place of the trial in its session, {kept};"
+        f" whiskers are {share} within-participant intervals (Cousineau–Morey). The line is the mean of the"
+        f" participants' slopes, written per {STEP} trials with its {share} interval."
+    )
+    caption += f" {TIME.capitalize()}s are geometric means, their slope in per cent." if times else ""
+    if asked.carry_over and adjust == "stimulus":
+        caption += " Carry-over: how much of the effect of the stimulus before a rating takes on (+) or turns from (−)."
+    scale = scale_words(selected)
+    words = {"attributes": attribute_words(selected), "scale": scale, "step": STEP}
+    caption += _cut(rows, scale)
+    return FigureData(tuple(rows), asked.title or "Ratings along the session.", caption, words)
+
+
+def _cut(rows: Sequence[Row], scale: Sequence[float]) -> str:
+    """Panels never span more than 0.6 of the scale."""
+    bins = [row for row in rows if row["kind"] == "bin" and row["measure"] != TIME]
+    wide = sum(
+        len(b := _numbers([row], "low", "high")) == 2 and b[1] - b[0] > 0.6 * (scale[1] - scale[0]) for row in bins
+    )
+    return f" {count(wide, 'whisker')} cut at the edge of a panel; the table has the ends." if wide else ""
+
+
+def _adjust(asked: OrderFigure, table: pd.DataFrame) -> tuple[Literal["stimulus", "none"], str]:
+    """One participant, or one who is alone with a stimulus, cannot tell position from stimulus: said, not hidden."""
+    if asked.adjust == "stimulus" and table["participant"].nunique() == 1:
+        return "none", " (with one participant, position and stimulus are the same thing)"
+    return asked.adjust, ""
+
+
+def _effect(
+    rows: pd.DataFrame, dv: str, asked: OrderFigure, adjust: Literal["stimulus", "none"], carry: bool = True
+) -> OrderEffect:
+    return order_effect(
+        rows.reset_index(drop=True),
+        dv,
+        stimulus=asked.stimulus,
+        position=asked.position,
+        bins=asked.bins,
+        adjust=adjust,
+        carry_over=asked.carry_over and carry and adjust == "stimulus",
+        confidence=asked.confidence,
+    )
+
+
+def _times(selected: Selected, asked: OrderFigure, adjust: Literal["stimulus", "none"]) -> OrderEffect | None:
+    """The logarithm of the seconds until a trial's last answer; None where no time is known or it is not wanted."""
+    table = selected.table
+    if not asked.response_time or "response_time_s" not in table.columns:
+        return None
+    keys = [name for name in ("participant", "session", asked.position, asked.stimulus) if name in table.columns]
+    times = one_per_trial(table, keys, "response_time_s")
+    times = times[times["response_time_s"] > 0]
+    if times.empty:
+        return None
+    times = times.assign(log=np.log(times["response_time_s"]), **{asked.position: times[asked.position].astype(float)})
+    return _effect(times, "log", asked, adjust, carry=False)
+
+
+def _rows(measure: str, effect: OrderEffect, logarithmic: bool = False) -> list[Row]:
+    turn = math.exp if logarithmic else float
+    rows: list[Row] = [
+        {
+            "measure": measure,
+            "kind": "bin",
+            "first_trial": each.first,
+            "last_trial": each.last,
+            "n": each.n,
+            "value": _known(each.mean, turn),
+            "low": _known(each.low, turn),
+            "high": _known(each.high, turn),
+            "p": None,
+            "note": "",
+        }
+        for each in effect.bins
+    ]
+    rows.append(_slope_row(measure, f"slope per {STEP} trials", effect.slope, _percent if logarithmic else _per_step))
+    if effect.carry_over is not None:
+        rows.append(_slope_row(measure, "carry-over", effect.carry_over, float))
+    return rows
+
+
+def _slope_row(measure: str, kind: str, slope: OneSample, turn: Any) -> Row:
+    numbers = {"value": slope.mean, "low": slope.low, "high": slope.high}
+    return {
+        "measure": measure,
+        "kind": kind,
+        "first_trial": None,
+        "last_trial": None,
+        "n": slope.n,
+        **{name: _known(value, turn) for name, value in numbers.items()},
+        "p": _known(slope.p, float),
+        "note": slope.note,
+    }
+
+
+def _per_step(slope: float) -> float:
+    return STEP * slope
+
+
+def _percent(slope: float) -> float:
+    return 100 * math.expm1(STEP * slope)
+
+
+def _known(value: float, turn: Any) -> float | None:
+    return None if math.isnan(value) else float(turn(value))
+
+
+def draw(data: FigureData) -> Drawn:
+    """A panel for each attribute, all with one span; then the response time, then the traces of the trial before."""
+    measures = list(dict.fromkeys(str(row["measure"]) for row in data.rows))
+    carried = [row for row in data.rows if row["kind"] == "carry-over"]
+    panels = len(measures) + bool(carried)
+    columns = min(panels, 3 if panels in (5, 6, 9) else 4)
+    lines = math.ceil(panels / columns)
+    width = {1: 6.0, 2: 4.4}.get(columns, 3.1)
+    figure = Figure(
+        figsize=(width * columns, 2.35 * lines),
+        layout=ConstrainedLayoutEngine(h_pad=0.06, w_pad=0.06, hspace=0.04, wspace=0.04),
+    )
+    axes = figure.subplots(lines, columns, squeeze=False).ravel()
+    attributes = {each["name"]: each for each in data.words["attributes"]}
+    marking, span = Marking(), _span(data)
+    for place, (panel, measure) in enumerate(zip(axes, measures, strict=False)):
+        own = [row for row in data.rows if row["measure"] == measure]
+        _course(panel, own, data.words, None if measure == TIME else span, marking)
+        room = letters_in(width - 0.4)
+        title = "Response time in s" if measure == TIME else title_of(attributes[measure], room)
+        panel.set_title(title, fontsize=9)
+        if place + columns >= len(measures):
+            panel.set_xlabel("trial of the session", fontsize=8, color=SOFT)
+    if carried:
+        _traces(axes[len(measures)], carried, attributes, marking)
+    for empty in axes[panels:]:
+        empty.set_axis_off()
+    return Drawn(figure, marking.all())
+
+
+def _numbers(rows: Sequence[Row], *names: str) -> list[float]:
+    return [float(value) for row in rows for name in names if isinstance(value := row[name], int | float)]
+
+
+def _span(data: FigureData) -> float:
+    """One span for all attributes: as wide as the widest course, at least an eighth of the scale."""
+    low, high = data.words["scale"]
+    widest = float(high - low) / 8
+    for measure in dict.fromkeys(row["measure"] for row in data.rows if row["measure"] != TIME):
+        own = [row for row in data.rows if row["measure"] == measure and row["kind"] == "bin"]
+        reach = _numbers(own, "low", "high", "value")
+        widest = max(widest, 1.15 * (max(reach) - min(reach)))
+    return min(widest, 0.6 * float(high - low))
+
+
+def _course(axes: Axes, own: Sequence[Row], words: Mapping[str, Any], span: float | None, marking: Marking) -> None:
+    bins = [row for row in own if row["kind"] == "bin"]
+    colour = OKABE_ITO[0] if span is not None else OKABE_ITO[1]
+    reach = _numbers(bins, "low", "high", "value")
+    middle = (min(reach) + max(reach)) / 2
+    half = (1.3 * (max(reach) - min(reach)) or 1.0) / 2 if span is None else span / 2
+    axes.set_ylim(middle - 1.25 * half, middle + half)
+    x = [(row["first_trial"] + row["last_trial"]) / 2 for row in bins]  # type: ignore[operator]
+    values = _numbers(bins, "value")
+    _line(axes, own, x, values, colour)
+    for place, row in zip(x, bins, strict=True):
+        if row["low"] is not None and row["high"] is not None:
+            axes.vlines([place], *_numbers([row], "low", "high"), color=INK, linewidth=0.9, zorder=2.5)
+        shape = "o" if span is not None else "s"
+        (point,) = axes.plot(
+            [place], _numbers([row], "value"), shape, color=colour, markersize=5.5, markeredgecolor=PAPER, zorder=3
+        )
+        trials = f"{row['first_trial']} to {row['last_trial']}"
+        told = [("measure", str(row["measure"])), ("trials", trials), ("mean", number(_numbers([row], "value")[0]))]
+        marking.add(point, (*told, ("participants", str(row["n"]))))
+    axes.set_xlim(0.5, max(float(row["last_trial"]) for row in bins) + 0.5)  # type: ignore[arg-type]
+    axes.yaxis.set_major_formatter(lambda value, _: signed(round(value, 9), tuple(words["scale"]) if span else (0, 1)))
+    axes.locator_params(axis="y", nbins=5)
+    axes.tick_params(labelsize=8)
+    quiet_axes(axes)
+
+
+def _line(axes: Axes, own: Sequence[Row], x: Sequence[float], values: Sequence[float], colour: str) -> None:
+    """The mean slope through the middle of the course, and its numbers below."""
+    (slope,) = [row for row in own if str(row["kind"]).startswith("slope")]
+    if slope["value"] is None:
+        text = str(slope["note"])
+    else:
+        percent = slope["measure"] == TIME
+        unit = " %" if percent else ""
+        value = _numbers([slope], "value")[0]
+        middle = sum(x) / len(x)
+        ends = np.array([min(x), max(x)])
+        if percent:
+            level = math.exp(sum(map(math.log, values)) / len(values))
+            height = level * (1 + value / 100) ** ((ends - middle) / STEP)
+        else:
+            height = sum(values) / len(values) + value * (ends - middle) / STEP
+        axes.plot(ends, height, color=colour, linewidth=1.3, alpha=0.8, zorder=2)
+        bounds = _numbers([slope], "low", "high")
+        decimals = max(2, decimals_for(bounds or [value]))
+        text = f"{_plus(value, decimals)}{unit} per {STEP} trials"
+        if bounds:
+            text += f"  [{_plus(bounds[0], decimals)}, {_plus(bounds[1], decimals)}], {p_written(_p(slope))}"
+    box = {"facecolor": PAPER, "edgecolor": "none", "pad": 1.5}
+    axes.text(0.02, 0.03, elided(text, 60), transform=axes.transAxes, fontsize=7.2, color=INK, va="bottom", bbox=box)
+
+
+def _p(row: Row) -> float | None:
+    return next(iter(_numbers([row], "p")), None)
+
+
+def _plus(value: float, decimals: int) -> str:
+    written = number(value, decimals)
+    return f"+{written}" if value > 0 and float(written) else written
+
+
+def _traces(axes: Axes, carried: Sequence[Row], attributes: Mapping[str, Any], marking: Marking) -> None:
+    """The carry-over of every attribute with its interval, around none."""
+    axes.axvline(0, color=SOFT, linewidth=0.8)
+    written = [elided(str(row["measure"]), 14) for row in carried]
+    for place, row in enumerate(carried):
+        bounds, value = _numbers([row], "low", "high"), _numbers([row], "value")
+        if len(bounds) == 2:
+            axes.hlines([-place], *bounds, color=INK, linewidth=0.9)
+        if not value:
+            axes.text(0, -place, f" undefined: {row['note']}", fontsize=7, color=SOFT, va="center")
+        else:
+            (point,) = axes.plot(value, [-place], "D", color=OKABE_ITO[2], markersize=5, markeredgecolor=PAPER)
+            told = (("carry-over", title_of(attributes[str(row["measure"])])), ("slope", number(value[0], 3)))
+            marking.add(point, (*told, ("interval", " to ".join(number(b, 3) for b in bounds) or "none")))
+    axes.set_yticks([-k for k in range(len(carried))], written, fontsize=8)
+    axes.set_ylim(-len(carried) + 0.4, 0.6)
+    axes.set_title("Carry-over of the trial before", fontsize=9)
+    axes.grid(visible=True, axis="x")
+    axes.tick_params(labelsize=8)
+    axes.locator_params(axis="x", nbins=5)
+    axes.set_xlabel("slope on its effect", fontsize=8, color=SOFT)
+    for side in ("left", "bottom"):
+        axes.spines[side].set_visible(False)
+
+
+ORDER_EFFECT = FigureKind(OrderFigure, _data, draw)

@@ -1,0 +1,213 @@
+"""Every participant's mean at each level as a dot, their box, and their distribution as a half violin above."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Mapping, Sequence
+from typing import TYPE_CHECKING, Any, Literal
+
+import numpy as np
+from matplotlib.figure import Figure
+from matplotlib.layout_engine import ConstrainedLayoutEngine
+from matplotlib.patches import Patch, Rectangle
+
+from analysis.figures.axes import elided, letters_in, quarters, signed
+from analysis.figures.drawn import Drawn, FigureData, FigureKind, Shown
+from analysis.figures.lettering import number, widest_pt
+from analysis.figures.level_means import LevelFigure, Places, key_text, level_words, with_families
+from analysis.figures.marking import MOST, Marking
+from analysis.figures.rated import demand_attributes, on_scale, title_of
+from analysis.figures.shown_columns import require
+from analysis.figures.style import INK, OKABE_ITO, PAPER
+from analysis.ratings.person_cells import person_cells
+from analysis.ratings.wording import count, phrase
+
+if TYPE_CHECKING:
+    from matplotlib.axes import Axes
+
+    from analysis.plans.answers import Row, Selected
+    from analysis.statistics.doubles import Floats
+
+GOLDEN = (math.sqrt(5) - 1) / 2
+"""Its multiples spread any number of dots evenly, the same way every time."""
+Ends = tuple[float, float]
+
+
+class Raincloud(LevelFigure):
+    """The settings of a raincloud: `whiskers` are the box's, to the last dot within 1.5 box lengths (Tukey)."""
+
+    figure: Literal["raincloud"]
+    whiskers: Literal["none"] = "none"
+
+
+def _data(shown: Shown, asked: Raincloud) -> FigureData:
+    selected = shown.selected
+    rows = with_families(_rows(selected, asked), selected.table, asked)
+    words = level_words(selected, asked, rows)
+    order = list(dict.fromkeys(str(row["participant"]) for row in rows))
+    caption = (
+        f"A dot is one participant's mean rating ({count(len(order), 'participant')}), {on_scale(selected)}. Boxes are"
+        " quartiles with the median, whiskers reach the last dot within 1.5 box lengths, the diamond is the mean."
+        " Curves are Gaussian kernel densities (Silverman's bandwidth), on one scale within a panel."
+    )
+    return FigureData(rows, asked.title or f"Ratings of every participant by {phrase(list(asked.by))}.", caption, words)
+
+
+def _rows(selected: Selected, asked: Raincloud) -> list[Row]:
+    """One row per attribute, level and participant who rated there."""
+    demand_attributes(asked.name, selected)
+    extra = () if asked.families is None else (asked.families,)
+    require(asked, selected.table, (*asked.by, *extra))
+    cells = person_cells(selected.table, ("attribute", *asked.by), levels={**selected.levels})
+    rows: list[Row] = []
+    for j in sorted(range(len(cells.cells)), key=lambda j: selected.outcomes.index(cells.cells[j][0])):
+        attribute, *levels = cells.cells[j]
+        for i, who in enumerate(cells.participants):
+            if not math.isnan(cells.values[i, j]):
+                labels = dict(zip(asked.by, levels, strict=True))
+                value, ratings = float(cells.values[i, j]), int(cells.counts[i, j])
+                rows.append({"attribute": attribute, **labels, "participant": who, "mean": value, "ratings": ratings})
+    return rows
+
+
+def draw(data: FigureData) -> Drawn:
+    """A panel for each attribute, levels from top to bottom."""
+    words, places = data.words, Places(data.words)
+    attributes = words["attributes"]
+    columns = min(len(attributes), 4)
+    lines = math.ceil(len(attributes) / columns)
+    names = [elided(places.written[key], 26) for key in places.at]
+    each = 0.46 if len(names) <= 8 else 0.36 if len(names) <= 20 else 0.24
+    label_in = widest_pt(names, 8.0) / 72 + 0.2
+    panel = {1: 6.4, 2: 4.4, 3: 3.4, 4: 2.8}[columns]
+    height = lines * (each * (max(places.at.values()) + 1.3) + 0.75)
+    figure = Figure(
+        figsize=(panel * columns + label_in, height),
+        layout=ConstrainedLayoutEngine(h_pad=0.05, w_pad=0.05, hspace=0.03, wspace=0.03),
+    )
+    axes = figure.subplots(lines, columns, squeeze=False, sharey=True).ravel()
+    marking, dots = Marking(), len(data.rows) + len(attributes) * len(names) <= MOST
+    for place, (panel_axes, attribute) in enumerate(zip(axes, attributes, strict=False)):
+        _panel(panel_axes, data, attribute, places, marking, dots, letters_in(panel - 0.25))
+        panel_axes.tick_params(axis="y", labelleft=place % columns == 0)
+    for empty in axes[len(attributes) :]:
+        empty.set_axis_off()
+    axes[0].set_yticks([-height for height in places.at.values()], names, fontsize=8.0 if each > 0.3 else 6.5)
+    axes[0].set_ylim(-max(places.at.values()) - 0.55, 0.75)
+    _families(figure, places)
+    return Drawn(figure, marking.all())
+
+
+def _panel(
+    axes: Axes, data: FigureData, attribute: Mapping[str, Any], places: Places, marking: Marking, dots: bool, room: int
+) -> None:
+    scale = (data.words["scale"][0], data.words["scale"][1])
+    _scale(axes, scale, attribute, [float(row["mean"] or 0.0) for row in data.rows], room)
+    found: dict[tuple[str, ...], list[Row]] = {}
+    for row in data.rows:
+        if row["attribute"] == attribute["name"]:
+            found.setdefault(tuple(str(row[name]) for name in places.by), []).append(row)
+    people = {who: i for i, who in enumerate(dict.fromkeys(str(row["participant"]) for row in data.rows))}
+    values = {key: np.sort([float(row["mean"] or 0.0) for row in rows]) for key, rows in found.items()}
+    clouds = {key: _density(each, scale) for key, each in values.items()}
+    top = max((float(height.max()) for _, height in clouds.values() if len(height)), default=1.0)
+    colours = places.colours() if any(places.members) else {"": OKABE_ITO[0]}
+    for key, rows in found.items():
+        y, colour = -places.at[key], colours[places.family[key]]
+        x, height = clouds[key]
+        axes.fill_between(x, y + 0.14, y + 0.14 + 0.52 * height / top, color=colour, alpha=0.45, linewidth=0.6)
+        _box(axes, values[key], y, colour, marking, (attribute["name"], key, places))
+        _dots(axes, rows, y, colour, people, marking if dots else None)
+
+
+def _scale(axes: Axes, scale: Ends, attribute: Mapping[str, Any], values: Sequence[float], room: int) -> None:
+    margin = 0.02 * (scale[1] - scale[0])
+    axes.set_xlim(min([scale[0], *values]) - margin, max([scale[1], *values]) + margin)
+    axes.set_xticks(quarters(scale))
+    axes.xaxis.set_major_formatter(lambda value, _: signed(value, scale))
+    axes.grid(visible=True, axis="x")
+    for side in ("left", "bottom"):
+        axes.spines[side].set_visible(False)
+    axes.tick_params(labelsize=8)
+    if attribute["high"]:
+        axes.set_title(elided(attribute["low"], room // 2 - 1), loc="left", fontsize=9)
+        axes.set_title(elided(attribute["high"], room // 2 - 1), loc="right", fontsize=9)
+    else:
+        axes.set_title(title_of(attribute, room))
+
+
+def _density(values: Floats, scale: Ends) -> tuple[Floats, Floats]:
+    """Gaussian kernel density with Silverman's bandwidth (1986, eq. 3.31), cut at the scale; none without spread."""
+    quarter, three = np.percentile(values, [25, 75])
+    sd = float(np.std(values, ddof=1)) if len(values) > 1 else 0.0
+    spread = min(sd, float(three - quarter) / 1.34) or sd
+    if spread <= 1e-9 * max(1.0, float(np.abs(values).max())):
+        return np.array([]), np.array([])
+    width = 0.9 * spread * len(values) ** -0.2
+    low, high = float(values[0]) - 3 * width, float(values[-1]) + 3 * width
+    x = np.linspace(max(low, min(scale[0], float(values[0]))), min(high, max(scale[1], float(values[-1]))), 120)
+    away = (x[:, None] - values[None, :]) / width
+    height: Floats = np.exp(-0.5 * away**2).sum(axis=1) / (len(values) * width * math.sqrt(2 * math.pi))
+    return x, height
+
+
+def _box(
+    axes: Axes,
+    values: Floats,
+    y: float,
+    colour: str,
+    marking: Marking,
+    where: tuple[str, tuple[str, ...], Places],
+) -> None:
+    attribute, key, places = where
+    quarter, median, three = (float(value) for value in np.percentile(values, [25, 50, 75]))
+    inside = values[(values >= quarter - 1.5 * (three - quarter)) & (values <= three + 1.5 * (three - quarter))]
+    axes.plot([float(inside[0]), float(inside[-1])], [y, y], color=INK, linewidth=0.8, zorder=2)
+    box = Rectangle(
+        (quarter, y - 0.085), three - quarter, 0.17, facecolor=PAPER, edgecolor=INK, linewidth=0.8, zorder=3
+    )
+    axes.add_patch(box)
+    axes.plot([median, median], [y - 0.085, y + 0.085], color=INK, linewidth=1.8, solid_capstyle="butt", zorder=4)
+    mean = math.fsum(values.tolist()) / len(values)
+    axes.plot([mean], [y], marker="D", markersize=3.2, color=colour, markeredgecolor=INK, markeredgewidth=0.6, zorder=5)
+    told = [("attribute", attribute), *zip(places.by, key, strict=True), ("mean", number(mean))]
+    told += [("median", number(median)), ("quartiles", f"{number(quarter)} to {number(three)}")]
+    marking.add(box, (*told, ("participants", str(len(values)))), key_text(key))
+
+
+def _dots(
+    axes: Axes, rows: Sequence[Row], y: float, colour: str, people: Mapping[str, int], marking: Marking | None
+) -> None:
+    """Below the box; a participant keeps the same height within every level."""
+    size = 3.6 if len(rows) <= 60 else 2.6
+    style: dict[str, Any] = {
+        "linestyle": "none",
+        "marker": "o",
+        "markersize": size,
+        "color": colour,
+        "markeredgecolor": PAPER,
+    }
+    style |= {"markeredgewidth": 0.3, "zorder": 2, "in_layout": False}
+    heights = [y - 0.17 - 0.26 * ((people[str(row["participant"])] * GOLDEN) % 1.0) for row in rows]
+    spots = [(float(row["mean"] or 0.0), height) for row, height in zip(rows, heights, strict=True)]
+    if marking is None:
+        axes.plot(*zip(*spots, strict=True), **style)
+        return
+    for (x, height), row in zip(spots, rows, strict=True):
+        (dot,) = axes.plot([x], [height], **style)
+        levels = [(name, str(row[name])) for name in row if name not in ("participant", "mean", "ratings", "family")]
+        who = str(row["participant"])
+        marking.add(dot, (("participant", who), *levels, ("mean", number(x))), who)
+
+
+def _families(figure: Figure, places: Places) -> None:
+    """The families' names beside their colours, where there are several."""
+    if not any(places.members):
+        return
+    colours = places.colours()
+    handles = [Patch(facecolor=colours[name], alpha=0.6) for name in places.members]
+    names = [elided(name, 24) for name in places.members]
+    figure.legend(handles, names, loc="outside lower center", ncols=min(len(names), 6), frameon=False, fontsize=8.5)
+
+
+RAINCLOUD = FigureKind(Raincloud, _data, draw)

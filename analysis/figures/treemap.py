@@ -1,0 +1,169 @@
+"""How relevant each word is: boxes as large as relevance, those that are kept outlined (thesis Figure 5.5)."""
+
+from __future__ import annotations
+
+import math
+from typing import Any, Literal
+
+from matplotlib.axes import Axes
+from matplotlib.figure import Figure
+from matplotlib.patches import Rectangle
+from pydantic import Field
+
+from analysis.figures.drawn import AskedFigure, Drawn, FigureData, FigureKind, Shown
+from analysis.figures.lettering import broken, percent, width_pt
+from analysis.figures.marking import Marking
+from analysis.figures.shades import ink_on, ladder
+from analysis.figures.shown_columns import plain, real, the_answer, to_float
+from analysis.figures.style import INK, OKABE_ITO, PAPER, SOFT
+from analysis.figures.treemap_layout import Box, squarified
+from analysis.plans.answers import Row
+from analysis.ratings.dataset import DataRefused, natural_key
+from analysis.ratings.wording import count, phrase
+
+INCH = 72.0
+FOOT = 24.0
+LARGEST, SMALLEST, LEADING = 17.0, 4.6, 1.2
+ROUNDING = 1e-12
+
+
+class TreemapSettings(AskedFigure):
+    """A treemap of the words that one `relevance` test weighs.
+
+    `words` shows all of them or only those kept. `threshold` (a share) is the test's, to be named in caption and foot;
+    another one than the test's is refused. `width_in` and `height_in` are the picture's size.
+    """
+
+    figure: Literal["treemap"]
+    words: Literal["all", "kept"] = "all"
+    threshold: float | None = Field(default=None, ge=0, le=1)
+    width_in: float = Field(default=9.6, ge=3, le=30)
+    height_in: float = Field(default=6.2, ge=2, le=30)
+
+
+def data(shown: Shown, settings: TreemapSettings) -> FigureData:
+    """The words by relevance, the most relevant first; equal ones by name. Raises DataRefused where none was chosen."""
+    answer = the_answer(settings, shown, ("word", "relevance", "kept"), "relevance")
+    rows = [_row(settings, row) for row in answer.rows]
+    rows = [row for row in rows if row["kept"] or settings.words == "all"]
+    ranked = sorted(rows, key=lambda row: (-_size(row), natural_key(str(row["word"]))))
+    if not any(_size(row) > 0 for row in ranked):
+        raise DataRefused(f"figure {settings.name!r}: no word has a relevance above 0; there is no box to draw")
+    numbered: list[Row] = [{"rank": i, **row} for i, row in enumerate(ranked, 1)]
+    words = {"width_in": settings.width_in, "height_in": settings.height_in, "foot": _foot(settings, ranked)}
+    title = settings.title or "Relevance of the words"
+    return FigureData(tuple(numbered), title, _caption(settings, ranked, answer.method), words)
+
+
+def _row(settings: TreemapSettings, row: Row) -> dict[str, Any]:
+    where = f"figure {settings.name!r}, word {row['word']!r}"
+    share = real(row["relevance"], where)
+    if not (math.isnan(share) or 0 <= share <= 1):
+        raise DataRefused(f"{where}: a relevance of {share:g}; a share between 0 and 1 is expected")
+    kept = bool(row["kept"])
+    least = settings.threshold
+    if least is not None and not math.isnan(share) and kept != (share >= least - ROUNDING):
+        raise DataRefused(
+            f"{where}: relevance {share:g}, {'kept' if kept else 'not kept'}: the test's threshold is not {least:g}"
+        )
+    shown: dict[str, Any] = {"word": str(row["word"]), "relevance": plain(share)}
+    for end in ("low", "high"):
+        shown[end] = plain(real(row.get(end, row.get(f"ci_{end}")), where))
+    return shown | {"kept": kept} | {name: row[name] for name in ("ticks", "n") if name in row}
+
+
+def _size(row: Row) -> float:
+    return float(row["relevance"] or 0.0)
+
+
+def _caption(settings: TreemapSettings, rows: list[dict[str, Any]], method: str) -> str:
+    kept = sum(bool(row["kept"]) for row in rows)
+    least = "" if settings.threshold is None else f" (at least {percent(settings.threshold, 1).replace('.0', '')})"
+    said = "Boxes are as large as a word's relevance and stand in its order; outlined are the words that are kept"
+    return f"{said}{least}, {kept} of {len(rows)}. {method}{_without_box(rows)}"
+
+
+def _without_box(rows: list[dict[str, Any]]) -> str:
+    never = [str(row["word"]) for row in rows if row["relevance"] == 0]
+    unknown = [str(row["word"]) for row in rows if row["relevance"] is None]
+    told = [(never, "relevance 0"), (unknown, "undefined relevance")]
+    parts = [f" Without a box, at {why}: {phrase(words)}." for words, why in told if words]
+    return "".join(parts)
+
+
+def _foot(settings: TreemapSettings, rows: list[dict[str, Any]]) -> str:
+    least = "kept" if settings.threshold is None else f"at least {percent(settings.threshold, 1).replace('.0', '')}"
+    if not any(row["kept"] for row in rows):
+        least = f"none ({least})"
+    never = sum(_size(row) == 0 for row in rows)
+    return f"Outlined: {least}." + (f"  No box: {count(never, 'word')} at 0 %." if never else "")
+
+
+def draw(shown: FigureData) -> Drawn:
+    """The boxes, largest first from the left upper corner; a word too long for its box is told on pointing at it."""
+    words, marking = shown.words, Marking()
+    width, height = float(words["width_in"]) * INCH, float(words["height_in"]) * INCH
+    figure = Figure(figsize=(width / INCH, height / INCH))
+    axes = figure.add_axes((0, 0, 1, 1))
+    axes.set_axis_off()
+    axes.set(xlim=(0, width), ylim=(height, 0))
+    rows = [row for row in shown.rows if _size(row) > 0]
+    boxes = squarified([_size(row) for row in rows], width - 8, height - FOOT - 4)
+    colour, top = ladder(), _size(rows[0])
+    for row, box in zip(rows, boxes, strict=True):
+        fill = colour(0.06 + 0.46 * _size(row) / top) if row["kept"] else "#eceff2"
+        _box(axes, marking, row, Box(box.left + 4, box.top + 4, box.width, box.height), fill)
+    axes.text(6, height - FOOT / 2 + 1, str(words["foot"]), fontsize=8, color=SOFT, va="center")
+    return Drawn(figure, marking.all())
+
+
+def _box(axes: Axes, marking: Marking, row: Row, box: Box, fill: Any) -> None:
+    corner, sides = (box.left + 0.8, box.top + 0.8), (max(box.width - 1.6, 0.3), max(box.height - 1.6, 0.3))
+    patch = Rectangle(corner, *sides, facecolor=fill, edgecolor=PAPER, linewidth=0)
+    axes.add_patch(patch)
+    marking.add(patch, told(row), str(row["word"]))
+    if row["kept"]:
+        edge = min(1.8, box.width / 4, box.height / 4)
+        inset = (corner[0] + edge / 2, corner[1] + edge / 2)
+        sides = (sides[0] - edge, sides[1] - edge)
+        axes.add_patch(Rectangle(inset, *sides, fill=False, edgecolor=OKABE_ITO[1], linewidth=edge))
+    ink = ink_on(fill) if row["kept"] else INK
+    _label(axes, str(row["word"]), percent(_size(row)), box, ink)
+
+
+def told(row: Row) -> tuple[tuple[str, str], ...]:
+    """What is told of a word: its relevance with the interval, what it is a share of, whether it is kept."""
+    parts = [("word", str(row["word"])), ("relevance", percent(_size(row), 1))]
+    if row.get("low") is not None and row.get("high") is not None:
+        parts.append(("interval", f"{percent(to_float(row['low']), 1)} to {percent(to_float(row['high']), 1)}"))
+    parts += [(name, str(row[name])) for name in ("ticks", "n") if row.get(name) is not None]
+    return (*parts, ("kept", "yes" if row["kept"] else "no"))
+
+
+def _label(axes: Axes, word: str, share: str, box: Box, ink: str) -> None:
+    """The word as large as its box lets it be, with its per cent where there is room."""
+    best = max((_fitted(lines, share, box) for lines in broken(word, 3)), default=(0.0, "", False))
+    size, text, with_share = best
+    if size < SMALLEST:
+        return
+    x, y = box.left + box.width / 2, box.top + box.height / 2
+    lines = text.count("\n") + 1
+    up = 0.36 * size * LEADING if with_share else 0.0
+    axes.text(x, y - up, text, fontsize=size, color=ink, ha="center", va="center", linespacing=LEADING)
+    if with_share:
+        down = (lines / 2) * size * LEADING
+        axes.text(x, y + down, share, fontsize=0.72 * size, color=ink, ha="center", va="center")
+
+
+def _fitted(lines: tuple[str, ...], share: str, box: Box) -> tuple[float, str, bool]:
+    """The largest size at which these lines fit the box, at best with the per cent under them."""
+    wide = max(width_pt(line, 10.0) for line in (*lines, "")) / 10 or 1.0
+    room_x, room_y = box.width - 11, box.height - 8
+    cap = min(LARGEST, 0.19 * math.sqrt(box.width * box.height))
+    with_share = min(cap, room_x / max(wide, 0.072 * width_pt(share, 10.0)), room_y / (LEADING * (len(lines) + 0.8)))
+    if with_share >= SMALLEST + 0.6:
+        return with_share, "\n".join(lines), True
+    return min(cap, room_x / wide, room_y / (LEADING * len(lines))), "\n".join(lines), False
+
+
+TREEMAP = FigureKind(TreemapSettings, data, draw, takes="words")

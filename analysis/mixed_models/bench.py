@@ -1,0 +1,165 @@
+"""Figures of the mixed models: error of the variances and fixed effects beside the time, ours and statsmodels'."""
+
+from __future__ import annotations
+
+import math
+import warnings
+from collections.abc import Callable, Iterator, Mapping, Sequence
+from dataclasses import dataclass
+from functools import partial
+from importlib.util import find_spec
+from typing import Any, TypeAlias
+
+import numpy as np
+import pandas as pd
+
+from analysis.mixed_models.model import mixed_model
+from analysis.statistics.references import reference_table, reference_values
+from analysis.statistics.refusals import StatisticsError
+from protocols.bench import Case
+
+Numbers: TypeAlias = tuple[list[float], list[float]]
+"""Fixed effects and variances (those of the random effects, then the residual's)."""
+
+AREA = "statistics"
+FIXED, VARIANCES = "relative, worst of the fixed effects", "relative, worst of the variances"
+SHIPPED = {
+    "lmm_sleepstudy_slope_REML": ("days", "days", True),
+    "lmm_sleepstudy_slope_ML": ("days", "days", True),
+    "lmm_sleepstudy_int_REML": ("days", None, True),
+    "lmm_ergoStool_REML": ("type", None, False),
+    "lmm_md15_int": ("time", None, False),
+}
+
+
+@dataclass(frozen=True)
+class Input:
+    """A table with its model and the right numbers; `slope` varies between the levels of the first group."""
+
+    name: str
+    table: pd.DataFrame
+    effect: str | None
+    slope: str | None
+    numeric: bool
+    groups: Sequence[str]
+    reml: bool
+    answer: Callable[[], Numbers]
+    against: str
+    repeats: int = 3
+
+
+def cases(quick: bool) -> Iterator[Case]:
+    """Every figure of the mixed models; without `quick` also 5,000 participants by 90 stimuli."""
+    inputs = [*_shipped(), *_balanced(), *map(_crossed, ((200, 30),) if quick else ((200, 30), (5000, 90)))]
+    for given in inputs:
+        for method, run in _methods(given):
+            for place, kind in enumerate((FIXED, VARIANCES)):
+                error = partial(_worst, given=given, place=place)
+                title = f"mixed model, {'fixed effects' if place == 0 else 'variances'}"
+                arguments = (given.name, len(given.table), f"{kind}; {given.against}", run, error, given.repeats)
+                yield Case(AREA, title, method, *arguments)
+
+
+def _methods(given: Input) -> Iterator[tuple[str, Callable[[], Numbers | None]]]:
+    yield "palpate", partial(_ours, given)
+    # MixedLM has one grouping factor; crossed ones become one group with a matrix of all values by all levels.
+    if find_spec("statsmodels") is not None and len(given.groups) == 1:
+        yield "statsmodels MixedLM", partial(_statsmodels, given)
+
+
+def _ours(given: Input) -> Numbers | None:
+    slopes = [given.slope] if given.slope else []
+    random: Mapping[str, Sequence[str]] = {group: slopes if i == 0 else [] for i, group in enumerate(given.groups)}
+    effects = [given.effect] if given.effect else []
+    try:
+        model = mixed_model(
+            given.table, "y", effects, random, numeric=effects if given.numeric else [], reml=given.reml
+        )
+    except StatisticsError:
+        return None
+    return model.fixed["estimate"].tolist(), model.variances["variance"].tolist()
+
+
+def _statsmodels(given: Input) -> Numbers | None:
+    from statsmodels.formula.api import mixedlm
+
+    effect = given.effect if given.numeric else f"C({given.effect})"
+    with warnings.catch_warnings():
+        warnings.simplefilter("ignore")
+        slope = f"~{given.slope}" if given.slope else None
+        model = mixedlm(f"y ~ {effect}", given.table, groups=given.table[given.groups[0]], re_formula=slope)
+        found = model.fit(reml=given.reml)
+    return found.fe_params.tolist(), [*np.diag(found.cov_re).tolist(), float(found.scale)]
+
+
+def _worst(found: Numbers | None, given: Input, place: int) -> float | None:
+    """The largest relative error of the fixed effects (place 0) or variances (1); None for a refusal."""
+    if found is None:
+        return None
+    errors = [abs(a - b) / abs(b) for a, b in zip(found[place], given.answer()[place], strict=True)]
+    return math.nan if any(map(math.isnan, errors)) else max(errors)
+
+
+def _shipped() -> Iterator[Input]:
+    """The reference sets with R's values (lme4 by bobyqa, itself good to about 1e-8 in the variances)."""
+    values = reference_values("r_reference")
+    for name, (effect, slope, numeric) in SHIPPED.items():
+        r = values[name]
+        variances = [row["vcov"] for row in r["varcorr"] if row["var2"] is None]
+        answer = partial(_given, list(r["fixef"].values()), variances)
+        table = reference_table(f"csv/{r['csv']}")
+        reml = "REML=TRUE" in r["call"]
+        yield Input(name, table, effect, slope, numeric, ("subject",), reml, answer, "against R's lme4")
+
+
+def _given(fixed: list[float], variances: list[float]) -> Numbers:
+    return fixed, variances
+
+
+def _balanced() -> Iterator[Input]:
+    """12 x 4 with participants 1, 1e3 and 1e6 residuals apart: the closed form of the analysis of variance."""
+    for size in (1.0, 1e3, 1e6):
+        rng = np.random.default_rng(5)
+        cells = size * rng.normal(size=(12, 1)) + rng.normal(size=(12, 4)) + np.arange(4)
+        answer = partial(_one_way, cells)
+        table = _long(cells, ("subject", "cond"))
+        name = f"12 x 4, participants {size:.0e} residuals apart"
+        yield Input(name, table, "cond", None, False, ("subject",), True, answer, "against the closed form")
+
+
+def _one_way(cells: np.ndarray[Any, Any]) -> Numbers:
+    """Fixed effects in treatment coding and both variances, in extended precision."""
+    x = cells.astype(np.longdouble)
+    n, k = x.shape
+    columns, rows = x.mean(axis=0), x.mean(axis=1)
+    rest = x - columns - rows[:, None] + x.mean()
+    residual = (rest**2).sum() / ((n - 1) * (k - 1))
+    between = rows.var(ddof=1) - residual / k
+    return [float(columns[0]), *(columns[1:] - columns[0]).astype(float).tolist()], [float(between), float(residual)]
+
+
+def _crossed(shape: tuple[int, int]) -> Input:
+    """Participants crossed with stimuli, complete: the closed form again."""
+    n, k = shape
+    rng = np.random.default_rng(n)
+    cells = 50 + 10 * rng.normal(size=(n, 1)) + 5 * rng.normal(size=(1, k)) + 7 * rng.normal(size=(n, k))
+    table = _long(cells, ("subject", "stimulus")).sample(frac=1, random_state=n, ignore_index=True)
+    answer, name = partial(_two_way, cells), f"{n} participants x {k} stimuli, crossed"
+    groups = ("subject", "stimulus")
+    return Input(name, table, None, None, False, groups, True, answer, "against the closed form", 1 if n > 1000 else 3)
+
+
+def _two_way(cells: np.ndarray[Any, Any]) -> Numbers:
+    x = cells.astype(np.longdouble)
+    n, k = x.shape
+    columns, rows = x.mean(axis=0), x.mean(axis=1)
+    residual = ((x - columns - rows[:, None] + x.mean()) ** 2).sum() / ((n - 1) * (k - 1))
+    people, stimuli = rows.var(ddof=1) - residual / k, columns.var(ddof=1) - residual / n
+    # Random terms stand in the order of their names: stimulus, subject.
+    return [float(x.mean())], [float(stimuli), float(people), float(residual)]
+
+
+def _long(cells: np.ndarray[Any, Any], names: tuple[str, str]) -> pd.DataFrame:
+    where = np.indices(cells.shape).reshape(2, -1)
+    labels = {name: [f"{name[0]}{i:04d}" for i in axis] for name, axis in zip(names, where, strict=True)}
+    return pd.DataFrame({**labels, "y": cells.ravel()})

@@ -1,0 +1,71 @@
+"""The random effects of each level: their conditional means, often called best linear unbiased predictors."""
+
+from __future__ import annotations
+
+from collections.abc import Iterator, Sequence
+
+import numpy as np
+import pandas as pd
+
+from analysis.mixed_models.criterion import block_factor, whitened, whitening
+from analysis.mixed_models.reducing import Batch, outside
+from analysis.mixed_models.results import Fit, MixedModel
+from analysis.statistics.doubles import Floats
+
+
+def random_effects(model: MixedModel) -> pd.DataFrame:
+    """The conditional means of all random effects, in the outcome's unit: group, level, effect, value.
+
+    A level's fitted line is the fixed effects plus these (Bates et al. 2015, equation 56). Levels stand in natural
+    order.
+    """
+    fit = model.fit
+    factors = fit.best.parameters.factors(fit.best.free)
+    late = _outside(fit, factors)
+    found = {**late, **_inside(fit, factors, late)}
+    tables = []
+    for i, term in enumerate(fit.problem.random):
+        reported = np.ldexp(found[i] @ term.back.T, fit.y_exponent)
+        levels = np.repeat(np.array(term.levels, dtype=object), term.size)
+        effects = term.effects * len(term.levels)
+        tables.append(pd.DataFrame({"group": term.name, "level": levels, "effect": effects, "value": reported.ravel()}))
+    return pd.concat(tables, ignore_index=True).astype({"group": "str", "level": "str", "effect": "str"})
+
+
+def _outside(fit: Fit, factors: Sequence[Floats]) -> dict[int, Floats]:
+    """The internal effects of the terms outside the blocks, (levels, effects) each."""
+    width, triangle = fit.at.width, fit.at.triangle
+    known = triangle[:width, -1] - triangle[:width, width:-1] @ fit.at.coefficients
+    spherical = np.linalg.solve(triangle[:width, :width], known) if width else known
+    found = {}
+    for i, (term, start) in zip(fit.problem.layout.outside, outside(fit.problem), strict=True):
+        stop = start + len(term.levels) * term.size
+        found[i] = spherical[start:stop].reshape(-1, term.size) @ factors[i].T
+    return found
+
+
+def _inside(fit: Fit, factors: Sequence[Floats], late: dict[int, Floats]) -> dict[int, Floats]:
+    """The internal effects of the terms inside the blocks."""
+    problem = fit.problem
+    inside = block_factor(problem, factors)
+    other = np.concatenate([*(late[i].ravel() for i in problem.layout.outside), fit.at.coefficients])
+    blocks = np.zeros((problem.layout.blocks, problem.layout.width))
+    for batch, rest in _rests(fit, other):
+        lower = whitening(batch, inside)[batch.which]
+        weights = np.linalg.solve(lower.transpose(0, 2, 1), whitened(lower, rest))
+        spherical = (batch.through[batch.which] @ inside).transpose(0, 2, 1) @ weights
+        blocks[batch.members] = (inside @ spherical)[:, :, 0]
+    found = {}
+    for block in problem.layout.inside:
+        term = problem.random[block.term]
+        home = np.zeros(len(term.levels), dtype=np.intp)
+        home[term.codes] = problem.layout.codes
+        first = block.start + block.slots * term.size if block.count > 1 else np.full(len(home), block.start)
+        found[block.term] = blocks[home[:, None], first[:, None] + np.arange(term.size)]
+    return found
+
+
+def _rests(fit: Fit, other: Floats) -> Iterator[tuple[Batch, Floats]]:
+    """What a block sees of y once all other effects are taken off, (blocks, r, 1)."""
+    for batch in fit.parts.batches:
+        yield batch, batch.seen[:, :, -1:] - (batch.seen[:, :, :-1] @ other)[:, :, None]

@@ -1,0 +1,116 @@
+"""What is refused before a fit is tried and before it is given away."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Mapping, Sequence
+
+import numpy as np
+
+from analysis.mixed_models.criterion import Solved, block_factor, solved
+from analysis.mixed_models.grouping import Random
+from analysis.mixed_models.optimising import SIZES, Optimum
+from analysis.mixed_models.parameters import Parameters
+from analysis.mixed_models.problem import WIDEST, Problem
+from analysis.mixed_models.reducing import Reduced, outside_width
+from analysis.mixed_models.refusals import NoResidual, NotIdentified, RankDeficient
+from analysis.statistics.doubles import ROUNDING, Floats, rescaled
+from analysis.statistics.refusals import BadOption, UnknownColumn, listed, shown
+
+DEPENDENT = 1e-10  # a column whose new part is a smaller share of it adds nothing
+NOISE = 1e-7  # how much of the residual rounding may be
+SINGULAR = 1e-4
+
+
+def check_call(
+    fixed: Sequence[str],
+    random: Mapping[str, Sequence[str]],
+    numeric: Sequence[str],
+    uncorrelated: Sequence[str],
+    coding: object,
+    reml: object,
+    confidence: float,
+) -> None:
+    """Refuse a call that contradicts itself, before any table is read."""
+    if not isinstance(random, Mapping) or not random:
+        raise BadOption("random names no grouping factor; give {'participant': []} or more, slopes in the list")
+    if isinstance(fixed, str) or any(isinstance(slopes, str) for slopes in random.values()):
+        raise BadOption("fixed and the slopes of random are lists of columns; found a single text")
+    if not isinstance(coding, str) or coding not in ("treatment", "sum"):
+        raise BadOption(f"coding={shown(coding)} is unknown: 'treatment' or 'sum'")
+    if not isinstance(reml, bool):
+        raise BadOption(f"reml={shown(reml)} is unknown: True or False")
+    if not 0 < confidence < 1:
+        raise BadOption(f"confidence={shown(confidence)} is no share; give a number between 0 and 1, such as 0.95")
+    if strange := [name for name in uncorrelated if name not in random]:
+        raise UnknownColumn(f"uncorrelated names {listed(map(repr, strange), len(strange))}, no grouping factor")
+    if both := [name for name in fixed if name in random]:
+        raise BadOption(f"{both[0]!r} is a fixed effect and a grouping factor; it can be one of them")
+    if both := [name for name in numeric if name in random]:
+        raise BadOption(f"{both[0]!r} is numeric and a grouping factor; it can be one of them")
+
+
+def refuse_rank_deficient(problem: Problem, parts: Reduced, names: Sequence[str]) -> None:
+    """Refuse fixed effects that are combinations of those before them, and as many of them as values."""
+    if problem.columns >= len(problem.y):
+        raise RankDeficient(f"{problem.columns} fixed effects for {len(problem.y)} values; take effects out")
+    if outside_width(problem) > WIDEST:
+        raise NotIdentified(
+            f"{outside_width(problem):,} random effects are crossed with the largest grouping factor; more than "
+            f"{WIDEST:,} do not fit into memory: nest grouping factors ('a:b') or take one out"
+        )
+    triangle = without_random(problem, parts).fixed_triangle
+    norms = np.sqrt((triangle**2).sum(axis=0))
+    dependent = np.abs(np.diag(triangle)) < DEPENDENT * norms
+    found = [names[i] for i in np.flatnonzero(dependent).tolist()]
+    if found:
+        raise RankDeficient(
+            f"the fixed effects {listed(map(repr, found), len(found))} are combinations of those before them, so their "
+            "coefficients have no value; is a cell of the design empty, or one column a function of others? "
+            "Take the interaction or the column out"
+        )
+
+
+def without_random(problem: Problem, parts: Reduced) -> Solved:
+    """Ordinary least squares: the fixed effects alone."""
+    return solved(problem, parts, [np.zeros((term.size, term.size)) for term in problem.random])
+
+
+def refuse_no_residual(problem: Problem, parts: Reduced, parameters: Parameters, y: Floats, exponent: int) -> None:
+    """Refuse data that the fixed and random effects together fit to the last digit."""
+    sizes = np.full(sum(term.size for term in problem.random), SIZES[-1])
+    rss = solved(problem, parts, parameters.factors(parameters.diagonal(sizes))).rss
+    spread = rescaled(math.sqrt(rss / len(y)), exponent)
+    if spread <= ROUNDING * float(np.abs(y).max()):
+        raise NoResidual(
+            "the fixed and random effects together leave no residual but the rounding of the numbers "
+            f"({spread:.2g}); a mixed model needs values that vary within its cells"
+        )
+
+
+def refuse_beyond_doubles(problem: Problem, parts: Reduced, best: Optimum, at: Solved) -> None:
+    """Refuse effects so much larger than the residual that double precision loses the latter."""
+    factors = best.parameters.factors(best.free)
+    inside = block_factor(problem, factors)
+    several = [np.abs(batch.through @ inside).max() for batch in parts.batches if batch.through.shape[1] > 1]
+    largest = max([float(np.linalg.norm(at.triangle[:, -1])) / math.sqrt(at.rss), *map(float, several)])
+    if largest * 2.0**-52 > NOISE:
+        raise NoResidual(
+            f"the effects are {largest:.1g} times larger than the residual; double precision cannot tell the residual "
+            "from rounding: check the outcome's unit and its outliers"
+        )
+
+
+def singular_notes(random: Sequence[Random], best: Optimum, units: Sequence[Floats]) -> tuple[str, ...]:
+    """What lies on the border: variances of zero and combinations of effects without any, in natural units."""
+    notes = []
+    for term, factor, unit in zip(random, best.parameters.factors(best.free), units, strict=True):
+        scaled = factor / unit[:, None]
+        none = [effect for effect, row in zip(term.effects, scaled, strict=True) if not row.any()]
+        if len(none) == term.size:
+            notes.append(f"singular fit: no variance between levels of {term.name!r}")
+        elif none and not term.correlated:
+            notes.append(f"singular fit: no variance of {listed(map(repr, none), len(none))} in {term.name!r}")
+        elif np.linalg.svd(scaled, compute_uv=False)[-1] < SINGULAR:
+            notes.append(f"singular fit: random effects of {term.name!r} have a correlation of 1 or -1, or no variance")
+    return tuple(notes)

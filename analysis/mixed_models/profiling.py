@@ -1,0 +1,166 @@
+"""Profile-likelihood intervals of standard deviations: Bates et al. 2015, section 5.1.
+
+The deviance at a given standard deviation, smallest over everything else, rises from its minimum; the interval holds
+the values at which it rises by less than the chi squared quantile. As lme4 does, the likelihood is not the restricted
+one, whatever the model was fitted by. With sd_i = sigma times the norm of row i of Lambda, a given sd_i fixes sigma.
+"""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Callable, Iterator
+from dataclasses import dataclass
+from typing import TypeAlias
+
+import numpy as np
+import pandas as pd
+from scipy.optimize import brentq, minimize
+from scipy.special import gammaincinv
+
+from analysis.mixed_models.criterion import degrees_of_freedom, deviance, solved
+from analysis.mixed_models.derivatives import rough_gradient
+from analysis.mixed_models.optimising import Counted, Optimum, optimum
+from analysis.mixed_models.parameters import natural
+from analysis.mixed_models.problem import Problem
+from analysis.mixed_models.reducing import Reduced
+from analysis.mixed_models.refusals import NotConverged
+from analysis.mixed_models.results import Fit, MixedModel
+from analysis.statistics.doubles import Floats, rescaled
+from analysis.statistics.refusals import BadOption
+
+FURTHEST = 40  # doublings and halvings of a standard deviation that are tried
+SMALLEST_SHARE = 1e-3  # of the size at which an effect weighs as much as the residual; less is none
+LOG_2PI = math.log(2 * math.pi)
+COLUMNS = ["group", "effect", "sd", "ci_low", "ci_high"]
+Ratio: TypeAlias = Callable[[list[Floats]], float]
+
+
+@dataclass(frozen=True)
+class _Profile:
+    """The deviance at a given standard deviation, in internal units.
+
+    `ratio` is that standard deviation over sigma as a function of the factors, `term` its random term (None: sigma).
+    """
+
+    problem: Problem
+    parts: Reduced
+    best: Optimum
+    ratio: Ratio
+    term: int | None
+
+    @property
+    def factors(self) -> list[Floats]:
+        """The factors at the optimum."""
+        return self.best.parameters.factors(self.best.free)
+
+    @property
+    def sigma(self) -> float:
+        """The residual's standard deviation at the optimum."""
+        return math.sqrt(solved(self.problem, self.parts, self.factors).rss / len(self.problem.y))
+
+    def rise(self, sd: float) -> float:
+        """How far the smallest deviance at this standard deviation lies above the smallest of all."""
+
+        def value(free: Floats) -> float:
+            factors = self.best.parameters.factors(free)
+            at = solved(self.problem, self.parts, factors)
+            # In logarithms, so that neither a ratio of nearly nothing nor its square leaves the range of doubles.
+            log_sigma = math.log(sd) - math.log(max(self.ratio(factors), 1e-150))
+            n = len(self.problem.y)
+            return at.log_det + n * (LOG_2PI + 2 * log_sigma) + math.exp(min(600, math.log(at.rss) - 2 * log_sigma))
+
+        start = self.best.parameters.free_of(self._start(sd))
+        options = {"gtol": 1e-6}
+        found = minimize(value, start, jac=lambda x: rough_gradient(value, x), method="BFGS", options=options)
+        return float(found.fun) - self.best.deviance
+
+    def _start(self, sd: float) -> list[Floats]:
+        """The factors at the optimum, its own term's (or all, for sigma) scaled to where this value is met."""
+        factors, sigma = self.factors, self.sigma
+        if self.term is None:
+            return [factor * (sigma / sd) for factor in factors]
+        size = self.ratio(factors) * sigma
+        unit = np.diag(self.best.parameters.units[self.term])
+        factors[self.term] = factors[self.term] * (sd / size) if size > 0 else unit * (sd / sigma / self.ratio_of(unit))
+        return factors
+
+    def ratio_of(self, factor: Floats) -> float:
+        """The ratio that this factor alone would give."""
+        others = [factor if i == self.term else each for i, each in enumerate(self.factors)]
+        return self.ratio(others)
+
+
+def profile_intervals(model: MixedModel, confidence: float = 0.95) -> pd.DataFrame:
+    """Intervals of the standard deviations of all random effects and the residual, in the outcome's unit.
+
+    One row each: group, effect, sd (the maximum-likelihood estimate), ci_low, ci_high. A lower end of 0 says that
+    a variance of zero is within the interval. Slow: every end is a search of searches.
+    Raises BadOption or NotConverged.
+    """
+    if not 0 < confidence < 1:
+        raise BadOption(f"confidence={confidence} is no share; give a number between 0 and 1, such as 0.95")
+    fit, allowed = model.fit, 2 * float(gammaincinv(0.5, confidence))
+    best = _ml(fit)
+    rows = []
+    for group, effect, ratio, term in _ratios(fit.problem):
+        profile = _Profile(fit.problem, fit.parts, best, ratio, term)
+        sd = profile.sigma * ratio(profile.factors)
+        smallest = _nothing(profile)
+        ends = _low(profile, sd, smallest, allowed), _high(profile, max(sd, smallest), allowed)
+        rows.append((group, effect, *(rescaled(x, fit.y_exponent) for x in (sd, *ends))))
+    return pd.DataFrame(rows, columns=COLUMNS)
+
+
+def _nothing(profile: _Profile) -> float:
+    """A standard deviation so small that the data cannot tell it from none."""
+    unit = 1.0 if profile.term is None else profile.ratio_of(np.diag(profile.best.parameters.units[profile.term]))
+    return SMALLEST_SHARE * profile.sigma * unit
+
+
+def _low(profile: _Profile, sd: float, smallest: float, allowed: float) -> float:
+    """The lower end, 0 where even a standard deviation of nearly nothing is within."""
+    above = sd
+    while above > smallest:
+        below = above / 2
+        if profile.rise(below) > allowed:
+            return _crossing(profile, below, above, allowed)
+        above = below
+    return 0.0
+
+
+def _high(profile: _Profile, sd: float, allowed: float) -> float:
+    """The upper end. Raises NotConverged where there is none within reach."""
+    below = sd
+    for _ in range(FURTHEST):
+        above = below * 2
+        if profile.rise(above) > allowed:
+            return _crossing(profile, below, above, allowed)
+        below = above
+    raise NotConverged("a standard deviation has no upper limit within reach; the data say nothing of it")
+
+
+def _crossing(profile: _Profile, low: float, high: float, allowed: float) -> float:
+    def beyond(log_sd: float) -> float:
+        return profile.rise(math.exp(log_sd)) - allowed
+
+    return math.exp(float(brentq(beyond, math.log(low), math.log(high), xtol=1e-7)))
+
+
+def _ml(fit: Fit) -> Optimum:
+    problem, parts = fit.problem, fit.parts
+    if degrees_of_freedom(problem, False) < 3:
+        raise NotConverged("too few values for a profile")
+    counted = Counted(lambda factors: deviance(problem, solved(problem, parts, factors), False))
+    return optimum(counted, natural(problem))
+
+
+def _ratios(problem: Problem) -> Iterator[tuple[str, str, Ratio, int | None]]:
+    """Every standard deviation's group, effect, ratio to sigma as a function of the factors, and term."""
+    for i, term in enumerate(problem.random):
+        for row, effect in zip(term.back, term.effects, strict=True):
+            yield term.name, effect, _ratio(i, row), i
+    yield "Residual", "", lambda _: 1.0, None
+
+
+def _ratio(term: int, row: Floats) -> Ratio:
+    return lambda factors: float(np.linalg.norm(row @ factors[term]))

@@ -1,0 +1,1 @@
+"""Statistics of ranks and of ordered answers: Friedman, Nemenyi, Wilcoxon, aligned ranks, ordinal models, Likert."""

@@ -1,0 +1,184 @@
+"""The aligned rank transform: a factorial analysis of variance on ranks, one alignment for each effect.
+
+Each effect is tested on the ranks of the values from which all other effects have been taken away: the residual from
+the cell's mean plus this effect's own estimate, a signed sum of means (Higgins & Tashtoush 1994; Wobbrock, Findlater,
+Gergle & Higgins 2011). The analysis of variance is the one of `analysis.statistics.mixed`.
+"""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Hashable, Iterator, Sequence
+from dataclasses import dataclass, replace
+from itertools import combinations
+from typing import Any, TypeAlias
+
+import numpy as np
+import pandas as pd
+
+from analysis.ordinal.ranks import doubled_ranks, refuse_huge
+from analysis.statistics.cells import Aggregate, Counts, Missing, cell_means
+from analysis.statistics.doubles import ROUNDING_ULPS, Floats
+from analysis.statistics.effects import Effect
+from analysis.statistics.hypotheses import SumOfSquares
+from analysis.statistics.mixed import Design, Names, gather_design, mixed_effects
+from analysis.statistics.refusals import BadOption, shown
+
+Term: TypeAlias = tuple[int, ...]  # places of an effect's factors: between factors first, then within factors
+CLEAN = 1e-9  # an F of an effect that was aligned away is at most this where alignment works
+
+
+@dataclass(frozen=True)
+class Aligned:
+    """One effect's aligned values and their ranks, both shaped like the design's cells."""
+
+    source: str
+    values: Floats
+    ranks: Floats
+
+
+def aligned_ranks(
+    data: pd.DataFrame,
+    dv: Hashable,
+    *,
+    within: Names = None,
+    between: Names = None,
+    subject: Hashable,
+    sum_of_squares: SumOfSquares = "III",
+    missing: Missing = "raise",
+    aggregate: Aggregate = None,
+) -> pd.DataFrame:
+    """Aligned rank transform ANOVA with any number of within and between factors: one row per effect.
+
+    The columns of `mixed_anova` without the sums of squares, for the ranks aligned for that effect, then two checks
+    of the alignment: `aligned_sum`, the sum of the aligned values relative to the sum of their sizes, and `other_F`,
+    the largest F of any other effect in them. Both are 0 up to rounding with groups of equal size; with unequal
+    groups alignment cannot separate the effects fully, and the note says how much is left.
+    Raises a StatisticsError (a ValueError) that names what is wrong with the table.
+    """
+    if sum_of_squares not in ("II", "III"):
+        raise BadOption(f"sum_of_squares={shown(sum_of_squares)} is unknown: 'II' or 'III'")
+    design = gather_design(data, dv, within, between, subject, missing, aggregate)
+    refuse_huge(design.cells.values)
+    table = pd.DataFrame([_row(design, each, sum_of_squares) for each in alignments(design)])
+    sizes = dict(zip(design.groups.names(), design.groups.sizes, strict=True))
+    table.attrs.update(design.cells.attrs() | {"sum_of_squares": sum_of_squares, "group_sizes": sizes})
+    return table
+
+
+def aligned_table(
+    data: pd.DataFrame,
+    dv: Hashable,
+    *,
+    within: Names = None,
+    between: Names = None,
+    subject: Hashable,
+    missing: Missing = "raise",
+    aggregate: Aggregate = None,
+) -> pd.DataFrame:
+    """Aligned values ("aligned SOURCE") and ranks ("rank SOURCE") of every effect, one row per participant and cell.
+
+    Raises a StatisticsError (a ValueError) that names what is wrong with the table.
+    """
+    design = gather_design(data, dv, within, between, subject, missing, aggregate)
+    refuse_huge(design.cells.values)
+    cells = design.cells
+    where = np.indices(cells.values.shape).reshape(cells.values.ndim, -1)
+    labels = [cells.participants, *cells.levels]
+    columns: dict[Any, Any] = {
+        name: [own[i] for i in axis] for name, own, axis in zip([subject, *cells.factors], labels, where, strict=True)
+    }
+    for each in alignments(design):
+        columns[f"aligned {each.source}"] = each.values.ravel()
+        columns[f"rank {each.source}"] = each.ranks.ravel()
+    return pd.DataFrame(columns)
+
+
+def alignments(design: Design) -> Iterator[Aligned]:
+    """Every effect's alignment, in the order of the design's effects."""
+    values = design.cells.values
+    codes, sizes = _codes(design)
+    pivot = float(values.flat[0])
+    y = values.ravel() - pivot
+    count = len(design.groups.factors)
+    means: dict[Term, Floats] = {}
+    for axes, between in design.terms():
+        term = (*between, *(count + axis - 1 for axis in axes))
+        for part in _parts(tuple(range(len(sizes)))):
+            if part not in means:
+                means[part] = _means(y, codes, sizes, part)
+        effect = sum((sign * means[part] for sign, part in _signed(term)), np.zeros_like(y))
+        aligned = y - means[tuple(range(len(sizes)))] + effect
+        yield _ranked(design.source(between, axes), aligned, values, len(term))
+
+
+def _ranked(source: str, aligned: Floats, values: Floats, order: int) -> Aligned:
+    """Ranks of aligned values, tied where they are apart by less than the rounding of the means they are made of."""
+    terms = 2 + 2**order
+    room = terms * ROUNDING_ULPS * float(np.spacing(np.abs(values).max()))
+    ranks = doubled_ranks(aligned[None], np.full((1, aligned.size), room), computed=True)[0] / 2
+    return Aligned(source, aligned.reshape(values.shape), ranks.reshape(values.shape))
+
+
+def _codes(design: Design) -> tuple[list[Counts], list[int]]:
+    """The level of every factor in every cell (between factors first), and how many levels each has."""
+    shape = design.cells.values.shape
+    sizes = [len(levels) for levels in design.groups.levels]
+    group = np.empty(shape[0], dtype=np.intp)
+    for place, people in enumerate(design.groups.groups):
+        group[people] = place
+    own = np.unravel_index(group, sizes) if sizes else ()
+    rest = math.prod(shape[1:])
+    between = [np.repeat(codes, rest).astype(np.intp) for codes in own]
+    within = [axis.ravel().astype(np.intp) for axis in np.indices(shape)[1:]]
+    return [*between, *within], [*sizes, *shape[1:]]
+
+
+def _means(y: Floats, codes: Sequence[Counts], sizes: Sequence[int], part: Term) -> Floats:
+    """The mean of each combination of these factors' levels, for every value; of all values for no factor."""
+    flat = np.zeros(len(y), dtype=np.intp)
+    for place in part:
+        flat = flat * sizes[place] + codes[place]
+    count = np.bincount(flat, minlength=math.prod(sizes[place] for place in part))
+    found: Floats = cell_means(y, flat, count)[flat]
+    return found
+
+
+def _parts(term: Term) -> Iterator[Term]:
+    for size in range(len(term) + 1):
+        yield from combinations(term, size)
+
+
+def _signed(term: Term) -> Iterator[tuple[int, Term]]:
+    """An effect as a signed sum of means: AB = mean(AB) - mean(A) - mean(B) + mean."""
+    for part in _parts(term):
+        yield (-1) ** (len(term) - len(part)), part
+
+
+def _row(design: Design, each: Aligned, kind: SumOfSquares) -> dict[str, Any]:
+    contrasts, effect = _tested(design, each.source, each.ranks, kind)
+    left = _other_f(design, each, kind)
+    size = float(np.abs(each.values).sum())
+    notes = [effect.note]
+    if left > CLEAN:
+        notes.append(f"groups of unequal size: alignment leaves F = {left:.2g} of another effect")
+    return {
+        **{"Source": each.source, "ddof1": effect.df1, "ddof2": effect.df2, "F": effect.f, "p_unc": effect.p},
+        **{"p_GG_corr": effect.p_gg, "p_HF_corr": effect.p_hf, "eps": effect.eps, "eps_HF": effect.eps_hf},
+        **{"np2": effect.np2, "ng2": effect.ng2, "d": contrasts},
+        "aligned_sum": abs(math.fsum(each.values.ravel().tolist())) / size if size else 0.0,
+        "other_F": left,
+        "note": "; ".join(filter(None, notes)),
+    }
+
+
+def _tested(design: Design, source: str, ranks: Floats, kind: SumOfSquares) -> tuple[int, Effect]:
+    found = mixed_effects(replace(design, cells=replace(design.cells, values=ranks)), kind)
+    return next((contrasts, effect) for contrasts, effect in found if effect.source == source)
+
+
+def _other_f(design: Design, each: Aligned, kind: SumOfSquares) -> float:
+    """The largest F of an effect that was aligned away; 0 where nothing was, or where nothing varies."""
+    found = mixed_effects(replace(design, cells=replace(design.cells, values=each.values)), kind)
+    others = [effect.f for _, effect in found if effect.source != each.source and not math.isnan(effect.f)]
+    return max(others, default=0.0)

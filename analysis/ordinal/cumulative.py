@@ -1,0 +1,134 @@
+"""Cumulative link models as rows of linear bounds, and their maximum likelihood fit by Newton's method.
+
+P(Y <= j) = F(theta_j - x'beta), so each answer is an interval (lower'g, upper'g) of a latent scale, linear in all
+parameters g = (theta, beta). The log likelihood is concave (Pratt 1981), so what is stationary is the maximum.
+Sources: McCullagh 1980; Agresti 2010; Christensen 2018, Cumulative link models for ordinal regression (R's ordinal).
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+import numpy as np
+
+from analysis.ordinal.links import END, Link, interval, latent_quantile
+from analysis.ordinal.ranks import Ints, Truths
+from analysis.ordinal.refusals import NotConverged
+from analysis.statistics.doubles import Floats
+
+MOST_STEPS = 200
+HALVINGS = 40
+SETTLED = 1e-20  # Newton decrement, per answer
+PLATEAU = 1e-13  # gain of log likelihood, relative
+
+
+@dataclass(frozen=True)
+class Rows:
+    """Answers as intervals: `weights` answers each with bounds `upper` and `lower` (rows, parameters).
+
+    Rows of one participant stand together; `starts` are the first row of each participant.
+    """
+
+    upper: Floats
+    lower: Floats
+    last: Truths  # no upper bound: the highest answer
+    first: Truths  # no lower bound: the lowest answer
+    weights: Floats
+    starts: Ints
+
+    @property
+    def answers(self) -> float:
+        """How many answers the rows stand for."""
+        return float(self.weights.sum())
+
+    def bounds(self, g: Floats) -> tuple[Floats, Floats]:
+        """The ends of each row's interval."""
+        return np.where(self.last, END, self.upper @ g), np.where(self.first, -END, self.lower @ g)
+
+
+@dataclass(frozen=True)
+class Fit:
+    """The parameters at the maximum, the negative second derivatives there, and how the search ended."""
+
+    g: Floats
+    information: Floats
+    log_likelihood: float
+    steps: int
+
+
+def rows_of(answers: Ints, points: int, x: Floats, free: Floats, weights: Floats, starts: Ints) -> Rows:
+    """The bounds of answers 0 .. points - 1: thresholds (and a slope at each for every column of `free`), then slopes.
+
+    Columns of `x` have one slope for all thresholds (proportional odds), columns of `free` one at each.
+    """
+    block = np.concatenate((np.ones((len(answers), 1)), -free), axis=1)
+
+    def bound(at: Ints) -> Floats:
+        wide = np.zeros((len(answers), points - 1, block.shape[1]))
+        inside = np.flatnonzero((at >= 0) & (at < points - 1))
+        wide[inside, at[inside]] = block[inside]
+        return np.concatenate((wide.reshape(len(answers), -1), -x), axis=1)
+
+    return Rows(bound(answers), bound(answers - 1), answers == points - 1, answers == 0, weights, starts)
+
+
+def start_of(answers: Ints, points: int, weights: Floats, columns: int, free: int, link: Link) -> Floats:
+    """Thresholds that give each answer its share, and no slopes."""
+    share = np.cumsum(np.bincount(answers, weights=weights, minlength=points))[:-1] / weights.sum()
+    wide = np.zeros((points - 1, 1 + free))
+    wide[:, 0] = latent_quantile(share, link)
+    return np.concatenate((wide.ravel(), np.zeros(columns)))
+
+
+def log_likelihood(rows: Rows, g: Floats, link: Link) -> float:
+    """The log likelihood; minus infinity where thresholds are out of order."""
+    high, low = rows.bounds(g)
+    if not np.all(high > low):
+        return -np.inf
+    return float(np.dot(rows.weights, interval(high, low, link).log_p))
+
+
+def derivatives(rows: Rows, g: Floats, link: Link) -> tuple[float, Floats, Floats]:
+    """Log likelihood, gradient and negative second derivatives."""
+    found = interval(*rows.bounds(g), link)
+    score = found.f_high[:, None] * rows.upper - found.f_low[:, None] * rows.lower
+    weighted = rows.weights[:, None]
+    information = (
+        score.T @ (weighted * score)
+        - rows.upper.T @ (weighted * found.s_high[:, None] * rows.upper)
+        + rows.lower.T @ (weighted * found.s_low[:, None] * rows.lower)
+    )
+    return float(np.dot(rows.weights, found.log_p)), rows.weights @ score, information
+
+
+def fitted(rows: Rows, start: Floats, link: Link) -> Fit:
+    """Newton's method with halved steps from `start`, whose thresholds are in order."""
+    g = start
+    for steps in range(MOST_STEPS):
+        value, gradient, information = derivatives(rows, g, link)
+        step = solved(information, gradient)
+        gain = float(gradient @ step)
+        if gain <= SETTLED * rows.answers:
+            return Fit(g + step, information, value, steps)
+        g, reached = _uphill(rows, g, step, value, link)
+        if reached - value <= PLATEAU * abs(value) and gain < 1e-10:
+            return Fit(g, derivatives(rows, g, link)[2], reached, steps)
+    raise NotConverged(f"no maximum of the ordinal model's likelihood in {MOST_STEPS} steps; leave predictors out")
+
+
+def solved(information: Floats, gradient: Floats) -> Floats:
+    """The Newton step; the shortest one where the information has lost a direction."""
+    try:
+        return np.linalg.solve(information, gradient).astype(np.float64)
+    except np.linalg.LinAlgError:
+        return np.linalg.lstsq(information, gradient, rcond=None)[0].astype(np.float64)
+
+
+def _uphill(rows: Rows, g: Floats, step: Floats, value: float, link: Link) -> tuple[Floats, float]:
+    """The longest of the steps 1, 1/2, 1/4, ... that does not go down; no step where none does."""
+    for halving in range(HALVINGS):
+        tried = g + step / 2**halving
+        reached = log_likelihood(rows, tried, link)
+        if reached >= value:
+            return tried, reached
+    return g, value

@@ -1,0 +1,99 @@
+"""Likert items in words of their answers: counts and shares of each point, and what describes their middle."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Hashable, Sequence
+from fractions import Fraction
+from typing import Any
+
+import numpy as np
+import pandas as pd
+
+from analysis.ordinal.ranks import Truths, refuse_huge, rounding, same_value
+from analysis.statistics.cells import check_columns
+from analysis.statistics.column_values import numbers_of
+from analysis.statistics.doubles import Floats, deviation_ss, exact_sum
+from analysis.statistics.labels import coded
+from analysis.statistics.refusals import BadOption, BadValue, listed, shown
+
+MOST_POINTS = 101
+
+
+def likert(data: pd.DataFrame, dv: Hashable, item: Hashable, points: Sequence[float]) -> pd.DataFrame:
+    """How each item was answered: one row per item, in natural order of their names.
+
+    `points` are the scale's points from lowest to highest, such as range(1, 8); an answer between them is refused, an
+    empty one counts as `missing`. Columns: `n`, `missing`, `n_POINT` and `share_POINT` (of the answers given),
+    `median`, `q1`, `q3` (linear between order statistics: type 7 of Hyndman & Fan 1996, R's default), `mode` (all
+    most frequent points), `mean` and `sd` (n - 1), which take the points as equally far apart, `agree`: the share of
+    answers above the middle of the scale, `disagree` below it, and `note`.
+    Raises a StatisticsError (a ValueError) that names what is wrong with the table.
+    """
+    scale = _scale(points)
+    check_columns(data, [dv, item])
+    values, items = numbers_of(data[dv], dv), coded(data[item], item)
+    rows = []
+    for code, label in enumerate(items.labels):
+        own = values[items.codes == code]
+        given = own[~np.isnan(own)]
+        rows.append({"item": label, "n": len(given), "missing": len(own) - len(given)} | _summary(given, scale, label))
+    return pd.DataFrame(rows)
+
+
+def _scale(points: Sequence[float]) -> Floats:
+    found = [] if isinstance(points, str) else list(points)
+    if not 2 <= len(found) <= MOST_POINTS or not all(map(_is_number, found)):
+        raise BadOption(f"points={shown(points)}: 2 to {MOST_POINTS} numbers are expected, such as range(1, 8)")
+    scale = np.array(found, dtype=np.float64)
+    if not np.all(np.diff(scale) > 0):
+        raise BadOption(f"points={found}: each point must be above the one before it")
+    refuse_huge(scale)
+    return scale
+
+
+def _is_number(point: object) -> bool:
+    return isinstance(point, int | float) and not isinstance(point, bool) and math.isfinite(point)
+
+
+def _summary(given: Floats, scale: Floats, label: Hashable) -> dict[str, Any]:
+    place = _places(given, scale, label)
+    counts = np.bincount(place, minlength=len(scale)).tolist()
+    n, names = len(given), [f"{point:g}" for point in scale.tolist()]
+    per_point: dict[str, Any] = {f"n_{name}": count for name, count in zip(names, counts, strict=True)}
+    per_point |= {f"share_{name}": count / n if n else math.nan for name, count in zip(names, counts, strict=True)}
+    if not n:
+        undefined = dict.fromkeys(("median", "q1", "q3", "mean", "sd", "agree", "disagree"), math.nan)
+        return per_point | undefined | {"mode": "", "note": "no answer was given"}
+    modes = [name for name, count in zip(names, counts, strict=True) if count == max(counts)]
+    return per_point | _numbers(np.sort(scale[place]), scale) | {"mode": ", ".join(modes), "note": _note(n)}
+
+
+def _note(n: int) -> str:
+    return "sd is undefined: one answer" if n == 1 else ""
+
+
+def _places(given: Floats, scale: Floats, label: Hashable) -> Any:
+    """The point that each answer is, rounding allowed for."""
+    refuse_huge(np.append(given, 0.0))
+    nearest = np.abs(given[:, None] - scale[None, :]).argmin(axis=1)
+    room = np.maximum(rounding(given), rounding(scale[nearest]))
+    on: Truths = same_value(given, scale[nearest], room)
+    if not on.all():
+        off = sorted(set(given[~on].tolist()))
+        points = ", ".join(f"{point:g}" for point in scale.tolist())
+        raise BadValue(
+            f"item {label!r} has answers that are no point of the scale {points}: "
+            f"{listed(map(repr, off), len(off))}; correct them or give the scale's own points"
+        )
+    return nearest
+
+
+def _numbers(given: Floats, scale: Floats) -> dict[str, float]:
+    n, middle = len(given), (scale[0] + scale[-1]) / 2
+    q1, median, q3 = np.quantile(given, [0.25, 0.5, 0.75]).tolist()
+    first = float(given[0])
+    mean = float(Fraction(first) + exact_sum(given, first) / n)
+    sd = math.sqrt(deviation_ss(given) / (n - 1)) if n > 1 else math.nan
+    above, below = int(np.count_nonzero(given > middle)), int(np.count_nonzero(given < middle))
+    return {"median": median, "q1": q1, "q3": q3, "mean": mean, "sd": sd, "agree": above / n, "disagree": below / n}

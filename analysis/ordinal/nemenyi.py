@@ -1,0 +1,105 @@
+"""All pairs of conditions after Friedman: Nemenyi's test of mean ranks, and the exact test of each pair."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Hashable, Iterable
+from itertools import combinations
+from typing import Any
+
+import numpy as np
+import pandas as pd
+
+from analysis.ordinal.friedman import NO_RANKS, one_factor, rank_rows, spread
+from analysis.ordinal.ranks import Ints
+from analysis.ordinal.studentized import range_quantile, range_tail
+from analysis.statistics.cells import Aggregate, Missing
+from analysis.statistics.doubles import Floats
+from analysis.statistics.pvalues import SMALLEST, adjusted
+from analysis.statistics.refusals import BadOption, shown
+
+MOST_STEPS = 50_000_000  # participants times sums times differences, for the exact test
+
+
+def nemenyi(
+    data: pd.DataFrame,
+    dv: Hashable,
+    within: Hashable | Iterable[Hashable],
+    subject: Hashable,
+    *,
+    alpha: float = 0.05,
+    ties: bool = False,
+    missing: Missing = "raise",
+    aggregate: Aggregate = None,
+) -> pd.DataFrame:
+    """Nemenyi's test of all pairs of conditions: mean ranks A minus B, one row per pair.
+
+    `q` is |difference| / sqrt(k (k + 1) / (12 n)), `p` its tail of the studentized range with infinite df, so already
+    right for all pairs together; a difference beyond `critical` is significant at `alpha`. `ties=True` takes the
+    spread of the ranks found instead of k (k + 1) / 12 (less cautious where there are ties). `p_exact` is the exact
+    p of this pair alone given all ties, `p_exact_holm` the same adjusted by Holm; NaN where it costs too much.
+    Raises a StatisticsError (a ValueError) that names what is wrong with the table.
+    Sources: Nemenyi 1963; Demsar 2006, equation 3; Eisinga et al. 2017 for the exact test.
+    """
+    if not isinstance(alpha, float) or not 0 < alpha < 1:
+        raise BadOption(f"alpha={shown(alpha)}: a number between 0 and 1 is expected, such as 0.05")
+    factor, cells = one_factor(data, dv, within, subject, missing, aggregate)
+    ranks = rank_rows(cells)
+    (n, k), error = ranks.shape, rank_error(ranks, ties)
+    note = "" if error > 0 else f"q is {NO_RANKS}"
+    sums, exact = ranks.sum(axis=0), _exact_tails(ranks)
+    critical = range_quantile(alpha, k) * error
+    rows: list[dict[str, Any]] = []
+    for i, j in combinations(range(k), 2):
+        labels = {"Contrast": str(factor), "A": cells.levels[0][i], "B": cells.levels[0][j]}
+        p_exact = math.nan if note or exact is None else exact[abs(int(sums[i] - sums[j]))]
+        pair = _pair(int(sums[i]), int(sums[j]), (n, k), error)
+        rows.append({**labels, **pair, "critical": critical, "p_exact": p_exact, "note": note})
+    table = pd.DataFrame(rows)
+    table.insert(len(table.columns) - 1, "p_exact_holm", adjusted(table["p_exact"].tolist(), "holm"))
+    table.attrs.update(cells.attrs())
+    return table
+
+
+def _pair(a: int, b: int, shape: tuple[int, int], error: float) -> dict[str, float]:
+    """Two conditions from their sums of doubled ranks."""
+    n, k = shape
+    q = abs(a - b) / (2 * n) / error if error > 0 else math.nan
+    means = {"mean_rank_A": a / (2 * n), "mean_rank_B": b / (2 * n)}
+    return {**means, "diff": (a - b) / (2 * n), "q": q, "p": range_tail(q, k)}
+
+
+def rank_error(ranks: Ints, ties: bool) -> float:
+    """The standard deviation of a mean rank: sqrt(k (k + 1) / (12 n)), or from the ranks found where `ties`."""
+    n, k = ranks.shape
+    if spread(ranks)[1] == 0:
+        return 0.0
+    return math.sqrt(spread(ranks)[1] / (4 * n * n * (k - 1)) if ties else k * (k + 1) / (12 * n))
+
+
+def _exact_tails(ranks: Ints) -> list[float] | None:
+    """P(|difference of two rank sums| >= d) for d = 0, 1, ... (doubled ranks); None where it costs too much.
+
+    Any two conditions of one participant hold two of their ranks, drawn without replacement.
+    """
+    n, k = ranks.shape
+    if n * (4 * n * k) * (4 * k) > MOST_STEPS:
+        return None
+    chances: Floats = np.ones(1)
+    kinds, counts = np.unique(np.sort(ranks, axis=1), axis=0, return_counts=True)
+    for kind, count in zip(kinds, counts.tolist(), strict=True):
+        own = _pair_differences(kind)
+        for _ in range(count):
+            chances = np.convolve(chances, own).astype(np.float64)
+    middle = len(chances) // 2
+    folded = np.concatenate((chances[middle : middle + 1], 2 * chances[middle + 1 :]))
+    tails = np.minimum(1.0, np.maximum(folded[::-1].cumsum()[::-1], SMALLEST))
+    return [1.0, *tails[1:].tolist()]
+
+
+def _pair_differences(row: Ints) -> Floats:
+    """The chance of each difference of two different places of one participant, from -2 (k - 1) to 2 (k - 1)."""
+    k = len(row)
+    apart = (row[:, None] - row[None, :])[~np.eye(k, dtype=bool)] + 2 * (k - 1)
+    chances: Floats = np.bincount(apart, minlength=4 * (k - 1) + 1) / (k * (k - 1))
+    return chances

@@ -1,0 +1,134 @@
+"""A long table of ordered answers to what an ordinal model is fitted to, the same for every order of rows."""
+
+from __future__ import annotations
+
+from collections.abc import Hashable, Sequence
+from dataclasses import dataclass
+
+import numpy as np
+import pandas as pd
+
+from analysis.ordinal.predictors import Asked, Orders, Term, terms_of
+from analysis.ordinal.ranks import Ints, doubled_ranks, refuse_huge, rounding
+from analysis.statistics.cells import check_columns
+from analysis.statistics.column_values import numbers_of
+from analysis.statistics.doubles import Floats
+from analysis.statistics.labels import coded
+from analysis.statistics.refusals import BadOption, BadValue, IncompleteCells, TooFew, listed
+
+MOST_POINTS = 200
+ALIASED = 1e-9  # what is left of a column once the ones before it are taken out, relative
+
+
+@dataclass(frozen=True)
+class OrdinalData:
+    """`answers` 0 .. points - 1 with the predictors' terms: each different row once, `weights` says how many there are.
+
+    Rows are sorted by participant, then by answer and predictors. `names` are the answers as they were given, from
+    lowest to highest; `people` the participants, None where they do not matter; `starts` each participant's first row.
+    """
+
+    answers: Ints
+    names: tuple[str, ...]
+    terms: tuple[Term, ...]
+    weights: Floats
+    starts: Ints
+    people: int | None
+
+    @property
+    def points(self) -> int:
+        """How many different answers there are."""
+        return len(self.names)
+
+
+def ordinal_data(
+    data: pd.DataFrame,
+    dv: Hashable,
+    asked: Asked,
+    subject: Hashable | None,
+    levels: Sequence[Hashable] | None,
+    orders: Orders,
+) -> OrdinalData:
+    """Answers and predictors of a long table.
+
+    Raises UnknownColumn, BadValue, IncompleteCells, BadOption or TooFew.
+    """
+    check_columns(data, [dv, *asked.names, *([] if subject is None else [subject])])
+    answers, names = _answers(data, dv, levels)
+    terms = terms_of(data, asked, orders)
+    people = np.zeros(len(answers), dtype=np.intp)
+    count = None
+    if subject is not None:
+        people, labels = coded(data[subject], subject)
+        count = len(labels)
+        if count < 2:
+            raise TooFew(f"one participant, {labels[0]!r}; a random intercept needs two or more")
+    kept, weights = _different(np.column_stack((people, answers, *(term.values for term in terms))))
+    shared = tuple(Term(term.name, term.parts, term.columns, term.values[kept]) for term in terms)
+    refuse_aliased(shared)
+    starts = np.flatnonzero(np.diff(people[kept], prepend=-1)).astype(np.int64)
+    return OrdinalData(answers[kept], names, shared, weights, starts, count)
+
+
+def _different(rows: Floats) -> tuple[Ints, Floats]:
+    """Where each different row stands, in sorted order, and how often it occurs."""
+    order = np.lexsort(rows.T[::-1]).astype(np.int64)
+    new = np.append(True, (np.diff(rows[order], axis=0) != 0).any(axis=1))
+    first = np.flatnonzero(new)
+    return order[first], np.diff(np.append(first, len(order))).astype(np.float64)
+
+
+def _answers(data: pd.DataFrame, dv: Hashable, levels: Sequence[Hashable] | None) -> tuple[Ints, tuple[str, ...]]:
+    if levels is not None:
+        codes, names = _labelled(data, dv, list(levels))
+    else:
+        codes, names = _numbered(numbers_of(data[dv], dv), dv)
+    if len(names) < 3:
+        given = ", ".join(names)
+        raise TooFew(f"column {dv!r} holds {len(names)} different answer(s) ({given}); an ordinal model needs three")
+    if len(names) > MOST_POINTS:
+        raise BadOption(f"column {dv!r} holds {len(names):,} different answers, more than {MOST_POINTS}: not ordinal")
+    return codes, names
+
+
+def _numbered(values: Floats, dv: Hashable) -> tuple[Ints, tuple[str, ...]]:
+    """Answers as numbers, values that differ by rounding alone being one."""
+    lost = np.flatnonzero(np.isnan(values)).tolist()
+    if lost:
+        where = listed((f"row {row + 1}" for row in lost), len(lost))
+        raise IncompleteCells(f"no answer in column {dv!r} in {where}; take these rows out")
+    refuse_huge(values)
+    _, first, codes = np.unique(
+        doubled_ranks(values[None], rounding(values)[None])[0], return_index=True, return_inverse=True
+    )
+    return codes.astype(np.int64), tuple(f"{value:.15g}" for value in values[first].tolist())
+
+
+def _labelled(data: pd.DataFrame, dv: Hashable, levels: list[Hashable]) -> tuple[Ints, tuple[str, ...]]:
+    codes, labels = coded(data[dv], dv)
+    unknown = [repr(label) for label in labels if label not in levels]
+    if unknown or len(set(levels)) < len(levels):
+        what = listed(unknown, len(unknown)) or "an answer twice"
+        raise BadValue(f"column {dv!r} and its levels do not agree: {what}; give every answer once, lowest first")
+    kept = [label for label in levels if label in labels]
+    place = np.array([kept.index(label) for label in labels], dtype=np.int64)
+    return place[codes], tuple(map(str, kept))
+
+
+def refuse_aliased(terms: Sequence[Term]) -> None:
+    """Refuse a column that the columns before it (and the thresholds) already say."""
+    names = [name for term in terms for name in term.columns]
+    x = np.concatenate([term.values for term in terms], axis=1)
+    centred = x - x.mean(axis=0)
+    room = np.abs(x).max(axis=0)
+    basis = np.zeros((len(x), 0))
+    for name, column, size in zip(names, centred.T, room.tolist(), strict=True):
+        left = column - basis @ (basis.T @ column)
+        left = left - basis @ (basis.T @ left)
+        norm, whole = float(np.linalg.norm(left)), float(np.linalg.norm(column))
+        if norm <= ALIASED * whole or whole <= 1e-14 * size * len(x) ** 0.5:
+            raise BadOption(
+                f"predictor {name!r} says nothing that the ones before it do not say already (or never varies); "
+                "leave it out"
+            )
+        basis = np.concatenate((basis, (left / norm)[:, None]), axis=1)

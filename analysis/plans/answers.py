@@ -1,0 +1,121 @@
+"""What a statistic is given and what it gives back, the same for every kind of test."""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Mapping
+from dataclasses import dataclass, field
+from types import MappingProxyType
+from typing import TYPE_CHECKING, Any, Literal, TypeAlias
+
+from protocols.study import Level, Strict, Text
+
+if TYPE_CHECKING:
+    import pandas as pd
+
+Value: TypeAlias = float | int | str | bool | None
+Row: TypeAlias = Mapping[str, Value]
+Takes = Literal["ratings", "words", "forms", "table"]
+Missing = Literal["refuse", "listwise", "mixed_model"]
+Normalise = Literal["none", "to_0_100", "to_-100_100", "z_within_participant", "range_within_participant"]
+_NONE: Mapping[str, Any] = MappingProxyType({})
+
+COLUMNS = (
+    "within", "between", "factor", "fixed", "numeric", "by", "targets", "raters", "units", "items", "cases", "families",
+    "pooled", "target", "attribute_column", "groups",
+)  # fmt: skip
+"""Settings that name columns of the study's answers."""
+
+
+class Asked(Strict):
+    """What every test of an analysis plan says; each kind adds its own settings.
+
+    `name` is the test's own, unique in its plan and fit for a file name. `outcomes` are attributes, words' forms or
+    items (None: all of them), `where` keeps the rows whose columns have these levels. `table` names one of the plan's
+    own tables instead of the study's answers, `source` another table of answers than the kind's own ("forms" for a
+    questionnaire's items). `normalise` and `missing` stand in for the plan's own.
+    """
+
+    name: str
+    test: str
+    outcomes: tuple[str, ...] | None = None
+    where: Mapping[Text, Level | tuple[Level, ...]] = {}
+    table: str | None = None
+    source: Takes | None = None
+    normalise: Normalise | None = None
+    missing: Missing | None = None
+
+
+@dataclass(frozen=True)
+class Selected:
+    """The rows that one test is asked about, after exclusions, normalisation and its own `where`.
+
+    `table` is long, one row per value: `participant`, `session`, `trial` (its place in the session), `group`,
+    `stimulus`, every stimulus column as text, and
+    - ratings: `attribute`, `value` (float64), `response_time_s`, `revised`;
+    - words: `word`, `kind` ("ticked", "further", ...), one row per chosen word;
+    - forms: `form`, `attribute` (the item's name), `value` (float64, NaN for an answer in words), `text`;
+    - table: the columns of the plan's own table.
+    `trials` has one row per answered trial (participant, session, trial, group, stimulus and its columns): what a share
+    is a share of. `levels` maps each text column to its levels in the study's order. `outcomes` holds one name for a
+    kind that is asked for each outcome by itself. `offered` are the words that a participant could tick. `antonyms` and
+    `categories` map an attribute to the other end of its scale and to "physical" or "emotional". `scale` are the ends
+    of the scale that `value` is on (None where it has none). `tables` are the plan's own tables by name. `seed` and
+    `draws` are for whatever is resampled.
+    """
+
+    table: pd.DataFrame
+    trials: pd.DataFrame
+    outcomes: tuple[str, ...]
+    levels: Mapping[str, tuple[str, ...]]
+    alpha: float = 0.05
+    seed: int = 0
+    draws: int = 2000
+    scale: tuple[float, float] | None = None
+    offered: tuple[str, ...] = ()
+    antonyms: Mapping[str, str] = field(default_factory=lambda: _NONE)
+    categories: Mapping[str, str] = field(default_factory=lambda: _NONE)
+    tables: Mapping[str, pd.DataFrame] = field(default_factory=lambda: _NONE)
+
+    @property
+    def outcome(self) -> str:
+        """The only outcome, for kinds that are asked for each outcome by itself."""
+        return self.outcomes[0]
+
+
+@dataclass(frozen=True)
+class Answer:
+    """One question's numbers.
+
+    `rows` are the result's table: plain values, a float for a number, None where it is undefined (the row's `note`
+    says why); p is never 0. `kinds` says of each column of numbers what it is ("generalized eta squared", "p,
+    Greenhouse-Geisser, not adjusted"). `method` names what was computed and its source in a sentence. `participants`
+    and `values` are what the numbers rest on. `headline` is the sentence a report states, "" for none. `matrix` and
+    other extra tables of a result go into `more`, by name.
+    """
+
+    rows: tuple[Row, ...]
+    method: str
+    kinds: Mapping[str, str]
+    participants: int
+    values: int
+    headline: str = ""
+    notes: tuple[str, ...] = ()
+    more: Mapping[str, tuple[Row, ...]] = field(default_factory=lambda: _NONE)
+
+
+@dataclass(frozen=True)
+class Kind:
+    """A kind of test that a plan may ask for.
+
+    `answer` raises a ValueError of ours that says why, where the question has no answer. `each` says whether it is
+    asked for every outcome by itself or once for all. `complete` names, for given settings, the factors whose cells
+    each participant must have filled (averaging over the study's other factors): where a cell is missing, the plan's
+    `missing` decides before `answer` is called. `with_gaps` answers instead under `missing: mixed_model`.
+    """
+
+    settings: type[Asked]
+    answer: Callable[[Selected, Any], Answer]
+    takes: Takes = "ratings"
+    each: Literal["outcome", "all"] = "outcome"
+    complete: Callable[[Any], tuple[str, ...]] | None = None
+    with_gaps: Callable[[Selected, Any], Answer] | None = None

@@ -1,0 +1,260 @@
+"""Adjective selection as a plan asks for it: relevance, bipolar pairs, agreement on words, a lexicon of free words."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping, Sequence
+from typing import TYPE_CHECKING, Annotated, Literal, TypeAlias
+
+from pydantic import Field
+
+from analysis.plans.answers import Answer, Asked, Kind, Row, Selected, Value
+from protocols.study import Text
+
+if TYPE_CHECKING:
+    import pandas as pd
+
+    from analysis.adjectives.selections import Selections
+
+Confidence = Annotated[float, Field(gt=0, lt=1)]
+Threshold = Annotated[float, Field(gt=0, le=1)]
+Normalisation: TypeAlias = Literal["share_of_trials", "share_of_maximum", "any_stimulus"]
+TICKED = "ticked"
+LISTED = 20
+TOLD = {
+    "share_of_trials": "of the answered trials",
+    "share_of_maximum": "of the most ticked word's ticks",
+    "any_stimulus": "of the participants for some stimulus",
+}
+
+
+class AskedRelevance(Asked):
+    """How relevant each offered word is; the normalisation and the threshold have no default, on purpose."""
+
+    test: Literal["relevance"]
+    normalisation: Normalisation
+    threshold: Threshold
+    interval: Literal["percentile", "bca"] = "percentile"
+    draws: Annotated[int, Field(ge=100, le=1_000_000)] | None = None
+    confidence: Confidence = 0.95
+
+
+class AskedPairs(Asked):
+    """Bipolar pairs from the kept words. `antonyms` are pairs, or the name of a table with columns word, antonym.
+
+    A pair needs one kept word; with `need_both`, two. With `new_words` an antonym may be a word that was not offered.
+    """
+
+    test: Literal["adjective_pairs"]
+    normalisation: Normalisation
+    threshold: Threshold
+    antonyms: Text | tuple[tuple[Text, Text], ...]
+    need_both: bool = False
+    new_words: bool = False
+
+
+class AskedAgreement(Asked):
+    """How far participants tick the same words."""
+
+    test: Literal["word_agreement"]
+    confidence: Confidence = 0.95
+
+
+class AskedLexicon(Asked):
+    """The words that participants wrote. `kinds` are kinds of word (None: all but the ticked ones).
+
+    `synonyms` maps a word to the one that it counts as, or names a table with columns word, counts_as.
+    """
+
+    test: Literal["lexicon"]
+    kinds: tuple[Text, ...] | None = None
+    normalisation: Literal["as_written", "spaces", "case_and_spaces"] = "case_and_spaces"
+    synonyms: Text | Mapping[Text, Text] = Field(default_factory=dict)
+
+
+def relevance_answer(selected: Selected, asked: AskedRelevance) -> Answer:
+    """The relevance of every word, most relevant first."""
+    from analysis.adjectives.relevance import relevance
+    from analysis.reliability.told import plain_rows
+
+    selections = _selections(selected)
+    draws = asked.draws or selected.draws
+    found = relevance(
+        selections,
+        asked.normalisation,
+        asked.threshold,
+        draws=draws,
+        seed=selected.seed,
+        interval=asked.interval,
+        confidence=asked.confidence,
+    )
+    how = f"{asked.confidence:.0%} {asked.interval} interval, {draws} draws of participants, seed {selected.seed}"
+    kinds = {
+        "ticks": "trials in which the word was ticked",
+        "relevance": f"share {TOLD[asked.normalisation]} ({asked.normalisation})",
+        "ci_low": how,
+        "ci_high": how,
+        "kept_chance": f"share of the draws in which the word reaches {asked.threshold:g}",
+    }
+    method = f"Relevance of adjectives by {asked.normalisation}, kept from {asked.threshold:g} on."
+    headline = _kept_headline(found, asked)
+    return _answer(selected, selections, plain_rows(found), method, kinds, headline)
+
+
+def pairs_answer(selected: Selected, asked: AskedPairs) -> Answer:
+    """The bipolar pairs of the kept words; the kept words without a pair in `more`."""
+    from analysis.adjectives.antonyms import antonym_pairs
+    from analysis.adjectives.relevance import relevance
+
+    selections = _selections(selected)
+    scores = relevance(selections, asked.normalisation, asked.threshold, draws=0)
+    score: dict[str, float] = dict(zip(scores["word"], scores["relevance"].tolist(), strict=True))
+    kept = scores.loc[scores["kept"], "word"].tolist()
+    offered = () if asked.new_words else selected.offered
+    found = antonym_pairs(kept, _antonyms(selected, asked), offered, need_both=asked.need_both)
+    rows = tuple(_pair_row(pair, score) for pair in found.pairs)
+    left: tuple[Row, ...] = tuple(
+        {"word": each, "relevance": score[each], "note": "no pair"} for each in found.left_out
+    )
+    named = ", ".join(f"{pair.word}–{pair.antonym}" for pair in found.pairs)
+    headline = f"{len(rows)} bipolar pairs of {len(kept)} kept words" + (f": {named}." if rows else ".")
+    notes = [f"Left out for lack of a pair: {', '.join(found.left_out)}."] if left else []
+    kinds = {f"relevance_{end}": f"relevance by {asked.normalisation}" for end in ("word", "antonym")}
+    method = f"Antonym pairs of the words that reach {asked.threshold:g} by {asked.normalisation}."
+    return _answer(selected, selections, rows, method, kinds, headline, notes, {"left_out": left})
+
+
+def agreement_answer(selected: Selected, asked: AskedAgreement) -> Answer:
+    """Agreement by word, and by stimulus in `more`."""
+    from analysis.adjectives.agreement import word_agreement
+    from analysis.reliability.told import plain_rows, with_interval
+
+    selections = _selections(selected)
+    found = word_agreement(selections, draws=selected.draws, seed=selected.seed, confidence=asked.confidence)
+    together = found.words.iloc[-1]
+    limits = (together["ci_low"], together["ci_high"], asked.confidence)
+    alpha = with_interval("Krippendorff's alpha of all words", together["alpha"], *limits)
+    overlap = (found.jaccard, found.jaccard_low, found.jaccard_high, asked.confidence)
+    headline = f"{alpha}; {with_interval('mean Jaccard overlap of two participants', *overlap)}."
+    how = f"{asked.confidence:.0%} percentile interval, {selected.draws} draws of stimuli, seed {selected.seed}"
+    kinds = {
+        "alpha": "Krippendorff's alpha, nominal: ticked or not, stimuli as units",
+        "kappa": "Fleiss' kappa, ticked or not",
+        "jaccard": "mean overlap of two participants' sets of words (interval: draws of participants)",
+        "ci_low": how,
+        "ci_high": how,
+    }
+    notes = [
+        "All words together: agreeing that a word is seldom ticked counts as agreement; read the single words too.",
+        *([found.note] if found.note else []),
+    ]
+    method = "Agreement on words: Krippendorff 2011, Fleiss 1971, Jaccard 1901."
+    more = {"stimuli": plain_rows(found.stimuli)}
+    return _answer(selected, selections, plain_rows(found.words), method, kinds, headline, notes, more)
+
+
+def lexicon_answer(selected: Selected, asked: AskedLexicon) -> Answer:
+    """The different words that were written; participants and stimuli in `more`."""
+    from analysis.adjectives.lexicon import lexicon, mean_and_sd
+    from analysis.ratings.dataset import DataRefused
+    from analysis.reliability.told import plain_rows
+    from analysis.statistics.apa import number
+
+    table = selected.table
+    wanted = table["kind"].isin(asked.kinds) if asked.kinds is not None else table["kind"] != TICKED
+    if not wanted.any():
+        there = ", ".join(sorted(set(table["kind"]))) or "none at all"
+        raise DataRefused(f"no written words among the answers; kinds of word there: {there}")
+    written = table[wanted]
+    synonyms = _synonyms(selected, asked)
+    found = lexicon(written, asked.normalisation, synonyms=synonyms, offered=selected.offered)
+    per_person, sd = mean_and_sd(found.participants["words"].tolist())
+    headline = (
+        f"{len(found.words)} different words in {found.mentions} mentions by {len(found.participants)} participants "
+        f"({number(per_person)} different words each, SD {number(sd) if sd >= 0 else 'undefined'})."
+    )
+    notes = [f"{found.unplaced} mentions belong to no stimulus (suggestions)."] if found.unplaced else []
+    kinds = {
+        "mentions": "trials in which the word was written",
+        "participants": "how many wrote it",
+        "words_of_its_own": "words that no other participant wrote (that were written of no other stimulus)",
+    }
+    method = f"Lexicon of written words, normalised by {asked.normalisation}, {len(synonyms)} synonyms."
+    more = {"participants": plain_rows(found.participants), "stimuli": plain_rows(found.stimuli)}
+    return Answer(
+        *(plain_rows(found.words), method, kinds, len(found.participants), len(written)), headline, tuple(notes), more
+    )
+
+
+def _selections(selected: Selected) -> Selections:
+    from analysis.adjectives.selections import gather_selections
+    from analysis.ratings.dataset import DataRefused
+
+    if "kind" not in selected.table.columns or not len(selected.trials):
+        raise DataRefused("no adjectives were chosen here: this test needs a study in which words are ticked")
+    ticked = selected.table[selected.table["kind"] == TICKED]
+    return gather_selections(ticked, selected.trials, selected.offered)
+
+
+def _kept_headline(found: pd.DataFrame, asked: AskedRelevance) -> str:
+    kept = found.loc[found["kept"], "word"].tolist()
+    more = f"; and {len(kept) - LISTED} more" if len(kept) > LISTED else ""
+    names = f": {'; '.join(kept[:LISTED])}{more}" if kept else ""
+    return f"{len(kept)} of {len(found)} words reach {asked.threshold:g} {TOLD[asked.normalisation]}{names}."
+
+
+def _pair_row(pair: tuple[str, str, bool, bool], score: Mapping[str, float]) -> dict[str, Value]:
+    word, antonym, word_kept, antonym_kept = pair
+    absent = [each for each in (word, antonym) if each not in score]
+    return {
+        **{"word": word, "antonym": antonym, "word_kept": word_kept, "antonym_kept": antonym_kept},
+        **{"relevance_word": score.get(word), "relevance_antonym": score.get(antonym)},
+        "note": f"{absent[0]} was not offered and has no relevance" if absent else "",
+    }
+
+
+def _antonyms(selected: Selected, asked: AskedPairs) -> pd.DataFrame:
+    import pandas as pd
+
+    if isinstance(asked.antonyms, str):
+        return _own_table(selected, asked.antonyms)
+    return pd.DataFrame(list(asked.antonyms), columns=["word", "antonym"])
+
+
+def _synonyms(selected: Selected, asked: AskedLexicon) -> Mapping[str, str]:
+    if not isinstance(asked.synonyms, str):
+        return asked.synonyms
+    from analysis.adjectives.lexicon import synonym_table
+
+    return synonym_table(_own_table(selected, asked.synonyms))
+
+
+def _own_table(selected: Selected, name: str) -> pd.DataFrame:
+    from analysis.ratings.dataset import DataRefused
+    from protocols.did_you_mean import nearest
+
+    if name not in selected.tables:
+        raise DataRefused(f"the plan has no table {name!r}; {nearest(name, selected.tables)}")
+    return selected.tables[name]
+
+
+def _answer(
+    selected: Selected,
+    selections: Selections,
+    rows: Sequence[Row],
+    method: str,
+    kinds: Mapping[str, str],
+    headline: str,
+    notes: Sequence[str] = (),
+    more: Mapping[str, tuple[Row, ...]] | None = None,
+) -> Answer:
+    known = () if selected.offered else ("The words that were offered are not known: one never ticked is not listed.",)
+    met = selections.met
+    again = ("Stimuli were met more than once, or not by all.",) if met.min() != 1 or met.max() != 1 else ()
+    people, ticks = len(selections.participants), int(selections.ticked.sum())
+    return Answer(tuple(rows), method, kinds, people, ticks, headline, (*notes, *known, *again), more or {})
+
+
+RELEVANCE = Kind(AskedRelevance, relevance_answer, takes="words", each="all")
+ADJECTIVE_PAIRS = Kind(AskedPairs, pairs_answer, takes="words", each="all")
+WORD_AGREEMENT = Kind(AskedAgreement, agreement_answer, takes="words", each="all")
+LEXICON = Kind(AskedLexicon, lexicon_answer, takes="words", each="all")

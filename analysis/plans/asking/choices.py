@@ -1,0 +1,100 @@
+"""Choices: scales from comparisons of pairs, and psychometric functions."""
+
+from __future__ import annotations
+
+from typing import Annotated, Literal
+
+from pydantic import Field
+
+from analysis.plans.answers import Answer, Asked, Kind, Selected
+from protocols.study import Level, Text, Whole
+
+Confidence = Annotated[float, Field(gt=0, lt=1)]
+Rate = Annotated[float, Field(ge=0, lt=1)]
+Draws = Annotated[Whole, Field(ge=19)]
+Correction = Literal["holm", "bonferroni", "none"]
+
+
+class BradleyTerry(Asked):
+    """Columns of the table: `winner`, `loser`; optional `tie` (true where neither won), `first` (what came first).
+
+    `count` says how often a row was seen, `participant` whose choice it was. `reference`: the item whose value is 0
+    (None: values sum to 0).
+    """
+
+    test: Literal["bradley_terry"]
+    winner: Text = "winner"
+    loser: Text = "loser"
+    tie: Text | None = None
+    first: Text | None = None
+    count: Text | None = None
+    participant: Text | None = None
+    reference: Level | None = None
+    correction: Correction = "holm"
+    confidence: Confidence = 0.95
+
+
+class Thurstone(Asked):
+    """As for bradley_terry, without ties and places; `method`: maximum likelihood or the classical least squares."""
+
+    test: Literal["thurstone"]
+    winner: Text = "winner"
+    loser: Text = "loser"
+    count: Text | None = None
+    participant: Text | None = None
+    method: Literal["likelihood", "least_squares"] = "likelihood"
+    reference: Level | None = None
+    correction: Correction = "holm"
+    confidence: Confidence = 0.95
+
+
+class PsychometricFunction(Asked):
+    """One function for each combination of `by` (default: participants, where the table names them).
+
+    One row per trial (`correct` 0 or 1), or `correct` of `n`. `guess` and `lapse` are fixed rates or (lowest, highest)
+    to estimate between; `threshold` is a value of F (0.5: halfway from guess to 1 - lapse). `method: staircase` also
+    takes the last `last` reversals of each staircase: rows in the order of the column `order`, staircases told apart
+    by the columns `staircase` beside `by`. `interval: posterior` takes the estimates from the posterior, too.
+    """
+
+    test: Literal["psychometric"]
+    level: Text = "level"
+    correct: Text = "correct"
+    n: Text | None = None
+    by: tuple[Text, ...] | None = None
+    method: Literal["constant", "staircase"] = "constant"
+    order: Text | None = None
+    staircase: tuple[Text, ...] = ()
+    last: Annotated[Whole, Field(ge=2)] = 6
+    function: Literal["logistic", "gaussian", "weibull"] = "logistic"
+    guess: Rate | tuple[Rate, Rate] = 0.0
+    lapse: Rate | tuple[Rate, Rate] = (0.0, 0.06)
+    threshold: Annotated[float, Field(gt=0, lt=1)] = 0.5
+    jnd: Literal["half_interquartile", "x84_x50"] = "half_interquartile"
+    falling: bool = False
+    interval: Literal["profile", "bootstrap", "posterior", "none"] = "profile"
+    draws: Draws | None = None
+    confidence: Confidence = 0.95
+
+
+def _bradley_terry(selected: Selected, asked: BradleyTerry) -> Answer:
+    from analysis.plans.asking.choices_scales import bradley_terry_answer
+
+    return bradley_terry_answer(selected, asked)
+
+
+def _thurstone(selected: Selected, asked: Thurstone) -> Answer:
+    from analysis.plans.asking.choices_scales import thurstone_answer
+
+    return thurstone_answer(selected, asked)
+
+
+def _psychometric(selected: Selected, asked: PsychometricFunction) -> Answer:
+    from analysis.plans.asking.choices_functions import psychometric_answer
+
+    return psychometric_answer(selected, asked)
+
+
+BRADLEY_TERRY = Kind(BradleyTerry, _bradley_terry, takes="table", each="all")
+THURSTONE = Kind(Thurstone, _thurstone, takes="table", each="all")
+PSYCHOMETRIC = Kind(PsychometricFunction, _psychometric, takes="table", each="all")

@@ -1,0 +1,226 @@
+"""The answer about psychometric functions: one row per participant (or whatever a function is asked for each of)."""
+
+from __future__ import annotations
+
+import math
+from typing import TYPE_CHECKING, Any
+
+import numpy as np
+import pandas as pd
+
+from analysis.choices.asking import asked_of
+from analysis.choices.intervals import Interval, profile_interval, resampled_answers
+from analysis.choices.posterior import posterior_of
+from analysis.choices.psychometric import Psychometric, fitted_function
+from analysis.choices.staircase import Staircase, staircase
+from analysis.choices.trials import gather_levels
+from analysis.plans.answers import Answer
+from analysis.plans.asking.describing_rows import plain_row, require_columns
+from analysis.plans.asking.spaces_tables import numeric, rows_of, sentences
+from analysis.statistics.labels import coded
+from analysis.statistics.pvalues import t_critical
+from analysis.statistics.refusals import StatisticsError
+
+if TYPE_CHECKING:
+    from collections.abc import Iterator
+
+    from analysis.plans.answers import Row, Selected
+    from analysis.plans.asking.choices import PsychometricFunction
+
+NUMBERS = ("threshold", "threshold_low", "threshold_high", "jnd", "jnd_low", "jnd_high", "slope", "guess", "lapse")
+HOW = {
+    "profile": "profile likelihood",
+    "bootstrap": "parametric bootstrap, percentiles",
+    "posterior": "posterior, equal tails",
+    "none": "none",
+}
+
+
+def psychometric_answer(selected: Selected, asked: PsychometricFunction) -> Answer:
+    """One row per function; a function without an estimate keeps its row, with the reason."""
+    by = _by(selected, asked)
+    named = (asked.level, asked.correct, asked.n, asked.order, *by, *asked.staircase)
+    require_columns(selected.table, [name for name in named if name is not None])
+    table = numeric(selected.table, [n for n in (asked.level, asked.correct, asked.n, asked.order) if n is not None])
+    rows: list[dict[str, Any]] = []
+    levels: list[pd.DataFrame] = []
+    reversals: list[pd.DataFrame] = []
+    for where, part in _parts(table, by):
+        row, shown, turned = _one(selected, asked, part)
+        rows.append({**where, **row})
+        levels += [] if shown is None else [shown.assign(**where)]
+        reversals += [each.assign(**where) for each in turned]
+    _refuse_all(rows)
+    more: dict[str, tuple[Row, ...]] = {"summary": tuple(_summary(rows, asked.confidence))}
+    for name, tables in (("levels", levels), ("reversals", reversals)):
+        if tables:
+            joined = pd.concat(tables, ignore_index=True)
+            more[name] = rows_of(joined[[*by, *(column for column in joined if column not in by)]])
+    return _answer(selected, asked, rows, more, len(table))
+
+
+def _by(selected: Selected, asked: PsychometricFunction) -> tuple[str, ...]:
+    if asked.by is not None:
+        return asked.by
+    return ("participant",) if "participant" in selected.table.columns else ()
+
+
+def _parts(table: pd.DataFrame, by: tuple[str, ...]) -> Iterator[tuple[dict[str, str], pd.DataFrame]]:
+    """The rows of each combination of labels, in the order of the labels."""
+    if not by:
+        yield {}, table
+        return
+    axes = [coded(table[name], name) for name in by]
+    codes = pd.DataFrame({i: axis.codes for i, axis in enumerate(axes)}, index=table.index)
+    for key in sorted(set(codes.itertuples(index=False, name=None))):
+        labels = {name: str(axis.labels[i]) for name, axis, i in zip(by, axes, key, strict=True)}
+        yield labels, table[(codes == list(key)).all(axis=1)]
+
+
+def _one(
+    selected: Selected, asked: PsychometricFunction, part: pd.DataFrame
+) -> tuple[dict[str, Any], pd.DataFrame | None, list[pd.DataFrame]]:
+    """A row, the levels beside what the function expects there, and the reversals."""
+    row: dict[str, Any] = {"trials": 0, **dict.fromkeys(NUMBERS), "deviance": None, "df": None, "p_deviance": None}
+    stairs, turned, notes = _staircases(asked, part) if asked.method == "staircase" else ({}, [], [])
+    shown = None
+    try:
+        given = gather_levels(part, asked.level, asked.correct, asked.n)
+        row["trials"] = int(given.trials.sum())
+        model = asked_of(asked.function, asked.guess, asked.lapse, asked.threshold, asked.jnd, asked.falling)
+        if asked.interval == "posterior":
+            row |= _posterior(posterior_of(given, model, True, asked.confidence))
+        else:
+            fit = fitted_function(given, model)
+            row |= _fitted(selected, asked, fit)
+            notes += [row.pop("why"), *fit.notes]
+            shown = fit.table
+    except StatisticsError as refusal:
+        notes.append(str(refusal))
+    return {**row, **stairs, "note": "; ".join(note for note in notes if note)}, shown, turned
+
+
+def _fitted(selected: Selected, asked: PsychometricFunction, fit: Psychometric) -> dict[str, Any]:
+    draws = asked.draws or selected.draws
+    again = None if asked.interval == "none" else resampled_answers(fit, draws, asked.confidence, selected.seed)
+    ends = [Interval(math.nan, math.nan)] * 2
+    if asked.interval == "profile":
+        ends = [profile_interval(fit, which, asked.confidence) for which in ("threshold", "jnd")]
+    if asked.interval == "bootstrap" and again is not None:
+        ends = [again.threshold, again.jnd]
+    lost = f"{again.lost:.0%} of the simulated answers had no slope" if again is not None and again.lost > 0.01 else ""
+    return {
+        "threshold": fit.threshold,
+        "threshold_low": ends[0].low,
+        "threshold_high": ends[0].high,
+        "jnd": fit.jnd,
+        "jnd_low": ends[1].low,
+        "jnd_high": ends[1].high,
+        "slope": fit.slope,
+        "guess": fit.guess,
+        "lapse": fit.lapse,
+        "deviance": fit.deviance,
+        "df": fit.df,
+        "p_deviance": None if again is None else again.p_deviance,
+        "why": "; ".join(note for note in (ends[0].note, ends[1].note, lost) if note),
+    }
+
+
+def _posterior(found: Any) -> dict[str, Any]:
+    return {
+        "threshold": found.threshold,
+        "threshold_low": found.threshold_interval[0],
+        "threshold_high": found.threshold_interval[1],
+        "jnd": found.jnd,
+        "jnd_low": found.jnd_interval[0],
+        "jnd_high": found.jnd_interval[1],
+        "guess": found.guess,
+        "lapse": found.lapse,
+        "overdispersion": found.eta,
+    }
+
+
+def _staircases(
+    asked: PsychometricFunction, part: pd.DataFrame
+) -> tuple[dict[str, Any], list[pd.DataFrame], list[str]]:
+    """The mean over a participant's staircases of the mean of the last reversals."""
+    found: list[Staircase] = []
+    turned: list[pd.DataFrame] = []
+    notes: list[str] = []
+    for where, rows in _parts(part, asked.staircase):
+        which = ", ".join(f"{name} {label}" for name, label in where.items())
+        try:
+            each = staircase(rows, asked.level, asked.correct, asked.order, asked.last)
+        except StatisticsError as refusal:
+            notes.append(f"{which or 'staircase'}: {refusal}")
+            continue
+        found.append(each)
+        turned.append(each.reversals.assign(**where))
+        notes += [f"{which}: {note}" if which else note for note in each.notes]
+    rules = {None if each.rule is None else (each.rule.down, each.rule.up) for each in found}
+    rule = found[0].rule if len(rules) == 1 and found else None
+    return (
+        {
+            "staircases": len(found),
+            "reversals_used": sum(each.used for each in found),
+            "reversal_threshold": float(np.mean([each.threshold for each in found])) if found else None,
+            "rule": None if rule is None else f"{rule.down} down, {rule.up} up",
+            "converges_at": None if rule is None else float(np.mean([e.rule.converges_at for e in found if e.rule])),
+        },
+        turned,
+        notes,
+    )
+
+
+def _refuse_all(rows: list[dict[str, Any]]) -> None:
+    if all(row["threshold"] is None and row.get("reversal_threshold") is None for row in rows):
+        raise StatisticsError(f"no threshold could be told: {rows[0]['note']}")
+
+
+def _summary(rows: list[dict[str, Any]], confidence: float) -> Iterator[Row]:
+    """Mean over the functions of each quantity, Student's interval; those without an estimate are counted."""
+    for name in ("threshold", "jnd", "reversal_threshold"):
+        values = [float(row[name]) for row in rows if row.get(name) is not None]
+        if not values:
+            continue
+        n, mean = len(values), float(np.mean(values))
+        sd = float(np.std(values, ddof=1)) if n > 1 else None
+        half = None if sd is None else t_critical(n - 1, confidence) * sd / math.sqrt(n)
+        ends = (None, None) if half is None else (mean - half, mean + half)
+        told = {"quantity": name, "n": n, "without_estimate": len(rows) - n, "mean": mean, "sd": sd}
+        yield {**told, "ci_low": ends[0], "ci_high": ends[1], "note": "" if n > 1 else "one value: no spread"}
+
+
+def _answer(
+    selected: Selected,
+    asked: PsychometricFunction,
+    rows: list[dict[str, Any]],
+    more: dict[str, tuple[Row, ...]],
+    values: int,
+) -> Answer:
+    summary = [row for row in more["summary"] if row["quantity"] in ("threshold", "reversal_threshold")]
+    told = "; ".join(f"{str(row['quantity']).replace('_', ' ')} {row['mean']:.3g} (n = {row['n']})" for row in summary)
+    lacking = [row for row in rows if row["threshold"] is None]
+    how = "posterior on a grid (Schütt et al. 2016)" if asked.interval == "posterior" else "maximum likelihood"
+    jnd = "(x.75 - x.25) / 2 of F" if asked.jnd == "half_interquartile" else "x.84 - x.50 of F"
+    fixed = f"guess {asked.guess}, lapse {asked.lapse}"
+    people = selected.table["participant"].nunique() if "participant" in selected.table.columns else 0
+    return Answer(
+        rows=tuple(plain_row(row) for row in rows),
+        method=f"Psychometric function ({asked.function}, {fixed}) by {how}; threshold where F = {asked.threshold:g}; "
+        f"JND = {jnd}; {100 * asked.confidence:g} % intervals: {HOW[asked.interval]}",
+        kinds={
+            "threshold": f"level where F = {asked.threshold:g}",
+            "jnd": f"just noticeable difference, {jnd}",
+            "slope": "slope of the function at the threshold, per unit of level",
+            "deviance": "deviance against free shares",
+            "p_deviance": "p of the deviance, Monte Carlo",
+            "reversal_threshold": f"mean of the last {asked.last} reversals",
+            "converges_at": "share of hits at which the staircase's rule comes to rest",
+        },
+        participants=int(people),
+        values=values,
+        headline=f"Mean {told}",
+        notes=sentences([f"{len(lacking)} of {len(rows)} functions have no estimate (see `note`)" if lacking else ""]),
+        more=more,
+    )

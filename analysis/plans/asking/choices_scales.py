@@ -1,0 +1,89 @@
+"""The answers about scales of items from comparisons of pairs."""
+
+from __future__ import annotations
+
+from typing import TYPE_CHECKING
+
+from analysis.choices.bradley_terry import bradley_terry
+from analysis.choices.scales import SUM_ZERO, Scale, differences
+from analysis.choices.thurstone import thurstone
+from analysis.choices.triads import circular_triads
+from analysis.plans.answers import Answer
+from analysis.plans.asking.describing_rows import require_columns
+from analysis.plans.asking.spaces_tables import numeric, rows_of, sentences
+from analysis.statistics.apa import apa_p
+
+if TYPE_CHECKING:
+    import pandas as pd
+
+    from analysis.plans.answers import Row, Selected
+    from analysis.plans.asking.choices import BradleyTerry, Thurstone
+
+KINDS = {
+    "se": "standard error, inverse information",
+    "ci_low": "normal interval of the value",
+    "ci_high": "normal interval of the value",
+    "wins": "times chosen",
+    "losses": "times the other was chosen",
+    "comparisons": "times compared",
+}
+NOT_INDEPENDENT = (
+    "Several choices of one participant count as independent: where participants differ, standard errors are too small"
+)
+
+
+def bradley_terry_answer(selected: Selected, asked: BradleyTerry) -> Answer:
+    """One row per item: its log odds."""
+    table = _table(selected, asked, (asked.tie, asked.first))
+    reference = SUM_ZERO if asked.reference is None else asked.reference
+    found = bradley_terry(
+        table, asked.winner, asked.loser, asked.tie, asked.first, asked.count, reference, asked.confidence
+    )
+    kinds = {"value": "log odds", "worth": "share of the summed odds", "ties": "times tied", **KINDS}
+    sources = "Bradley & Terry 1952" + ("" if asked.tie is None else "; Davidson 1970")
+    return _answer(asked, table, found, f"{found.model} by maximum likelihood ({sources})", kinds)
+
+
+def thurstone_answer(selected: Selected, asked: Thurstone) -> Answer:
+    """One row per item: its value in standard deviations of a difference."""
+    table = _table(selected, asked, ())
+    reference = SUM_ZERO if asked.reference is None else asked.reference
+    found = thurstone(table, asked.winner, asked.loser, asked.count, asked.method, reference, asked.confidence)
+    kinds = {"value": "in standard deviations of a difference of two items", "ties": "none in this model", **KINDS}
+    return _answer(asked, table, found, f"{found.model} (Thurstone 1927; Mosteller 1951)", kinds)
+
+
+def _table(selected: Selected, asked: BradleyTerry | Thurstone, more: tuple[str | None, ...]) -> pd.DataFrame:
+    named = (asked.winner, asked.loser, asked.count, asked.participant, *more)
+    require_columns(selected.table, [name for name in named if name is not None])
+    return numeric(selected.table, () if asked.count is None else (asked.count,))
+
+
+def _answer(
+    asked: BradleyTerry | Thurstone, table: pd.DataFrame, found: Scale, method: str, kinds: dict[str, str]
+) -> Answer:
+    ranked = found.values.sort_values("value", ascending=False, kind="stable")["item"].tolist()
+    fit = f"deviance({found.df}) = {found.deviance:.2f}, {apa_p(found.p)}" if found.df else "no test of fit"
+    tie = asked.tie if asked.test == "bradley_terry" else None
+    triads = circular_triads(table, asked.winner, asked.loser, asked.participant, tie, asked.count)
+    zero = "values sum to 0" if asked.reference is None else f"{asked.reference} is 0"
+    covariance = found.covariance.set_axis([str(name) for name in found.covariance], axis=1).reset_index(names="item")
+    more: dict[str, tuple[Row, ...]] = {
+        "fit": ({"deviance": found.deviance, "df": found.df, "p": found.p if found.df else None},),
+        "differences": rows_of(differences(found, asked.correction)),
+        "covariance": rows_of(covariance),
+        "pairs": rows_of(found.pairs),
+        "triads": rows_of(triads),
+    }
+    people = int(table[asked.participant].nunique()) if asked.participant else 0
+    circular, of = (triads[name].tolist()[0] for name in ("circular", "triads"))
+    return Answer(
+        rows=rows_of(found.values.drop(columns=["ties"] if asked.test == "thurstone" else [])),
+        method=f"{method}; {zero}",
+        kinds=kinds,
+        participants=people,
+        values=int(found.values["comparisons"].sum()) // 2,
+        headline=f"Most to least: {', '.join(map(str, ranked))}; fit: {fit}; {circular} of {of} triads circular",
+        notes=sentences([*found.notes, "" if people == 1 else NOT_INDEPENDENT]),
+        more=more | ({"effects": rows_of(found.effects)} if len(found.effects) else {}),
+    )

@@ -1,0 +1,107 @@
+"""Describing ratings: means with intervals, trends within families, physical against emotional, errors of targets."""
+
+from __future__ import annotations
+
+from typing import Annotated, Literal
+
+from pydantic import Field
+
+from analysis.plans.answers import Answer, Asked, Kind, Selected
+from protocols.study import Level, Number, Text, Whole
+
+Confidence = Annotated[float, Field(gt=0, lt=1)]
+Correction = Literal["holm", "bonferroni", "none"]
+
+
+class Means(Asked):
+    """`by`: the columns whose combinations have a mean each; those that never change within a participant are groups.
+
+    `interval` names how `ci_low` and `ci_high` are made.
+    """
+
+    test: Literal["means"]
+    by: Annotated[tuple[Text, ...], Field(min_length=1)]
+    interval: Literal["cousineau_morey", "loftus_masson", "between", "none"] = "cousineau_morey"
+    confidence: Confidence = 0.95
+
+
+class Trends(Asked):
+    """`pooled`: the column of the levels; `families`: the column that says which family a level belongs to.
+
+    `category: mean` also follows the mean over each category's attributes. `numeric` is a column with one number for
+    each level (else levels stand one step apart), `reference` a level that belongs to no trend, `family` a size of the
+    family of slopes fixed beforehand, `reversed` the attributes whose scale is turned round before averaging.
+    """
+
+    test: Literal["trends"]
+    families: Text
+    pooled: Text
+    category: Literal["mean", "none"] = "mean"
+    numeric: Text | None = None
+    reference: Level | None = None
+    correction: Correction = "holm"
+    family: Annotated[Whole, Field(ge=1)] | None = None
+    reversed: tuple[Text, ...] = ()
+    confidence: Confidence = 0.95
+
+
+class Categories(Asked):
+    """`by`: the columns of the levels at which the two categories are compared.
+
+    `over`: the columns within which participants are compared with each other. `reversed`: attributes whose scale is
+    turned round before averaging.
+    """
+
+    test: Literal["categories"]
+    by: Annotated[tuple[Text, ...], Field(min_length=1)]
+    over: Annotated[tuple[Text, ...], Field(min_length=1)] = ("stimulus",)
+    correction: Correction = "holm"
+    reversed: tuple[Text, ...] = ()
+    confidence: Confidence = 0.95
+
+
+class TargetErrors(Asked):
+    """`target`: the column of the wished-for value; `attribute_column`: that of the attribute it was wished for.
+
+    `target_scale`: the ends of the scale that targets are on, where it is not the ratings' own.
+    """
+
+    test: Literal["target_error"]
+    target: Text = "target"
+    attribute_column: Text = "stimulus.attribute"
+    target_scale: tuple[Number, Number] | None = None
+    confidence: Confidence = 0.95
+
+
+def _means(selected: Selected, asked: Means) -> Answer:
+    from analysis.plans.asking.describing_answers import means
+
+    return means(selected, asked)
+
+
+def _trends(selected: Selected, asked: Trends) -> Answer:
+    from analysis.plans.asking.describing_answers import trends
+
+    return trends(selected, asked)
+
+
+def _categories(selected: Selected, asked: Categories) -> Answer:
+    from analysis.plans.asking.describing_categories import categories
+
+    return categories(selected, asked)
+
+
+def _target_error(selected: Selected, asked: TargetErrors) -> Answer:
+    from analysis.plans.asking.describing_answers import target_error
+
+    return target_error(selected, asked)
+
+
+def _cells(asked: Means) -> tuple[str, ...]:
+    return asked.by
+
+
+MEANS = Kind(Means, _means, each="outcome", complete=_cells, with_gaps=_means)
+TRENDS = Kind(Trends, _trends, each="all")
+CATEGORIES = Kind(Categories, _categories, each="all")
+TARGET_ERROR = Kind(TargetErrors, _target_error, each="all")

@@ -1,0 +1,132 @@
+"""Rows, notes and words that the answers about ratings share."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Iterable, Mapping, Sequence
+from typing import TYPE_CHECKING, Any
+
+from analysis.plans.answers import Answer, Row, Selected, Value
+from analysis.ratings.dataset import DataRefused
+from analysis.ratings.owed import without_gaps
+from analysis.ratings.wording import count
+from protocols.did_you_mean import nearest
+
+if TYPE_CHECKING:
+    import pandas as pd
+
+    from analysis.plans.answers import Asked
+    from analysis.ratings.one_sample import OneSample
+
+CORRECTED = {"holm": "Holm", "bonferroni": "Bonferroni", "none": "not adjusted"}
+
+
+def require_columns(table: pd.DataFrame, names: Iterable[str]) -> None:
+    """Refuse a column that the table lacks, naming the nearest."""
+    for name in names:
+        if name not in table.columns:
+            raise DataRefused(f"no column {name!r}; {nearest(name, map(str, table.columns))}")
+
+
+def complete_rows(selected: Selected, asked: Asked) -> tuple[pd.DataFrame, list[str]]:
+    """The rows without incomplete participants, as the test's `missing` says, and what there is to say of it."""
+    if asked.missing == "mixed_model":
+        raise DataRefused("this test has no form that takes gaps; choose `missing: listwise`, or a mixed_model test")
+    table, lacking = without_gaps(selected.table, "listwise" if asked.missing == "listwise" else "raise")
+    if not lacking:
+        return table, []
+    told = ", ".join(f"{who} ({count(number, 'rating')} missing)" for who, number in lacking.items())
+    return table, [f"Left out listwise: {told}."]
+
+
+def answer_of(
+    selected: Selected,
+    rows: Sequence[Row],
+    method: str,
+    kinds: Mapping[str, str],
+    *,
+    table: pd.DataFrame | None = None,
+    headline: str = "",
+    notes: Iterable[str] = (),
+    more: Mapping[str, tuple[Row, ...]] | None = None,
+) -> Answer:
+    """An answer that counts its participants and values itself; `table` is what was used, where not all was."""
+    used = selected.table if table is None else table
+    return Answer(
+        rows=tuple(rows),
+        method=method,
+        kinds=kinds,
+        participants=int(used["participant"].nunique()),
+        values=int(used["value"].notna().sum()),
+        headline=headline,
+        notes=tuple(note for note in notes if note),
+        more=more or {},
+    )
+
+
+def plain_rows(table: pd.DataFrame) -> list[Row]:
+    """The rows of a table as plain values."""
+    return [plain_row(row) for row in table.to_dict("records")]
+
+
+def plain_row(row: Mapping[Any, Any]) -> Row:
+    """A row with None where a number is undefined."""
+    return {str(name): _plain(value) for name, value in row.items()}
+
+
+def _plain(value: Any) -> Value:
+    if isinstance(value, float):
+        return None if math.isnan(value) else float(value)
+    return value if value is None or isinstance(value, bool | str | int) else value.item()
+
+
+def sample(each: OneSample) -> dict[str, Value]:
+    """The columns of a one-sample t test."""
+    return {
+        "n": each.n,
+        "mean": each.mean,
+        "sd": each.sd,
+        "ci_low": each.low,
+        "ci_high": each.high,
+        "t": each.t,
+        "df": each.df,
+        "dz": each.dz,
+        "p": each.p,
+    }
+
+
+def sample_kinds(confidence: float, correction: str) -> dict[str, str]:
+    """What each column of a one-sample t test is."""
+    return {
+        "n": "participants",
+        "sd": "SD over participants",
+        "ci_low": share(confidence, "interval of the mean, Student's t"),
+        "ci_high": share(confidence, "interval of the mean, Student's t"),
+        "t": "one-sample t against 0",
+        "df": "degrees of freedom",
+        "dz": "dz = mean / SD",
+        "p": "two-sided p, not adjusted",
+        "p_corrected": f"two-sided p, {CORRECTED[correction]}",
+        "family_size": "tests in the family",
+    }
+
+
+def share(confidence: float, words: str) -> str:
+    """`95 % interval ...`."""
+    return f"{100 * confidence:g} % {words}"
+
+
+def averaged_note(least: int, most: int) -> str:
+    """What a participant's mean rests on, "" where it is one rating each."""
+    if most <= 1:
+        return ""
+    number = f"{most}" if least == most else f"{least} to {most}"
+    return f"Each participant's {number} ratings in a cell were averaged first."
+
+
+def turned_note(names: Sequence[str], selected: Selected) -> list[str]:
+    """Which attributes were turned round, and about what."""
+    if not names:
+        return []
+    about = "0" if selected.scale is None else f"{(selected.scale[0] + selected.scale[1]) / 2:g}"
+    return [f"Turned round about {about} before averaging: {', '.join(names)}."]

@@ -1,0 +1,55 @@
+"""Linear mixed models, and the answer of a question about variance where participants have gaps."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from typing import Annotated, Literal, Self
+
+from pydantic import Field, model_validator
+
+from analysis.plans.answers import Answer, Asked, Kind, Selected
+from protocols.study import Text
+
+
+class MixedModel(Asked):
+    """Fixed effects and the grouping factors whose effects are random.
+
+    `fixed`: columns as factors; `numeric`: columns as numbers, fixed effects too; `interactions`: "a:b" of them.
+    `random`: each grouping factor (a column, or "a:b" for the levels of b within a) with the columns whose slopes vary
+    between its levels; its intercept always varies. `uncorrelated`: grouping factors whose effects are independent.
+    `levels` adds the random effects of every level, `profile` the profile-likelihood intervals of the SDs (slow).
+    """
+
+    test: Literal["mixed_model"]
+    fixed: tuple[Text, ...] = ()
+    numeric: tuple[Text, ...] = ()
+    interactions: tuple[Text, ...] = ()
+    random: Mapping[Text, tuple[Text, ...]] = {"participant": ()}
+    uncorrelated: tuple[Text, ...] = ()
+    reml: bool = True
+    coding: Literal["treatment", "sum"] = "treatment"
+    confidence: Annotated[float, Field(gt=0, lt=1)] = 0.95
+    levels: bool = False
+    profile: bool = False
+
+    @model_validator(mode="after")
+    def _grouped(self) -> Self:
+        if not self.random:
+            raise ValueError("name a grouping factor in `random`, as random: {participant: []}")
+        return self
+
+
+def _mixed_model(selected: Selected, asked: MixedModel) -> Answer:
+    from analysis.plans.asking.mixed_model_answers import model_answer
+
+    return model_answer(selected, asked)
+
+
+def gaps_answer(selected: Selected, within: tuple[str, ...], between: tuple[str, ...]) -> Answer:
+    """The answer of a question about variance on incomplete data, from a mixed model of the cells' means."""
+    from analysis.plans.asking.mixed_model_answers import gaps_answer as answer
+
+    return answer(selected, within, between)
+
+
+MIXED_MODEL = Kind(MixedModel, _mixed_model, with_gaps=_mixed_model)

@@ -1,0 +1,189 @@
+"""The answers of linear mixed models, from the rows that a test is asked about."""
+
+from __future__ import annotations
+
+from itertools import combinations
+from typing import TYPE_CHECKING, Any
+
+import pandas as pd
+
+from analysis.mixed_models.blups import random_effects
+from analysis.mixed_models.model import mixed_model
+from analysis.mixed_models.profiling import profile_intervals
+from analysis.plans.asking.describing_rows import answer_of, plain_rows, require_columns, share
+from analysis.ratings.dataset import DataRefused
+from analysis.ratings.wording import count
+from analysis.statistics.apa import apa_p, number
+
+if TYPE_CHECKING:
+    from collections.abc import Iterable, Sequence
+
+    from analysis.mixed_models.results import MixedModel as Fitted
+    from analysis.plans.answers import Answer, Row, Selected
+    from analysis.plans.asking.mixed_model import MixedModel
+
+SOURCE = "Bates, Mächler, Bolker & Walker 2015; df by Satterthwaite's method as in lmerTest"
+TESTED = {
+    "F": "F of type III",
+    "ddof1": "numerator degrees of freedom",
+    "ddof2": "denominator degrees of freedom, Satterthwaite",
+    "p_unc": "p of F, not adjusted",
+}
+FITTED = {
+    "variance": "variance component",
+    "sd": "standard deviation of a random effect",
+    "icc": "share of the variance that the fixed effects leave",
+    "covariance": "covariance of two random effects",
+    "correlation": "correlation of two random effects",
+    "log_likelihood": "log likelihood, restricted under REML",
+    "aic": "Akaike's criterion",
+    "bic": "Bayesian information criterion, n = values",
+    "marginal_r2": "marginal R2, Nakagawa & Schielzeth 2013, Johnson 2014",
+    "conditional_r2": "conditional R2, Nakagawa & Schielzeth 2013, Johnson 2014",
+}
+
+
+def model_answer(selected: Selected, asked: MixedModel) -> Answer:
+    """One row per coefficient; F tests, variances, correlations and the fit's numbers beside."""
+    effects = tuple(dict.fromkeys((*asked.fixed, *asked.numeric)))
+    table, notes = _table(selected, (*effects, *_parts(selected.table, asked)), asked.numeric)
+    model = mixed_model(
+        table,
+        "value",
+        effects,
+        asked.random,
+        numeric=asked.numeric,
+        interactions=asked.interactions,
+        uncorrelated=asked.uncorrelated,
+        coding=asked.coding,
+        levels={name: levels for name, levels in selected.levels.items() if name not in asked.numeric},
+        reml=asked.reml,
+        confidence=asked.confidence,
+    )
+    more = _more(model)
+    if asked.levels:
+        more["random_effects"] = tuple(plain_rows(random_effects(model)))
+    if asked.profile:
+        more["profile"] = tuple(plain_rows(profile_intervals(model, asked.confidence)))
+    return answer_of(
+        *(selected, plain_rows(model.fixed), _method(model, asked.random), _kinds(asked.confidence)),
+        table=table,
+        headline=_headline(model),
+        notes=[*notes, *model.notes],
+        more=more,
+    )
+
+
+def gaps_answer(selected: Selected, within: Sequence[str], between: Sequence[str]) -> Answer:
+    """One row per effect of the factors and their interactions: F of type III, Satterthwaite df.
+
+    The cells' means have random participants and, of several factors within them, a random effect of every participant
+    at each level and combination of levels but the last order: on complete data these are the ANOVA's error terms.
+    """
+    factors = (*within, *between)
+    table, notes = _table(selected, factors, ())
+    keys = ["participant", *factors]
+    cells = table.sort_values([*keys, "value"]).groupby(keys, observed=True, sort=True)["value"]
+    means = cells.mean().reset_index()
+    several = int(cells.size().max())
+    if several > 1:
+        notes.append(f"Each participant's ratings in a cell (at most {several}) were averaged first.")
+    crossed = [":".join(parts) for size in range(2, len(factors) + 1) for parts in combinations(factors, size)]
+    orders = [parts for size in range(1, len(within)) for parts in combinations(within, size)]
+    random = {"participant": (), **{":".join(("participant", *parts)): () for parts in orders}}
+    levels = {name: selected.levels[name] for name in factors if name in selected.levels}
+    model = mixed_model(means, "value", factors, random, interactions=crossed, levels=levels, coding="sum")
+    notes += [_gaps(means, within), *model.notes]
+    kinds = TESTED | _kinds(0.95)
+    more = {"coefficients": tuple(plain_rows(model.fixed)), **_more(model)}
+    return answer_of(
+        *(selected, more.pop("effects"), _method(model, random), kinds),
+        table=means,
+        headline=_headline(model),
+        notes=notes,
+        more=more,
+    )
+
+
+def _gaps(means: pd.DataFrame, within: Sequence[str]) -> str:
+    """How many cells have no value, of how many."""
+    people, cells = means["participant"].nunique(), 1
+    for name in within:
+        cells *= means[name].nunique()
+    lacking = people * cells - len(means)
+    return f"{count(lacking, 'cell')} of {people * cells:,} without a value; none of the others were left out."
+
+
+def _parts(table: pd.DataFrame, asked: MixedModel) -> Iterable[str]:
+    """The columns of grouping factors, slopes and interactions."""
+    named = [*asked.random, *(slope for slopes in asked.random.values() for slope in slopes), *asked.interactions]
+    return [part for name in named for part in ([name] if name in table.columns else name.split(":"))]
+
+
+def _table(selected: Selected, columns: Iterable[str], numeric: Sequence[str]) -> tuple[pd.DataFrame, list[str]]:
+    """The rows that have a value, columns read as numbers where the test asks for it."""
+    names = list(dict.fromkeys(("participant", *columns)))
+    require_columns(selected.table, (*names, "value"))
+    answered = selected.table["value"].notna()
+    table = selected.table.loc[answered, [*names, "value"]]
+    for name in numeric:
+        table = table.assign(**{name: _numbers(table[name], name)})
+    empty = int((~answered).sum())
+    return table, [f"Left out: {count(empty, 'row')} without a value."] if empty else []
+
+
+def _numbers(column: pd.Series[Any], name: str) -> pd.Series[Any]:
+    found = pd.to_numeric(column, errors="coerce")
+    wrong = column[found.isna()].unique().tolist()
+    if wrong:
+        raise DataRefused(f"column {name!r} holds {wrong[0]!r}, no number; name it in `fixed` to take it as a factor")
+    return found.astype("float64")
+
+
+def _more(model: Fitted) -> dict[str, tuple[Row, ...]]:
+    tables = {"effects": model.effects, "variances": model.variances, "correlations": model.correlations}
+    found = {name: tuple(plain_rows(table)) for name, table in tables.items() if len(table)}
+    return {"effects": (), **found, "groups": _groups(model), "fit": (_fit(model),)}
+
+
+def _groups(model: Fitted) -> tuple[Row, ...]:
+    return tuple({"group": name, "levels": levels} for name, levels in model.groups.items())
+
+
+def _fit(model: Fitted) -> Row:
+    return {
+        "values": model.values,
+        "criterion": "REML" if model.reml else "ML",
+        "deviance": model.criterion,
+        "log_likelihood": model.log_likelihood,
+        "parameters": model.parameters,
+        "aic": model.aic,
+        "bic": model.bic,
+        "marginal_r2": model.marginal_r2,
+        "conditional_r2": model.conditional_r2,
+        "singular": model.singular,
+    }
+
+
+def _kinds(confidence: float) -> dict[str, str]:
+    wald = share(confidence, "Wald interval, Student's t with Satterthwaite df")
+    return {
+        **{"estimate": "fixed effect", "se": "standard error", "df": "degrees of freedom, Satterthwaite"},
+        **{"t": "estimate / se", "p": "two-sided p of t, not adjusted", "ci_low": wald, "ci_high": wald},
+        **TESTED,
+        **FITTED,
+    }
+
+
+def _method(model: Fitted, random: Iterable[str]) -> str:
+    fitted = "restricted maximum likelihood" if model.reml else "maximum likelihood"
+    groups = ", ".join(random)
+    return f"Linear mixed model, random effects of {groups}; {fitted}; {model.coding} coding ({SOURCE})"
+
+
+def _headline(model: Fitted) -> str:
+    told = [
+        f"{row['Source']}: F({row['ddof1']}, {row['ddof2']:.1f}) = {number(row['F'])}, {apa_p(row['p_unc'])}"
+        for row in model.effects.to_dict("records")
+    ]
+    return "; ".join(told)

@@ -1,0 +1,192 @@
+"""The answers of rank tests, from the rows that a test is asked about."""
+
+from __future__ import annotations
+
+from collections.abc import Hashable, Iterable
+from typing import TYPE_CHECKING
+
+from analysis.ordinal.aligned import aligned_ranks
+from analysis.ordinal.friedman import friedman
+from analysis.ordinal.nemenyi import nemenyi
+from analysis.ordinal.rank_tests import wilcoxon_tests
+from analysis.plans.asking.describing_rows import answer_of, averaged_note, plain_rows, require_columns, share
+from analysis.statistics.apa import apa_p, number
+
+if TYPE_CHECKING:
+    from collections.abc import Mapping
+
+    import pandas as pd
+
+    from analysis.plans.answers import Answer, Asked, Row, Selected
+    from analysis.plans.asking.ordinal import AlignedRanks, Friedman, Nemenyi, Wilcoxon
+    from analysis.statistics.cells import Missing
+
+CORRECTED = {"bonferroni": "Bonferroni", "holm": "Holm", "none": "not adjusted"}
+EXACT = "exact p given the ties"
+
+
+def friedman_answer(selected: Selected, asked: Friedman) -> Answer:
+    """One row: Friedman's test with Kendall's W."""
+    require_columns(selected.table, ("participant", asked.factor, "value"))
+    table = friedman(
+        selected.table,
+        "value",
+        asked.factor,
+        "participant",
+        exact=asked.exact,
+        draws=selected.draws,
+        seed=selected.seed,
+        confidence=asked.confidence,
+        missing=left_out(asked),
+        aggregate="mean",
+    )
+    (row,) = plain_rows(table)
+    interval = share(asked.confidence, f"bootstrap interval of W (participants, {selected.draws} draws, percentiles)")
+    kinds = {
+        **{"n": "participants", "k": "conditions", "tied": "participants with ties", "ddof1": "degrees of freedom"},
+        **{"chi2": "Friedman's chi-squared, corrected for ties", "p_unc": "p, chi-squared approximation"},
+        **{"p_exact": EXACT, "W": "Kendall's W, corrected for ties", "W_low": interval, "W_high": interval},
+        **{"F": "Iman & Davenport's F", "F_ddof1": "degrees of freedom", "F_ddof2": "degrees of freedom"},
+        "p_F": "p of Iman & Davenport's F",
+    }
+    method = (
+        "Friedman's test of midranks within participants, corrected for ties (Friedman 1937; Conover 1999, 5.8), with"
+        " Kendall's W and the F of Iman & Davenport (1980)"
+    )
+    return answer_of(selected, [row], method, kinds, headline=_friedman_words(row, asked), notes=told(table))
+
+
+def _friedman_words(row: Row, asked: Friedman) -> str:
+    if row["chi2"] is None:
+        return f"Friedman's test of {asked.factor} is undefined: {row['note']}"
+    chi2, w, low, high, p = (float(row[name] or 0) for name in ("chi2", "W", "W_low", "W_high", "p_unc"))
+    bounds = f", {100 * asked.confidence:g} % CI [{number(low)}, {number(high)}]" if row["W_low"] is not None else ""
+    return f"{asked.factor}: χ²({row['ddof1']}) = {number(chi2)}, {apa_p(p)}, Kendall's W = {number(w)}{bounds}"
+
+
+def nemenyi_answer(selected: Selected, asked: Nemenyi) -> Answer:
+    """One row per pair of levels: mean ranks and their difference."""
+    require_columns(selected.table, ("participant", asked.factor, "value"))
+    table = nemenyi(
+        selected.table,
+        "value",
+        asked.factor,
+        "participant",
+        alpha=selected.alpha,
+        ties=asked.ties,
+        missing=left_out(asked),
+        aggregate="mean",
+    )
+    kinds = {
+        **{"mean_rank_A": "mean rank of A", "mean_rank_B": "mean rank of B", "diff": "mean rank of A minus B"},
+        **{"q": "studentized range", "critical": f"difference of mean ranks that is significant at {selected.alpha:g}"},
+        **{"p": "p, studentized range over all pairs", "p_exact": f"{EXACT}, this pair alone"},
+        "p_exact_holm": f"{EXACT}, Holm",
+    }
+    spread = "the spread of the ranks found" if asked.ties else "untied ranks' spread"
+    method = (
+        f"Nemenyi's test of all pairs of mean ranks, {spread} (Nemenyi 1963; Demsar 2006); exact p of each pair's rank"
+        " sums (Eisinga et al. 2017)"
+    )
+    headline = _count_words(asked.factor, table["p"].tolist(), selected.alpha, "Nemenyi")
+    return answer_of(selected, plain_rows(table), method, kinds, headline=headline, notes=told(table))
+
+
+def wilcoxon_answer(selected: Selected, asked: Wilcoxon) -> Answer:
+    """One row per pair of levels: signed ranks within participants, rank sums between them."""
+    require_columns(selected.table, ("participant", asked.factor, "value"))
+    between = _constant(selected.table, asked.factor)
+    table = wilcoxon_tests(
+        selected.table,
+        "value",
+        within=None if between else asked.factor,
+        between=asked.factor if between else None,
+        subject="participant",
+        padjust=asked.correction,
+        family=asked.family,
+        zeros=asked.zeros,
+        confidence=asked.confidence,
+        missing=left_out(asked),
+        aggregate="mean",
+    )
+    shift = share(asked.confidence, "interval of the shift, not adjusted")
+    kinds = {
+        **{"n_A": "participants", "n_B": "participants", "zeros": "differences that are zero"},
+        **{
+            "W": "sum of ranks of A less its minimum" if between else "sum of positive signed ranks",
+            "z": "corrected z",
+        },
+        **{"rank_biserial": "rank-biserial correlation" + ("" if between else ", matched pairs")},
+        **{"shift": "Hodges-Lehmann estimate of A minus B", "ci_low": shift, "ci_high": shift, "p_exact": EXACT},
+        **{"p_normal": "p, normal approximation with continuity correction"},
+        **{"p_unc": "two-sided p, exact where computed, not adjusted", "family": "tests in the family"},
+        "p_corr": f"two-sided p, {CORRECTED[asked.correction]}",
+    }
+    name = "Wilcoxon's rank-sum test (Mann-Whitney)" if between else f"Wilcoxon's signed-rank test, {_zeros(asked)}"
+    method = f"{name}, exact given the ties where affordable; Hodges-Lehmann shift (Hollander, Wolfe & Chicken 2014)"
+    headline = _count_words(asked.factor, table["p_corr"].tolist(), selected.alpha, CORRECTED[asked.correction])
+    return answer_of(selected, plain_rows(table), method, kinds, headline=headline, notes=told(table))
+
+
+def _zeros(asked: Wilcoxon) -> str:
+    if asked.zeros == "pratt":
+        return "zero differences ranked, their ranks left out (Pratt 1959)"
+    return "zero differences left out (Wilcoxon 1945)"
+
+
+def aligned_answer(selected: Selected, asked: AlignedRanks) -> Answer:
+    """One row per effect of the analysis of variance on aligned ranks."""
+    require_columns(selected.table, ("participant", *asked.within, *asked.between, "value"))
+    table = aligned_ranks(
+        selected.table,
+        "value",
+        within=list(asked.within) or None,
+        between=list(asked.between) or None,
+        subject="participant",
+        sum_of_squares=asked.sum_of_squares,
+        missing=left_out(asked),
+        aggregate="mean",
+    )
+    kinds = {
+        **{"ddof1": "degrees of freedom", "ddof2": "degrees of freedom", "F": "F of the aligned ranks"},
+        **{"p_unc": "p, not corrected", "p_GG_corr": "p, Greenhouse-Geisser", "p_HF_corr": "p, Huynh-Feldt"},
+        **{"eps": "Greenhouse-Geisser epsilon", "eps_HF": "Huynh-Feldt epsilon", "d": "contrasts within participants"},
+        **{"np2": "partial eta squared of the ranks", "ng2": "generalized eta squared of the ranks"},
+        **{"aligned_sum": "sum of the aligned values over the sum of their sizes; 0 where alignment is right"},
+        "other_F": "largest F of another effect in the aligned values; 0 where alignment is right",
+    }
+    method = (
+        "Aligned rank transform (Higgins & Tashtoush 1994; Wobbrock et al. 2011), then analysis of variance, sums of"
+        f" squares of type {asked.sum_of_squares}"
+    )
+    return answer_of(selected, plain_rows(table), method, kinds, notes=told(table))
+
+
+def _constant(table: pd.DataFrame, factor: str) -> bool:
+    """Whether no participant has two levels of the factor."""
+    levels = table.groupby("participant", observed=True)[factor].nunique()
+    return bool((levels <= 1).all())
+
+
+def left_out(asked: Asked) -> Missing:
+    """How the statistics treat a missing value under what the test declares."""
+    return "listwise" if asked.missing == "listwise" else "raise"
+
+
+def told(table: pd.DataFrame) -> list[str]:
+    """What the result says of how its table was made: averages and who was left out."""
+    attrs: Mapping[Hashable, object] = table.attrs
+    notes = []
+    ratings = attrs.get("ratings_per_cell")
+    if isinstance(ratings, tuple):
+        notes.append(averaged_note(*ratings))
+    dropped = attrs.get("dropped")
+    if isinstance(dropped, list) and dropped:
+        notes.append(f"Left out listwise: {', '.join(map(str, dropped))}.")
+    return notes
+
+
+def _count_words(factor: str, p: Iterable[float], alpha: float, family: str) -> str:
+    values = list(p)
+    significant = sum(value < alpha for value in values)
+    return f"{factor}: {significant} of {len(values)} pairs differ at {alpha:g} ({family})"

@@ -1,0 +1,290 @@
+"""Reliability as a plan asks for it: raters, items and repetitions."""
+
+from __future__ import annotations
+
+from typing import TYPE_CHECKING, Annotated, Any, Literal
+
+from pydantic import Field
+
+from analysis.plans.answers import Answer, Asked, Kind, Row, Selected
+
+if TYPE_CHECKING:
+    import pandas as pd
+
+Confidence = Annotated[float, Field(gt=0, lt=1)]
+
+
+class AskedIcc(Asked):
+    """Intraclass correlations: `raters` judge `targets`, whose ratings stand in `value`."""
+
+    test: Literal["icc"]
+    targets: str = "stimulus"
+    raters: str = "participant"
+    value: str = "value"
+    confidence: Confidence = 0.95
+
+
+class AskedAlpha(Asked):
+    """Cronbach's alpha: `items` tells items apart, a case is a combination of `cases` (None: of who rated what).
+
+    Items in `reverse` are keyed the other way round. `missing: listwise` leaves out cases with gaps.
+    """
+
+    test: Literal["cronbach_alpha"]
+    items: str = "attribute"
+    cases: tuple[str, ...] | None = None
+    reverse: tuple[str, ...] = ()
+    value: str = "value"
+    confidence: Confidence = 0.95
+
+
+class AskedConcordance(Asked):
+    """Kendall's W. `p` is "auto" (exact where it can be enumerated), "exact", "permutation" or "chi2"."""
+
+    test: Literal["kendall_w"]
+    targets: str = "stimulus"
+    raters: str = "participant"
+    value: str = "value"
+    p: Literal["auto", "exact", "permutation", "chi2"] = "auto"
+
+
+class AskedKrippendorff(Asked):
+    """Krippendorff's alpha; a unit is a combination of `units`, gaps are allowed."""
+
+    test: Literal["krippendorff_alpha"]
+    level: Literal["nominal", "ordinal", "interval", "ratio"]
+    units: tuple[str, ...] = ("stimulus",)
+    raters: str = "participant"
+    value: str = "value"
+    confidence: Confidence = 0.95
+
+
+class AskedRetest(Asked):
+    """First against second answers to the same `targets`, in the order of `order`."""
+
+    test: Literal["retest"]
+    targets: tuple[str, ...] = ("stimulus",)
+    order: tuple[str, ...] = ("session", "trial")
+    confidence: Confidence = 0.95
+
+
+class AskedRaters(Asked):
+    """Each participant against the others, flagged below a correlation of `least_r` (our judgement)."""
+
+    test: Literal["raters"]
+    targets: tuple[str, ...] = ("stimulus",)
+    least_r: Annotated[float, Field(ge=-1, le=1)] = 0.3
+
+
+def icc_answer(selected: Selected, asked: AskedIcc) -> Answer:
+    """The six intraclass correlations of one outcome."""
+    from analysis.reliability.intraclass import icc
+    from analysis.reliability.told import averaged, demand_columns, plain_rows, with_interval
+
+    demand_columns(selected.table, (asked.targets, asked.raters, asked.value))
+    found = icc(selected.table, asked.value, asked.targets, asked.raters, confidence=asked.confidence, aggregate="mean")
+    rows = plain_rows(found)
+    headline = "; ".join(
+        with_interval(str(row["name"]), row["ICC"], row["ci_low"], row["ci_high"], asked.confidence)
+        for row in rows
+        if row["type"] in ("ICC2", "ICC2k")
+    )
+    sizes = f"{found.attrs['targets']} × {asked.targets}, {found.attrs['raters']} × {asked.raters}"
+    kinds = {
+        "ICC": "intraclass correlation of the row's type",
+        "F": "F of no correlation, between targets over within (ICC1) or residual mean square",
+        "p": "p of F, not adjusted",
+        **_limits(asked.confidence, "exact (ICC1, ICC3) or Satterthwaite (ICC2)"),
+    }
+    method = "Intraclass correlations (Shrout & Fleiss 1979; names and limits: McGraw & Wong 1996)."
+    notes = averaged(found.attrs.get("values_per_cell", (1, 1)))
+    return _answer(selected, asked.value, rows, method, kinds, f"{headline} ({sizes}).", notes)
+
+
+def alpha_answer(selected: Selected, asked: AskedAlpha) -> Answer:
+    """Cronbach's alpha of all outcomes (or items) together; one row, the items in `more`."""
+    from analysis.reliability.consistency import cronbach_alpha
+    from analysis.reliability.told import averaged, demand_columns, plain, plain_rows, with_interval
+
+    known = [name for name in ("participant", "stimulus") if name in selected.table.columns]
+    cases = list(asked.cases or known)
+    demand_columns(selected.table, (asked.items, *cases, asked.value))
+    missing: Any = "drop_cases" if asked.missing == "listwise" else "raise"
+    options: dict[str, Any] = {"reverse": asked.reverse, "confidence": asked.confidence, "missing": missing}
+    found = cronbach_alpha(selected.table, asked.value, asked.items, cases, aggregate="mean", **options)
+    names = ("alpha", "ci_low", "ci_high", "standardised", "average_r", "cases", "note")
+    row: Row = {name: plain(getattr(found, name)) for name in names} | {"items": len(found.items)}
+    headline = with_interval("Cronbach's alpha", found.alpha, found.ci_low, found.ci_high, asked.confidence)
+    notes = [*averaged(found.values_per_cell)]
+    if found.dropped:
+        notes.append(f"{len(found.dropped)} cases without a value for every item are left out.")
+    if len(cases) > 1:
+        notes.append("Cases of one participant are not independent: the interval is too narrow by an unknown amount.")
+    kinds = {
+        "alpha": "Cronbach's alpha, raw",
+        "standardised": "alpha of the items' z scores",
+        "average_r": "mean correlation of two items",
+        "item_total": "correlation of an item with the sum of all items",
+        "item_rest": "correlation of an item with the sum of the others",
+        **_limits(asked.confidence, "Feldt 1965"),
+    }
+    return _answer(
+        selected,
+        asked.value,
+        (row,),
+        "Cronbach's alpha (Cronbach 1951) with Feldt's interval (1965).",
+        kinds,
+        f"{headline} ({len(found.items)} items, {found.cases} cases).",
+        notes,
+        {"items": plain_rows(found.items)},
+    )
+
+
+def concordance_answer(selected: Selected, asked: AskedConcordance) -> Answer:
+    """Kendall's W of one outcome."""
+    from analysis.reliability.concordance import kendall_w
+    from analysis.reliability.told import averaged, coefficient, demand_columns, plain_rows
+    from analysis.statistics.apa import apa_p, number
+
+    demand_columns(selected.table, (asked.targets, asked.raters, asked.value))
+    options: dict[str, Any] = {"p": asked.p, "draws": selected.draws, "seed": selected.seed, "aggregate": "mean"}
+    found = kendall_w(selected.table, asked.value, asked.targets, asked.raters, **options)
+    row = found.iloc[0]
+    kind = {"chi2": "χ²", "none": "no p"}.get(row["p_kind"], row["p_kind"])
+    headline = f"Kendall's W is undefined: {row['note']}."
+    if row["W"] >= 0:
+        statistic = f"χ²({row['df']}) = {number(row['chi2'])}"
+        headline = f"Kendall's W = {coefficient(row['W'])}, {statistic}, {apa_p(row['p'])} ({kind})."
+    kinds = {
+        "W": "Kendall's coefficient of concordance, corrected for ties",
+        "mean_rank_r": "(m W - 1) / (m - 1), m raters",
+        "p_chi2": "p of chi squared, not adjusted",
+        "p": "p of the kind that p_kind names, not adjusted",
+    }
+    notes = [*averaged(found.attrs.get("values_per_cell", (1, 1)))]
+    if row["p_kind"] == "permutation":
+        notes.append(f"p from {selected.draws} shuffles of each rater's ranks, seed {selected.seed}.")
+    method = "Kendall's W (Kendall & Babington Smith 1939; ties: Kendall 1970)."
+    return _answer(selected, asked.value, plain_rows(found), method, kinds, headline, notes)
+
+
+def krippendorff_answer(selected: Selected, asked: AskedKrippendorff) -> Answer:
+    """Krippendorff's alpha of one outcome, with whatever gaps there are."""
+    from dataclasses import asdict
+
+    from analysis.reliability.coincidence import krippendorff_alpha
+    from analysis.reliability.told import demand_columns, plain, with_interval
+
+    demand_columns(selected.table, (*asked.units, asked.raters, asked.value))
+    mean: Literal["mean"] | None = "mean" if asked.level in ("interval", "ratio") else None
+    options: dict[str, Any] = {"draws": selected.draws, "seed": selected.seed, "confidence": asked.confidence}
+    columns = (list(asked.units), asked.raters, asked.level)
+    found = krippendorff_alpha(selected.table, asked.value, *columns, aggregate=mean, **options)
+    name = f"Krippendorff's alpha ({asked.level})"
+    headline = with_interval(name, found.alpha, found.ci_low, found.ci_high, asked.confidence)
+    sizes = f"{found.units} units, {found.raters} raters, {found.missing} values missing"
+    kinds = {
+        "alpha": f"Krippendorff's alpha, {asked.level}",
+        **_limits(asked.confidence, f"percentile bootstrap over units, {found.draws} draws, seed {found.seed}"),
+    }
+    method = "Krippendorff's alpha (Krippendorff 2011); gaps are allowed, a unit with one value says nothing."
+    row = {key: plain(value) for key, value in asdict(found).items()}
+    return _answer(selected, asked.value, (row,), method, kinds, f"{headline} ({sizes}).")
+
+
+def retest_answer(selected: Selected, asked: AskedRetest) -> Answer:
+    """First against second answers of one outcome; people and pairs in `more`."""
+    from analysis.reliability.repeated import retest
+    from analysis.reliability.told import demand_columns, plain_rows, with_interval
+
+    demand_columns(selected.table, (*asked.targets, *asked.order))
+    columns = ("participant", list(asked.targets), list(asked.order))
+    found = retest(selected.table, "value", *columns, confidence=asked.confidence)
+    rows = plain_rows(found.measures)
+    headline = "; ".join(
+        with_interval(str(row["measure"]), row["value"], row["ci_low"], row["ci_high"], asked.confidence)
+        for row in rows
+        if row["measure"] in ("ICC(A,1)", "Pearson r")
+    )
+    notes = ["Pairs of one participant are not independent: intervals are too narrow by an unknown amount."]
+    if found.further:
+        notes.append(f"{found.further} answers at third and later meetings are not used.")
+    if found.incomplete:
+        notes.append(f"{found.incomplete} pairs lack a value and are left out.")
+    kinds = {"value": "the number that `measure` names", **_limits(asked.confidence, "of the row's own kind")}
+    method = (
+        "Test-retest of first and second meetings: ICC (McGraw & Wong 1996), limits of agreement (Bland & Altman 1999),"
+        " standard error of measurement and smallest detectable change (Weir 2005; de Vet et al. 2006)."
+    )
+    more = {"people": plain_rows(found.people), "pairs": plain_rows(found.pairs)}
+    sizes = f"{len(found.pairs)} pairs, {len(found.people)} participants"
+    return _answer(selected, "value", rows, method, kinds, f"{headline} ({sizes}).", notes, more)
+
+
+def raters_answer(selected: Selected, asked: AskedRaters) -> Answer:
+    """Each participant against the others in each outcome; the signs of how they answered in `more`."""
+    import pandas as pd
+
+    from analysis.reliability.rater_signs import rater_signs
+    from analysis.reliability.sessions import compared_within, session_signs
+    from analysis.reliability.told import demand_columns, plain_rows
+
+    demand_columns(selected.table, asked.targets)
+    parts = []
+    pools = compared_within(selected.table, asked.targets)
+    for outcome in selected.outcomes:
+        for rows in pools:
+            own = rows[rows["attribute"] == outcome]
+            found = rater_signs(own, "value", list(asked.targets), "participant", aggregate="mean")
+            parts.append(found.rename(columns={"rater": "participant"}).assign(attribute=outcome))
+    table = pd.concat(parts, ignore_index=True)
+    table["flagged"] = table["r_others"] < asked.least_r
+    signs = session_signs(selected.table, selected.scale)
+    flagged = sorted(set(table.loc[table["flagged"], "participant"]) | set(signs.loc[signs["flagged"], "participant"]))
+    headline = f"{len(flagged)} of {selected.table['participant'].nunique()} participants have a flag" + (
+        f": {', '.join(map(str, flagged))}." if flagged else "."
+    )
+    notes = ["A flag asks to look; it excludes nobody.", f"r_others is flagged below {asked.least_r:g}: our judgement."]
+    if len(pools) > 1:
+        notes.append("The groups met different stimuli: participants are compared within their group.")
+    if selected.scale is None:
+        notes.append("The ratings have no declared scale: only the comparison with the others is made.")
+    kinds = {
+        "r_others": "Pearson's r with the mean of the other participants over shared targets",
+        "shift": "mean difference from the others' mean, in units of the rating",
+        "spread": "SD over targets, as a multiple of the other participants' (root mean square)",
+    }
+    method = "Rater diagnostics: each participant against the mean of the others, and signs of how each session went."
+    more = {"signs": plain_rows(signs)}
+    return _answer(selected, "value", plain_rows(table), method, kinds, headline, notes, more)
+
+
+def _limits(confidence: float, how: str) -> dict[str, str]:
+    return dict.fromkeys(("ci_low", "ci_high"), f"{confidence:.0%} interval, {how}")
+
+
+def _answer(
+    selected: Selected,
+    value: str,
+    rows: tuple[Row, ...],
+    method: str,
+    kinds: dict[str, str],
+    headline: str,
+    notes: Any = (),
+    more: Any = None,
+) -> Answer:
+    table: pd.DataFrame = selected.table
+    people = int(table["participant"].nunique()) if "participant" in table.columns else 0
+    return Answer(rows, method, kinds, people, int(table[value].notna().sum()), headline, tuple(notes), more or {})
+
+
+def _whole_targets(asked: AskedIcc | AskedConcordance) -> tuple[str, ...]:
+    return (asked.targets,) if asked.raters == "participant" else ()
+
+
+ICC = Kind(AskedIcc, icc_answer, complete=_whole_targets)
+CRONBACH_ALPHA = Kind(AskedAlpha, alpha_answer, each="all")
+KENDALL_W = Kind(AskedConcordance, concordance_answer, complete=_whole_targets)
+KRIPPENDORFF_ALPHA = Kind(AskedKrippendorff, krippendorff_answer)
+RETEST = Kind(AskedRetest, retest_answer)
+RATERS = Kind(AskedRaters, raters_answer, each="all")

@@ -1,0 +1,124 @@
+"""Perceptual spaces: components, maps of stimuli, maps of groups compared, adjectives fitted to a map."""
+
+from __future__ import annotations
+
+from typing import Annotated, Literal
+
+from pydantic import Field
+
+from analysis.plans.answers import Answer, Asked, Kind, Selected
+from protocols.study import Number, Text, Whole
+
+Confidence = Annotated[float, Field(gt=0, lt=1)]
+Count = Annotated[Whole, Field(ge=0)]
+Draws = Annotated[Whole, Field(ge=19)]
+Dimensions = Annotated[Whole, Field(ge=1)]
+Pair = Annotated[tuple[Text, ...], Field(min_length=2, max_length=2)]
+
+
+class Pca(Asked):
+    """Components of the means of `over` (stimuli) on `items` (attributes).
+
+    `scaled`: of correlations, else of covariances. `reference` names what parallel analysis compares with (or leaves it
+    out). `draws` are for it and for the bootstrap over participants (default: the plan's).
+    """
+
+    test: Literal["pca"]
+    items: Text = "attribute"
+    over: Text = "stimulus"
+    scaled: bool = False
+    reference: Literal["normal", "permuted", "none"] = "normal"
+    draws: Draws | None = None
+    confidence: Confidence = 0.95
+
+
+class Mds(Asked):
+    """A map of `over` (stimuli) from the distances of their means on `items`, or from ratings of `pairs` of them.
+
+    `pairs` names the two columns of a pair, `meaning` and `top` what its value says (top: the similarity of identical
+    stimuli). `scaled` divides each attribute by its standard deviation. `replications` resamples participants for the
+    ellipses (0: none), `reference` shuffles the dissimilarities (0: no test), `scree` is the most dimensions tried.
+    """
+
+    test: Literal["mds"]
+    method: Literal["classical", "nonmetric"] = "nonmetric"
+    dimensions: Dimensions = 2
+    items: Text = "attribute"
+    over: Text = "stimulus"
+    scaled: bool = False
+    pairs: Pair | None = None
+    meaning: Literal["dissimilarity", "similarity"] = "dissimilarity"
+    top: Number | None = None
+    ties: Literal["primary", "secondary"] = "primary"
+    starts: Count = 20
+    replications: Count = 200
+    reference: Count = 99
+    scree: Count = 5
+    confidence: Confidence = 0.95
+
+
+class Procrustes(Asked):
+    """Maps of the same stimuli by different participants: of every two levels of `groups`, or of random `halves`.
+
+    `on`: what is compared: a map ("classical", "nonmetric", "pca", in `dimensions`) or the means themselves
+    ("attributes"). `draws`: permutations of the test, or splits into halves (default: the plan's).
+    """
+
+    test: Literal["procrustes"]
+    groups: Text = "group"
+    halves: bool = False
+    on: Literal["classical", "nonmetric", "pca", "attributes"] = "classical"
+    dimensions: Dimensions = 2
+    items: Text = "attribute"
+    over: Text = "stimulus"
+    scaled: bool = False
+    stretch: bool = True
+    reflection: bool = True
+    ties: Literal["primary", "secondary"] = "primary"
+    starts: Count = 20
+    draws: Draws | None = None
+    confidence: Confidence = 0.95
+
+
+class Vectors(Asked):
+    """Attributes as directions in a map; `on` and what follows describe the map as a test of mds or pca would."""
+
+    test: Literal["vectors"]
+    on: Literal["classical", "nonmetric", "pca"] = "nonmetric"
+    dimensions: Dimensions = 2
+    items: Text = "attribute"
+    over: Text = "stimulus"
+    scaled: bool = False
+    ties: Literal["primary", "secondary"] = "primary"
+    starts: Count = 20
+    draws: Draws | None = None
+
+
+def _pca(selected: Selected, asked: Pca) -> Answer:
+    from analysis.plans.asking.spaces_answers import pca_answer
+
+    return pca_answer(selected, asked)
+
+
+def _mds(selected: Selected, asked: Mds) -> Answer:
+    from analysis.plans.asking.spaces_maps import mds_answer
+
+    return mds_answer(selected, asked)
+
+
+def _procrustes(selected: Selected, asked: Procrustes) -> Answer:
+    from analysis.plans.asking.spaces_compared import procrustes_answer
+
+    return procrustes_answer(selected, asked)
+
+
+def _vectors(selected: Selected, asked: Vectors) -> Answer:
+    from analysis.plans.asking.spaces_answers import vectors_answer
+
+    return vectors_answer(selected, asked)
+
+
+PCA = Kind(Pca, _pca, each="all")
+MDS = Kind(Mds, _mds, each="all")
+PROCRUSTES = Kind(Procrustes, _procrustes, each="all")
+VECTORS = Kind(Vectors, _vectors, each="all")

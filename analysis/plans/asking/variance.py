@@ -1,0 +1,105 @@
+"""Analysis of variance, pairs of levels and their equivalence, as a plan asks for them."""
+
+from __future__ import annotations
+
+from typing import Annotated, Literal, Self
+
+from pydantic import Field, model_validator
+
+from analysis.plans.answers import Answer, Asked, Kind, Selected
+from protocols.study import Number, Text, Whole
+
+Confidence = Annotated[float, Field(gt=0, lt=1)]
+
+
+class Anova(Asked):
+    """The factors within participants and between them, at least one in all; the study's others are averaged over.
+
+    `correction` is for effects with more than one contrast within participants, whatever a test of sphericity says.
+    `interval` is the confidence of the intervals of eta squared, `eta` the one that the sentence states.
+    """
+
+    test: Literal["anova"]
+    within: tuple[Text, ...] = ()
+    between: tuple[Text, ...] = ()
+    sum_of_squares: Literal["II", "III"] = "III"
+    correction: Literal["GG", "HF", "none"] = "GG"
+    interval: Confidence = 0.90
+    eta: Literal["partial", "generalized"] = "generalized"
+
+    @model_validator(mode="after")
+    def _factors(self) -> Self:
+        named = self.within + self.between
+        if not named:
+            raise ValueError("name a factor in `within` or `between`")
+        if len(set(named)) < len(named):
+            raise ValueError(f"a factor is named twice in `within` and `between`: {', '.join(named)}")
+        return self
+
+
+class Pairs(Asked):
+    """`factor`: a column within participants (paired t), or constant in each of them (t between groups).
+
+    `family`: the size of the family fixed beforehand, at least the number of pairs. `interval` is the confidence of
+    the interval of the effect size.
+    """
+
+    test: Literal["pairs"]
+    factor: Text
+    correction: Literal["bonferroni", "holm", "none"] = "holm"
+    family: Annotated[Whole, Field(ge=1)] | None = None
+    interval: Confidence = 0.95
+
+
+class Equivalence(Asked):
+    """`factor` as for pairs. `bounds` in the outcome's unit, earlier level minus later one, or `bounds_dz`."""
+
+    test: Literal["equivalence"]
+    factor: Text
+    bounds: tuple[Number, Number] | None = None
+    bounds_dz: Annotated[float, Field(gt=0, allow_inf_nan=False)] | None = None
+
+    @model_validator(mode="after")
+    def _one_kind(self) -> Self:
+        if (self.bounds is None) == (self.bounds_dz is None):
+            raise ValueError("give either `bounds: [low, high]` or `bounds_dz: number`")
+        if self.bounds is not None and not self.bounds[0] < self.bounds[1]:
+            raise ValueError(f"`bounds` {list(self.bounds)} are none: the first must be below the second")
+        return self
+
+
+def _anova(selected: Selected, asked: Anova) -> Answer:
+    from analysis.plans.asking.variance_anova import anova_answer
+
+    return anova_answer(selected, asked)
+
+
+def _gaps(selected: Selected, asked: Anova) -> Answer:
+    from analysis.plans.asking.mixed_model import gaps_answer
+
+    return gaps_answer(selected, asked.within, asked.between)
+
+
+def _pairs(selected: Selected, asked: Pairs) -> Answer:
+    from analysis.plans.asking.variance_pairs import pairs_answer
+
+    return pairs_answer(selected, asked)
+
+
+def _equivalence(selected: Selected, asked: Equivalence) -> Answer:
+    from analysis.plans.asking.variance_pairs import equivalence_answer
+
+    return equivalence_answer(selected, asked)
+
+
+def _within(asked: Anova) -> tuple[str, ...]:
+    return asked.within
+
+
+def _factor(asked: Pairs | Equivalence) -> tuple[str, ...]:
+    return (asked.factor,)
+
+
+ANOVA = Kind(Anova, _anova, complete=_within, with_gaps=_gaps)
+PAIRS = Kind(Pairs, _pairs, complete=_factor)
+EQUIVALENCE = Kind(Equivalence, _equivalence, complete=_factor)

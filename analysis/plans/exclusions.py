@@ -1,0 +1,183 @@
+"""What a plan leaves out, rule by rule, each line counted: who, which trials, which ratings, and why."""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Mapping
+from dataclasses import dataclass, replace
+from typing import Any
+
+import numpy as np
+import pandas as pd
+
+from analysis.plans.material import Material
+from analysis.plans.schema import AnalysisPlan, Outlying, Rule
+from analysis.ratings.dataset import DataRefused, Exclusion
+from analysis.ratings.diagnostics import Answered, diagnose
+from protocols.did_you_mean import nearest
+
+TRIAL = ["participant", "session", "trial"]
+
+
+@dataclass(frozen=True)
+class Left:
+    """The material that is left, and a line for everything that a rule left out (also for one that met nothing)."""
+
+    material: Material
+    lines: tuple[Exclusion, ...]
+
+
+def apply_exclusions(material: Material, declared: AnalysisPlan) -> Left:
+    """Apply the plan's rules in their order, each to what the earlier ones left.
+
+    Raises DataRefused on an unknown participant or column, and where nobody is left.
+    """
+    lines: list[Exclusion] = []
+    for rule in declared.exclusions:
+        material, found = _applied(material, rule)
+        lines += found or [Exclusion("nothing", "nobody", rule.because, 0)]
+    if not material.participants:
+        raise DataRefused(f"{material.name!r}: the plan's exclusions leave nobody; see exclusions of the plan")
+    return Left(material, tuple(lines))
+
+
+def _applied(material: Material, rule: Rule) -> tuple[Material, list[Exclusion]]:
+    if rule.outlying is not None:
+        return _without_outlying(material, rule.outlying, rule.because)
+    if rule.faster_than_s is not None or rule.slower_than_s is not None or rule.where is not None:
+        return _without_trials(material, _bad_trials(material, rule), rule.because)
+    return _without_people(material, _bad_people(material, rule), rule.because)
+
+
+def _bad_people(material: Material, rule: Rule) -> list[str]:
+    if rule.participants is not None:
+        for who in rule.participants:
+            if who not in material.participants and not _knew(material, who):
+                told = nearest(who, material.participants)
+                raise DataRefused(f"{material.name!r}: the plan leaves out {who!r}, who has no session; {told}")
+        return [who for who in material.participants if who in rule.participants]
+    if rule.fewer_than is not None:
+        return _unfinished(material, rule.fewer_than)
+    return _flagged(material, rule.flagged or 1)
+
+
+def _knew(material: Material, who: str) -> bool:
+    """Whether the person was left out already, as one with an unfinished session."""
+    return any(each.who.split(",")[0] == who for each in material.exclusions)
+
+
+def _unfinished(material: Material, share: float) -> list[str]:
+    sessions = material.trials.groupby("session")
+    low = []
+    for session, rows in sessions:
+        planned = material.planned.get(str(session), len(rows))
+        if planned and len(rows) / planned < share:
+            low.append(str(rows["participant"].iloc[0]))
+    return sorted(set(low))
+
+
+def _flagged(material: Material, least: int) -> list[str]:
+    """Participants on whom at least so many of the rater diagnostics raise a flag."""
+    ratings = material.ratings
+    if ratings is None or ratings.scale is None:
+        raise DataRefused(f"{material.name!r}: `flagged` needs ratings on a declared scale")
+    bad = []
+    for who, rows in ratings.table.groupby("participant", sort=True):
+        trials = [_answered(trial) for _, trial in rows.groupby(["session", "trial"], sort=True)]
+        signs = diagnose(trials, ratings.scale.low, ratings.scale.high)
+        if sum(sign.flagged for sign in signs) >= least:
+            bad.append(str(who))
+    return bad
+
+
+def _answered(rows: pd.DataFrame) -> Answered:
+    first = rows.iloc[0]
+    seconds = float(first["response_time_s"]) if "response_time_s" in rows.columns else float("nan")
+    values = dict(zip(rows["attribute"].tolist(), rows["value"].tolist(), strict=True))
+    return Answered(int(first["trial"]), str(first["stimulus"]), values, None if np.isnan(seconds) else seconds)
+
+
+def _bad_trials(material: Material, rule: Rule) -> pd.DataFrame:
+    """The trials (participant, session, trial) that a rule leaves out."""
+    if rule.where is not None:
+        return material.trials[matching(material.trials, rule.where, material.name)][TRIAL]
+    if material.ratings is None or "response_time_s" not in material.ratings.table.columns:
+        raise DataRefused(f"{material.name!r}: no response times are on record; leave faster_than_s, slower_than_s out")
+    seconds = material.ratings.table.groupby(TRIAL, as_index=False)["response_time_s"].max()
+    if rule.faster_than_s is not None:
+        bad = seconds["response_time_s"] < rule.faster_than_s
+    else:
+        bad = seconds["response_time_s"] > (rule.slower_than_s or 0.0)
+    return pd.DataFrame(seconds[bad], columns=TRIAL)
+
+
+def matching(table: pd.DataFrame, where: Mapping[str, str | tuple[str, ...]], name: str) -> pd.Series[bool]:
+    """Which rows have the wanted level in every column. Raises DataRefused on an unknown column or level."""
+    kept = pd.Series(True, index=table.index)
+    for column, wanted in where.items():
+        if column not in table.columns:
+            raise DataRefused(f"{name!r}: no column {column!r}; {nearest(column, map(str, table.columns))}")
+        levels = (wanted,) if isinstance(wanted, str) else wanted
+        known = set(table[column].astype(str))
+        for level in levels:
+            if level not in known and known:
+                raise DataRefused(f"{name!r}: no {column} {level!r}; {nearest(level, sorted(known))}")
+        kept &= table[column].astype(str).isin(levels)
+    return kept
+
+
+def _without_people(material: Material, people: list[str], why: str) -> tuple[Material, list[Exclusion]]:
+    lines = [Exclusion("participant", who, why, _rows_of(material, who)) for who in people]
+    return _kept(material, lambda table: ~table["participant"].isin(people)), lines
+
+
+def _rows_of(material: Material, who: str) -> int:
+    table = material.trials if material.ratings is None else material.ratings.table
+    return int((table["participant"] == who).sum())
+
+
+def _without_trials(material: Material, trials: pd.DataFrame, why: str) -> tuple[Material, list[Exclusion]]:
+    gone = set(map(tuple, trials.to_numpy().tolist()))
+    lines = [
+        Exclusion("trials", f"{who}, session {session}", why, len(rows))
+        for (who, session), rows in trials.groupby(["participant", "session"], sort=True)
+    ]
+
+    def stays(table: pd.DataFrame) -> pd.Series[bool]:
+        if "trial" not in table.columns:
+            return pd.Series(True, index=table.index)
+        keys = zip(*(table[name].tolist() for name in TRIAL), strict=True)
+        return pd.Series([key not in gone for key in keys], index=table.index, dtype=bool)
+
+    return _kept(material, stays), lines
+
+
+def _without_outlying(material: Material, rule: Outlying, why: str) -> tuple[Material, list[Exclusion]]:
+    """Ratings far from the mean of the others in their cell; a cell of equal values has none."""
+    if material.ratings is None:
+        raise DataRefused(f"{material.name!r}: `outlying` needs ratings")
+    table = material.ratings.table
+    for column in rule.within:
+        if column not in table.columns:
+            raise DataRefused(f"{material.name!r}: no column {column!r}; {nearest(column, map(str, table.columns))}")
+    cells = table.groupby(list(rule.within), sort=False)["value"]
+    spread = cells.transform("std")
+    far = ((table["value"] - cells.transform("mean")).abs() > rule.sd * spread) & (spread > 0)
+    lines = [
+        Exclusion("ratings", str(who), why, len(rows)) for who, rows in table[far].groupby("participant", sort=True)
+    ]
+    ratings = replace(material.ratings, table=table[~far].reset_index(drop=True))
+    return replace(material, ratings=ratings), lines
+
+
+def _kept(material: Material, stays: Callable[[pd.DataFrame], Any]) -> Material:
+    def part(table: pd.DataFrame) -> pd.DataFrame:
+        return table[stays(table)].reset_index(drop=True) if len(table) else table
+
+    ratings = material.ratings
+    return replace(
+        material,
+        ratings=None if ratings is None else replace(ratings, table=part(ratings.table)),
+        trials=part(material.trials),
+        words=part(material.words),
+        forms=part(material.forms),
+    )

@@ -1,0 +1,203 @@
+"""What the sessions of a study hold for an analysis: the ratings, the words, the forms and the trials, as tables."""
+
+from __future__ import annotations
+
+from collections import Counter
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass, field
+from types import MappingProxyType
+from typing import Any
+
+import pandas as pd
+from sqlalchemy import Connection, Engine, text
+
+from analysis.ratings.collected_sessions import Choice
+from analysis.ratings.dataset import Exclusion, Input, Ratings
+from analysis.ratings.reading import chosen, column_name, inputs_of, left_out_sessions, read_ratings
+from protocols.study import Study
+
+_NO_WORDS: Mapping[str, Any] = MappingProxyType({})
+_TRIALS = text(
+    "SELECT trials.session, trials.trial, trials.block, trials.practice, trials.stimulus, trials.status FROM trials"
+    " JOIN sessions ON sessions.session = trials.session WHERE sessions.study = :study"
+)
+_WORDS = text(
+    "SELECT words.session, words.form, words.trial, words.kind, words.word, words.counts FROM words"
+    " JOIN sessions ON sessions.session = words.session WHERE sessions.study = :study"
+)
+_ANSWERS = text(
+    "SELECT answers.session, answers.form, answers.item, answers.value, answers.number FROM answers"
+    " JOIN sessions ON sessions.session = answers.session WHERE sessions.study = :study"
+)
+
+
+@dataclass(frozen=True)
+class Material:
+    """The answers of one version of a study, without practice trials.
+
+    `ratings` is None for a study that rates nothing. `trials` has one row per answered trial; `words` one per word of
+    an answer that counts; `forms` one per answered item of a form (questionnaire, demographics). All three have
+    participant, session and group; trials and words also trial, stimulus and the stimulus columns. `planned` counts the
+    trials of each session that were to be answered. `levels` maps each
+    of these columns to its levels in the study's order. `study` is None for an imported data set.
+    """
+
+    name: str
+    title: str
+    study: Study | None
+    ratings: Ratings | None
+    trials: pd.DataFrame
+    words: pd.DataFrame
+    forms: pd.DataFrame
+    planned: Mapping[str, int]
+    simulated: bool
+    seeds: tuple[int, ...]
+    inputs: tuple[Input, ...]
+    exclusions: tuple[Exclusion, ...]
+    levels: Mapping[str, tuple[str, ...]] = field(default_factory=lambda: _NO_WORDS)
+
+    @property
+    def participants(self) -> tuple[str, ...]:
+        """Everyone with an answered trial or form, in the order of their pseudonyms."""
+        return tuple(sorted({*self.trials["participant"], *self.forms["participant"]}))
+
+
+def read_material(
+    engine: Engine, name: str, *, digest: str | None, include_incomplete: bool, simulated: bool | None
+) -> Material:
+    """The material of a study in a collected database. Raises what `read_ratings` raises."""
+    options: dict[str, Any] = {"digest": digest, "include_incomplete": include_incomplete, "simulated": simulated}
+    with engine.connect() as connection:
+        study, choice = chosen(connection, name, **options)
+        ratings = read_ratings(connection, name, **options) if study.attributes else None
+        rows = Rows(*(_rows(connection, each, study, choice) for each in (_TRIALS, _WORDS, _ANSWERS)))
+    return material_of(study, choice, ratings, rows)
+
+
+@dataclass(frozen=True)
+class Rows:
+    """Rows of the collected tables trials, words and answers, each with participant and group."""
+
+    trials: list[dict[str, Any]]
+    words: list[dict[str, Any]]
+    answers: list[dict[str, Any]]
+
+
+def material_of(study: Study, choice: Choice, ratings: Ratings | None, rows: Rows) -> Material:
+    """The material of these sessions, wherever their rows come from."""
+    trials = _trials(rows.trials, study)
+    words = _words(rows.words, trials)
+    forms = _forms(rows.answers)
+    return Material(
+        name=study.study,
+        title=study.title or study.study,
+        study=study,
+        ratings=ratings,
+        trials=trials,
+        words=words,
+        forms=forms,
+        planned=Counter(row["session"] for row in rows.trials if not row["practice"]),
+        simulated=any(each.simulated for each in choice.kept),
+        seeds=tuple(sorted({each.seed for each in choice.kept if each.simulated})),
+        inputs=inputs_of(study, choice),
+        exclusions=ratings.exclusions if ratings is not None else left_out_sessions(choice),
+        levels=study_levels(study, trials),
+    )
+
+
+def imported_material(ratings: Ratings, title: str) -> Material:
+    """The material of an imported data set: its ratings; a trial is a participant's row of them."""
+    others = [column for column in ratings.table.columns if column not in ("attribute", "value", "response_time_s")]
+    trials = ratings.table[others].drop_duplicates().reset_index(drop=True)
+    columns = (*ratings.within, *ratings.between)
+    levels = {column: ratings.levels(column) for column in ("participant", "attribute", *columns)}
+    return Material(
+        name=ratings.name,
+        title=title or ratings.name,
+        study=None,
+        ratings=ratings,
+        trials=trials,
+        words=pd.DataFrame(columns=["participant", "word"]),
+        forms=pd.DataFrame(columns=["participant", "attribute", "value"]),
+        planned={},
+        simulated=ratings.simulated,
+        seeds=ratings.seeds,
+        inputs=ratings.inputs,
+        exclusions=ratings.exclusions,
+        levels=levels,
+    )
+
+
+def study_levels(study: Study, trials: pd.DataFrame) -> dict[str, tuple[str, ...]]:
+    """The levels of every text column in the order in which the study lists them."""
+    found: dict[str, tuple[str, ...]] = {"stimulus": tuple(each.id for each in study.stimuli)}
+    for name in study.stimuli[0].columns if study.stimuli else ():
+        listed = dict.fromkeys(each.columns.get(name, "") for each in study.stimuli)
+        found[column_name(name)] = tuple(listed)
+    found["group"] = tuple(study.groups) or ("",)
+    items = study.questionnaire.items if study.questionnaire is not None else ()
+    found["attribute"] = (*(each.name for each in study.attributes), *(each.name for each in items))
+    found["participant"] = tuple(sorted(set(trials["participant"])))
+    return found
+
+
+def _rows(connection: Connection, statement: Any, study: Study, choice: Choice) -> list[dict[str, Any]]:
+    """The statement's rows of the sessions that are kept, with the participant and the group of each."""
+    kept = {each.session: each for each in choice.kept}
+    found = connection.execute(statement, {"study": study.study}).mappings()
+    return [
+        {"participant": kept[row["session"]].participant, "group": kept[row["session"]].group_name or "", **row}
+        for row in found
+        if row["session"] in kept
+    ]
+
+
+def _trials(found: Sequence[Mapping[str, Any]], study: Study) -> pd.DataFrame:
+    columns = {each.id: {column_name(k): v for k, v in each.columns.items()} for each in study.stimuli}
+    rows = [
+        {key: row[key] for key in ("participant", "session", "group", "trial", "block", "stimulus")}
+        | columns.get(row["stimulus"], {})
+        for row in found
+        if not row["practice"] and row["status"] in ("answered", "captured")
+    ]
+    head = ["participant", "session", "group", "trial", "block", "stimulus", *_stimulus_columns(study)]
+    return _sorted(rows, head, ("participant", "session", "trial"))
+
+
+def _stimulus_columns(study: Study) -> list[str]:
+    return [column_name(name) for name in (study.stimuli[0].columns if study.stimuli else ())]
+
+
+def _words(found: Sequence[Mapping[str, Any]], trials: pd.DataFrame) -> pd.DataFrame:
+    """The words of counting answers; one that belongs to no trial (a closing suggestion) has an empty stimulus."""
+    keys = zip(trials["session"], trials["trial"], strict=True)
+    of_trial: dict[Any, dict[Any, Any]] = dict(zip(keys, trials.to_dict("records"), strict=True))
+    rows = []
+    for row in found:
+        met = of_trial.get((row["session"], row["trial"]))
+        if row["counts"] and (met is not None or row["trial"] is None):
+            rows.append({**(met or {}), **{k: row[k] for k in ("participant", "session", "group", "kind", "word")}})
+    head = [*trials.columns, "kind", "word"]
+    table = _sorted(rows, head, ("participant", "session", "trial", "kind", "word"))
+    numbers = [None if pd.isna(trial) else int(trial) for trial in table["trial"]]
+    return table.assign(trial=pd.Series(numbers, dtype="object"))
+
+
+def _forms(found: Sequence[Mapping[str, Any]]) -> pd.DataFrame:
+    rows = [
+        {
+            **{key: row[key] for key in ("participant", "session", "group", "form")},
+            **{"attribute": row["item"], "value": row["number"], "text": row["value"]},
+        }
+        for row in found
+    ]
+    head = ["participant", "session", "group", "form", "attribute", "value", "text"]
+    return _sorted(rows, head, ("participant", "session", "form", "attribute")).astype({"value": "float64"})
+
+
+def _sorted(rows: Sequence[Mapping[str, Any]], head: Sequence[str], by: Sequence[str]) -> pd.DataFrame:
+    table = pd.DataFrame(list(rows), columns=list(head))
+    for name in head:
+        if name in ("stimulus", "block", "group", "kind"):
+            table[name] = table[name].fillna("").astype(str)
+    return table.sort_values(list(by), kind="stable", ignore_index=True)

@@ -1,0 +1,143 @@
+"""From analysis.yaml to a plan whose every test and figure is known, or to complaints with file and line."""
+
+from __future__ import annotations
+
+import hashlib
+from collections.abc import Callable, Iterator, Mapping, Sequence
+from dataclasses import dataclass
+from pathlib import Path
+from typing import Any, TypeVar
+
+from pydantic import BaseModel, ValidationError
+
+from analysis.figures.drawn import AskedFigure
+from analysis.plans.answers import Asked
+from analysis.plans.kinds import FIGURES, TESTS, figure_kind, test_kind
+from analysis.plans.schema import AnalysisPlan
+from protocols.complaints import listed, translated
+from protocols.did_you_mean import nearest
+from protocols.problems import Problem
+from protocols.yaml_text import Document, load
+
+PLAN_FILE = "analysis.yaml"
+SettingsT = TypeVar("SettingsT", bound=BaseModel)
+
+
+class PlanError(ValueError):
+    """The analysis plan cannot be used; the message lists what is wrong, one line each."""
+
+
+@dataclass(frozen=True)
+class Plan:
+    """A plan as it was read: its file, the file's SHA-256, and each test and figure with its kind's own settings."""
+
+    path: Path
+    sha256: str
+    declared: AnalysisPlan
+    tests: tuple[Asked, ...]
+    figures: tuple[AskedFigure, ...]
+    document: Document
+
+    def complaint(self, problems: Sequence[Problem]) -> PlanError:
+        """The problems as one error that names the file and the lines."""
+        return PlanError(listed(problems, self.document, str(self.path)))
+
+    def table_path(self, name: str) -> Path:
+        """Where the plan's own table of that name lies."""
+        return self.path.parent / self.declared.tables[name]
+
+
+def read_plan(path: Path) -> Plan:
+    """The plan in the file. Raises PlanError (or YamlError) with every problem, at most eight shown."""
+    try:
+        text = path.read_bytes()
+    except OSError as error:
+        raise PlanError(f"{path}: cannot be read ({error.strerror})") from None
+    document = load(text, str(path))
+    if not isinstance(document.data, dict):
+        raise PlanError(f"{path}: keys and values are expected at the top, e.g. study: NAME")
+    declared = _validated(AnalysisPlan, document.data, (), document, path)
+    problems: list[Problem] = []
+    tests = list(_asked(declared.tests, "tests", "test", _test_settings, problems))
+    figures = list(_asked(declared.figures, "figures", "figure", _figure_settings, problems))
+    problems += [*_names(tests, "tests"), *_names(figures, "figures"), *_links(declared, tests, figures)]
+    problems += _tables(declared, path)
+    if problems:
+        raise PlanError(listed(problems, document, str(path)))
+    return Plan(path, hashlib.sha256(text).hexdigest(), declared, tuple(tests), tuple(figures), document)
+
+
+def _validated(
+    model: type[SettingsT], data: Any, at: tuple[str | int, ...], document: Document, path: Path
+) -> SettingsT:
+    try:
+        return model.model_validate(data)
+    except ValidationError as error:
+        found = [Problem((*at, *p.path), p.message) for p in translated(error, model)]
+        raise PlanError(listed(found, document, str(path))) from None
+
+
+def _test_settings(name: str) -> type[Asked] | None:
+    return test_kind(name).settings if name in TESTS else None
+
+
+def _figure_settings(name: str) -> type[AskedFigure] | None:
+    return figure_kind(name).settings if name in FIGURES else None
+
+
+def _asked(
+    entries: Sequence[Mapping[str, Any]],
+    section: str,
+    key: str,
+    settings: Callable[[str], type[SettingsT] | None],
+    problems: list[Problem],
+) -> Iterator[SettingsT]:
+    """Each entry read by the schema of its kind; what is wrong goes into `problems`."""
+    known = TESTS if key == "test" else FIGURES
+    for place, entry in enumerate(entries):
+        name = entry.get(key)
+        model = settings(name) if isinstance(name, str) else None
+        if model is None:
+            where: tuple[str | int, ...] = (section, place, key) if key in entry else (section, place)
+            found = f"no kind of {key} {name!r}; {nearest(str(name), known)}" if key in entry else f"no key {key!r}"
+            problems.append(Problem(where, found))
+            continue
+        try:
+            yield model.model_validate(entry)
+        except ValidationError as error:
+            problems += [Problem((section, place, *p.path), p.message) for p in translated(error, model)]
+
+
+def _names(asked: Sequence[Asked | AskedFigure], section: str) -> Iterator[Problem]:
+    seen: set[str] = set()
+    for place, each in enumerate(asked):
+        if not each.name.replace("_", "").replace("-", "").isalnum() or not each.name.isascii():
+            yield Problem((section, place, "name"), f"{each.name!r}: letters, digits, _ and - are expected")
+        if each.name.casefold() in seen:
+            yield Problem((section, place, "name"), f"the name {each.name!r} stands twice")
+        seen.add(each.name.casefold())
+
+
+def _links(declared: AnalysisPlan, tests: Sequence[Asked], figures: Sequence[AskedFigure]) -> Iterator[Problem]:
+    """What is named by another part of the plan exists: tests that a figure shows, tables that are used."""
+    names = [each.name for each in tests]
+    for place, figure in enumerate(figures):
+        for n, wanted in enumerate(figure.tests):
+            if wanted not in names:
+                yield Problem(("figures", place, "tests", n), f"no test {wanted!r}; {nearest(wanted, names)}")
+    both: tuple[tuple[str, Sequence[Asked | AskedFigure]], ...] = (("tests", tests), ("figures", figures))
+    for section, asked in both:
+        for place, each in enumerate(asked):
+            if each.table is not None and each.table not in declared.tables:
+                told = nearest(each.table, declared.tables)
+                yield Problem((section, place, "table"), f"the plan has no table {each.table!r}; {told}")
+
+
+def _tables(declared: AnalysisPlan, path: Path) -> Iterator[Problem]:
+    for name, file in declared.tables.items():
+        target = path.parent / file
+        if not target.resolve().is_relative_to(path.parent.resolve()):
+            yield Problem(("tables", name), f"{file!r} leads out of the plan's folder; put the file beside the plan")
+        elif not target.is_file():
+            files = sorted(each.name for each in path.parent.glob("*.csv"))
+            yield Problem(("tables", name), f"no file {file!r} beside the plan; {nearest(file, files)}")

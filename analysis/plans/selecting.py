@@ -1,0 +1,145 @@
+"""From a study's material to the rows that one test or figure is asked about."""
+
+from __future__ import annotations
+
+from collections.abc import Iterator, Mapping
+from dataclasses import dataclass, field, replace
+from functools import cached_property
+from typing import TypeAlias
+
+import pandas as pd
+
+from analysis.figures.drawn import AskedFigure
+from analysis.plans.answers import Asked, Normalise, Selected, Takes
+from analysis.plans.exclusions import matching
+from analysis.plans.material import Material
+from analysis.plans.reading import Plan
+from analysis.ratings.completeness import Faults, cell_faults
+from analysis.ratings.dataset import DataRefused, natural
+from protocols.did_you_mean import nearest
+
+Scale: TypeAlias = tuple[float, float] | None
+
+
+@dataclass(frozen=True)
+class Selecting:
+    """What selections are made from: the material after exclusions, the plan, and the plan's own tables."""
+
+    material: Material
+    plan: Plan
+    tables: Mapping[str, pd.DataFrame] = field(default_factory=dict)
+
+    @cached_property
+    def faults(self) -> Faults:
+        """Every cell of the ratings that is missing, filled too often or not of the design."""
+        ratings = self.material.ratings
+        return Faults() if ratings is None or not len(ratings.table) else cell_faults(ratings)
+
+    def of(self, asked: Asked | AskedFigure, takes: Takes) -> Selected:
+        """The rows that are asked about, all outcomes together. Raises DataRefused where there are none."""
+        takes = "table" if asked.table is not None else asked.source or takes
+        table, scale = self._table(asked, takes)
+        table = table[matching(table, asked.where, self.material.name)].reset_index(drop=True)
+        outcomes = self._outcomes(asked, table, takes)
+        if "attribute" in table.columns and takes != "table":
+            table = table[table["attribute"].isin(outcomes)].reset_index(drop=True)
+        if not len(table) and takes != "words":
+            raise DataRefused(f"{self.material.name!r}: no rows are left for {asked.name!r}")
+        return self._selected(asked, table, outcomes, scale)
+
+    def _selected(
+        self,
+        asked: Asked | AskedFigure,
+        table: pd.DataFrame,
+        outcomes: tuple[str, ...],
+        scale: tuple[float, float] | None,
+    ) -> Selected:
+        material, declared = self.material, self.plan.declared
+        study, ratings = material.study, material.ratings
+        listed = study.adjectives.words if study is not None and study.adjectives is not None else ()
+        trials = material.trials
+        known = {column: level for column, level in asked.where.items() if column in trials.columns}
+        return Selected(
+            table=table,
+            trials=trials[matching(trials, known, material.name)].reset_index(drop=True),
+            outcomes=outcomes,
+            levels=_levels(material, table),
+            alpha=declared.alpha,
+            seed=declared.seed,
+            draws=declared.draws,
+            scale=scale,
+            offered=tuple(each.word for each in listed),
+            antonyms={} if ratings is None else ratings.antonyms,
+            categories={} if ratings is None else ratings.categories,
+            tables=self.tables,
+        )
+
+    def _table(self, asked: Asked | AskedFigure, takes: Takes) -> tuple[pd.DataFrame, Scale]:
+        if takes == "table":
+            if asked.table is None:
+                raise DataRefused(f"{asked.name!r} needs a table of the plan's own; name it with `table`")
+            return self.tables[asked.table], None
+        if takes == "words":
+            return self.material.words, None
+        if takes == "forms":
+            return _asked_forms(self.material, asked.name), _points(self.material)
+        return self._ratings(asked.normalise or self.plan.declared.normalise, asked.name)
+
+    def _ratings(self, how: Normalise, name: str) -> tuple[pd.DataFrame, Scale]:
+        ratings = self.material.ratings
+        if ratings is None:
+            raise DataRefused(f"{self.material.name!r} has no ratings, which {name!r} asks about")
+        scale = None if ratings.scale is None else (ratings.scale.low, ratings.scale.high)
+        if how == "none":
+            return ratings.table, scale
+        from analysis.ratings.normalising import normalised
+
+        return normalised(ratings.table, scale, how)
+
+    def _outcomes(self, asked: Asked | AskedFigure, table: pd.DataFrame, takes: Takes) -> tuple[str, ...]:
+        ratings = self.material.ratings
+        if takes == "ratings" and ratings is not None:
+            known = ratings.attributes
+        elif takes == "forms":
+            known = tuple(dict.fromkeys(table["attribute"]))
+        else:
+            return asked.outcomes or ()
+        for name in asked.outcomes or ():
+            if name not in known:
+                raise DataRefused(f"{asked.name!r}: no outcome {name!r}; {nearest(name, known)}")
+        return tuple(name for name in known if asked.outcomes is None or name in asked.outcomes)
+
+
+def by_outcome(selected: Selected) -> Iterator[Selected]:
+    """The selection of each outcome by itself."""
+    for outcome in selected.outcomes:
+        rows = selected.table[selected.table["attribute"] == outcome].reset_index(drop=True)
+        yield replace(selected, table=rows, outcomes=(outcome,))
+
+
+def _asked_forms(material: Material, name: str) -> pd.DataFrame:
+    """The questionnaire's items: what was asked about the person (age, hand) is no outcome."""
+    study = material.study
+    items = study.questionnaire.items if study is not None and study.questionnaire is not None else ()
+    if not items:
+        raise DataRefused(f"{material.name!r} has no questionnaire, which {name!r} asks about")
+    order = {item.name: place for place, item in enumerate(items)}
+    found = material.forms[material.forms["attribute"].isin(list(order))]
+    rank = found["attribute"].map(order)
+    return found.assign(_rank=rank).sort_values(["_rank", "participant"], ignore_index=True).drop(columns="_rank")
+
+
+def _points(material: Material) -> Scale:
+    study = material.study
+    return (1.0, float(study.questionnaire.points)) if study is not None and study.questionnaire is not None else None
+
+
+def _levels(material: Material, table: pd.DataFrame) -> dict[str, tuple[str, ...]]:
+    """The levels of each text column that occur here, in the study's order where it has one."""
+    found: dict[str, tuple[str, ...]] = {}
+    for column in map(str, table.columns):
+        if table[column].dtype == object or pd.api.types.is_string_dtype(table[column]):
+            there = {str(level) for level in table[column].dropna().tolist()}
+            listed = [level for level in material.levels.get(column, ()) if level in there]
+            found[column] = (*listed, *natural(there - set(listed)))
+    return found

@@ -1,0 +1,107 @@
+"""The verb `power`: how many participants a plan's test needs to find its effect."""
+
+from __future__ import annotations
+
+import os
+import re
+from pathlib import Path
+from typing import TYPE_CHECKING
+
+import click
+
+from analysis.commands import progress_told
+from studies.options import JSON, LAB, echo_json
+
+if TYPE_CHECKING:
+    from analysis.power.curve import Asking, Point
+
+
+class Sizes(click.ParamType):  # type: ignore[type-arg]  # not generic in click 8.1
+    """Numbers of participants: `8..40`, `8..40/4` (in steps of 4), or `8,12,24`."""
+
+    name = "sizes"
+
+    def convert(self, value: object, param: click.Parameter | None, ctx: click.Context | None) -> tuple[int, ...]:
+        """The numbers, in order; at most 60 of them."""
+        text = str(value).strip()
+        found = re.fullmatch(r"(\d+)\.\.(\d+)(?:/(\d+))?", text)
+        if found:
+            first, last = int(found[1]), int(found[2])
+            step = int(found[3]) if found[3] else max(1, (last - first) // 9)
+            sizes = [*range(first, last, step or 1), last] if first < last and step else [last]
+        elif re.fullmatch(r"\d+(,\d+)*", text):
+            sizes = [int(part) for part in text.split(",")]
+        else:
+            self.fail(f"{text!r}: a range such as 8..40, 8..40/4, or a list such as 8,12,24 is expected", param, ctx)
+        if min(sizes) < 2 or max(sizes) > 999 or len(sizes) > 60 or (found and int(found[1]) > int(found[2])):
+            self.fail(f"{text!r}: from 2 to 999 participants, smallest first, at most 60 sizes", param, ctx)
+        return tuple(sorted(set(sizes)))
+
+
+@click.command()
+@click.argument("study")
+@LAB
+@click.option("--test", required=True, help="The test of the analysis plan that is to find the effect.")
+@click.option("--outcome", default="", help="The attribute that it tests.  [default: the study's first]")
+@click.option("--row", default="", help="The row of its answer: an effect, a level, a word.  [default: the first]")
+@click.option("--p", "column", default="", help="The column of the p value.  [default: the adjusted one]")
+@click.option(
+    "--effect", type=click.FloatRange(0, 10), default=1.0, show_default=True,
+    help="How much of the differences that the study's simulated people feel; 0 shows the rate of false alarms.",
+)  # fmt: skip
+@click.option("--participants", "sizes", type=Sizes(), default="4..40", show_default=True, help="How many: 8..40/4.")
+@click.option("--runs", type=click.IntRange(10, 100_000), default=200, show_default=True, help="Studies to simulate.")
+@click.option("--power", "wanted", type=click.FloatRange(0.01, 0.999), default=0.8, show_default=True)
+@click.option("--seed", type=int, default=0, show_default=True)
+@click.option("--jobs", type=click.IntRange(1, 256), default=None, help="Processes.  [default: one for each core]")
+@click.option("--plan", "plan_file", type=click.Path(dir_okay=False, path_type=Path), help="The analysis plan.")
+@JSON
+def power(
+    study: str, lab: Path, test: str, outcome: str, row: str, column: str, effect: float, sizes: tuple[int, ...],
+    runs: int, wanted: float, seed: int, jobs: int | None, plan_file: Path | None, as_json: bool,
+) -> None:  # fmt: skip
+    """How many participants STUDY needs for a test of its analysis plan to find its effect.
+
+    Runs whole simulated studies through the real runner, each with its own simulated people, and asks the plan's own
+    test of the first 2, 3, ... of them. The effect is what these people feel (simulation: in the study file), times
+    --effect. Writes power_TEST.csv and a figure to LAB/analysis/STUDY.
+
+    Example: palpate power texture_similarity --test methods --effect 0.3 --participants 4..24
+    """
+    from analysis.power.curve import Asking, needed, power_curve
+    from analysis.power.picture import write_curve
+    from analysis.regenerating.regenerated import find_plan
+    from analysis.reporting.sources import Wanted
+    from studies.catalogue import find
+
+    file = find(study, lab)
+    name, plan = find_plan(Wanted(study, lab), plan_file)
+    asking = Asking(file, plan.path, lab, test, outcome, row, column, effect, plan.declared.alpha, seed)
+    with progress_told(as_json) as progress:
+        points = power_curve(asking, sizes, runs, jobs or os.cpu_count() or 1, progress)
+    files = write_curve(points, asking, wanted, lab / "analysis" / name)
+    enough = needed(points, wanted)
+    if as_json:
+        told = {"needed": enough.participants if enough else None, "points": [vars(each) for each in points]}
+        echo_json(
+            {"study": name, "test": test, "effect": effect, "power": wanted, **told, "files": list(map(str, files))}
+        )
+        return
+    _show(points, asking, wanted, enough)
+    click.echo(f"Written to {files[0].parent}: {', '.join(file.name for file in files)}")
+
+
+def _show(points: list[Point], asking: Asking, wanted: float, enough: Point | None) -> None:
+    from rich.console import Console
+    from rich.table import Table
+
+    table = Table("participants", "power", "95 % interval", box=None, pad_edge=False)
+    for point in points:
+        without = f"  ({point.undefined} runs without a p: {point.why})" if point.undefined else ""
+        table.add_row(f"{point.participants}", f"{point.power:.2f}", f"{point.low:.2f} to {point.high:.2f}{without}")
+    Console(highlight=False).print(table)
+    what = f"{asking.test}, effect × {asking.effect:g}, {points[0].runs} simulated studies"
+    if enough is None:
+        click.echo(f"{what}: power {wanted:g} is not reached with {points[-1].participants} participants")
+        return
+    click.echo(f"{what}: power {wanted:g} from {enough.participants} participants on (here {enough.power:.2f})")

@@ -1,0 +1,45 @@
+"""The power curve as a figure and as a table."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import asdict
+from pathlib import Path
+
+from analysis.figures.style import INK, OKABE_ITO, SOFT, drawing, quiet_axes, save
+from analysis.power.curve import Asking, Point
+from analysis.reporting.results import csv_text
+
+
+def write_curve(points: Sequence[Point], asking: Asking, wanted: float, folder: Path) -> list[Path]:
+    """Write power_TEST.csv, .svg and .png to `folder` and give the paths."""
+    name = f"power_{asking.test}"
+    folder.mkdir(parents=True, exist_ok=True)
+    rows = [{**asdict(point), "effect": asking.effect, "alpha": asking.alpha} for point in points]
+    table = folder / f"{name}.csv"
+    table.write_text(csv_text(rows), encoding="utf-8", newline="\n")
+    return [table, *_drawn(points, asking, wanted, folder, name)]
+
+
+def _drawn(points: Sequence[Point], asking: Asking, wanted: float, folder: Path, name: str) -> list[Path]:
+    from matplotlib.figure import Figure
+
+    with drawing(name):
+        figure = Figure(figsize=(5.6, 3.4), layout="constrained")
+        axes = figure.subplots()
+        sizes = [point.participants for point in points]
+        low, high = [point.low for point in points], [point.high for point in points]
+        axes.fill_between(sizes, low, high, color=OKABE_ITO[0], alpha=0.18, linewidth=0)
+        axes.plot(
+            sizes, [point.power for point in points], color=OKABE_ITO[0], marker="o", markersize=4.5, linewidth=1.6
+        )
+        axes.axhline(wanted, color=SOFT, linewidth=0.8, linestyle=(0, (4, 3)))
+        axes.text(sizes[-1], wanted, f"wanted: {wanted:g}", ha="right", va="bottom", fontsize=8, color=SOFT)
+        axes.set_ylim(0, 1.02)
+        axes.set_xlabel("participants", color=INK)
+        axes.set_ylabel(f"share of {points[0].runs} runs with p ≤ {asking.alpha:g}")
+        axes.set_title(
+            f"{' '.join(filter(None, (asking.test, asking.outcome, asking.row)))}, effect × {asking.effect:g}"
+        )
+        quiet_axes(axes)
+        return save(figure, folder, name)

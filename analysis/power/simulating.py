@@ -1,0 +1,135 @@
+"""The material of simulated sessions that are run for their answers only, kept in memory."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import dataclass, field
+from pathlib import Path
+
+from analysis.plans.material import Material, Rows, material_of
+from analysis.ratings.collected_sessions import Choice, SessionRow
+from analysis.ratings.reading import Rating, assembled
+from protocols.canonical import digest
+from protocols.events import Event
+from protocols.perceiver import Perceiver
+from protocols.plan import Plan, compile_plan
+from protocols.requests import Present, Reply, Request
+from protocols.runner import run
+from protocols.study import Study
+from protocols.worlds import Done, Simulated, VirtualClock
+from studies.allocation import allocate
+from studies.lab_forms import lab_forms
+from studies.tables import Answers, answers_of
+
+INTERCEPT = "intercept"
+IN_MEMORY = "kept in memory only"
+
+
+@dataclass
+class _Events:
+    """A log in memory."""
+
+    events: list[Event] = field(default_factory=list)
+
+    def append(self, event: Event) -> None:
+        self.events.append(event)
+
+
+def with_effect(study: Study, effect: float) -> Study:
+    """The study whose simulated people feel every difference between stimuli `effect` times as large.
+
+    At 0 they feel none: what a test then finds is found by chance. Intercepts, noise and differences between people
+    stay as they are.
+    """
+    if study.simulation is None:
+        return study
+    latents = {
+        item: {column: weight if column == INTERCEPT else weight * effect for column, weight in weights.items()}
+        for item, weights in study.simulation.latents.items()
+    }
+    return study.model_copy(update={"simulation": study.simulation.model_copy(update={"latents": latents})})
+
+
+def people(count: int) -> list[str]:
+    """Pseudonyms P001, P002, ...: rows of the counterbalancing square follow from them as in a real study."""
+    return [f"P{number:03d}" for number in range(1, count + 1)]
+
+
+def simulated_material(study: Study, lab: Path, participants: Sequence[str], seed: int) -> Material:
+    """Run a session of each participant through the real runner and give what they answered."""
+    forms = lab_forms(study, lab, live=False)
+    plans = [compile_plan(study, allocate(study, who), seed, forms) for who in participants]
+    sat = [(plan, answers_of(plan, _session(plan), _events(plan))) for plan in plans]
+    choice = Choice(digest(study.definition()), tuple(_row(plan, answers) for plan, answers in sat), ())
+    rows = Rows(
+        trials=[_whose(plan, row) for plan, answers in sat for row in answers.trials],
+        words=[_whose(plan, row) for plan, answers in sat for row in answers.words],
+        answers=[_whose(plan, row) for plan, answers in sat for row in answers.answers],
+    )
+    ratings = [each for plan, answers in sat for each in _ratings(plan, answers)]
+    return material_of(study, choice, assembled(study, choice, ratings) if study.attributes else None, rows)
+
+
+def _session(plan: Plan) -> str:
+    return f"{plan.study.study}/{plan.who.participant}/1"
+
+
+def _events(plan: Plan) -> list[Event]:
+    log = _Events()
+    run(plan, Simulated(Perceiver(plan), _presented, VirtualClock()), log, {})
+    return log.events
+
+
+def _presented(request: Request, _t_ns: int) -> Done:
+    """Whatever presents the stimulus: what simulated people feel of it stands in the study, not in a device."""
+    if not isinstance(request, Present):
+        raise NoAnswers(f"the study records ({request.body()['do']}); only what people answer has a power")
+    return Done(Reply({}), 0.0)
+
+
+class NoAnswers(ValueError):
+    """The study's task gives nothing that a test could be asked about."""
+
+
+def _whose(plan: Plan, row: dict[str, object]) -> dict[str, object]:
+    return {"participant": plan.who.participant, "group": plan.who.group or "", **row}
+
+
+def _row(plan: Plan, answers: Answers) -> SessionRow:
+    answered = sum(row["status"] in ("answered", "captured") for row in answers.trials)
+    who = plan.who
+    return SessionRow(
+        session=_session(plan),
+        study_digest=digest(plan.study.definition()),
+        participant=who.participant,
+        group_name=who.group,
+        seed=plan.seed,
+        simulated=True,
+        status="complete",
+        trials_planned=len(plan.trials),
+        trials_answered=answered,
+        head_hash="",
+        file=IN_MEMORY,
+        file_sha256="",
+    )
+
+
+def _ratings(plan: Plan, answers: Answers) -> list[Rating]:
+    trials = {row["trial"]: row for row in answers.trials}
+    return [
+        Rating(
+            session=row["session"],
+            participant=plan.who.participant,
+            group_name=plan.who.group,
+            trial=row["trial"],
+            block=trials[row["trial"]]["block"],
+            practice=trials[row["trial"]]["practice"],
+            stimulus=trials[row["trial"]]["stimulus"],
+            attribute=row["attribute"],
+            value=row["value"],
+            response_time_s=row["response_time_s"],
+            revised=row["revised"],
+        )
+        for row in answers.responses
+        if row["counts"]
+    ]

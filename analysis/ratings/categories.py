@@ -1,0 +1,128 @@
+"""Physical against emotional attributes: their means level by level, and how far participants differ on them."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Mapping, Sequence
+from dataclasses import replace
+
+import numpy as np
+import pandas as pd
+
+from analysis.ratings.dataset import DataRefused
+from analysis.ratings.one_sample import NAN, OneSample, one_sample
+from analysis.ratings.person_cells import NO_LEVELS, Label, Levels, PersonCells, person_cells
+from analysis.statistics.column_values import numbers_of
+from analysis.statistics.doubles import Floats
+from analysis.statistics.refusals import listed
+from protocols.did_you_mean import nearest
+
+
+def turned(data: pd.DataFrame, attributes: Sequence[str], scale: tuple[float, float] | None) -> pd.DataFrame:
+    """A copy with these attributes' values turned round: about the middle of the scale, about 0 where it has none.
+
+    Raises DataRefused where an attribute is not there.
+    """
+    known = list(dict.fromkeys(data["attribute"].tolist()))
+    for name in attributes:
+        if name not in known:
+            raise DataRefused(f"no attribute {name!r} to turn round; {nearest(name, known)}")
+    if not attributes:
+        return data
+    values = numbers_of(data["value"], "value")
+    low, high = scale if scale is not None else (0.0, 0.0)
+    return data.assign(value=np.where(data["attribute"].isin(list(attributes)), (low - values) + high, values))
+
+
+def category_cells(
+    data: pd.DataFrame,
+    categories: Mapping[str, str],
+    by: Sequence[str],
+    *,
+    subject: str = "participant",
+    levels: Levels = NO_LEVELS,
+) -> PersonCells:
+    """Each participant's mean over the attributes of each category, in every combination of `by`.
+
+    The attributes of a category count equally; where one of them is missing, so is the mean. The cells' columns are
+    `category` and `by`. Raises DataRefused where an attribute has no category.
+    """
+    cells = person_cells(data, ("attribute", *by), subject=subject, levels=levels)
+    found = _of_category(cells, categories)
+    owed = {category: {cells.cells[j][0] for at in places.values() for j in at} for category, places in found.items()}
+    labels = [(category, *rest) for category, places in found.items() for rest in places]
+    columns, counts = [], []
+    for category, places in found.items():
+        for at in places.values():
+            lacking = len(at) < len(owed[category])
+            mean = _row_means(cells.values[:, at])
+            columns.append(np.full_like(mean, NAN) if lacking else mean)
+            counts.append(cells.counts[:, at].sum(axis=1))
+    values = np.column_stack(columns)
+    return PersonCells(
+        values,
+        np.where(np.isnan(values), 0, np.column_stack(counts)),
+        cells.participants,
+        ("category", *by),
+        tuple(labels),
+    )
+
+
+def _of_category(cells: PersonCells, categories: Mapping[str, str]) -> dict[str, dict[Label, list[int]]]:
+    """The cells of each category and combination of the other columns."""
+    attributes = list(dict.fromkeys(cell[0] for cell in cells.cells))
+    if without := [name for name in attributes if name not in categories]:
+        raise DataRefused(
+            f"no category is declared for {listed(without, len(without))}; say `category` in the study's attributes"
+        )
+    found: dict[str, dict[Label, list[int]]] = {categories[name]: {} for name in attributes}
+    for j, (name, *rest) in enumerate(cells.cells):
+        found[categories[name]].setdefault(tuple(rest), []).append(j)
+    order = {rest: j for j, rest in enumerate(dict.fromkeys(cell[1:] for cell in cells.cells))}
+    return {name: dict(sorted(places.items(), key=lambda item: order[item[0]])) for name, places in found.items()}
+
+
+def _row_means(values: Floats) -> Floats:
+    return np.array([math.fsum(row) / len(row) if not math.isnan(sum(row)) else NAN for row in values.tolist()])
+
+
+def two_categories(categories: Mapping[str, str], attributes: Sequence[str]) -> tuple[str, str]:
+    """The two categories of these attributes in the study's order. Raises DataRefused where there are not two."""
+    found = list(dict.fromkeys(categories[name] for name in attributes if name in categories))
+    if len(found) != 2:
+        raise DataRefused(
+            f"{len(found)} categories among the attributes ({', '.join(found) or 'none'}); a comparison needs two:"
+            " say `category: physical` or `category: emotional` in the study's attributes, and leave none out"
+        )
+    return found[0], found[1]
+
+
+def category_differences(
+    cells: PersonCells, pair: tuple[str, str], confidence: float = 0.95
+) -> list[tuple[Label, OneSample]]:
+    """At each combination of the other columns: the second category minus the first, over participants."""
+    places = {cell: j for j, cell in enumerate(cells.cells)}
+    found = []
+    for rest in dict.fromkeys(cell[1:] for cell in cells.cells):
+        both = [places.get((category, *rest)) for category in pair]
+        if None not in both:
+            first, second = (cells.values[:, j] for j in both if j is not None)
+            found.append(
+                (rest, one_sample(second - first, floor=cells.floor(), confidence=confidence, what="differences"))
+            )
+    return found
+
+
+def overall(cells: PersonCells) -> PersonCells:
+    """Each participant's mean over all cells of a category that they have, cells counting equally."""
+    names = list(dict.fromkeys(cell[0] for cell in cells.cells))
+    at = [[j for j, cell in enumerate(cells.cells) if cell[0] == name] for name in names]
+    values = [[_known_mean(row) for row in cells.values[:, places].tolist()] for places in at]
+    counts = np.column_stack([cells.counts[:, places].sum(axis=1) for places in at])
+    made = np.array(values).T
+    return replace(cells, values=made, counts=counts, by=("category",), cells=tuple((name,) for name in names))
+
+
+def _known_mean(row: Sequence[float]) -> float:
+    known = [value for value in row if not math.isnan(value)]
+    return math.fsum(known) / len(known) if known else NAN

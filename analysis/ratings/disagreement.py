@@ -1,0 +1,124 @@
+"""How far participants differ on physical and on emotional attributes, and whether more on one of them."""
+
+from __future__ import annotations
+
+import math
+import statistics
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass
+
+import numpy as np
+import pandas as pd
+
+from analysis.ratings.dataset import DataRefused
+from analysis.ratings.one_sample import NAN, one_sample
+from analysis.ratings.person_cells import PersonCells, person_cells
+from analysis.statistics.doubles import Floats, scaled
+
+LEAST = 3
+"""Participants that a cell needs: with one left out there must be two, or there is no variance."""
+
+
+@dataclass(frozen=True)
+class Disagreement:
+    """The SD between participants in two categories (root of the mean variance), and the ratio second / first.
+
+    `low` and `high` bound the ratio, `t`, `df` and `p` test it against 1; `n` participants; `cells` counts the
+    variances averaged in each category, `left_out` the cells with fewer than three participants. What is undefined is
+    NaN, and `note` says why.
+    """
+
+    first: float
+    second: float
+    ratio: float
+    low: float
+    high: float
+    t: float
+    df: float
+    p: float
+    n: int
+    cells: tuple[int, int]
+    left_out: int
+    note: str
+
+
+def disagreement(
+    data: pd.DataFrame,
+    categories: Mapping[str, str],
+    pair: tuple[str, str],
+    *,
+    over: Sequence[str] = ("stimulus",),
+    subject: str = "participant",
+    confidence: float = 0.95,
+) -> Disagreement:
+    """The SD between participants in each of two categories of attributes, and the second over the first.
+
+    In each combination of attribute and `over` the variance over participants (n - 1) is taken, and these variances
+    are averaged within a category. Participants are the sample, not stimuli: the interval is the jackknife's over
+    participants of log(second / first), pseudo-values, t with n - 1 df (Miller 1968, Ann. Math. Stat. 39; Efron &
+    Tibshirani 1993, ch. 11). Raises DataRefused where a category has no cell with three participants.
+    """
+    cells = person_cells(data, ("attribute", *over), subject=subject)
+    numbers = np.count_nonzero(~np.isnan(cells.values), axis=0)
+    sides = [
+        [j for j, cell in enumerate(cells.cells) if categories.get(cell[0]) == name and numbers[j] >= LEAST]
+        for name in pair
+    ]
+    if not all(sides):
+        raise DataRefused(
+            f"no combination of attribute and {' and '.join(over)} has {LEAST} participants in both {pair[0]} and"
+            f" {pair[1]}; an SD between participants needs them: compare over fewer columns, or collect more"
+        )
+    people = np.flatnonzero(~np.isnan(cells.values[:, [*sides[0], *sides[1]]]).all(axis=1))
+    used = cells.only(range(len(cells.cells)), people.tolist())
+    wanted = sum(name in pair for name in (categories.get(cell[0]) for cell in cells.cells))
+    return _compared(used, (sides[0], sides[1]), wanted - len(sides[0]) - len(sides[1]), confidence)
+
+
+def attribute_spreads(data: pd.DataFrame, over: Sequence[str], subject: str = "participant") -> dict[str, float]:
+    """For each attribute the root of the mean variance between participants over the combinations of `over`.
+
+    NaN where no combination has two participants.
+    """
+    cells = person_cells(data, ("attribute", *over), subject=subject)
+    found: dict[str, list[float]] = {cell[0]: [] for cell in cells.cells}
+    for j, cell in enumerate(cells.cells):
+        values = cells.values[~np.isnan(cells.values[:, j]), j]
+        if len(values) > 1:
+            found[cell[0]].append(statistics.variance(np.sort(values).tolist()))
+    return {name: math.sqrt(statistics.mean(each)) if each else NAN for name, each in found.items()}
+
+
+def _compared(cells: PersonCells, sides: tuple[list[int], list[int]], left_out: int, confidence: float) -> Disagreement:
+    small, exponent = _centred_columns(cells.values)
+    (first, first_left), (second, second_left) = (_variances(small[:, side]) for side in sides)
+    sds = math.ldexp(math.sqrt(first), exponent), math.ldexp(math.sqrt(second), exponent)
+    n, counts = len(cells.participants), (len(sides[0]), len(sides[1]))
+    if min(sds) <= cells.floor() or min(first_left.min(), second_left.min()) <= 0:
+        why = "the ratio is undefined: there is no spread between participants in one of the categories"
+        return Disagreement(*sds, NAN, NAN, NAN, NAN, n - 1.0, NAN, n, counts, left_out, why)
+    log = 0.5 * math.log(second / first)
+    pseudo = n * log - (n - 1) * 0.5 * np.log(second_left / first_left)
+    found = one_sample(pseudo, confidence=confidence, what="pseudo-values")
+    low, high = math.exp(found.low), math.exp(found.high)
+    return Disagreement(*sds, math.exp(log), low, high, found.t, found.df, found.p, n, counts, left_out, found.note)
+
+
+def _centred_columns(values: Floats) -> tuple[Floats, int]:
+    """Every column minus its first known value, all divided by one power of two, and its exponent."""
+    pivots = np.array([next((v for v in column if not math.isnan(v)), 0.0) for column in values.T.tolist()])
+    change = values - pivots
+    small, exponent = scaled(np.nan_to_num(change))
+    return np.where(np.isnan(change), NAN, small), exponent
+
+
+def _variances(values: Floats) -> tuple[float, Floats]:
+    """The mean variance of the columns, and the same without each participant in turn."""
+    there = ~np.isnan(values)
+    n = np.count_nonzero(there, axis=0)
+    away = values - np.nansum(values, axis=0) / n
+    known = np.where(there, away, 0.0)
+    squares = np.sum(known * known, axis=0)
+    rest = np.maximum(squares - known * known * n / (n - 1), 0.0)
+    divisor = np.where(there, n - 2, n - 1)
+    return float(np.mean(squares / (n - 1))), np.mean(rest / divisor, axis=1)

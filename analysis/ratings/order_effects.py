@@ -1,0 +1,224 @@
+"""Whether ratings and response times drift along a session, and whether the stimulus before leaves a trace."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Sequence
+from dataclasses import dataclass
+from itertools import pairwise
+from typing import Literal, TypeAlias
+
+import numpy as np
+import pandas as pd
+from numpy.typing import NDArray
+
+from analysis.ratings.dataset import DataRefused
+from analysis.ratings.one_sample import OneSample, one_sample
+from analysis.ratings.person_cells import written
+from analysis.statistics.cells import check_columns
+from analysis.statistics.column_values import numbers_of
+from analysis.statistics.doubles import ROUNDING_ULPS, Floats
+from analysis.statistics.labels import coded
+from analysis.statistics.refusals import BadOption
+
+Adjust: TypeAlias = Literal["stimulus", "none"]
+Codes: TypeAlias = NDArray[np.intp]
+ROUNDS = 500
+SETTLED = 1e-13
+
+
+@dataclass(frozen=True)
+class Bin:
+    """Trials `first` to `last`: the mean over `n` participants of their mean there.
+
+    `low` and `high` are Cousineau and Morey's within-participant interval over the bins, NaN where there is none.
+    """
+
+    first: int
+    last: int
+    n: int
+    mean: float
+    low: float
+    high: float
+
+
+@dataclass(frozen=True)
+class OrderEffect:
+    """The course of one measure over a session: bins, and the mean over participants of their slopes per trial.
+
+    `carry_over` is the mean slope on the previous stimulus' own mean, None where it was not asked for.
+    """
+
+    bins: tuple[Bin, ...]
+    slope: OneSample
+    carry_over: OneSample | None
+    adjusted: bool
+
+
+@dataclass(frozen=True)
+class _Trials:
+    """One row per value: participant, stimulus, position in the session."""
+
+    y: Floats
+    people: Codes
+    stimuli: Codes
+    position: Floats
+    session: Codes
+
+
+def order_effect(
+    data: pd.DataFrame,
+    dv: str = "value",
+    *,
+    subject: str = "participant",
+    stimulus: str = "stimulus",
+    position: str = "trial",
+    session: str = "session",
+    bins: int = 9,
+    adjust: Adjust = "stimulus",
+    carry_over: bool = False,
+    confidence: float = 0.95,
+) -> OrderEffect:
+    """How a measure goes with the place of its trial in the session, one value per trial.
+
+    With `adjust="stimulus"`, what the stimuli themselves do is taken out first: y = participant + stimulus + b position
+    is fitted by least squares, and the stimulus' effect (centred on 0) is subtracted, so that a balanced order and a
+    random one are treated alike. Then each participant's least-squares slope over positions is taken; its mean has
+    Student's interval over participants. Bins hold equally many positions. Positions are counted from 1 within each
+    session among the trials that are there. `carry_over` adds each participant's slope of the adjusted values on the
+    mean adjusted rating of the stimulus before. Raises DataRefused where everyone met the stimuli in one order (then
+    position and stimulus are the same thing), BadOption, UnknownColumn, BadValue.
+    """
+    check_columns(data, [dv, subject, stimulus, position])
+    if bins < 1:
+        raise BadOption(f"bins={bins}: at least 1 is expected")
+    if adjust not in ("stimulus", "none"):
+        raise BadOption(f"adjust={adjust!r} is unknown: 'stimulus' or 'none'")
+    if carry_over and adjust == "none":
+        raise BadOption("carry_over needs adjust='stimulus': what a stimulus does must be known to leave a trace")
+    trials = _trials(data, dv, subject, stimulus, position, session)
+    y, effects = _adjusted(trials) if adjust == "stimulus" else (trials.y, np.zeros(int(trials.stimuli.max()) + 1))
+    floor = ROUNDING_ULPS * float(np.spacing(np.abs(trials.y).max()))
+    slopes = _slopes(y, trials.position, trials.people)
+    span = float(np.ptp(trials.position))
+    made = one_sample(slopes, floor=floor / span if span else 0.0, confidence=confidence, what="slopes")
+    return OrderEffect(
+        tuple(_bins(y, trials, bins, confidence)),
+        made,
+        _carried(y, trials, effects, confidence) if carry_over else None,
+        adjust == "stimulus",
+    )
+
+
+def _trials(data: pd.DataFrame, dv: str, subject: str, stimulus: str, position: str, session: str) -> _Trials:
+    y = numbers_of(data[dv], dv)
+    place = numbers_of(data[position], position)
+    people = coded(data[subject], subject).codes
+    stimuli = coded(data[stimulus], stimulus).codes
+    sessions = coded(data[session], session).codes if session in data.columns else people
+    kept = np.flatnonzero(~np.isnan(y) & ~np.isnan(place))
+    if not len(kept):
+        raise DataRefused(f"no trial has both a place and a value in column {dv!r}")
+    order = kept[np.lexsort((y[kept], stimuli[kept], place[kept], sessions[kept], people[kept]))]
+    _, dense = np.unique(stimuli[order], return_inverse=True)
+    _, who = np.unique(people[order], return_inverse=True)
+    return _Trials(y[order], who, dense, _counted(place[order], sessions[order], who), sessions[order])
+
+
+def _counted(place: Floats, sessions: Codes, people: Codes) -> Floats:
+    """1, 2, 3 ... within each session of each participant; several values of one trial share a place."""
+    found, count = np.empty(len(place)), 0.0
+    for i in range(len(place)):
+        new = i == 0 or people[i] != people[i - 1] or sessions[i] != sessions[i - 1]
+        count = 1.0 if new else count + (place[i] != place[i - 1])
+        found[i] = count
+    return found
+
+
+def _two_way(y: Floats, people: Codes, stimuli: Codes) -> tuple[Floats, Floats]:
+    """What is left of y beside additive participants and stimuli, and the stimuli's effects (alternating means)."""
+    n_people, n_stimuli = np.bincount(people), np.bincount(stimuli)
+    rest, effects = y - y.mean(), np.zeros(len(n_stimuli))
+    scale = float(np.abs(rest).max())
+    for _ in range(ROUNDS):
+        rest = rest - (np.bincount(people, rest) / n_people)[people]
+        step = np.bincount(stimuli, rest) / n_stimuli
+        effects += step
+        rest = rest - step[stimuli]
+        if float(np.abs(step).max()) <= SETTLED * scale:
+            break
+    return rest, effects
+
+
+def _adjusted(trials: _Trials) -> tuple[Floats, Floats]:
+    """y without the stimuli's effects, fitted together with participants and a common slope (Frisch & Waugh 1933)."""
+    free, shift = _two_way(trials.position, trials.people, trials.stimuli)
+    around = trials.position - trials.position.mean()
+    if math.fsum(free * free) <= 1e-9 * math.fsum(around * around):
+        raise DataRefused(
+            "every participant met the stimuli in one order: what the position does cannot be told from what the"
+            " stimuli do; show it with adjust: none"
+        )
+    rest, effects = _two_way(trials.y, trials.people, trials.stimuli)
+    slope = math.fsum(free * rest) / math.fsum(free * free)
+    effects = effects - slope * shift
+    sizes = np.bincount(trials.stimuli)
+    effects = effects - math.fsum(effects * sizes) / math.fsum(sizes)
+    return trials.y - effects[trials.stimuli], effects
+
+
+def _slopes(y: Floats, x: Floats, people: Codes) -> Floats:
+    """The least-squares slope of every participant; NaN where all their x are one."""
+    n = np.bincount(people)
+    away = x - (np.bincount(people, x) / n)[people]
+    change = y - y[np.unique(people, return_index=True)[1]][people]
+    change = change - (np.bincount(people, change) / n)[people]
+    below = np.bincount(people, away * away)
+    above = np.bincount(people, away * change)
+    found: Floats = np.full(len(n), np.nan)
+    known = below > 0
+    found[known] = above[known] / below[known]
+    return found
+
+
+def _bins(y: Floats, trials: _Trials, bins: int, confidence: float) -> list[Bin]:
+    last = int(trials.position.max())
+    number = min(bins, last)
+    edges = [round(last * k / number) for k in range(number + 1)]
+    which = np.searchsorted(np.array(edges[1:]), trials.position, side="left")
+    flat = trials.people * number + which
+    counts = np.bincount(flat, minlength=(int(trials.people.max()) + 1) * number).reshape(-1, number)
+    totals = np.bincount(flat, y, minlength=counts.size).reshape(counts.shape)
+    means = np.full(counts.shape, np.nan)
+    np.divide(totals, counts, out=means, where=counts > 0)
+    own = means - np.nanmean(means, axis=1, keepdims=True)
+    factor = math.sqrt(number / (number - 1)) if number > 1 else math.nan
+    found = []
+    for j, (low, high) in enumerate(pairwise(edges)):
+        whole, within = one_sample(means[:, j]), one_sample(own[:, j] * factor, confidence=confidence)
+        half = (within.high - within.low) / 2
+        found.append(Bin(low + 1, high, whole.n, whole.mean, whole.mean - half, whole.mean + half))
+    return found
+
+
+def _carried(y: Floats, trials: _Trials, effects: Floats, confidence: float) -> OneSample:
+    """Each participant's slope on the effect of the stimulus in the trial before, within one session."""
+    follows = np.flatnonzero(
+        (trials.people[1:] == trials.people[:-1])
+        & (trials.session[1:] == trials.session[:-1])
+        & (trials.position[1:] == trials.position[:-1] + 1)
+    )
+    if not len(follows):
+        return one_sample(np.array([]), confidence=confidence)
+    _, who = np.unique(trials.people[follows + 1], return_inverse=True)
+    return one_sample(_slopes(y[follows + 1], effects[trials.stimuli[follows]], who), confidence=confidence)
+
+
+def one_per_trial(data: pd.DataFrame, keys: Sequence[str], dv: str) -> pd.DataFrame:
+    """One row per trial with the largest value of `dv`: the time at which the last of its attributes was answered."""
+    found: dict[tuple[str, ...], float] = {}
+    columns = [[written(each) for each in data[key].tolist()] for key in keys]
+    for *label, value in zip(*columns, numbers_of(data[dv], dv).tolist(), strict=True):
+        if not math.isnan(value):
+            found[tuple(label)] = max(value, found.get(tuple(label), value))
+    return pd.DataFrame([(*label, value) for label, value in found.items()], columns=[*keys, dv])

@@ -1,0 +1,59 @@
+"""Whether every participant rated all that others of the same group rated, for questions that take all attributes."""
+
+from __future__ import annotations
+
+from collections import Counter
+from typing import Literal
+
+import numpy as np
+import pandas as pd
+
+from analysis.ratings.dataset import DataRefused
+from analysis.ratings.wording import count
+from analysis.statistics.column_values import numbers_of
+from analysis.statistics.labels import coded
+from analysis.statistics.refusals import listed
+
+ITEMS = ("attribute", "stimulus")
+
+
+def without_gaps(
+    table: pd.DataFrame, missing: Literal["raise", "listwise"] = "raise", items: tuple[str, ...] = ITEMS
+) -> tuple[pd.DataFrame, dict[str, int]]:
+    """The rows of the participants who rated all that others of their `group` rated, and how much each other one lacks.
+
+    What is owed is, in each group, every combination of `items` as often as the participant with most of it rated it;
+    a value of NaN is no rating. Raises DataRefused where someone lacks ratings (unless `missing="listwise"`) and where
+    nobody is left.
+    """
+    known = table[~np.isnan(numbers_of(table["value"], "value"))].reset_index(drop=True)
+    lacking = _lacking(known, table, [name for name in items if name in table.columns])
+    if not lacking:
+        return known, {}
+    if missing == "raise":
+        told = (f"{who} lacks {count(number, 'rating')}" for who, number in lacking.items())
+        raise DataRefused(
+            f"{listed(told, len(lacking))}; find the ratings, or leave such participants out with `missing: listwise`"
+        )
+    kept = known[~known["participant"].astype(str).isin(list(lacking))].reset_index(drop=True)
+    if not len(kept):
+        raise DataRefused(f"each of {count(len(lacking), 'participant')} lacks a rating; nobody is left listwise")
+    return kept, lacking
+
+
+def _lacking(known: pd.DataFrame, table: pd.DataFrame, items: list[str]) -> dict[str, int]:
+    people = [str(label) for label in coded(table["participant"], "participant").labels]
+    group = dict(zip(map(str, table["participant"]), _groups(table), strict=True))
+    labels = list(zip(*(known[name].tolist() for name in items), strict=True)) if items else [()] * len(known)
+    rated: dict[str, Counter[tuple[object, ...]]] = {who: Counter() for who in people}
+    for who, label in zip(known["participant"].astype(str).tolist(), labels, strict=True):
+        rated[who][label] += 1
+    owed: dict[str, Counter[tuple[object, ...]]] = {}
+    for who in people:
+        owed[group[who]] = owed.get(group[who], Counter()) | rated[who]
+    found = {who: (owed[group[who]] - rated[who]).total() for who in people}
+    return {who: number for who, number in found.items() if number}
+
+
+def _groups(table: pd.DataFrame) -> list[str]:
+    return table["group"].astype(str).tolist() if "group" in table.columns else [""] * len(table)

@@ -1,0 +1,148 @@
+"""A long table as participants x cells: what each participant's mean is in each cell that occurs."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass, replace
+from types import MappingProxyType
+from typing import Any, TypeAlias
+
+import numpy as np
+import pandas as pd
+
+from analysis.statistics.cells import Counts, cell_means, check_columns
+from analysis.statistics.column_values import numbers_of
+from analysis.statistics.doubles import ROUNDING_ULPS, Floats
+from analysis.statistics.labels import coded
+from analysis.statistics.refusals import BadOption, IncompleteCells, listed
+
+Label: TypeAlias = tuple[str, ...]
+Levels: TypeAlias = Mapping[str, Sequence[str]]
+NO_LEVELS: Levels = MappingProxyType({})
+
+
+@dataclass(frozen=True)
+class PersonCells:
+    """`values[i, j]` is the mean of participant i's `counts[i, j]` values in cell j; NaN where there is none.
+
+    `cells[j]` holds the cell's level of each column in `by`. A value that is missing makes its cell missing.
+    """
+
+    values: Floats
+    counts: Counts
+    participants: tuple[str, ...]
+    by: tuple[str, ...]
+    cells: tuple[Label, ...]
+
+    def level(self, name: str) -> list[str]:
+        """The level of one column in every cell."""
+        place = self.by.index(name)
+        return [cell[place] for cell in self.cells]
+
+    def only(self, cells: Sequence[int], people: Sequence[int] | None = None) -> PersonCells:
+        """Some cells, and some participants (None: all)."""
+        rows = range(len(self.participants)) if people is None else people
+        grid = np.ix_(list(rows), list(cells))
+        return replace(
+            self,
+            values=self.values[grid],
+            counts=self.counts[grid],
+            participants=tuple(self.participants[i] for i in rows),
+            cells=tuple(self.cells[j] for j in cells),
+        )
+
+    def without(self, name: str) -> PersonCells:
+        """The same cells without the level of one column, which is one level in all of them."""
+        keep = [k for k, each in enumerate(self.by) if each != name]
+        cells = tuple(tuple(cell[k] for k in keep) for cell in self.cells)
+        return replace(self, by=tuple(self.by[k] for k in keep), cells=cells)
+
+    def floor(self) -> float:
+        """The variation that rounding the data alone could make."""
+        known = self.values[~np.isnan(self.values)]
+        return ROUNDING_ULPS * float(np.spacing(np.abs(known).max())) if known.size else 0.0
+
+
+def person_cells(
+    data: pd.DataFrame,
+    by: Sequence[str],
+    *,
+    dv: str = "value",
+    subject: str = "participant",
+    levels: Levels = NO_LEVELS,
+) -> PersonCells:
+    """The participants' means in every combination of the columns `by` that occurs.
+
+    Cells stand in the order of `levels` where it names a column, else in natural order; participants in natural order.
+    Raises UnknownColumn, BadValue; BadOption where `by` is empty.
+    """
+    if not by:
+        raise BadOption("`by` names no column; name at least one")
+    check_columns(data, [dv, subject, *by])
+    y = numbers_of(data[dv], dv)
+    people = coded(data[subject], subject)
+    axes = [_axis(data[name], name, levels.get(name, ())) for name in by]
+    shape = [len(labels) for _, labels in axes]
+    cell = np.ravel_multi_index([codes for codes, _ in axes], shape)
+    occurring, place = np.unique(cell, return_inverse=True)
+    size = len(people.labels) * len(occurring)
+    flat = people.codes * len(occurring) + place
+    counts = np.bincount(flat, minlength=size)
+    values = cell_means(y, flat, counts).reshape(len(people.labels), len(occurring))
+    places = zip(*np.unravel_index(occurring, shape), strict=True)
+    return PersonCells(
+        values=values,
+        counts=np.where(np.isnan(values), 0, counts.reshape(values.shape)),
+        participants=tuple(map(written, people.labels)),
+        by=tuple(by),
+        cells=tuple(tuple(axes[k][1][int(i)] for k, i in enumerate(each)) for each in places),
+    )
+
+
+def _axis(column: pd.Series[Any], name: str, order: Sequence[str]) -> tuple[Counts, list[str]]:
+    """Codes in the given order of levels, the others after them in natural order."""
+    found = coded(column, name)
+    labels = [written(label) for label in found.labels]
+    known = {label: place for place, label in enumerate(order)}
+    rank = sorted(range(len(labels)), key=lambda i: (known.get(labels[i], len(known)), i))
+    to = np.empty(len(labels), dtype=np.intp)
+    to[rank] = np.arange(len(labels))
+    return to[found.codes], [labels[i] for i in rank]
+
+
+def written(label: object) -> str:
+    """A label as text; 1 and 1.0 are one label."""
+    return str(int(label)) if isinstance(label, float) and label.is_integer() else str(label)
+
+
+def complete_people(cells: PersonCells, missing: str = "raise") -> list[int]:
+    """Who has a value in every cell. With `missing="raise"`, IncompleteCells names whoever lacks one."""
+    whole = np.atleast_1d(~np.isnan(cells.values).any(axis=1))
+    if not whole.all() and missing == "raise":
+        gaps = np.argwhere(np.isnan(cells.values)).tolist()
+        told = listed((f"participant {cells.participants[i]!r} at {place(cells, j)}" for i, j in gaps), len(gaps))
+        raise IncompleteCells(f"no value for {told}; pass missing='listwise' to leave such participants out")
+    return [i for i, each in enumerate(whole.tolist()) if each]
+
+
+def place(cells: PersonCells, j: int) -> str:
+    """A cell in words."""
+    return ", ".join(f"{name} {level!r}" for name, level in zip(cells.by, cells.cells[j], strict=True))
+
+
+def constant_columns(data: pd.DataFrame, names: Sequence[str], subject: str = "participant") -> tuple[str, ...]:
+    """Those of the columns that differ between participants but never within one: between factors."""
+    people = coded(data[subject], subject)
+    found = []
+    for name in names:
+        codes = coded(data[name], name)
+        pairs = np.unique(people.codes * len(codes.labels) + codes.codes)
+        if len(pairs) == len(people.labels) and len(codes.labels) > 1:
+            found.append(name)
+    return tuple(found)
+
+
+def nan_to_none(value: float) -> float | None:
+    """A number for an answer's row: None where it is undefined."""
+    return None if math.isnan(value) else value

@@ -1,0 +1,170 @@
+"""How far ratings lie from the value that a stimulus was made for, on the attribute that it was made for."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Iterator, Mapping, Sequence
+from dataclasses import dataclass
+
+import numpy as np
+import pandas as pd
+
+from analysis.ratings.dataset import DataRefused
+from analysis.ratings.normalising import rescaled_values
+from analysis.ratings.one_sample import NAN, OneSample, one_sample
+from analysis.ratings.person_cells import NO_LEVELS, Levels, PersonCells, person_cells
+from analysis.ratings.trends import texts_of
+from analysis.statistics.cells import check_columns
+from analysis.statistics.column_values import numbers_of
+from analysis.statistics.doubles import Floats
+from analysis.statistics.refusals import listed
+from protocols.did_you_mean import nearest
+
+Ends = tuple[float, float]
+EACH, ATTRIBUTE, CATEGORY, ALL = "attribute and end", "attribute", "category", "all"
+
+
+@dataclass(frozen=True)
+class TargetError:
+    """One mean absolute error: what it is of, the mean signed error beside it, and over whom.
+
+    `of` is 'attribute and end', 'attribute', 'category', 'all', or 'difference' between two categories. `error` is
+    over participants of each participant's mean absolute error; `bias` the same of rating - target.
+    """
+
+    of: str
+    attribute: str
+    end: str
+    target: float
+    error: OneSample
+    bias: OneSample
+
+
+def target_errors(
+    data: pd.DataFrame,
+    *,
+    target: str = "target",
+    attribute_column: str = "stimulus.attribute",
+    scale: Ends | None = None,
+    target_scale: Ends | None = None,
+    categories: Mapping[str, str] | None = None,
+    subject: str = "participant",
+    confidence: float = 0.95,
+    levels: Levels = NO_LEVELS,
+) -> tuple[TargetError, ...]:
+    """|rating - target| on the attribute that each stimulus was made for (thesis 5.7.1.2).
+
+    `data` is a table of ratings; only rows whose `attribute` is the one in `attribute_column` count. `scale` are the
+    ends of the ratings' scale; targets given on another one are brought to it by `target_scale`. The errors of a
+    participant are averaged: trials within an end, ends within an attribute, attributes within a category, attributes
+    over all, each counting equally; a participant who lacks one of the parts has no value in the average. `end` is
+    'min' and 'max' for an attribute's lowest and highest target. Intervals are Student's over participants.
+    Raises DataRefused where no row is about its own attribute, and on a target that is no number or beyond the scale.
+    """
+    check_columns(data, ["value", "attribute", subject, attribute_column, target])
+    own = _manipulated(data, attribute_column)
+    aims = _targets(own, target, scale, target_scale)
+    values = numbers_of(own["value"], "value")
+    errors = own.assign(end=_ends(own, aims), absolute=np.abs(values - aims), signed=values - aims)
+    order = {**levels, "end": ("min", "between", "max", "only")}
+    both = [
+        person_cells(errors, ("attribute", "end"), dv=dv, subject=subject, levels=order)
+        for dv in ("absolute", "signed")
+    ]
+    goal = dict(zip(zip(errors["attribute"], errors["end"], strict=True), aims.tolist(), strict=True))
+    return tuple(_all(both, goal, categories or {}, confidence))
+
+
+def _manipulated(data: pd.DataFrame, attribute_column: str) -> pd.DataFrame:
+    attributes, wanted = texts_of(data, "attribute"), texts_of(data, attribute_column)
+    unknown = sorted(set(wanted) - set(attributes))
+    own = data[[a == w for a, w in zip(attributes, wanted, strict=True)]].reset_index(drop=True)
+    if not len(own):
+        first = unknown[0] if unknown else ""
+        raise DataRefused(
+            f"no rating is on the attribute that column {attribute_column!r} names: {first!r} is not rated here;"
+            f" {nearest(first, dict.fromkeys(attributes))}"
+        )
+    return own
+
+
+def _targets(own: pd.DataFrame, target: str, scale: Ends | None, target_scale: Ends | None) -> Floats:
+    texts = texts_of(own, target)
+    numbers = {text: _number(text, target) for text in set(texts)}
+    aims = np.array([numbers[text] for text in texts])
+    if target_scale is not None:
+        if scale is None:
+            raise DataRefused("`target_scale` needs the ends of the ratings' own scale, and they have none")
+        if not target_scale[0] < target_scale[1]:
+            raise DataRefused(f"target_scale {target_scale}: the lower end comes first")
+        aims = rescaled_values(aims, target_scale, scale)
+    if scale is not None and (beyond := sorted({float(a) for a in aims if not scale[0] <= a <= scale[1]})):
+        raise DataRefused(
+            f"targets beyond the ratings' scale from {scale[0]:g} to {scale[1]:g}:"
+            f" {listed((f'{a:g}' for a in beyond), len(beyond))}; give the scale that they are on as `target_scale`"
+        )
+    return aims
+
+
+def _number(text: str, column: str) -> float:
+    try:
+        value = float(text)
+    except ValueError:
+        value = NAN
+    if not math.isfinite(value):
+        raise DataRefused(f"column {column!r} holds {text!r}; a target is a finite number")
+    return value
+
+
+def _ends(own: pd.DataFrame, aims: Floats) -> list[str]:
+    """Which of an attribute's targets this is; targets between the ends keep their number."""
+    attributes = own["attribute"].tolist()
+    found: dict[str, set[float]] = {}
+    for name, aim in zip(attributes, aims.tolist(), strict=True):
+        found.setdefault(name, set()).add(aim)
+    return [_end(aim, found[name]) for name, aim in zip(attributes, aims.tolist(), strict=True)]
+
+
+def _end(aim: float, of: set[float]) -> str:
+    if len(of) == 1:
+        return "only"
+    if aim in (min(of), max(of)):
+        return "min" if aim == min(of) else "max"
+    return f"{aim:g}"
+
+
+def _all(
+    both: Sequence[PersonCells], goal: Mapping[tuple[str, str], float], categories: Mapping[str, str], confidence: float
+) -> Iterator[TargetError]:
+    cells = both[0]
+    attributes = list(dict.fromkeys(cell[0] for cell in cells.cells))
+
+    def told(of: str, attribute: str, end: str, target: float, pair: Sequence[Floats]) -> TargetError:
+        made = [one_sample(each, floor=cells.floor(), confidence=confidence, what="errors") for each in pair]
+        return TargetError(of, attribute, end, target, made[0], made[1])
+
+    for j, (attribute, end) in enumerate(cells.cells):
+        yield told(EACH, attribute, end, goal[attribute, end], [each.values[:, j] for each in both])
+    whole = {name: [_mean(each, [j for j, c in enumerate(cells.cells) if c[0] == name]) for each in both]
+             for name in attributes}  # fmt: skip
+    for name in attributes:
+        yield told(ATTRIBUTE, name, "", NAN, whole[name])
+    groups: dict[str, list[str]] = {}
+    for name in attributes:
+        groups.setdefault(categories.get(name, ""), []).append(name)
+    means = {group: [_over(whole, names, k) for k in (0, 1)] for group, names in groups.items() if group}
+    for group, pair in means.items():
+        yield told(CATEGORY, group, "", NAN, pair)
+    if len(means) == 2:
+        (first, one), (second, two) = means.items()
+        yield told("difference", f"{second} − {first}", "", NAN, [two[k] - one[k] for k in (0, 1)])
+    yield told(ALL, "all attributes", "", NAN, [_over(whole, attributes, k) for k in (0, 1)])
+
+
+def _mean(cells: PersonCells, at: Sequence[int]) -> Floats:
+    return np.array([math.fsum(row) / len(row) for row in cells.values[:, list(at)].tolist()])
+
+
+def _over(whole: Mapping[str, Sequence[Floats]], names: Sequence[str], k: int) -> Floats:
+    rows = np.column_stack([whole[name][k] for name in names]).tolist()
+    return np.array([math.fsum(row) / len(row) for row in rows])

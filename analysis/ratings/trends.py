@@ -1,0 +1,248 @@
+"""Whether ratings rise or fall along the levels of a family, and how far each level lies from the reference."""
+
+from __future__ import annotations
+
+import math
+from collections import Counter
+from collections.abc import Iterator, Mapping, Sequence
+from dataclasses import dataclass
+from typing import TypeAlias
+
+import numpy as np
+import pandas as pd
+
+from analysis.ratings.dataset import DataRefused
+from analysis.ratings.one_sample import NAN, OneSample, one_sample
+from analysis.ratings.person_cells import NO_LEVELS, Levels, PersonCells, complete_people, person_cells, written
+from analysis.statistics.doubles import Floats, differences
+from analysis.statistics.labels import coded
+from analysis.statistics.pvalues import adjusted
+from analysis.statistics.refusals import BadOption, listed
+from protocols.did_you_mean import nearest
+
+Row: TypeAlias = dict[str, object]
+CORRECTIONS = {"holm": "holm", "bonferroni": "bonf", "none": "none"}
+
+
+@dataclass(frozen=True)
+class Trends:
+    """`slopes`: one row per family; `levels`: one row per level against the reference, empty where there is none.
+
+    Columns of both: n, mean, sd, ci_low, ci_high, t, df, p, p_corrected, family_size, dz, note. `mean` is the mean
+    slope over participants (per step, or per unit of the numeric column) or the mean difference from the reference.
+    """
+
+    slopes: pd.DataFrame
+    levels: pd.DataFrame
+    reference: str | None
+
+
+def trends(
+    data: pd.DataFrame,
+    dv: str = "value",
+    *,
+    level: str,
+    family: str,
+    subject: str = "participant",
+    numeric: str | None = None,
+    reference: str | None = None,
+    correction: str = "holm",
+    size: int | None = None,
+    confidence: float = 0.95,
+    missing: str = "raise",
+    levels: Levels = NO_LEVELS,
+) -> Trends:
+    """Each participant's least-squares slope over a family's levels, and the mean of these slopes with its t interval.
+
+    The levels stand one step apart in their order (`levels`, else natural), or where the column `numeric` says; there
+    every level has one number. Values of a participant at one level are averaged first. `reference` is a level that
+    belongs to no trend (None: the first one, where it is a family of its own). p is corrected over the families that
+    have a slope, and by itself over the levels that are compared with the reference; `size` fixes a larger family of
+    slopes beforehand. A family of one level has no slope and a note. Raises DataRefused where a level is in two
+    families or has two numbers, IncompleteCells where a participant lacks a level (unless `missing="listwise"`, which
+    leaves them out of this family), BadOption, UnknownColumn, BadValue.
+    """
+    cells = person_cells(data, (level,), dv=dv, subject=subject, levels=levels)
+    families = families_of(data, level, family, cells.level(level))
+    steps = steps_of(data, level, numeric)
+    return cell_trends(cells, families, steps, reference, correction, size, confidence, missing)
+
+
+def cell_trends(
+    cells: PersonCells,
+    families: Mapping[str, str],
+    steps: Mapping[str, float] | None,
+    reference: str | None = None,
+    correction: str = "holm",
+    size: int | None = None,
+    confidence: float = 0.95,
+    missing: str = "raise",
+) -> Trends:
+    """As `trends`, from the participants' means at each level (cells of one column, in order)."""
+    order = cells.level(cells.by[0])
+    members = _members(order, families)
+    start = reference_level(order, families, reference)
+    if correction not in CORRECTIONS:
+        raise BadOption(f"correction {correction!r} is unknown: one of {', '.join(CORRECTIONS)}")
+    slopes = [
+        (name, _slope(cells, at, steps, confidence, missing))
+        for name, at in members.items()
+        if [order[j] for j in at] != [start]
+    ]
+    against = list(_against(cells, order, start, confidence, missing))
+    return Trends(
+        pd.DataFrame(
+            _rows([{"family": name, "levels": len(members[name])} for name, _ in slopes], slopes, correction, size)
+        ),
+        pd.DataFrame(
+            _rows([{"level": name, "family": families[name]} for name, _ in against], against, correction, None)
+        ),
+        start,
+    )
+
+
+def families_of(data: pd.DataFrame, level: str, family: str, order: Sequence[str]) -> dict[str, str]:
+    """The family of each level. Raises DataRefused where a level stands in two."""
+    found: dict[str, set[str]] = {}
+    for one, group in zip(texts_of(data, level), texts_of(data, family), strict=True):
+        found.setdefault(one, set()).add(group)
+    if torn := [f"{one!r} in {' and '.join(sorted(found[one]))}" for one in order if len(found[one]) > 1]:
+        raise DataRefused(
+            f"column {family!r}: {listed(torn, len(torn))}; a trend needs one {family} for each {level}:"
+            " correct the stimulus table or name another column"
+        )
+    return {one: next(iter(found[one])) for one in order}
+
+
+def steps_of(data: pd.DataFrame, level: str, numeric: str | None) -> dict[str, float] | None:
+    """The number of each level in a column, None where no column is named. One number for each level, or refused."""
+    if numeric is None:
+        return None
+    found: dict[str, set[str]] = {}
+    for one, number in zip(texts_of(data, level), texts_of(data, numeric), strict=True):
+        found.setdefault(one, set()).add(number)
+    if several := [f"{one!r} ({len(each)} numbers)" for one, each in sorted(found.items()) if len(each) > 1]:
+        raise DataRefused(
+            f"column {numeric!r} has more than one number for {level} {listed(several, len(several))};"
+            " name a column with one number for each, or leave it out: the levels then stand one step apart"
+        )
+    return {one: _number(next(iter(each)), numeric, one) for one, each in found.items()}
+
+
+def texts_of(data: pd.DataFrame, name: str) -> list[str]:
+    """A column of labels as text; 1 and 1.0 are one label."""
+    found = coded(data[name], name)
+    labels = [written(label) for label in found.labels]
+    return [labels[code] for code in found.codes]
+
+
+def _number(text: str, column: str, level: str) -> float:
+    try:
+        value = float(text)
+    except ValueError:
+        value = NAN
+    if not math.isfinite(value):
+        raise DataRefused(f"column {column!r} holds {text!r} at {level!r}; a finite number is expected")
+    return value
+
+
+def _members(order: Sequence[str], families: Mapping[str, str]) -> dict[str, list[int]]:
+    """The cells of each family, in order; families as they come along the levels."""
+    found: dict[str, list[int]] = {}
+    for j, one in enumerate(order):
+        found.setdefault(families[one], []).append(j)
+    if not any(len(at) > 1 for at in found.values()):
+        raise DataRefused("no family has two levels; a trend needs at least two")
+    return {families[one]: found[families[one]] for one in order}
+
+
+def reference_level(order: Sequence[str], families: Mapping[str, str], wanted: str | None = None) -> str | None:
+    """The level that others are compared with: the wanted one, else the first where it is a family of its own."""
+    if wanted is not None:
+        if wanted not in order:
+            raise DataRefused(f"no level {wanted!r} to compare with; {nearest(wanted, order)}")
+        return wanted
+    sizes = Counter(families[one] for one in order)
+    alone = len(sizes) > 1 and sizes[families[order[0]]] == 1
+    return order[0] if alone and max(sizes.values()) > 1 else None
+
+
+def _slope(
+    cells: PersonCells, at: list[int], steps: Mapping[str, float] | None, confidence: float, missing: str
+) -> OneSample:
+    family = cells.only(at)
+    names = family.level(family.by[0])
+    x = np.arange(len(at), dtype=float) if steps is None else np.array([steps[one] for one in names])
+    if len(at) < 2 or np.ptp(x) == 0:
+        why = "one level has no slope" if len(at) < 2 else "its levels share one number: no slope"
+        return one_sample(np.array([]), confidence=confidence)._replace(note=why)
+    family = family.only(range(len(at)), _there(family, missing))
+    weights = _weights(x)
+    rises = _rises(family.values, weights)
+    floor = family.floor() * float(np.abs(weights).sum())
+    return one_sample(rises, floor=floor, confidence=confidence, what="slopes")
+
+
+def _weights(x: Floats) -> Floats:
+    """What each level's value counts in a least-squares slope: (x - mean) / sum of squares."""
+    away = x - x[0]
+    away = away - math.fsum(away.tolist()) / len(away)
+    weights: Floats = away / math.fsum((away * away).tolist())
+    return weights
+
+
+def _rises(values: Floats, weights: Floats) -> Floats:
+    """The slope of every row, from differences to its first value."""
+    if not len(values):
+        return np.array([])
+    high, low = differences((values, None), 1)
+    change = high if low is None else high + low
+    return np.array([math.fsum(row) for row in (change * weights).tolist()])
+
+
+def _there(cells: PersonCells, missing: str) -> list[int]:
+    """Who rated every one of these levels; who rated none of them belongs to another group and is not missed."""
+    any_here = np.flatnonzero(~np.isnan(cells.values).all(axis=1)).tolist()
+    here = cells.only(range(len(cells.cells)), any_here)
+    return [any_here[i] for i in complete_people(here, missing)]
+
+
+def _against(
+    cells: PersonCells, order: list[str], start: str | None, confidence: float, missing: str
+) -> Iterator[tuple[str, OneSample]]:
+    """Every other level minus the reference."""
+    for j, one in enumerate(order):
+        if start is None or one == start:
+            continue
+        pair = cells.only([order.index(start), j])
+        pair = pair.only((0, 1), _there(pair, missing))
+        gaps = pair.values[:, 1] - pair.values[:, 0]
+        yield one, one_sample(gaps, floor=pair.floor(), confidence=confidence, what="differences")
+
+
+def _rows(heads: Sequence[Row], found: Sequence[tuple[str, OneSample]], correction: str, size: int | None) -> list[Row]:
+    p = [each.p for _, each in found]
+    tested = [i for i, (_, each) in enumerate(found) if each.n > 0]
+    family = len(tested) if size is None else size
+    if family < len(tested):
+        raise BadOption(f"a family of {size} is fixed, but {len(tested)} slopes are tested; fix at least as many")
+    padded = adjusted([p[i] for i in tested] + [NAN] * (family - len(tested)), CORRECTIONS[correction])
+    corrected = dict(zip(tested, padded, strict=False))
+    return [
+        {**head, **_numbers(each), "p_corrected": corrected.get(i, NAN), "family_size": family, "note": each.note}
+        for i, (head, (_, each)) in enumerate(zip(heads, found, strict=True))
+    ]
+
+
+def _numbers(each: OneSample) -> Row:
+    return {
+        "n": each.n,
+        "mean": each.mean,
+        "sd": each.sd,
+        "ci_low": each.low,
+        "ci_high": each.high,
+        "t": each.t,
+        "df": each.df,
+        "dz": each.dz,
+        "p": each.p,
+    }

@@ -1,0 +1,148 @@
+"""A regenerated study as files: tidy tables, one CSV for each test and figure, and one JSON with every number."""
+
+from __future__ import annotations
+
+import json
+import math
+from collections.abc import Iterable, Mapping, Sequence
+from dataclasses import asdict
+from pathlib import Path
+from typing import Any
+
+import pandas as pd
+
+from analysis.plans.answers import Row
+from analysis.regenerating.regenerated import Regenerated
+from analysis.regenerating.running import Answered
+from analysis.reporting.results import csv_text
+
+STATISTICS = "statistics.json"
+Seconds = Mapping[int, float]
+
+
+def file_texts(found: Regenerated, seconds: Seconds) -> dict[str, str]:
+    """The text of every table and of statistics.json by its path in the output folder; the same for equal inputs."""
+    texts = {STATISTICS: statistics_json(found, seconds)}
+    for name, table in material_tables(found).items():
+        texts[f"tables/{name}.csv"] = csv_text(_records(table))
+    texts["tables/exclusions.csv"] = _table(("what", "who", "why", "rows", "into"), map(asdict, found.exclusions))
+    for name, rows in test_rows(found.answered).items():
+        texts[f"tests/{name}.csv"] = csv_text(rows)
+    for each in found.pictured:
+        if each.data is not None:
+            texts[f"figures/{each.asked.name}.csv"] = csv_text(each.data.rows)
+    return texts
+
+
+def _table(columns: Sequence[str], rows: Iterable[dict[str, Any]]) -> str:
+    """A table that has its head also where it has no rows."""
+    found = list(rows)
+    return csv_text(found) if found else ",".join(columns) + "\n"
+
+
+def material_tables(found: Regenerated) -> dict[str, pd.DataFrame]:
+    """The tidy tables that the answers rest on, after exclusions; those that the study does not have are left out."""
+    material = found.material
+    tables = {"trials": material.trials, "words": material.words, "forms": material.forms}
+    if material.ratings is not None:
+        tables = {"ratings": material.ratings.table, **tables}
+    return {name: table for name, table in tables.items() if len(table)}
+
+
+def test_rows(answered: Sequence[Answered]) -> dict[str, list[dict[str, Any]]]:
+    """The rows of each test's CSV: its outcomes one after another, a refused one with its reason; `more` beside it."""
+    tables: dict[str, list[dict[str, Any]]] = {}
+    for each in answered:
+        about = {"outcome": each.outcome} if each.outcome else {}
+        rows = tables.setdefault(each.asked.name, [])
+        if each.answer is None:
+            rows.append({**about, "refused": each.refused})
+            continue
+        rows += [{**about, **row} for row in each.answer.rows]
+        for name, more in each.answer.more.items():
+            tables.setdefault(f"{each.asked.name}.{name}", []).extend({**about, **row} for row in more)
+    return {name: rows for name, rows in tables.items() if rows}
+
+
+def statistics_json(found: Regenerated, seconds: Seconds) -> str:
+    """Every number with the hash of its inputs, the method, what each column is, n, exclusions and seconds."""
+    return json.dumps(_statistics(found, seconds), indent=1, ensure_ascii=False, allow_nan=False) + "\n"
+
+
+def _statistics(found: Regenerated, seconds: Seconds) -> dict[str, Any]:
+    material, plan = found.material, found.plan
+    return {
+        "study": material.name,
+        "title": found.title,
+        "plan": {"file": plan.path.name, "sha256": plan.sha256, **_declared(found)},
+        "simulated": material.simulated,
+        "simulation_seeds": list(material.seeds),
+        "participants": len(material.participants),
+        "trials": len(material.trials),
+        "exclusions": [asdict(each) for each in found.exclusions],
+        "inputs": [asdict(each) for each in found.inputs],
+        "software": dict(found.software),
+        "tests": [_test(each, seconds.get(place)) for place, each in enumerate(found.answered)],
+        "figures": [
+            {"name": each.asked.name, "figure": each.asked.figure, "refused": each.refused or None}
+            for each in found.pictured
+        ],
+    }
+
+
+def _declared(found: Regenerated) -> dict[str, Any]:
+    declared = found.plan.declared
+    return {name: getattr(declared, name) for name in ("alpha", "seed", "draws", "sessions", "missing", "normalise")}
+
+
+def _test(each: Answered, seconds: float | None) -> dict[str, Any]:
+    answer, told = each.answer, each.missing
+    about: dict[str, Any] = {
+        "name": each.asked.name,
+        "test": each.asked.test,
+        "outcome": each.outcome or None,
+        "asked": each.asked.model_dump(mode="json", exclude={"name", "test", "outcomes"}, exclude_defaults=True),
+        "inputs_sha256": each.inputs or None,
+        "missing": {
+            "policy": told.policy,
+            "cells": told.cells,
+            "participants_with_gaps": told.participants,
+            "left_out": list(told.left_out),
+        },
+        "seconds": seconds,
+        "refused": each.refused or None,
+    }
+    if answer is None:
+        return about
+    return about | {
+        "method": answer.method,
+        "kinds": dict(answer.kinds),
+        "participants": answer.participants,
+        "values": answer.values,
+        "headline": answer.headline or None,
+        "notes": list(answer.notes),
+        "results": [_plain(row) for row in answer.rows],
+        "more": {name: [_plain(row) for row in rows] for name, rows in answer.more.items()},
+    }
+
+
+def _plain(row: Row) -> dict[str, Any]:
+    """A row for JSON: what is no finite number is null, and the row's note says why."""
+    return {
+        name: None if isinstance(value, float) and not math.isfinite(value) else value for name, value in row.items()
+    }
+
+
+def _records(table: pd.DataFrame) -> list[dict[str, Any]]:
+    return [{str(k): v for k, v in record.items()} for record in table.to_dict("records")]
+
+
+def write_texts(texts: Mapping[str, str], folder: Path) -> list[Path]:
+    """Write each text under `folder` and give the paths."""
+    paths = []
+    for name, text in texts.items():
+        path = folder / name
+        path.parent.mkdir(parents=True, exist_ok=True)
+        path.write_text(text, encoding="utf-8", newline="\n")
+        paths.append(path)
+    return paths

@@ -1,0 +1,69 @@
+"""Every figure of a plan: its data from the selected rows and the answers, and its drawing from the data alone."""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Iterator, Mapping
+from dataclasses import dataclass
+from pathlib import Path
+
+from analysis.figures.drawn import AskedFigure, FigureData, Mark, Shown
+from analysis.figures.style import drawing, save, svg_text
+from analysis.plans.answers import Answer
+from analysis.plans.kinds import figure_kind
+from analysis.plans.selecting import Selecting
+
+Progress = Callable[[int, int, str], None]
+
+
+@dataclass(frozen=True)
+class Pictured:
+    """A figure of the plan with its data, or with the reason why there is none."""
+
+    asked: AskedFigure
+    data: FigureData | None
+    refused: str = ""
+
+
+@dataclass(frozen=True)
+class Picture:
+    """A drawn figure: the text of its SVG, the marks in it, and the files it was written to."""
+
+    svg: str
+    marks: tuple[Mark, ...]
+    files: tuple[Path, ...] = ()
+
+
+def picture_data(selecting: Selecting, answers: Mapping[str, Mapping[str, Answer]]) -> tuple[Pictured, ...]:
+    """The data of every figure of the plan; a figure that has nothing to show says why."""
+    return tuple(_pictured(selecting, answers, asked) for asked in selecting.plan.figures)
+
+
+def _pictured(selecting: Selecting, answers: Mapping[str, Mapping[str, Answer]], asked: AskedFigure) -> Pictured:
+    kind = figure_kind(asked.figure)
+    try:
+        lacking = [name for name in asked.tests if name not in answers]
+        if lacking:
+            return Pictured(asked, None, f"it shows the test {lacking[0]!r}, which has no answer")
+        shown = Shown(selecting.of(asked, kind.takes), {name: answers[name] for name in asked.tests})
+        data = kind.data(shown, asked)
+    except ValueError as refusal:
+        return Pictured(asked, None, str(refusal))
+    return Pictured(asked, data)
+
+
+def draw_all(
+    pictured: tuple[Pictured, ...], folder: Path | None, progress: Progress = lambda *_: None
+) -> Iterator[Picture | None]:
+    """Draw each figure (None where there is none), and write NAME.svg and NAME.png where a folder is given."""
+    for done, each in enumerate(pictured):
+        progress(done, len(pictured), f"drawing {each.asked.name}")
+        yield None if each.data is None else _drawn(each.asked, each.data, folder)
+    progress(len(pictured), len(pictured), "")
+
+
+def _drawn(asked: AskedFigure, data: FigureData, folder: Path | None) -> Picture:
+    with drawing(asked.name):
+        drawn = figure_kind(asked.figure).draw(data)
+        files = save(drawn.figure, folder, asked.name) if folder is not None else []
+        svg = svg_text(drawn.figure) if folder is None else files[0].read_text(encoding="utf-8")
+    return Picture(svg, drawn.marks, tuple(files))

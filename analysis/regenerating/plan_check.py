@@ -1,0 +1,99 @@
+"""Whether a plan speaks of what the study has: its outcomes, factors and columns, checked before there are data."""
+
+from __future__ import annotations
+
+from collections.abc import Collection, Iterator, Mapping, Sequence
+from pathlib import Path
+
+from analysis.figures.drawn import AskedFigure
+from analysis.plans.answers import COLUMNS, Asked, Takes
+from analysis.plans.kinds import figure_kind, test_kind
+from analysis.plans.reading import Plan
+from analysis.ratings.reading import column_name
+from analysis.ratings.saved import load_ratings
+from analysis.reporting.sources import IMPORTED, Wanted
+from protocols.did_you_mean import nearest
+from protocols.problems import Problem
+from protocols.study import Study
+from studies.catalogue import STUDY_FILE, find, names, read_study
+
+ALWAYS = ("participant", "session", "group", "stimulus", "attribute", "category", "trial", "block", "word", "kind")
+
+
+def check_against_study(wanted: Wanted, plan: Plan) -> None:
+    """Raise PlanError with every outcome, column and level that the study does not have, by line and nearest name."""
+    study = _study(wanted)
+    columns, outcomes = _known(study) if study is not None else _imported(wanted.lab / IMPORTED / wanted.name)
+    both: tuple[tuple[str, Sequence[Asked | AskedFigure]], ...] = (("tests", plan.tests), ("figures", plan.figures))
+    problems = [
+        Problem((section, place, *problem.path), problem.message)
+        for section, asked in both
+        for place, each in enumerate(asked)
+        if each.table is None
+        for problem in _problems(each, _takes(each), columns, outcomes)
+    ]
+    if problems:
+        raise plan.complaint(problems)
+
+
+def _study(wanted: Wanted) -> Study | None:
+    if (Path(wanted.name) / STUDY_FILE).is_file() or wanted.name in names(wanted.lab):
+        return read_study(find(wanted.name, wanted.lab)).study
+    return None
+
+
+def _known(study: Study) -> tuple[dict[str, Collection[str]], dict[Takes, Collection[str]]]:
+    """The study's columns with their levels (empty: any), and its outcomes by the table they stand in."""
+    columns: dict[str, Collection[str]] = dict.fromkeys(ALWAYS, ())
+    columns["stimulus"] = [each.id for each in study.stimuli]
+    columns["group"] = list(study.groups)
+    for name in study.stimuli[0].columns if study.stimuli else ():
+        columns[column_name(name)] = {each.columns.get(name, "") for each in study.stimuli}
+    items = study.questionnaire.items if study.questionnaire is not None else ()
+    return columns, {
+        "ratings": [each.name for each in study.attributes],
+        "forms": [each.name for each in items],
+    }
+
+
+def _imported(folder: Path) -> tuple[dict[str, Collection[str]], dict[Takes, Collection[str]]]:
+    ratings = load_ratings(folder)
+    columns: dict[str, Collection[str]] = dict.fromkeys((*map(str, ratings.table.columns), *ALWAYS), ())
+    return columns, {"ratings": ratings.attributes}
+
+
+def _takes(asked: Asked | AskedFigure) -> Takes:
+    kind = test_kind(asked.test) if isinstance(asked, Asked) else figure_kind(asked.figure)
+    return asked.source or kind.takes
+
+
+def _problems(
+    asked: Asked | AskedFigure,
+    takes: Takes,
+    columns: Mapping[str, Collection[str]],
+    outcomes: Mapping[Takes, Collection[str]],
+) -> Iterator[Problem]:
+    if takes not in outcomes or not outcomes[takes]:
+        if takes in ("ratings", "forms"):
+            yield Problem(("name",), f"{asked.name!r} asks about {takes}, of which the study has none")
+    else:
+        for n, name in enumerate(asked.outcomes or ()):
+            if name not in outcomes[takes]:
+                yield Problem(("outcomes", n), f"no outcome {name!r}; {nearest(name, outcomes[takes])}")
+    for column, wanted in asked.where.items():
+        yield from _level_problems(column, (wanted,) if isinstance(wanted, str) else wanted, columns)
+    for key in COLUMNS:
+        value = getattr(asked, key, None)
+        named = (value,) if isinstance(value, str) else value if isinstance(value, tuple) else ()
+        for column in named:
+            if isinstance(column, str) and column not in columns:
+                yield Problem((key,), f"the study has no column {column!r}; {nearest(column, columns)}")
+
+
+def _level_problems(column: str, wanted: Sequence[str], columns: Mapping[str, Collection[str]]) -> Iterator[Problem]:
+    if column not in columns:
+        yield Problem(("where", column), f"the study has no column {column!r}; {nearest(column, columns)}")
+        return
+    for level in wanted:
+        if columns[column] and level not in columns[column]:
+            yield Problem(("where", column), f"no {column} {level!r}; {nearest(level, sorted(columns[column]))}")

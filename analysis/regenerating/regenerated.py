@@ -1,0 +1,141 @@
+"""A study regenerated: from its raw ledgers to every answer and figure that its analysis plan asks for."""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Mapping
+from dataclasses import dataclass
+from pathlib import Path
+
+import pandas as pd
+
+from analysis.plans.exclusions import apply_exclusions
+from analysis.plans.material import Material, imported_material, read_material
+from analysis.plans.reading import PLAN_FILE, Plan, PlanError, read_plan
+from analysis.plans.selecting import Selecting
+from analysis.ratings.dataset import Exclusion, Input
+from analysis.ratings.saved import load_ratings
+from analysis.regenerating.pictured import Pictured, picture_data
+from analysis.regenerating.running import Answered, by_name, run_tests
+from analysis.reporting.analysed import software
+from analysis.reporting.sources import IMPORTED, Wanted, gathered, nothing_of
+from protocols.did_you_mean import nearest
+from studies.catalogue import STUDY_FILE, names
+from studies.collect import ledgers_in, open_database
+
+Progress = Callable[[int, int, str], None]
+
+
+@dataclass(frozen=True)
+class Regenerated:
+    """Everything that a plan's outputs are written from.
+
+    `material` is what was left after the plan's exclusions; `exclusions` are their lines, after those of reading.
+    `inputs` are the session files, the plan and its own tables.
+    """
+
+    plan: Plan
+    material: Material
+    exclusions: tuple[Exclusion, ...]
+    inputs: tuple[Input, ...]
+    answered: tuple[Answered, ...]
+    pictured: tuple[Pictured, ...]
+    tables: Mapping[str, pd.DataFrame]
+    software: Mapping[str, str]
+
+    @property
+    def title(self) -> str:
+        """The plan's title, else the study's."""
+        return self.plan.declared.title or self.material.title
+
+
+def regenerate(wanted: Wanted, plan_file: Path | None = None, progress: Progress = lambda *_: None) -> Regenerated:
+    """Read the plan, gather the sessions, leave out what the plan leaves out, and answer all its questions.
+
+    Raises PlanError (or YamlError) on a plan that cannot be used, DataRefused on data that cannot be read.
+    """
+    name, plan = find_plan(wanted, plan_file)
+    whole = _material(wanted, name, plan, progress)
+    left = apply_exclusions(whole, plan.declared)
+    tables = {table: read_table(plan.table_path(table)) for table in plan.declared.tables}
+    selecting = Selecting(left.material, plan, tables)
+    answered = run_tests(selecting, progress)
+    return Regenerated(
+        plan=plan,
+        material=left.material,
+        exclusions=(*whole.exclusions, *left.lines),
+        inputs=(*whole.inputs, *_plan_inputs(plan)),
+        answered=answered,
+        pictured=picture_data(selecting, by_name(answered)),
+        tables=tables,
+        software=software(),
+    )
+
+
+def find_plan(wanted: Wanted, plan_file: Path | None) -> tuple[str, Plan]:
+    """The study's name and its plan: the file given, else analysis.yaml in the study's or the import's folder.
+
+    Raises PlanError where there is none, and where the plan is that of another study.
+    """
+    folder, name = _folder(wanted)
+    file = plan_file or folder / PLAN_FILE
+    if not file.is_file():
+        raise PlanError(
+            f"{file}: no analysis plan; write one (docs/reference/analysis-plan.md), or name it with --plan"
+        )
+    plan = read_plan(file)
+    if plan.declared.study != name:
+        raise PlanError(f"{file}: study: found {plan.declared.study!r}, the plan of {name!r} is expected")
+    return name, plan
+
+
+def _folder(wanted: Wanted) -> tuple[Path, str]:
+    path = Path(wanted.name)
+    if (path / STUDY_FILE).is_file():
+        return path, path.resolve().name
+    known = names(wanted.lab)
+    if wanted.name in known:
+        return known[wanted.name].parent, wanted.name
+    if (wanted.lab / IMPORTED / wanted.name).is_dir():
+        return wanted.lab / "studies" / wanted.name, wanted.name
+    raise PlanError(f"no study and no imported data set is called {wanted.name!r}; {nearest(wanted.name, known)}")
+
+
+def _material(wanted: Wanted, name: str, plan: Plan, progress: Progress) -> Material:
+    paths = [] if wanted.url is not None else ledgers_in(wanted.lab, name)
+    imported = wanted.lab / IMPORTED / name
+    if wanted.url is None and not paths:
+        if not imported.is_dir():
+            raise nothing_of(name, wanted.lab)
+        return imported_material(load_ratings(imported), plan.declared.title or "")
+    engine = open_database(wanted.url) if wanted.url is not None else gathered(paths, wanted.lab, progress)
+    try:
+        return read_material(
+            engine,
+            name,
+            digest=wanted.digest,
+            include_incomplete=plan.declared.sessions == "also_interrupted",
+            simulated=wanted.simulated,
+        )
+    finally:
+        engine.dispose()
+
+
+def read_table(path: Path) -> pd.DataFrame:
+    """A table of the plan's own: text stays text ("None", "NA" too), a column of numbers is one of numbers."""
+    try:
+        table = pd.read_csv(path, keep_default_na=False, na_values=[""], dtype=str, encoding="utf-8-sig")
+    except (ValueError, OSError) as error:
+        raise PlanError(f"{path}: cannot be read as CSV ({error})") from None
+    for column in table.columns:
+        numbers = pd.to_numeric(table[column], errors="coerce")
+        if numbers.notna().equals(table[column].notna()):
+            table[column] = numbers
+    return table
+
+
+def _plan_inputs(plan: Plan) -> list[Input]:
+    import hashlib
+
+    files = [(name, plan.table_path(name)) for name in plan.declared.tables]
+    tables = [Input(path.name, hashlib.sha256(path.read_bytes()).hexdigest(), f"table {name}") for name, path in files]
+    return [Input(plan.path.name, plan.sha256, "the analysis plan"), *tables]

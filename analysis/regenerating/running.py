@@ -1,0 +1,130 @@
+"""Ask every question of a plan: each answer with its inputs' hash, what was missing, and the seconds it took."""
+
+from __future__ import annotations
+
+import hashlib
+import time
+from collections.abc import Callable, Iterator, Mapping, Sequence
+from dataclasses import dataclass
+
+import pandas as pd
+
+from analysis.plans.answers import COLUMNS, Answer, Asked, Kind, Selected
+from analysis.plans.kinds import test_kind
+from analysis.plans.missing import MissingTold, handled
+from analysis.plans.selecting import Selecting, by_outcome
+
+Progress = Callable[[int, int, str], None]
+Clock = Callable[[], float]
+OUTCOME = "attribute"
+ALL = ""
+"""The outcome of a question that is asked once for all outcomes."""
+
+
+@dataclass(frozen=True)
+class Question:
+    """One test of the plan for one outcome (ALL: for all of them together), and the rows it is asked about."""
+
+    asked: Asked
+    kind: Kind
+    outcome: str
+    selected: Selected | None
+    refused: str = ""
+
+
+@dataclass(frozen=True)
+class Answered:
+    """A question with its answer, or with the reason why there is none.
+
+    `inputs` is the SHA-256 of the rows that were used, whatever their order. `seconds` is the wall time of the answer,
+    `rows` are the rows it rests on.
+    """
+
+    asked: Asked
+    outcome: str
+    answer: Answer | None
+    refused: str
+    inputs: str
+    missing: MissingTold
+    seconds: float
+    rows: pd.DataFrame | None = None
+
+
+def run_tests(
+    selecting: Selecting, progress: Progress = lambda *_: None, clock: Clock = time.perf_counter
+) -> tuple[Answered, ...]:
+    """Every test of the plan for every outcome, in the plan's order. A test that cannot be made says why."""
+    questions = [each for asked in selecting.plan.tests for each in _questions(selecting, asked)]
+    found = []
+    for done, question in enumerate(questions):
+        progress(done, len(questions), " ".join((question.asked.name, question.outcome)))
+        found.append(_answered(selecting, question, clock))
+    progress(len(questions), len(questions), "")
+    return tuple(found)
+
+
+def _questions(selecting: Selecting, asked: Asked) -> Iterator[Question]:
+    kind = test_kind(asked.test)
+    try:
+        selected = selecting.of(asked, kind.takes)
+    except ValueError as refusal:
+        yield Question(asked, kind, ALL, None, str(refusal))
+        return
+    if kind.each == "all" or asked.table is not None or _compares_outcomes(asked):
+        yield Question(asked, kind, ALL, selected)
+        return
+    for each in by_outcome(selected):
+        yield Question(asked, kind, each.outcome, each)
+
+
+def _compares_outcomes(asked: Asked) -> bool:
+    """Whether the outcomes themselves are a factor of the test, as the items of a questionnaire may be."""
+    named = (getattr(asked, key, None) for key in COLUMNS)
+    return any(each == OUTCOME or (isinstance(each, tuple) and OUTCOME in each) for each in named)
+
+
+def _answered(selecting: Selecting, question: Question, clock: Clock) -> Answered:
+    policy = question.asked.missing or selecting.plan.declared.missing
+    told, selected, kind = MissingTold(policy), question.selected, question.kind
+    start = clock()
+    try:
+        if selected is None:
+            return Answered(question.asked, question.outcome, None, question.refused, "", told, 0.0)
+        if kind.complete is not None and question.asked.table is None and _rates(question):
+            selected, told = handled(selected, selecting.faults, question.asked.where, policy)
+        start = clock()
+        gaps = kind.with_gaps if told.cells and policy == "mixed_model" else None
+        if told.cells and policy == "mixed_model" and gaps is None:
+            raise NoModel(
+                f"{told.text()}: this kind of test has no form that takes gaps; choose listwise, or mixed_model"
+            )
+        answer = (gaps or kind.answer)(selected, question.asked)
+    except ValueError as refusal:
+        inputs = "" if selected is None else digest(selected.table)
+        return Answered(question.asked, question.outcome, None, str(refusal), inputs, told, clock() - start)
+    seconds = clock() - start
+    return Answered(question.asked, question.outcome, answer, "", digest(selected.table), told, seconds, selected.table)
+
+
+def _rates(question: Question) -> bool:
+    return (question.asked.source or question.kind.takes) == "ratings"
+
+
+class NoModel(ValueError):
+    """Cells are missing and the plan asks for a model that this kind of test does not have."""
+
+
+def digest(table: pd.DataFrame) -> str:
+    """The SHA-256 of a table's rows as CSV: columns by name, rows sorted, so that no order changes it."""
+    columns = sorted(map(str, table.columns))
+    lines = table[columns].to_csv(index=False, header=False, lineterminator="\n", float_format="%.17g").splitlines()
+    return hashlib.sha256("\n".join((",".join(columns), *sorted(lines))).encode()).hexdigest()
+
+
+def by_name(found: Sequence[Answered]) -> Mapping[str, Mapping[str, Answer]]:
+    """The answers of each test by outcome, as figures look for them."""
+    answers: dict[str, dict[str, Answer]] = {}
+    for each in found:
+        if each.answer is not None:
+            answers.setdefault(each.asked.name, {})[each.outcome] = each.answer
+    return answers

@@ -1,0 +1,1 @@
+"""Reliability: how far raters, items and repetitions agree."""

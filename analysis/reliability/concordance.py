@@ -1,0 +1,103 @@
+"""Kendall's W: how far raters put targets in the same order."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Hashable
+from typing import Literal, TypeAlias
+
+import numpy as np
+import pandas as pd
+
+from analysis.reliability.concordance_p import Ranks, chi2_tail, exact_p, permutation_p
+from analysis.reliability.crossed import crossed, refuse_few
+from analysis.reliability.intraclass import GAPS, Missing
+from analysis.reliability.ranking import doubled_ranks
+from analysis.statistics.cells import Aggregate
+from analysis.statistics.doubles import Floats
+from analysis.statistics.refusals import BadOption, shown
+
+PKind: TypeAlias = Literal["auto", "exact", "permutation", "chi2"]
+AFFORDABLE = 50_000_000  # ranks to shuffle for a p from draws, where the kind of p is left to us
+
+
+def kendall_w(
+    data: pd.DataFrame,
+    dv: Hashable,
+    targets: Hashable,
+    raters: Hashable,
+    *,
+    p: PKind = "auto",
+    draws: int = 10_000,
+    seed: int = 0,
+    missing: Missing = "raise",
+    aggregate: Aggregate = None,
+) -> pd.DataFrame:
+    """Kendall's coefficient of concordance of a long table, corrected for ties: one row.
+
+    Columns: W, mean_rank_r (the mean Spearman correlation of two raters where nobody ties), chi2, df, p_chi2, p, p_kind
+    ("exact", "permutation" or "chi2"), raters, targets, raters_with_ties, note. `p="auto"` enumerates all orders
+    where they are few enough, shuffles each rater's ranks `draws` times otherwise, and falls back on chi squared for
+    very large tables. Source: Kendall & Babington Smith 1939; ties: Kendall 1970, ch. 6.
+    Raises a StatisticsError (a ValueError) that names what is wrong with the table.
+    """
+    if p not in ("auto", "exact", "permutation", "chi2"):
+        raise BadOption(f"p={shown(p)} is unknown: 'auto', 'exact', 'permutation' or 'chi2'")
+    if isinstance(draws, bool) or not isinstance(draws, int) or draws < 100:
+        raise BadOption(f"draws={shown(draws)}: a whole number from 100 is expected")
+    if not isinstance(missing, str) or missing not in GAPS:
+        raise BadOption(f"missing={shown(missing)} is unknown: one of {', '.join(map(repr, GAPS))}")
+    table = crossed(data, dv, targets, raters, gaps=GAPS[missing], aggregate=aggregate)  # type: ignore[arg-type]
+    refuse_few(table, f"targets ({targets})", f"raters ({raters})")
+    found = pd.DataFrame([concordance(table.values, p, draws, seed)])
+    found.attrs.update(table.attrs("targets", "raters") | {"draws": draws, "seed": seed})
+    return found
+
+
+def concordance(values: Floats, p: PKind = "chi2", draws: int = 10_000, seed: int = 0) -> dict[str, object]:
+    """Kendall's W of an array (targets, raters) without gaps, under the names of the table's columns."""
+    n, m = values.shape
+    ranks: Ranks = np.stack([doubled_ranks(column) for column in values.T])
+    tied, still = _ties(ranks)
+    # Doubled ranks are whole numbers, and so are these: 4 S, and 4 times the largest S that the ties allow.
+    deviation = ranks.sum(axis=0) - m * (n + 1)
+    spread = int((deviation**2).sum())
+    largest = (m * m * (n**3 - n) - m * tied) // 3
+    w = spread / largest if largest else math.nan
+    chi2 = m * (n - 1) * w
+    asymptotic = chi2_tail(chi2, n - 1)
+    found, kind, why = _p(ranks, spread, asymptotic, p, draws, seed) if largest else (math.nan, "none", "")
+    return {
+        **{"W": w, "mean_rank_r": (m * w - 1) / (m - 1), "chi2": chi2, "df": n - 1, "p_chi2": asymptotic},
+        **{"p": found, "p_kind": kind, "raters": m, "targets": n, "raters_with_ties": _with_ties(ranks)},
+        "note": "; ".join(filter(None, (_still_note(still, m), why))),
+    }
+
+
+def _ties(ranks: Ranks) -> tuple[int, int]:
+    """The sum of t^3 - t over all ties of all raters, and how many raters put all targets level."""
+    runs = [np.unique(row, return_counts=True)[1] for row in ranks]
+    return int(sum((run**3 - run).sum() for run in runs)), sum(len(run) == 1 for run in runs)
+
+
+def _with_ties(ranks: Ranks) -> int:
+    return sum(len(np.unique(row)) < len(row) for row in ranks)
+
+
+def _still_note(still: int, raters: int) -> str:
+    if still == raters:
+        return "W is undefined: every rater puts all targets level"
+    return f"{still} of {raters} raters put all targets level and say nothing of their order" if still else ""
+
+
+def _p(ranks: Ranks, spread: int, asymptotic: float, asked: PKind, draws: int, seed: int) -> tuple[float, str, str]:
+    """p, its kind, and why it is not of the kind that was asked for."""
+    why = ""
+    if asked in ("auto", "exact"):
+        found = exact_p(ranks, spread)
+        if found is not None:
+            return found, "exact", ""
+        why = "too many orders for an exact p" if asked == "exact" else ""
+    if asked == "chi2" or (asked == "auto" and draws * ranks.size > AFFORDABLE):
+        return asymptotic, "chi2", why
+    return permutation_p(ranks, spread, draws, seed), "permutation", why

@@ -1,0 +1,169 @@
+"""Cronbach's alpha: how consistently the items of a scale measure one thing."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Hashable, Iterable, Sequence
+from dataclasses import dataclass
+from typing import Literal, NamedTuple, TypeAlias
+
+import numpy as np
+import pandas as pd
+
+from analysis.reliability.correlating import deviations, deviations_of_sum, product_moment
+from analysis.reliability.crossed import crossed, refuse_few
+from analysis.reliability.intraclass import demand_confidence
+from analysis.reliability.quantiles import f_upper
+from analysis.reliability.two_way import mean_squares
+from analysis.statistics.cells import Aggregate
+from analysis.statistics.doubles import Floats, deviation_ss, rescaled, scaled
+from analysis.statistics.refusals import BadOption, UnknownColumn, shown
+
+Missing: TypeAlias = Literal["raise", "drop_cases"]
+GAPS = {"raise": "raise", "drop_cases": "drop_rows"}
+
+
+class Item(NamedTuple):
+    """One item: its mean and SD, its correlation with the sum of all and of the other items, alpha without it."""
+
+    item: Hashable
+    mean: float
+    sd: float
+    item_total: float
+    item_rest: float
+    alpha_if_dropped: float
+    note: str
+
+
+@dataclass(frozen=True)
+class Alpha:
+    """Cronbach's alpha of `cases` by `items` with Feldt's interval; NaN where undefined, and `note` says why.
+
+    `standardised` is alpha of the items' z scores, from their mean correlation `average_r`.
+    """
+
+    alpha: float
+    ci_low: float
+    ci_high: float
+    standardised: float
+    average_r: float
+    cases: int
+    items: pd.DataFrame
+    confidence: float
+    dropped: tuple[Hashable, ...]
+    values_per_cell: tuple[int, int]
+    note: str
+
+
+def cronbach_alpha(
+    data: pd.DataFrame,
+    dv: Hashable,
+    items: Hashable,
+    cases: Hashable | Iterable[Hashable],
+    *,
+    reverse: Sequence[Hashable] = (),
+    confidence: float = 0.95,
+    missing: Missing = "raise",
+    aggregate: Aggregate = None,
+) -> Alpha:
+    """Cronbach's alpha of a long table: `items` is the column that tells items apart, `cases` who or what they rate.
+
+    The items named in `reverse` are keyed the other way round. `missing="drop_cases"` leaves out cases with gaps,
+    `aggregate="mean"` averages repetitions. Interval: Feldt 1965. The result's `items` has one row per item.
+    Raises a StatisticsError (a ValueError) that names what is wrong with the table.
+    """
+    demand_confidence(confidence)
+    if not isinstance(missing, str) or missing not in GAPS:
+        raise BadOption(f"missing={shown(missing)} is unknown: one of {', '.join(map(repr, GAPS))}")
+    table = crossed(data, dv, cases, items, gaps=GAPS[missing], aggregate=aggregate)  # type: ignore[arg-type]
+    refuse_few(table, "cases", f"items ({items})")
+    for name in reverse:
+        if name not in table.columns:
+            raise UnknownColumn(f"reverse names {name!r}, which is no item; the items are {table.columns}")
+    signs = np.array([-1.0 if name in reverse else 1.0 for name in table.columns])
+    return _alpha_of(table.values, signs, table.columns, confidence, tuple(table.dropped), table.values_per_cell)
+
+
+def alpha_value(values: Floats) -> float:
+    """Alpha of an array (cases, items) without gaps: 1 - residual / between cases, NaN where no case differs."""
+    ms = mean_squares(values)
+    return math.nan if ms.rows == 0 else 1 - ms.residual / ms.rows
+
+
+def feldt_interval(alpha: float, cases: int, items: int, confidence: float) -> tuple[float, float]:
+    """Feldt 1965: (1 - alpha) over its true value is distributed as F."""
+    df1, df2, tail = cases - 1, (cases - 1) * (items - 1), (1 - confidence) / 2
+    return 1 - (1 - alpha) * f_upper(tail, df1, df2), 1 - (1 - alpha) / f_upper(tail, df2, df1)
+
+
+def _alpha_of(
+    values: Floats,
+    signs: Floats,
+    names: list[Hashable],
+    confidence: float,
+    dropped: tuple[Hashable, ...],
+    values_per_cell: tuple[int, int],
+) -> Alpha:
+    keyed = values * signs
+    alpha, correlation = alpha_value(keyed), _average_r(keyed)
+    low, high = feldt_interval(alpha, len(values), values.shape[1], confidence) if alpha < 1 else (math.nan, math.nan)
+    k = values.shape[1]
+    total = 1 + (k - 1) * correlation
+    standardised = k * correlation / total if total > 0 else math.nan
+    items = pd.DataFrame(_item(values, keyed, i, name) for i, name in enumerate(names))
+    note = _note(alpha, standardised, items)
+    return Alpha(
+        *(alpha, low, high, standardised, correlation, len(values), items, confidence, dropped, values_per_cell, note)
+    )
+
+
+def _average_r(keyed: Floats) -> float:
+    """The mean of all correlations between two items, NaN where one does not vary."""
+    z = np.stack([deviations(column) for column in keyed.T], axis=1)
+    length = np.sqrt(np.add.reduce(z * z, axis=0))
+    if (length == 0).any():
+        return math.nan
+    products = (z / length).T @ (z / length)
+    return (
+        float(math.fsum(products[np.triu_indices(len(products), 1)].tolist())) * 2 / (len(length) * (len(length) - 1))
+    )
+
+
+def _item(values: Floats, keyed: Floats, at: int, name: Hashable) -> Item:
+    x, exponent = scaled(values[:, at])
+    mean = rescaled(math.fsum(x.tolist()) / len(x), exponent)
+    sd = rescaled(math.sqrt(deviation_ss(x) / (len(x) - 1)), exponent)
+    others = np.delete(keyed, at, axis=1)
+    own = deviations(keyed[:, at])
+    with_all = product_moment(own, deviations_of_sum(keyed))
+    with_rest = product_moment(own, deviations_of_sum(others))
+    without = alpha_value(others) if others.shape[1] > 1 else math.nan
+    return Item(name, mean, sd, with_all, with_rest, without, _item_note(own, with_rest, others.shape[1]))
+
+
+def _item_note(own: Floats, with_rest: float, others: int) -> str:
+    if not own.any():
+        return "does not vary: its correlations are undefined"
+    notes = []
+    if with_rest < 0:
+        notes.append("runs against the other items: reverse it if it is keyed the other way round")
+    elif math.isnan(with_rest):
+        notes.append("the sum of the other items does not vary")
+    if others < 2:
+        notes.append("alpha without it is undefined: one item would be left")
+    return "; ".join(notes)
+
+
+def _note(alpha: float, standardised: float, items: pd.DataFrame) -> str:
+    notes = []
+    if math.isnan(alpha):
+        notes.append("alpha is undefined: the sums of the items do not vary")
+    elif alpha < 0:
+        notes.append("negative: the items run against each other")
+    elif alpha == 1:
+        notes.append("the items agree exactly: the interval is undefined")
+    if math.isnan(standardised):
+        still = [str(name) for name, sd in zip(items["item"], items["sd"], strict=True) if sd == 0]
+        why = f"{', '.join(still)} does not vary" if still else "the correlations leave a sum without variance"
+        notes.append(f"standardised alpha is undefined: {why}")
+    return "; ".join(notes)

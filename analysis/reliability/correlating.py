@@ -1,0 +1,84 @@
+"""Deviations and Pearson correlations that keep their digits at any offset and scale."""
+
+from __future__ import annotations
+
+import math
+from typing import NamedTuple
+
+import numpy as np
+
+from analysis.reliability.quantiles import normal_upper
+from analysis.statistics.doubles import ROUNDING, Floats, centred, differences, row_sums, scaled, sum_of_squares
+from analysis.statistics.pvalues import t_two_sided
+
+
+class Correlation(NamedTuple):
+    """Pearson's r with Fisher's interval and its two-sided p; NaN where undefined, and `note` says why."""
+
+    r: float
+    p: float
+    ci_low: float
+    ci_high: float
+    n: int
+    note: str
+
+
+def deviations(values: Floats) -> Floats:
+    """A sample's deviations from its mean times its size, scaled by a power of two; 0 where only rounding varies."""
+    x, _ = scaled(values)
+    high, low = differences((x, None), 0)
+    found = centred(high if low is None else high + low, 0)
+    if sum_of_squares(found) / len(found) ** 2 <= len(found) * ROUNDING**2:
+        return np.zeros_like(found)
+    return scaled(found)[0]
+
+
+def deviations_of_sum(columns: Floats) -> Floats:
+    """The same for the sums of the rows of a matrix, as if added without rounding."""
+    x, _ = scaled(columns)
+    sums = row_sums(differences((x, None), 0))
+    found = centred(sums, 0)
+    if sum_of_squares(found) / len(found) ** 2 <= columns.size * ROUNDING**2:
+        return np.zeros_like(found)
+    return scaled(found)[0]
+
+
+def product_moment(x: Floats, y: Floats) -> float:
+    """r of two samples' deviations, NaN where one of them does not vary."""
+    xx, yy = sum_of_squares(x), sum_of_squares(y)
+    if xx == 0 or yy == 0:
+        return math.nan
+    return min(1.0, max(-1.0, float(np.add.reduce(x * y)) / (math.sqrt(xx) * math.sqrt(yy))))
+
+
+def pearson(first: Floats, second: Floats, confidence: float = 0.95) -> Correlation:
+    """Pearson's r of two samples of equal length, its p (t with n - 2 df) and Fisher's interval."""
+    n = len(first)
+    if n < 3:
+        return Correlation(math.nan, math.nan, math.nan, math.nan, n, f"r needs three pairs or more; there are {n}")
+    x, y = deviations(first), deviations(second)
+    r = product_moment(x, y)
+    if math.isnan(r):
+        which = "first" if not x.any() else "second"
+        return Correlation(r, r, r, r, n, f"r is undefined: the {which} values do not vary")
+    unexplained = _unexplained(x, y)
+    if unexplained == 0:
+        return Correlation(math.copysign(1.0, r), math.nan, math.nan, math.nan, n, "exactly linear: p is undefined")
+    p = t_two_sided(abs(r) * math.sqrt((n - 2) / unexplained), n - 2)
+    if n < 4:
+        return Correlation(r, p, math.nan, math.nan, n, "the interval of r needs four pairs or more")
+    half = normal_upper((1 - confidence) / 2) / math.sqrt(n - 3)
+    return Correlation(r, p, *_fisher(r, unexplained, half), n, "")
+
+
+def _unexplained(x: Floats, y: Floats) -> float:
+    """1 - r squared from the residuals of a regression, which keeps its digits where r is near 1."""
+    rest = y - float(np.add.reduce(x * y)) / sum_of_squares(x) * x
+    share = sum_of_squares(rest) / sum_of_squares(y)
+    return 0.0 if share <= len(x) * ROUNDING**2 else min(1.0, share)
+
+
+def _fisher(r: float, unexplained: float, half: float) -> tuple[float, float]:
+    """tanh(atanh r -+ half); atanh from 1 - r squared where r is near 1 (Fisher 1921)."""
+    z = math.copysign(math.log((1 + abs(r)) / math.sqrt(unexplained)), r)
+    return math.tanh(z - half), math.tanh(z + half)

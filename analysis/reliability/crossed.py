@@ -1,0 +1,146 @@
+"""A long table to a matrix of rows (targets, cases, units) by columns (raters, items)."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Hashable, Iterable, Sequence
+from dataclasses import dataclass
+from typing import Any, Literal, TypeAlias
+
+import numpy as np
+import pandas as pd
+from numpy.typing import NDArray
+
+from analysis.statistics.cells import Aggregate, cell_means, check_columns, check_options, name_list
+from analysis.statistics.column_values import numbers_of
+from analysis.statistics.doubles import Floats
+from analysis.statistics.labels import Coded, coded
+from analysis.statistics.refusals import BadOption, DuplicatedCells, IncompleteCells, TooFew, listed, shown
+
+Gaps: TypeAlias = Literal["raise", "drop_rows", "drop_columns", "keep"]
+Codes: TypeAlias = NDArray[np.intp]
+LARGEST = 50_000_000
+
+
+@dataclass(frozen=True)
+class Crossed:
+    """One value per row and column, NaN where there is none; labels in natural order, whatever the order of rows.
+
+    `dropped` are the rows or columns that were left out because of gaps, `values_per_cell` the fewest and most values
+    that a cell is the mean of.
+    """
+
+    values: Floats
+    rows: list[Hashable]
+    columns: list[Hashable]
+    dropped: list[Hashable]
+    values_per_cell: tuple[int, int] = (1, 1)
+
+    def attrs(self, rows: str, columns: str) -> dict[str, Any]:
+        """What a result says of the table that it rests on."""
+        made: dict[str, Any] = {rows: len(self.rows), columns: len(self.columns), "dropped": self.dropped}
+        return made if self.values_per_cell == (1, 1) else made | {"values_per_cell": self.values_per_cell}
+
+
+def crossed(
+    data: pd.DataFrame,
+    dv: Hashable,
+    rows: Hashable | Iterable[Hashable],
+    columns: Hashable,
+    *,
+    gaps: Gaps = "raise",
+    aggregate: Aggregate = None,
+) -> Crossed:
+    """The matrix of a long table. Several names of `rows` make one row per combination that occurs.
+
+    Raises UnknownColumn, BadValue, IncompleteCells, DuplicatedCells or BadOption.
+    """
+    check_options("raise", aggregate)
+    if not isinstance(gaps, str) or gaps not in ("raise", "drop_rows", "drop_columns", "keep"):
+        raise BadOption(f"missing={shown(gaps)} is unknown: 'raise', or leave out what has gaps")
+    names = name_list(rows)
+    if not names:
+        raise BadOption("no column is named for the rows of the table; name one or several")
+    check_columns(data, [dv, columns, *names])
+    y, across, down = numbers_of(data[dv], dv), coded(data[columns], columns), combined(data, names)
+    where = (_spelled(names), str(columns))
+    values, count = _filled(y, down, across, aggregate, where)
+    if gaps != "keep" and np.isnan(values).any():
+        return _without_gaps(values, count, (down.labels, across.labels), gaps, where)
+    return Crossed(values, down.labels, across.labels, [], _range(count))
+
+
+def combined(data: pd.DataFrame, names: Sequence[Hashable]) -> Coded:
+    """One code per combination of the labels of these columns that occurs; a label of several parts is a tuple."""
+    parts = [coded(data[name], name) for name in names]
+    if len(parts) == 1:
+        return parts[0]
+    flat = parts[0].codes
+    for part in parts[1:]:
+        _, flat = np.unique(flat, return_inverse=True)  # codes stay small, however many columns there are
+        flat = flat * len(part.labels) + part.codes
+    _, first, codes = np.unique(flat, return_index=True, return_inverse=True)
+    labels = [tuple(part.labels[int(part.codes[at])] for part in parts) for at in first.tolist()]
+    return Coded(codes.astype(np.intp), list(labels))
+
+
+def refuse_few(table: Crossed, rows: str, columns: str, least: tuple[int, int] = (2, 2)) -> None:
+    """Refuse a table with fewer rows or columns than a statistic needs."""
+    kinds = ((rows, table.rows, least[0]), (columns, table.columns, least[1]))
+    for what, labels, needed in kinds:
+        if len(labels) < needed:
+            left = f" ({len(table.dropped)} left out for missing values)" if table.dropped else ""
+            named = f", {labels[0]!r}" if len(labels) == 1 else ""
+            raise TooFew(f"{len(labels)} of {what}{named}{left}; at least {needed} are needed")
+
+
+def _spelled(names: Sequence[Hashable]) -> str:
+    return " and ".join(map(str, names))
+
+
+def _filled(
+    y: Floats, down: Coded, across: Coded, aggregate: Aggregate, where: tuple[str, str]
+) -> tuple[Floats, Codes]:
+    shape = (len(down.labels), len(across.labels))
+    if math.prod(shape) > max(LARGEST, 16 * len(y)):
+        raise IncompleteCells(
+            f"{shape[0]:,} {where[0]} by {shape[1]:,} {where[1]} make {math.prod(shape):,} cells for {len(y):,} rows; "
+            "check the columns"
+        )
+    flat = down.codes * shape[1] + across.codes
+    count = np.bincount(flat, minlength=math.prod(shape))
+    if count.max(initial=0) > 1 and aggregate is None:
+        several = np.flatnonzero(count > 1)
+        found = listed((_place(int(at), down.labels, across.labels, where) for at in several), len(several))
+        raise DuplicatedCells(f"several values at {found}; pass aggregate='mean' to average them")
+    return cell_means(y, flat, count).reshape(shape), count.reshape(shape)
+
+
+def _place(at: int, rows: list[Hashable], columns: list[Hashable], where: tuple[str, str]) -> str:
+    row, column = divmod(at, len(columns))
+    return f"{where[0]}={rows[row]!r}, {where[1]}={columns[column]!r}"
+
+
+def _without_gaps(
+    values: Floats, count: Codes, labels: tuple[list[Hashable], list[Hashable]], gaps: Gaps, where: tuple[str, str]
+) -> Crossed:
+    lost = np.isnan(values)
+    if gaps == "raise":
+        places = np.flatnonzero(lost)
+        found = listed((_place(int(at), *labels, where) for at in places), len(places))
+        raise IncompleteCells(
+            f"no value at {found}; {len(places)} of {values.size} cells are missing; leave out what has gaps by name"
+        )
+    axis = 0 if gaps == "drop_rows" else 1
+    whole: NDArray[np.bool_] = np.logical_not(np.logical_or.reduce(lost, axis=1 - axis))
+    if not whole.any():
+        raise IncompleteCells(f"no {where[axis]} has a value in every cell; nothing is left")
+    kept = [label for label, keep in zip(labels[axis], whole, strict=True) if keep]
+    dropped = [label for label, keep in zip(labels[axis], whole, strict=True) if not keep]
+    rows, columns = (kept, labels[1]) if axis == 0 else (labels[0], kept)
+    return Crossed(np.compress(whole, values, axis), rows, columns, dropped, _range(np.compress(whole, count, axis)))
+
+
+def _range(count: Codes) -> tuple[int, int]:
+    filled = count[count > 0]
+    return (int(filled.min()), int(filled.max())) if filled.size else (0, 0)

@@ -1,0 +1,195 @@
+"""Intraclass correlations: all six of Shrout & Fleiss, each with its F, p and confidence interval."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Hashable, Iterator
+from typing import Literal, NamedTuple, TypeAlias
+
+import pandas as pd
+
+from analysis.reliability.crossed import crossed, refuse_few
+from analysis.reliability.quantiles import f_upper
+from analysis.reliability.two_way import MeanSquares, mean_squares
+from analysis.statistics.cells import Aggregate
+from analysis.statistics.doubles import Floats
+from analysis.statistics.pvalues import f_tail, p_note
+from analysis.statistics.refusals import BadOption, shown
+
+Missing: TypeAlias = Literal["raise", "drop_targets", "drop_raters"]
+GAPS = {"raise": "raise", "drop_targets": "drop_rows", "drop_raters": "drop_columns"}
+NAMES = {  # Shrout & Fleiss' name: McGraw & Wong's, and what it says
+    "ICC1": ("ICC(1)", "one rating, raters not told apart (one-way random)"),
+    "ICC2": ("ICC(A,1)", "one rating, absolute agreement (two-way random)"),
+    "ICC3": ("ICC(C,1)", "one rating, consistency (two-way mixed)"),
+    "ICC1k": ("ICC(k)", "mean of k ratings, raters not told apart (one-way random)"),
+    "ICC2k": ("ICC(A,k)", "mean of k ratings, absolute agreement (two-way random)"),
+    "ICC3k": ("ICC(C,k)", "mean of k ratings, consistency (two-way mixed)"),
+}
+NEGATIVE = "negative: ratings of one target differ more than targets do; commonly read as no reliability"
+NO_LIMITS = "no interval: Satterthwaite's approximation fails on so few ratings"
+NO_TOTAL = "undefined: the estimated variance of a rating is not above 0"
+
+
+class Icc(NamedTuple):
+    """One intraclass correlation, NaN where it or a part of it is undefined; `note` says why."""
+
+    type: str
+    name: str
+    description: str
+    icc: float
+    f: float
+    df1: int
+    df2: int
+    p: float
+    ci_low: float
+    ci_high: float
+    note: str
+
+
+class _F(NamedTuple):
+    """An F ratio with its degrees of freedom, and the F that bound it; a limit is NaN where F has no denominator."""
+
+    value: float
+    df1: int
+    df2: int
+    low: float
+    high: float
+
+
+def icc(
+    data: pd.DataFrame,
+    dv: Hashable,
+    targets: Hashable,
+    raters: Hashable,
+    *,
+    confidence: float = 0.95,
+    missing: Missing = "raise",
+    aggregate: Aggregate = None,
+) -> pd.DataFrame:
+    """The six intraclass correlations of a long table, one row each, with F tests and intervals to full precision.
+
+    Columns: type (Shrout & Fleiss 1979), name (McGraw & Wong 1996), description, ICC, F, df1, df2, p, ci_low, ci_high,
+    note. Every rater must have rated every target once: `missing` leaves out targets or raters with gaps,
+    `aggregate="mean"` averages repetitions, and `attrs` say how many.
+    Raises a StatisticsError (a ValueError) that names what is wrong with the table.
+    """
+    demand_confidence(confidence)
+    if not isinstance(missing, str) or missing not in GAPS:
+        raise BadOption(f"missing={shown(missing)} is unknown: one of {', '.join(map(repr, GAPS))}")
+    table = crossed(data, dv, targets, raters, gaps=GAPS[missing], aggregate=aggregate)  # type: ignore[arg-type]
+    refuse_few(table, f"targets ({targets})", f"raters ({raters})")
+    found = pd.DataFrame(iccs(table.values, confidence)).rename(columns={"icc": "ICC", "f": "F"})
+    found.attrs.update(table.attrs("targets", "raters") | {"confidence": confidence})
+    return found
+
+
+def demand_confidence(confidence: object) -> None:
+    """Refuse a confidence that is no probability strictly between 0 and 1."""
+    if not isinstance(confidence, int | float) or not 0 < confidence < 1:
+        raise BadOption(f"confidence={shown(confidence)}: a number between 0 and 1 is expected, such as 0.95")
+
+
+def iccs(values: Floats, confidence: float = 0.95) -> list[Icc]:
+    """The six intraclass correlations of an array (targets, raters), at least 2 by 2, without gaps."""
+    ms, tail = mean_squares(values), (1 - confidence) / 2
+    return [*_singles(ms, tail), *_averages(ms, tail)]
+
+
+def _singles(ms: MeanSquares, tail: float) -> Iterator[Icc]:
+    k = ms.k
+    one, two = _one_way(ms, tail), _two_way(ms, tail)
+    yield _row("ICC1", _share(ms.rows - ms.within, ms.rows + (k - 1) * ms.within), one, *_single_limits(one, k))
+    agreement = absolute(ms)
+    yield _row("ICC2", agreement, two, *_agreement_limits(ms, agreement, tail))
+    yield _row("ICC3", _share(ms.rows - ms.residual, ms.rows + (k - 1) * ms.residual), two, *_single_limits(two, k))
+
+
+def _averages(ms: MeanSquares, tail: float) -> Iterator[Icc]:
+    one, two = _one_way(ms, tail), _two_way(ms, tail)
+    yield _row("ICC1k", _share(ms.rows - ms.within, ms.rows), one, 1 - 1 / one.low, 1 - 1 / one.high)
+    total = ms.rows + (ms.columns - ms.residual) / ms.n
+    estimate = _share(ms.rows - ms.residual, total)
+    single = _agreement_limits(ms, absolute(ms) if estimate <= 1 else math.nan, tail)
+    yield _row("ICC2k", estimate, two, *(_stepped_up(limit, ms.k) for limit in single))
+    yield _row("ICC3k", _share(ms.rows - ms.residual, ms.rows), two, 1 - 1 / two.low, 1 - 1 / two.high)
+
+
+def absolute(ms: MeanSquares) -> float:
+    """ICC(A,1), the agreement of single ratings; NaN where the variance of a rating has no positive estimate."""
+    total = ms.rows + (ms.k - 1) * ms.residual + ms.k * (ms.columns - ms.residual) / ms.n
+    return _share(ms.rows - ms.residual, total)
+
+
+def _share(part: float, total: float) -> float:
+    return part / total if total > 0 else math.nan
+
+
+def _one_way(ms: MeanSquares, tail: float) -> _F:
+    return _ratio(ms.rows, ms.within, ms.n - 1, ms.n * (ms.k - 1), tail)
+
+
+def _two_way(ms: MeanSquares, tail: float) -> _F:
+    return _ratio(ms.rows, ms.residual, ms.n - 1, (ms.n - 1) * (ms.k - 1), tail)
+
+
+def _ratio(top: float, bottom: float, df1: int, df2: int, tail: float) -> _F:
+    if bottom == 0 or top == 0:
+        f = math.nan if bottom == 0 else 0.0
+        return _F(f, df1, df2, math.nan, math.nan)
+    f = top / bottom
+    return _F(f, df1, df2, f / f_upper(tail, df1, df2), f * f_upper(tail, df2, df1))
+
+
+def _single_limits(f: _F, k: int) -> tuple[float, float]:
+    """Shrout & Fleiss 1979, p. 424 and 425."""
+    return (f.low - 1) / (f.low + k - 1), (f.high - 1) / (f.high + k - 1)
+
+
+def _agreement_limits(ms: MeanSquares, estimate: float, tail: float) -> tuple[float, float]:
+    """Satterthwaite's limits of ICC(A,1) (McGraw & Wong 1996, table 7; Shrout & Fleiss 1979, p. 424)."""
+    if ms.residual == 0 or ms.rows == 0 or math.isnan(estimate):
+        return math.nan, math.nan
+    n, k = ms.n, ms.k
+    raters = k * estimate * (ms.columns / ms.residual)
+    rest = n * (1 + (k - 1) * estimate) - k * estimate
+    bottom = (n - 1) * raters**2 + rest**2
+    if bottom == 0:
+        return math.nan, math.nan
+    df = (k - 1) * (n - 1) * (raters + rest) ** 2 / bottom
+    if df <= 0:
+        return math.nan, math.nan
+    upper, lower = f_upper(tail, n - 1, df), f_upper(tail, df, n - 1)
+    shared = k * ms.columns + (k * n - k - n) * ms.residual
+    low = n * (ms.rows - upper * ms.residual) / (upper * shared + n * ms.rows)
+    high = n * (lower * ms.rows - ms.residual) / (shared + n * lower * ms.rows)
+    # With few degrees of freedom the approximation can miss the estimate that it is about: then it says nothing.
+    return (low, high) if low <= estimate <= high else (math.nan, math.nan)
+
+
+def _stepped_up(single: float, k: int) -> float:
+    """Spearman-Brown; NaN where a limit lies so low that the mean of k ratings would have no variance."""
+    total = 1 + (k - 1) * single
+    return k * single / total if total > 0 else math.nan
+
+
+def _row(kind: str, estimate: float, f: _F, low: float, high: float) -> Icc:
+    name, description = NAMES[kind]
+    p = f_tail(f.value, f.df1, f.df2)
+    note = "; ".join(_notes(estimate, f, low, high, p))
+    return Icc(kind, name, description, estimate, f.value, f.df1, f.df2, p, low, high, note)
+
+
+def _notes(estimate: float, f: _F, low: float, high: float, p: float) -> Iterator[str]:
+    if math.isnan(estimate):
+        yield NO_TOTAL if f.value >= 0 else "undefined: the targets do not differ and the ratings of a target agree"
+    elif estimate < 0:
+        yield NEGATIVE
+    if math.isnan(f.value) and not math.isnan(estimate):
+        yield "the raters agree exactly, or but for a constant of each: F and the interval are undefined"
+    elif f.value == 0:
+        yield "the targets' means are equal: F = 0 and the interval is undefined"
+    elif not math.isnan(estimate) and (math.isnan(low) or math.isnan(high)):
+        yield "the interval has no lower limit" if not math.isnan(high) else NO_LIMITS
+    if note := p_note([p]):
+        yield note

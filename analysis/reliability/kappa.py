@@ -1,0 +1,65 @@
+"""Fleiss' kappa: agreement of several raters who put things into categories."""
+
+from __future__ import annotations
+
+import math
+from typing import NamedTuple
+
+import numpy as np
+
+from analysis.statistics.doubles import Floats
+from analysis.statistics.pvalues import SMALLEST
+from analysis.statistics.refusals import BadValue, TooFew
+
+
+class Kappa(NamedTuple):
+    """Fleiss' kappa, its standard error where nobody agrees but by chance, z and p; NaN where undefined."""
+
+    kappa: float
+    se_null: float
+    z: float
+    p: float
+    units: int
+    raters: int
+    note: str
+
+
+def fleiss_kappa(counts: Floats) -> Kappa:
+    """Fleiss' kappa of an array (units, categories): how many raters put each unit into each category.
+
+    Source: Fleiss 1971; the standard error: Fleiss, Nee & Landis 1979. Raises BadValue for counts that are no whole
+    numbers or whose units differ in raters (Krippendorff's alpha handles those), TooFew for one rater or no unit.
+    """
+    counts = np.asarray(counts, dtype=np.float64)
+    if counts.ndim != 2 or not len(counts):
+        raise TooFew("no units; counts of shape (units, categories) are expected")
+    if not np.isfinite(counts).all() or (counts < 0).any() or (counts % 1 != 0).any():
+        raise BadValue("counts must be whole numbers from 0")
+    raters = counts.sum(axis=1)
+    if (raters != raters[0]).any():
+        raise BadValue(
+            f"units have {int(raters.min())} to {int(raters.max())} raters; Fleiss' kappa needs the same number for "
+            "each: use Krippendorff's alpha"
+        )
+    if raters[0] < 2:
+        raise TooFew("one rater; agreement needs two or more")
+    return _kappa(counts, int(raters[0]))
+
+
+def _kappa(counts: Floats, m: int) -> Kappa:
+    n = len(counts)
+    share = counts.sum(axis=0) / (n * m)
+    # Ordered pairs of raters, in whole numbers: of one unit that disagree, and of all ratings that differ.
+    observed = float((m * m - (counts**2).sum(axis=1)).sum()) / (n * m * (m - 1))
+    expected = float((n * m) ** 2 - (counts.sum(axis=0) ** 2).sum()) / (n * m) ** 2
+    if expected == 0:
+        why = "undefined: every rating is of one category, so none could disagree by chance"
+        return Kappa(math.nan, math.nan, math.nan, math.nan, n, m, why)
+    kappa = 1 - observed / expected
+    spread = expected**2 - float((share * (1 - share) * (1 - 2 * share)).sum())
+    se = math.sqrt(2 * max(spread, 0.0) / (n * m * (m - 1))) / expected
+    if se == 0:
+        return Kappa(kappa, math.nan, math.nan, math.nan, n, m, "no standard error")
+    z = kappa / se
+    note = "negative: raters agree less than by chance" if kappa < 0 else ""
+    return Kappa(kappa, se, z, max(math.erfc(abs(z) / math.sqrt(2)), SMALLEST), n, m, note)

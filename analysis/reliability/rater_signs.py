@@ -1,0 +1,97 @@
+"""Each rater against the others: in step with them, shifted from them, wider or narrower than they are."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Hashable, Iterable, Iterator
+from typing import NamedTuple
+
+import numpy as np
+import pandas as pd
+
+from analysis.reliability.correlating import pearson
+from analysis.reliability.crossed import crossed, refuse_few
+from analysis.statistics.cells import Aggregate
+from analysis.statistics.doubles import Floats, deviation_ss, rescaled, scaled
+
+
+class RaterSign(NamedTuple):
+    """One rater: r with the mean of the others over `shared` targets, the mean difference from them in the data's
+    unit (`shift`), and the SD over targets as a multiple of the others' (`spread`)."""
+
+    rater: Hashable
+    values: int
+    missing: int
+    shared: int
+    r_others: float
+    shift: float
+    spread: float
+    note: str
+
+
+def rater_signs(
+    data: pd.DataFrame,
+    dv: Hashable,
+    targets: Hashable | Iterable[Hashable],
+    raters: Hashable,
+    *,
+    aggregate: Aggregate = None,
+) -> pd.DataFrame:
+    """How each rater of a long table stands to the others: one row per rater, NaN with a `note` where undefined.
+
+    A target counts for a rater who rated it where another one did; gaps are allowed. `spread` is over the root mean
+    square of the other raters' SDs. Raises a StatisticsError that names what is wrong with the table.
+    """
+    table = crossed(data, dv, targets, raters, gaps="keep", aggregate=aggregate)
+    refuse_few(table, "targets", f"raters ({raters})", (1, 2))
+    found = pd.DataFrame(_signs(table.values, table.columns))
+    found.attrs.update(table.attrs("targets", "raters"))
+    return found
+
+
+def _signs(values: Floats, raters: list[Hashable]) -> Iterator[RaterSign]:
+    x, exponent = scaled(np.where(np.isnan(values), 0, values))
+    given = ~np.isnan(values)
+    x = np.where(given, x - x.flat[int(np.argmax(given))], 0)
+    others, count = _without_own(x), _without_own(given.astype(np.float64))
+    spreads = [_variance(x[given[:, i], i]) for i in range(len(raters))]
+    for i, name in enumerate(raters):
+        shared = given[:, i] & (count[:, i] > 0)
+        own, rest = x[shared, i], others[shared, i] / count[shared, i]
+        notes = []
+        shift = math.nan
+        if len(own):
+            shift = rescaled(math.fsum((own - rest).tolist()) / len(own), exponent)
+        else:
+            notes.append("no target is shared with another rater")
+        r = pearson(own, rest) if len(own) else None
+        notes += [r.note.replace("first", "rater's").replace("second", "others'")] if r and math.isnan(r.r) else []
+        spread, why = _spread(spreads, i)
+        there = int(given[:, i].sum())
+        yield RaterSign(
+            *(name, there, len(x) - there, len(own), r.r if r else math.nan, shift, spread),
+            note="; ".join([*notes, *filter(None, [why])]),
+        )
+
+
+def _without_own(x: Floats) -> Floats:
+    """The sum over the other columns, from those before and those after: nothing cancels."""
+    zero = np.zeros((len(x), 1))
+    before = np.cumsum(np.concatenate((zero, x[:, :-1]), axis=1), axis=1)
+    after = np.cumsum(np.concatenate((zero, x[:, :0:-1]), axis=1), axis=1)[:, ::-1]
+    total: Floats = before + after
+    return total
+
+
+def _variance(own: Floats) -> float:
+    return deviation_ss(own) / (len(own) - 1) if len(own) > 1 else math.nan
+
+
+def _spread(variances: list[float], at: int) -> tuple[float, str]:
+    others = [value for i, value in enumerate(variances) if i != at and not math.isnan(value)]
+    pooled = math.fsum(others) / len(others) if others else math.nan
+    if math.isnan(variances[at]):
+        return math.nan, "one value has no spread"
+    if math.isnan(pooled) or pooled == 0:
+        return math.nan, "spread is undefined: no other rater's values vary"
+    return math.sqrt(variances[at] / pooled), ""

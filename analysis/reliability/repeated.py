@@ -1,0 +1,160 @@
+"""Test-retest: what the same people answer when they meet the same stimuli again."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Hashable, Iterable, Iterator, Sequence
+from dataclasses import dataclass
+from typing import NamedTuple
+
+import numpy as np
+import pandas as pd
+from scipy.special import chdtri
+
+from analysis.reliability.correlating import pearson
+from analysis.reliability.crossed import combined
+from analysis.reliability.intraclass import demand_confidence, iccs
+from analysis.reliability.quantiles import normal_upper
+from analysis.statistics.cells import check_columns, name_list
+from analysis.statistics.column_values import numbers_of
+from analysis.statistics.doubles import ROUNDING, Floats, deviation_ss, difference, rescaled, scaled
+from analysis.statistics.labels import Coded, Codes
+from analysis.statistics.pvalues import t_critical
+from analysis.statistics.refusals import DuplicatedCells, TooFew, listed
+
+NO_INTERVAL = "no interval is computed for this measure"
+
+
+class Measure(NamedTuple):
+    """One number with its interval; NaN where undefined, and `note` says why."""
+
+    measure: str
+    value: float
+    ci_low: float
+    ci_high: float
+    note: str = ""
+
+
+@dataclass(frozen=True)
+class Retest:
+    """First against second answers: `measures` of all pairs together, `people` and `pairs` behind them.
+
+    `further` counts meetings after the second, which are not used, and `incomplete` the pairs that lack a value.
+    """
+
+    measures: pd.DataFrame
+    people: pd.DataFrame
+    pairs: pd.DataFrame
+    further: int
+    incomplete: int
+    confidence: float
+
+
+def retest(
+    data: pd.DataFrame,
+    dv: Hashable,
+    subject: Hashable,
+    targets: Hashable | Iterable[Hashable],
+    order: Hashable | Iterable[Hashable],
+    *,
+    confidence: float = 0.95,
+) -> Retest:
+    """How far a participant's second answer to a target agrees with the first; `order` are columns to order them by.
+
+    Measures: Pearson's r, ICC(A,1) and ICC(C,1) of first and second, the bias (second minus first), the SD of the
+    differences, the limits of agreement (Bland & Altman 1999), the standard error of measurement and the smallest
+    detectable change (Weir 2005; de Vet et al. 2006), each for consistency (from the SD of the differences) and for
+    agreement (the bias counts as error). Limits of agreement and detectable changes are those of 95 % whatever the
+    confidence of their intervals. Raises a StatisticsError, TooFew where nobody met a target twice.
+    """
+    demand_confidence(confidence)
+    names, places = name_list(targets), name_list(order)
+    check_columns(data, [dv, subject, *names, *places])
+    y = numbers_of(data[dv], dv)
+    met, turn = combined(data, [subject, *names]), combined(data, places)
+    first, second, further = _meetings(met, turn)
+    whole = ~(np.isnan(y[first]) | np.isnan(y[second]))
+    pairs = _pairs(met, y, first[whole], second[whole], [str(subject), *map(str, names)])
+    if len(pairs) < 2:
+        raise TooFew(
+            f"{len(pairs)} pair(s) of answers to the same {' and '.join(map(str, names))} by one {subject}; two or "
+            "more are needed: let stimuli be met again"
+        )
+    measures = pd.DataFrame(_measures(pairs["first"].to_numpy(), pairs["second"].to_numpy(), confidence))
+    people = pd.DataFrame(_people(pairs, str(subject)))
+    return Retest(measures, people, pairs, further, int((~whole).sum()), confidence)
+
+
+def _meetings(met: Coded, turn: Coded) -> tuple[Codes, Codes, int]:
+    """The rows of each first and second meeting, and how many meetings came later."""
+    rows = np.lexsort((turn.codes, met.codes))
+    same = met.codes[rows][1:] == met.codes[rows][:-1]
+    at_once = same & (turn.codes[rows][1:] == turn.codes[rows][:-1])
+    if at_once.any():
+        found = [str(met.labels[int(met.codes[row])]) for row in rows[1:][at_once]]
+        raise DuplicatedCells(f"several answers at the same moment: {listed(found, len(found))}; take repeats out")
+    starts = np.concatenate(([True], ~same))
+    place = np.arange(len(rows)) - np.maximum.accumulate(np.where(starts, np.arange(len(rows)), 0))
+    second = np.flatnonzero(place == 1)
+    return rows[second - 1], rows[second], int((place > 1).sum())
+
+
+def _pairs(met: Coded, y: Floats, first: Codes, second: Codes, names: Sequence[str]) -> pd.DataFrame:
+    labels = [met.labels[int(code)] for code in met.codes[first]]
+    columns = {name: [label[i] for label in labels] for i, name in enumerate(names)}  # type: ignore[index]
+    return pd.DataFrame({**columns, "first": y[first], "second": y[second], "difference": y[second] - y[first]})
+
+
+def _measures(first: Floats, second: Floats, confidence: float) -> Iterator[Measure]:
+    r = pearson(first, second, confidence)
+    yield Measure("Pearson r", r.r, r.ci_low, r.ci_high, r.note)
+    for each in iccs(np.stack((first, second), axis=1), confidence):
+        if each.type in ("ICC2", "ICC3"):
+            yield Measure(each.name, each.icc, each.ci_low, each.ci_high, each.note)
+    yield from _agreement(first, second, confidence)
+
+
+def _agreement(first: Floats, second: Floats, confidence: float) -> Iterator[Measure]:
+    n, tail = len(first), (1 - confidence) / 2
+    bias, sd, square, exponent = _differences(first, second)
+    z, t = normal_upper(0.025), t_critical(n - 1, confidence)  # limits of agreement hold 95 % by convention
+    wide = t * sd * math.sqrt(1 / n + z * z / (2 * (n - 1)))
+    low, high = (math.sqrt((n - 1) / float(chdtri(n - 1, at))) for at in (tail, 1 - tail))
+    same = "the differences do not vary: a constant shift" if sd == 0 else ""
+    error, both = sd / math.sqrt(2), math.sqrt(square / 2)
+    half = t * sd / math.sqrt(n)
+    found = (
+        Measure("bias, second - first", bias, bias - half, bias + half, same),
+        Measure("SD of the differences", sd, sd * low, sd * high, same),
+        Measure("lower limit of agreement", bias - z * sd, bias - z * sd - wide, bias - z * sd + wide, same),
+        Measure("upper limit of agreement", bias + z * sd, bias + z * sd - wide, bias + z * sd + wide, same),
+        Measure("SEM, consistency", error, error * low, error * high, same),
+        Measure("SEM, agreement", both, math.nan, math.nan, NO_INTERVAL),
+        Measure("smallest detectable change, consistency", z * sd, z * sd * low, z * sd * high, same),
+        Measure("smallest detectable change, agreement", z * math.sqrt(square), math.nan, math.nan, NO_INTERVAL),
+    )
+    for name, value, lower, upper, note in found:
+        own, least, most = (rescaled(each, exponent) for each in (value, lower, upper))
+        yield Measure(name, own, least, most, note)
+
+
+def _differences(first: Floats, second: Floats) -> tuple[float, float, float, int]:
+    """Mean, SD and mean square of second minus first, and the power of two that they are multiples of."""
+    x, exponent = scaled(np.stack((first, second)))
+    high, low = difference(x[1], x[0])
+    n = len(high)
+    bias = math.fsum([*high.tolist(), *low.tolist()]) / n
+    ss = deviation_ss(high + low)
+    ss = ss if ss > x.size * ROUNDING**2 else 0.0
+    return bias, math.sqrt(ss / (n - 1)), ss / n + bias * bias, exponent
+
+
+def _people(pairs: pd.DataFrame, subject: str) -> Iterator[dict[str, object]]:
+    for who, own in pairs.groupby(subject, sort=False, observed=True):
+        first, second = own["first"].to_numpy(), own["second"].to_numpy()
+        found = pearson(first, second)
+        away = own["difference"].tolist()
+        yield {
+            **{subject: who, "pairs": len(own), "r": found.r, "bias": math.fsum(away) / len(away)},
+            **{"mean_absolute_difference": math.fsum(map(abs, away)) / len(away), "note": found.note},
+        }

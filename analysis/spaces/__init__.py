@@ -1,0 +1,1 @@
+"""Perceptual spaces: components of ratings, maps of distances, maps compared, and adjectives in them."""

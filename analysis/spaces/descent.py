@@ -1,0 +1,59 @@
+"""Downhill to a minimum of stress-1: majorisation, then a quasi-Newton descent of stress itself."""
+
+from __future__ import annotations
+
+import numpy as np
+from scipy.spatial.distance import pdist, squareform
+
+from analysis.spaces.classical import torgerson
+from analysis.spaces.isotone import Order, disparities, stress_1
+from analysis.spaces.orienting import unit_size
+from analysis.spaces.quasi_newton import descended
+from analysis.statistics.doubles import Floats
+
+MAJORISED, POLISHED = 40, 300
+
+
+def classical_start(between: Floats, dimensions: int) -> Floats:
+    """Torgerson's map; a dimension that the dissimilarities lack is filled with small alternating steps."""
+    points, _, _ = torgerson(between)
+    kept = points[:, :dimensions]
+    lacking = dimensions - kept.shape[1]
+    places = np.arange(len(between))[:, None] + np.arange(lacking)
+    return np.hstack([kept, 1e-3 * (-1.0) ** places * (1 + places)])
+
+
+def improved(start: Floats, order: Order, majorised: int = MAJORISED, polished: int = POLISHED) -> tuple[Floats, float]:
+    """A start led downhill to a minimum of stress-1, and that stress."""
+    points = unit_size(start - start.mean(axis=0))
+    for _ in range(majorised):
+        points = _guttman(points, order)
+    shape = points.shape
+    ended, squared = descended(lambda flat: _squared_stress(flat, order, shape), points.ravel(), polished)
+    return ended.reshape(shape), float(np.sqrt(squared))
+
+
+def _guttman(points: Floats, order: Order) -> Floats:
+    """One step of majorisation: points whose distances come nearer to the disparities."""
+    distances = pdist(points)
+    fitted = disparities(distances, order)
+    size = float(fitted @ fitted)
+    if size > 0:
+        fitted = fitted * np.sqrt(float(distances @ distances) / size)
+    ratio = squareform(np.divide(fitted, distances, out=np.zeros_like(fitted), where=distances > 0), checks=False)
+    moved = ratio.sum(axis=1)[:, None] * points - ratio @ points
+    return unit_size(moved) if moved.any() else points
+
+
+def _squared_stress(flat: Floats, order: Order, shape: tuple[int, ...]) -> tuple[float, Floats]:
+    """Stress-1 squared and its slope; the disparities are a projection, so they add nothing to the slope."""
+    points = flat.reshape(shape)
+    distances = pdist(points)
+    fitted = disparities(distances, order)
+    total = float(distances @ distances)
+    stress = stress_1(distances, fitted) ** 2
+    pull = distances - fitted - stress * distances
+    pull = np.divide(pull, distances, out=np.zeros_like(pull), where=distances > 0)
+    weights = squareform(pull, checks=False)
+    slope = (weights.sum(axis=1)[:, None] * points - weights @ points) * (2 / total)
+    return stress, slope.ravel()

@@ -1,0 +1,67 @@
+"""How low a stress is: by number of dimensions, and against dissimilarities in random order."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+import numpy as np
+import pandas as pd
+from scipy.spatial.distance import squareform
+
+from analysis.spaces.descent import classical_start, improved
+from analysis.spaces.dissimilarities import Dissimilarities
+from analysis.spaces.draws import check_draws, p_of_draws, stream
+from analysis.spaces.isotone import Ties, order_of
+from analysis.spaces.nonmetric import checked_order, nonmetric_mds
+from analysis.statistics.doubles import Floats
+
+
+@dataclass(frozen=True)
+class StressReference:
+    """The stress of dissimilarities in random order, from the same single start as `observed`, and the p of it."""
+
+    observed: float
+    mean: float
+    quantile_05: float
+    p: float
+    draws: int
+
+
+def stress_scree(
+    between: Dissimilarities, most: int = 5, ties: Ties = "primary", starts: int = 10, seed: int = 0
+) -> pd.DataFrame:
+    """The least stress-1 found in 1, 2, ... dimensions, at most `most` and objects - 2: dimensions, stress, reached."""
+    last = max(1, min(most, len(between.labels) - 2))
+    found = [nonmetric_mds(between, k, ties, starts, seed) for k in range(1, last + 1)]
+    return pd.DataFrame(
+        {
+            "dimensions": range(1, last + 1),
+            "stress": [each.stress for each in found],
+            "reached": [each.reached for each in found],
+            "starts": [len(each.starts) for each in found],
+        }
+    )
+
+
+def stress_reference(
+    between: Dissimilarities, dimensions: int = 2, ties: Ties = "primary", draws: int = 99, seed: int = 0
+) -> StressReference:
+    """Stress-1 against that of the same dissimilarities shuffled over the pairs; p is that of "no structure at all".
+
+    Both the observed and each shuffled table start from Torgerson's map alone, so that neither is looked for harder.
+    Sources: Spence & Ogilvie 1973; Mair, Borg & Rusch 2016 (permutation).
+    """
+    check_draws(draws)
+    checked_order(between, ties)
+    pairs = squareform(between.values, checks=False)
+    rng = stream(seed, f"stress in {dimensions} dimensions")
+    observed = _one_start(pairs, dimensions, ties)
+    random = np.array([_one_start(rng.permutation(pairs), dimensions, ties) for _ in range(draws)])
+    reached = int((random <= observed * (1 + 1e-12)).sum())
+    return StressReference(
+        observed, float(random.mean()), float(np.quantile(random, 0.05)), p_of_draws(reached, draws), draws
+    )
+
+
+def _one_start(pairs: Floats, dimensions: int, ties: Ties) -> float:
+    return improved(classical_start(squareform(pairs), dimensions), order_of(pairs, ties))[1]

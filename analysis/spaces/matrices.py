@@ -1,0 +1,78 @@
+"""A wide table of numbers (objects x attributes, or objects x objects) in the one order of its labels."""
+
+from __future__ import annotations
+
+from collections.abc import Hashable
+from dataclasses import dataclass
+from typing import Any
+
+import numpy as np
+import pandas as pd
+
+from analysis.statistics.column_values import numbers_of
+from analysis.statistics.doubles import ROUNDING, Floats
+from analysis.statistics.labels import coded
+from analysis.statistics.refusals import BadValue, DuplicatedCells, UnknownColumn, listed
+
+
+@dataclass(frozen=True)
+class Matrix:
+    """Numbers with a label for each row and column, both in natural order."""
+
+    values: Floats
+    rows: tuple[Hashable, ...]
+    columns: tuple[Hashable, ...]
+
+
+def matrix_of(frame: pd.DataFrame) -> Matrix:
+    """A wide table as numbers, sorted by its labels, whatever their order and type.
+
+    Raises UnknownColumn for anything but a DataFrame, BadValue for a value that is not a finite number,
+    DuplicatedCells for a label that stands twice.
+    """
+    if not isinstance(frame, pd.DataFrame):
+        raise UnknownColumn(f"got a {type(frame).__name__}; expected a pandas DataFrame, one row per object")
+    if frame.empty:
+        raise BadValue(f"the table has {frame.shape[0]} rows and {frame.shape[1]} columns; expected some of both")
+    rows, row_order = _sorted_labels(frame.index, "row")
+    columns, column_order = _sorted_labels(frame.columns, "column")
+    values = np.column_stack([numbers_of(frame.iloc[:, i], frame.columns[i]) for i in range(frame.shape[1])])
+    values = values[np.ix_(row_order, column_order)]
+    gaps = [f"row {rows[i]!r}, column {columns[j]!r}" for i, j in np.argwhere(np.isnan(values))]
+    if gaps:
+        raise BadValue(f"no value in {listed(gaps, len(gaps))}; fill these cells or take their rows out")
+    return Matrix(values, rows, columns)
+
+
+def _sorted_labels(index: pd.Index[Any], what: str) -> tuple[tuple[Hashable, ...], Any]:
+    found = coded(pd.Series(index.tolist(), dtype=object), f"{what} labels")
+    twice = np.flatnonzero(np.bincount(found.codes) > 1).tolist()
+    if twice:
+        names = listed((repr(found.labels[i]) for i in twice), len(twice))
+        raise DuplicatedCells(f"{what} label {names} stands more than once; every {what} needs a label of its own")
+    return tuple(found.labels), np.argsort(found.codes)
+
+
+def pivoted(values: Floats) -> Floats:
+    """Each column minus its smallest value: an offset of 1e9 then costs no digits in what follows."""
+    result: Floats = values - np.nanmin(values, axis=0)
+    return result
+
+
+def varies(values: Floats) -> Any:
+    """Whether each column varies by more than the rounding of its numbers."""
+    largest = np.nanmax(np.abs(values), axis=0)
+    return np.nanmax(values, axis=0) - np.nanmin(values, axis=0) > 2 * ROUNDING * largest
+
+
+def centred(values: Floats) -> Floats:
+    """Each column minus its mean, by way of its smallest value."""
+    small = pivoted(values)
+    once = small - small.mean(axis=0)
+    result: Floats = once - once.mean(axis=0)
+    return result
+
+
+def frame_of(values: Floats, rows: tuple[Hashable, ...], columns: list[str] | tuple[Hashable, ...]) -> pd.DataFrame:
+    """An array with its labels."""
+    return pd.DataFrame(values, index=pd.Index(list(rows)), columns=pd.Index(list(columns)))

@@ -1,0 +1,122 @@
+"""Ratings of stimuli on attributes: each participant's own, and their means."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Hashable
+from dataclasses import dataclass, field
+from typing import Literal, TypeAlias
+
+import numpy as np
+import pandas as pd
+
+from analysis.spaces.matrices import frame_of
+from analysis.spaces.resampling import Given
+from analysis.statistics.cells import Aggregate, Cells, cell_means, check_columns, check_options, gather
+from analysis.statistics.column_values import numbers_of
+from analysis.statistics.doubles import Floats
+from analysis.statistics.labels import coded
+from analysis.statistics.refusals import BadOption, DuplicatedCells, IncompleteCells, listed
+
+Gaps: TypeAlias = Literal["raise", "listwise", "available"]
+
+
+@dataclass(frozen=True)
+class Profiles:
+    """`own` has shape (participants, stimuli, attributes) minus `offset` (attributes), NaN where nobody rated.
+
+    An offset of its own for each attribute changes neither distances nor components, and keeps their digits.
+    """
+
+    own: Floats
+    offset: Floats
+    participants: tuple[Hashable, ...]
+    stimuli: tuple[Hashable, ...]
+    attributes: tuple[Hashable, ...]
+    dropped: tuple[Hashable, ...] = field(default=())
+
+    @property
+    def given(self) -> Given:
+        """The same as (participants, cells)."""
+        return Given(self.own.reshape(len(self.participants), -1))
+
+    @property
+    def raters(self) -> tuple[int, int]:
+        """The least and the most participants that a mean is over."""
+        count = (~np.isnan(self.own)).sum(axis=0)
+        return int(count.min()), int(count.max())
+
+    def means(self) -> pd.DataFrame:
+        """Stimuli x attributes, each the mean over those who rated it, in the data's own units."""
+        return frame_of(self.small_means() + self.offset, self.stimuli, self.attributes)
+
+    def shifted_means(self) -> pd.DataFrame:
+        """The same minus each attribute's offset, for what an offset does not change."""
+        return frame_of(self.small_means(), self.stimuli, self.attributes)
+
+    def small_means(self) -> Floats:
+        """The means minus `offset`: what components and distances are computed from."""
+        result: Floats = self.given.means()[0].reshape(len(self.stimuli), len(self.attributes))
+        return result
+
+
+def gather_profiles(
+    data: pd.DataFrame,
+    dv: Hashable,
+    stimulus: Hashable,
+    attribute: Hashable,
+    participant: Hashable,
+    missing: Gaps = "raise",
+    aggregate: Aggregate = None,
+) -> Profiles:
+    """The ratings of a long table, one row per value, sorted by label.
+
+    `missing`: "raise" refuses a participant without a value in every cell, "listwise" leaves such participants out,
+    "available" takes each mean over those who have a value. `aggregate="mean"` averages a participant's repetitions.
+    Raises UnknownColumn, BadValue, IncompleteCells, DuplicatedCells or BadOption.
+    """
+    if missing != "available":
+        return _shifted(gather(data, dv, [stimulus, attribute], participant, missing, aggregate))
+    check_options("raise", aggregate)
+    check_columns(data, [dv, participant, stimulus, attribute])
+    values = numbers_of(data[dv], dv)
+    rated = data.loc[~np.isnan(values)]
+    if rated.empty:
+        raise IncompleteCells(f"column {dv!r} holds no value at all")
+    return _shifted(_sparse(rated, values[~np.isnan(values)], [participant, stimulus, attribute], aggregate))
+
+
+def _sparse(rated: pd.DataFrame, values: Floats, names: list[Hashable], aggregate: Aggregate) -> Cells:
+    axes = [coded(rated[name], name) for name in names]
+    shape = tuple(len(axis.labels) for axis in axes)
+    flat = np.ravel_multi_index(tuple(axis.codes for axis in axes), shape)
+    count = np.bincount(flat, minlength=math.prod(shape))
+    if count.max() > 1 and aggregate is None:
+        raise DuplicatedCells(
+            f"{int((count > 1).sum())} cells of a participant, stimulus and attribute hold several values; "
+            "pass aggregate='mean' to average them"
+        )
+    cells = cell_means(values, flat, count).reshape(shape)
+    empty = np.argwhere(np.isnan(cells).all(axis=0)).tolist()
+    if empty:
+        found = listed((f"{axes[1].labels[i]!r} on {axes[2].labels[j]!r}" for i, j in empty), len(empty))
+        raise IncompleteCells(f"nobody rated {found}; leave these stimuli or attributes out")
+    return Cells(cells, axes[0].labels, names[1:], [axis.labels for axis in axes[1:]])
+
+
+def _shifted(cells: Cells) -> Profiles:
+    offset = np.nanmin(cells.values, axis=(0, 1))
+    people, dropped = tuple(cells.participants), tuple(cells.dropped)
+    stimuli, attributes = map(tuple, cells.levels)
+    return Profiles(cells.values - offset, offset, people, stimuli, attributes, dropped)
+
+
+def of_people(profiles: Profiles, chosen: list[int]) -> Profiles:
+    """The profiles of some participants, of the stimuli that they rated on every attribute."""
+    own = profiles.own[chosen]
+    kept = np.flatnonzero(np.all(np.any(~np.isnan(own), axis=0), axis=1))
+    if not len(kept):
+        raise BadOption("a part of the participants rated no stimulus on every attribute; there is nothing to compare")
+    people = tuple(profiles.participants[i] for i in chosen)
+    stimuli = tuple(profiles.stimuli[i] for i in kept.tolist())
+    return Profiles(own[:, kept], profiles.offset, people, stimuli, profiles.attributes)

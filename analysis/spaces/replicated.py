@@ -1,0 +1,109 @@
+"""How sure the places of a map are: maps of resampled participants, turned onto their mean."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Hashable
+from typing import Literal, TypeAlias
+
+import numpy as np
+import pandas as pd
+from scipy.spatial.distance import squareform
+
+from analysis.spaces.aligning import aligned
+from analysis.spaces.classical import torgerson
+from analysis.spaces.descent import improved
+from analysis.spaces.dissimilarities import Dissimilarities
+from analysis.spaces.draws import check_draws, check_share, stream
+from analysis.spaces.isotone import Ties, order_of
+from analysis.spaces.matrices import matrix_of
+from analysis.spaces.resampling import resampled
+from analysis.statistics.doubles import Floats
+from analysis.statistics.refusals import BadOption, TooFew
+
+Method: TypeAlias = Literal["classical", "nonmetric"]
+ROUNDS = 10
+MAJORISED, POLISHED = 15, 100
+
+
+def confidence_ellipses(
+    between: Dissimilarities,
+    points: pd.DataFrame,
+    method: Method = "classical",
+    ties: Ties = "primary",
+    draws: int = 200,
+    confidence: float = 0.95,
+    seed: int = 0,
+) -> pd.DataFrame:
+    """An ellipse around each point of a map, in its first two dimensions, from participants drawn with replacement.
+
+    Each draw's map is turned, reflected and stretched onto the mean of all of them (generalized Procrustes), and the
+    mean onto `points`. Columns: `label`, the point's own `x`, `y` (the ellipse's centre), `var_x`, `var_y`, `cov_xy`
+    over the draws, `major` and `minor` half-axes, `angle_deg` of the major axis from x (counter-clockwise, -90 to 90),
+    `shift` (how far the mean of the draws lies from the point), `confidence`, `draws`.
+    Normal theory with the draws' covariance: chi squared with two degrees of freedom.
+    Raises TooFew for one participant or one dimension. Sources: Gower 1975; Weinberg, Carroll & Cohen 1984.
+    """
+    check_draws(draws)
+    check_share(confidence, "confidence")
+    matrix = matrix_of(points)
+    if matrix.values.shape[1] < 2:
+        raise TooFew("a map of one dimension has no ellipses; ask for two dimensions or none")
+    maps = replications(between, matrix.values, method, ties, draws, seed)
+    return pd.DataFrame(
+        [_ellipse(name, matrix.values[i], maps[:, i], confidence) for i, name in enumerate(matrix.rows)]
+    )
+
+
+def replications(between: Dissimilarities, points: Floats, method: Method, ties: Ties, draws: int, seed: int) -> Floats:
+    """The maps of resampled participants, (draws, objects, dimensions), on `points`."""
+    if between.given is None or between.remade is None:
+        raise BadOption("nothing is known of participants in these dissimilarities; name the column of participants")
+    counts = resampled(between.given, draws, stream(seed, "replications"))
+    made = [between.remade(means) for means in between.given.means(counts)]
+    maps = np.array([_mapped(each, points, method, ties) for each in made])
+    return on_their_mean(maps, points)
+
+
+def _mapped(between: Floats, points: Floats, method: Method, ties: Ties) -> Floats:
+    if method == "nonmetric":
+        order = order_of(squareform(between, checks=False), ties)
+        return improved(points, order, MAJORISED, POLISHED)[0]
+    found, _, exponent = torgerson(between)
+    width = points.shape[1]
+    kept = found[:, :width] * float(np.ldexp(1.0, exponent))
+    return np.pad(kept, ((0, 0), (0, width - kept.shape[1])))
+
+
+def on_their_mean(maps: Floats, points: Floats) -> Floats:
+    """Each map on the mean of all (found by turns), and that mean on `points` by one turn, stretch and shift."""
+    mean = points
+    for _ in range(ROUNDS):
+        mean = aligned(points, aligned(mean, maps).points.mean(axis=0)).points
+    return aligned(mean, maps).points
+
+
+def _ellipse(label: Hashable, place: Floats, drawn: Floats, confidence: float) -> dict[str, object]:
+    plane = drawn[:, :2]
+    mean = plane.mean(axis=0)
+    covariance = np.cov(plane, rowvar=False)
+    sizes, directions = np.linalg.eigh(covariance)
+    radius = math.sqrt(-2 * math.log1p(-confidence))
+    minor, major = (radius * math.sqrt(max(float(size), 0.0)) for size in sizes)
+    x, y = directions[:, 1].tolist()
+    angle = math.degrees(math.atan2(y, x))
+    angle -= 180 * round(angle / 180)
+    return {
+        "label": label,
+        "x": float(place[0]),
+        "y": float(place[1]),
+        "var_x": float(covariance[0, 0]),
+        "var_y": float(covariance[1, 1]),
+        "cov_xy": float(covariance[0, 1]),
+        "major": major,
+        "minor": minor,
+        "angle_deg": angle,
+        "shift": float(np.hypot(*(mean - place[:2]))),
+        "confidence": confidence,
+        "draws": len(drawn),
+    }

@@ -1,0 +1,67 @@
+"""What each participant gave, as an array with gaps, and means over participants drawn with replacement."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+import numpy as np
+from numpy.random import Generator
+
+from analysis.statistics.doubles import Floats
+from analysis.statistics.refusals import IncompleteCells, TooFew
+
+TRIES = 50
+
+
+@dataclass(frozen=True)
+class Given:
+    """`values` (participants, cells), NaN where a participant gave none."""
+
+    values: Floats
+
+    @property
+    def people(self) -> int:
+        """How many participants there are."""
+        return len(self.values)
+
+    def means(self, counts: Floats | None = None) -> Floats:
+        """The mean of each cell over those who filled it, (draws, cells); `counts` (draws, participants) weigh them."""
+        weights = np.ones((1, self.people)) if counts is None else counts
+        present = (~np.isnan(self.values)).astype(np.float64)
+        result: Floats = (weights @ np.nan_to_num(self.values)) / (weights @ present)
+        return result
+
+
+def resampled(given: Given, draws: int, rng: Generator) -> Floats:
+    """How often each participant is drawn, (draws, participants): by pattern of filled cells where each has two people.
+
+    A design's groups (each rating its own stimuli) so keep their sizes. Otherwise all participants are one urn, and a
+    draw that leaves a cell without anyone is drawn again.
+    Raises TooFew for one participant, IncompleteCells where a cell is too rarely filled to be drawn.
+    """
+    if given.people < 2:
+        raise TooFew("one participant: nothing can be resampled; expected two or more")
+    present = ~np.isnan(given.values)
+    _, pattern = np.unique(present, axis=0, return_inverse=True)
+    sizes = np.bincount(pattern.ravel())
+    groups = [np.flatnonzero(pattern.ravel() == i) for i in range(len(sizes))]
+    if sizes.min() < 2:
+        return _from_one_urn(present.astype(np.float64), draws, rng)
+    counts = np.zeros((draws, given.people))
+    for members in groups:
+        counts[:, members] = rng.multinomial(len(members), np.full(len(members), 1 / len(members)), size=draws)
+    return counts
+
+
+def _from_one_urn(present: Floats, draws: int, rng: Generator) -> Floats:
+    people = len(present)
+    kept = np.zeros((0, people))
+    for _ in range(TRIES):
+        counts = rng.multinomial(people, np.full(people, 1 / people), size=draws).astype(np.float64)
+        kept = np.concatenate((kept, counts[((counts @ present) > 0).all(axis=1)]))
+        if len(kept) >= draws:
+            return kept[:draws]
+    raise IncompleteCells(
+        f"fewer than 1 in {TRIES} resamples of the participants fill every cell: too few rated some of the stimuli "
+        "for an interval; ask for none, or leave these stimuli out"
+    )

@@ -1,0 +1,214 @@
+"""Analysis of variance with any number of within and of between factors, and groups of any sizes, types II and III.
+
+Within participants every sum of squares is that of differences (`within.component`), taken in each group by itself;
+between groups it is a quadratic form of the groups' sums in exact integers (`hypotheses`).
+"""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Hashable, Iterable, Iterator, Sequence
+from dataclasses import dataclass, replace
+
+import numpy as np
+import pandas as pd
+
+from analysis.statistics.cells import Aggregate, Cells, Missing, check_columns, gather_all, name_list
+from analysis.statistics.doubles import ROUNDING, Floats, differences, rescaled, scaled
+from analysis.statistics.effects import Effect, effects_table
+from analysis.statistics.group_sums import GroupSums, group_sums
+from analysis.statistics.hypotheses import SumOfSquares, subsets
+from analysis.statistics.memberships import Membership, membership
+from analysis.statistics.pvalues import f_tail
+from analysis.statistics.refusals import BadOption, TooFew, UnknownColumn, listed, shown
+from analysis.statistics.within import (
+    component,
+    greenhouse_geisser,
+    huynh_feldt,
+    range_notes,
+    refuse_too_few,
+    share,
+    undefined_f,
+)
+
+Names = Hashable | Iterable[Hashable] | None
+
+
+def mixed_anova(
+    data: pd.DataFrame,
+    dv: Hashable,
+    *,
+    within: Names = None,
+    between: Names = None,
+    subject: Hashable | None = None,
+    sum_of_squares: SumOfSquares = "III",
+    missing: Missing = "raise",
+    aggregate: Aggregate = None,
+) -> pd.DataFrame:
+    """ANOVA of a long table with factors within participants, between them, or both: one row per effect.
+
+    The columns are those of `rm_anova`, and `d`, the number of contrasts within participants that the effect is about
+    (1 for one between participants: epsilon is 1 there). With groups of different sizes `sum_of_squares` matters:
+    "III" compares unweighted means (sum-to-zero contrasts), "II" adjusts each effect for all that do not contain it,
+    both as R's car and afex do. `eps_HF` has Lecoutre's correction for groups, at most 1, as in car. `ng2` counts every
+    factor as manipulated. `subject` may be left out where there is no within factor: each row is a participant then.
+    Raises a StatisticsError (a ValueError) that names what is wrong with the table.
+    """
+    refuse_unknown_type(sum_of_squares)
+    design = gather_design(data, dv, within, between, subject, missing, aggregate)
+    found = list(mixed_effects(design, sum_of_squares))
+    table = effects_table([effect for _, effect in found])
+    table.insert(len(table.columns) - 1, "d", [contrasts for contrasts, _ in found])
+    sizes = dict(zip(design.groups.names(), design.groups.sizes, strict=True))
+    table.attrs.update(design.cells.attrs() | {"sum_of_squares": sum_of_squares, "group_sizes": sizes})
+    return table
+
+
+def refuse_unknown_type(sum_of_squares: object) -> None:
+    """Refuse any type of sums of squares but II and III."""
+    if not isinstance(sum_of_squares, str) or sum_of_squares not in ("II", "III"):
+        raise BadOption(f"sum_of_squares={shown(sum_of_squares)} is unknown: 'II' or 'III'")
+
+
+@dataclass(frozen=True)
+class Design:
+    """One value per participant and within cell, and the groups of the participants."""
+
+    cells: Cells
+    groups: Membership
+
+    @property
+    def parts(self) -> list[Floats]:
+        """The values of each group, in the unit of the data."""
+        return [self.cells.values[group] for group in self.groups.groups]
+
+    @property
+    def error_df(self) -> int:
+        """Participants less groups."""
+        return len(self.cells.values) - len(self.groups.groups)
+
+    def source(self, between: Sequence[int], axes: Sequence[int]) -> str:
+        """An effect's name: its between factors, then its within factors."""
+        own = [self.groups.factors[place] for place in between]
+        return ":".join(map(str, [*own, *(self.cells.factors[axis - 1] for axis in axes)]))
+
+    def terms(self) -> list[tuple[tuple[int, ...], tuple[int, ...]]]:
+        """Every effect as (within axes, between factors by place), in the order of R's afex."""
+        betweens = list(subsets(len(self.groups.factors)))
+        axes = list(subsets(len(self.cells.factors), first=1))
+        return [(own, other) for own in axes for other in betweens if own or other]
+
+
+def gather_design(
+    data: pd.DataFrame,
+    dv: Hashable,
+    within: Names,
+    between: Names,
+    subject: Hashable | None,
+    missing: Missing = "raise",
+    aggregate: Aggregate = None,
+) -> Design:
+    """The dense values and the groups of a long table; what is not a full design is refused by name."""
+    own, others = ([] if names is None else name_list(names) for names in (within, between))
+    if not own + others:
+        raise BadOption("no factor is named; give `within`, `between` or both")
+    nobodys = subject is None
+    if subject is None:
+        data, subject = _rows_as_participants(data, own, others)
+    check_columns(data, [dv, subject, *own, *others])
+    cells = gather_all(data, dv, own, subject, missing, aggregate)
+    refuse_too_few(cells)
+    cells = _by_value(cells) if nobodys else cells
+    design = Design(cells, membership(data, cells, others, subject))
+    _refuse_twins(design)
+    if design.error_df < 1:
+        raise TooFew("every group has one participant; at least one group needs two or more")
+    return design
+
+
+def _rows_as_participants(
+    data: pd.DataFrame, within: list[Hashable], between: list[Hashable]
+) -> tuple[pd.DataFrame, Hashable]:
+    if within:
+        raise BadOption("within needs `subject`, the column that says who gave each value")
+    check_columns(data, between)
+    subject = "row"
+    while subject in data.columns:
+        subject += "'"
+    return data.assign(**{subject: [f"row {row + 1}" for row in range(len(data))]}), subject
+
+
+def _by_value(cells: Cells) -> Cells:
+    """Rows that are nobody's, in the order of their values: no result may depend on the order of the rows."""
+    order = np.argsort(cells.values, kind="stable")
+    return replace(cells, values=cells.values[order], participants=[cells.participants[i] for i in order.tolist()])
+
+
+def _refuse_twins(design: Design) -> None:
+    names = [design.source(between, axes) for axes, between in design.terms()]
+    if len(set(names)) < len(names):
+        twice = sorted({repr(name) for name in names if names.count(name) > 1})
+        raise UnknownColumn(f"two effects have the same name: {listed(twice, len(twice))}; rename a column")
+
+
+@dataclass(frozen=True)
+class Stratum:
+    """The residuals of one set of within axes: their sum of squares, epsilons and contrasts per participant."""
+
+    axes: tuple[int, ...]
+    d: int
+    ss: float
+    residual: Floats  # (participants, cells), scaled alike for every participant
+    eps: float
+    eps_hf: float
+
+
+def strata(design: Design, x: Floats) -> Iterator[Stratum]:
+    """The residuals within groups for every set of within axes, the empty one (between participants) first.
+
+    `x` are the design's values, scaled.
+    """
+    parts = [differences((x[group], None), 0) for group in design.groups.groups]
+    for axes in subsets(x.ndim - 1, first=1):
+        found = [component(part, (0, *axes), 0) for part in parts]
+        rows = [residual.reshape(len(residual), -1) / len(residual) for residual, _ in found]
+        d = math.prod(x.shape[axis] - 1 for axis in axes)
+        ss, residual = math.fsum(ss for _, ss in found), np.concatenate(rows)
+        eps = greenhouse_geisser(residual, d) if ss > x.size * ROUNDING**2 else math.nan
+        yield Stratum(axes, d, ss, residual, eps, huynh_feldt(eps, design.error_df + 1, d))
+
+
+def mixed_effects(design: Design, kind: SumOfSquares) -> Iterator[tuple[int, Effect]]:
+    """Every effect with its number of within contrasts, in the order of `Design.terms`."""
+    x, exponent = scaled(design.cells.values)
+    sums = group_sums(x, design.groups, kind)
+    errors = {stratum.axes: stratum for stratum in strata(design, x)}
+    rest = math.fsum(stratum.ss for stratum in errors.values())
+    for axes, between in design.terms():
+        yield errors[axes].d, _effect(design, between, errors[axes], sums, rest, exponent)
+
+
+def _effect(
+    design: Design, between: tuple[int, ...], error: Stratum, sums: GroupSums, rest: float, exponent: int
+) -> Effect:
+    noise = design.cells.values.size * ROUNDING**2
+    rank, exact_ss = sums.effect(between, error.axes)
+    ss = float(exact_ss)
+    df1, df2 = error.d * rank, error.d * design.error_df
+    reason = (
+        "every participant of a group shows the same effect" if error.axes else "the values of each group are equal"
+    )
+    notes = [note for note in (undefined_f(ss, error.ss, noise, reason),) if note]
+    f = math.nan if notes else ss / df1 / (error.ss / df2)
+    if design.error_df < error.d and not notes:
+        notes.append(
+            f"fewer than d = {error.d} participants more than groups: Huynh-Feldt is undefined, use Greenhouse-Geisser"
+        )
+    p = f_tail(f, df1, df2)
+    p_gg, p_hf = [p if e == 1 else f_tail(f, df1 * e, df2 * e) for e in (error.eps, error.eps_hf)]
+    own, ms, own_error = [rescaled(value, 2 * exponent) for value in (ss, ss / df1, error.ss)]
+    notes += range_notes(((ss, own), (error.ss, own_error)), (p, p_gg, p_hf))
+    np2, ng2 = share(ss, error.ss, noise), share(ss, rest, noise)
+    source = design.source(between, error.axes)
+    numbers = (own, df1, df2, ms, f, p, p_gg, p_hf, error.eps, np2, ng2, error.eps_hf, own_error)
+    return Effect(source, *numbers, "; ".join(notes))

@@ -1,0 +1,150 @@
+"""Adjective selection as an analysis plan asks for it, on recorded sessions and on a small study."""
+
+from __future__ import annotations
+
+import math
+from dataclasses import replace
+from pathlib import Path
+from typing import Any
+
+import pandas as pd
+import pytest
+
+from analysis.plans import kinds
+from analysis.plans.answers import Answer, Selected
+from analysis.plans.material import read_material
+from analysis.ratings.dataset import DataRefused
+from studies.collect import collect, open_database
+from tests.analysis.adjectives.tables import WORDS, random_ticks, tables
+
+RECORDED = Path(__file__).parents[2] / "recorded" / "ten"
+PAIRS = [["Rough", "Smooth"], ["Hard", "Soft"]]
+SETTINGS: dict[str, dict[str, Any]] = {
+    "relevance": {"normalisation": "share_of_maximum", "threshold": 0.5},
+    "adjective_pairs": {"normalisation": "share_of_maximum", "threshold": 0.5, "antonyms": PAIRS},
+    "word_agreement": {},
+    "lexicon": {},
+}
+
+
+def answer(test: str, given: Selected, **settings: Any) -> Answer:
+    kind = kinds.test_kind(test)
+    asked = kind.settings.model_validate({"name": "x", "test": test, **SETTINGS[test], **settings})
+    before = given.table.copy()
+    found = kind.answer(given, asked)
+    pd.testing.assert_frame_equal(before, given.table)
+    return found
+
+
+def small(people: int = 8) -> Selected:
+    words, trials = tables(random_ticks(people, 5, seed=2))
+    further = {"participant": "P0", "session": "s/P0/1", "trial": 0, "stimulus": "T0", "word": "Woven"}
+    closing = {"participant": "P1", "session": "s/P1/1", "word": "woven"}
+    free = pd.DataFrame([{**further, "kind": "further"}, {**closing, "kind": "words"}])
+    return Selected(pd.concat([words, free], ignore_index=True), trials, (), {}, seed=1, draws=200, offered=WORDS)
+
+
+@pytest.fixture(scope="module")
+def recorded(tmp_path_factory: pytest.TempPathFactory) -> dict[str, Selected]:
+    """The recorded sessions of the three studies of words, as a plan's test gets them."""
+    engine = open_database(f"sqlite:///{tmp_path_factory.mktemp('collected') / 'lab.sqlite'}")
+    names = ("texture_adjectives", "door_adjectives", "door_lexicon")
+    for _ in collect([RECORDED / f"{name}_P001_s1.sqlite" for name in names], engine):
+        pass
+    found = {}
+    for name in names:
+        material = read_material(engine, name, digest=None, include_incomplete=False, simulated=None)
+        listed = material.study.adjectives.words if material.study and material.study.adjectives else ()
+        offered = tuple(each.word for each in listed)
+        found[name] = Selected(material.words, material.trials, (), {}, draws=200, offered=offered)
+    engine.dispose()
+    return found
+
+
+@pytest.mark.parametrize("test", SETTINGS)
+def test_every_answer_is_plain_values_with_words_for_them(test: str) -> None:
+    found = answer(test, small())
+    for row in (row for rows in (found.rows, *found.more.values()) for row in rows):
+        for value in row.values():
+            assert value is None or type(value) in (float, int, str, bool)
+            assert not isinstance(value, float) or math.isfinite(value)
+        assert None not in row.values() or row["note"]
+    assert found.rows
+    assert found.headline.endswith(".")
+    assert found.method.endswith(".")
+
+
+def test_relevance_counts_what_was_ticked_alone_and_names_the_normalisation() -> None:
+    found = answer("relevance", small())
+    assert {row["word"] for row in found.rows} == set(WORDS)
+    assert found.kinds["relevance"] == "share of the most ticked word's ticks (share_of_maximum)"
+    assert (found.participants, found.rows[0]["relevance"], found.rows[-1]["relevance"]) == (8, 1.0, 0.0)
+    assert "of 5 words reach 0.5 of the most ticked word's ticks" in found.headline
+    for name in ("share_of_trials", "any_stimulus"):
+        assert name in answer("relevance", small(), normalisation=name, interval="bca").kinds["relevance"]
+
+
+def test_neither_normalisation_nor_threshold_is_chosen_in_silence() -> None:
+    model = kinds.test_kind("relevance").settings
+    for lacking in ("normalisation", "threshold"):
+        given = {"name": "x", "test": "relevance", **SETTINGS["relevance"]}
+        del given[lacking]
+        with pytest.raises(ValueError, match=lacking):
+            model.model_validate(given)
+
+
+def test_pairs_are_made_of_kept_words_and_the_rest_is_said() -> None:
+    found = answer("adjective_pairs", small(), threshold=0.2)
+    assert {(row["word"], row["antonym"]) for row in found.rows} == {("Rough", "Smooth"), ("Hard", "Soft")}
+    fewer = answer("adjective_pairs", small(), threshold=0.2, antonyms=PAIRS[:1])
+    assert {row["word"] for row in fewer.more["left_out"]} == {"Hard", "Soft"}
+    assert fewer.notes[0].startswith("Left out for lack of a pair: ")
+    with pytest.raises(ValueError, match="line 2: 'Calm' was not offered"):
+        answer("adjective_pairs", small(), antonyms=[["Calm", "Rough"]])
+    new = answer("adjective_pairs", small(), threshold=0.2, antonyms=[["Rough", "Even"]], new_words=True)
+    assert new.rows[0]["relevance_antonym"] is None
+    assert "was not offered" in str(new.rows[0]["note"])
+    with pytest.raises(DataRefused, match="the plan has no table 'antonyms'"):
+        answer("adjective_pairs", small(), antonyms="antonyms")
+    own = {"antonyms": pd.DataFrame(PAIRS, columns=["word", "antonym"])}
+    named = answer("adjective_pairs", replace(small(), tables=own), threshold=0.2, antonyms="antonyms")
+    assert named.rows == found.rows
+
+
+def test_the_lexicon_takes_suggestions_with_and_without_a_trial() -> None:
+    found = answer("lexicon", small())
+    assert found.rows == (
+        {
+            **{"word": "woven", "mentions": 2, "participants": 2, "stimuli": 1},
+            **{"spellings": "Woven; woven", "offered": False},
+        },
+    )
+    assert found.notes == ("1 mentions belong to no stimulus (suggestions).",)
+    assert answer("lexicon", small(), kinds=["further"]).rows[0]["mentions"] == 1
+    assert answer("lexicon", small(), synonyms={"woven": "fabric"}).rows[0]["word"] == "fabric"
+    with pytest.raises(DataRefused, match="kinds of word there: further, ticked, words"):
+        answer("lexicon", small(), kinds=["spoken"])
+
+
+def test_a_study_without_words_is_refused() -> None:
+    ratings = pd.DataFrame({"participant": ["P1"], "attribute": ["rough"], "value": [1.0]})
+    with pytest.raises(DataRefused, match="words are ticked"):
+        answer("relevance", Selected(ratings, pd.DataFrame(), ("rough",), {}))
+
+
+def test_recorded_sessions_of_one_participant(recorded: dict[str, Selected]) -> None:
+    textures, doors = recorded["texture_adjectives"], recorded["door_adjectives"]
+    ticked = textures.table[textures.table["kind"] == "ticked"]
+    found = answer("relevance", textures, normalisation="share_of_trials")
+    by_word = {row["word"]: row for row in found.rows}
+    assert len(by_word) == 57
+    for word, count in ticked["word"].value_counts().items():
+        assert by_word[word]["relevance"] == count / len(textures.trials)
+    assert by_word["Hard"]["ci_low"] is None
+    assert "two participants" in str(by_word["Hard"]["note"])
+    assert len(answer("relevance", doors, threshold=0.2).rows) == 68
+    with pytest.raises(ValueError, match="two participants"):
+        answer("word_agreement", doors)
+    words = answer("lexicon", recorded["door_lexicon"])
+    assert sum(int(row["mentions"] or 0) for row in words.more["stimuli"]) == words.values
+    assert [row["stimulus"] for row in words.more["stimuli"]] == ["BC3", "FORD", "G90", "K3", "K8", "MQ4"]

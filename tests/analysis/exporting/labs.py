@@ -1,0 +1,79 @@
+"""Labs to export from: recorded sessions as they are, or with other answers in them."""
+
+from __future__ import annotations
+
+import contextlib
+import io
+import shutil
+from dataclasses import replace
+from pathlib import Path
+
+import pytest
+
+import palpate
+from analysis.exporting.exported import Choices, export
+from analysis.reporting.sources import Wanted
+from protocols.canonical import canonical
+from protocols.forms import LabForms
+from protocols.plan import ParticipantRow, compile_plan
+from protocols.study import Study
+from studies.ledger import create, take_up
+from studies.record import read
+
+RECORDED = Path(__file__).parents[2] / "recorded"
+AT = {"at": "1987-06-05T04:03:02+00:00"}
+
+
+def lab_of(folder, *studies):
+    """A lab that holds the recorded sessions of these studies."""
+    (folder / "sessions").mkdir(parents=True, exist_ok=True)
+    for study in studies:
+        for path in sorted(RECORDED.rglob(f"{study}_P*_s1.sqlite")):
+            shutil.copy(path, folder / "sessions")
+    return folder
+
+
+def exported(lab, study, to, fmt, *, include_incomplete=False, simulated=None, url=None, **choices):
+    """What `palpate export` does."""
+    wanted = Wanted(study, lab, url, None, include_incomplete, simulated)
+    return export(wanted, to, Choices(fmt, **choices))
+
+
+def told(monkeypatch, *arguments):
+    """The verb by the front door: exit code, output, errors."""
+    monkeypatch.setitem(palpate.VERBS, "export", ("analysis.exporting.commands:export", "Share data."))
+    out, err = io.StringIO(), io.StringIO()
+    with contextlib.redirect_stdout(out), contextlib.redirect_stderr(err), pytest.raises(SystemExit) as ended:
+        palpate.main([str(each) for each in arguments])
+    return int(ended.value.code or 0), out.getvalue(), err.getvalue()
+
+
+def rewritten(source, to, change=lambda kind, body: body, header=None, upto=None):
+    """The session anew, each event's body as `change` makes it; the chain is as the product's own ledger links it."""
+    record = read(source)
+    told = {**record.header, **(header or {})}
+    who = ParticipantRow(told["participant"], told["group"], told["row"])
+    forms = LabForms.from_definition(told["lab_forms"]) if "lab_forms" in told else None
+    plan = compile_plan(Study.model_validate(told["study"]), who, told["seed"], forms)
+    create(to, {**told, "plan": plan.digest}, AT)
+    ledger = take_up(to, AT)
+    try:
+        for event in record.events[1:upto]:
+            ledger.append(replace(event, body=canonical(change(event.kind, event.value))))
+    finally:
+        ledger.close({"because": "complete"})
+    return read(to)
+
+
+def answering(**answers):
+    """A `change`: these answers instead of those that were given to the same questions."""
+
+    def change(kind, body):
+        if kind == "reply" and answers.keys() & body.get("answers", {}).keys():
+            return {
+                **body,
+                "answers": {**body["answers"], **{k: v for k, v in answers.items() if k in body["answers"]}},
+            }
+        return body
+
+    return change

@@ -1,0 +1,112 @@
+"""Who is in an export: nobody who withdrew or declined, pseudonyms alone, and simulated people marked as such."""
+
+from __future__ import annotations
+
+import csv
+import json
+
+import pytest
+
+from analysis.exporting.tabular import ExportRefused
+from analysis.ratings.dataset import DataRefused
+from studies.collect import collect, open_database
+from tests.analysis.exporting.labs import RECORDED, answering, exported, lab_of, rewritten, told
+
+LEXICON = RECORDED / "ten/door_lexicon_P001_s1.sqlite"
+
+
+def rows(path):
+    with path.open(encoding="utf-8", newline="") as file:
+        return list(csv.DictReader(file))
+
+
+def session(lab, who, change=lambda kind, body: body, **how):
+    """A session of another participant, recorded with real devices and a person, as far as its header says."""
+    header = {"participant": who, "row": 0, "rig": {"kind": "live"}, **how.pop("header", {})}
+    return rewritten(LEXICON, lab / f"sessions/door_lexicon_{who}_s1.sqlite", change, header, **how)
+
+
+def test_people_who_withdrew_are_never_exported(tmp_path, monkeypatch):
+    lab = tmp_path / "lab"
+    assert told(monkeypatch, "init", lab)[0] == 0
+    for _ in range(2):
+        assert told(monkeypatch, "participants", "add", "--lab", lab)[0] == 0
+    for path in sorted(RECORDED.glob("sessions/doors_small_P00[12]_s1.sqlite")):
+        (lab / "sessions" / path.name).write_bytes(path.read_bytes())
+    assert told(monkeypatch, "participants", "withdraw", "P001", "--why", "asked to", "--lab", lab)[0] == 0
+    found = exported(lab, "doors_small", tmp_path / "out", "bids")
+    assert found.participants == 1 and found.left_out == ("doors_small/P001/1: the participant withdrew",)
+    everything = b"".join(path.read_bytes() for path in (tmp_path / "out").rglob("*") if path.is_file())
+    assert b"P001" not in everything and b"P002" in everything
+
+
+def test_a_database_that_marks_a_withdrawal_is_heeded_without_the_lab(tmp_path):
+    url = f"sqlite:///{tmp_path / 'lab.sqlite'}"
+    engine = open_database(url)
+    list(collect(sorted(RECORDED.glob("sessions/doors_small_P00[12]_s1.sqlite")), engine, {"P002"}))
+    engine.dispose()
+    exported(tmp_path, "doors_small", tmp_path / "out", "csv", url=url)
+    assert {row["participant"] for row in rows(tmp_path / "out/ratings.csv")} == {"P001"}
+
+
+def test_people_who_declined_are_never_exported_whatever_is_asked_for(tmp_path):
+    lab = lab_of(tmp_path / "lab", "door_lexicon")
+
+    def declining(kind, body):
+        return {"as": "declined"} if kind == "session_ended" else body
+
+    rewritten(LEXICON, lab / "sessions/door_lexicon_P002_s1.sqlite", declining, {"participant": "P002"})
+    exported(lab, "door_lexicon", tmp_path / "out", "csv", include_incomplete=True)
+    assert [row["participant"] for row in rows(tmp_path / "out/participants.csv")] == ["P001"]
+
+
+def test_interrupted_sessions_come_only_when_asked_for_and_say_so(tmp_path):
+    lab = lab_of(tmp_path / "lab", "door_lexicon")
+    rewritten(LEXICON, lab / "sessions/door_lexicon_P002_s1.sqlite", header={"participant": "P002"}, upto=20)
+    exported(lab, "door_lexicon", tmp_path / "out", "bids")
+    assert "P002, session 1: interrupted after" in (tmp_path / "out/README.md").read_text()
+    exported(lab, "door_lexicon", tmp_path / "all", "csv", include_incomplete=True)
+    assert [row["status"] for row in rows(tmp_path / "all/sessions.csv")] == ["complete", "interrupted"]
+    assert {row["status"] for row in rows(tmp_path / "all/trials.csv")} >= {"answered", "not met"}
+
+
+def test_ages_are_capped_and_answers_are_codes(tmp_path):
+    lab = tmp_path / "lab"
+    session(lab, "P001", answering(age=93, handedness=None))
+    for fmt, file in (
+        ("csv", "participants.csv"),
+        ("psych-ds", "data/study-doorlexicon_description-participants_data.csv"),
+    ):
+        exported(lab, "door_lexicon", tmp_path / fmt, fmt)
+        [row] = rows(tmp_path / fmt / file)
+        assert (row["age"], row["handedness"], row["simulated"]) == ("89", "", "false")
+    assert {row["value"] for row in rows(tmp_path / "csv/answers.csv")} == {"89", ""}
+    assert "93" not in (tmp_path / "csv/answers.csv").read_text()
+
+
+def test_simulated_and_real_people_are_not_mixed_and_simulated_ones_are_marked(tmp_path):
+    lab = lab_of(tmp_path / "lab", "door_lexicon")
+    session(lab, "P002")
+    with pytest.raises(DataRefused, match="--real or --simulated"):
+        exported(lab, "door_lexicon", tmp_path / "out", "bids")
+    exported(lab, "door_lexicon", tmp_path / "real", "bids", simulated=False)
+    exported(lab, "door_lexicon", tmp_path / "made", "bids", simulated=True)
+    real, made = (json.loads((tmp_path / each / "dataset_description.json").read_text()) for each in ("real", "made"))
+    assert (real["Simulated"], made["Simulated"]) == (False, True) and made["Name"] != real["Name"]
+    assert "**Simulated data" in (tmp_path / "made/README.md").read_text()
+    assert "**Simulated data" not in (tmp_path / "real/README.md").read_text()
+
+
+def test_recordings_need_the_ledgers_and_the_very_ones_that_were_collected(tmp_path):
+    url = f"sqlite:///{tmp_path / 'lab.sqlite'}"
+    engine = open_database(url)
+    list(collect([RECORDED / "ten/texture_capture_P001_s1.sqlite"], engine))
+    engine.dispose()
+    with pytest.raises(ExportRefused, match=r"not there; name its lab with --lab, or leave recordings out"):
+        exported(tmp_path, "texture_capture", tmp_path / "out", "bids", url=url)
+    exported(tmp_path, "texture_capture", tmp_path / "out", "bids", url=url, recordings=False)
+    assert not list((tmp_path / "out").rglob("*physio*")) and "left out" in (tmp_path / "out/README.md").read_text()
+    rewritten(RECORDED / "ten/texture_capture_P001_s1.sqlite", tmp_path / "sessions/texture_capture_P001_s1.sqlite",
+              answering(age=44))  # fmt: skip
+    with pytest.raises(ExportRefused, match="not the session that was collected"):
+        exported(tmp_path, "texture_capture", tmp_path / "out2", "bids", url=url)

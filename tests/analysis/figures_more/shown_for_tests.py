@@ -1,0 +1,37 @@
+"""What figures are asked with: small hand-made selections and answers."""
+
+from __future__ import annotations
+
+import pandas as pd
+
+from analysis.figures.drawn import Drawn, FigureData, FigureKind, Shown
+from analysis.figures.style import drawing, svg_text
+from analysis.plans.answers import Answer, Selected
+
+NOTHING = pd.DataFrame({"participant": pd.Series(dtype=object)})
+
+
+def selected(table: pd.DataFrame = NOTHING, **more: object) -> Selected:
+    known = {"trials": NOTHING, "outcomes": (), "levels": {}}
+    return Selected(table=table, **{**known, **more})  # type: ignore[arg-type]
+
+
+def answer(rows: list[dict], method: str = "Made by hand.", **more: object) -> Answer:
+    return Answer(tuple(rows), method, {}, participants=2, values=len(rows), **more)  # type: ignore[arg-type]
+
+
+def shown(table: pd.DataFrame = NOTHING, answers: dict | None = None, **more: object) -> Shown:
+    return Shown(selected(table, **more), {name: {"": each} for name, each in (answers or {}).items()})
+
+
+def asked(kind: FigureKind, given: Shown, **settings: object) -> FigureData:
+    """The data of a figure of that kind."""
+    name = kind.settings.model_fields["figure"].annotation.__args__[0]  # type: ignore[union-attr]
+    return kind.data(given, kind.settings(name="made", figure=name, **settings))
+
+
+def svg(kind: FigureKind, data: FigureData) -> tuple[str, Drawn]:
+    """The drawing as SVG, and its marks."""
+    with drawing(data.title):
+        drawn = kind.draw(data)
+        return svg_text(drawn.figure), drawn

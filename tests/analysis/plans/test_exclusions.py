@@ -1,0 +1,87 @@
+"""What a plan leaves out is left out everywhere, counted, and told; a rule that meets nothing says so."""
+
+import pytest
+
+from analysis.plans.exclusions import apply_exclusions
+from analysis.plans.material import read_material
+from analysis.plans.schema import AnalysisPlan
+from analysis.ratings.dataset import DataRefused
+from studies.collect import collect, open_database
+from tests.test_recorded import LEDGERS
+
+
+@pytest.fixture(scope="module")
+def material():
+    engine = open_database("sqlite://")
+    list(collect(LEDGERS, engine))
+    found = read_material(engine, "doors_small", digest=None, include_incomplete=False, simulated=None)
+    engine.dispose()
+    return found
+
+
+def left(material, *rules):
+    declared = AnalysisPlan(study="doors_small", exclusions=[{"because": "so", **rule} for rule in rules])
+    return apply_exclusions(material, declared)
+
+
+def test_the_material_of_the_recorded_sessions_is_whole(material):
+    assert len(material.participants) == 12
+    assert len(material.ratings.table) == 12 * 6 * 3
+    assert len(material.trials) == 12 * 6
+    assert material.levels["variant"] == ("g0", "g3", "g6")
+
+
+def test_a_participant_goes_from_every_table(material):
+    found = left(material, {"participants": ["P003"]})
+    for table in (found.material.ratings.table, found.material.trials, found.material.forms):
+        assert "P003" not in set(table["participant"])
+    assert [(each.what, each.who, each.rows) for each in found.lines] == [("participant", "P003", 18)]
+
+
+def test_an_unknown_participant_is_refused_by_the_nearest_name(material):
+    with pytest.raises(DataRefused, match="'P03', who has no session; did you mean 'P003'"):
+        left(material, {"participants": ["P03"]})
+
+
+def test_trials_by_their_seconds(material):
+    table = material.ratings.table
+    seconds = table.groupby(["participant", "trial"])["response_time_s"].max()
+    limit = float(seconds.median()) + 1e-6
+    fast, slow = left(material, {"faster_than_s": limit}), left(material, {"slower_than_s": limit})
+    assert len(fast.material.trials) + len(slow.material.trials) == 72
+    assert sum(each.rows for each in fast.lines) == 72 - len(fast.material.trials) > 0
+
+
+def test_trials_by_their_columns(material):
+    found = left(material, {"where": {"variant": "g6"}})
+    assert set(found.material.ratings.table["variant"]) == {"g0", "g3"}
+    with pytest.raises(DataRefused, match="no variant 'g66'; did you mean 'g6'"):
+        left(material, {"where": {"variant": "g66"}})
+
+
+def test_single_ratings_far_from_the_others_in_their_cell(material):
+    found = left(material, {"outlying": {"sd": 1.5}})
+    gone = len(material.ratings.table) - len(found.material.ratings.table)
+    assert gone == sum(each.rows for each in found.lines) > 0
+    assert len(found.material.trials) == 72
+    assert left(material, {"outlying": {"sd": 1e6}}).lines[0].what == "nothing"
+
+
+def test_rules_follow_each_other(material):
+    table = left(material, {"where": {"variant": "g6"}}, {"participants": ["P001", "P002"]}).material.ratings.table
+    assert len(table) == 10 * 4 * 3
+
+
+def test_nobody_left_is_refused(material):
+    with pytest.raises(DataRefused, match="leave nobody"):
+        left(material, {"participants": list(material.participants)})
+
+
+def test_flagged_raters_go_at_the_number_of_flags_that_is_asked_for(material):
+    one, many = left(material, {"flagged": 1}), left(material, {"flagged": 9})
+    assert len(many.material.participants) == 12
+    assert len(one.material.participants) <= 12
+
+
+def test_an_answer_of_less_than_its_share(material):
+    assert len(left(material, {"fewer_than": 1.0}).material.participants) == 12

@@ -1,0 +1,172 @@
+"""Power by simulation: the same people as a simulated lab's, the plan's own test, and what chance alone finds."""
+
+import json
+from dataclasses import replace
+from pathlib import Path
+
+import pytest
+from click.testing import CliRunner
+
+from analysis.plans.answers import Answer
+from analysis.plans.material import read_material
+from analysis.power.commands import Sizes, power
+from analysis.power.curve import Asking, Point, PowerError, check_asking, needed, p_of, power_curve, wilson
+from analysis.power.simulating import people, simulated_material, with_effect
+from analysis.reporting.sources import gathered
+from protocols.plan import compile_plan
+from studies.allocation import allocate
+from studies.catalogue import SHIPPED, read_study
+from studies.lab_forms import lab_forms
+from studies.rig import simulated
+from studies.session import start
+
+STUDY = """
+study: pairs
+task: slider_rating
+stimuli: stimuli.csv
+attributes: [[Rough, Smooth]]
+scale: {from: 0, to: 100}
+order: {design: random}
+needs: [samples, window]
+simulation: {latents: {Rough: {height: 8}}, noise_sd: 10, bias_sd: 5, gain_sd: 0}
+"""
+PLAN = """
+study: pairs
+tests:
+  - {name: textures, test: anova, within: [stimulus]}
+  - {name: pairs, test: pairs, factor: stimulus, correction: holm}
+"""
+
+
+@pytest.fixture
+def lab(tmp_path):
+    folder = tmp_path / "studies" / "pairs"
+    folder.mkdir(parents=True)
+    (folder / "study.yaml").write_text(STUDY)
+    (folder / "stimuli.csv").write_text("id,height\na,0\nb,1\nc,2\n")
+    (folder / "analysis.yaml").write_text(PLAN)
+    return tmp_path
+
+
+def asking(lab, **changes):
+    folder = lab / "studies" / "pairs"
+    return Asking(folder / "study.yaml", folder / "analysis.yaml", lab, "textures", **changes)
+
+
+@pytest.mark.parametrize(("name", "count"), [("texture_similarity", 3), ("door_lexicon", 2), ("door_authoring", 2)])
+def test_a_session_in_memory_answers_as_one_on_disk_does(tmp_path, name, count):
+    study = read_study(SHIPPED / name / "study.yaml").study
+    forms = lab_forms(study, tmp_path, live=False)
+    for who in people(count):
+        start(tmp_path, compile_plan(study, allocate(study, who), 5, forms), simulated(study, SHIPPED / name))
+    engine = gathered(sorted((tmp_path / "sessions").glob("*.sqlite")), tmp_path)
+    kept = read_material(engine, name, digest=None, include_incomplete=False, simulated=None)
+    engine.dispose()
+    found = simulated_material(study, tmp_path, people(count), 5)
+    for table in ("trials", "words", "forms"):
+        one, other = getattr(found, table), getattr(kept, table)
+        assert one[list(other.columns)].equals(other), table
+    if kept.ratings is not None:
+        columns = [name for name in kept.ratings.table.columns if name != "response_time_s"]
+        assert found.ratings.table[columns].equals(kept.ratings.table[columns])
+
+
+def test_without_an_effect_people_feel_no_difference_but_keep_their_noise():
+    study = read_study(SHIPPED / "door_ratings" / "study.yaml").study
+    none = with_effect(study, 0.0).simulation
+    assert none.latents["Easy-to-pull"] == {"mean_force_N": 0.0, "first_peak_N": 0.0, "intercept": 0.5}
+    assert none.noise_sd == study.simulation.noise_sd
+    assert with_effect(study, 1.0).simulation.latents == study.simulation.latents
+
+
+def test_more_people_and_larger_effects_find_more(lab):
+    weak, strong = (power_curve(asking(lab, effect=effect), [3, 12], 20) for effect in (0.4, 1.0))
+    assert weak[0].power < weak[1].power
+    assert weak[0].power < strong[0].power
+    assert strong[1].power >= 0.95
+    assert all(point.runs == 20 and point.low <= point.power <= point.high for point in (*weak, *strong))
+
+
+def test_people_who_feel_nothing_are_found_at_the_rate_of_alpha(lab):
+    (point,) = power_curve(asking(lab, effect=0.0, alpha=0.2), [8], 80)
+    assert point.low <= 0.2 <= point.high
+
+
+def test_the_curve_depends_neither_on_the_processes_nor_on_the_other_sizes(lab):
+    one = power_curve(asking(lab, effect=0.5), [4, 6], 12)
+    assert power_curve(asking(lab, effect=0.5), [6, 4], 12, jobs=2) == one
+    assert power_curve(asking(lab, effect=0.5), [4], 12) == one[:1]
+
+
+def test_a_run_without_a_p_finds_nothing_and_says_why(lab):
+    folder = lab / "studies" / "pairs"
+    study = (folder / "study.yaml").read_text()
+    (folder / "study.yaml").write_text(study.replace("noise_sd: 10", "noise_sd: 0").replace("height: 8", "height: 0"))
+    (point,) = power_curve(asking(lab), [4], 10)
+    assert (point.found, point.undefined) == (0, 10)
+    assert "undefined" in point.why
+
+
+@pytest.mark.parametrize(
+    ("change", "told"),
+    [
+        ({"test": "texture"}, "no test 'texture'; did you mean 'textures'"),
+        ({"outcome": "Rogh"}, "no outcome 'Rogh'; did you mean 'Rough'"),
+    ],
+)
+def test_a_mistake_is_named(lab, change, told):
+    with pytest.raises(PowerError, match=told):
+        check_asking(replace(asking(lab), **change))
+
+
+def test_the_row_and_the_column_that_decide_are_chosen_by_name():
+    rows = ({"a": "x", "b": "y", "p": 0.5, "p_holm": 0.9}, {"a": "x", "b": "z", "p": 0.01, "p_holm": 0.02})
+    answer = Answer(rows, "t", {}, 4, 8)
+    ask = Asking(Path("s"), Path("p"), Path(), "pairs")
+    assert p_of(answer, ask) == (0.9, "")
+    assert p_of(answer, replace(ask, row="z")) == (0.02, "")
+    assert p_of(answer, replace(ask, row="z", column="p")) == (0.01, "")
+    with pytest.raises(PowerError, match="no row with 'w'"):
+        p_of(answer, replace(ask, row="w"))
+    with pytest.raises(PowerError, match="no column 'p_hol'; did you mean 'p_holm'"):
+        p_of(answer, replace(ask, column="p_hol"))
+
+
+def test_needed_is_the_first_size_from_which_on_the_power_holds():
+    points = [Point(n, 10, 0, 0, share, 0, 1) for n, share in ((4, 0.85), (6, 0.7), (8, 0.9), (10, 0.95))]
+    assert needed(points, 0.8).participants == 8
+    assert needed(points, 0.99) is None
+
+
+def test_the_interval_of_a_share_is_wilsons():
+    """Expected: R 4.2.2 prop.test(7, 20, correct = FALSE)$conf.int."""
+    assert wilson(7, 20) == pytest.approx((0.181192, 0.567146), abs=1e-6)
+    assert wilson(0, 20)[0] == 0.0
+    assert wilson(20, 20)[1] == 1.0
+
+
+@pytest.mark.parametrize(
+    ("text", "sizes"),
+    [("8..16/4", (8, 12, 16)), ("8..17/4", (8, 12, 16, 17)), ("5", (5,)), ("9,4", (4, 9)), ("6..6", (6,))],
+)
+def test_sizes_are_a_range_or_a_list(text, sizes):
+    assert Sizes().convert(text, None, None) == sizes
+
+
+def test_the_verb_writes_a_table_and_a_figure(lab):
+    command = ["pairs", "--lab", str(lab), "--test", "textures", "--participants", "3,8", "--runs", "10", "--jobs", "1"]
+    done = CliRunner().invoke(power, [*command, "--json"])
+    assert done.exit_code == 0, done.output
+    told = json.loads(done.stdout.splitlines()[-1])
+    assert [point["participants"] for point in told["points"]] == [3, 8]
+    assert (lab / "analysis" / "pairs" / "power_textures.csv").read_text().startswith("participants,runs,found")
+    assert (lab / "analysis" / "pairs" / "power_textures.png").is_file()
+    shown = CliRunner().invoke(power, command)
+    assert "10 simulated studies" in shown.output
+
+
+@pytest.mark.parametrize("sizes", ["1..4", "9..3", "x", "4..1000", "2..200/1"])
+def test_sizes_that_cannot_be_are_refused(lab, sizes):
+    done = CliRunner().invoke(power, ["pairs", "--lab", str(lab), "--test", "textures", "--participants", sizes])
+    assert done.exit_code == 2
+    assert "--participants" in done.output

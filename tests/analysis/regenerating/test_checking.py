@@ -1,0 +1,86 @@
+"""What was committed is compared number by number, and a difference is told by its place."""
+
+import json
+
+import pytest
+
+from analysis.regenerating.checking import NothingCommitted, differences, told
+
+STATISTICS = {"tests": [{"name": "a", "outcome": "Hard", "seconds": 1.0, "results": [{"F": 3.25, "p": 0.01, "n": 4}]}]}
+TEXTS = {"tables/ratings.csv": "who,value\nP001,3.0\n", "tests/a.csv": "F,p\n3.25,0.01\n"}
+
+
+def texts(**changes):
+    whole = json.loads(json.dumps(STATISTICS))
+    whole["tests"][0]["results"][0].update(changes)
+    return {"statistics.json": json.dumps(whole), **TEXTS}
+
+
+@pytest.fixture
+def committed(tmp_path):
+    for name, text in texts().items():
+        (tmp_path / name).parent.mkdir(exist_ok=True)
+        (tmp_path / name).write_text(text)
+    return tmp_path
+
+
+def test_the_same_is_the_same(committed):
+    assert differences(texts(), committed) == []
+
+
+def test_times_and_versions_are_free(committed):
+    other = json.loads(texts()["statistics.json"])
+    other["tests"][0]["seconds"] = 7.5
+    other["software"] = {"numpy": "9"}
+    assert differences({**TEXTS, "statistics.json": json.dumps(other)}, committed) == []
+
+
+@pytest.mark.parametrize("value", [3.25 * (1 + 5e-10), 3.25 * (1 - 5e-10)])
+def test_a_number_may_differ_by_a_billionth(committed, value):
+    assert differences(texts(F=value), committed) == []
+
+
+@pytest.mark.parametrize("change", [{"F": 3.25 * (1 + 2e-9)}, {"p": None}, {"n": 5}, {"more": 1.0}, {"F": True}])
+def test_more_is_told_by_name(committed, change):
+    (found,) = differences(texts(**change), committed)
+    assert found.file == "statistics.json"
+    assert found.where.startswith("tests[a Hard].results[0].")
+
+
+def test_a_tidy_table_is_compared_to_the_letter_and_a_test_by_number(committed):
+    near = {**texts(), "tests/a.csv": "F,p\n3.2500000001,0.01\n"}
+    assert differences(near, committed) == []
+    other = {**texts(), "tables/ratings.csv": "who,value\nP001,3.0000000000001\n"}
+    (found,) = differences(other, committed)
+    assert (found.file, found.where) == ("tables/ratings.csv", "line 2")
+
+
+def test_files_that_come_or_go_are_told(committed):
+    gone = {name: text for name, text in texts().items() if name != "tests/a.csv"}
+    assert [each.text() for each in differences(gone, committed)] == [
+        "tests/a.csv: the file: committed present, found no longer made"
+    ]
+    assert [each.found for each in differences({**texts(), "tests/b.csv": "x\n"}, committed)] == ["made now"]
+
+
+def test_a_table_of_another_length_or_line_ending_is_told(committed):
+    assert differences({**texts(), "tests/a.csv": "F,p\n3.25,0.01\n1.0,0.5\n"}, committed)[0].where == "lines"
+    (committed / "tables" / "ratings.csv").write_bytes(b"who,value\r\nP001,3.0\r\n")
+    assert differences(texts(), committed)[0].where == "line endings"
+
+
+def test_a_damaged_file_is_told(committed):
+    (committed / "statistics.json").write_text("{")
+    assert "no JSON" in differences(texts(), committed)[0].committed
+
+
+def test_nothing_committed_is_refused(tmp_path):
+    with pytest.raises(NothingCommitted, match="regenerate once without --check"):
+        differences(texts(), tmp_path)
+
+
+def test_many_differences_are_counted(committed):
+    many = {**texts(), **{f"tests/x{n}.csv": "a\n" for n in range(50)}}
+    lines = told(differences(many, committed))
+    assert len(lines) == 21
+    assert lines[-1] == "... and 30 more"

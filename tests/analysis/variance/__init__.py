@@ -1,0 +1,1 @@
+"""Tests of the ANOVA family: mixed designs, sphericity, intervals, families, equivalence, exact checks, plans."""
