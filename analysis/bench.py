@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import math
 from collections.abc import Callable, Iterable, Iterator
+from importlib import import_module
 from typing import Any
 
 from analysis.measuring.statistics_family import family_cases
@@ -21,6 +22,8 @@ from analysis.measuring.statistics_methods import BETWEEN, EXACT, ORDINARY, REPO
 from protocols.bench import Case
 
 AREA = "statistics"
+ROOMS = ("mixed_models", "ordinal", "reliability", "spaces", "choices")
+"""Rooms of statistics that declare their own figures."""
 WORST = "relative, worst of F, p, epsilon, eta squared"
 
 
@@ -38,6 +41,8 @@ def cases(quick: bool) -> Iterator[Case]:
     title = "ANOVA, types of labels"
     yield from _cases(title, label_inputs(quick), large, f"{WORST}; against extended precision")
     yield from family_cases(quick)
+    for room in ROOMS:
+        yield from import_module(f"analysis.{room}.bench").cases(quick)
 
 
 def _cases(title: str, inputs: Iterable[Input], methods: Iterable[Method], error_kind: str) -> Iterator[Case]:

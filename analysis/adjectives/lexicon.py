@@ -17,7 +17,7 @@ from analysis.adjectives.selections import check_words
 from analysis.reliability.crossed import combined
 from analysis.statistics.cells import name_list
 from analysis.statistics.labels import ordered
-from analysis.statistics.refusals import BadOption, StatisticsError, listed, shown
+from analysis.statistics.refusals import BadOption, StatisticsError, UnknownColumn, listed, shown
 
 Normalisation: TypeAlias = Literal["as_written", "spaces", "case_and_spaces"]
 KINDS = ("as_written", "spaces", "case_and_spaces")
@@ -136,7 +136,9 @@ def _mentions(
     word, participant, stimulus = names
     if not len(data):
         return []
-    places = [data[name].astype(object).where(data[name].notna(), None).tolist() for name in trial if name in data]
+    if lost := [repr(name) for name in trial if name not in data]:
+        raise UnknownColumn(f"no column {listed(lost, len(lost))}; `trial` names the columns that tell trials apart")
+    places = [data[name].astype(object).where(data[name].notna(), None).tolist() for name in trial]
     who = combined(data, [participant])
     people = [who.labels[int(code)] for code in who.codes]
     stimuli = data[stimulus].astype(object).where(data[stimulus].notna(), None).tolist()

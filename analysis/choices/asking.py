@@ -66,12 +66,19 @@ def problem_of(given: Levels, asked: Asked, hits: Floats | None = None) -> Probl
     levels = (-given.levels if asked.falling else given.levels)[order]
     if asked.shape.logarithmic and levels[0] <= 0:
         raise BadValue(f"level {levels[0]:g}: a Weibull function needs levels above 0; use another, or an offset")
-    t = np.log(levels / levels[0]) if asked.shape.logarithmic else levels - levels[0]
+    t = np.log(levels / levels[0]) if asked.shape.logarithmic else (levels - levels[0]) / unit_of(given, asked)
     span = float(t[-1])
     low = np.array([-FAR * span, math.log(NARROW * span), asked.guess[0], asked.lapse[0]])
     high = np.array([(FAR + 1) * span, math.log(WIDE * span), asked.guess[1], asked.lapse[1]])
     counted = given.hits[None, order] if hits is None else hits[:, order]
     return Problem(t, given.trials[order], counted, asked.shape, own(), low, high, high > low)
+
+
+def unit_of(given: Levels, asked: Asked) -> float:
+    """What a step of 1 on the fit's axis is in levels: a power of two about their range, so that no unit matters."""
+    if asked.shape.logarithmic:
+        return 1.0
+    return float(np.ldexp(1.0, int(np.frexp(given.levels[-1] - given.levels[0])[1])))
 
 
 def quantities(asked: Asked, given: Levels, place: Floats) -> tuple[Floats, Floats]:
@@ -85,9 +92,10 @@ def to_level(t: Floats, asked: Asked, given: Levels) -> Floats:
     """A place on the fit's axis as a level."""
     if asked.shape.logarithmic:
         return np.asarray(given.levels[0] * np.exp(t))
-    return np.asarray(given.levels[-1] - t if asked.falling else given.levels[0] + t)
+    shift = t * unit_of(given, asked)
+    return np.asarray(given.levels[-1] - shift if asked.falling else given.levels[0] + shift)
 
 
 def to_size(log_jnd: Floats, asked: Asked, given: Levels) -> Floats:
     """A logarithm of a JND on the fit's axis as a difference of levels."""
-    return np.asarray(np.exp(log_jnd) * (given.levels[0] if asked.shape.logarithmic else 1.0))
+    return np.asarray(np.exp(log_jnd) * (given.levels[0] if asked.shape.logarithmic else unit_of(given, asked)))

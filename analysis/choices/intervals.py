@@ -19,7 +19,7 @@ from analysis.statistics.doubles import Floats
 
 Which: TypeAlias = Literal["threshold", "jnd"]
 OPEN = "the data do not bound the {which} from {side}"
-SCAN, REFINED = 48, 5
+SCAN, REFINED = 24, 4
 REACH = 40.0  # standard errors
 
 
@@ -49,24 +49,25 @@ class Resampled:
 def profile_interval(fit: Psychometric, which: Which, confidence: float = 0.95) -> Interval:
     """Where twice the fall of the log likelihood, maximised over all else, reaches the chi squared quantile (1 df).
 
-    An end that is never reached within 40 standard errors is NaN and said to be open.
+    An end that is not reached within 40 standard errors, or only where no fit is looked for (ten ranges of levels away;
+    a spread of a ten-thousandth or a thousand of them), is NaN and said to be open.
     Source: Venzon & Moolgavkar 1988.
     """
     check_share(confidence, "confidence")
     asked, given = fit.asked, fit.levels
     problem = problem_of(given, asked)
-    most = best_of_starts(problem, 4)
+    most = fit.maximum
     by = by_threshold(asked.shape, asked.threshold) if which == "threshold" else by_jnd(asked.shape, asked.jnd)
     allowed = float(most.log_likelihood[0]) - 0.5 * float(ndtri((1 + confidence) / 2)) ** 2
     turned = _turned(problem, by, most)
     se = _standard_error(turned, most, by)
     ends = [_end(turned, most, by, side * se, allowed) for side in (-1.0, 1.0)]
-    if which == "threshold":
-        places = sorted(float(to_level(np.array(end), asked, given)) for end in ends)
-    else:
-        places = [float(to_size(np.array(end), asked, given)) for end in ends]
-    sides = [side for side, place in zip(("below", "above"), places, strict=True) if not math.isfinite(place)]
-    low, high = (place if math.isfinite(place) else math.nan for place in places)
+    mirrored = asked.falling and which == "threshold"
+    edges = problem.low[int(which == "jnd")], problem.high[int(which == "jnd")]
+    ends = [end if edges[0] < end < edges[1] else math.copysign(math.inf, end - edges[0]) for end in ends]
+    ends = [end if math.isfinite(end) else math.nan for end in (ends[::-1] if mirrored else ends)]
+    low, high = (float((to_level if which == "threshold" else to_size)(np.array(end), asked, given)) for end in ends)
+    sides = [side for side, place in zip(("below", "above"), (low, high), strict=True) if math.isnan(place)]
     return Interval(low, high, "; ".join(OPEN.format(which=which, side=side) for side in sides))
 
 
@@ -103,16 +104,18 @@ def _end(turned: Problem, most: Fitted, by: Coordinates, step: float, allowed: f
     """The value on one side at which the profile has fallen to what is allowed; infinite where it never does."""
     place = _placed(most, by)
     start = float(place[0, 0])
-    near, far = 0.0, REACH
+    near, far, cross = 0.0, REACH, math.nan
     for scan in range(REFINED):
-        parts = np.linspace(near, far, SCAN + 1)[1:] if scan else np.geomspace(0.02, REACH, SCAN)
+        parts = np.linspace(near, far, SCAN) if scan else np.concatenate(([0.0], np.geomspace(0.02, REACH, SCAN)))
         values = _profile(turned, place, start + parts * step)
         below = np.flatnonzero(values < allowed)
         if not len(below):
             return math.copysign(math.inf, step)
-        i = int(below[0])
-        near, far = (float(parts[i - 1]) if i else near), float(parts[i])
-    return start + 0.5 * (near + far) * step
+        i = max(int(below[0]), 1)
+        near, far = float(parts[i - 1]), float(parts[i])
+        fall = float(values[i - 1] - values[i])
+        cross = near + (far - near) * (float(values[i - 1]) - allowed) / fall if fall > 0 else far
+    return start + cross * step
 
 
 def _profile(turned: Problem, place: Floats, values: Floats) -> Floats:

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from typing import NamedTuple
 
 import numpy as np
@@ -14,9 +14,12 @@ from analysis.choices.shapes import Shape
 from analysis.statistics.doubles import Floats
 
 STEPS = 200
-TINY = 1e-300
+TINY = 1e-200
 FAR = 1e6  # every shape is flat there
-DONE = 1e-22
+DONE, NEAR, ARRIVED = 1e-22, 1e-10, 1e-8  # of the log likelihood
+STUCK, CLOSE = 1e10, 0.01
+FINITE = 1e200
+SHIFT = 1e-4  # of a standard error, for differences of the slope
 
 
 @dataclass(frozen=True)
@@ -42,7 +45,7 @@ class Fitted(NamedTuple):
     parameters: Floats
     log_likelihood: Floats
     information: Floats
-    arrived: Floats
+    arrived: NDArray[np.bool_]
 
 
 def shares(problem: Problem, place: Floats) -> tuple[Floats, Floats, Floats]:
@@ -65,10 +68,6 @@ def shares(problem: Problem, place: Floats) -> tuple[Floats, Floats, Floats]:
 def likelihoods(problem: Problem, place: Floats) -> Floats:
     """The log likelihood of each fit (without the binomial constant)."""
     hit, miss, _ = shares(problem, place)
-    return _likelihoods(problem, hit, miss)
-
-
-def _likelihoods(problem: Problem, hit: Floats, miss: Floats) -> Floats:
     result: Floats = (xlogy(problem.hits, hit) + xlogy(problem.trials - problem.hits, miss)).sum(axis=1)
     return result
 
@@ -76,47 +75,80 @@ def _likelihoods(problem: Problem, hit: Floats, miss: Floats) -> Floats:
 def maximised(problem: Problem, start: Floats) -> Fitted:
     """Each fit led uphill from its start.
 
-    Scoring (expected information) with Marquardt's damping; a parameter at a bound rests while the slope pushes it out.
+    Scoring (expected information) with Marquardt's damping, near the top Newton's method (observed information, by
+    differences of the slope); a parameter at a bound rests while the slope pushes it out. At the very top, where the
+    likelihood's own rounding hides whether a step is better, the steps are trusted.
     """
     place = np.clip(start, problem.low, problem.high)
-    hit, miss, tilt = shares(problem, place)
-    value = _likelihoods(problem, hit, miss)
-    damping = np.full(len(place), 1e-3)
-    arrived = np.zeros(len(place), dtype=bool)
+    value = likelihoods(problem, place)
+    damping, promised = np.full(len(place), 1e-3), np.full(len(place), np.inf)
+    going = np.arange(len(place))
     for _ in range(STEPS):
-        slope, information = _slope(problem, hit, miss, tilt)
-        step, gain = _step(problem, place, slope, information, damping)
-        moved = np.where(arrived[:, None], place, np.clip(place + step, problem.low, problem.high))
-        new_hit, new_miss, new_tilt = shares(problem, moved)
-        new = _likelihoods(problem, new_hit, new_miss)
-        better = new >= value
-        arrived |= (gain <= DONE * np.maximum(1.0, np.abs(value))) | (~better & (damping > 1e10))
-        damping = np.where(better, np.where(damping < 1e-9, 0.0, damping * 0.1), np.maximum(damping, 1e-9) * 10)
-        place = np.where(better[:, None], moved, place)
-        value = np.where(better, new, value)
-        hit, miss = np.where(better[:, None], new_hit, hit), np.where(better[:, None], new_miss, miss)
-        tilt = np.where(better[:, None, None], new_tilt, tilt)
-        if arrived.all():
+        part = replace(problem, hits=problem.hits[going])
+        step, gain = _step(part, place[going], damping[going], promised[going] < CLOSE)
+        moved = np.clip(place[going] + step, problem.low, problem.high)
+        new, scale = likelihoods(part, moved), np.maximum(1.0, np.abs(value[going]))
+        better = (new >= value[going]) | (gain <= NEAR * scale)
+        kept = going[better]
+        place[kept], value[kept] = moved[better], new[better]
+        lighter = np.where(damping[going] < 1e-9, 0.0, damping[going] * 0.1)
+        damping[going] = np.where(better, lighter, np.maximum(damping[going], 1e-9) * 10)
+        promised[going] = gain / scale
+        going = going[(gain > DONE * scale) & (damping[going] < STUCK)]
+        if not len(going):
             break
-    return Fitted(place, value, _slope(problem, hit, miss, tilt)[1], arrived)
+    return Fitted(place, value, _information(problem, place), (promised <= ARRIVED) | (damping >= STUCK))
 
 
-def _slope(problem: Problem, hit: Floats, miss: Floats, tilt: Floats) -> tuple[Floats, Floats]:
+def _slope(problem: Problem, place: Floats) -> Floats:
+    """The slope of each log likelihood, (fits, 4)."""
+    hit, miss, tilt = shares(problem, place)
     pull = problem.hits / hit - (problem.trials - problem.hits) / miss
-    weight = problem.trials / (hit * miss)
-    slope = np.einsum("bl,blp->bp", pull, tilt)
-    return slope, np.einsum("bl,blp,blq->bpq", np.minimum(weight, 1e300), tilt, tilt, optimize=True)
+    result: Floats = (pull[:, None, :] @ tilt)[:, 0, :]
+    return result
 
 
-def _step(
-    problem: Problem, place: Floats, slope: Floats, information: Floats, damping: Floats
-) -> tuple[Floats, Floats]:
+def _information(problem: Problem, place: Floats) -> Floats:
+    """The expected information of each fit, (fits, 4, 4)."""
+    hit, miss, tilt = shares(problem, place)
+    weighted = tilt * (problem.trials / (hit * miss))[..., None]
+    result: Floats = np.swapaxes(weighted, 1, 2) @ tilt
+    return result
+
+
+def _step(problem: Problem, place: Floats, damping: Floats, close: NDArray[np.bool_]) -> tuple[Floats, Floats]:
     """The damped step of each fit and what it promises to gain; parameters that rest do not move."""
+    slope, information = _slope(problem, place), _information(problem, place)
     outward = ((place <= problem.low) & (slope < 0)) | ((place >= problem.high) & (slope > 0))
     moving = problem.free & ~outward
     slope = np.where(moving, slope, 0.0)
+    if close.any():
+        rows = np.flatnonzero(close)
+        part = replace(problem, hits=problem.hits[rows])
+        information[rows] = _observed(part, place[rows], information[rows], moving[rows])
     system = np.where(moving[:, :, None] & moving[:, None, :], information, 0.0)
     size = np.maximum(np.einsum("bpp->bp", system), 1e-12)
     system = system + np.einsum("bp,pq->bpq", size * damping[:, None] + np.where(moving, 1e-14 * size, 1.0), np.eye(4))
     step: Floats = np.linalg.solve(system, slope[..., None])[..., 0]
     return step, (step * slope).sum(axis=1)
+
+
+def _observed(problem: Problem, place: Floats, expected: Floats, moving: NDArray[np.bool_]) -> Floats:
+    """The observed information of what moves, where it is positive definite; else the expected one."""
+    slope = _slope(problem, place)
+    found = expected.copy()
+    for i in np.flatnonzero(problem.free).tolist():
+        shift = SHIFT / np.sqrt(np.maximum(expected[:, i, i], TINY))
+        shift = np.minimum(shift, 1e-3 * (problem.high[i] - problem.low[i]))
+        shift = np.where(place[:, i] + shift > problem.high[i], -shift, shift)
+        moved = place.copy()
+        moved[:, i] += shift
+        with np.errstate(over="ignore", invalid="ignore"):  # far from the top; not used there
+            found[:, :, i] = (slope - _slope(problem, moved)) / shift[:, None]
+    told = np.asarray((np.abs(found) < FINITE).all(axis=(1, 2)))
+    found = np.where(told[:, None, None], (found + np.swapaxes(found, 1, 2)) / 2, expected)
+    both = moving[:, :, None] & moving[:, None, :]
+    own = np.where(both, found, np.eye(4) * np.maximum(np.einsum("bpp->bp", expected), 1e-12)[:, None, :])
+    size = 1 / np.sqrt(np.maximum(np.einsum("bpp->bp", own), 1e-300))
+    definite = np.linalg.eigvalsh(own * size[:, :, None] * size[:, None, :])[:, 0] > 1e-6
+    return np.where(definite[:, None, None], found, expected)

@@ -10,7 +10,7 @@ import numpy as np
 import pandas as pd
 from scipy.special import gammaln, xlogy
 
-from analysis.choices.asking import Asked, Function, asked_of, problem_of, quantities
+from analysis.choices.asking import Asked, Function, asked_of, problem_of, quantities, unit_of
 from analysis.choices.coordinates import JndKind
 from analysis.choices.maximising import Problem
 from analysis.choices.priors import Tested, rate_prior, tested, threshold_prior, width_prior
@@ -29,7 +29,8 @@ HIGHEST_RATE = 0.5
 class Posterior:
     """Posterior means and equal-tailed intervals; `eta` is the overdispersion (0: binomial, 1: all or nothing).
 
-    `threshold` (F = `at`) and `jnd` are in the level's units, averaged in these units.
+    `threshold` (F = `at`) and `jnd` are in the level's units, averaged in these units. `width` is x.95 - x.05 of F, of
+    the log level for "weibull".
     """
 
     function: str
@@ -158,7 +159,7 @@ def _told(axes: list[Axis], mass: Floats, given: Levels, asked: Asked, confidenc
         float(weights @ size),
         asked.jnd,
         _tails(size, weights, confidence),
-        means[0],
+        means[0] * unit_of(given, asked),
         means[1],
         means[2],
         means[3],
@@ -169,8 +170,9 @@ def _told(axes: list[Axis], mass: Floats, given: Levels, asked: Asked, confidenc
 def _tails(values: Floats, weights: Floats, confidence: float) -> Bounds:
     """Equal-tailed quantiles of weighted values; each value's weight is centred on it."""
     order = np.argsort(values, kind="stable")
-    distinct, places = np.unique(np.round(values[order], 12), return_inverse=True)
+    size = float(np.abs(values).max()) or 1.0
+    distinct, places = np.unique(np.round(values[order] / size, 12), return_inverse=True)
     mass = np.bincount(places, weights=weights[order])
     middle = np.cumsum(mass) - mass / 2
     low, high = np.interp([(1 - confidence) / 2, (1 + confidence) / 2], middle, distinct)
-    return float(low), float(high)
+    return float(low) * size, float(high) * size

@@ -10,7 +10,7 @@ import numpy as np
 import pandas as pd
 from scipy.special import gammaln, rel_entr
 
-from analysis.choices.asking import WICHMANN_HILL, Asked, Function, asked_of, problem_of, quantities, to_level
+from analysis.choices.asking import WICHMANN_HILL, Asked, Function, asked_of, problem_of, quantities, to_level, unit_of
 from analysis.choices.coordinates import JndKind
 from analysis.choices.existing import NoEstimate
 from analysis.choices.maximising import Fitted, Problem, shares
@@ -50,6 +50,7 @@ class Psychometric:
     notes: tuple[str, ...]
     asked: Asked
     levels: Levels
+    maximum: Fitted
 
 
 def fit_psychometric(
@@ -109,7 +110,7 @@ def _refuse_far(found: Fitted, problem: Problem, given: Levels) -> None:
 
 def _told(given: Levels, asked: Asked, problem: Problem, found: Fitted) -> Psychometric:
     centre, log_spread, guess, lapse = found.parameters[0].tolist()
-    spread = math.exp(log_spread)
+    spread = math.exp(log_spread) * unit_of(given, asked)
     at, size = (float(value[0]) for value in quantities(asked, given, found.parameters))
     hit = shares(problem, found.parameters)[0][0]
     table = _table(given, hit[::-1] if asked.falling else hit)
@@ -136,6 +137,7 @@ def _told(given: Levels, asked: Asked, problem: Problem, found: Fitted) -> Psych
         tuple(_notes(given, at, problem, found)),
         asked,
         given,
+        found,
     )
 
 

@@ -82,14 +82,16 @@ def refuse_flat(given: Levels, reached: float, guess: Bounds, lapse: Bounds) -> 
 
 def refuse_step(given: Levels, reached: float, guess: Bounds, lapse: Bounds) -> None:
     """Refuse answers that a step fits as well as any slope does: the slope then has no estimate. Raises NoEstimate."""
-    for j in range(len(given.levels)):
-        if _step(given, j, guess, lapse) >= reached - ALIKE:
-            low, high = given.levels[max(j - 1, 0)], given.levels[min(j + 1, len(given.levels) - 1)]
-            raise NoEstimate(
-                f"the answers step from one side to the other between levels {low:g} and {high:g}: the threshold lies "
-                "there, but the slope (and any interval) has no estimate; test levels in between, or ask for the "
-                "posterior of a prior"
-            )
+    count = len(given.levels)
+    places = [j for j in range(count) if _step(given, j, guess, lapse) >= reached - ALIKE]
+    if not places:
+        return
+    around = (places[0], places[-1]) if len(places) > 1 else (max(places[0] - 1, 0), min(places[0] + 1, count - 1))
+    low, high = sorted(float(given.levels[j]) for j in around)
+    raise NoEstimate(
+        f"the answers step from one side to the other between levels {low:g} and {high:g}: the threshold lies there, "
+        "but the slope (and any interval) has no estimate; test levels in between, or ask for the posterior of a prior"
+    )
 
 
 def _step(given: Levels, j: int, guess: Bounds, lapse: Bounds) -> float:

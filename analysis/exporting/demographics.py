@@ -98,7 +98,7 @@ def _column(question: Question, described: Mapping[str, Any]) -> Column:
         "number" if question.kind == "number" else "text",
         unit=described.get("Units") or question.unit or ("years" if question.name == AGE else ""),
         levels={value: labels.get(value, label) for value, label in question.levels},
-        said=question.kind == "text",
+        said=question.kind in ("text", "number"),
     )
 
 

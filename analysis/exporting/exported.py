@@ -61,6 +61,7 @@ def export(wanted: Wanted, folder: Path, choices: Choices, watch: Watch = unwatc
         demand_parquet()
     guard = Guard(identities(wanted.lab), choices.redact)
     with opened(wanted, watch) as source:
+        guard.demand_pseudonyms(source.participants)
         data, of = shared(source, choices.without, choices.dates), about(source, choices.dates)
         mark = {
             "format": choices.format,

@@ -8,6 +8,7 @@ from collections.abc import Iterable, Iterator, Mapping
 from dataclasses import dataclass, field
 from itertools import pairwise
 
+from analysis.exporting.cells import cell
 from analysis.exporting.tabular import Column, ExportRefused, Row, Table, Value
 from studies.participants.identities import Identity
 from studies.participants.sidecar import identifying
@@ -81,9 +82,9 @@ class Guard:
             yield {**row, **found} if found else row
 
     def _passed(self, file: str, column: Column, number: int, row: Row) -> Value:
-        """The text as it is, or REDACTED. The text itself is never told."""
+        """The value as it is, or REDACTED (nothing in the place of a number). The value itself is never told."""
         value = row.get(column.name)
-        looks = self.looks(value) if isinstance(value, str) else None
+        looks = self.looks(cell(value)) if value is not None else None
         if looks is None:
             return value
         place = f"{file}: row {number}, column {column.name!r}"
@@ -94,7 +95,17 @@ class Guard:
                 " or have such texts blackened with --redact"
             )
         self.redacted.append(place)
-        return REDACTED
+        return REDACTED if isinstance(value, str) else None
+
+    def demand_pseudonyms(self, participants: Iterable[str]) -> None:
+        """Raise ExportRefused on a pseudonym that holds a number as of identity, or its bearer's name."""
+        for place, each in enumerate(participants, start=1):
+            own = self.people.get(each, Identity()).name or ""
+            if re.search(rf"\d{{{_FEWEST},}}", each) or each.casefold().rstrip("0123456789") in _parts(own):
+                raise ExportRefused(
+                    f"participant {place} of the export: the pseudonym itself says who somebody is (their name, or"
+                    f" {_FEWEST} digits or more); such sessions cannot be shared"
+                )
 
     def looks(self, text: str) -> str | None:
         """What in a text says who somebody is: 'an e-mail address', ...; None where nothing does."""
@@ -109,8 +120,10 @@ class Guard:
     def _known(self) -> Iterator[str]:
         for person in self.people.values():
             for text in (person.name, person.contact):
-                if text and len(text) > 2:
-                    yield unicodedata.normalize("NFKC", text).casefold()
+                if text and (len(text) > 2 or _unspaced(text)):
+                    plain = unicodedata.normalize("NFKC", text).casefold()
+                    yield plain
+                    yield " ".join(reversed(plain.split()))
 
 
 def about_who(name: str) -> str | None:
@@ -132,4 +145,20 @@ def _a_number_to_call(text: str) -> bool:
 
 
 def _holds(text: str, known: str) -> bool:
-    return re.search(rf"(?<!\w){re.escape(known)}(?!\w)", text) is not None
+    """Names of Korean, Chinese and Japanese stand in a text without blanks: particles and verbs follow at once."""
+    if _unspaced(known):
+        return known.replace(" ", "") in text.replace(" ", "")
+    apart = r"[\s,]+".join(map(re.escape, known.split()))
+    return re.search(rf"(?<!\w){apart}(?!\w)", text) is not None
+
+
+def _unspaced(text: str) -> bool:
+    return re.search(r"[\u3040-\u30ff\u3400-\u9fff\uac00-\ud7af]", text) is not None
+
+
+def _parts(name: str) -> Iterator[str]:
+    """A name's words of three letters or more, and all of it in one."""
+    words = unicodedata.normalize("NFKC", name).casefold().split()
+    yield from (word for word in words if len(word) > 2)
+    if words:
+        yield "".join(words)

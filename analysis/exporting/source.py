@@ -20,7 +20,7 @@ from protocols.did_you_mean import nearest
 from protocols.study import Study
 from studies import collected_schema as schema
 from studies.collect import collect, ledgers_in, open_database
-from studies.participants.registry import withdrawn
+from studies.participants.registry import find_registry, withdrawn
 
 _OF_A_CHOICE = tuple(each.name for each in fields(SessionRow))
 
@@ -112,6 +112,7 @@ def _source(wanted: Wanted, connection: Connection) -> Source:
     gone = withdrawn(wanted.lab)
     told = [SessionRow(**{name: row[name] for name in _OF_A_CHOICE}) for row in rows.values()]
     told = [replace(each, status="withdrawn") if each.participant in gone else each for each in told]
+    _demand_lab(wanted, told)
     choice = choose_sessions(told, wanted.name, wanted.digest, wanted.include_incomplete, wanted.simulated)
     kept = [_sat(rows[each.session]) for each in choice.kept]
     definition = _definition(connection, choice.digest)
@@ -125,6 +126,16 @@ def _source(wanted: Wanted, connection: Connection) -> Source:
         simulated=any(each.simulated for each in choice.kept),
         connection=connection,
     )
+
+
+def _demand_lab(wanted: Wanted, sessions: Iterable[SessionRow]) -> None:
+    """A database of real people that was collected before a withdrawal tells nothing of it: only their lab does."""
+    real = not all(each.simulated for each in sessions)
+    if wanted.url is not None and real and find_registry(wanted.lab) is None:
+        raise ExportRefused(
+            f"{wanted.lab}: holds no registry of participants, which tells who withdrew since the database was"
+            " collected; name the lab with --lab"
+        )
 
 
 def _sessions(connection: Connection, wanted: Wanted) -> list[dict[str, Any]]:

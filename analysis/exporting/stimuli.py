@@ -70,7 +70,7 @@ def stimulus_files(source: Source, without: Collection[str] = ()) -> Files:
         return Files({}, {}, False, "The stimuli have no files.")
     study = names(source.lab).get(source.study.study)
     if study is None:
-        return _none(f"the study's folder is neither in {source.lab.name}/studies nor shipped")
+        return _none("the study's folder is neither among the lab's own nor shipped")
     folder = study.parent
     ours = folder.parent == SHIPPED
     notices = {path.relative_to(folder).as_posix(): path for form in LICENCES for path in folder.rglob(form)}

@@ -198,7 +198,7 @@ def _answer_columns(study: Study) -> tuple[Column, ...]:
         Column("form", "The form.", levels={FORM: "about the person", "likert": "the questionnaire"}, key=True),
         Column("item", "The question.", levels=items, key=True),
         Column("value", "The answer as text; empty where none was given.", said=True, key=True),
-        Column("value_number", "The answer as a number, where it is one.", "number"),
+        Column("value_number", "The answer as a number, where it is one.", "number", said=True),
     )
 
 

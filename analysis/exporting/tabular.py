@@ -21,8 +21,8 @@ class ExportRefused(ValueError):
 class Column:
     """A column: what it means, its kind, unit and levels.
 
-    Without a `key` column the table means nothing, so it cannot be left out. `said` marks a participant's own words.
-    `low` and `high` are the least and the greatest value that it may hold.
+    Without a `key` column the table means nothing, so it cannot be left out. `said` marks what a participant said
+    freely, in words or as a number. `low` and `high` are the least and the greatest value that it may hold.
     """
 
     name: str

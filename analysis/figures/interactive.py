@@ -2,17 +2,20 @@
 
 from __future__ import annotations
 
-import json
 import re
-from collections.abc import Mapping, Sequence
+from collections.abc import Sequence
 from html import escape
 from pathlib import Path
 from typing import Any
 
+from analysis.figures.compact import compact_svg
 from analysis.figures.drawn import Mark
 
 SCRIPT = Path(__file__).parent / "interaction.js"
 _GROUP = re.compile(r'<g id="([^"]+)"([^>]*)>')
+_WIDTH = re.compile(r'viewBox="0 0 ([\d.]+)')
+BETWEEN = "\t"
+"""What stands between a mark's name and value, and between two keys; a new line stands between two pairs."""
 
 
 def script() -> str:
@@ -20,29 +23,42 @@ def script() -> str:
     return SCRIPT.read_text(encoding="utf-8")
 
 
-def figure_markup(svg: str, marks: Sequence[Mark], prefix: str) -> Any:
+def figure_markup(svg: str, marks: Sequence[Mark], prefix: str, label: str = "") -> Any:
     """The inline SVG whose marks can be pointed at, reached by keys and chosen; `prefix` is that of the SVG's ids.
 
-    A mark that the drawing lacks is left out: a figure may hold more than it shows.
+    A mark that the drawing lacks is left out: a figure may hold more than it shows. `label` names the whole drawing.
     """
     from markupsafe import Markup
 
     known = {f"{prefix}-{mark.gid}": mark for mark in marks}
-    first = next((found[1] for found in _GROUP.finditer(svg) if found[1] in known), "")
 
     def marked(found: re.Match[str]) -> str:
         mark = known.get(found[1])
-        return found[0] if mark is None else f'<g id="{found[1]}"{found[2]}{_attributes(mark, found[1] == first)}>'
+        return found[0] if mark is None else f"<g{found[2]}{_attributes(mark)}>"
 
-    return Markup(f'<div class="drawing" role="group">{_GROUP.sub(marked, svg)}</div>')  # names are escaped below
+    drawn = _GROUP.sub(marked, compact_svg(svg, prefix, known))
+    named = f' aria-label="{escape(label)}"' if label else ""
+    return Markup(f'<div class="drawing" role="group"{named}{_readable(drawn)}>{drawn}</div>')  # names are escaped
 
 
-def _attributes(mark: Mark, first: bool) -> str:
-    """Only a figure's first mark is a stop of the Tab key; the arrow keys go on from there."""
-    told = json.dumps([list(pair) for pair in mark.told], ensure_ascii=False)
-    label = ", ".join(": ".join(filter(None, pair)) for pair in mark.told)
-    values: Mapping[str, str] = {
-        "class": "mark", "role": "img", "tabindex": "0" if first else "-1", "aria-label": label, "data-told": told,
-        "data-key": mark.key,
-    }  # fmt: skip
-    return "".join(f' {name}="{escape(value)}"' for name, value in values.items() if value)
+def _readable(svg: str) -> str:
+    """The width below which a drawing's letters could no longer be read: a narrow screen moves it sideways instead."""
+    width = _WIDTH.search(svg)
+    return f' style="--least:{float(width[1]):.0f}px"' if width else ""
+
+
+def _attributes(mark: Mark) -> str:
+    """What the script makes the rest from: label, role and the place among the Tab key's stops."""
+    told = "\n".join(BETWEEN.join(map(one_line, pair)) for pair in mark.told)
+    key = f' data-key="{escape(key_text(mark.key))}"' if mark.key else ""
+    return f' class="mark" data-told="{escape(told)}"{key}'
+
+
+def key_text(*keys: str) -> str:
+    """Keys as an attribute holds them."""
+    return BETWEEN.join(map(one_line, keys))
+
+
+def one_line(text: str) -> str:
+    """A text without the letters that separate texts here."""
+    return " ".join(text.split())

@@ -24,8 +24,6 @@ FURTHER_FONTS = ("Noto Sans CJK KR", "Noto Sans CJK JP", "Noto Sans Devanagari",
 NO_DATE = {"Date": None, "Creator": None, "Format": None, "Type": None}
 
 _SETTINGS: dict[str, Any] = {
-    "font.family": "sans-serif",
-    "font.sans-serif": ["DejaVu Sans"],
     "font.size": 9.0,
     "text.color": INK,
     "text.parse_math": False,
@@ -63,7 +61,7 @@ def drawing(salt: str) -> Iterator[None]:
 
     with mpl.rc_context():
         mpl.rcdefaults()
-        mpl.rcParams.update({**_SETTINGS, "font.sans-serif": _fonts(), "svg.hashsalt": salt})
+        mpl.rcParams.update({**_SETTINGS, "font.family": _fonts(), "svg.hashsalt": salt})
         with warnings.catch_warnings():
             warnings.filterwarnings("ignore", "Glyph .* missing from font", UserWarning)
             yield

@@ -52,7 +52,7 @@ def _data(shown: Shown, asked: Trends) -> FigureData:
     caption = f"Points are means over {people_text(rows)}, {on_scale(selected)}.{whiskers}"
     caption += f" Lines join the levels of one {family}." if family else " A line joins the levels in their order."
     if places.reference:
-        caption += f" A ring and the dotted line across mark {key_text(places.reference)}, the reference."
+        caption += f" A hollow mark and the dotted line across mark {key_text(places.reference)}, the reference."
     title = asked.title or f"Mean ratings within each {family or phrase(list(asked.by))}."
     caption += unequal(rows) + cut_note(whisker_ends(rows), _scale(words))
     return FigureData(rows, title, caption, words)

@@ -3,7 +3,8 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Mapping, Sequence
+from collections.abc import Hashable, Mapping, Sequence
+from itertools import combinations
 
 import numpy as np
 
@@ -15,11 +16,12 @@ from analysis.mixed_models.problem import WIDEST, Problem
 from analysis.mixed_models.reducing import Reduced, outside_width
 from analysis.mixed_models.refusals import NoResidual, NotIdentified, RankDeficient
 from analysis.statistics.doubles import ROUNDING, Floats, rescaled
-from analysis.statistics.refusals import BadOption, UnknownColumn, listed, shown
+from analysis.statistics.refusals import BadOption, BadValue, UnknownColumn, listed, shown
 
 DEPENDENT = 1e-10  # a column whose new part is a smaller share of it adds nothing
 NOISE = 1e-7  # how much of the residual rounding may be
 SINGULAR = 1e-4
+LARGEST_EXPONENT = 505  # of the outcome's size in powers of two: its square is a normal double
 
 
 def check_call(
@@ -71,6 +73,45 @@ def refuse_rank_deficient(problem: Problem, parts: Reduced, names: Sequence[str]
         )
 
 
+def refuse_indistinguishable(problem: Problem) -> None:
+    """Refuse grouping factors of which the data say nothing: two with the same groups, and one that is fixed already.
+
+    Their likelihood is level in a direction, so that every number of it would be as good as any other.
+    """
+    for a, b in combinations(problem.random, 2):
+        both = np.unique(a.codes * len(b.levels) + b.codes).size
+        if both == len(a.levels) == len(b.levels):
+            raise NotIdentified(
+                f"grouping factors {a.name!r} and {b.name!r} have the same groups, so their variances cannot be told "
+                "apart; take one of them out"
+            )
+    few = [term for term in problem.random if len(term.levels) <= problem.columns]
+    basis = np.linalg.qr(problem.fixed.columns(slice(None), len(problem.y)))[0] if few else None
+    for term in few:
+        if basis is not None and _explained(basis, term):
+            raise NotIdentified(
+                f"the fixed effects tell the levels of grouping factor {term.name!r} apart already, so the data say "
+                "nothing of a variance between them; take the grouping factor or those fixed effects out"
+            )
+
+
+def _explained(basis: Floats, term: Random) -> bool:
+    """Whether every group's indicator is a combination of the fixed effects, whose orthonormal columns are `basis`."""
+    sums = np.zeros((len(term.levels), basis.shape[1]))
+    np.add.at(sums, term.codes, basis)
+    sizes = np.bincount(term.codes, minlength=len(term.levels))
+    return bool(((sums**2).sum(axis=1) > sizes * (1 - DEPENDENT)).all())
+
+
+def refuse_unit(exponent: int, dv: Hashable) -> None:
+    """Refuse an outcome whose squares, and so its variances, lie beyond double precision."""
+    if abs(exponent) > LARGEST_EXPONENT:
+        raise BadValue(
+            f"the values of column {dv!r} differ by about 1e{round(exponent * math.log10(2)):+d}, so their variances "
+            "are beyond double precision; give the outcome in another unit"
+        )
+
+
 def without_random(problem: Problem, parts: Reduced) -> Solved:
     """Ordinary least squares: the fixed effects alone."""
     return solved(problem, parts, [np.zeros((term.size, term.size)) for term in problem.random])
@@ -79,7 +120,7 @@ def without_random(problem: Problem, parts: Reduced) -> Solved:
 def refuse_no_residual(problem: Problem, parts: Reduced, parameters: Parameters, y: Floats, exponent: int) -> None:
     """Refuse data that the fixed and random effects together fit to the last digit."""
     sizes = np.full(sum(term.size for term in problem.random), SIZES[-1])
-    rss = solved(problem, parts, parameters.factors(parameters.diagonal(sizes))).rss
+    rss = solved(problem, parts, parameters.diagonal(sizes)).rss
     spread = rescaled(math.sqrt(rss / len(y)), exponent)
     if spread <= ROUNDING * float(np.abs(y).max()):
         raise NoResidual(
@@ -101,10 +142,10 @@ def refuse_beyond_doubles(problem: Problem, parts: Reduced, best: Optimum, at: S
         )
 
 
-def singular_notes(random: Sequence[Random], best: Optimum, units: Sequence[Floats]) -> tuple[str, ...]:
+def singular_notes(random: Sequence[Random], best: Optimum) -> tuple[str, ...]:
     """What lies on the border: variances of zero and combinations of effects without any, in natural units."""
     notes = []
-    for term, factor, unit in zip(random, best.parameters.factors(best.free), units, strict=True):
+    for term, factor, unit in zip(random, best.parameters.factors(best.free), best.parameters.natural, strict=True):
         scaled = factor / unit[:, None]
         none = [effect for effect, row in zip(term.effects, scaled, strict=True) if not row.any()]
         if len(none) == term.size:

@@ -13,8 +13,10 @@ import pandas as pd
 from analysis.mixed_models.checks import (
     check_call,
     refuse_beyond_doubles,
+    refuse_indistinguishable,
     refuse_no_residual,
     refuse_rank_deficient,
+    refuse_unit,
     singular_notes,
     without_random,
 )
@@ -31,6 +33,7 @@ from analysis.mixed_models.results import Fit, MixedModel
 from analysis.mixed_models.satterthwaite import uncertainty
 from analysis.mixed_models.table import Table, read_table, refuse_constant
 from analysis.mixed_models.tables import correlations_table, covariances, effects_table, fixed_table, variances_table
+from analysis.mixed_models.threads import one_thread
 from analysis.mixed_models.variables import Coding, Factor, factor_of, factor_variable, number_variable
 from analysis.statistics.cells import Missing
 from analysis.statistics.doubles import difference, scaled
@@ -40,6 +43,7 @@ from analysis.statistics.doubles import difference, scaled
 class _Asked:
     """A question put in full: the table, its columns' roles, and how it is to be answered."""
 
+    dv: Hashable
     table: Table
     fixed: tuple[str, ...]
     interactions: tuple[str, ...]
@@ -106,9 +110,10 @@ def mixed_model(
     order = levels or {}
     factors = {name: factor_of(table.frame[name], name, order.get(name)) for name in used if name not in numeric}
     asked = _Asked(
-        *(table, tuple(fixed), tuple(interactions), random, tuple(numeric), factors, tuple(uncorrelated), coding)
+        *(dv, table, tuple(fixed), tuple(interactions), random, tuple(numeric), factors, tuple(uncorrelated), coding)
     )
-    return _fitted(asked, reml, confidence)
+    with one_thread():
+        return _fitted(asked, reml, confidence)
 
 
 def _columns(slope: str, data: pd.DataFrame) -> list[str]:
@@ -120,6 +125,7 @@ def _fitted(asked: _Asked, reml: bool, confidence: float) -> MixedModel:
     pivot = float(np.sort(y)[len(y) // 2])
     high, low = difference(y, np.full_like(y, pivot))
     high, exponent = scaled(high)
+    refuse_unit(exponent, asked.dv)
     design = asked.design("sum")
     problem = Problem(high, np.ldexp(low, -exponent), design, random, best_layout(random, sum(design.widths)))
     parts = reduced(problem)
@@ -130,6 +136,7 @@ def _fitted(asked: _Asked, reml: bool, confidence: float) -> MixedModel:
 def _best(problem: Problem, parts: Reduced, asked: _Asked, reml: bool, unit: tuple[int, float]) -> Fit:
     parameters = natural(problem)
     refuse_rank_deficient(problem, parts, asked.design(asked.coding).names)
+    refuse_indistinguishable(problem)
     refuse_no_residual(problem, parts, parameters, asked.table.y, unit[0])
     counted = Counted(lambda factors: deviance(problem, solved(problem, parts, factors), reml))
     best = optimum(counted, parameters)
@@ -150,7 +157,7 @@ def _described(asked: _Asked, fit: Fit, reml: bool, confidence: float) -> MixedM
     covariance, means = covariances(problem.random, factors, sigma2), mean_variances(problem, factors, sigma2)
     explained = fixed_variance(problem, fit.at.coefficients)
     total = math.fsum([explained, *means, sigma2])
-    notes = singular_notes(problem.random, fit.best, natural(problem).units)
+    notes = singular_notes(problem.random, fit.best)
     return MixedModel(
         fixed=fixed_table(found, shown, fit.y_exponent, fit.y_pivot, confidence),
         effects=effects_table(found, type_three(problem.fixed, without_random(problem, fit.parts).fixed_triangle)),

@@ -1,8 +1,8 @@
 """The free numbers of the relative covariance factors, scaled so that each is about one where it matters.
 
-Lambda of a term is diag(unit) times a lower triangle of free numbers (correlated) or a diagonal (not). The signs of
-the diagonal are free: a column's sign changes no covariance, so that a variance of zero is no border of the search but
-a point where the deviance is level.
+Lambda of a term is a lower triangle (its `units`) times a lower triangle of free numbers (correlated), or the same with
+diagonals (not). The signs of the diagonal are free: a column's sign changes no covariance, so that a variance of zero
+is no border of the search but a point where the deviance is level.
 """
 
 from __future__ import annotations
@@ -20,9 +20,10 @@ from analysis.statistics.doubles import Floats
 
 @dataclass(frozen=True)
 class Parameters:
-    """How free numbers make factors: `units` (one array per term) are the sizes of the effects."""
+    """How free numbers make factors: `natural` are the sizes at which effects begin to matter, one array per term."""
 
     random: tuple[Random, ...]
+    natural: tuple[Floats, ...]
     units: tuple[Floats, ...]
 
     @property
@@ -36,29 +37,31 @@ class Parameters:
         for term, unit in zip(self.random, self.units, strict=True):
             factor = np.zeros((term.size, term.size))
             factor[_places(term)] = free[start : start + term.free]
-            made.append(unit[:, None] * factor)
+            made.append(unit @ factor)
             start += term.free
         return made
 
     def free_of(self, factors: Sequence[Floats]) -> Floats:
         """The free numbers that make these lower triangles."""
         parts = zip(self.random, self.units, factors, strict=True)
-        return np.concatenate([(factor / unit[:, None])[_places(term)] for term, unit, factor in parts])
+        return np.concatenate([np.linalg.solve(unit, factor)[_places(term)] for term, unit, factor in parts])
 
-    def diagonal(self, sizes: Floats) -> Floats:
-        """The free numbers of uncorrelated effects of these sizes, in units, in the order of all effects."""
-        made, start = [], 0
-        for term in self.random:
-            factor = np.diag(sizes[start : start + term.size])
-            made.append(factor[_places(term)])
-            start += term.size
-        return np.concatenate(made)
-
-    def rescaled(self, sizes: Floats) -> Parameters:
-        """With units as many times larger as these sizes say, one for each effect."""
+    def diagonal(self, sizes: Floats) -> list[Floats]:
+        """Factors of uncorrelated effects of these sizes, in natural units, in the order of all effects."""
         ends = np.cumsum([term.size for term in self.random])[:-1]
-        units = [u * s for u, s in zip(self.units, np.split(sizes, ends), strict=True)]
-        return Parameters(self.random, tuple(units))
+        return [np.diag(unit * size) for unit, size in zip(self.natural, np.split(sizes, ends), strict=True)]
+
+    def around(self, factors: Sequence[Floats]) -> Parameters:
+        """In units in which the deviance bends alike in every direction near these factors.
+
+        It answers to a change of Lambda relative to Lambda itself, or to the natural unit where that is larger: the new
+        unit U has U U' = Lambda Lambda' + natural^2.
+        """
+        units = []
+        for term, unit, factor in zip(self.random, self.natural, factors, strict=True):
+            both = triangular(np.concatenate([factor, np.diag(unit)], axis=1))
+            units.append(both if term.correlated else np.diag(np.diag(both)))
+        return Parameters(self.random, self.natural, tuple(units))
 
 
 def _places(term: Random) -> tuple[np.ndarray[tuple[int], np.dtype[np.intp]], ...]:
@@ -74,12 +77,12 @@ def natural(problem: Problem) -> Parameters:
             rows = slice(start, min(start + 65536, len(problem.y)))
             squares += (term.design.columns(rows, rows.stop - start) ** 2).sum(axis=0)
         units.append(np.sqrt(len(term.levels) / squares))
-    return Parameters(problem.random, tuple(units))
+    return Parameters(problem.random, tuple(units), tuple(map(np.diag, units)))
 
 
-def triangular(square: Floats) -> Floats:
+def triangular(root: Floats) -> Floats:
     """The lower triangle with the same product with its transpose and no negative number on its diagonal."""
-    lower = triangle_of(square.T).T
+    lower = triangle_of(root.T).T
     signs = np.where(np.diag(lower) < 0, -1.0, 1.0)
     flipped: Floats = lower * signs
     return flipped

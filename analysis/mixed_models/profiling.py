@@ -25,6 +25,7 @@ from analysis.mixed_models.problem import Problem
 from analysis.mixed_models.reducing import Reduced
 from analysis.mixed_models.refusals import NotConverged
 from analysis.mixed_models.results import Fit, MixedModel
+from analysis.mixed_models.threads import one_thread
 from analysis.statistics.doubles import Floats, rescaled
 from analysis.statistics.refusals import BadOption
 
@@ -80,7 +81,7 @@ class _Profile:
         if self.term is None:
             return [factor * (sigma / sd) for factor in factors]
         size = self.ratio(factors) * sigma
-        unit = np.diag(self.best.parameters.units[self.term])
+        unit = np.diag(self.best.parameters.natural[self.term])
         factors[self.term] = factors[self.term] * (sd / size) if size > 0 else unit * (sd / sigma / self.ratio_of(unit))
         return factors
 
@@ -99,21 +100,24 @@ def profile_intervals(model: MixedModel, confidence: float = 0.95) -> pd.DataFra
     """
     if not 0 < confidence < 1:
         raise BadOption(f"confidence={confidence} is no share; give a number between 0 and 1, such as 0.95")
-    fit, allowed = model.fit, 2 * float(gammaincinv(0.5, confidence))
+    allowed = 2 * float(gammaincinv(0.5, confidence))
+    with one_thread():
+        return pd.DataFrame(list(_intervals(model.fit, allowed)), columns=COLUMNS)
+
+
+def _intervals(fit: Fit, allowed: float) -> Iterator[tuple[str, str, float, float, float]]:
     best = _ml(fit)
-    rows = []
     for group, effect, ratio, term in _ratios(fit.problem):
         profile = _Profile(fit.problem, fit.parts, best, ratio, term)
-        sd = profile.sigma * ratio(profile.factors)
-        smallest = _nothing(profile)
-        ends = _low(profile, sd, smallest, allowed), _high(profile, max(sd, smallest), allowed)
-        rows.append((group, effect, *(rescaled(x, fit.y_exponent) for x in (sd, *ends))))
-    return pd.DataFrame(rows, columns=COLUMNS)
+        sd, smallest = profile.sigma * ratio(profile.factors), _nothing(profile)
+        low, high = _low(profile, sd, smallest, allowed), _high(profile, max(sd, smallest), allowed)
+        sd, low, high = (rescaled(x, fit.y_exponent) for x in (sd, low, high))
+        yield group, effect, sd, low, high
 
 
 def _nothing(profile: _Profile) -> float:
     """A standard deviation so small that the data cannot tell it from none."""
-    unit = 1.0 if profile.term is None else profile.ratio_of(np.diag(profile.best.parameters.units[profile.term]))
+    unit = 1.0 if profile.term is None else profile.ratio_of(np.diag(profile.best.parameters.natural[profile.term]))
     return SMALLEST_SHARE * profile.sigma * unit
 
 

@@ -16,7 +16,7 @@ from typing import Any, TypeAlias
 import numpy as np
 import pandas as pd
 
-from analysis.ordinal.ranks import doubled_ranks, refuse_huge
+from analysis.ordinal.ranks import WHOLE_END, doubled_ranks, refuse_huge
 from analysis.statistics.cells import Aggregate, Counts, Missing, cell_means
 from analysis.statistics.doubles import ROUNDING_ULPS, Floats
 from analysis.statistics.effects import Effect
@@ -109,15 +109,20 @@ def alignments(design: Design) -> Iterator[Aligned]:
                 means[part] = _means(y, codes, sizes, part)
         effect = sum((sign * means[part] for sign, part in _signed(term)), np.zeros_like(y))
         aligned = y - means[tuple(range(len(sizes)))] + effect
-        yield _ranked(design.source(between, axes), aligned, values, len(term))
+        yield _ranked(design.source(between, axes), aligned.reshape(values.shape), _unsure(values, y), len(term))
 
 
-def _ranked(source: str, aligned: Floats, values: Floats, order: int) -> Aligned:
+def _unsure(values: Floats, y: Floats) -> float:
+    """How far rounding may have moved a rating: whole numbers are exact, whatever their offset."""
+    whole = bool((values % 1 == 0).all()) and float(np.abs(values).max()) <= WHOLE_END
+    return ROUNDING_ULPS * float(np.spacing(np.abs(y if whole else values).max()))
+
+
+def _ranked(source: str, aligned: Floats, unsure: float, order: int) -> Aligned:
     """Ranks of aligned values, tied where they are apart by less than the rounding of the means they are made of."""
-    terms = 2 + 2**order
-    room = terms * ROUNDING_ULPS * float(np.spacing(np.abs(values).max()))
-    ranks = doubled_ranks(aligned[None], np.full((1, aligned.size), room), computed=True)[0] / 2
-    return Aligned(source, aligned.reshape(values.shape), ranks.reshape(values.shape))
+    room = np.full((1, aligned.size), (2 + 2**order) * unsure)
+    ranks = doubled_ranks(aligned.reshape(1, -1), room, computed=True) / 2
+    return Aligned(source, aligned, ranks.reshape(aligned.shape))
 
 
 def _codes(design: Design) -> tuple[list[Counts], list[int]]:

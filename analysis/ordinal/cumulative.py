@@ -20,6 +20,8 @@ MOST_STEPS = 200
 HALVINGS = 40
 SETTLED = 1e-20  # Newton decrement, per answer
 PLATEAU = 1e-13  # gain of log likelihood, relative
+SMALL_GAIN = 1e-10  # Newton decrement below which rounding may end the search
+FLAT = 1e-12  # information in some direction, relative to the most, that is none
 
 
 @dataclass(frozen=True)
@@ -110,18 +112,20 @@ def fitted(rows: Rows, start: Floats, link: Link) -> Fit:
         gain = float(gradient @ step)
         if gain <= SETTLED * rows.answers:
             return Fit(g + step, information, value, steps)
-        g, reached = _uphill(rows, g, step, value, link)
-        if reached - value <= PLATEAU * abs(value) and gain < 1e-10:
+        before, (g, reached) = g, _uphill(rows, g, step, value, link)
+        if reached - value <= PLATEAU * abs(value) and gain < SMALL_GAIN:
             return Fit(g, derivatives(rows, g, link)[2], reached, steps)
-    raise NotConverged(f"no maximum of the ordinal model's likelihood in {MOST_STEPS} steps; leave predictors out")
+        if g is before:
+            break
+    raise NotConverged("no maximum of the ordinal model's likelihood was found; leave predictors out")
 
 
 def solved(information: Floats, gradient: Floats) -> Floats:
-    """The Newton step; the shortest one where the information has lost a direction."""
-    try:
-        return np.linalg.solve(information, gradient).astype(np.float64)
-    except np.linalg.LinAlgError:
-        return np.linalg.lstsq(information, gradient, rcond=None)[0].astype(np.float64)
+    """The Newton step, without the directions of which no answer tells anything."""
+    values, vectors = np.linalg.eigh(information)
+    told = values > FLAT * values[-1]
+    step: Floats = vectors[:, told] @ ((vectors.T @ gradient)[told] / values[told])
+    return step
 
 
 def _uphill(rows: Rows, g: Floats, step: Floats, value: float, link: Link) -> tuple[Floats, float]:

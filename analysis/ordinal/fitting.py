@@ -21,6 +21,9 @@ from analysis.statistics.refusals import listed
 FLAT = 0.05  # information in some direction, in answers, below which the maximum may be at infinity
 FIRST_SD = 1.0
 NOTHING = 1e-8  # log likelihood that a random intercept must bring to be one
+ORDERED = 1e-9  # a fall from one threshold to the next, on the latent scale, that rounding explains
+INFINITE = "some slope of the larger model is infinite"
+DISORDER = "undefined: the larger model's thresholds are out of order; some answers are too rare for a slope at each"
 
 
 @dataclass(frozen=True)
@@ -71,21 +74,47 @@ def fit(data: OrdinalData, terms: Sequence[Term], link: Link) -> Fitted:
     return _in_units(mixed, to_units, sigma)
 
 
-def limit(data: OrdinalData, terms: Sequence[Term], free: Term, link: Link) -> tuple[float, bool]:
-    """The highest log likelihood with a slope of its own at every threshold for `free`, and whether it is a limit.
+def limit(data: OrdinalData, terms: Sequence[Term], free: Term, link: Link) -> tuple[float, str]:
+    """The highest log likelihood with a slope of its own at every threshold for `free`, and a note.
 
-    A limit is approached as some slope grows for ever, and reached by none. Raises NotConverged.
+    A limit is approached as some slope grows for ever, and reached by none. NaN where it has no value, or where the
+    thresholds are out of order somewhere, so that some answer would have a negative chance. Raises NotConverged.
     """
     x = coordinates([term for term in terms if term is not free], data.weights).basis
     own = coordinates([free], data.weights).basis
     rows = _rows(data, x, own)
     plain = fitted(rows, _start(data, x.shape[1], own.shape[1], link), link)
     unbounded = _flat(plain) and escape(rows) is not None
-    if data.people is None or unbounded:
-        reached = plain.log_likelihood if data.people is None else math.nan
-        return reached, unbounded
-    mixed, _ = fit_intercepts(rows, plain.g, FIRST_SD, link)
-    return max(mixed.log_likelihood, plain.log_likelihood), False
+    if unbounded and data.people is not None:
+        return math.nan, f"undefined: {INFINITE}"
+    found = plain
+    if data.people is not None:
+        mixed, _ = fit_intercepts(rows, plain.g, FIRST_SD, link)
+        found = max(plain, mixed, key=lambda each: each.log_likelihood)
+    if not _in_order(data, free, _thresholds(found.g, own, data.points - 1), unbounded):
+        return math.nan, DISORDER
+    return found.log_likelihood, f"{INFINITE}; its likelihood is the limit" if unbounded else ""
+
+
+def _thresholds(g: Floats, free: Floats, count: int) -> Floats:
+    """The thresholds of each row, moved by the slopes of `free` at each: (rows, thresholds)."""
+    slopes = g[: count * (1 + free.shape[1])].reshape(count, -1)
+    found: Floats = slopes[:, 0] - free @ slopes[:, 1:].T
+    return found
+
+
+def _in_order(data: OrdinalData, free: Term, thresholds: Floats, unbounded: bool) -> bool:
+    """Whether the thresholds rise for every kind of row: all of them, or where `unbounded` those that answers tell of.
+
+    Other predictors move all thresholds alike, so that only `free` matters.
+    """
+    _, rows, kind = np.unique(free.values, axis=0, return_index=True, return_inverse=True)
+    for i, rises in enumerate(np.diff(thresholds[rows], axis=1)):
+        answers = data.answers[kind.ravel() == i]
+        told = rises[int(answers.min()) : max(int(answers.max()) - 1, 0)] if unbounded else rises
+        if (told < -ORDERED).any():
+            return False
+    return True
 
 
 def _rows(data: OrdinalData, x: Floats, free: Floats) -> Rows:

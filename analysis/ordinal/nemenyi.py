@@ -46,9 +46,9 @@ def nemenyi(
     factor, cells = one_factor(data, dv, within, subject, missing, aggregate)
     ranks = rank_rows(cells)
     (n, k), error = ranks.shape, rank_error(ranks, ties)
-    note = "" if error > 0 else f"q is {NO_RANKS}"
+    note = "" if error > 0 else f"q and the critical difference are {NO_RANKS}"
     sums, exact = ranks.sum(axis=0), _exact_tails(ranks)
-    critical = range_quantile(alpha, k) * error
+    critical = range_quantile(alpha, k) * error if error > 0 else math.nan
     rows: list[dict[str, Any]] = []
     for i, j in combinations(range(k), 2):
         labels = {"Contrast": str(factor), "A": cells.levels[0][i], "B": cells.levels[0][j]}

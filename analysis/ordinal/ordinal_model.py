@@ -150,12 +150,9 @@ def _proportional(given: OrdinalData, term: Term, found: Fitted, link: Link) -> 
     """One slope of this term for all thresholds against one at each."""
     df = len(term.columns) * (given.points - 2)
     try:
-        reached, unbounded = limit(given, given.terms, term, link)
+        reached, note = limit(given, given.terms, term, link)
     except NotConverged as reason:
         return _ratio(term.name, math.nan, found.log_likelihood, df, f"undefined: {reason}")
-    note = "some slope of the larger model is infinite; its likelihood is the limit" if unbounded else ""
-    if math.isnan(reached):
-        note = "undefined: some slope of the larger model is infinite"
     return _ratio(term.name, reached, found.log_likelihood, df, note)
 
 

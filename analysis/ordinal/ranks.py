@@ -65,12 +65,6 @@ def same_value(a: Floats, b: Floats, allowed: Floats, computed: bool = False) ->
     return same
 
 
-def tie_sum(ranks: Ints) -> int:
-    """The sum of t^3 - t over the groups of t equal ranks in one row (Friedman's and Wilcoxon's tie correction)."""
-    counts = np.unique(ranks, return_counts=True)[1].tolist()
-    return sum(count**3 - count for count in counts)
-
-
 def _first_plus_last(tied: Truths) -> Ints:
     """For each place of a sorted row: the first plus the last place of its group of tied neighbours."""
     places = np.arange(tied.shape[1] + 1, dtype=np.int64)

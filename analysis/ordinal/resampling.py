@@ -38,6 +38,8 @@ def w_interval(ranks: Ints, interval: Interval) -> tuple[float, float, str]:
     Participants are sorted by their ranks first, so that neither rows nor labels decide what is drawn.
     Efron & Tibshirani 1993, ch. 13.
     """
+    if len(ranks) < 3:
+        return math.nan, math.nan, "no interval of W: two participants are one pair, whoever is drawn"
     centred = (ranks - (ranks.shape[1] + 1))[np.lexsort(ranks.T)].astype(np.float64)
     values = _resampled(centred, interval)
     defined = values[~np.isnan(values)]

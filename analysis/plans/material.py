@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections import Counter
-from collections.abc import Mapping, Sequence
+from collections.abc import Collection, Mapping, Sequence
 from dataclasses import dataclass, field
 from types import MappingProxyType
 from typing import Any
@@ -63,10 +63,13 @@ class Material:
 
 
 def read_material(
-    engine: Engine, name: str, *, digest: str | None, include_incomplete: bool, simulated: bool | None
-) -> Material:
+    engine: Engine, name: str, *, digest: str | None, include_incomplete: bool, simulated: bool | None,
+    withdrawn: Collection[str] = (),
+) -> Material:  # fmt: skip
     """The material of a study in a collected database. Raises what `read_ratings` raises."""
-    options: dict[str, Any] = {"digest": digest, "include_incomplete": include_incomplete, "simulated": simulated}
+    options: dict[str, Any] = {
+        "digest": digest, "include_incomplete": include_incomplete, "simulated": simulated, "withdrawn": withdrawn,
+    }  # fmt: skip
     with engine.connect() as connection:
         study, choice = chosen(connection, name, **options)
         ratings = read_ratings(connection, name, **options) if study.attributes else None

@@ -5,11 +5,15 @@ from __future__ import annotations
 from collections.abc import Iterable, Mapping
 from dataclasses import dataclass, replace
 
+import pandas as pd
+
 from analysis.plans.answers import Missing, Selected
 from analysis.ratings.completeness import CellsRefused, Faults
 from analysis.ratings.design_report import Kind, Place
 from analysis.ratings.wording import count
 
+Where = Mapping[str, str | tuple[str, ...]]
+ADVICE = "find the ratings, leave such participants out with `missing: listwise`, or choose `missing: mixed_model`"
 FORBIDDEN: tuple[Kind, ...] = ("duplicate", "undeclared")
 """What no policy allows: a cell filled more often than planned, or one that the design does not have."""
 
@@ -27,27 +31,31 @@ class MissingTold:
         """One sentence, "" where nothing was missing."""
         if not self.cells:
             return ""
-        found = f"{count(self.cells, 'cell')} of {count(self.participants, 'participant')} missing"
         if self.policy == "listwise":
-            return f"{found}; left out listwise: {', '.join(self.left_out)}"
-        return f"{found}; answered by a linear mixed model on what is there"
+            return f"{self.found()}; left out listwise: {', '.join(self.left_out)}"
+        return f"{self.found()}; answered from what is there"
+
+    def found(self) -> str:
+        """How much is missing."""
+        return f"{count(self.cells, 'cell')} of {count(self.participants, 'participant')} missing"
 
 
 def handled(
-    selected: Selected, faults: Faults, where: Mapping[str, str | tuple[str, ...]], policy: Missing
+    selected: Selected, faults: Faults, where: Where, policy: Missing, trials: pd.DataFrame
 ) -> tuple[Selected, MissingTold]:
     """The selection without incomplete participants (listwise) or as it is (mixed model), and what was missing.
 
-    A cell counts where it lies in the test's `where`. Raises CellsRefused under `refuse`, on cells that are filled
+    A cell counts where it lies in the test's `where`, also for somebody who has none of them; `trials` are those of
+    the whole study, so that nobody is overlooked. Raises CellsRefused under `refuse`, on cells that are filled
     more often than planned or are not of the design, and where nobody is left.
     """
-    people = set(selected.trials["participant"])
+    people = _asked_about(trials, where)
     gaps: dict[str, int] = {}
     for outcome in selected.outcomes:
         own = _places(outcome, people, faults, where, "missing")
         bad = {who for kind in FORBIDDEN for who in _places(outcome, people, faults, where, kind)}
         if bad or (own and policy == "refuse"):
-            faults.demand_none(outcome, sorted(bad or own))
+            faults.demand_none(outcome, sorted(bad or own), ADVICE)
         for who, places in own.items():
             gaps[who] = gaps.get(who, 0) + len(places)
     cells = sum(gaps.values())
@@ -60,9 +68,16 @@ def handled(
     return rest, MissingTold(policy, len(gaps), cells, tuple(sorted(gaps)))
 
 
-def _places(
-    outcome: str, people: Iterable[str], faults: Faults, where: Mapping[str, str | tuple[str, ...]], kind: Kind
-) -> dict[str, list[Place]]:
+def _asked_about(trials: pd.DataFrame, where: Where) -> set[str]:
+    """The participants that a test is about: those whom `where` keeps by what is the same in all of their trials."""
+    kept = pd.Series(True, index=trials.index)
+    for column, wanted in where.items():
+        if column in trials.columns and trials.groupby("participant")[column].nunique().max() == 1:
+            kept &= trials[column].astype(str).isin((wanted,) if isinstance(wanted, str) else wanted)
+    return set(trials.loc[kept, "participant"])
+
+
+def _places(outcome: str, people: Iterable[str], faults: Faults, where: Where, kind: Kind) -> dict[str, list[Place]]:
     """The cells at fault in one way for this outcome, by participant."""
     found = {}
     for who in people:
@@ -72,7 +87,7 @@ def _places(
     return found
 
 
-def _inside(place: Place, where: Mapping[str, str | tuple[str, ...]]) -> bool:
+def _inside(place: Place, where: Where) -> bool:
     for column, wanted in where.items():
         level = place.participant if column == "participant" else place.cell.get(column)
         levels = (wanted,) if isinstance(wanted, str) else wanted

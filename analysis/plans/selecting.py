@@ -15,10 +15,12 @@ from analysis.plans.exclusions import matching
 from analysis.plans.material import Material
 from analysis.plans.reading import Plan
 from analysis.ratings.completeness import Faults, cell_faults
-from analysis.ratings.dataset import DataRefused, natural
+from analysis.ratings.dataset import DataRefused, Ratings, natural
 from protocols.did_you_mean import nearest
 
 Scale: TypeAlias = tuple[float, float] | None
+OF_A_RATING = ("attribute", "value", "response_time_s", "revised")
+"""The columns of a rating that its trial does not have."""
 
 
 @dataclass(frozen=True)
@@ -63,7 +65,7 @@ class Selecting:
             table=table,
             trials=trials[matching(trials, known, material.name)].reset_index(drop=True),
             outcomes=outcomes,
-            levels=_levels(material, table),
+            levels=_levels(material.levels, table),
             alpha=declared.alpha,
             seed=declared.seed,
             draws=declared.draws,
@@ -89,7 +91,7 @@ class Selecting:
         ratings = self.material.ratings
         if ratings is None:
             raise DataRefused(f"{self.material.name!r} has no ratings, which {name!r} asks about")
-        scale = None if ratings.scale is None else (ratings.scale.low, ratings.scale.high)
+        scale = _ends(ratings)
         if how == "none":
             return ratings.table, scale
         from analysis.ratings.normalising import normalised
@@ -108,6 +110,22 @@ class Selecting:
             if name not in known:
                 raise DataRefused(f"{asked.name!r}: no outcome {name!r}; {nearest(name, known)}")
         return tuple(name for name in known if asked.outcomes is None or name in asked.outcomes)
+
+
+def all_ratings(ratings: Ratings) -> Selected:
+    """Every rating of a data set as it stands: what a figure or a test that no plan names is asked about."""
+    families = (ratings.families,) if ratings.families else ()
+    named = ("participant", "attribute", *ratings.within, *ratings.between, *families)
+    trials = ratings.table.drop(columns=list(OF_A_RATING), errors="ignore")
+    return Selected(
+        table=ratings.table,
+        trials=trials.drop_duplicates(ignore_index=True),
+        outcomes=ratings.attributes,
+        levels=_levels({name: ratings.levels(name) for name in named}, ratings.table),
+        scale=_ends(ratings),
+        antonyms=ratings.antonyms,
+        categories=ratings.categories,
+    )
 
 
 def by_outcome(selected: Selected) -> Iterator[Selected]:
@@ -134,12 +152,16 @@ def _points(material: Material) -> Scale:
     return (1.0, float(study.questionnaire.points)) if study is not None and study.questionnaire is not None else None
 
 
-def _levels(material: Material, table: pd.DataFrame) -> dict[str, tuple[str, ...]]:
+def _ends(ratings: Ratings) -> Scale:
+    return None if ratings.scale is None else (ratings.scale.low, ratings.scale.high)
+
+
+def _levels(known: Mapping[str, tuple[str, ...]], table: pd.DataFrame) -> dict[str, tuple[str, ...]]:
     """The levels of each text column that occur here, in the study's order where it has one."""
     found: dict[str, tuple[str, ...]] = {}
     for column in map(str, table.columns):
         if table[column].dtype == object or pd.api.types.is_string_dtype(table[column]):
             there = {str(level) for level in table[column].dropna().tolist()}
-            listed = [level for level in material.levels.get(column, ()) if level in there]
+            listed = [level for level in known.get(column, ()) if level in there]
             found[column] = (*listed, *natural(there - set(listed)))
     return found

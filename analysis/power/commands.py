@@ -24,11 +24,11 @@ class Sizes(click.ParamType):  # type: ignore[type-arg]  # not generic in click 
     def convert(self, value: object, param: click.Parameter | None, ctx: click.Context | None) -> tuple[int, ...]:
         """The numbers, in order; at most 60 of them."""
         text = str(value).strip()
-        found = re.fullmatch(r"(\d+)\.\.(\d+)(?:/(\d+))?", text)
+        found = re.fullmatch(r"(\d+)\.\.(\d+)(?:/([1-9]\d*))?", text)
         if found:
             first, last = int(found[1]), int(found[2])
             step = int(found[3]) if found[3] else max(1, (last - first) // 9)
-            sizes = [*range(first, last, step or 1), last] if first < last and step else [last]
+            sizes = [*range(first, last, step), last] if first < last and step else [last]
         elif re.fullmatch(r"\d+(,\d+)*", text):
             sizes = [int(part) for part in text.split(",")]
         else:
@@ -43,8 +43,8 @@ class Sizes(click.ParamType):  # type: ignore[type-arg]  # not generic in click 
 @LAB
 @click.option("--test", required=True, help="The test of the analysis plan that is to find the effect.")
 @click.option("--outcome", default="", help="The attribute that it tests.  [default: the study's first]")
-@click.option("--row", default="", help="The row of its answer: an effect, a level, a word.  [default: the first]")
-@click.option("--p", "column", default="", help="The column of the p value.  [default: the adjusted one]")
+@click.option("--row", default="", help="The row of its answer by its texts: method, or AR,DSTN.  [default: the first]")
+@click.option("--p", "column", default="", help="The column of the p value.  [default: the most cautious]")
 @click.option(
     "--effect", type=click.FloatRange(0, 10), default=1.0, show_default=True,
     help="How much of the differences that the study's simulated people feel; 0 shows the rate of false alarms.",
@@ -52,7 +52,7 @@ class Sizes(click.ParamType):  # type: ignore[type-arg]  # not generic in click 
 @click.option("--participants", "sizes", type=Sizes(), default="4..40", show_default=True, help="How many: 8..40/4.")
 @click.option("--runs", type=click.IntRange(10, 100_000), default=200, show_default=True, help="Studies to simulate.")
 @click.option("--power", "wanted", type=click.FloatRange(0.01, 0.999), default=0.8, show_default=True)
-@click.option("--seed", type=int, default=0, show_default=True)
+@click.option("--seed", type=click.IntRange(0, 1_000_000), default=0, show_default=True)
 @click.option("--jobs", type=click.IntRange(1, 256), default=None, help="Processes.  [default: one for each core]")
 @click.option("--plan", "plan_file", type=click.Path(dir_okay=False, path_type=Path), help="The analysis plan.")
 @JSON
@@ -64,7 +64,7 @@ def power(
 
     Runs whole simulated studies through the real runner, each with its own simulated people, and asks the plan's own
     test of the first 2, 3, ... of them. The effect is what these people feel (simulation: in the study file), times
-    --effect. Writes power_TEST.csv and a figure to LAB/analysis/STUDY.
+    --effect. Writes power_TEST_xEFFECT.csv and a figure to LAB/analysis/STUDY.
 
     Example: palpate power texture_similarity --test methods --effect 0.3 --participants 4..24
     """
@@ -100,7 +100,8 @@ def _show(points: list[Point], asking: Asking, wanted: float, enough: Point | No
         without = f"  ({point.undefined} runs without a p: {point.why})" if point.undefined else ""
         table.add_row(f"{point.participants}", f"{point.power:.2f}", f"{point.low:.2f} to {point.high:.2f}{without}")
     Console(highlight=False).print(table)
-    what = f"{asking.test}, effect × {asking.effect:g}, {points[0].runs} simulated studies"
+    decided = points[-1].by or "no p"
+    what = f"{asking.test} ({decided}), effect × {asking.effect:g}, {points[0].runs} simulated studies"
     if enough is None:
         click.echo(f"{what}: power {wanted:g} is not reached with {points[-1].participants} participants")
         return

@@ -3,38 +3,39 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Callable, Iterable, Iterator, Mapping, Sequence
+import signal
+from collections.abc import Callable, Iterator, Mapping, Sequence
 from concurrent.futures import ProcessPoolExecutor
 from dataclasses import dataclass, replace
+from multiprocessing import get_context
 from pathlib import Path
 from typing import Any
 
-from analysis.plans.answers import Answer, Asked, Row
+from analysis.plans.answers import Asked
 from analysis.plans.exclusions import apply_exclusions
 from analysis.plans.kinds import test_kind
 from analysis.plans.material import Material
 from analysis.plans.reading import Plan, PlanError, read_plan
 from analysis.plans.selecting import Selecting
+from analysis.power.deciding import Decided, p_of
+from analysis.power.refusals import PowerError
 from analysis.power.simulating import people, simulated_material, with_effect
+from analysis.regenerating.regenerated import read_table
 from analysis.regenerating.running import run_tests
 from protocols.did_you_mean import nearest
 from protocols.study import Study
 from studies.catalogue import read_study
 
 Progress = Callable[[int, int, str], None]
-P_COLUMNS = ("p_adjusted", "p_holm", "p_bonferroni", "p_reported", "p", "p_greenhouse_geisser", "p_uncorrected")
-"""Where a row's p value stands, the most cautious first."""
-
-
-class PowerError(ValueError):
-    """The power of this test cannot be simulated as asked."""
+MOST_RUNS = 100_000
+"""So many studies have seeds of their own before those of the next --seed begin."""
 
 
 @dataclass(frozen=True)
 class Asking:
     """What is simulated: a study file, a plan, one of its tests, and which row of the answer is the effect.
 
-    `row` is text that a cell of the row holds ("" takes the first row), `column` that of its p value ("" finds it).
+    `row` and `column` name them as `p_of` says. `seed` gives other people, none of whom any other seed gives.
     `effect` multiplies what the study's simulated people feel.
     """
 
@@ -54,7 +55,8 @@ class Asking:
 class Point:
     """One number of participants: in how many of the runs p was at most alpha, and in how many there was no p.
 
-    `power` counts a run without a p as one that found nothing; `low` and `high` bound it (Wilson 1927, 95 %).
+    `power` counts a run without a p as one that found nothing, `why` tells the first reason; `by` names the row of the
+    answer and the column that p stands in; `low` and `high` bound it (Wilson 1927, 95 %).
     """
 
     participants: int
@@ -65,6 +67,7 @@ class Point:
     low: float
     high: float
     why: str = ""
+    by: str = ""
 
 
 def power_curve(
@@ -72,13 +75,13 @@ def power_curve(
 ) -> list[Point]:
     """Simulate `runs` studies and test each with its first 2, 3, ... participants, as `sizes` asks.
 
-    A study's participants are the same for every size, so the curve is smooth and as cheap as its largest size. Run r
-    is seeded with seed + r: the result depends neither on `jobs` nor on what else is asked.
+    A study's participants are the same for every size, so the curve is smooth and as cheap as its largest size. Each
+    run has a seed of its own: the result depends neither on `jobs` nor on what else is asked.
     Raises PowerError or PlanError where test, outcome or row do not exist.
     """
     sizes = sorted(set(sizes))
     check_asking(asking)
-    outcomes: list[Mapping[int, tuple[float | None, str]]] = []
+    outcomes: list[Mapping[int, Decided]] = []
     for done, each in enumerate(_runs(asking, sizes, runs, jobs)):
         outcomes.append(each)
         progress(done + 1, runs, f"{asking.test}, up to {sizes[-1]} participants")
@@ -86,37 +89,44 @@ def power_curve(
 
 
 def check_asking(asking: Asking) -> Asked:
-    """The plan's test that is meant. Raises PowerError where it or its outcome does not exist, or it has no model."""
+    """The plan's test that is meant. Raises PowerError where it or its outcome does not exist, or nobody simulates."""
     plan, study = read_plan(asking.plan_file), read_study(asking.study_file).study
     names = [each.name for each in plan.tests]
     if asking.test not in names:
         raise PowerError(f"{plan.path}: no test {asking.test!r}; {nearest(asking.test, names)}")
     if study.simulation is None or not study.simulation.latents:
         raise PowerError(f"{asking.study_file}: the study does not say how simulated people perceive (simulation:)")
+    asked = plan.tests[names.index(asking.test)]
+    if asked.table is not None:
+        raise PowerError(f"{asking.test}: asks about the plan's table {asked.table!r}, which nobody simulates")
     known = [each.name for each in study.attributes]
     if asking.outcome and known and asking.outcome not in known:
         raise PowerError(f"{asking.test}: no outcome {asking.outcome!r}; {nearest(asking.outcome, known)}")
-    return plan.tests[names.index(asking.test)]
+    return asked
 
 
-def _runs(
-    asking: Asking, sizes: Sequence[int], runs: int, jobs: int
-) -> Iterator[Mapping[int, tuple[float | None, str]]]:
+def _runs(asking: Asking, sizes: Sequence[int], runs: int, jobs: int) -> Iterator[Mapping[int, Decided]]:
     todo = [(asking, tuple(sizes), run) for run in range(runs)]
     if jobs == 1:
         yield from map(one_run, todo)
         return
-    with ProcessPoolExecutor(jobs) as pool:
+    # spawned, not forked: the progress bar is a thread, and a fork of a process with threads may hang
+    with ProcessPoolExecutor(min(jobs, runs), get_context("spawn"), initializer=_left_to_the_parent) as pool:
         yield from pool.map(one_run, todo)
 
 
-def one_run(todo: tuple[Asking, tuple[int, ...], int]) -> dict[int, tuple[float | None, str]]:
+def _left_to_the_parent() -> None:
+    """Ctrl-C reaches every process of a terminal; the parent alone says that it stopped."""
+    signal.signal(signal.SIGINT, signal.SIG_IGN)
+
+
+def one_run(todo: tuple[Asking, tuple[int, ...], int]) -> dict[int, Decided]:
     """One simulated study: for each number of participants the p value, or None and why."""
     asking, sizes, run = todo
     found = read_study(asking.study_file)
     plan = only(read_plan(asking.plan_file), asking, found.study)
     study = with_effect(found.study, asking.effect)
-    material = simulated_material(study, asking.lab, people(sizes[-1]), asking.seed + run)
+    material = simulated_material(study, asking.lab, people(sizes[-1]), asking.seed * MOST_RUNS + run)
     return {size: _p(material, plan, asking, size) for size in sizes}
 
 
@@ -130,14 +140,15 @@ def only(plan: Plan, asking: Asking, study: Study) -> Plan:
     return replace(plan, tests=(asked,), figures=())
 
 
-def _p(material: Material, plan: Plan, asking: Asking, size: int) -> tuple[float | None, str]:
+def _p(material: Material, plan: Plan, asking: Asking, size: int) -> Decided:
     here = set(people(size))
     left = apply_exclusions(_first(material, here), plan.declared).material
-    answered = run_tests(Selecting(left, plan, {}))
+    tables = {name: read_table(plan.table_path(name)) for name in plan.declared.tables}
+    answered = run_tests(Selecting(left, plan, tables))
     answer = next((each.answer for each in answered if each.answer is not None), None)
     if answer is None:
-        return None, next((each.refused for each in answered), "no answer")
-    return p_of(answer, asking)
+        return Decided(None, next((each.refused for each in answered), "no answer"))
+    return p_of(answer, asking.test, asking.row, asking.column)
 
 
 def _first(material: Material, here: set[str]) -> Material:
@@ -152,38 +163,13 @@ def _first(material: Material, here: set[str]) -> Material:
     return replace(material, **parts)
 
 
-def p_of(answer: Answer, asking: Asking) -> tuple[float | None, str]:
-    """The p value of the row that is meant. Raises PowerError where there is no such row or column."""
-    row = _row(answer.rows, asking)
-    columns = [asking.column] if asking.column else [name for name in P_COLUMNS if name in row]
-    if not columns or columns[0] not in row:
-        known = [name for name in row if name.startswith("p")]
-        raise PowerError(
-            f"{asking.test}: no column {asking.column or 'of p values'!r}; {nearest(asking.column, known)}"
-        )
-    value = row[columns[0]]
-    if isinstance(value, int | float) and math.isfinite(value):
-        return float(value), ""
-    return None, str(row.get("note") or "p is undefined")
-
-
-def _row(rows: Iterable[Row], asking: Asking) -> Row:
-    found = list(rows)
-    if not asking.row and found:
-        return found[0]
-    for row in found:
-        if asking.row in [value for value in row.values() if isinstance(value, str)]:
-            return row
-    texts = dict.fromkeys(value for row in found for value in row.values() if isinstance(value, str) and value)
-    raise PowerError(f"{asking.test}: no row with {asking.row!r}; {nearest(asking.row, texts)}")
-
-
-def _point(size: int, outcomes: Sequence[tuple[float | None, str]], alpha: float) -> Point:
+def _point(size: int, outcomes: Sequence[Decided], alpha: float) -> Point:
     runs = len(outcomes)
-    found = sum(p is not None and p <= alpha for p, _ in outcomes)
-    missing = [why for p, why in outcomes if p is None]
+    found = sum(each.p is not None and each.p <= alpha for each in outcomes)
+    missing = [each.why for each in outcomes if each.p is None]
+    by = next((each.by for each in outcomes if each.by), "")
     low, high = wilson(found, runs)
-    return Point(size, runs, found, len(missing), found / runs, low, high, missing[0] if missing else "")
+    return Point(size, runs, found, len(missing), found / runs, low, high, missing[0] if missing else "", by)
 
 
 def wilson(found: int, runs: int, z: float = 1.959963984540054) -> tuple[float, float]:

@@ -2,20 +2,23 @@
 
 from __future__ import annotations
 
+import re
 from collections.abc import Sequence
 from dataclasses import asdict
 from pathlib import Path
 
 from analysis.figures.style import INK, OKABE_ITO, SOFT, drawing, quiet_axes, save
 from analysis.power.curve import Asking, Point
-from analysis.reporting.results import csv_text
+from analysis.reporting.csv_files import csv_text
 
 
 def write_curve(points: Sequence[Point], asking: Asking, wanted: float, folder: Path) -> list[Path]:
-    """Write power_TEST.csv, .svg and .png to `folder` and give the paths."""
-    name = f"power_{asking.test}"
+    """Write power_TEST_xEFFECT.csv, .svg and .png to `folder` and give the paths; other questions have other names."""
+    what = re.sub(r"[^\w.]+", "-", "_".join(filter(None, (asking.test, asking.outcome, asking.row, asking.column))))
+    name = f"power_{what}_x{asking.effect:g}"
     folder.mkdir(parents=True, exist_ok=True)
-    rows = [{**asdict(point), "effect": asking.effect, "alpha": asking.alpha} for point in points]
+    asked = ("test", "outcome", "row", "column", "effect", "alpha", "seed")
+    rows = [{**asdict(point), **{key: getattr(asking, key) for key in asked}} for point in points]
     table = folder / f"{name}.csv"
     table.write_text(csv_text(rows), encoding="utf-8", newline="\n")
     return [table, *_drawn(points, asking, wanted, folder, name)]
@@ -23,6 +26,7 @@ def write_curve(points: Sequence[Point], asking: Asking, wanted: float, folder: 
 
 def _drawn(points: Sequence[Point], asking: Asking, wanted: float, folder: Path, name: str) -> list[Path]:
     from matplotlib.figure import Figure
+    from matplotlib.ticker import MaxNLocator
 
     with drawing(name):
         figure = Figure(figsize=(5.6, 3.4), layout="constrained")
@@ -36,10 +40,11 @@ def _drawn(points: Sequence[Point], asking: Asking, wanted: float, folder: Path,
         axes.axhline(wanted, color=SOFT, linewidth=0.8, linestyle=(0, (4, 3)))
         axes.text(sizes[-1], wanted, f"wanted: {wanted:g}", ha="right", va="bottom", fontsize=8, color=SOFT)
         axes.set_ylim(0, 1.02)
+        axes.xaxis.set_major_locator(MaxNLocator(integer=True))
         axes.set_xlabel("participants", color=INK)
         axes.set_ylabel(f"share of {points[0].runs} runs with p ≤ {asking.alpha:g}")
         axes.set_title(
-            f"{' '.join(filter(None, (asking.test, asking.outcome, asking.row)))}, effect × {asking.effect:g}"
+            f"{' '.join(filter(None, (asking.test, asking.outcome)))} ({points[-1].by or 'no p'}), effect × {asking.effect:g}"
         )
         quiet_axes(axes)
         return save(figure, folder, name)

@@ -34,15 +34,18 @@ class Faults:
     places: Mapping[tuple[str, str], Mapping[Kind, Sequence[Place]]] = field(default_factory=dict)
     owed: int = 0
 
-    def demand_none(self, attribute: str, participants: Iterable[str]) -> None:
-        """Raise CellsRefused where a cell of the attribute is at fault for one of the participants."""
+    def demand_none(self, attribute: str, participants: Iterable[str], advice: str = ADVICE) -> None:
+        """Raise CellsRefused where a cell of the attribute is at fault for one of the participants.
+
+        `advice` is what to do about a missing one.
+        """
         people = list(participants)
-        for kind, (words, advice) in _FAULTS.items():
+        for kind, (words, remedy) in _FAULTS.items():
             found = {who: each for who in people if (each := self.places.get((attribute, who), {}).get(kind))}
             if found:
                 told = [self._told(words, who, each) for who, each in list(found.items())[:SHOWN]]
                 more = f"; and {count(len(found) - SHOWN, 'more participant')}" if len(found) > SHOWN else ""
-                raise CellsRefused(f"{'; '.join(told)}{more}; {advice}")
+                raise CellsRefused(f"{'; '.join(told)}{more}; {advice if kind == 'missing' else remedy}")
 
     def _told(self, words: str, who: str, places: Sequence[Place]) -> str:
         of = f"{len(places):,} of {count(self.owed, 'cell')}" if self.owed else count(len(places), "cell")

@@ -57,6 +57,21 @@ def one_sample(values: Floats, *, floor: float = 0.0, confidence: float = 0.95, 
     return OneSample(n, mean, sd, se, t, n - 1.0, p, mean - half, mean + half, mean / sd, p_note([p]))
 
 
+def columns_of(each: OneSample) -> dict[str, float | int]:
+    """The test as columns of a table."""
+    return {
+        "n": each.n,
+        "mean": each.mean,
+        "sd": each.sd,
+        "ci_low": each.low,
+        "ci_high": each.high,
+        "t": each.t,
+        "df": each.df,
+        "dz": each.dz,
+        "p": each.p,
+    }
+
+
 def check_confidence(confidence: float) -> None:
     """Refuse a confidence that is no share between 0 and 1."""
     if not 0 < confidence < 1:

@@ -81,13 +81,12 @@ def order_effect(
 ) -> OrderEffect:
     """How a measure goes with the place of its trial in the session, one value per trial.
 
-    With `adjust="stimulus"`, what the stimuli themselves do is taken out first: y = participant + stimulus + b position
-    is fitted by least squares, and the stimulus' effect (centred on 0) is subtracted, so that a balanced order and a
-    random one are treated alike. Then each participant's least-squares slope over positions is taken; its mean has
-    Student's interval over participants. Bins hold equally many positions. Positions are counted from 1 within each
-    session among the trials that are there. `carry_over` adds each participant's slope of the adjusted values on the
-    mean adjusted rating of the stimulus before. Raises DataRefused where everyone met the stimuli in one order (then
-    position and stimulus are the same thing), BadOption, UnknownColumn, BadValue.
+    With `adjust="stimulus"`, y = participant + stimulus + b position is fitted by least squares first, and the effect
+    of the stimulus (centred on 0) is subtracted: a balanced order and a random one are treated alike. Then each
+    participant's slope over positions is taken; its mean has Student's interval over participants. Bins hold equally
+    many positions, counted from 1 within each session among the trials that are there. `carry_over` adds each
+    participant's slope of the adjusted values on the effect of the stimulus before. Raises DataRefused where everyone
+    met the stimuli in one order (position and stimulus are then the same thing), BadOption, UnknownColumn, BadValue.
     """
     check_columns(data, [dv, subject, stimulus, position])
     if bins < 1:

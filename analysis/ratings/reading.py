@@ -3,9 +3,9 @@
 from __future__ import annotations
 
 from collections import Counter
-from collections.abc import Iterator, Sequence
+from collections.abc import Collection, Iterator, Sequence
 from contextlib import contextmanager
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from typing import Any
 
 import pandas as pd
@@ -59,29 +59,34 @@ def read_ratings(
     digest: str | None = None,
     include_incomplete: bool = False,
     simulated: bool | None = None,
+    withdrawn: Collection[str] = (),
 ) -> Ratings:
     """The ratings of `study`, without practice trials and, unless told, without interrupted sessions.
 
     Every session and practice trial left out has a line in `exclusions`. `digest` (or its beginning) chooses one
     version of a study that was changed between participants; `simulated` keeps only simulated or only real
-    sessions where there are both. Raises DataRefused where either is needed and not given, where the database is
+    sessions where there are both. Nobody in `withdrawn` is among them, whatever the database says of their sessions.
+    Raises DataRefused where either is needed and not given, where the database is
     not a collected one, holds no such study or no session to analyse, and where an answer is no number.
     """
     with _connected(source) as connection:
         definition, choice = chosen(
-            connection, study, digest=digest, include_incomplete=include_incomplete, simulated=simulated
-        )
+            connection, study, digest=digest, include_incomplete=include_incomplete, simulated=simulated,
+            withdrawn=withdrawn,
+        )  # fmt: skip
         ratings = [Rating(**row) for row in _query(connection, _RATINGS, study)]
     return assembled(definition, choice, ratings)
 
 
 def chosen(
-    connection: Connection, study: str, *, digest: str | None, include_incomplete: bool, simulated: bool | None
-) -> tuple[Study, Choice]:
+    connection: Connection, study: str, *, digest: str | None, include_incomplete: bool, simulated: bool | None,
+    withdrawn: Collection[str] = (),
+) -> tuple[Study, Choice]:  # fmt: skip
     """The version of the study that is analysed, and which of its sessions are. Raises DataRefused as above."""
     rows = [SessionRow(**row) for row in _query(connection, _SESSIONS, study)]
     if not rows:
         raise DataRefused(_no_sessions(connection, study))
+    rows = [replace(row, status="withdrawn") if row.participant in withdrawn else row for row in rows]
     choice = choose_sessions(rows, study, digest, include_incomplete, simulated)
     return _definition(connection, study, choice.digest), choice
 

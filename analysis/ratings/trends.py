@@ -12,7 +12,7 @@ import numpy as np
 import pandas as pd
 
 from analysis.ratings.dataset import DataRefused
-from analysis.ratings.one_sample import NAN, OneSample, one_sample
+from analysis.ratings.one_sample import NAN, OneSample, columns_of, one_sample
 from analysis.ratings.person_cells import NO_LEVELS, Levels, PersonCells, complete_people, person_cells, written
 from analysis.statistics.doubles import Floats, differences
 from analysis.statistics.labels import coded
@@ -229,20 +229,12 @@ def _rows(heads: Sequence[Row], found: Sequence[tuple[str, OneSample]], correcti
     padded = adjusted([p[i] for i in tested] + [NAN] * (family - len(tested)), CORRECTIONS[correction])
     corrected = dict(zip(tested, padded, strict=False))
     return [
-        {**head, **_numbers(each), "p_corrected": corrected.get(i, NAN), "family_size": family, "note": each.note}
+        {
+            **head,
+            **columns_of(each),
+            "p_corrected": corrected.get(i, NAN),
+            "family_size": family,
+            "note": each.note,
+        }
         for i, (head, (_, each)) in enumerate(zip(heads, found, strict=True))
     ]
-
-
-def _numbers(each: OneSample) -> Row:
-    return {
-        "n": each.n,
-        "mean": each.mean,
-        "sd": each.sd,
-        "ci_low": each.low,
-        "ci_high": each.high,
-        "t": each.t,
-        "df": each.df,
-        "dz": each.dz,
-        "p": each.p,
-    }

@@ -46,6 +46,7 @@ def _of(each: Answered) -> list[ExactCheck]:
         between=list(asked["between"]) or None,
         subject="participant",
         sum_of_squares=asked["sum_of_squares"],
+        missing="listwise" if each.missing.policy == "listwise" else "raise",
         aggregate="mean",
     )
     return [

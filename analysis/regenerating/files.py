@@ -6,7 +6,6 @@ import json
 import math
 from collections.abc import Iterable, Mapping, Sequence
 from dataclasses import asdict
-from pathlib import Path
 from typing import Any
 
 import pandas as pd
@@ -14,7 +13,7 @@ import pandas as pd
 from analysis.plans.answers import Row
 from analysis.regenerating.regenerated import Regenerated
 from analysis.regenerating.running import Answered
-from analysis.reporting.results import csv_text
+from analysis.reporting.csv_files import csv_text, records
 
 STATISTICS = "statistics.json"
 Seconds = Mapping[int, float]
@@ -24,7 +23,7 @@ def file_texts(found: Regenerated, seconds: Seconds) -> dict[str, str]:
     """The text of every table and of statistics.json by its path in the output folder; the same for equal inputs."""
     texts = {STATISTICS: statistics_json(found, seconds)}
     for name, table in material_tables(found).items():
-        texts[f"tables/{name}.csv"] = csv_text(_records(table))
+        texts[f"tables/{name}.csv"] = csv_text(records(table))
     texts["tables/exclusions.csv"] = _table(("what", "who", "why", "rows", "into"), map(asdict, found.exclusions))
     for name, rows in test_rows(found.answered).items():
         texts[f"tests/{name}.csv"] = csv_text(rows)
@@ -131,18 +130,3 @@ def _plain(row: Row) -> dict[str, Any]:
     return {
         name: None if isinstance(value, float) and not math.isfinite(value) else value for name, value in row.items()
     }
-
-
-def _records(table: pd.DataFrame) -> list[dict[str, Any]]:
-    return [{str(k): v for k, v in record.items()} for record in table.to_dict("records")]
-
-
-def write_texts(texts: Mapping[str, str], folder: Path) -> list[Path]:
-    """Write each text under `folder` and give the paths."""
-    paths = []
-    for name, text in texts.items():
-        path = folder / name
-        path.parent.mkdir(parents=True, exist_ok=True)
-        path.write_text(text, encoding="utf-8", newline="\n")
-        paths.append(path)
-    return paths

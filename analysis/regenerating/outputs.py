@@ -7,11 +7,12 @@ from collections.abc import Callable
 from pathlib import Path
 
 from analysis.regenerating.documents import write_documents
-from analysis.regenerating.files import file_texts, write_texts
+from analysis.regenerating.files import file_texts
 from analysis.regenerating.page import report_html
 from analysis.regenerating.pictured import draw_all
 from analysis.regenerating.regenerated import Regenerated
 from analysis.regenerating.seconds import FILE, remembered
+from analysis.reporting.csv_files import write_texts
 
 Progress = Callable[[int, int, str], None]
 FOLDER = "regenerated"

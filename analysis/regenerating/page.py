@@ -2,114 +2,128 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterator, Sequence
+from collections.abc import Collection, Iterator, Sequence
 from dataclasses import dataclass
 from pathlib import Path
 from typing import Any
 
+from analysis.figures.interactive import figure_markup, key_text, script
 from analysis.figures.style import inline_svg
-from analysis.plans.answers import Row
-from analysis.regenerating.pictured import Picture, Pictured
+from analysis.regenerating.grid import Grid, Head, plain_grid, value_grid
+from analysis.regenerating.page_data import declared, facts, left_out, seconds_told
+from analysis.regenerating.page_words import Caption, caption, parts_of
+from analysis.regenerating.pictured import Picture
 from analysis.regenerating.regenerated import Regenerated
 from analysis.regenerating.running import Answered
-from analysis.regenerating.shown import by_test, cell_text, heading, method_of, rests_on, test_table, test_title
-from analysis.reporting.page_table import Column, Table, number, table, words
-from analysis.reporting.page_text import count
+from analysis.regenerating.shown import by_test, method_of, notes_of, rests_on, test_grid, test_kind, test_name
 
 TEMPLATES = Path(__file__).parent / "templates"
 CSS = Path(__file__).parent.parent / "reporting" / "templates" / "report.css"
 
+BRIEF = 50
+"""A sentence of no more letters than this fits half a line."""
+MOST_AT_ONCE = 3
+"""Of a test with more outcomes the rest is folded."""
+MOST_COLUMNS = 40
+"""Columns of numbers beyond this one stand on the left."""
+
+
+@dataclass(frozen=True)
+class Headline:
+    """What one outcome of a test says in a sentence, in parts that stand below each other."""
+
+    outcome: str
+    parts: tuple[str, ...]
+
 
 @dataclass(frozen=True)
 class TestPart:
-    """One test on the page: title, sentences, method, what it rests on, its table."""
+    """One test on the page: name, kind, sentences, method, what it rests on, its table and the table's file."""
 
     anchor: str
-    title: str
-    headlines: tuple[tuple[str, str], ...]
+    name: str
+    kind: str
+    headlines: tuple[Headline, ...]
     method: str
     rests_on: str
     notes: tuple[str, ...]
-    table: Table
+    grid: Grid
+    file: str
+
+    @property
+    def brief(self) -> bool:
+        """Whether its sentences are short enough to stand in two columns, all of them."""
+        return all(len(each.parts) == 1 and len(each.parts[0]) <= BRIEF for each in self.headlines)
+
+    @property
+    def at_once(self) -> int:
+        """How many of its sentences stand on the page before the rest is opened."""
+        return len(self.headlines) if self.brief or len(self.headlines) <= MOST_AT_ONCE + 1 else MOST_AT_ONCE
 
 
 @dataclass(frozen=True)
 class FigurePart:
-    """One figure on the page: its drawing, its caption, and the rows it shows, each with the key it can be found by."""
+    """One figure on the page: its drawing, its caption, and the rows it shows with the file that holds them."""
 
     anchor: str
     title: str
-    caption: str
+    caption: Caption
     markup: Any
-    table: Table
-    keys: tuple[str, ...]
+    grid: Grid
+    file: str
 
 
-def test_parts(found: Regenerated) -> Iterator[TestPart]:
-    """The page's part for every test of the plan."""
+def test_parts(found: Regenerated, known: Collection[str] = ()) -> Iterator[TestPart]:
+    """The page's part for every test of the plan; `known` are the keys of the figures' marks."""
     for answered in by_test(found.answered):
-        answers = [each for each in answered if each.answer is not None]
+        name = answered[0].asked.name
         yield TestPart(
-            anchor=f"test-{answered[0].asked.name}",
-            title=test_title(answered),
+            anchor=f"test-{name}",
+            name=test_name(answered),
+            kind=test_kind(answered),
             headlines=tuple(_headlines(answered)),
             method=method_of(answered),
             rests_on=rests_on(answered),
-            notes=tuple(dict.fromkeys(note for each in answers if each.answer for note in each.answer.notes)),
-            table=test_table(answered),
+            notes=notes_of(answered),
+            grid=test_grid(answered, known),
+            file=f"tests/{name}.csv",
         )
 
 
-def _headlines(answered: Sequence[Answered]) -> Iterator[tuple[str, str]]:
+def _headlines(answered: Sequence[Answered]) -> Iterator[Headline]:
     for each in answered:
         if each.answer is None:
-            yield each.outcome, f"Not answered: {each.refused}"
+            yield Headline(each.outcome, (f"Not answered: {each.refused}",))
         elif each.answer.headline:
-            yield each.outcome, each.answer.headline
+            yield Headline(each.outcome, parts_of(each.answer.headline))
 
 
 def figure_parts(found: Regenerated, pictures: Sequence[Picture | None]) -> Iterator[FigurePart]:
     """The page's part for every figure that could be drawn."""
-    from analysis.figures.interactive import figure_markup
-
     for place, (each, picture) in enumerate(zip(found.pictured, pictures, strict=True), start=1):
         if each.data is None or picture is None:
             continue
-        shown, keys = _figure_table(each, picture)
+        title = (each.asked.title or each.data.title).rstrip(".")
+        prefix = f"f{place}"
         yield FigurePart(
             anchor=f"figure-{each.asked.name}",
-            title=each.asked.title or each.data.title,
-            caption=each.data.caption,
-            markup=figure_markup(inline_svg(picture.svg, f"f{place}"), picture.marks, f"f{place}"),
-            table=shown,
-            keys=keys,
+            title=title,
+            caption=caption(each.data.caption),
+            markup=figure_markup(inline_svg(picture.svg, prefix), picture.marks, prefix, title),
+            grid=value_grid(each.data.rows, known=mark_keys([picture])),
+            file=f"figures/{each.asked.name}.csv",
         )
 
 
-def _figure_table(each: Pictured, picture: Picture) -> tuple[Table, tuple[str, ...]]:
-    """The figure's rows as a table, and for each row the key of the marks that it belongs to ("" for none)."""
-    rows: Sequence[Row] = each.data.rows if each.data is not None else ()
-    names = list(dict.fromkeys(name for row in rows for name in row))
-    columns = [_column(name, rows) for name in names]
-    known = {mark.key for mark in picture.marks}
-    keys = [next((str(value) for value in row.values() if str(value) in known), "") for row in rows]
-    texts = [[cell_text(name, row.get(name)) for name in names] for row in rows]
-    return table(columns, texts), tuple(keys)
-
-
-def _column(name: str, rows: Sequence[Row]) -> Column:
-    texts = [value for row in rows if isinstance(value := row.get(name), str)]
-    if not texts:
-        return number(heading(name))
-    return words(heading(name)) if max(map(len, texts)) > 40 else Column(heading(name))
+def mark_keys(pictures: Sequence[Picture | None]) -> frozenset[str]:
+    """What can be chosen in the figures."""
+    return frozenset(mark.key for picture in pictures if picture is not None for mark in picture.marks if mark.key)
 
 
 def report_html(found: Regenerated, pictures: Sequence[Picture | None], seconds: float) -> str:
     """The whole page as one text; the same for equal inputs. Every name in it is escaped."""
     from jinja2 import Environment, FileSystemLoader, StrictUndefined
     from markupsafe import Markup
-
-    from analysis.figures.interactive import script
 
     environment = Environment(
         loader=FileSystemLoader([TEMPLATES, CSS.parent]),
@@ -123,18 +137,26 @@ def report_html(found: Regenerated, pictures: Sequence[Picture | None], seconds:
     return environment.get_template("regenerated.html").render(
         found=found,
         facts=facts(found),
-        tests=list(test_parts(found)),
+        tests=list(test_parts(found, mark_keys(pictures))),
         figures=list(figure_parts(found, pictures)),
         not_drawn=[(each.asked.name, each.refused) for each in found.pictured if each.data is None],
-        exclusions=_exclusions(found),
-        inputs=table(("input", Column("SHA-256", "hash"), words("note")), _inputs(found)),
-        software=table(("package", "version"), found.software.items()),
+        left_out=left_out(found.exclusions),
+        inputs=_inputs(found),
+        software=plain_grid(("package", "version"), found.software.items()),
         declared=declared(found),
-        seconds=seconds,
-        css=Markup(CSS.read_text(encoding="utf-8") + (TEMPLATES / "regenerated.css").read_text(encoding="utf-8")),
+        seconds=seconds_told(seconds),
+        key_text=key_text,
+        css=Markup(_css()),
         script=Markup(code),
         script_hash=_hash(code),
     )
+
+
+def _css() -> str:
+    """The look of every report, this page's own, and on which side each column of a table stands."""
+    sides = ",".join(f".n{place} td:nth-child({place})" for place in range(1, MOST_COLUMNS + 1))
+    own = (TEMPLATES / "regenerated.css").read_text(encoding="utf-8")
+    return CSS.read_text(encoding="utf-8") + own + sides + " { text-align: right; }\n"
 
 
 def _hash(code: str) -> str:
@@ -145,38 +167,6 @@ def _hash(code: str) -> str:
     return base64.b64encode(hashlib.sha256(code.encode()).digest()).decode()
 
 
-def facts(found: Regenerated) -> list[tuple[str, str]]:
-    """What stands at the head of the page."""
-    material = found.material
-    values = len(material.ratings.table) if material.ratings is not None else len(material.words)
-    what = "ratings" if material.ratings is not None else "words"
-    return [
-        ("Participants", f"{len(material.participants):,}"),
-        ("Trials", f"{len(material.trials):,}"),
-        (what.capitalize(), f"{values:,}"),
-        ("Left out", count(len(found.exclusions), "line")),
-        ("Plan", found.plan.sha256[:12]),
-    ]
-
-
-def declared(found: Regenerated) -> list[str]:
-    """What the plan fixes for all tests, in sentences."""
-    plan = found.plan.declared
-    told = {
-        "refuse": "A test that needs a missing cell is refused.",
-        "listwise": "A participant who lacks a cell is left out of the tests that need it (listwise).",
-        "mixed_model": "Where cells are missing, a linear mixed model answers an analysis of variance.",
-    }
-    sessions = "Interrupted sessions count." if plan.sessions == "also_interrupted" else "Only complete sessions count."
-    scale = "" if plan.normalise == "none" else f" Ratings are normalised: {plan.normalise.replace('_', ' ')}."
-    drawn = f" What is resampled uses {plan.draws:,} draws from seed {plan.seed}."
-    return [f"Significance level α = {plan.alpha:g}. {sessions} {told[plan.missing]}{scale}{drawn}"]
-
-
-def _exclusions(found: Regenerated) -> Table:
-    rows = [(each.what, each.who, each.why, f"{each.rows:,}") for each in found.exclusions]
-    return table(("what", "whose", words("why"), number("rows")), rows)
-
-
-def _inputs(found: Regenerated) -> list[tuple[str, str, str]]:
-    return [(each.name, each.sha256, each.note) for each in found.inputs]
+def _inputs(found: Regenerated) -> Grid:
+    heads = ("input", Head("SHA-256", "hash"), Head("note", "words"))
+    return plain_grid(heads, [(each.name, each.sha256, each.note) for each in found.inputs])

@@ -21,6 +21,7 @@ from analysis.reporting.sources import IMPORTED, Wanted, gathered, nothing_of
 from protocols.did_you_mean import nearest
 from studies.catalogue import STUDY_FILE, names
 from studies.collect import ledgers_in, open_database
+from studies.participants.registry import withdrawn
 
 Progress = Callable[[int, int, str], None]
 
@@ -115,6 +116,7 @@ def _material(wanted: Wanted, name: str, plan: Plan, progress: Progress) -> Mate
             digest=wanted.digest,
             include_incomplete=plan.declared.sessions == "also_interrupted",
             simulated=wanted.simulated,
+            withdrawn=withdrawn(wanted.lab),
         )
     finally:
         engine.dispose()

@@ -91,14 +91,16 @@ def _answered(selecting: Selecting, question: Question, clock: Clock) -> Answere
         if selected is None:
             return Answered(question.asked, question.outcome, None, question.refused, "", told, 0.0)
         if kind.complete is not None and question.asked.table is None and _rates(question):
-            selected, told = handled(selected, selecting.faults, question.asked.where, policy)
+            trials = selecting.material.trials
+            selected, told = handled(selected, selecting.faults, question.asked.where, policy, trials)
         start = clock()
         gaps = kind.with_gaps if told.cells and policy == "mixed_model" else None
         if told.cells and policy == "mixed_model" and gaps is None:
             raise NoModel(
-                f"{told.text()}: this kind of test has no form that takes gaps; choose listwise, or mixed_model"
+                f"{told.found()}, and {question.asked.test!r} has no form that takes gaps; give this test"
+                " `missing: listwise`, or ask a test of kind mixed_model instead"
             )
-        answer = (gaps or kind.answer)(selected, question.asked)
+        answer = (gaps or kind.answer)(selected, question.asked.model_copy(update={"missing": policy}))
     except ValueError as refusal:
         inputs = "" if selected is None else digest(selected.table)
         return Answered(question.asked, question.outcome, None, str(refusal), inputs, told, clock() - start)

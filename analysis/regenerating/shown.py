@@ -1,46 +1,52 @@
-"""Answers as tables for a reader: columns under their names in words, numbers with the digits that mean something."""
+"""Answers for a reader: each test as one table, its title, its method and what it rests on in words."""
 
 from __future__ import annotations
 
-import math
-from collections.abc import Mapping, Sequence
+from collections.abc import Collection, Mapping, Sequence
+from dataclasses import replace
 from itertools import groupby
 
-from analysis.plans.answers import Row, Value
+from analysis.plans.answers import Row
+from analysis.regenerating.grid import Grid, value_grid
+from analysis.regenerating.headings import kind_told
 from analysis.regenerating.running import Answered
-from analysis.reporting.page_table import Column, Footnotes, Table, number, table, without_repeats, words
-from analysis.reporting.page_text import NONE, fixed, p_cell
 
 MOST_ROWS = 2000
 """A page that holds more rows of one test than this is no longer read; the CSV has them all."""
-_NAMES: Mapping[str, str] = {
-    "a": "A", "b": "B", "df1": "df₁", "df2": "df₂", "sd": "SD", "se": "SE", "n": "n", "t": "t", "f": "F", "F": "F",
-    "r2": "R²", "chi2": "χ²", "p": "p", "low": "low", "high": "high",
-}  # fmt: skip
+OUTCOME = "outcome"
 
 
-def test_table(answered: Sequence[Answered]) -> Table:
-    """One test's rows, its outcomes below each other; notes as footnotes, a refused outcome with its reason."""
+def test_grid(answered: Sequence[Answered], known: Collection[str] = ()) -> Grid:
+    """One test's rows, its outcomes below each other; notes as footnotes, a refused outcome with its reason.
+
+    An outcome of one row stands in a column, outcomes of several rows each have a heading.
+    """
+    kinds = {name: told for each in answered if each.answer is not None for name, told in each.answer.kinds.items()}
     several = any(each.outcome for each in answered)
-    heads = _heads(answered)
-    notes = Footnotes()
-    rows: list[tuple[str, ...]] = []
+    if several and all(each.answer is None or len(each.answer.rows) == 1 for each in answered):
+        return _with_column(answered, kinds, known)
+    return _with_headings(answered, kinds, known)
+
+
+def _with_column(answered: Sequence[Answered], kinds: Mapping[str, str], known: Collection[str]) -> Grid:
+    rows = [{OUTCOME: each.outcome, **row} for each in answered for row in _rows(each)]
+    return value_grid(rows, kinds, known)
+
+
+def _with_headings(answered: Sequence[Answered], kinds: Mapping[str, str], known: Collection[str]) -> Grid:
+    rows: list[Row] = []
+    groups: dict[int, str] = {}
     for each in answered:
-        about = (each.outcome,) if several else ()
-        if each.answer is None:
-            rows.append((*about, *_refused(heads, each.refused, notes)))
-            continue
-        rows += [(*about, *_cells(heads, row, notes)) for row in each.answer.rows[:MOST_ROWS]]
-    columns = [*([Column("outcome")] if several else []), *(_column(name, answered) for name in heads)]
-    shown = without_repeats(rows) if several else rows
-    return table(columns, shown, (*notes.lines(), *_cut(answered)))
+        if each.outcome:
+            groups[len(rows)] = each.outcome
+        rows += _rows(each)[:MOST_ROWS]
+    found = value_grid(rows, kinds, known)
+    return replace(found, notes=(*found.notes, *_cut(answered)), groups=groups)
 
 
-def _heads(answered: Sequence[Answered]) -> list[str]:
-    """The columns that any row fills; a note stands below."""
-    rows = [row for each in answered if each.answer is not None for row in each.answer.rows]
-    names = dict.fromkeys(name for row in rows for name in row if name != "note")
-    return [name for name in names if any(row.get(name) not in (None, "") for row in rows)] or ["result"]
+def _rows(each: Answered) -> Sequence[Row]:
+    """An outcome's rows; one that has no answer has one row of nothing, and the reason as its note."""
+    return ({"note": f"Not answered: {each.refused}"},) if each.answer is None else each.answer.rows
 
 
 def _cut(answered: Sequence[Answered]) -> list[str]:
@@ -48,67 +54,45 @@ def _cut(answered: Sequence[Answered]) -> list[str]:
     return [f"The first {MOST_ROWS:,} of {most:,} rows; all of them are in the test's CSV."] if most > MOST_ROWS else []
 
 
-def _refused(heads: Sequence[str], why: str, notes: Footnotes) -> list[str]:
-    return [notes.marked(NONE, f"Not answered: {why}"), *(NONE for _ in heads[1:])]
-
-
-def _cells(heads: Sequence[str], row: Row, notes: Footnotes) -> list[str]:
-    cells = [cell_text(name, row.get(name)) for name in heads]
-    note = str(row.get("note") or "")
-    return [notes.marked(cells[0], note), *cells[1:]]
-
-
-def is_p(name: str) -> bool:
-    """Whether a column holds p values, by its name."""
-    return name == "p" or name.startswith("p_") or name.endswith("_p")
-
-
-def cell_text(name: str, value: Value) -> str:
-    """A value as a reader sees it: p never 0, three decimals for p, a dash for what is undefined."""
-    if value is None or (isinstance(value, float) and math.isnan(value)):
-        return NONE
-    if isinstance(value, bool):
-        return "yes" if value else "no"
-    if isinstance(value, int | str):
-        return f"{value}".replace("-", "−") if isinstance(value, int) else value
-    if is_p(name) and 0 <= value <= 1:
-        return p_cell(value)
-    if value == int(value) and abs(value) < 1e6 and name.startswith(("df", "n_", "count")):
-        return f"{value:.0f}"
-    return fixed(value, 3 if abs(value) < 1 else 2)
-
-
-def _column(name: str, answered: Sequence[Answered]) -> Column:
-    values = [row.get(name) for each in answered if each.answer is not None for row in each.answer.rows]
-    texts = [value for value in values if isinstance(value, str)]
-    if not texts:
-        return number(heading(name))
-    return words(heading(name)) if max(map(len, texts)) > 40 else Column(heading(name))
-
-
-def heading(name: str) -> str:
-    """A column's name in words."""
-    if name in _NAMES:
-        return _NAMES[name]
-    return name.replace("_", " ")
-
-
 def by_test(answered: Sequence[Answered]) -> list[tuple[Answered, ...]]:
     """The answers of each test, in the plan's order."""
     return [tuple(own) for _, own in groupby(answered, key=lambda each: each.asked.name)]
 
 
+def test_name(answered: Sequence[Answered]) -> str:
+    """A test's name in words."""
+    name = answered[0].asked.name.replace("_", " ").replace("-", " ")
+    return name[:1].upper() + name[1:]
+
+
+def test_kind(answered: Sequence[Answered]) -> str:
+    """The kind of a test in words, "" where its name already says so."""
+    told = kind_told(answered[0].asked.test)
+    return "" if told.lower() == test_name(answered).lower() else told
+
+
 def test_title(answered: Sequence[Answered]) -> str:
     """A test's name in words, and its kind where the name does not say it."""
-    asked = answered[0].asked
-    name, kind = (text.replace("_", " ").replace("-", " ") for text in (asked.name, asked.test))
-    return name.capitalize() if kind in name else f"{name.capitalize()} ({kind})"
+    name, kind = test_name(answered), test_kind(answered)
+    return f"{name}: {kind}" if kind else name
 
 
 def method_of(answered: Sequence[Answered]) -> str:
     """The method of the first outcome that has an answer, "" where none has."""
     found = next((each.answer.method for each in answered if each.answer is not None), "")
     return found if not found or found.endswith(".") else f"{found}."
+
+
+def notes_of(answered: Sequence[Answered]) -> tuple[str, ...]:
+    """What the answers say beside their numbers, each once; what holds for some outcomes only names them."""
+    told: dict[str, list[str]] = {}
+    answers = [(each.outcome, each.answer) for each in answered if each.answer is not None]
+    for outcome, answer in answers:
+        for note in dict.fromkeys(answer.notes):
+            told.setdefault(note, []).append(outcome)
+    return tuple(
+        note if len(own) == len(answers) or not all(own) else f"{', '.join(own)}: {note}" for note, own in told.items()
+    )
 
 
 def rests_on(answered: Sequence[Answered]) -> str:

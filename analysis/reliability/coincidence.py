@@ -7,20 +7,20 @@ from __future__ import annotations
 
 import math
 from collections.abc import Hashable, Iterable
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from typing import Literal, TypeAlias
 
 import numpy as np
 import pandas as pd
 
 from analysis.reliability.crossed import crossed
-from analysis.reliability.disagreement import LEVELS, NotRatio, disagreement_of
+from analysis.reliability.disagreement import LEVELS, disagreement_of
 from analysis.reliability.intraclass import demand_confidence
 from analysis.reliability.resampling import demand_draws, generator, percentile, weights
 from analysis.statistics.cells import Aggregate, check_columns
 from analysis.statistics.doubles import Floats
 from analysis.statistics.labels import coded
-from analysis.statistics.refusals import BadOption, BadValue, TooFew, shown
+from analysis.statistics.refusals import BadOption, TooFew, shown
 
 Level: TypeAlias = Literal["nominal", "ordinal", "interval", "ratio"]
 
@@ -30,6 +30,7 @@ class Krippendorff:
     """Krippendorff's alpha with a bootstrap interval over units; NaN where undefined, and `note` says why.
 
     `units` and `values` can be paired: a unit with one value says nothing of agreement and is counted in `unpaired`.
+    `values_per_cell` are the fewest and most values that a rater's value of a unit is the mean of.
     """
 
     alpha: float
@@ -45,6 +46,7 @@ class Krippendorff:
     seed: int
     confidence: float
     note: str
+    values_per_cell: tuple[int, int] = (1, 1)
 
 
 def krippendorff_alpha(
@@ -72,7 +74,8 @@ def krippendorff_alpha(
         raise BadOption(f"values of level {level!r} have no mean; keep one value per unit and rater")
     check_columns(data, [dv])
     table = crossed(_numbered(data, dv, level), dv, units, raters, gaps="keep", aggregate=aggregate)
-    return krippendorff(table.values, level, draws=draws, seed=seed, confidence=confidence)
+    found = krippendorff(table.values, level, draws=draws, seed=seed, confidence=confidence)
+    return replace(found, values_per_cell=table.values_per_cell)
 
 
 def krippendorff(
@@ -88,10 +91,7 @@ def krippendorff(
     kept = values[paired]
     alpha, drawn = math.nan, np.empty(0)
     if len(kept):
-        try:
-            of = disagreement_of(kept, level)
-        except NotRatio as problem:
-            raise BadValue(f"{problem}; a ratio scale begins at 0: use level 'interval'") from None
+        of = disagreement_of(kept, level)
         alpha = float(of(np.ones((1, len(kept))))[0])
         if draws and len(kept) > 1 and not math.isnan(alpha):
             blocks = weights(generator(seed, "krippendorff"), len(kept), draws)

@@ -9,10 +9,11 @@ from typing import Literal, TypeAlias
 import numpy as np
 import pandas as pd
 
-from analysis.reliability.concordance_p import Ranks, chi2_tail, exact_p, permutation_p
+from analysis.ordinal.friedman_exact import exact_tail
+from analysis.ordinal.ranks import Ints, doubled_ranks, refuse_huge, row_rounding
+from analysis.reliability.concordance_p import chi2_tail, permutation_p
 from analysis.reliability.crossed import crossed, refuse_few
 from analysis.reliability.intraclass import GAPS, Missing
-from analysis.reliability.ranking import doubled_ranks
 from analysis.statistics.cells import Aggregate
 from analysis.statistics.doubles import Floats
 from analysis.statistics.refusals import BadOption, shown
@@ -57,7 +58,8 @@ def kendall_w(
 def concordance(values: Floats, p: PKind = "chi2", draws: int = 10_000, seed: int = 0) -> dict[str, object]:
     """Kendall's W of an array (targets, raters) without gaps, under the names of the table's columns."""
     n, m = values.shape
-    ranks: Ranks = np.stack([doubled_ranks(column) for column in values.T])
+    refuse_huge(values)
+    ranks = doubled_ranks(values.T, row_rounding(values.T))
     tied, still = _ties(ranks)
     # Doubled ranks are whole numbers, and so are these: 4 S, and 4 times the largest S that the ties allow.
     deviation = ranks.sum(axis=0) - m * (n + 1)
@@ -74,13 +76,13 @@ def concordance(values: Floats, p: PKind = "chi2", draws: int = 10_000, seed: in
     }
 
 
-def _ties(ranks: Ranks) -> tuple[int, int]:
+def _ties(ranks: Ints) -> tuple[int, int]:
     """The sum of t^3 - t over all ties of all raters, and how many raters put all targets level."""
     runs = [np.unique(row, return_counts=True)[1] for row in ranks]
     return int(sum((run**3 - run).sum() for run in runs)), sum(len(run) == 1 for run in runs)
 
 
-def _with_ties(ranks: Ranks) -> int:
+def _with_ties(ranks: Ints) -> int:
     return sum(len(np.unique(row)) < len(row) for row in ranks)
 
 
@@ -90,12 +92,12 @@ def _still_note(still: int, raters: int) -> str:
     return f"{still} of {raters} raters put all targets level and say nothing of their order" if still else ""
 
 
-def _p(ranks: Ranks, spread: int, asymptotic: float, asked: PKind, draws: int, seed: int) -> tuple[float, str, str]:
+def _p(ranks: Ints, spread: int, asymptotic: float, asked: PKind, draws: int, seed: int) -> tuple[float, str, str]:
     """p, its kind, and why it is not of the kind that was asked for."""
     why = ""
     if asked in ("auto", "exact"):
-        found = exact_p(ranks, spread)
-        if found is not None:
+        found = exact_tail(ranks)
+        if not math.isnan(found):
             return found, "exact", ""
         why = "too many orders for an exact p" if asked == "exact" else ""
     if asked == "chi2" or (asked == "auto" and draws * ranks.size > AFFORDABLE):

@@ -91,7 +91,7 @@ def refuse_few(table: Crossed, rows: str, columns: str, least: tuple[int, int] =
         if len(labels) < needed:
             left = f" ({len(table.dropped)} left out for missing values)" if table.dropped else ""
             named = f", {labels[0]!r}" if len(labels) == 1 else ""
-            raise TooFew(f"{len(labels)} of {what}{named}{left}; at least {needed} are needed")
+            raise TooFew(f"too few {what}: {len(labels)}{named}{left}; at least {needed} are needed")
 
 
 def _spelled(names: Sequence[Hashable]) -> str:
@@ -129,7 +129,8 @@ def _without_gaps(
         places = np.flatnonzero(lost)
         found = listed((_place(int(at), *labels, where) for at in places), len(places))
         raise IncompleteCells(
-            f"no value at {found}; {len(places)} of {values.size} cells are missing; leave out what has gaps by name"
+            f"no value at {found}; {len(places)} of {values.size} cells are missing; leave out what has gaps, or "
+            "compare only those who share all"
         )
     axis = 0 if gaps == "drop_rows" else 1
     whole: NDArray[np.bool_] = np.logical_not(np.logical_or.reduce(lost, axis=1 - axis))

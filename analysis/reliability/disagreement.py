@@ -11,8 +11,9 @@ from typing import TypeAlias
 
 import numpy as np
 
-from analysis.reliability.ranking import levelled
+from analysis.ordinal.ranks import refuse_huge, rounding, same_value
 from analysis.statistics.doubles import ROUNDING, Floats, scaled
+from analysis.statistics.refusals import BadValue
 
 Weighted: TypeAlias = Callable[[Floats], Floats]
 """From weights (draws, units) to one alpha for each draw, NaN where no two values differ."""
@@ -21,12 +22,11 @@ LEVELS = ("nominal", "ordinal", "interval", "ratio")
 BLOCK = 4_000_000
 
 
-class NotRatio(ValueError):
-    """A value below zero, which no ratio scale has."""
-
-
 def disagreement_of(values: Floats, level: str) -> Weighted:
-    """Alpha of an array (units, raters), each unit with two values or more, as a function of the units' weights."""
+    """Alpha of an array (units, raters), each unit with two values or more, as a function of the units' weights.
+
+    Raises BadValue for a value below 0 at level "ratio", and beyond 1e300 at any level but "interval".
+    """
     if level == "interval":
         return _interval(values)
     counts, levels = _counts(values)
@@ -36,12 +36,15 @@ def disagreement_of(values: Floats, level: str) -> Weighted:
 
 
 def _counts(values: Floats) -> tuple[Floats, Floats]:
-    """How often each different value occurs in each unit, and the values."""
+    """How often each different value occurs in each unit, and the values; those only rounding apart are one."""
     units, _ = np.nonzero(~np.isnan(values))
-    levels, places = levelled(values[~np.isnan(values)])
-    counts = np.zeros((len(values), len(levels)))
-    np.add.at(counts, (units, places), 1.0)
-    return counts, levels
+    found, places = np.unique(values[~np.isnan(values)], return_inverse=True)
+    refuse_huge(found)
+    room = rounding(found)
+    starts = np.append(True, ~same_value(found[1:], found[:-1], np.maximum(room[1:], room[:-1])))
+    counts = np.zeros((len(values), int(starts.sum())))
+    np.add.at(counts, (units, (np.cumsum(starts) - 1)[places]), 1.0)
+    return counts, found[starts]
 
 
 def _alpha(observed: Floats, expected: Floats, n: Floats) -> Floats:
@@ -97,13 +100,14 @@ def _ordinal(counts: Floats) -> Weighted:
 
 def _ratio(counts: Floats, levels: Floats) -> Weighted:
     if levels[0] < 0:
-        raise NotRatio(f"the value {levels[0]:g} lies below 0")
+        raise BadValue(f"the value {levels[0]:g} lies below 0; a ratio scale begins at 0: use level 'interval'")
+    levels, _ = scaled(levels)  # so that no sum of two overflows
     m = counts.sum(axis=1)
     across = np.zeros((len(counts), len(counts)))
     for part in np.array_split(np.arange(len(levels)), max(1, len(levels) ** 2 // BLOCK)):
         a, b = levels[part][:, None], levels[None, :]
         with np.errstate(invalid="ignore"):
-            squares = np.where(a == b, 0.0, (a - b) / (a / 2 + b / 2) / 2) ** 2
+            squares = np.where(a == b, 0.0, (a - b) / (a + b)) ** 2
         across += counts[:, part] @ (squares @ counts.T)
     own = np.diag(across) / (m - 1)
 

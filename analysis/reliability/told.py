@@ -23,6 +23,16 @@ def demand_columns(table: pd.DataFrame, names: Sequence[str]) -> None:
             raise DataRefused(f"no column {name!r}; {nearest(name, map(str, table.columns))}")
 
 
+def demand_once(table: pd.DataFrame, names: Sequence[str], level: str) -> None:
+    """Refuse several values of one rater in one unit where values have no mean."""
+    if bool(table.duplicated(list(names)).any()):
+        *units, rater = names
+        raise DataRefused(
+            f"several values of one {rater} for one {' and '.join(units)}: values of level {level!r} have no mean; "
+            "name more columns in `units`, or keep one with `where`"
+        )
+
+
 def plain_rows(table: pd.DataFrame) -> tuple[Mapping[str, Plain], ...]:
     """A result's rows as plain values: an undefined number is None, a label of several parts is joined with ", "."""
     columns = {str(name): [plain(value) for value in table[name].tolist()] for name in table.columns}

@@ -1,18 +1,27 @@
-"""From ratings to what a figure shows: the levels on the axis, their families, and the described means."""
+"""The figures of a report: the means of every level, and their trends where levels follow each other in families."""
 
 from __future__ import annotations
 
-import math
-from collections.abc import Sequence
+from collections.abc import Callable, Iterator, Mapping, Sequence
+from dataclasses import dataclass
+from itertools import groupby
+from typing import Any
 
 import pandas as pd
 
-from analysis.ratings.dataset import DataRefused, Ratings
+from analysis.figures.drawn import Drawn, FigureData, Shown
+from analysis.plans.selecting import all_ratings
+from analysis.ratings.dataset import Ratings
 from analysis.ratings.describe import describe
-from analysis.reporting.figure_data import Dot, Picture, RatedAttribute
 
-JOINT = "\x1f"
-"""Between the levels of one cell: a character that no name holds, so that two cells never share a name."""
+
+@dataclass(frozen=True)
+class Picture:
+    """A figure of the report: its file name, what it shows, and how that is drawn."""
+
+    name: str
+    data: FigureData
+    draw: Callable[[FigureData], Drawn]
 
 
 def shown_factors(ratings: Ratings) -> tuple[str, ...]:
@@ -28,65 +37,33 @@ def level_means(ratings: Ratings) -> pd.DataFrame:
     return describe(ratings, ("attribute", *shown_factors(ratings)), kind="over participants")
 
 
-def picture(ratings: Ratings, means: pd.DataFrame) -> Picture:
-    """What Figures 5.9 and 5.10 show of `ratings`; `means` is the table that `level_means` gave.
+def pictures(ratings: Ratings) -> Iterator[Picture]:
+    """The figures that this data set has: none where no factor varies within participants.
 
-    Levels are gathered by family: the study's `families` column, or the first of several within factors.
-    Raises DataRefused where a level belongs to two families.
+    The trends are drawn without whiskers: those of the means are in the figure before. Raises DataRefused where a level
+    belongs to two families.
     """
+    from analysis.figures.means import MEANS, Means
+    from analysis.figures.trends import TRENDS, Trends
+
     factors = shown_factors(ratings)
-    rows = means[list(factors)].itertuples(index=False, name=None)
-    cells = list(dict.fromkeys(tuple(map(str, row)) for row in rows))
-    family = _families(ratings, cells)
-    order = list(dict.fromkeys(family.values()))
-    levels = sorted((JOINT.join(cell) for cell in cells), key=lambda level: order.index(family[level]))
-    several = len(factors) > 1
-    return Picture(
-        attributes=tuple(_attribute(ratings, name) for name in ratings.attributes),
-        levels=tuple(levels),
-        family_of=family,
-        dots=_dots(means, factors),
-        scale=_scale(ratings),
-        short={JOINT.join(cell): " × ".join(cell[1:]) for cell in cells} if several else None,
-    )
+    if not factors:
+        return
+    shown, asked = Shown(all_ratings(ratings)), {"by": factors, "families": _families(ratings)}
+    means = MEANS.data(shown, Means(name="means", figure="means", **asked))
+    yield Picture("means", means, MEANS.draw)
+    if _follow_each_other(means.words["levels"]):
+        trends = Trends(name="trends", figure="trends", whiskers="none", **asked)
+        yield Picture("trends", TRENDS.data(shown, trends), TRENDS.draw)
 
 
-def _attribute(ratings: Ratings, name: str) -> RatedAttribute:
-    return RatedAttribute(name, name, ratings.antonyms.get(name, ""), ratings.categories.get(name, ""))
+def _families(ratings: Ratings) -> str | None:
+    """The column that groups the levels of the one factor shown; several factors group themselves by the first."""
+    factors = shown_factors(ratings)
+    return ratings.families if ratings.families not in ("", *factors) and len(factors) == 1 else None
 
 
-def _families(ratings: Ratings, cells: list[tuple[str, ...]]) -> dict[str, str]:
-    if len(cells[0]) > 1:
-        return {JOINT.join(cell): cell[0] for cell in cells}
-    factor = shown_factors(ratings)[0]
-    if not ratings.families or ratings.families == factor:
-        return {cell[0]: factor for cell in cells}
-    pairs = ratings.table[[factor, ratings.families]].drop_duplicates().itertuples(index=False, name=None)
-    found: dict[str, str] = {}
-    for level, family in pairs:
-        if found.setdefault(str(level), str(family)) != str(family):
-            raise DataRefused(
-                f"data set {ratings.name!r}: {factor} {level!r} belongs to {ratings.families} {found[str(level)]!r}"
-                f" and {family!r}; a figure needs one family for each level: correct the stimulus table"
-            )
-    return {cell[0]: found[cell[0]] for cell in cells}
-
-
-def _dots(means: pd.DataFrame, factors: Sequence[str]) -> dict[tuple[str, str], Dot]:
-    return {
-        (str(row["attribute"]), JOINT.join(str(row[factor]) for factor in factors)): Dot(
-            float(row["mean"]), None if row["sd"] is None else float(row["sd"]), int(row["n"])
-        )
-        for row in means.to_dict("records")
-    }
-
-
-def _scale(ratings: Ratings) -> tuple[float, float]:
-    """The declared scale, or else the range of the data between round numbers."""
-    if ratings.scale is not None:
-        return ratings.scale.low, ratings.scale.high
-    low, high = float(ratings.table["value"].min()), float(ratings.table["value"].max())
-    if not low < high:
-        return low - 1.0, high + 1.0
-    step = 10.0 ** math.floor(math.log10(high - low))
-    return math.floor(low / step) * step, math.ceil(high / step) * step
+def _follow_each_other(levels: Sequence[Mapping[str, Any]]) -> bool:
+    """Whether there are several families, one of them with several levels."""
+    sizes = [len(list(own)) for _, own in groupby(levels, key=lambda level: level["family"])]
+    return len(sizes) > 1 and max(sizes) > 1

@@ -2,19 +2,15 @@
 
 from __future__ import annotations
 
-import csv
-import io
 import json
-import math
 import re
-from collections.abc import Iterator, Mapping, Sequence
+from collections.abc import Iterator
 from dataclasses import asdict
 from pathlib import Path
 from typing import Any
 
-import pandas as pd
-
 from analysis.reporting.analysed import Analysed, correction, reported_p, software
+from analysis.reporting.csv_files import csv_text, records, write_texts
 from analysis.reporting.pictures import shown_factors
 from analysis.reporting.study_statistics import Row, Test
 
@@ -61,11 +57,8 @@ PAIR = {
 
 def write_results(found: Analysed, folder: Path) -> list[Path]:
     """Write statistics.json and the CSV tables to `folder`: equal inputs give equal bytes. The paths, in order."""
-    folder.mkdir(parents=True, exist_ok=True)
-    written = [_text(folder / "statistics.json", statistics_json(found))]
-    for name, table in result_tables(found).items():
-        written.append(_text(folder / name, csv_text(table)))
-    return written
+    tables = {name: csv_text(rows) for name, rows in result_tables(found).items()}
+    return write_texts({"statistics.json": statistics_json(found), **tables}, folder)
 
 
 def statistics_json(found: Analysed) -> str:
@@ -97,7 +90,7 @@ def statistics_data(found: Analysed) -> dict[str, Any]:
         "stimulus_sources": dict(ratings.stimulus_sources),
         "exclusions": [asdict(each) for each in ratings.exclusions],
         "inputs": [asdict(each) for each in ratings.inputs],
-        "means": {"levels": _records(found.levels), "stimuli": _records(found.stimuli)},
+        "means": {"levels": records(found.levels), "stimuli": records(found.stimuli)},
         "tests": [_test(test) for test in found.statistics.tests],
         "software": dict(software()),
     }
@@ -108,37 +101,12 @@ def result_tables(found: Analysed) -> dict[str, list[dict[str, Any]]]:
     levels = re.sub(r"\W+", "_", "_".join(shown_factors(found.ratings))).strip("_") or "level"
     tests = found.statistics.tests
     return {
-        "ratings.csv": _records(found.ratings.table),
-        "stimulus_means.csv": _records(found.stimuli),
-        f"{levels}_means.csv": _records(found.levels),
+        "ratings.csv": records(found.ratings.table),
+        "stimulus_means.csv": records(found.stimuli),
+        f"{levels}_means.csv": records(found.levels),
         "anova.csv": [row for test in tests if test.question.kind != "pairs" for row in _flat(test)],
         "pairwise.csv": [row for test in tests if test.question.kind == "pairs" for row in _flat(test)],
     }
-
-
-def csv_text(rows: Sequence[Mapping[str, Any]]) -> str:
-    """Rows as CSV: what is missing is empty, a float is the shortest text that reads back as the same float."""
-    text = io.StringIO(newline="")
-    columns = list(dict.fromkeys(name for row in rows for name in row))
-    writer = csv.writer(text, lineterminator="\n")
-    writer.writerow(columns)
-    writer.writerows([_cell(row.get(name)) for name in columns] for row in rows)
-    return text.getvalue()
-
-
-def _cell(value: Any) -> str:
-    if value is None or (isinstance(value, float) and math.isnan(value)):
-        return ""
-    return str(value).lower() if isinstance(value, bool) else str(value)
-
-
-def _text(path: Path, text: str) -> Path:
-    path.write_text(text, encoding="utf-8", newline="\n")
-    return path
-
-
-def _records(table: pd.DataFrame) -> list[dict[str, Any]]:
-    return [{str(k): v for k, v in record.items()} for record in table.to_dict("records")]
 
 
 def _test(test: Test) -> dict[str, Any]:

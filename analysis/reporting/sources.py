@@ -90,6 +90,7 @@ def _from_database(engine: Engine, wanted: Wanted) -> tuple[Ratings, str]:
         digest=wanted.digest,
         include_incomplete=wanted.include_incomplete,
         simulated=wanted.simulated,
+        withdrawn=withdrawn(wanted.lab),
     )
     return ratings, _title(engine, ratings)
 

@@ -13,6 +13,7 @@ from analysis.ratings.completeness import Faults, cell_faults
 from analysis.ratings.dataset import DataRefused, Ratings, natural
 from analysis.ratings.wording import count, phrase
 from analysis.statistics.between import anova
+from analysis.statistics.pair_order import pairs_in_order
 from analysis.statistics.pairwise import pairwise_tests
 from analysis.statistics.pvalues import adjusted
 from analysis.statistics.within import rm_anova
@@ -202,21 +203,10 @@ def _tested(table: pd.DataFrame, question: Question, ratings: Ratings) -> pd.Dat
 def _pairwise(table: pd.DataFrame, factor: str, order: Sequence[str]) -> pd.DataFrame:
     """The pairs in the order of the study, with p unadjusted, by Bonferroni and by Holm, side by side."""
     found = pairwise_tests(table, within=factor, **ASKED).drop(columns=["p_corr", "p_adjust"])
-    rank = {level: place for place, level in enumerate(order)}
-    records = [_forwards(record, rank) for record in found.to_dict("records")]
-    records.sort(key=lambda record: (rank[record["A"]], rank[record["B"]]))
-    p = [record["p_unc"] for record in records]
-    both = zip(records, adjusted(p, "bonf"), adjusted(p, "holm"), strict=True)
-    return pd.DataFrame([{**record, "p_bonferroni": bonferroni, "p_holm": holm} for record, bonferroni, holm in both])
-
-
-def _forwards(record: Mapping[Any, Any], rank: Mapping[str, int]) -> dict[str, Any]:
-    """The pair as the earlier level minus the later one."""
-    row = {str(name): value for name, value in record.items()}
-    if rank[row["A"]] < rank[row["B"]]:
-        return row
-    turned = {"A": row["B"], "B": row["A"], "ci_low": -row["ci_high"], "ci_high": -row["ci_low"]}
-    return {**row, **turned, **{name: -row[name] for name in ("mean_diff", "T", "dz")}}
+    pairs = pairs_in_order(found, order)
+    p = [pair["p_unc"] for pair in pairs]
+    both = zip(pairs, adjusted(p, "bonf"), adjusted(p, "holm"), strict=True)
+    return pd.DataFrame([{**pair, "p_bonferroni": bonferroni, "p_holm": holm} for pair, bonferroni, holm in both])
 
 
 def _ratings_per_level(table: pd.DataFrame, question: Question, ratings: Ratings) -> dict[str, tuple[int, int]]:

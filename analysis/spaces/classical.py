@@ -8,7 +8,7 @@ import numpy as np
 import pandas as pd
 
 from analysis.spaces.dissimilarities import Dissimilarities
-from analysis.spaces.matrices import frame_of
+from analysis.spaces.matrices import frame_of, in_units
 from analysis.spaces.orienting import principal
 from analysis.statistics.doubles import Floats, scaled
 from analysis.statistics.refusals import BadOption, shown
@@ -47,7 +47,7 @@ def classical_mds(between: Dissimilarities, dimensions: int = 2) -> Classical:
     names = [f"Dim{i + 1}" for i in range(dimensions)]
     return Classical(
         frame_of(principal(points[:, :dimensions]) * unit, between.labels, names),
-        tuple((values * unit * unit).tolist()),
+        tuple(in_units(values, exponent).tolist()),
         kept / float(np.abs(values).sum()),
         kept / float(values[values > 0].sum()),
         (*between.notes, *_notes(values, dimensions)),

@@ -9,7 +9,7 @@ from typing import Literal, TypeAlias
 import numpy as np
 import pandas as pd
 
-from analysis.spaces.matrices import Matrix, centred, frame_of, matrix_of, varies
+from analysis.spaces.matrices import Matrix, centred, frame_of, in_units, matrix_of, varies
 from analysis.spaces.orienting import signs
 from analysis.statistics.doubles import Floats, rescaled, scaled
 from analysis.statistics.refusals import BadOption, BadValue, TooFew, listed, shown
@@ -59,7 +59,7 @@ def pca(table: pd.DataFrame, kind: Kind = "covariance") -> Components:
         frame_of(scores * unit, matrix.rows, names),
         frame_of(directions, matrix.columns, names),
         frame_of(_correlations(directions * size[:rank], spread), matrix.columns, names),
-        tuple((variances * unit * unit).tolist()),
+        tuple(in_units(variances, exponent).tolist()),
         tuple((size[:rank] ** 2 / (size * size).sum()).tolist()),
         kind,
         tuple(_equal_variances(variances)),

@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 import numpy as np
-from scipy.spatial.distance import pdist, squareform
 
 from analysis.spaces.classical import torgerson
 from analysis.spaces.isotone import Order, disparities, stress_1
@@ -33,27 +32,41 @@ def improved(start: Floats, order: Order, majorised: int = MAJORISED, polished: 
     return ended.reshape(shape), float(np.sqrt(squared))
 
 
+def _between(points: Floats, order: Order) -> tuple[Floats, Floats]:
+    """The difference (pairs, dimensions) and the distance of the objects of each pair."""
+    apart: Floats = points[order.first] - points[order.second]
+    return apart, np.sqrt(np.einsum("pd,pd->p", apart, apart))
+
+
+def _gathered(pulls: Floats, apart: Floats, order: Order, objects: int) -> Floats:
+    """What pulls along each pair's difference add up to at each object."""
+    forces = pulls[:, None] * apart
+    return np.column_stack(
+        [
+            np.bincount(order.first, force, objects) - np.bincount(order.second, force, objects)
+            for force in np.ascontiguousarray(forces.T)
+        ]
+    )
+
+
 def _guttman(points: Floats, order: Order) -> Floats:
     """One step of majorisation: points whose distances come nearer to the disparities."""
-    distances = pdist(points)
+    apart, distances = _between(points, order)
     fitted = disparities(distances, order)
     size = float(fitted @ fitted)
     if size > 0:
         fitted = fitted * np.sqrt(float(distances @ distances) / size)
-    ratio = squareform(np.divide(fitted, distances, out=np.zeros_like(fitted), where=distances > 0), checks=False)
-    moved = ratio.sum(axis=1)[:, None] * points - ratio @ points
+    ratio = np.divide(fitted, distances, out=np.zeros_like(fitted), where=distances > 0)
+    moved = _gathered(ratio, apart, order, len(points))
     return unit_size(moved) if moved.any() else points
 
 
 def _squared_stress(flat: Floats, order: Order, shape: tuple[int, ...]) -> tuple[float, Floats]:
     """Stress-1 squared and its slope; the disparities are a projection, so they add nothing to the slope."""
-    points = flat.reshape(shape)
-    distances = pdist(points)
+    apart, distances = _between(flat.reshape(shape), order)
     fitted = disparities(distances, order)
     total = float(distances @ distances)
     stress = stress_1(distances, fitted) ** 2
     pull = distances - fitted - stress * distances
     pull = np.divide(pull, distances, out=np.zeros_like(pull), where=distances > 0)
-    weights = squareform(pull, checks=False)
-    slope = (weights.sum(axis=1)[:, None] * points - weights @ points) * (2 / total)
-    return stress, slope.ravel()
+    return stress, (_gathered(pull, apart, order, shape[0]) * (2 / total)).ravel()

@@ -20,12 +20,16 @@ TIED = 1e-12
 class Order:
     """The rank of each dissimilarity, tied ones alike; `ties` says what they oblige to.
 
-    Under "primary" tied pairs may get different disparities, under "secondary" they get the same.
+    Under "primary" tied pairs may get different disparities, under "secondary" they get the same. `sorting` puts the
+    pairs in order, `sizes` counts each rank's pairs, `first` and `second` are the objects of each pair.
     """
 
     rank: NDArray[np.intp]
+    sorting: NDArray[np.intp]
     sizes: Floats
     ties: Ties
+    first: NDArray[np.intp]
+    second: NDArray[np.intp]
 
 
 def order_of(dissimilarities: Floats, ties: Ties) -> Order:
@@ -35,7 +39,8 @@ def order_of(dissimilarities: Floats, ties: Ties) -> Order:
     steps = np.concatenate(([0], np.cumsum(np.diff(values) > TIED * values[-1])))
     rank = np.empty(len(values), dtype=np.intp)
     rank[sorting] = steps
-    return Order(rank, np.bincount(rank).astype(np.float64), ties)
+    first, second = np.triu_indices(round((1 + np.sqrt(1 + 8 * len(rank))) / 2), 1)
+    return Order(rank, sorting, np.bincount(rank).astype(np.float64), ties, first, second)
 
 
 def disparities(distances: Floats, order: Order) -> Floats:
@@ -44,7 +49,8 @@ def disparities(distances: Floats, order: Order) -> Floats:
         means = np.bincount(order.rank, weights=distances) / order.sizes
         fitted: Floats = isotonic_regression(means, weights=order.sizes).x
         return fitted[order.rank]
-    sorting = np.lexsort((distances, order.rank))
+    tied = len(order.sizes) < len(distances)
+    sorting = np.lexsort((distances, order.rank)) if tied else order.sorting
     result = np.empty_like(distances)
     result[sorting] = isotonic_regression(distances[sorting]).x
     return result

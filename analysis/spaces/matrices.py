@@ -73,6 +73,18 @@ def centred(values: Floats) -> Floats:
     return result
 
 
+def in_units(squares: Floats, exponent: int) -> Floats:
+    """Squares of numbers that were divided by 2**exponent, in the data's own units.
+
+    Raises BadValue where a double cannot hold them: data beyond about 1e150 or below 1e-150.
+    """
+    with np.errstate(over="ignore", under="ignore"):
+        result: Floats = np.ldexp(squares, 2 * exponent)
+    if not np.isfinite(result).all() or np.abs(result).max() < np.finfo(float).tiny:
+        raise BadValue("the squares of these numbers exceed what a double holds; give the data in another unit")
+    return result
+
+
 def frame_of(values: Floats, rows: tuple[Hashable, ...], columns: list[str] | tuple[Hashable, ...]) -> pd.DataFrame:
     """An array with its labels."""
     return pd.DataFrame(values, index=pd.Index(list(rows)), columns=pd.Index(list(columns)))

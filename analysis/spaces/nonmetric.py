@@ -20,6 +20,7 @@ from analysis.statistics.doubles import Floats
 from analysis.statistics.refusals import BadOption, shown
 
 HOPS_PER_START = 3
+EXACT = 1e-4
 ALIKE = 1e-4
 
 
@@ -73,7 +74,9 @@ def nonmetric_mds(
 
 
 def _rare(found: Searched) -> list[str]:
-    """A word of caution where only a hop, no start by itself, found the best map."""
+    """A word of caution: places that can move, or a best map that only a hop, no start by itself, found."""
+    if found.stress < EXACT:
+        return ["stress is 0: the order of the pairs is met exactly, so places can move without cost"]
     if not found.hopped or min(found.starts) <= found.stress + ALIKE:
         return []
     return ["the best map was reached from none of the starts, only by hops from the best of them: ask for more starts"]

@@ -15,7 +15,7 @@ import numpy as np
 from analysis.statistics.doubles import Floats
 
 Objective: TypeAlias = Callable[[Floats], tuple[float, Floats]]
-MEMORY = 12
+MEMORY = 8
 ENOUGH, SHORTEST = 1e-4, 1e-10
 STILL = 1e-15  # relative fall of the value, several times in a row
 PATIENCE = 5

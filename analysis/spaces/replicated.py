@@ -23,7 +23,7 @@ from analysis.statistics.refusals import BadOption, TooFew
 
 Method: TypeAlias = Literal["classical", "nonmetric"]
 ROUNDS = 10
-MAJORISED, POLISHED = 15, 100
+MAJORISED, POLISHED = 15, 50  # from the map itself, which is near
 
 
 def confidence_ellipses(

@@ -11,7 +11,7 @@ from numpy.random import Generator
 
 from analysis.spaces.components import Kind, prepared
 from analysis.spaces.draws import check_draws, check_share, p_of_draws, stream
-from analysis.spaces.matrices import Matrix, matrix_of
+from analysis.spaces.matrices import Matrix, in_units, matrix_of
 from analysis.spaces.profiles import Profiles
 from analysis.spaces.resampling import resampled
 from analysis.statistics.doubles import Floats
@@ -55,13 +55,12 @@ def parallel_analysis(
     level = np.quantile(random, quantile, axis=0)
     exceeding = observed > level * (1 + 1e-12)
     kept = len(observed) if exceeding.all() else int(np.argmin(exceeding))
-    unit = np.ldexp(1.0, 2 * exponent)
     rows = pd.DataFrame(
         {
             "component": [f"PC{i + 1}" for i in range(len(observed))],
-            "variance": observed * unit,
-            "reference_mean": random.mean(axis=0) * unit,
-            "reference_quantile": level * unit,
+            "variance": in_units(observed, exponent),
+            "reference_mean": in_units(random.mean(axis=0), exponent),
+            "reference_quantile": in_units(level, exponent),
             "p": [p_of_draws(int(n), draws) for n in (random >= observed * (1 - 1e-12)).sum(axis=0)],
             "kept": np.arange(len(observed)) < kept,
         }

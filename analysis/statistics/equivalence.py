@@ -5,6 +5,7 @@ from __future__ import annotations
 import math
 from collections.abc import Hashable, Iterable, Sequence
 from dataclasses import asdict, dataclass
+from numbers import Real
 
 import pandas as pd
 
@@ -77,13 +78,17 @@ def equivalence_tests(
 def _checked_bounds(bounds: Sequence[float] | None, bounds_dz: float | None) -> tuple[float, float]:
     if (bounds is None) == (bounds_dz is None):
         raise BadOption("give either `bounds`, a lower and an upper one, or `bounds_dz`, one number")
-    given = (-bounds_dz, bounds_dz) if isinstance(bounds_dz, int | float) else bounds
+    given = (-bounds_dz, bounds_dz) if _is_number(bounds_dz) and bounds_dz is not None else bounds
     if not isinstance(given, Sequence) or isinstance(given, str) or len(given) != 2:
         raise BadOption(f"bounds={shown(bounds if bounds_dz is None else bounds_dz)} are no two numbers")
     low, high = given
-    if not all(isinstance(end, int | float) and math.isfinite(end) for end in (low, high)) or not low < high:
-        raise BadOption(f"bounds ({low!r}, {high!r}) are none: the lower one must be a finite number below the upper")
+    if not all(_is_number(end) and math.isfinite(end) for end in (low, high)) or not low < high:
+        raise BadOption(f"bounds ({low}, {high}) cannot be: the lower one must be a finite number below the upper")
     return float(low), float(high)
+
+
+def _is_number(value: object) -> bool:
+    return isinstance(value, Real) and not isinstance(value, bool)
 
 
 def _tested(found: Compared, pair: Comparison, bounds: tuple[float, float], alpha: float) -> Equivalence:

@@ -1,8 +1,8 @@
 """Confidence limits of the noncentrality of F and t: the values under which what was found is just not too extreme.
 
-Steiger & Fouladi 1997; Steiger 2004, Psychological Methods 9. F's distribution function is SciPy's where it has a value; its inverse in the
-noncentrality is found here by bracketing, because SciPy's own (`ncfdtrinc`) stops at 1e-3. t's is integrated here,
-because SciPy's has no value beyond t = 1e4.
+Steiger & Fouladi 1997; Steiger 2004, Psychological Methods 9. F's distribution function is SciPy's where it has a
+value; its inverse in the noncentrality is found here by bracketing, because SciPy's own (`ncfdtrinc`) stops at 1e-3.
+t's is integrated here, because SciPy's has no value beyond t = 1e4.
 """
 
 from __future__ import annotations

@@ -10,48 +10,68 @@ import matplotlib as mpl
 import pytest
 from hypothesis import given
 from hypothesis import strategies as st
+from matplotlib.axes import Axes
 from matplotlib.figure import Figure
 
+from analysis.figures.axes import spread
+from analysis.figures.level_means import Places
 from analysis.figures.style import drawing, inline_svg, save, svg_text
 from analysis.ratings.dataset import DataRefused, Ratings
 from analysis.ratings.describe import describe
-from analysis.reporting.figure_data import reference_level
-from analysis.reporting.figures import means_figure, spread, trends_figure
-from analysis.reporting.pictures import level_means, picture
+from analysis.reporting.pictures import Picture, pictures
 from tests.analysis.synthetic_ratings import door_ratings, reasoning, renamed
 
 
-def drawn(ratings: Ratings, make: object = means_figure) -> Figure:
+def shown(ratings: Ratings, name: str = "means") -> Picture:
+    return {each.name: each for each in pictures(ratings)}[name]
+
+
+def drawn(ratings: Ratings, name: str = "means") -> Figure:
+    each = shown(ratings, name)
     with drawing("test"):
-        return make(picture(ratings, level_means(ratings)))  # type: ignore[operator]
+        return each.draw(each.data).figure
+
+
+def bars(axes: Axes) -> list[float]:
+    return [p.get_y() + p.get_height() for p in axes.patches]  # type: ignore[attr-defined]
 
 
 def test_every_bar_is_a_described_mean_and_every_whisker_its_sd() -> None:
     ratings = door_ratings(people=3, attributes=1)
     expected = describe(ratings, ("attribute", "variant"), kind="over participants")
     axes = drawn(ratings).axes[0]
-    heights = [p.get_height() for p in axes.patches]
-    assert heights == pytest.approx(expected["mean"].tolist(), abs=1e-12)
-    spans = axes.collections[0].get_segments()  # type: ignore[attr-defined]
+    assert bars(axes) == pytest.approx(expected["mean"].tolist(), abs=1e-12)
+    spans = [line.get_segments()[0] for line in axes.collections]  # type: ignore[attr-defined]
     assert [(high[1] - low[1]) / 2 for low, high in spans] == pytest.approx(expected["sd"].tolist(), abs=1e-12)
+
+
+@pytest.mark.parametrize("ratings", [door_ratings(people=2), reasoning()], ids=["doors", "reasoning"])
+def test_the_figures_show_the_described_numbers_to_the_last_digit_but_one(ratings: Ratings) -> None:
+    for each in pictures(ratings):
+        by = ["attribute", *each.data.words["by"]]
+        expected = describe(ratings, by, kind="over participants").to_dict("records")
+        for name in (*by, "n", "ratings_min", "ratings_max"):
+            assert [row[name] for row in each.data.rows] == [row[name] for row in expected]
+        for name in ("mean", "sd"):
+            close = pytest.approx([row[name] for row in expected], rel=4.5e-16, abs=0.0)
+            assert [row[name] for row in each.data.rows] == close
 
 
 def test_each_panel_holds_its_own_attribute() -> None:
     ratings = door_ratings(people=2)
     expected = describe(ratings, ("attribute", "variant"), kind="over participants")
-    figure = drawn(ratings)
-    panels = [axes for axes in figure.axes if axes.texts and len(axes.patches) == 15]
+    panels = [axes for axes in drawn(ratings).axes if len(axes.patches) == 15]
     assert len(panels) == 7
     for axes in panels:
         attribute = axes.texts[1].get_text()  # the word at the low end names the attribute
         of = expected[expected["attribute"] == attribute]["mean"].tolist()
-        assert [p.get_y() + p.get_height() for p in axes.patches] == pytest.approx(of, abs=1e-12)
+        assert bars(axes) == pytest.approx(of, abs=1e-12)
         assert axes.texts[0].get_text() == ratings.antonyms[attribute]
 
 
 def test_trend_lines_are_the_described_means_family_by_family() -> None:
     ratings = door_ratings(people=2)
-    figure = drawn(ratings, trends_figure)
+    figure = drawn(ratings, "trends")
     assert [axes.get_title(loc="left") for axes in figure.axes] == ["Physical attributes", "Emotional attributes"]
     expected = describe(ratings, ("attribute", "variant"), kind="over participants").set_index(
         ["attribute", "variant"]
@@ -62,18 +82,33 @@ def test_trend_lines_are_the_described_means_family_by_family() -> None:
     assert list(lines[0].get_ydata()) == pytest.approx(first, abs=1e-12)
 
 
+def test_the_trends_have_no_whiskers_and_the_caption_says_so() -> None:
+    ratings = door_ratings(people=2)
+    lacking = replace(ratings, table=ratings.table.drop(index=[0]).reset_index(drop=True))
+    assert not any(axes.collections for axes in drawn(lacking, "trends").axes)
+    assert "Their spread is not drawn here." in shown(lacking, "trends").data.caption
+
+
 def test_the_original_is_the_reference_and_an_import_has_none() -> None:
     doors, imported = door_ratings(people=1, attributes=1), reasoning()
-    assert reference_level(picture(doors, level_means(doors))) == "g0"
-    assert reference_level(picture(imported, level_means(imported))) is None
+    assert Places(shown(doors).data.words).reference == ("g0",)
+    assert Places(shown(imported).data.words).reference is None
 
 
 def test_two_within_factors_make_families_of_the_first() -> None:
     ratings = reasoning()
-    shown = picture(ratings, level_means(ratings))
-    assert [name for name, _ in shown.families()] == ["AC", "DA", "MP", "MT"]
-    assert [shown.written(level) for level in shown.families()[0][1]] == ["implausible", "plausible"]
+    places = Places(shown(ratings).data.words)
+    assert list(places.members) == ["AC", "DA", "MP", "MT"]
+    assert [places.written[key] for key in places.members["AC"]] == ["implausible", "plausible"]
     assert len(drawn(ratings).axes[0].patches) == 8
+    assert "Lines join the levels of one inference." in shown(ratings, "trends").data.caption
+
+
+def test_levels_that_no_family_gathers_have_no_trends() -> None:
+    doors = door_ratings(people=1, attributes=1)
+    for families in ("", "variant"):
+        assert [each.name for each in pictures(replace(doors, families=families))] == ["means"]
+    assert [each.name for each in pictures(doors)] == ["means", "trends"]
 
 
 def test_equal_numbers_give_equal_bytes_whatever_was_drawn_before(tmp_path: Path) -> None:
@@ -81,7 +116,8 @@ def test_equal_numbers_give_equal_bytes_whatever_was_drawn_before(tmp_path: Path
     written = []
     for run in ("a", "b"):
         with drawing("means"):
-            paths = save(means_figure(picture(ratings, level_means(ratings))), tmp_path / run, "means")
+            each = shown(ratings)
+            paths = save(each.draw(each.data).figure, tmp_path / run, "means")
         written.append([path.read_bytes() for path in paths])
         drawn(reasoning())
     assert written[0] == written[1]
@@ -97,14 +133,16 @@ def test_drawing_leaves_the_users_settings_alone() -> None:
 def test_a_name_is_text_and_nothing_else() -> None:
     ratings = renamed(door_ratings(people=1, attributes=2), "Hard-to-pull", "<script>$x^{2}$ -->")
     with drawing("test"):
-        svg = svg_text(means_figure(picture(ratings, level_means(ratings))))
+        each = shown(ratings)
+        svg = svg_text(each.draw(each.data).figure)
     assert "<script" not in svg
     assert "<script" not in inline_svg(svg, "f1")
 
 
 def test_an_inline_svg_has_ids_of_its_own_and_no_size() -> None:
     with drawing("test"):
-        svg = svg_text(means_figure(picture(reasoning(), level_means(reasoning()))))
+        each = shown(reasoning())
+        svg = svg_text(each.draw(each.data).figure)
     inline = inline_svg(svg, "f7")
     head = inline[: inline.index(">")]
     assert inline.startswith("<svg ") and "height=" not in head and "width=" not in head and "viewBox=" in head
@@ -118,6 +156,7 @@ def test_one_participant_has_a_bar_and_no_whisker() -> None:
     axes = drawn(one).axes[0]
     assert len(axes.patches) == 15
     assert not axes.collections
+    assert "15 of 15 means have no whisker: one participant has no spread." in shown(one).data.caption
 
 
 def test_a_level_in_two_families_is_refused() -> None:
@@ -125,8 +164,8 @@ def test_a_level_in_two_families_is_refused() -> None:
     table = ratings.table.copy()
     table.loc[0, "augmentation"] = "bump"
     broken = replace(ratings, table=table)
-    with pytest.raises(DataRefused, match="'g0' belongs to augmentation 'bump' and 'original'"):
-        picture(broken, level_means(broken))
+    with pytest.raises(DataRefused, match="'augmentation': 'g0' in bump and original; .* correct the stimulus table"):
+        list(pictures(broken))
 
 
 @given(st.lists(st.floats(-10, 10), min_size=1, max_size=12), st.floats(0.1, 3))
@@ -143,4 +182,4 @@ def test_labels_with_room_stay_where_they_are() -> None:
 
 def test_the_key_says_over_how_many_participants() -> None:
     notes = [text.get_text() for axes in drawn(door_ratings(people=2)).axes for text in axes.texts]
-    assert "Bars: means. Whiskers: ± 1 SD\nacross 4 participants." in notes
+    assert "Bars: means over 4 participants.\nWhiskers: ± 1 standard deviation across participants." in notes

@@ -97,7 +97,7 @@ def test_averaged_ratings_are_not_said_to_be_neither_repeated_nor_replaced() -> 
 
 def test_a_scale_that_was_not_declared_was_not_checked() -> None:
     text = told(replace(reasoning(), scale=None))
-    assert "off the scale" not in text and "on the declared scale" not in text and "on the range of the data" in text
+    assert "off the scale" not in text and "on the rating scale" not in text and "on the range of the data" in text
 
 
 def test_what_an_import_merged_is_counted_as_merged(tmp_path: Path) -> None:
@@ -133,7 +133,7 @@ def test_measured_and_simulated_stimuli_and_seeds_are_told() -> None:
 def test_captions_say_how_many_people_and_what_the_spread_is() -> None:
     text = told(door_ratings(people=2, attributes=1))
     assert "Bars are means over 4 participants, whiskers ± 1 standard deviation across participants" in text
-    assert "Points are means over 4 participants; their spread is drawn in Figure 1, not here." in text
+    assert "Points are means over 4 participants, on the rating scale. Their spread is not drawn here." in text
     assert "as many ratings" not in text
 
 

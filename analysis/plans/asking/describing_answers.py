@@ -11,13 +11,13 @@ from analysis.plans.asking.describing_rows import (
     plain_row,
     plain_rows,
     require_columns,
-    sample,
     sample_kinds,
     share,
     turned_note,
 )
 from analysis.ratings.categories import category_cells, turned
 from analysis.ratings.dataset import DataRefused
+from analysis.ratings.one_sample import columns_of
 from analysis.ratings.person_cells import PersonCells, constant_columns, person_cells
 from analysis.ratings.target_errors import ALL, CATEGORY, TargetError, target_errors
 from analysis.ratings.trends import cell_trends, families_of, steps_of
@@ -160,7 +160,7 @@ def target_error(selected: Selected, asked: TargetErrors) -> Answer:
 
 
 def _error_row(each: TargetError) -> Row:
-    numbers = sample(each.error)
+    numbers = columns_of(each.error)
     test = {name: numbers[name] if each.of == "difference" else None for name in ("t", "df", "p")}
     undefined = each.error.note if each.error.n < 2 or each.of == "difference" else ""
     return plain_row(

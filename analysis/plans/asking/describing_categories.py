@@ -13,13 +13,12 @@ from analysis.plans.asking.describing_rows import (
     plain_row,
     plain_rows,
     require_columns,
-    sample,
     share,
     turned_note,
 )
 from analysis.ratings.categories import category_cells, category_differences, overall, turned, two_categories
 from analysis.ratings.disagreement import Disagreement, attribute_spreads, disagreement
-from analysis.ratings.one_sample import OneSample
+from analysis.ratings.one_sample import OneSample, columns_of
 from analysis.ratings.person_cells import PersonCells
 from analysis.ratings.trends import CORRECTIONS
 from analysis.statistics.apa import apa_p, number
@@ -75,7 +74,7 @@ def _rows(cells: PersonCells, spread: Disagreement, pair: Pair, asked: Categorie
     whole = overall(cells)
     ((_, mean),) = category_differences(whole, pair, asked.confidence)
     sides = {name: float(np.nanmean(whole.values[:, whole.level("category").index(name)])) for name in pair}
-    of_mean = {name: value for name, value in sample(mean).items() if name not in ("mean", "sd", "dz")}
+    of_mean = {name: value for name, value in columns_of(mean).items() if name not in ("mean", "sd", "dz")}
     return [
         plain_row(
             {"measure": "mean rating", **sides, "difference": mean.mean, "ratio": None, **of_mean, "note": mean.note}
@@ -129,7 +128,7 @@ def _level_rows(cells: PersonCells, pair: Pair, asked: Categories) -> list[Row]:
 
 
 def _difference(each: OneSample, corrected: float, size: int) -> dict[str, object]:
-    numbers: dict[str, object] = dict(sample(each))
+    numbers: dict[str, object] = dict(columns_of(each))
     numbers["difference"] = numbers.pop("mean")
     return {**numbers, "p_corrected": corrected, "family_size": size, "note": each.note}
 

@@ -16,7 +16,6 @@ if TYPE_CHECKING:
     import pandas as pd
 
     from analysis.plans.answers import Asked
-    from analysis.ratings.one_sample import OneSample
 
 CORRECTED = {"holm": "Holm", "bonferroni": "Bonferroni", "none": "not adjusted"}
 
@@ -78,21 +77,6 @@ def _plain(value: Any) -> Value:
     if isinstance(value, float):
         return None if math.isnan(value) else float(value)
     return value if value is None or isinstance(value, bool | str | int) else value.item()
-
-
-def sample(each: OneSample) -> dict[str, Value]:
-    """The columns of a one-sample t test."""
-    return {
-        "n": each.n,
-        "mean": each.mean,
-        "sd": each.sd,
-        "ci_low": each.low,
-        "ci_high": each.high,
-        "t": each.t,
-        "df": each.df,
-        "dz": each.dz,
-        "p": each.p,
-    }
 
 
 def sample_kinds(confidence: float, correction: str) -> dict[str, str]:

@@ -46,10 +46,21 @@ def _mixed_model(selected: Selected, asked: MixedModel) -> Answer:
 
 
 def gaps_answer(selected: Selected, within: tuple[str, ...], between: tuple[str, ...]) -> Answer:
-    """The answer of a question about variance on incomplete data, from a mixed model of the cells' means."""
+    """The answer of a question about variance on incomplete data, from a mixed model of the cells that are there."""
     from analysis.plans.asking.mixed_model_answers import gaps_answer as answer
 
     return answer(selected, within, between)
 
 
-MIXED_MODEL = Kind(MixedModel, _mixed_model, with_gaps=_mixed_model)
+def refuse_averaging(selected: Selected, factors: tuple[str, ...]) -> None:
+    """Refuse means over several stimuli of which some are missing."""
+    from analysis.plans.asking.mixed_model_answers import refuse_averaging as refuse
+
+    refuse(selected, factors)
+
+
+def _columns(asked: MixedModel) -> tuple[str, ...]:
+    return (*asked.fixed, *asked.numeric)
+
+
+MIXED_MODEL = Kind(MixedModel, _mixed_model, complete=_columns, with_gaps=_mixed_model)

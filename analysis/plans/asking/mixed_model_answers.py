@@ -83,6 +83,7 @@ def gaps_answer(selected: Selected, within: Sequence[str], between: Sequence[str
     factors = (*within, *between)
     table, notes = _table(selected, factors, ())
     keys = ["participant", *factors]
+    refuse_averaging(selected, factors)
     cells = table.sort_values([*keys, "value"]).groupby(keys, observed=True, sort=True)["value"]
     means = cells.mean().reset_index()
     several = int(cells.size().max())
@@ -93,7 +94,7 @@ def gaps_answer(selected: Selected, within: Sequence[str], between: Sequence[str
     random = {"participant": (), **{":".join(("participant", *parts)): () for parts in orders}}
     levels = {name: selected.levels[name] for name in factors if name in selected.levels}
     model = mixed_model(means, "value", factors, random, interactions=crossed, levels=levels, coding="sum")
-    notes += [_gaps(means, within), *model.notes]
+    notes += model.notes
     kinds = TESTED | _kinds(0.95)
     more = {"coefficients": tuple(plain_rows(model.fixed)), **_more(model)}
     return answer_of(
@@ -105,13 +106,19 @@ def gaps_answer(selected: Selected, within: Sequence[str], between: Sequence[str
     )
 
 
-def _gaps(means: pd.DataFrame, within: Sequence[str]) -> str:
-    """How many cells have no value, of how many."""
-    people, cells = means["participant"].nunique(), 1
-    for name in within:
-        cells *= means[name].nunique()
-    lacking = people * cells - len(means)
-    return f"{count(lacking, 'cell')} of {people * cells:,} without a value; none of the others were left out."
+def refuse_averaging(selected: Selected, factors: Sequence[str]) -> None:
+    """Refuse means over stimuli: with some of them missing, two means are about different stimuli."""
+    if "stimulus" not in selected.table.columns:
+        return
+    require_columns(selected.table, factors)
+    cells = selected.table.groupby(["participant", *factors], observed=True)
+    most = int(cells["stimulus"].nunique().max())
+    if most > 1:
+        raise DataRefused(
+            f"a participant's mean in a cell of {' x '.join(factors)} rests on up to {most} stimuli, and some are"
+            " missing: means of different stimuli would be compared; name the other factors in `within`, choose"
+            " `missing: listwise`, or ask a test of kind mixed_model with stimulus among its random effects"
+        )
 
 
 def _parts(table: pd.DataFrame, asked: MixedModel) -> Iterable[str]:

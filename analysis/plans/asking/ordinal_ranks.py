@@ -10,6 +10,7 @@ from analysis.ordinal.friedman import friedman
 from analysis.ordinal.nemenyi import nemenyi
 from analysis.ordinal.rank_tests import wilcoxon_tests
 from analysis.plans.asking.describing_rows import answer_of, averaged_note, plain_rows, require_columns, share
+from analysis.reliability.told import with_interval
 from analysis.statistics.apa import apa_p, number
 
 if TYPE_CHECKING:
@@ -59,9 +60,9 @@ def friedman_answer(selected: Selected, asked: Friedman) -> Answer:
 def _friedman_words(row: Row, asked: Friedman) -> str:
     if row["chi2"] is None:
         return f"Friedman's test of {asked.factor} is undefined: {row['note']}"
-    chi2, w, low, high, p = (float(row[name] or 0) for name in ("chi2", "W", "W_low", "W_high", "p_unc"))
-    bounds = f", {100 * asked.confidence:g} % CI [{number(low)}, {number(high)}]" if row["W_low"] is not None else ""
-    return f"{asked.factor}: χ²({row['ddof1']}) = {number(chi2)}, {apa_p(p)}, Kendall's W = {number(w)}{bounds}"
+    chi2, p = (float(row[name] or 0) for name in ("chi2", "p_unc"))
+    w = with_interval("Kendall's W", row["W"], row["W_low"], row["W_high"], asked.confidence)
+    return f"{asked.factor}: χ²({row['ddof1']}) = {number(chi2)}, {apa_p(p)}, {w}"
 
 
 def nemenyi_answer(selected: Selected, asked: Nemenyi) -> Answer:

@@ -173,9 +173,11 @@ def krippendorff_answer(selected: Selected, asked: AskedKrippendorff) -> Answer:
     from dataclasses import asdict
 
     from analysis.reliability.coincidence import krippendorff_alpha
-    from analysis.reliability.told import demand_columns, plain, with_interval
+    from analysis.reliability.told import averaged, demand_columns, demand_once, plain, with_interval
 
     demand_columns(selected.table, (*asked.units, asked.raters, asked.value))
+    if asked.level in ("nominal", "ordinal"):
+        demand_once(selected.table, (*asked.units, asked.raters), asked.level)
     mean: Literal["mean"] | None = "mean" if asked.level in ("interval", "ratio") else None
     options: dict[str, Any] = {"draws": selected.draws, "seed": selected.seed, "confidence": asked.confidence}
     columns = (list(asked.units), asked.raters, asked.level)
@@ -188,8 +190,9 @@ def krippendorff_answer(selected: Selected, asked: AskedKrippendorff) -> Answer:
         **_limits(asked.confidence, f"percentile bootstrap over units, {found.draws} draws, seed {found.seed}"),
     }
     method = "Krippendorff's alpha (Krippendorff 2011); gaps are allowed, a unit with one value says nothing."
-    row = {key: plain(value) for key, value in asdict(found).items()}
-    return _answer(selected, asked.value, (row,), method, kinds, f"{headline} ({sizes}).")
+    row = {key: plain(value) for key, value in asdict(found).items() if key != "values_per_cell"}
+    notes = averaged(found.values_per_cell)
+    return _answer(selected, asked.value, (row,), method, kinds, f"{headline} ({sizes}).", notes)
 
 
 def retest_answer(selected: Selected, asked: AskedRetest) -> Answer:
@@ -227,16 +230,17 @@ def raters_answer(selected: Selected, asked: AskedRaters) -> Answer:
 
     from analysis.reliability.rater_signs import rater_signs
     from analysis.reliability.sessions import compared_within, session_signs
-    from analysis.reliability.told import demand_columns, plain_rows
+    from analysis.reliability.told import averaged, demand_columns, plain_rows
 
     demand_columns(selected.table, asked.targets)
-    parts = []
+    parts, sizes = [], []
     pools = compared_within(selected.table, asked.targets)
     for outcome in selected.outcomes:
         for rows in pools:
             own = rows[rows["attribute"] == outcome]
             found = rater_signs(own, "value", list(asked.targets), "participant", aggregate="mean")
             parts.append(found.rename(columns={"rater": "participant"}).assign(attribute=outcome))
+            sizes.append(found.attrs.get("values_per_cell", (1, 1)))
     table = pd.concat(parts, ignore_index=True)
     table["flagged"] = table["r_others"] < asked.least_r
     signs = session_signs(selected.table, selected.scale)
@@ -245,6 +249,7 @@ def raters_answer(selected: Selected, asked: AskedRaters) -> Answer:
         f": {', '.join(map(str, flagged))}." if flagged else "."
     )
     notes = ["A flag asks to look; it excludes nobody.", f"r_others is flagged below {asked.least_r:g}: our judgement."]
+    notes += averaged((min(least for least, _ in sizes), max(most for _, most in sizes)))
     if len(pools) > 1:
         notes.append("The groups met different stimuli: participants are compared within their group.")
     if selected.scale is None:

@@ -91,7 +91,7 @@ def _nonmetric(selected: Selected, between: Dissimilarities, asked: Mds) -> _Map
         "starts": rows_of(pd.DataFrame({"start": range(len(found.starts)), "stress": found.starts})),
     }
     if asked.scree:
-        starts = min(asked.starts, 10)
+        starts = min(asked.starts, 4)
         more["scree"] = rows_of(stress_scree(between, asked.scree, asked.ties, starts, selected.seed))
     headline = f"Stress-1 = {found.stress:.3g} in {asked.dimensions} dimensions"
     if asked.reference:

@@ -2,9 +2,11 @@
 
 from __future__ import annotations
 
+import math
 from collections.abc import Iterable
 from typing import TYPE_CHECKING, Any
 
+import numpy as np
 import pandas as pd
 
 from analysis.plans.asking.describing_rows import plain_rows, require_columns
@@ -51,7 +53,7 @@ def gap_notes(profiles: Profiles, selected: Selected) -> list[str]:
             f"Not everyone rated everything: each mean is over those who did ({least} to {most} of "
             f"{len(profiles.participants)} participants), so it also carries who they were."
         )
-    cells = int((profiles.own == profiles.own).sum())
+    cells = int((~np.isnan(profiles.own)).sum())
     used = int(selected.table["value"].notna().sum())
     if not profiles.dropped and used > cells:
         notes.append("A participant's repeated ratings of a stimulus on an attribute were averaged first.")
@@ -92,7 +94,7 @@ def _as_numbers(column: pd.Series[Any], name: str) -> pd.Series[Any]:
     words = {"true": "1", "false": "0", "yes": "1", "no": "0"}
     texts = [str(value).strip() for value in column.tolist()]
     numbers = pd.to_numeric(pd.Series([words.get(text.lower(), text) for text in texts]), errors="coerce")
-    wrong = [i for i, (text, number) in enumerate(zip(texts, numbers, strict=True)) if text and number != number]
+    wrong = [i for i, (text, number) in enumerate(zip(texts, numbers, strict=True)) if text and math.isnan(number)]
     if wrong:
         raise DataRefused(f"column {name!r} must hold numbers; found {texts[wrong[0]]!r} in row {wrong[0] + 1}")
     return pd.Series(numbers.to_numpy(dtype="float64"), index=column.index)

@@ -75,8 +75,11 @@ def _anova(selected: Selected, asked: Anova) -> Answer:
 
 
 def _gaps(selected: Selected, asked: Anova) -> Answer:
-    from analysis.plans.asking.mixed_model import gaps_answer
+    from analysis.plans.asking.mixed_model import gaps_answer, refuse_averaging
 
+    if not asked.within:  # one value from each participant who has one: nothing is left for a random effect
+        refuse_averaging(selected, asked.between)
+        return _anova(selected, asked)
     return gaps_answer(selected, asked.within, asked.between)
 
 

@@ -48,8 +48,9 @@ def anova_answer(selected: Selected, asked: Anova) -> Answer:
         rows,
         _method(asked),
         _kinds(rows, asked),
+        table=used(selected, table),
         headline="; ".join(_sentence(row, asked) for row in records),
-        notes=_notes(table, asked),
+        notes=[*made_of(table), _groups(table, asked)],
         more=_sphericity(selected.table, asked),
     )
 
@@ -139,13 +140,14 @@ def _method(asked: Anova) -> str:
 
 
 def _kinds(rows: Sequence[Row], asked: Anova) -> dict[str, str]:
-    corrected = {"GG": "Greenhouse-Geisser", "HF": "Huynh-Feldt", "none": "not corrected"}[asked.correction]
+    named = {"GG": "Greenhouse-Geisser where `correction` says so", "HF": "Huynh-Feldt where `correction` says so"}
+    corrected = named.get(asked.correction, "not corrected") if asked.within else "not corrected"
     interval = f"{100 * asked.interval:g} % interval, noncentral F with the degrees of freedom of p"
     generalized = f"{interval}, carried over by the observed ratio of errors"
     told = {
         "df1": "degrees of freedom, not corrected",
         "df2": "degrees of freedom, not corrected",
-        "p": f"p, {corrected}, where `correction` says so; not adjusted for a family",
+        "p": f"p, {corrected}; not adjusted for a family",
         "partial_eta_squared": "partial eta squared",
         "generalized_eta_squared": "generalized eta squared, every factor manipulated (Olejnik & Algina 2003)",
         "eta_squared": "eta squared: partial, generalized and classical are one number in a one-way design",
@@ -160,13 +162,23 @@ def _kinds(rows: Sequence[Row], asked: Anova) -> dict[str, str]:
     return {name: told[name] for name in rows[0] if name in told}
 
 
-def _notes(table: pd.DataFrame, asked: Anova) -> list[str]:
-    least, most = table.attrs.get("ratings_per_cell", (1, 1))
-    dropped = table.attrs.get("dropped", [])
+def used(selected: Selected, result: pd.DataFrame) -> pd.DataFrame:
+    """The rows that a result rests on."""
+    return selected.table[~selected.table["participant"].isin(result.attrs.get("dropped", []))]
+
+
+def made_of(result: pd.DataFrame) -> list[str]:
+    """Who was left out of a result, and how many ratings were averaged for it."""
+    least, most = result.attrs.get("ratings_per_cell", (1, 1))
+    dropped = result.attrs.get("dropped", [])
     left_out = f"Left out listwise: {', '.join(map(str, dropped))}." if dropped else ""
-    sizes = table.attrs.get("group_sizes", {})
-    groups = "; ".join(f"{name}: {size}" for name, size in sizes.items()) if asked.between else ""
-    return [left_out, averaged_note(least, most), f"Participants by group: {groups}." if groups else ""]
+    return [left_out, averaged_note(least, most)]
+
+
+def _groups(table: pd.DataFrame, asked: Anova) -> str:
+    sizes = table.attrs.get("group_sizes", {}) if asked.between else {}
+    groups = "; ".join(f"{name}: {size}" for name, size in sizes.items())
+    return f"Participants by group: {groups}." if groups else ""
 
 
 def _sphericity(rows: pd.DataFrame, asked: Anova) -> dict[str, tuple[Row, ...]]:

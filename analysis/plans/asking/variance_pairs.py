@@ -2,12 +2,14 @@
 
 from __future__ import annotations
 
-from collections.abc import Hashable, Mapping, Sequence
+from collections.abc import Mapping, Sequence
 from typing import TYPE_CHECKING, Any
 
-from analysis.plans.asking.describing_rows import answer_of, averaged_note, plain_row, require_columns, share
+from analysis.plans.asking.describing_rows import answer_of, plain_row, require_columns, share
+from analysis.plans.asking.variance_anova import made_of, used
 from analysis.statistics.apa import number
 from analysis.statistics.equivalence import equivalence_tests
+from analysis.statistics.pair_order import pairs_in_order
 from analysis.statistics.pairwise import pairwise_tests
 
 if TYPE_CHECKING:
@@ -18,7 +20,6 @@ if TYPE_CHECKING:
 
 CORRECTED = {"bonferroni": "Bonferroni", "holm": "Holm", "none": "not adjusted"}
 TOLD = 6
-Record = Mapping[Hashable, Any]
 
 
 def pairs_answer(selected: Selected, asked: Pairs) -> Answer:
@@ -34,15 +35,16 @@ def pairs_answer(selected: Selected, asked: Pairs) -> Answer:
     )
     size = "dz" if "within" in options else "hedges"
     family = asked.family or len(table)
-    ordered = _ordered(table, selected, asked.factor, (size,))
-    rows = [_pair(row, size, asked, family) for row in ordered]
+    order = selected.levels.get(asked.factor, ())
+    rows = [_pair(row, size, asked, family) for row in pairs_in_order(table, order, (size,))]
     return answer_of(
         selected,
         rows,
         _pairs_method(table, size, asked, family),
         _pair_kinds(size, asked),
         headline=_differing(rows, selected.alpha, f"{CORRECTED[asked.correction]}, family of {family}"),
-        notes=_notes(table),
+        table=used(selected, table),
+        notes=made_of(table),
     )
 
 
@@ -56,7 +58,8 @@ def equivalence_answer(selected: Selected, asked: Equivalence) -> Answer:
         low, high = asked.bounds
         table = equivalence_tests(selected.table, "value", bounds=(low, high), **options)
         turned = equivalence_tests(selected.table, "value", bounds=(-high, -low), **options)
-    rows = [_equivalent(row) for row in _ordered(table, selected, asked.factor, (), turned)]
+    order = selected.levels.get(asked.factor, ())
+    rows = [_equivalent(row) for row in pairs_in_order(table, order, (), turned)]
     within = "within" in options
     return answer_of(
         selected,
@@ -64,7 +67,8 @@ def equivalence_answer(selected: Selected, asked: Equivalence) -> Answer:
         _equivalence_method(within, asked),
         _equivalence_kinds(selected.alpha),
         headline=_equivalences(rows, selected.alpha),
-        notes=_notes(table),
+        table=used(selected, table),
+        notes=made_of(table),
     )
 
 
@@ -75,32 +79,6 @@ def _options(selected: Selected, asked: Asked, factor: str) -> dict[str, Any]:
     kind = "between" if len(levels) and levels.max() < 2 else "within"
     missing = "listwise" if asked.missing == "listwise" else "raise"
     return {kind: factor, "subject": "participant", "missing": missing, "aggregate": "mean"}
-
-
-def _ordered(
-    table: pd.DataFrame, selected: Selected, factor: str, sizes: Sequence[str], turned: pd.DataFrame | None = None
-) -> list[dict[str, Any]]:
-    """The pairs in the order of the study's levels, each as the earlier level minus the later one."""
-    order = {level: place for place, level in enumerate(selected.levels.get(factor, ()))}
-    places = {level: order.get(str(level), len(order)) for level in {*table["A"], *table["B"]}}
-    backwards = (table if turned is None else turned).to_dict("records")
-    rows = [
-        {str(name): value for name, value in row.items()}
-        if places[row["A"]] <= places[row["B"]]
-        else _turned(back, sizes)
-        for row, back in zip(table.to_dict("records"), backwards, strict=True)
-    ]
-    return sorted(rows, key=lambda row: (places[row["A"]], places[row["B"]]))
-
-
-def _turned(row: Record, sizes: Sequence[str]) -> dict[str, Any]:
-    """B minus A instead of A minus B."""
-    ends = [("ci_low", "ci_high"), ("bound_low", "bound_high"), ("T_low", "T_high")]
-    ends += [(f"{size}_low", f"{size}_high") for size in sizes]
-    signed = {name: -row[name] for name in ("mean_diff", "T", *sizes) if name in row}
-    swapped = {a: -row[b] for low, high in ends if low in row for a, b in ((low, high), (high, low))}
-    p = {"p_low": row["p_high"], "p_high": row["p_low"]} if "p_low" in row else {}
-    return {**{str(name): value for name, value in row.items()}, "A": row["B"], "B": row["A"], **signed, **swapped, **p}
 
 
 def _pair(row: Mapping[str, Any], size: str, asked: Pairs, family: int) -> Row:
@@ -198,10 +176,3 @@ def _count(what: str, found: Sequence[Row], rows: Sequence[Row]) -> str:
 
 def _plain(value: float) -> str:
     return f"{value:g}".lstrip("0")
-
-
-def _notes(table: pd.DataFrame) -> list[str]:
-    least, most = table.attrs.get("ratings_per_cell", (1, 1))
-    dropped = table.attrs.get("dropped", [])
-    left_out = f"Left out listwise: {', '.join(map(str, dropped))}." if dropped else ""
-    return [left_out, averaged_note(least, most)]

@@ -7,7 +7,7 @@ import pandas as pd
 import pytest
 
 from analysis.adjectives.lexicon import Lexicon, SynonymTableError, lexicon, normalised, synonym_table
-from analysis.statistics.refusals import BadOption, BadValue
+from analysis.statistics.refusals import BadOption, BadValue, UnknownColumn
 
 ROWS = [
     ("P1", 1, "BC3", "Heavy"),
@@ -49,6 +49,11 @@ def test_words_are_counted_once_a_trial_and_shared_by_people_and_stimuli() -> No
     }
     assert found.stimuli["stimulus"].tolist() == ["BC3", "K3"]
     assert found.stimuli["mentions"].tolist() == [2, 3]
+
+
+def test_trials_that_cannot_be_told_apart_are_refused() -> None:
+    with pytest.raises(UnknownColumn, match="no column 'trial'"):
+        lexicon(written().drop(columns="trial"))
 
 
 def test_each_normalisation_says_what_is_one_word() -> None:

@@ -28,7 +28,7 @@ def lab_of(folder, *studies):
     """A lab that holds the recorded sessions of these studies."""
     (folder / "sessions").mkdir(parents=True, exist_ok=True)
     for study in studies:
-        for path in sorted(RECORDED.rglob(f"{study}_P*_s1.sqlite")):
+        for path in (path for part in ("ten", "sessions") for path in RECORDED.glob(f"{part}/{study}_P*_s1.sqlite")):
             shutil.copy(path, folder / "sessions")
     return folder
 

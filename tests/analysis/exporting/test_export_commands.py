@@ -19,7 +19,7 @@ def lab(tmp_path):
 @pytest.mark.parametrize(("arguments", "message"), [
     (["--csv", "--bids"], "one of --bids, --psych-ds, --csv, --parquet is expected; found --bids and --csv"),
     ([], "one of --bids, --psych-ds, --csv, --parquet is expected; found none of them"),
-    (["--csv", "--missing", "listwise"], "--missing is about tests"),
+    (["--csv", "--missing", "listwise"], "No such option"),
     (["--csv", "--without", "handednes"], "--without handednes: no such column; did you mean 'handedness'?"),
     (["--csv", "--without", "participant"], "--without participant: the tables mean nothing without this column"),
 ])  # fmt: skip

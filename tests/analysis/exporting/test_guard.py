@@ -105,3 +105,52 @@ def test_a_stimulus_column_about_a_person_is_refused_and_leaves_the_definition_t
         exported(lab, "doors_small", tmp_path / "out", "csv")
     exported(lab, "doors_small", tmp_path / "out", "csv", without=["maker_email"])
     assert not any(b"mina.kim" in path.read_bytes() for path in (tmp_path / "out").rglob("*") if path.is_file())
+
+
+@pytest.mark.parametrize(("name", "text"), [
+    ("김미나", "저는 김미나입니다"), ("王明", "我叫王明"), ("Mina Kim", "I am Kim, Mina"), ("Mina  Kim", "mina kim!"),
+])  # fmt: skip
+def test_a_known_name_is_found_with_a_particle_and_with_the_surname_first(name, text):
+    assert Guard({"P001": Identity(name)}).looks(text)
+    assert Guard({"P001": Identity(name)}).looks("minakimono, 미나리") is None
+
+
+@pytest.mark.parametrize(
+    ("pseudonym", "good"), [("P001", True), ("Mina1", False), ("kim01", False), ("S20231234", False)]
+)
+def test_a_pseudonym_that_is_a_name_or_a_number_of_identity_is_refused(pseudonym, good):
+    guard = Guard({pseudonym: Identity("Mina Kim")})
+    if good:
+        guard.demand_pseudonyms([pseudonym])
+        return
+    with pytest.raises(ExportRefused, match="participant 1 of the export: the pseudonym itself") as refused:
+        guard.demand_pseudonyms([pseudonym])
+    assert pseudonym not in str(refused.value)
+
+
+@pytest.mark.parametrize("fmt", ["bids", "psych-ds", "csv", "parquet"])
+def test_a_number_of_identity_that_was_asked_as_a_number_is_refused_in_every_format(fmt, tmp_path):
+    lab = tmp_path / "lab"
+    asked = {"name": "registered", "text": "Number?", "kind": "number", "levels": [], "unit": None, "optional": True}
+
+    def change(kind, body):
+        if kind == "request" and body.get("form") == "demographics":
+            return {**body, "items": ["registered"]}
+        return {**body, "answers": {"registered": 20231234}} if "age" in body.get("answers", {}) else body
+
+    header = {"lab_forms": {"consent": "?", "questions": [{**asked, "low": 0, "high": 1e9}]}}
+    rewritten(LEXICON, lab / "sessions/door_lexicon_P001_s1.sqlite", change, header)
+    with pytest.raises(ExportRefused, match=r"participants.*row 1, column 'registered'.*--without registered"):
+        exported(lab, "door_lexicon", tmp_path / "out", fmt)
+    exported(lab, "door_lexicon", tmp_path / "out", fmt, redact=True)
+    everything = b"".join(path.read_bytes() for path in (tmp_path / "out").rglob("*") if path.is_file())
+    assert b"20231234" not in everything
+
+
+def test_the_name_of_the_labs_folder_stays_in_the_lab(tmp_path):
+    lab = tmp_path / "mina_kims_lab"
+    source = RECORDED / "ten/door_authoring_P001_s1.sqlite"
+    study = {**read(source).header["study"], "study": "mine"}
+    rewritten(source, lab / "sessions/mine_P001_s1.sqlite", header={"study": study})
+    exported(lab, "mine", tmp_path / "out", "csv")
+    assert not any(b"mina_kims" in path.read_bytes() for path in (tmp_path / "out").rglob("*") if path.is_file())

@@ -31,7 +31,7 @@ def test_fixed_effects(name):
     found = found.assign(effect=found["effect"].map(plain)).set_index("effect").loc[many(expected(name)["names"])]
     for column, key, rtol in (
         *(("estimate", "estimate", 1e-8), ("se", "se", 1e-8), ("t", "t", 2e-8)),
-        *(("df", "df", 1e-5), ("p", "p", 1e-4)),
+        *(("df", "df", 1e-6), ("p", "p", 2e-5)),
     ):
         np.testing.assert_allclose(found[column], many(expected(name)[key]), rtol=rtol, err_msg=column)
 
@@ -44,7 +44,7 @@ def test_variances_and_correlations(name):
     for row in expected(name)["varcorr"]:
         group, one, other = group_of(row["grp"].removesuffix(".1")), row["var1"] or "", row["var2"]
         if other is None:
-            np.testing.assert_allclose(variances[group, one], row["vcov"], rtol=1e-6, err_msg=str((group, one)))
+            np.testing.assert_allclose(variances[group, one], row["vcov"], rtol=1e-7, err_msg=str((group, one)))
         else:
             np.testing.assert_allclose(pairs[group, plain(one), other], row["sdcor"], rtol=1e-6)
     assert model.singular == expected(name)["singular"]
@@ -64,7 +64,7 @@ def test_effects_of_type_three(name):
     for source, r in expected(name)["effects"].items():
         assert found["ddof1"][source] == r["NumDF"]
         np.testing.assert_allclose(found["F"][source], r["F"], rtol=1e-6)
-        np.testing.assert_allclose(found["ddof2"][source], r["DenDF"], rtol=1e-5)
+        np.testing.assert_allclose(found["ddof2"][source], r["DenDF"], rtol=1e-6)
         np.testing.assert_allclose(found["p_unc"][source], r["p"], rtol=1e-4)
 
 
@@ -121,10 +121,10 @@ def test_likelihood_ratio():
 
 @pytest.mark.parametrize("name", ["penicillin", "crossed_ml"])
 def test_profile_intervals(name):
-    """lme4's profile is interpolated by splines, good to about four digits."""
+    """R's confint(profile(m, delta = 0.1)), whose steps are close enough to interpolate between."""
     r = whole()["profile"][name]
     found = profile_intervals(ours(name))
     spread = {f"sd_{e}|{g}" if e else "sigma": (low, high) for g, e, _, low, high in found.to_numpy()}
     assert set(spread) == set(r["names"])
     for each, low, high in zip(r["names"], r["low"], r["high"], strict=True):
-        assert spread[each] == pytest.approx((low, high), rel=1e-3)
+        assert spread[each] == pytest.approx((low, high), rel=1e-6)

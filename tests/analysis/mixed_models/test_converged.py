@@ -38,6 +38,6 @@ def test_no_point_that_is_tried_is_better(seed):
 
 
 def test_a_search_that_is_cut_short_is_refused_and_not_called_converged(monkeypatch):
-    monkeypatch.setattr(optimising, "_polished", lambda counted, parameters, free: free + 0.1)
+    monkeypatch.setattr(optimising, "_polished", lambda counted, parameters, factors: [f * 1.1 for f in factors])
     with pytest.raises(NotConverged, match="maximum was not reached"):
         mixed_model(table("sloped"), "y", **asked("sloped"))

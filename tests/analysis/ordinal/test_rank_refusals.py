@@ -42,7 +42,7 @@ def test_constant_answers_have_no_statistic_and_say_so(value):
     assert all(math.isnan(row[name]) for name in ("chi2", "p_unc", "p_exact", "W", "W_low", "W_high", "F", "p_F"))
     assert "one and the same value" in row["note"]
     pairs = CALLS["nemenyi"](table)
-    assert pairs[["q", "p", "p_exact"]].isna().all(axis=None)
+    assert pairs[["q", "p", "p_exact", "critical"]].isna().all(axis=None)
     assert pairs["note"].str.contains("undefined").all()
     pairs = CALLS["wilcoxon"](table)
     assert pairs[["W", "z", "p_unc", "p_corr", "rank_biserial"]].isna().all(axis=None)
@@ -54,6 +54,14 @@ def test_constant_answers_have_no_statistic_and_say_so(value):
     groups = wilcoxon_tests(table, "y", between="condition")
     assert groups["W"].isna().all()
     assert groups["note"].str.contains("all values are the same").all()
+
+
+def test_two_participants_have_a_w_and_no_interval():
+    row = CALLS["friedman"](long(CELLS[:2] + np.arange(3))).iloc[0]
+    assert row["W"] >= 0
+    assert math.isnan(row["W_low"])
+    assert math.isnan(row["W_high"])
+    assert "two participants are one pair" in row["note"]
 
 
 @pytest.mark.parametrize("call", CALLS.values(), ids=CALLS)

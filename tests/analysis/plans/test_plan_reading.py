@@ -25,7 +25,7 @@ tests:
   - {name: variants, test: anova, within: [variant]}
   - {name: means, test: means, by: [variant]}
 figures:
-  - {name: means, figure: means}
+  - {name: means, figure: means, by: [variant]}
 """
 
 
@@ -49,8 +49,8 @@ def test_a_good_plan_holds_each_test_by_its_own_schema(plan):
         ("within: [variant]", "witin: [variant]", ["line 7: tests[0].witin: unknown key", "'within'"]),
         ("name: means, test", "name: variants, test", ["line 8: tests[1].name", "stands twice"]),
         ("name: variants", "name: ../variants", ["line 7: tests[0].name", "letters, digits"]),
-        ("figure: means}", "figure: meens}", ["line 10: figures[0].figure", "did you mean 'means'"]),
-        ("figure: means}", "figure: means, tests: [varants]}", ["line 10: figures[0].tests[0]", "'variants'"]),
+        ("figure: means, by", "figure: meens, by", ["line 10: figures[0].figure", "did you mean 'means'"]),
+        ("figure: means,", "figure: means, tests: [varants],", ["line 10: figures[0].tests[0]", "'variants'"]),
         ("by: [variant]", "by: [variant], table: mine", ["line 8: tests[1].table", "no table 'mine'"]),
     ],
 )  # fmt: skip
@@ -66,7 +66,7 @@ def test_a_mistake_is_named_with_its_line_and_the_nearest_name(plan, before, aft
 
 def test_several_mistakes_are_told_at_once(plan):
     with pytest.raises(PlanError) as error:
-        plan(GOOD.replace("test: anova", "test: anovva").replace("figure: means}", "figure: meens}"))
+        plan(GOOD.replace("test: anova", "test: anovva").replace("figure: means, by", "figure: meens, by"))
     assert len(str(error.value).splitlines()) == 2
 
 

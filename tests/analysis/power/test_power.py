@@ -2,7 +2,6 @@
 
 import json
 from dataclasses import replace
-from pathlib import Path
 
 import pytest
 from click.testing import CliRunner
@@ -10,7 +9,9 @@ from click.testing import CliRunner
 from analysis.plans.answers import Answer
 from analysis.plans.material import read_material
 from analysis.power.commands import Sizes, power
-from analysis.power.curve import Asking, Point, PowerError, check_asking, needed, p_of, power_curve, wilson
+from analysis.power.curve import Asking, Point, check_asking, needed, one_run, power_curve, wilson
+from analysis.power.deciding import p_of
+from analysis.power.refusals import PowerError
 from analysis.power.simulating import people, simulated_material, with_effect
 from analysis.reporting.sources import gathered
 from protocols.plan import compile_plan
@@ -93,9 +94,9 @@ def test_people_who_feel_nothing_are_found_at_the_rate_of_alpha(lab):
 
 
 def test_the_curve_depends_neither_on_the_processes_nor_on_the_other_sizes(lab):
-    one = power_curve(asking(lab, effect=0.5), [4, 6], 12)
-    assert power_curve(asking(lab, effect=0.5), [6, 4], 12, jobs=2) == one
-    assert power_curve(asking(lab, effect=0.5), [4], 12) == one[:1]
+    one = power_curve(asking(lab, effect=0.5), [4, 6], 6)
+    assert power_curve(asking(lab, effect=0.5), [6, 4], 6, jobs=2) == one
+    assert power_curve(asking(lab, effect=0.5), [4], 6) == one[:1]
 
 
 def test_a_run_without_a_p_finds_nothing_and_says_why(lab):
@@ -120,16 +121,41 @@ def test_a_mistake_is_named(lab, change, told):
 
 
 def test_the_row_and_the_column_that_decide_are_chosen_by_name():
-    rows = ({"a": "x", "b": "y", "p": 0.5, "p_holm": 0.9}, {"a": "x", "b": "z", "p": 0.01, "p_holm": 0.02})
+    rows = ({"a": "x", "b": "y", "p": 0.5, "p_corr": 0.9}, {"a": "x", "b": "z", "p": 0.01, "p_corr": 0.02})
     answer = Answer(rows, "t", {}, 4, 8)
-    ask = Asking(Path("s"), Path("p"), Path(), "pairs")
-    assert p_of(answer, ask) == (0.9, "")
-    assert p_of(answer, replace(ask, row="z")) == (0.02, "")
-    assert p_of(answer, replace(ask, row="z", column="p")) == (0.01, "")
+    assert p_of(answer, "pairs") == (0.9, "", "x, y: p_corr")
+    assert p_of(answer, "pairs", "z") == p_of(answer, "pairs", "z, x") == (0.02, "", "x, z: p_corr")
+    assert p_of(answer, "pairs", "z", "p") == (0.01, "", "x, z: p")
     with pytest.raises(PowerError, match="no row with 'w'"):
-        p_of(answer, replace(ask, row="w"))
-    with pytest.raises(PowerError, match="no column 'p_hol'; did you mean 'p_holm'"):
-        p_of(answer, replace(ask, column="p_hol"))
+        p_of(answer, "pairs", "w")
+    with pytest.raises(PowerError, match=r"2 rows hold 'x' \(x, y; x, z\)"):
+        p_of(answer, "pairs", "x")
+    with pytest.raises(PowerError, match="no column 'p_cor'; did you mean 'p_corr'"):
+        p_of(answer, "pairs", column="p_cor")
+    with pytest.raises(PowerError, match="no column 'of p values'"):
+        p_of(Answer(({"word": "soft", "participants": 4},), "t", {}, 4, 8), "relevance")
+
+
+def test_an_intercept_is_no_effect_and_a_models_own_tests_are_found():
+    rows = ({"effect": "(Intercept)", "p": 1e-9}, {"effect": "method[AR]", "p": 0.3})
+    answer = Answer(rows, "t", {}, 4, 8, more={"tests": ({"Source": "method", "p_unc": 0.04},)})
+    assert p_of(answer, "model")[:2] == (0.3, "")
+    assert p_of(answer, "model", "method") == (0.04, "", "method: p_unc")
+
+
+@pytest.mark.parametrize("kind", ["friedman, factor: stimulus", "mixed_model, fixed: [stimulus]"])
+def test_a_plans_rank_test_and_model_have_a_power(lab, kind):
+    plan = lab / "studies" / "pairs" / "analysis.yaml"
+    plan.write_text(PLAN + f"  - {{name: other, test: {kind}}}\n")
+    (point,) = power_curve(replace(asking(lab, effect=0.0), test="other"), [6], 10)
+    assert point.undefined == 0 and point.power < 0.5
+
+
+def test_two_seeds_share_no_simulated_study(lab):
+    one, other = (
+        [one_run((asking(lab, seed=seed), (4,), run))[4][0] for run in range(3)] for seed in (0, 1)
+    )  # fmt: skip
+    assert not set(one) & set(other)
 
 
 def test_needed_is_the_first_size_from_which_on_the_power_holds():
@@ -159,13 +185,15 @@ def test_the_verb_writes_a_table_and_a_figure(lab):
     assert done.exit_code == 0, done.output
     told = json.loads(done.stdout.splitlines()[-1])
     assert [point["participants"] for point in told["points"]] == [3, 8]
-    assert (lab / "analysis" / "pairs" / "power_textures.csv").read_text().startswith("participants,runs,found")
-    assert (lab / "analysis" / "pairs" / "power_textures.png").is_file()
-    shown = CliRunner().invoke(power, command)
+    written = lab / "analysis" / "pairs"
+    assert (written / "power_textures_x1.csv").read_text().startswith("participants,runs,found")
+    assert (written / "power_textures_x1.png").is_file()
+    shown = CliRunner().invoke(power, [*command, "--effect", "0.5"])
     assert "10 simulated studies" in shown.output
+    assert {path.name for path in written.glob("*.csv")} == {"power_textures_x1.csv", "power_textures_x0.5.csv"}
 
 
-@pytest.mark.parametrize("sizes", ["1..4", "9..3", "x", "4..1000", "2..200/1"])
+@pytest.mark.parametrize("sizes", ["1..4", "9..3", "x", "4..1000", "2..200/1", "4..8/0"])
 def test_sizes_that_cannot_be_are_refused(lab, sizes):
     done = CliRunner().invoke(power, ["pairs", "--lab", str(lab), "--test", "textures", "--participants", sizes])
     assert done.exit_code == 2

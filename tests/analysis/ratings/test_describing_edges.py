@@ -48,7 +48,7 @@ def test_participants_a_billion_apart_change_no_within_participant_interval() ->
     np.testing.assert_allclose(found, mean_intervals(long(GRID), by=("level",))["half"], rtol=1e-14)
 
 
-@settings(max_examples=30, deadline=None)
+@settings(max_examples=12, deadline=None)
 @given(st.permutations(range(12)), st.sampled_from([str, int, lambda i: f"P{i}"]))
 def test_neither_row_order_nor_label_type_changes_intervals_or_trends(order: list[int], name: object) -> None:
     data = long(GRID, name=name).iloc[list(order)].reset_index(drop=True)
@@ -73,7 +73,7 @@ def test_constant_ratings_have_an_interval_of_no_width_and_a_trend_without_t() -
     (slope,) = trends(data, level="level", family="family").slopes.to_dict("records")
     assert (slope["mean"], slope["note"]) == (0.0, "t is undefined: the slopes do not vary")
     assert math.isnan(slope["p"])
-    rounding = trends(long([[0.1, 0.1, 0.3, 0.3], [0.1, 0.1, 0.1 + 0.2, 0.3]]), level="level", family="family")
+    rounding = trends(long([[0.1, 0.1, 0.3, 0.3], [0.1, 0.1, 0.3, 0.1 + 0.2]]), level="level", family="family")
     assert "vary only by rounding" in rounding.slopes["note"][0]
 
 
@@ -109,7 +109,7 @@ def test_what_cannot_be_asked_is_refused_by_name() -> None:
         trends(long(GRID), level="level", family="family", size=0)
     with pytest.raises(BadValue, match="inf"):
         mean_intervals(long([[math.inf, 1.0], [1.0, 2.0]]), by=("level",))
-    with pytest.raises(BadValue, match=r"'1' and 1 both occur|1 and '1' both occur"):
+    with pytest.raises(BadValue, match="both occur in column 'participant'"):
         mean_intervals(pd.concat([long(GRID), long(GRID, name=int)]), by=("level",))
 
 

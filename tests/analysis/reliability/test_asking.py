@@ -73,6 +73,11 @@ def test_icc_averages_repetitions_and_says_so() -> None:
     assert [row["ICC"] for row in found.rows] == [each.icc for each in iccs(means)]
     assert found.notes == ("Each cell is the mean of 2 values.",)
     assert found.headline.startswith("ICC(A,1) = .")
+    assert answer("krippendorff_alpha", given).notes == ("Each cell is the mean of 2 values.",)
+    with pytest.raises(
+        DataRefused, match="several values of one participant for one stimulus: .*'ordinal' have no mean"
+    ):
+        answer("krippendorff_alpha", given, level="ordinal")
     assert "5 × stimulus, 6 × participant" in found.headline
 
 
@@ -80,7 +85,7 @@ def test_one_participant_is_refused_by_those_who_compare_people() -> None:
     given = selected()
     alone = Selected(given.table[given.table["participant"] == "P0"], given.trials, given.outcomes, {}, draws=200)
     for test in ("icc", "kendall_w", "krippendorff_alpha", "raters"):
-        with pytest.raises(ValueError, match=r"one rater|1 of raters"):
+        with pytest.raises(ValueError, match=r"one rater|too few raters"):
             answer(test, alone)
 
 
@@ -128,7 +133,8 @@ def test_groups_that_share_no_stimulus_are_compared_within_themselves() -> None:
     alone = answer("raters", Selected(table, pd.DataFrame(), ("rough",), {}))
     assert found.rows[:6] == alone.rows
     assert {row["missing"] for row in found.rows} == {0}
-    assert "within their group" in found.notes[2]
+    assert "Each cell is the mean of 2 values." in found.notes
+    assert any("within their group" in note for note in found.notes)
 
 
 def test_the_seed_of_the_plan_decides_the_draws() -> None:

@@ -88,6 +88,12 @@ def test_any_table_gives_what_the_definition_gives(seed: int, level: str) -> Non
         assert found.alpha == pytest.approx(expected, abs=1e-13)
 
 
+def test_the_smallest_and_largest_values_have_the_ratios_that_they_have() -> None:
+    plain = krippendorff(TWELVE, "ratio").alpha
+    assert krippendorff(TWELVE * 5e-324, "ratio").alpha == plain
+    assert krippendorff(TWELVE * 2.0**990, "ratio").alpha == plain
+
+
 def test_an_offset_changes_no_digit_at_level_interval() -> None:
     assert krippendorff(TWELVE + 1e9, "interval").alpha == krippendorff(TWELVE, "interval").alpha
 

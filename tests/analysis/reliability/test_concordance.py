@@ -10,6 +10,7 @@ import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
+from analysis.ordinal.friedman import friedman
 from analysis.reliability.concordance import concordance, kendall_w
 from analysis.statistics.references import reference_table
 from analysis.statistics.refusals import BadOption, IncompleteCells, TooFew
@@ -81,6 +82,15 @@ def test_rounding_does_not_break_a_tie_and_whole_numbers_stay_apart() -> None:
     assert concordance(large)["W"] == 1
 
 
+def test_w_and_its_exact_p_are_those_of_friedmans_test() -> None:
+    small = 0.1 + 0.2 - 0.3  # rounding of a sum of tenths, beside 0
+    x = np.array([[small, small, 0.0], [0, 0, small], [1, -1, 2]])
+    ours = kendall_w(long(x), "y", "target", "rater", p="exact").iloc[0]
+    theirs = friedman(long(x), "y", "target", "rater").iloc[0]
+    assert ours["raters_with_ties"] == theirs["tied"] == 3
+    assert (ours["W"], ours["p"]) == (theirs["W"], theirs["p_exact"])
+
+
 def test_raters_who_put_all_level_are_said() -> None:
     found = concordance(np.column_stack(([1.0, 2, 3], [1.0, 2, 3], [5.0, 5, 5])), "exact")
     assert found["note"].startswith("1 of 3 raters put all targets level")
@@ -92,7 +102,7 @@ def test_raters_who_put_all_level_are_said() -> None:
 
 def test_refusals() -> None:
     table = long(wide("tied"))
-    with pytest.raises(TooFew, match="1 of raters"):
+    with pytest.raises(TooFew, match="too few raters"):
         kendall_w(table[table["rater"] == "0"], "y", "target", "rater")
     with pytest.raises(IncompleteCells, match="target='9', rater='6'"):
         kendall_w(table.drop(index=table.index[69]), "y", "target", "rater")

@@ -137,9 +137,9 @@ def test_equal_target_means_are_the_least_reliable_there_is() -> None:
 
 def test_what_cannot_be_answered_is_refused_by_name() -> None:
     table = long(wide("many")[:4, :3])
-    with pytest.raises(TooFew, match=r"1 of raters \(rater\), '0'; at least 2"):
+    with pytest.raises(TooFew, match=r"too few raters \(rater\): 1, '0'; at least 2"):
         icc(table[table["rater"] == "0"], "y", "target", "rater")
-    with pytest.raises(TooFew, match="1 of targets"):
+    with pytest.raises(TooFew, match="too few targets"):
         icc(table[table["target"] == "0"], "y", "target", "rater")
     with pytest.raises(IncompleteCells, match=r"target='3', rater='2'; 1 of 12 cells"):
         icc(table.iloc[:-1], "y", "target", "rater")

@@ -182,3 +182,20 @@ def test_the_inverse_of_the_noncentral_f() -> None:
     assert f_chance(64.97, 3, 33, low) == pytest.approx(0.95, abs=1e-12)
     inverse = float(theirs("scipy.special").ncfdtrinc(3, 33, 0.95, 64.97))
     assert abs(inverse / low - 1) > 1e-4
+
+
+def test_additive_decimals_have_no_f() -> None:
+    table = long_table(np.arange(12)[:, None] * 0.1 + np.arange(4) * 0.3)
+    assert math.isnan(rm_anova(table, "y", "A", "subject")["F"][0])
+    assert pingouins(table)["F"] > 1e20
+    assert anova_rms(table, "A")["F Value"].iloc[0] > 1e20
+
+
+def test_a_constant_difference_has_no_t() -> None:
+    table = long_table(np.column_stack([np.arange(6.0), np.arange(6.0) + 1]))
+    ours = pairwise_tests(table, "y", within="A", subject="subject").iloc[0]
+    assert math.isnan(ours["T"])
+    assert ours["note"] == "t is undefined: the differences do not vary"
+    found = theirs("pingouin").pairwise_tests(table, dv="y", within="A", subject="subject").iloc[0]
+    assert math.isinf(found["T"])
+    assert found["p_unc"] == 0

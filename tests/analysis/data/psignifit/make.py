@@ -1,5 +1,6 @@
-"""Numbers of psignifit 4.3 for tests/analysis/choices, made in an environment of its own (`pip install psignifit==4.3`).
+"""Numbers of psignifit 4.3 for tests/analysis/choices.
 
+Made in an environment of its own (`pip install psignifit==4.3`).
 Run from the repository's root: python tests/analysis/data/psignifit/make.py
 """
 

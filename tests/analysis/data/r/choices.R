@@ -64,3 +64,9 @@ afc <- function(F, lapse) { nll <- function(p) { P <- .5 + (.5 - lapse) * F((d$l
   list(lapse = lapse, centre = f$par[1], spread = exp(f$par[2]), loglik = -f$value) }
 out$two_choice <- list(logistic = afc(plogis, .02), gaussian = afc(pnorm, .02), logistic_none = afc(plogis, 0))
 write_json(out, file.path(here, "choices.json"), digits = I(17), auto_unbox = TRUE, matrix = "rowmajor", dataframe = "columns")
+
+# What `palpate bench statistics` needs of the above.
+few <- out[c("made_with", "baseball", "sets")]
+few$bradley_terry <- out$bradley_terry$coefficients; few$thurstone <- out$thurstone$coefficients
+few$plain <- lapply(out$plain, function(f) f[c("set", "link", "intercept", "slope")])
+write_json(few, "analysis/choices/bench_truth.json", digits = I(17), auto_unbox = TRUE, matrix = "rowmajor", dataframe = "columns")

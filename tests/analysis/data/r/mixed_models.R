@@ -1,5 +1,6 @@
 # Reference values of linear mixed models, made once: Rscript mixed_models.R (in this folder).
-# Needs lme4, lmerTest, numDeriv, jsonlite. lme4's optimum is refined by Newton steps on its own deviance function, so
+# Needs lme4, lmerTest, numDeriv, MASS, jsonlite. lmm_penicillin, lmm_pastes, lmm_cake and lmm_insteval (a part) are data of
+# the R package lme4, GPL (>= 2); the other tables are made here. lme4's optimum is refined by Newton steps on its own deviance function, so
 # that the numbers are lme4's to more digits than its optimisers give.
 suppressMessages({library(lme4); library(lmerTest); library(jsonlite)})
 set.seed(20250117)

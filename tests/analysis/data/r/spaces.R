@@ -57,3 +57,12 @@ z <- cmdscale(dist(scale(as.matrix(attitude))), 2); set.seed(5)
 f <- envfit(z, attitude, permutations = 9999)$vectors
 out$envfit <- list(points = unname(z), arrows = unname(f$arrows), r2 = unname(f$r), p = unname(f$pvals), permutations = 9999)
 write_json(out, file.path(here, "spaces.json"), digits = I(17), auto_unbox = TRUE, matrix = "rowmajor")
+
+# What `palpate bench statistics` needs of the above.
+few <- out[c("made_with", "procrustes")]
+few$procrustes <- few$procrustes[c("x", "y", "m2")]
+few$sdev <- lapply(out$prcomp, function(f) f$sdev)
+few$sets <- out$sets[c("eurodist", "ekman")]
+few$eigenvalues <- lapply(out$cmdscale[c("eurodist", "ekman")], function(f) f$eig)
+few$stress <- lapply(out$stress[c("eurodist", "ekman")], function(s) min(s[[2]]$isoMDS, s[[2]]$monoMDS_primary))
+write_json(few, "analysis/spaces/bench_truth.json", digits = I(17), auto_unbox = TRUE, matrix = "rowmajor")

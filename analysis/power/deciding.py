@@ -1,0 +1,72 @@
+"""Which number of an answer decides whether a simulated study found its effect."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Sequence
+from typing import NamedTuple
+
+from analysis.plans.answers import Answer, Row
+from analysis.power.refusals import PowerError
+from protocols.did_you_mean import nearest
+
+P_COLUMNS = ("p_corr", "p_corrected", "p", "p_GG_corr", "p_unc", "p_F")
+"""Where a row's p value stands, the most cautious first."""
+INTERCEPT = "(Intercept)"
+
+
+class Decided(NamedTuple):
+    """A p value, or None and why it is undefined; `by` names the row and the column that it stands in."""
+
+    p: float | None
+    why: str = ""
+    by: str = ""
+
+
+def p_of(answer: Answer, test: str, row: str = "", column: str = "") -> Decided:
+    """The p value of the row that is meant.
+
+    `row` is text that a cell of it holds, or several such divided by commas; "" takes the first row that is no
+    intercept. Raises PowerError where there is no such row or column, or more rows than one.
+    """
+    found = _named(answer, test, row) if row else _first(answer, test)
+    columns = [column] if column else [name for name in P_COLUMNS if name in found]
+    if not columns or columns[0] not in found:
+        known = [name for name in found if name == "p" or name.startswith("p_")]
+        raise PowerError(f"{test}: no column {column or 'of p values'!r}; {nearest(column, known)}")
+    value, by = found[columns[0]], f"{', '.join(_texts(found))}: {columns[0]}"
+    if isinstance(value, int | float) and math.isfinite(value):
+        return Decided(float(value), by=by)
+    return Decided(None, str(found.get("note") or "p is undefined"), by)
+
+
+def _first(answer: Answer, test: str) -> Row:
+    for row in answer.rows:
+        if INTERCEPT not in row.values():
+            return row
+    raise PowerError(f"{test}: its answer has no row")
+
+
+def _named(answer: Answer, test: str, wanted: str) -> Row:
+    """The one row of the answer that holds the text; else one of its further tables, as a model's tests of effects."""
+    for rows in (answer.rows, *answer.more.values()):
+        found = [row for row in rows if _holds(row, wanted)]
+        if len(found) == 1:
+            return found[0]
+        if found:
+            told = "; ".join(", ".join(_texts(row)) for row in found[:4])
+            raise PowerError(
+                f"{test}: {len(found)} rows hold {wanted!r} ({told}{'; ...' if len(found) > 4 else ''});"
+                " name one, its texts divided by commas"
+            )
+    texts = dict.fromkeys(text for row in answer.rows for text in _texts(row))
+    raise PowerError(f"{test}: no row with {wanted!r}; {nearest(wanted, texts)}")
+
+
+def _holds(row: Row, wanted: str) -> bool:
+    texts = _texts(row)
+    return wanted in texts or all(part.strip() in texts for part in wanted.split(","))
+
+
+def _texts(row: Row) -> Sequence[str]:
+    return [value for name, value in row.items() if isinstance(value, str) and value and name != "note"]

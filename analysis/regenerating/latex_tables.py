@@ -1,0 +1,95 @@
+"""Tables in LaTeX: every letter that TeX reads otherwise escaped, wide tables in small type or on turned pages."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping, Sequence
+
+from analysis.regenerating.documents import Titled, table_letters
+from analysis.regenerating.grid import Grid, Head
+
+PACKAGES = "booktabs,longtable,pdflscape"
+_GREEK = {
+    "α": "alpha", "β": "beta", "γ": "gamma", "δ": "delta", "ε": "varepsilon", "η": "eta", "θ": "theta", "κ": "kappa",
+    "λ": "lambda", "μ": "mu", "ν": "nu", "π": "pi", "ρ": "rho", "σ": "sigma", "τ": "tau", "φ": "varphi", "χ": "chi",
+    "ψ": "psi", "ω": "omega", "Δ": "Delta", "Σ": "Sigma", "Φ": "Phi", "Ω": "Omega", "±": "pm", "≥": "geq", "≤": "leq",
+    "≠": "neq", "≈": "approx", "×": "times", "→": "rightarrow", "←": "leftarrow", "∞": "infty", "−": "relax-",
+}  # fmt: skip
+LETTERS: Mapping[str, str] = {
+    "\\": r"\textbackslash{}", "&": r"\&", "%": r"\%", "$": r"\$", "#": r"\#", "_": r"\_", "{": r"\{", "}": r"\}",
+    "~": r"\textasciitilde{}", "^": r"\textasciicircum{}", "<": r"\textless{}", ">": r"\textgreater{}",
+    "|": r"\textbar{}", '"': r"\textquotedbl{}", "`": r"\textasciigrave{}", "'": r"\textquotesingle{}", "-": "-{}",
+    "[": "{[}", "]": "{]}", "*": "{*}", "–": "--", "—": "---", "°": r"$^\circ$", "…": r"\dots{}", "²": "$^2$",
+    "′": r"$'$", "\xa0": "~", "\t": " ", "\n": " ", "\r": " ",
+    **{letter: rf"$\{name}$" for letter, name in _GREEK.items()},
+    **{sign: f"$^{digit}$" for digit, sign in enumerate("⁰¹²³⁴⁵⁶⁷⁸⁹")},
+    **{sign: f"$_{digit}$" for digit, sign in enumerate("₀₁₂₃₄₅₆₇₈₉")},
+}  # fmt: skip
+SIZES = ((88, r"\small", 4), (104, r"\footnotesize", 3))
+"""Up to so many letters a table fits a page as it stands, in this size and with so many points between columns."""
+TURNED = ((150, r"\footnotesize", 3), (185, r"\scriptsize", 2), (10**6, r"\tiny", 1.5))
+"""The same on a page that is turned."""
+
+
+def latex_text(title: str, lead: str, tables: Sequence[Titled]) -> str:
+    """Every table as a longtable with its caption and label, to be read into a document in the encoding T1."""
+    head = [f"% {one_line(title)}", f"% Needs \\usepackage[T1]{{fontenc}} and \\usepackage{{{PACKAGES}}}"]
+    letters = sorted({letter for each in tables for letter in _letters(each) if letter not in LETTERS and letter > "ſ"})
+    if letters:
+        head.append(f"% Holds letters that pdflatex does not know (lualatex does): {' '.join(letters)}")
+    said = [escaped(lead)] if lead else []
+    return "\n\n".join(["\n".join(head), *said, *map(_table, tables)]) + "\n"
+
+
+def _letters(each: Titled) -> str:
+    heads = "".join(head.name for head in each.grid.heads)
+    cells = "".join(cell for row in each.grid.rows for cell in row)
+    return "".join((each.title, heads, cells, *each.notes, *each.grid.groups.values()))
+
+
+def one_line(text: str) -> str:
+    """A text without line breaks and control characters."""
+    return " ".join("".join(letter if letter.isprintable() else " " for letter in text).split())
+
+
+def escaped(text: str) -> str:
+    """A text that TeX sets as it stands."""
+    return "".join(LETTERS.get(letter, letter) for letter in one_line(text))
+
+
+def _table(each: Titled) -> str:
+    width = table_letters(each.grid)
+    turned = width > SIZES[-1][0]
+    size, gap = next((size, gap) for most, size, gap in (TURNED if turned else SIZES) if width <= most)
+    lines = ["{", size, rf"\setlength{{\tabcolsep}}{{{gap}pt}}", *_longtable(each), "}"]
+    lines += [rf"{{\noindent\footnotesize {escaped(note)}\par}}" for note in each.notes]
+    return "\n".join([r"\begin{landscape}", *lines, r"\end{landscape}"] if turned else lines)
+
+
+def _longtable(each: Titled) -> list[str]:
+    grid = each.grid
+    head = [r"\toprule", " & ".join(map(_head, grid.heads)) + r" \\", r"\midrule"]
+    name = "".join(letter if letter.isascii() and letter.isalnum() else "-" for letter in each.name)
+    lines = [rf"\begin{{longtable}}{{@{{}}{_sides(grid)}@{{}}}}", rf"\caption{{{escaped(each.title)}}}"]
+    lines += [rf"\label{{tab:{name}}}\\", *head, r"\endfirsthead", *head, r"\endhead", r"\bottomrule", r"\endfoot"]
+    for place, row in enumerate(grid.rows):
+        if place in grid.groups:
+            lines += [rf"\multicolumn{{{len(grid.heads)}}}{{@{{}}l}}{{\itshape {escaped(grid.groups[place])}}}\\*"]
+        lines.append(_row(row))
+    return [*lines, r"\end{longtable}"]
+
+
+def _sides(grid: Grid) -> str:
+    kinds = {"number": "r", "words": r"p{5cm}"}
+    return "".join(kinds.get(head.kind, "l") for head in grid.heads)
+
+
+def _head(head: Head) -> str:
+    """A column's name, its words below each other."""
+    words = head.name.split()
+    side = "r" if head.kind == "number" else "l"
+    stacked = r"\\".join(map(escaped, words))
+    return rf"\shortstack[{side}]{{{stacked}}}" if len(words) > 1 else escaped(head.name)
+
+
+def _row(cells: Sequence[str]) -> str:
+    return " & ".join(map(escaped, cells)) + r" \\"

@@ -1,0 +1,123 @@
+"""Choices as an analysis plan asks for them: plain rows, reasons for what is undefined, mistakes refused by name."""
+
+from __future__ import annotations
+
+import math
+from typing import Any
+
+import numpy as np
+import pandas as pd
+import pytest
+from scipy.special import ndtr
+
+from analysis.choices.bradley_terry import bradley_terry
+from analysis.plans import kinds
+from analysis.plans.answers import Answer, Selected
+from analysis.ratings.dataset import DataRefused
+from analysis.statistics.refusals import StatisticsError
+from tests.analysis.choices.choices_for_tests import baseball, with_ties
+from tests.analysis.choices.test_staircase import run
+
+
+def answer(test: str, table: pd.DataFrame, **settings: Any) -> Answer:
+    kind, before = kinds.test_kind(test), table.copy()
+    given = Selected(table, pd.DataFrame(), (), {}, seed=3, draws=99)
+    found = kind.answer(given, kind.settings.model_validate({"name": "x", "test": test, "table": "t", **settings}))
+    pd.testing.assert_frame_equal(before, table)
+    for row in (*found.rows, *(row for rows in found.more.values() for row in rows)):
+        for name, value in row.items():
+            assert value is None or type(value) in (float, int, str, bool), (name, value)
+            assert not isinstance(value, float) or math.isfinite(value), (name, value)
+    return found
+
+
+def observers(people: int = 3) -> pd.DataFrame:
+    rng = np.random.default_rng(2)
+    levels = np.linspace(2, 10, 9)
+    rows = [
+        {"participant": f"P{i}", "level": level, "correct": int(rng.binomial(40, ndtr((level - 5 - i) / 1.5))), "n": 40}
+        for i in range(people)
+        for level in levels
+    ]
+    return pd.DataFrame(rows)
+
+
+def test_worths_of_a_plans_own_table_of_texts() -> None:
+    found = answer("bradley_terry", baseball().astype(str), count="count", first="home", reference="Baltimore")
+    values = bradley_terry(baseball(), "winner", "loser", None, "home", "count", "Baltimore").values
+    assert [row["value"] for row in found.rows] == values["value"].tolist()
+    assert found.values == 273
+    assert found.more["effects"][0]["effect"] == "position"
+    assert len(found.more["differences"]) == 21
+    assert found.headline.startswith("Most to least: Milwaukee")
+    assert {"fit", "covariance", "pairs", "triads"} <= set(found.more)
+
+
+def test_ties_and_refusals() -> None:
+    assert {
+        row["effect"] for row in answer("bradley_terry", with_ties(), tie="tie", count="count").more["effects"]
+    } == {"tie"}
+    with pytest.raises(DataRefused, match="did you mean 'winner'"):
+        answer("bradley_terry", with_ties(), winner="winer")
+    with pytest.raises(DataRefused, match="must hold numbers; found 'x'"):
+        answer("thurstone", baseball().assign(count="x"), count="count")
+    with pytest.raises(StatisticsError, match="never lost"):
+        answer("thurstone", pd.DataFrame({"winner": ["a"], "loser": ["b"]}))
+
+
+def test_the_probit_scale_and_the_classical_one() -> None:
+    many = baseball().assign(count=baseball()["count"] + 1)
+    likely = answer("thurstone", many, count="count")
+    classical = answer("thurstone", many, count="count", method="least_squares")
+    assert [r["value"] for r in likely.rows] == pytest.approx([r["value"] for r in classical.rows], abs=0.1)
+    assert classical.rows[0]["se"] is None
+    assert any("standard errors" in note for note in classical.notes)
+
+
+def test_a_function_for_each_participant_and_their_mean() -> None:
+    found = answer("psychometric", observers().astype(str), n="n", function="gaussian", lapse=0.0)
+    assert [row["participant"] for row in found.rows] == ["P0", "P1", "P2"]
+    assert [row["threshold"] for row in found.rows] == pytest.approx([5, 6, 7], abs=0.5)
+    for row in found.rows:
+        assert row["threshold_low"] < row["threshold"] < row["threshold_high"]
+        assert row["p_deviance"] > 0
+    (mean, _) = found.more["summary"]
+    assert (mean["quantity"], mean["n"], mean["without_estimate"]) == ("threshold", 3, 0)
+    assert mean["ci_low"] < mean["mean"] < mean["ci_high"]
+    assert len(found.more["levels"]) == 27
+
+
+@pytest.mark.parametrize("interval", ["bootstrap", "posterior", "none"])
+def test_other_intervals(interval: str) -> None:
+    found = answer("psychometric", observers(1), n="n", interval=interval)
+    (row,) = found.rows
+    assert row["threshold"] == pytest.approx(5, abs=0.5)
+    assert (row["threshold_low"] is None) == (interval == "none")
+    assert found.more["summary"][0]["note"] == "one value: no spread"
+
+
+def test_a_participant_without_an_estimate_keeps_the_row_and_the_reason() -> None:
+    table = observers(2)
+    table.loc[table["participant"] == "P1", "correct"] = 40
+    found = answer("psychometric", table, n="n")
+    assert found.rows[1]["threshold"] is None
+    assert "every answer was a hit" in found.rows[1]["note"]
+    assert found.more["summary"][0]["without_estimate"] == 1
+    assert "1 of 2 functions have no estimate" in found.notes[0]
+    with pytest.raises(StatisticsError, match="no threshold could be told"):
+        answer("psychometric", table.assign(correct=40), n="n")
+
+
+def test_staircases_give_reversals_and_a_fit() -> None:
+    rng = np.random.default_rng(4)
+    table = pd.concat(
+        [run(rng, 2, 1, 150).assign(participant=who, stair=stair) for who in ("P1", "P2") for stair in (1, 2)]
+    ).reset_index(drop=True)
+    asked = {"method": "staircase", "order": "trial", "staircase": ["stair"], "guess": 0.5, "last": 20}
+    found = answer("psychometric", table, **asked)
+    assert [row["rule"] for row in found.rows] == ["2 down, 1 up"] * 2
+    assert found.rows[0]["converges_at"] == pytest.approx(0.5**0.5)
+    assert found.rows[0]["reversals_used"] == 40
+    assert found.rows[0]["reversal_threshold"] == pytest.approx(found.rows[1]["reversal_threshold"], abs=1.5)
+    assert {row["participant"] for row in found.more["reversals"]} == {"P1", "P2"}
+    assert answer("psychometric", table.sample(frac=1, random_state=1), **asked).rows == found.rows

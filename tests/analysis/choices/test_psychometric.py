@@ -1,0 +1,220 @@
+"""Psychometric functions are R's and psignifit's, find a simulated observer again, and refuse what tells nothing."""
+
+from __future__ import annotations
+
+import json
+from pathlib import Path
+
+import numpy as np
+import pandas as pd
+import pytest
+from hypothesis import given, settings
+from hypothesis import strategies as st
+from scipy.special import expit, ndtr
+
+from analysis.choices.existing import NoEstimate
+from analysis.choices.intervals import profile_interval, resampled_answers
+from analysis.choices.posterior import posterior
+from analysis.choices.psychometric import fit_psychometric
+from analysis.statistics.refusals import BadOption, BadValue, TooFew
+from tests.analysis.choices.choices_for_tests import in_r
+
+SHAPE = {"logit": "logistic", "probit": "gaussian", "cloglog": "weibull"}
+PLAIN = list(in_r()["plain"])
+PSIGNIFIT = json.loads((Path(__file__).parents[1] / "data" / "psignifit" / "psignifit.json").read_text())["fits"]
+
+
+def table(name: str) -> pd.DataFrame:
+    return pd.DataFrame(in_r()["sets"][name])
+
+
+def answers(levels: list[float], hits: list[int], n: int = 20) -> pd.DataFrame:
+    return pd.DataFrame({"level": levels, "k": hits, "n": n})
+
+
+@pytest.mark.parametrize("name", PLAIN)
+def test_the_plain_fit_is_the_glm_of_r(name: str) -> None:
+    expected = in_r()["plain"][name]
+    found = fit_psychometric(table(expected["set"]), "level", "k", "n", SHAPE[expected["link"]], guess=0, lapse=0)
+    half = np.log(found.threshold) if expected["link"] == "cloglog" else found.threshold
+    assert half == pytest.approx(expected["half"], rel=1e-8)
+    assert 1 / found.spread == pytest.approx(expected["slope"], rel=1e-8)
+    assert -found.centre / found.spread == pytest.approx(expected["intercept"], rel=1e-8)
+    assert found.log_likelihood == pytest.approx(expected["loglik"], rel=1e-10)
+    assert (found.deviance, found.df) == (pytest.approx(expected["deviance"], rel=1e-9), expected["df"])
+
+
+@pytest.mark.parametrize("name", PLAIN)
+def test_the_profile_interval_is_where_the_deviance_of_r_says(name: str) -> None:
+    expected = in_r()["plain"][name]
+    found = fit_psychometric(table(expected["set"]), "level", "k", "n", SHAPE[expected["link"]], guess=0, lapse=0)
+    ends = np.array(profile_interval(found, "threshold")[:2])
+    assert (np.log(ends) if expected["link"] == "cloglog" else ends) == pytest.approx(expected["half_ci"], rel=1e-7)
+    if expected["link"] != "cloglog":
+        unit = found.jnd / found.spread
+        slopes = sorted(unit / end for end in profile_interval(found, "jnd")[:2])
+        assert slopes == pytest.approx(expected["slope_ci"], rel=1e-7)
+
+
+@pytest.mark.parametrize(
+    ("key", "function"), [("logistic", "logistic"), ("gaussian", "gaussian"), ("logistic_none", "logistic")]
+)
+def test_two_alternatives_give_the_optimum_of_r(key: str, function: str) -> None:
+    expected = in_r()["two_choice"][key]
+    found = fit_psychometric(table("two_choice"), "level", "k", "n", function, guess=0.5, lapse=expected["lapse"])
+    assert found.log_likelihood == pytest.approx(expected["loglik"], abs=1e-9)
+    assert (found.centre, found.spread) == (
+        pytest.approx(expected["centre"], rel=1e-6),
+        pytest.approx(expected["spread"], rel=1e-6),
+    )
+
+
+def test_threshold_and_jnd_are_what_their_names_say() -> None:
+    found = fit_psychometric(table("yes_no"), "level", "k", "n", "gaussian", 0, 0, jnd="x84_x50")
+    assert found.jnd == pytest.approx(found.spread, rel=1e-12)
+    assert found.slope == pytest.approx(1 / found.spread / np.sqrt(2 * np.pi))
+    weibull = fit_psychometric(table("two_choice"), "level", "k", "n", "weibull", 0.5, threshold=0.75)
+    at = 0.5 + (0.5 - weibull.lapse) * -np.expm1(
+        -((weibull.threshold / np.exp(weibull.centre)) ** (1 / weibull.spread))
+    )
+    assert at == pytest.approx(weibull.share_at)
+    level = [np.exp(weibull.centre) * (-np.log1p(-p)) ** weibull.spread for p in (0.75, 0.25)]
+    assert weibull.jnd == pytest.approx((level[0] - level[1]) / 2)
+
+
+@settings(max_examples=12, deadline=None)
+@given(st.integers(0, 10**6), st.sampled_from([(1.0, 0.0), (1024.0, 0.0), (0.001, 5.0), (1.0, 1e6), (-1.0, 0.0)]))
+def test_order_counting_unit_and_direction_change_nothing(seed: int, moved: tuple[float, float]) -> None:
+    scale, shift = moved
+    counts = table("uneven")
+    trials = pd.DataFrame(
+        [(level, i < k) for level, n, k in counts[["level", "n", "k"]].itertuples(index=False) for i in range(int(n))],
+        columns=["level", "hit"],
+    ).sample(frac=1, random_state=seed)
+    one = fit_psychometric(counts, "level", "k", "n")
+    two = fit_psychometric(trials.assign(level=trials["level"] * scale + shift), "level", "hit", falling=scale < 0)
+    assert (two.threshold - shift) / scale == pytest.approx(one.threshold, rel=1e-7)
+    assert two.jnd / abs(scale) == pytest.approx(one.jnd, rel=1e-6)
+    assert two.deviance == pytest.approx(one.deviance, rel=1e-7)
+
+
+def test_answers_that_tell_no_threshold_are_refused_with_a_reason() -> None:
+    levels = [1.0, 2.0, 3.0, 4.0]
+    with pytest.raises(NoEstimate, match="every answer was a hit: the threshold lies below"):
+        fit_psychometric(answers(levels, [20, 20, 20, 20]), "level", "k", "n", guess=0.5)
+    with pytest.raises(NoEstimate, match="no answer was a hit"):
+        fit_psychometric(answers(levels, [0, 0, 0, 0]), "level", "k", "n")
+    with pytest.raises(NoEstimate, match="between levels 2 and 3"):
+        fit_psychometric(answers(levels, [0, 0, 20, 20]), "level", "k", "n")
+    with pytest.raises(NoEstimate, match="between levels 1 and 3"):
+        fit_psychometric(answers(levels, [0, 7, 20, 20]), "level", "k", "n", lapse=0)
+    with pytest.raises(NoEstimate, match="does not rise"):
+        fit_psychometric(answers(levels, [10, 10, 10, 10]), "level", "k", "n")
+    with pytest.raises(NoEstimate, match="falling=True"):
+        fit_psychometric(answers(levels, [18, 13, 8, 2]), "level", "k", "n")
+    with pytest.raises(NoEstimate):
+        fit_psychometric(answers(levels, [10, 11, 9, 8]), "level", "k", "n", guess=0.5)
+
+
+def test_wrong_tables_and_options_are_refused() -> None:
+    good = table("yes_no")
+    with pytest.raises(TooFew, match="1 level"):
+        fit_psychometric(answers([1.0], [3]), "level", "k", "n")
+    with pytest.raises(BadValue, match="50 of 40 in row 1"):
+        fit_psychometric(good.assign(k=50), "level", "k", "n")
+    with pytest.raises(BadValue, match="above 0"):
+        fit_psychometric(good.assign(level=good["level"] - 1), "level", "k", "n", "weibull")
+    with pytest.raises(BadValue, match="no value in row 2"):
+        fit_psychometric(good.assign(level=good["level"].mask(good["level"] == 2)), "level", "k", "n")
+    for options in ({"function": "probit"}, {"jnd": "sd"}, {"threshold": 1.0}, {"guess": (0.5, 0.1)}, {"guess": 0.99}):
+        with pytest.raises(BadOption):
+            fit_psychometric(good, "level", "k", "n", **options)
+
+
+def simulated(rng: np.random.Generator, guess: float, lapse: float, n: int = 40) -> pd.DataFrame:
+    levels = np.linspace(2, 10, 9)
+    share = guess + (1 - guess - lapse) * ndtr((levels - 6) / 1.5)
+    return pd.DataFrame({"level": levels, "k": rng.binomial(n, share), "n": n})
+
+
+@pytest.mark.parametrize(("guess", "lapse"), [(0.0, 0.02), (0.5, 0.02)])
+def test_a_simulated_observer_is_found_again(guess: float, lapse: float) -> None:
+    """True threshold 6, JND 1.0117 (0.6745 x 1.5); 30 observers, so a coverage of .95 has SD .04."""
+    rng = np.random.default_rng(7)
+    fits = []
+    for _ in range(30):
+        try:
+            fits.append(fit_psychometric(simulated(rng, guess, lapse), "level", "k", "n", "gaussian", guess))
+        except NoEstimate as refusal:  # of 2-alternative answers some step by chance
+            assert "step" in str(refusal)
+    assert len(fits) >= 28
+    places = np.array([fit.threshold for fit in fits])
+    jnds = np.array([fit.jnd for fit in fits])
+    assert abs(places.mean() - 6) < 3.5 * places.std() / np.sqrt(30)
+    assert abs(np.median(jnds) - 1.0117) < 0.15
+    ends = [profile_interval(fit, "threshold") for fit in fits]
+    assert np.mean([low <= 6 <= high for low, high, _ in ends]) >= 0.83
+
+
+def test_profile_bootstrap_and_posterior_agree_where_data_are_many() -> None:
+    many = simulated(np.random.default_rng(3), 0.0, 0.0, 300)
+    found = fit_psychometric(many, "level", "k", "n", "gaussian", 0, 0)
+    profile, again = profile_interval(found, "threshold"), resampled_answers(found, 500)
+    bayes = posterior(many, "level", "k", "n", "gaussian", 0.0, 0.0, overdispersed=False)
+    width = profile.high - profile.low
+    assert again.threshold[:2] == pytest.approx(profile[:2], abs=0.15 * width)
+    assert bayes.threshold_interval == pytest.approx(profile[:2], abs=0.1 * width)
+    assert bayes.threshold == pytest.approx(found.threshold, abs=0.05 * width)
+    assert again.p_deviance > 0.01
+    assert again == resampled_answers(found, 500)
+
+
+def test_a_misfit_shows_in_the_deviance() -> None:
+    bent = answers([1, 2, 3, 4, 5, 6.0], [2, 90, 40, 45, 95, 97], 100)
+    assert resampled_answers(fit_psychometric(bent, "level", "k", "n"), 199).p_deviance == 1 / 200
+
+
+def test_a_unit_of_1e_200_changes_nothing_and_a_step_leaves_the_jnd_open_from_below() -> None:
+    tiny = fit_psychometric(table("uneven").assign(level=table("uneven")["level"] * 2.0**-600), "level", "k", "n")
+    assert tiny.threshold * 2.0**600 == fit_psychometric(table("uneven"), "level", "k", "n").threshold
+    found = profile_interval(fit_psychometric(answers([1, 2.0], [1, 2], 3), "level", "k", "n", guess=(0, 0.2)), "jnd")
+    assert np.isnan(found.low)
+    assert "from below" in found.note
+
+
+def test_falling_answers_have_the_mirrored_interval() -> None:
+    rising = fit_psychometric(table("yes_no"), "level", "k", "n")
+    mirror = fit_psychometric(table("yes_no").assign(level=-table("yes_no")["level"]), "level", "k", "n", falling=True)
+    low, high, _ = profile_interval(rising, "threshold")
+    assert profile_interval(mirror, "threshold")[:2] == pytest.approx((-high, -low), rel=1e-9)
+
+
+def test_an_end_that_the_data_do_not_bound_is_open() -> None:
+    few = answers([1, 2, 3, 4.0], [1, 2, 2, 3], 4)
+    found = profile_interval(fit_psychometric(few, "level", "k", "n", guess=0, lapse=0), "jnd")
+    assert np.isnan(found.high)
+    assert "from above" in found.note
+
+
+@pytest.mark.parametrize("expected", PSIGNIFIT, ids=lambda fit: f"{fit['set']} {fit['sigmoid']}")
+def test_the_posterior_is_that_of_psignifit(expected: dict) -> None:
+    """psignifit's grid has 20 to 40 steps an axis and reports its percentiles on them."""
+    weibull = expected["sigmoid"] == "weibull"
+    guess = 0.5 if expected["experiment"] == "2AFC" else (0.0, 0.5)
+    function = "weibull" if weibull else "gaussian"
+    found = posterior(table(expected["set"]), "level", "k", "n", function, guess)
+    mean, ends = expected["mean"], expected["ci95"]["threshold"]
+    assert found.width == pytest.approx(mean["width"], rel=0.005)
+    assert (found.lapse, found.eta) == (pytest.approx(mean["lambda"], abs=6e-4), pytest.approx(mean["eta"], abs=2e-3))
+    ours = np.log(found.threshold_interval) if weibull else found.threshold_interval
+    assert ours == pytest.approx(ends, abs=0.06 * (ends[1] - ends[0]))
+    if not weibull:
+        assert found.threshold == pytest.approx(mean["threshold"], rel=2e-3)
+        assert found.guess == pytest.approx(mean["gamma"], abs=1e-3)
+
+
+def test_a_step_has_a_posterior_though_no_slope() -> None:
+    step = answers([1.0, 2.0, 3.0, 4.0, 5.0], [0, 0, 20, 20, 20])
+    found = posterior(step, "level", "k", "n", overdispersed=False)
+    assert 2 < found.threshold_interval[0] < found.threshold < found.threshold_interval[1] < 3
+    assert expit(0) == 0.5

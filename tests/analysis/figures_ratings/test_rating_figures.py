@@ -1,0 +1,211 @@
+"""Six figures of ratings: their tables are the numbers, their marks are in the drawing, their bytes never change."""
+
+from __future__ import annotations
+
+import itertools
+import math
+import re
+from collections.abc import Callable
+from dataclasses import replace
+
+import numpy as np
+import pandas as pd
+import pytest
+
+from analysis.figures.axes import elided, lettered, spread
+from analysis.figures.drawn import Drawn, FigureData, Shown
+from analysis.figures.label_places import Bubble, placed_labels
+from analysis.figures.lettering import width_pt
+from analysis.figures.seriation import similar_order
+from analysis.figures.style import drawing, svg_text
+from analysis.plans.answers import Selected
+from analysis.plans.kinds import figure_kind
+from analysis.ratings.dataset import DataRefused
+from analysis.ratings.within_intervals import mean_intervals
+
+KINDS = ("bubbles", "means", "trends", "raincloud", "rating_heatmap", "order_effect")
+BY = {"means": {"by": ("stimulus",)}, "trends": {"by": ("stimulus",)}, "raincloud": {"by": ("stimulus",)}}
+
+
+def rated(
+    stimuli: int = 4, people: int = 5, attributes: int = 2, name: Callable[[int], str] = "s{:02d}".format, seed: int = 1
+) -> Selected:
+    draw = np.random.Generator(np.random.PCG64(seed))
+    named = [f"low {a}" for a in range(attributes)]
+    rows = []
+    for person in range(people):
+        for place, stimulus in enumerate(draw.permutation(stimuli).tolist()):
+            for a, attribute in enumerate(named):
+                value = float(np.clip(round(50 + 30 * math.sin(stimulus + a) + draw.normal(0, 9), 2), 0, 100))
+                who, session = f"P{person:02d}", f"S/P{person:02d}/1"
+                rows.append(
+                    (who, "1", attribute, value, name(stimulus), f"f{stimulus // 2}", session, place + 1, 2.0 + a)
+                )
+    columns = [
+        "participant",
+        "group",
+        "attribute",
+        "value",
+        "stimulus",
+        "family",
+        "session",
+        "trial",
+        "response_time_s",
+    ]
+    table = pd.DataFrame(rows, columns=columns)
+    return Selected(
+        table=table,
+        trials=table[["participant", "session", "trial", "group", "stimulus"]].drop_duplicates(),
+        outcomes=tuple(named),
+        levels={"stimulus": tuple(name(s) for s in range(stimuli))},
+        scale=(0.0, 100.0),
+        antonyms={each: f"high {a}" for a, each in enumerate(named)},
+    )
+
+
+def made(kind: str, selected: Selected, **settings: object) -> tuple[FigureData, Drawn, str]:
+    found = figure_kind(kind)
+    asked = found.settings(name="x", figure=kind, **BY.get(kind, {}), **settings)
+    data = found.data(Shown(selected), asked)
+    with drawing("x"):
+        drawn = found.draw(data)
+        return data, drawn, svg_text(drawn.figure)
+
+
+@pytest.mark.parametrize("kind", KINDS)
+def test_same_bytes_whatever_the_order_of_rows_and_columns_and_every_mark_is_drawn(kind: str) -> None:
+    selected = rated()
+    data, drawn, svg = made(kind, selected)
+    mixed = selected.table.sample(frac=1, random_state=2)[sorted(selected.table.columns)].reset_index(drop=True)
+    again = made(kind, replace(selected, table=mixed))
+    assert again[2] == svg
+    assert again[0] == data
+    gids = [mark.gid for mark in drawn.marks]
+    assert len(set(gids)) == len(gids) > 0
+    assert set(gids) <= set(re.findall(r'id="([^"]+)"', svg))
+    for row in data.rows:
+        assert all(value is None or type(value) in (str, int, float, bool) for value in row.values())
+        assert not any(isinstance(value, float) and math.isnan(value) for value in row.values())
+
+
+@pytest.mark.parametrize("kind", KINDS)
+def test_one_participant_is_drawn(kind: str) -> None:
+    data, _, _ = made(kind, rated(people=1))
+    assert data.rows
+
+
+@pytest.mark.parametrize("kind", [kind for kind in KINDS if kind != "bubbles"])
+def test_two_stimuli_and_one_attribute_are_drawn(kind: str) -> None:
+    assert made(kind, rated(stimuli=2, attributes=1))[1].marks
+
+
+@pytest.mark.parametrize("kind", ["bubbles", "means", "rating_heatmap"])
+def test_long_names_in_odd_letters_are_names_not_formulas(kind: str) -> None:
+    selected = rated(name=lambda s: f"$\\frac{{{s}}}$ <b>&amp; a very long name of a stimulus that never ends {s}")
+    _, drawn, svg = made(kind, selected)
+    assert "<b>" not in svg
+    assert drawn.marks[0].told
+
+
+def test_bars_are_means_and_their_whiskers_what_the_caption_says() -> None:
+    selected = rated()
+    part = selected.table[selected.table["attribute"] == "low 1"]
+    for whiskers, column in (("sd", "sd"), ("cousineau_morey", "half"), ("between", "half")):
+        method = "none" if whiskers == "sd" else whiskers
+        expected = mean_intervals(part, by=("stimulus",), method=method)
+        data, _, _ = made("means", selected, whiskers=whiskers)
+        rows = [row for row in data.rows if row["attribute"] == "low 1"]
+        assert [row["mean"] for row in rows] == expected["mean"].tolist()
+        halves = [(row["high"] - row["low"]) / 2 for row in rows]
+        assert halves == pytest.approx(expected[column].tolist(), rel=1e-12)
+    assert "(Student)" in data.caption
+
+
+def test_a_family_is_a_band_and_the_first_alone_is_the_reference() -> None:
+    selected = rated(stimuli=5)
+    table = selected.table.assign(family=np.where(selected.table["stimulus"] == "s00", "original", "changed"))
+    data, drawn, _ = made("trends", replace(selected, table=table), families="family", whiskers="none")
+    assert "mark s00, the reference" in data.caption
+    words = [text.get_text() for axes in drawn.figure.axes for text in axes.texts]
+    assert {"original", "changed"} <= set(words)
+    torn = table.assign(family=np.where(table.index == 3, "changed", table["family"]))
+    with pytest.raises(DataRefused, match="one family for each stimulus"):
+        made("trends", replace(selected, table=torn), families="family")
+
+
+def test_bubbles_stand_on_minus_100_to_100_and_turn_where_asked() -> None:
+    selected = rated(attributes=4)
+    straight, _, _ = made("bubbles", selected, x="low 2")
+    turned, _, _ = made("bubbles", selected, x="low 2", reversed=("low 2",))
+    means = selected.table[selected.table["attribute"] == "low 2"].groupby("stimulus")["value"].mean()
+    assert [row["low 2"] for row in straight.rows] == pytest.approx((2 * means - 100).tolist())
+    assert [row["low 2"] for row in turned.rows] == pytest.approx((100 - 2 * means).tolist())
+    assert turned.words["roles"]["x"]["low"] == "high 2"
+    assert list(straight.words["roles"]) == ["x", "y", "size", "colour"]
+    with pytest.raises(DataRefused, match="a plane needs two attributes"):
+        made("bubbles", rated(attributes=1))
+    with pytest.raises(DataRefused, match="no attribute 'low 9'"):
+        made("bubbles", selected, size="low 9")
+
+
+def test_missing_cells_are_counted_and_hatched() -> None:
+    selected = rated(stimuli=6, people=4, attributes=1)
+    gaps = replace(selected, table=selected.table.drop(index=[0, 7]).reset_index(drop=True))
+    data, drawn, _ = made("rating_heatmap", gaps)
+    assert sum(row["mean"] is None for row in data.rows) == 2
+    assert "Hatched: 2 cells of 24 without a rating." in data.caption
+    assert ("rating", "missing") in {line for mark in drawn.marks for line in mark.told}
+    assert "Hatched" not in made("rating_heatmap", selected)[0].caption
+
+
+def test_alike_participants_stand_together_and_groups_apart() -> None:
+    values = np.array([[0.0, 9.0, 0.0], [9.0, 0.0, 9.0], [1.0, 9.0, 0.0], [9.0, 1.0, np.nan]])
+    order = similar_order(values)
+    assert {frozenset(order[:2]), frozenset(order[2:])} == {frozenset((0, 2)), frozenset((1, 3))}
+    selected = rated(people=6)
+    table = selected.table.assign(group=np.where(selected.table["participant"].isin(["P01", "P04"]), "a", "b"))
+    data, _, _ = made("rating_heatmap", replace(selected, table=table))
+    assert set(data.words["participants"][:2]) == {"P01", "P04"}
+    assert made("rating_heatmap", selected, order="number")[0].words["participants"] == [f"P0{i}" for i in range(6)]
+
+
+def test_the_drift_in_the_picture_is_the_drift_in_the_data() -> None:
+    selected = rated(people=12, attributes=1)
+    table = selected.table.assign(value=lambda t: t["value"] / 2 + 3.0 * t["trial"])
+    before, _, _ = made("order_effect", replace(selected, table=selected.table.assign(value=lambda t: t["value"] / 2)))
+    after, _, _ = made("order_effect", replace(selected, table=table), carry_over=True)
+    slopes = [next(row for row in data.rows if row["kind"] == "slope per 10 trials") for data in (before, after)]
+    assert slopes[1]["value"] - slopes[0]["value"] == pytest.approx(30.0, rel=1e-9)
+    assert {row["kind"] for row in after.rows} == {"bin", "slope per 10 trials", "carry-over"}
+    assert {row["measure"] for row in after.rows} == {"low 0", "response time"}
+
+
+def test_a_cloud_has_every_participant_s_mean() -> None:
+    selected = rated(attributes=1)
+    data, drawn, _ = made("raincloud", selected)
+    expected = selected.table.groupby(["stimulus", "participant"])["value"].mean()
+    assert {(row["stimulus"], row["participant"]): row["mean"] for row in data.rows} == expected.to_dict()
+    assert {mark.key for mark in drawn.marks} >= {"s00", "P00"}
+
+
+def test_names_never_cover_a_bubble_or_each_other() -> None:
+    draw = np.random.Generator(np.random.PCG64(4))
+    bubbles = [Bubble(*draw.uniform(0, 300, 2).tolist(), 8.0, f"name {i}") for i in range(60)]
+    spots = placed_labels(bubbles, 300.0, 7.0)
+    assert 10 < len(spots) < 60
+    boxes = [(spot.x, spot.y - 4.0, spot.x + width_pt(spot.text, 7.0), spot.y + 4.0) for spot in spots]
+    for left, low, right, high in boxes:
+        assert 0 <= left < right <= 300
+        near = [math.hypot(b.x - min(max(b.x, left), right), b.y - min(max(b.y, low), high)) for b in bubbles]
+        assert min(near) >= 8.0
+    for a, b in itertools.combinations(boxes, 2):
+        assert a[2] <= b[0] or b[2] <= a[0] or a[3] <= b[1] or b[3] <= a[1]
+
+
+def test_letters_find_their_room() -> None:
+    assert elided("Thoroughly expensive car 07", 16).endswith("car 07")
+    assert elided("short", 16) == "short"
+    many = lettered(list(range(90)), [f"stimulus {i}" for i in range(90)], 10.0)
+    assert many.rotation == 90
+    assert lettered([0, 1], ["a", "b"], 4.0).rotation == 0
+    assert spread([1.0, 1.0, 5.0], 1.0) == [0.5, 1.5, 5.0]
