@@ -6,13 +6,13 @@ from collections.abc import Callable, Mapping
 from dataclasses import dataclass, replace
 from typing import Any
 
-import numpy as np
 import pandas as pd
 
 from analysis.plans.material import Material
 from analysis.plans.schema import AnalysisPlan, Outlying, Rule
 from analysis.ratings.dataset import DataRefused, Exclusion
-from analysis.ratings.diagnostics import Answered, diagnose
+from analysis.ratings.diagnostics import diagnose
+from analysis.reliability.sessions import answered_trials
 from protocols.did_you_mean import nearest
 
 TRIAL = ["participant", "session", "trial"]
@@ -82,18 +82,11 @@ def _flagged(material: Material, least: int) -> list[str]:
         raise DataRefused(f"{material.name!r}: `flagged` needs ratings on a declared scale")
     bad = []
     for who, rows in ratings.table.groupby("participant", sort=True):
-        trials = [_answered(trial) for _, trial in rows.groupby(["session", "trial"], sort=True)]
-        signs = diagnose(trials, ratings.scale.low, ratings.scale.high)
-        if sum(sign.flagged for sign in signs) >= least:
+        sessions = [answered_trials(own) for _, own in rows.groupby("session", sort=True)]
+        signs = [diagnose(trials, ratings.scale.low, ratings.scale.high) for trials in sessions]
+        if max(sum(sign.flagged for sign in own) for own in signs) >= least:
             bad.append(str(who))
     return bad
-
-
-def _answered(rows: pd.DataFrame) -> Answered:
-    first = rows.iloc[0]
-    seconds = float(first["response_time_s"]) if "response_time_s" in rows.columns else float("nan")
-    values = dict(zip(rows["attribute"].tolist(), rows["value"].tolist(), strict=True))
-    return Answered(int(first["trial"]), str(first["stimulus"]), values, None if np.isnan(seconds) else seconds)
 
 
 def _bad_trials(material: Material, rule: Rule) -> pd.DataFrame:

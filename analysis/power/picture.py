@@ -43,8 +43,7 @@ def _drawn(points: Sequence[Point], asking: Asking, wanted: float, folder: Path,
         axes.xaxis.set_major_locator(MaxNLocator(integer=True))
         axes.set_xlabel("participants", color=INK)
         axes.set_ylabel(f"share of {points[0].runs} runs with p ≤ {asking.alpha:g}")
-        axes.set_title(
-            f"{' '.join(filter(None, (asking.test, asking.outcome)))} ({points[-1].by or 'no p'}), effect × {asking.effect:g}"
-        )
+        asked = " ".join(filter(None, (asking.test, asking.outcome)))
+        axes.set_title(f"{asked} ({points[-1].by or 'no p'}), effect × {asking.effect:g}")
         quiet_axes(axes)
         return save(figure, folder, name)

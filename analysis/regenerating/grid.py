@@ -53,15 +53,16 @@ def plain_grid(heads: Iterable[str | Head], rows: Iterable[Sequence[str]]) -> Gr
 
 
 def value_grid(
-    rows: Sequence[Row], kinds: Mapping[str, str] = _NONE, known: Collection[str] = (), notes: Footnotes | None = None
+    rows: Sequence[Row], kinds: Mapping[str, str] = _NONE, known: Collection[str] = (), without: str = NO_NUMBER
 ) -> Grid:
     """The rows as texts under their columns' names in words; a row's `note` stands below, at the number it is about.
 
-    `known` are the keys of marks: a row belongs to those that it names. `notes` continues another table's footnotes.
+    `known` are the keys of marks: a row belongs to those that it names. `without` is said of a number that a row lacks
+    without a note; where it is "", such a cell is left empty.
     """
-    notes = notes if notes is not None else Footnotes()
+    notes = Footnotes()
     names = filled_columns(rows)
-    texts = [_marked(row, cells, notes) for row, cells in zip(rows, _by_row(names, rows), strict=True)]
+    texts = [_marked(row, cells, notes, without) for row, cells in zip(rows, _by_row(names, rows), strict=True)]
     heads = tuple(replace(_head(name, rows), told=kinds.get(name, "")) for name in names)
     return Grid(heads, tuple(texts), notes.lines(), keys=tuple(row_keys(row, known) for row in rows))
 
@@ -89,14 +90,13 @@ def _by_row(names: Sequence[str], rows: Sequence[Row]) -> list[tuple[str, ...]]:
     return list(zip(*columns, strict=True)) if columns else [() for _ in rows]
 
 
-def _marked(row: Row, cells: Sequence[str], notes: Footnotes) -> tuple[str, ...]:
+def _marked(row: Row, cells: Sequence[str], notes: Footnotes, without: str) -> tuple[str, ...]:
     """The row's cells with the number of its note: at what is undefined, else at the row's first cell."""
     note = str(row.get("note") or "")
-    if not note and NONE not in cells:
-        return tuple(cells)
     if NONE in cells:
-        return tuple(notes.marked(cell, note or NO_NUMBER) if cell == NONE else cell for cell in cells)
-    return tuple(notes.marked(cell, note) if place == 0 else cell for place, cell in enumerate(cells))
+        told = notes.marked(NONE, note or without) if note or without else ""
+        return tuple(told if cell == NONE else cell for cell in cells)
+    return (notes.marked(cells[0], note), *cells[1:]) if note else tuple(cells)
 
 
 def column_texts(name: str, values: Sequence[Value]) -> list[str]:
@@ -116,7 +116,7 @@ def _decimals(name: str, numbers: Sequence[float]) -> int:
     largest = max(map(abs, numbers), default=0.0)
     if largest > 1 or not largest:
         return 2
-    return min(MOST_DECIMALS, max(3, 2 - math.floor(math.log10(largest))))
+    return min(MOST_DECIMALS, max(3, 1 - math.floor(math.log10(largest))))
 
 
 def _text(name: str, value: Value, decimals: int, lacking: str) -> str:

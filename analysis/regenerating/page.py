@@ -110,7 +110,7 @@ def figure_parts(found: Regenerated, pictures: Sequence[Picture | None]) -> Iter
             title=title,
             caption=caption(each.data.caption),
             markup=figure_markup(inline_svg(picture.svg, prefix), picture.marks, prefix, title),
-            grid=value_grid(each.data.rows, known=mark_keys([picture])),
+            grid=value_grid(each.data.rows, known=mark_keys([picture]), without=""),
             file=f"figures/{each.asked.name}.csv",
         )
 

@@ -9,6 +9,7 @@ from dataclasses import dataclass
 
 import pandas as pd
 
+from analysis.mixed_models.threads import one_thread
 from analysis.plans.answers import COLUMNS, Answer, Asked, Kind, Selected
 from analysis.plans.kinds import test_kind
 from analysis.plans.missing import MissingTold, handled
@@ -17,6 +18,7 @@ from analysis.plans.selecting import Selecting, by_outcome
 Progress = Callable[[int, int, str], None]
 Clock = Callable[[], float]
 OUTCOME = "attribute"
+IDENTITY = ("participant", "session", "trial", "stimulus", "attribute", "value", "text", "form", "kind", "word")
 ALL = ""
 """The outcome of a question that is asked once for all outcomes."""
 
@@ -56,9 +58,10 @@ def run_tests(
     """Every test of the plan for every outcome, in the plan's order. A test that cannot be made says why."""
     questions = [each for asked in selecting.plan.tests for each in _questions(selecting, asked)]
     found = []
-    for done, question in enumerate(questions):
-        progress(done, len(questions), " ".join((question.asked.name, question.outcome)))
-        found.append(_answered(selecting, question, clock))
+    with one_thread():
+        for done, question in enumerate(questions):
+            progress(done, len(questions), " ".join((question.asked.name, question.outcome)))
+            found.append(_answered(selecting, question, clock))
     progress(len(questions), len(questions), "")
     return tuple(found)
 
@@ -117,8 +120,14 @@ class NoModel(ValueError):
 
 
 def digest(table: pd.DataFrame) -> str:
-    """The SHA-256 of a table's rows as CSV: columns by name, rows sorted, so that no order changes it."""
+    """The SHA-256 of a table's rows as CSV: columns by name, rows sorted, so that no order changes it.
+
+    Of a study's answers it takes who answered what to which stimulus; the stimulus' other columns stand in the study,
+    whose digest is among the inputs.
+    """
     columns = sorted(map(str, table.columns))
+    if "session" in columns:
+        columns = [name for name in columns if name in IDENTITY]
     lines = table[columns].to_csv(index=False, header=False, lineterminator="\n", float_format="%.17g").splitlines()
     return hashlib.sha256("\n".join((",".join(columns), *sorted(lines))).encode()).hexdigest()
 

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Iterator, Sequence
+from collections.abc import Sequence
 
 import pandas as pd
 
@@ -25,7 +25,7 @@ def session_signs(ratings: pd.DataFrame, scale: tuple[float, float] | None) -> p
     rows: list[dict[str, object]] = []
     for session in ordered(sorted(set(ratings["session"].tolist()))):
         own = ratings[ratings["session"] == session]
-        for each in diagnose(_trials(own), *scale):
+        for each in diagnose(answered_trials(own), *scale):
             sign = {"sign": each.name, "value": math.nan if each.value is None else each.value, "unit": each.unit}
             threshold = math.nan if each.threshold is None else each.threshold
             told = {"n": each.n, "threshold": threshold, "flagged": each.flagged, "note": each.sentence}
@@ -43,12 +43,20 @@ def compared_within(table: pd.DataFrame, targets: Sequence[str]) -> list[pd.Data
     return [rows for _, rows in table.groupby("group", sort=True)]
 
 
-def _trials(own: pd.DataFrame) -> Iterator[Answered]:
-    """A trial is as long as its slowest answer; a rating without a value is not given."""
-    for trial, rows in own.groupby("trial", sort=True):
-        given = rows[rows["value"].notna()]
-        values = dict(zip(given["attribute"].tolist(), given["value"].tolist(), strict=True))
-        seconds = rows["response_time_s"].max() if "response_time_s" in rows.columns else math.nan
-        yield Answered(
-            int(str(trial)), str(rows["stimulus"].iloc[0]), values, None if pd.isna(seconds) else float(seconds)
-        )
+def answered_trials(own: pd.DataFrame) -> list[Answered]:
+    """The trials of one session's ratings. A trial is as long as its slowest answer; a NaN is an answer not given."""
+    timed = "response_time_s" in own.columns
+    seconds = own["response_time_s"].tolist() if timed else [math.nan] * len(own)
+    columns = (own[name].tolist() for name in ("trial", "stimulus", "attribute", "value"))
+    values: dict[int, dict[str, float]] = {}
+    longest: dict[int, float] = {}
+    stimuli: dict[int, str] = {}
+    for trial, stimulus, attribute, value, took in zip(*columns, seconds, strict=True):
+        number = int(str(trial))
+        stimuli.setdefault(number, str(stimulus))
+        given = values.setdefault(number, {})
+        if not math.isnan(value):
+            given[attribute] = value
+        if not math.isnan(took):
+            longest[number] = max(took, longest.get(number, 0.0))
+    return [Answered(n, stimuli[n], values[n], longest.get(n)) for n in sorted(stimuli)]

@@ -14,6 +14,7 @@ from analysis.statistics.refusals import BadOption, UnknownColumn, shown
 Corrected: TypeAlias = Literal["GG", "HF", "none"]
 EPSILONS = {"GG": "eps", "HF": "eps_HF"}
 TINY = "the interval of eta squared is 0 to 0: F is smaller than chance alone would make it"
+ABOVE = "eta squared lies above its own interval: F is so small that chance alone would often make a larger one"
 BEYOND = "no interval of eta squared: F is beyond what the noncentral F distribution can tell"
 
 
@@ -76,7 +77,9 @@ def _note(row: Mapping[Hashable, Any], limits: tuple[float, float]) -> str:
         return ""
     if math.isnan(sum(limits)):
         return BEYOND
-    return TINY if limits[1] == 0 < row["np2"] else ""
+    if limits[1] >= row["np2"]:
+        return ""
+    return TINY if limits[1] == 0 else ABOVE
 
 
 def _named(name: str, value: float, limits: tuple[float, ...]) -> dict[str, float]:

@@ -212,7 +212,7 @@ def disturbed(rng: np.random.Generator) -> Floats:
 def test_random_ill_conditioned_tables_against_exact_fractions() -> None:
     rng = np.random.default_rng(2024)
     answered = 0
-    for cells in (disturbed(rng) for _ in range(200)):
+    for cells in (disturbed(rng) for _ in range(100)):
         names = ["A", "B", "C"][: cells.ndim - 1]
         table = rm_anova(long_table(cells), "y", names, "subject").set_index("Source")
         for effect in exact_within(cells.ravel().tolist(), cells.shape, names):
@@ -224,4 +224,4 @@ def test_random_ill_conditioned_tables_against_exact_fractions() -> None:
             for column, expected in pairs.items():
                 assert expected is not None
                 assert relative_error(row[column], float(expected)) < 1e-13, (cells.shape, effect.source, column)
-    assert answered > 600
+    assert answered > 300

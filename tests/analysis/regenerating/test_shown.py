@@ -26,7 +26,7 @@ def answered(outcome, rows, name="levels", test="anova", refused="", **more):
         ("mean", [6.28, -4.2e-18, -0.5], ["6.28", "0.00", "−0.50"]),
         ("F", [311.482, 0.2], ["311.48", "0.20"]),
         ("r", [0.5, -0.25], ["0.500", "−0.250"]),
-        ("variance", [0.00034, 0.00001], ["0.000340", "0.000010"]),
+        ("variance", [0.00034, 0.00001], ["0.00034", "0.00001"]),
         ("F", [1.5e9, 1.0], ["1.50 × 10^9", "1.00"]),
         ("df1", [14.0, 3.0], ["14", "3"]),
         ("df2", [14.0, 3.25], ["14.00", "3.25"]),
@@ -67,6 +67,12 @@ def test_what_is_undefined_has_the_number_of_its_reason():
     assert found.rows[2] == ("c", "1.00", "– ²")
     assert found.rows[3] == ("d ³", "1.00", "1.000")
     assert found.notes == ("¹ no variation", f"² {NO_NUMBER}", "³ few people")
+
+
+def test_a_figures_row_leaves_empty_what_it_does_not_have():
+    rows = [{"shows": "mean", "value": 2.0, "sd": None}, {"shows": "sd", "value": None, "sd": 1.5, "note": "why"}]
+    found = value_grid(rows, without="")
+    assert found.rows == (("mean", "2.00", ""), ("sd", "– ¹", "1.50")) and found.notes == ("¹ why",)
 
 
 def test_outcomes_of_several_rows_have_headings_and_those_of_one_a_column():

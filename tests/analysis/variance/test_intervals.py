@@ -123,3 +123,14 @@ def test_pairs_have_the_interval_of_their_effect_size() -> None:
     assert list(between.columns)[-3:] == ["hedges_low", "hedges_high", "note"]
     flat = pairwise_tests(long_table(np.full((4, 2), 7.0)), "y", within="A", subject="subject", effect_interval=0.95)
     assert flat[["dz", "dz_low", "dz_high"]].isna().all(axis=None)
+
+
+def test_an_estimate_above_its_own_interval_is_told() -> None:
+    """F(28, 532) = 0.5988 with epsilon 0.4262: eta squared .0306, R's noncentral F: 0 to .0184."""
+    row = {"Source": "a", "F": 0.598818760187415, "ddof1": 28, "ddof2": 532, "np2": 0.030553818957897685}
+    row |= {"ng2": 0.015021162425791079, "eps": 0.42620488412587, "note": ""}
+    found = eta_squared_intervals(pd.DataFrame([row]), correction="GG").iloc[0]
+    assert found["np2_low"] == 0 < found["np2_high"] == pytest.approx(0.0184382606670012, rel=1e-6)
+    assert found["note"].startswith("eta squared lies above its own interval")
+    ordinary = eta_squared_intervals(pd.DataFrame([row | {"F": 2.0, "np2": 56 / 588}]), correction="GG").iloc[0]
+    assert ordinary["note"] == ""
