@@ -161,7 +161,7 @@ def _levels(known: Mapping[str, tuple[str, ...]], table: pd.DataFrame) -> dict[s
     found: dict[str, tuple[str, ...]] = {}
     for column in map(str, table.columns):
         if table[column].dtype == object or pd.api.types.is_string_dtype(table[column]):
-            there = {str(level) for level in table[column].dropna().tolist()}
+            there = {str(level) for level in table[column].dropna().unique()}
             listed = [level for level in known.get(column, ()) if level in there]
             found[column] = (*listed, *natural(there - set(listed)))
     return found

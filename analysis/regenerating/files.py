@@ -10,7 +10,8 @@ from typing import Any
 
 import pandas as pd
 
-from analysis.plans.answers import Row
+from analysis.plans.answers import Answer, Row
+from analysis.regenerating.headings import heading
 from analysis.regenerating.regenerated import Regenerated
 from analysis.regenerating.running import Answered
 from analysis.reporting.csv_files import csv_text, records
@@ -65,7 +66,20 @@ def test_rows(answered: Sequence[Answered]) -> dict[str, list[dict[str, Any]]]:
 
 def statistics_json(found: Regenerated, seconds: Seconds) -> str:
     """Every number with the hash of its inputs, the method, what each column is, n, exclusions and seconds."""
-    return json.dumps(_statistics(found, seconds), indent=1, ensure_ascii=False, allow_nan=False) + "\n"
+    return readable_json(_statistics(found, seconds)) + "\n"
+
+
+def readable_json(value: Any, indent: int = 0) -> str:
+    """JSON in which a row of plain values stands on one line: half as long, and a difference shows the whole row."""
+    inner = list(value.values()) if isinstance(value, dict) else value
+    if not isinstance(value, dict | list) or not any(isinstance(each, dict | list) and each for each in inner):
+        return json.dumps(value, ensure_ascii=False, allow_nan=False)
+    pad, texts = " " * (indent + 1), [readable_json(each, indent + 1) for each in inner]
+    if isinstance(value, dict):
+        names = (json.dumps(name, ensure_ascii=False) for name in value)
+        texts = [f"{name}: {text}" for name, text in zip(names, texts, strict=True)]
+    opened, closed = "{}" if isinstance(value, dict) else "[]"
+    return f"{opened}\n{pad}" + f",\n{pad}".join(texts) + f"\n{' ' * indent}{closed}"
 
 
 def _statistics(found: Regenerated, seconds: Seconds) -> dict[str, Any]:
@@ -115,7 +129,7 @@ def _test(each: Answered, seconds: float | None) -> dict[str, Any]:
         return about
     return about | {
         "method": answer.method,
-        "kinds": dict(answer.kinds),
+        "kinds": kinds_of(answer),
         "participants": answer.participants,
         "values": answer.values,
         "headline": answer.headline or None,
@@ -123,6 +137,13 @@ def _test(each: Answered, seconds: float | None) -> dict[str, Any]:
         "results": [_plain(row) for row in answer.rows],
         "more": {name: [_plain(row) for row in rows] for name, rows in answer.more.items()},
     }
+
+
+def kinds_of(answer: Answer) -> dict[str, str]:
+    """What each column of numbers is: as the answer says it, else the statistic's usual name."""
+    rows = (*answer.rows, *(row for more in answer.more.values() for row in more))
+    numbers = dict.fromkeys(name for row in rows for name, value in row.items() if isinstance(value, int | float))
+    return {name: answer.kinds.get(name) or heading(name) for name in (*answer.kinds, *numbers)}
 
 
 def _plain(row: Row) -> dict[str, Any]:

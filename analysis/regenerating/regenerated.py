@@ -73,16 +73,16 @@ def regenerate(wanted: Wanted, plan_file: Path | None = None, progress: Progress
 
 
 def find_plan(wanted: Wanted, plan_file: Path | None) -> tuple[str, Plan]:
-    """The study's name and its plan: the file given, else analysis.yaml in the study's or the import's folder.
+    """The study's name and its plan: the file given, else the lab's own for it, else the one in the study's folder.
 
+    The lab's own lies in LAB/studies/NAME/analysis.yaml, also for a shipped study or an imported data set.
     Raises PlanError where there is none, and where the plan is that of another study.
     """
     folder, name = _folder(wanted)
-    file = plan_file or folder / PLAN_FILE
+    own = wanted.lab / "studies" / name / PLAN_FILE
+    file = plan_file or (own if own.is_file() else folder / PLAN_FILE)
     if not file.is_file():
-        raise PlanError(
-            f"{file}: no analysis plan; write one (docs/reference/analysis-plan.md), or name it with --plan"
-        )
+        raise PlanError(f"{file}: no analysis plan; write one (docs/reference/analysis-plan.md) or name it with --plan")
     plan = read_plan(file)
     if plan.declared.study != name:
         raise PlanError(f"{file}: study: found {plan.declared.study!r}, the plan of {name!r} is expected")

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import numpy as np
 
-from analysis.spaces.classical import torgerson
+from analysis.spaces.classical import leading
 from analysis.spaces.isotone import Order, disparities, stress_1
 from analysis.spaces.orienting import unit_size
 from analysis.spaces.quasi_newton import descended
@@ -15,8 +15,7 @@ MAJORISED, POLISHED = 40, 300
 
 def classical_start(between: Floats, dimensions: int) -> Floats:
     """Torgerson's map; a dimension that the dissimilarities lack is filled with small alternating steps."""
-    points, _, _ = torgerson(between)
-    kept = points[:, :dimensions]
+    kept, _ = leading(between, dimensions)
     lacking = dimensions - kept.shape[1]
     places = np.arange(len(between))[:, None] + np.arange(lacking)
     return np.hstack([kept, 1e-3 * (-1.0) ** places * (1 + places)])
@@ -33,18 +32,18 @@ def improved(start: Floats, order: Order, majorised: int = MAJORISED, polished: 
 
 
 def _between(points: Floats, order: Order) -> tuple[Floats, Floats]:
-    """The difference (pairs, dimensions) and the distance of the objects of each pair."""
-    apart: Floats = points[order.first] - points[order.second]
-    return apart, np.sqrt(np.einsum("pd,pd->p", apart, apart))
+    """The difference (dimensions, pairs) and the distance of the objects of each pair."""
+    across = np.ascontiguousarray(points.T)
+    apart: Floats = across.take(order.first, axis=1) - across.take(order.second, axis=1)
+    return apart, np.sqrt((apart * apart).sum(axis=0))
 
 
 def _gathered(pulls: Floats, apart: Floats, order: Order, objects: int) -> Floats:
     """What pulls along each pair's difference add up to at each object."""
-    forces = pulls[:, None] * apart
     return np.column_stack(
         [
             np.bincount(order.first, force, objects) - np.bincount(order.second, force, objects)
-            for force in np.ascontiguousarray(forces.T)
+            for force in pulls * apart
         ]
     )
 

@@ -11,7 +11,7 @@ import pandas as pd
 from scipy.spatial.distance import squareform
 
 from analysis.spaces.aligning import aligned
-from analysis.spaces.classical import torgerson
+from analysis.spaces.classical import leading
 from analysis.spaces.descent import improved
 from analysis.spaces.dissimilarities import Dissimilarities
 from analysis.spaces.draws import check_draws, check_share, stream
@@ -69,9 +69,9 @@ def _mapped(between: Floats, points: Floats, method: Method, ties: Ties) -> Floa
     if method == "nonmetric":
         order = order_of(squareform(between, checks=False), ties)
         return improved(points, order, MAJORISED, POLISHED)[0]
-    found, _, exponent = torgerson(between)
     width = points.shape[1]
-    kept = found[:, :width] * float(np.ldexp(1.0, exponent))
+    found, exponent = leading(between, width)
+    kept = found * float(np.ldexp(1.0, exponent))
     return np.pad(kept, ((0, 0), (0, width - kept.shape[1])))
 
 

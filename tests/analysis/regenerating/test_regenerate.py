@@ -1,0 +1,230 @@
+"""From recorded sessions to files: the same bytes twice, gaps handled as declared, mistakes named."""
+
+import json
+import os
+import shutil
+import subprocess
+import sys
+from pathlib import Path
+
+import pytest
+from click.testing import CliRunner
+
+from analysis.regenerating.commands import regenerate
+from tests.test_recorded import HERE
+
+PLAN = """
+study: doors_small
+exclusions: []
+tests:
+  - {name: variants, test: anova, within: [variant]}
+  - {name: all, test: anova, within: [car, variant]}
+  - {name: pairs, test: pairs, factor: variant, correction: holm}
+  - {name: model, test: mixed_model, fixed: [variant], random: {participant: []}}
+  - {name: means, test: means, by: [variant]}
+figures:
+  - {name: means, figure: means, by: [variant]}
+"""
+
+
+@pytest.fixture
+def lab(tmp_path):
+    folder = tmp_path / "lab"
+    shutil.copytree(HERE / "sessions", folder / "sessions")
+    shutil.copytree(HERE / "doors_small", folder / "studies" / "doors_small")
+    (folder / "studies" / "doors_small" / "analysis.yaml").write_text(PLAN)
+    return folder
+
+
+def change(lab, before, after):
+    plan = lab / "studies" / "doors_small" / "analysis.yaml"
+    text = plan.read_text()
+    assert before in text
+    plan.write_text(text.replace(before, after, 1))
+
+
+def run(lab, *more):
+    return CliRunner().invoke(regenerate, ["doors_small", "--lab", str(lab), *more])
+
+
+def statistics(lab):
+    return json.loads((lab / "regenerated" / "doors_small" / "statistics.json").read_text())
+
+
+def found_of(lab, name, outcome=None):
+    return next(
+        t for t in statistics(lab)["tests"] if t["name"] == name and (outcome is None or t["outcome"] == outcome)
+    )
+
+
+def contents(folder):
+    return {path.relative_to(folder).as_posix(): path.read_bytes() for path in folder.rglob("*") if path.is_file()}
+
+
+def test_everything_is_written_and_every_number_says_what_it_is(lab):
+    done = run(lab)
+    assert done.exit_code == 0, done.output
+    files = contents(lab / "regenerated" / "doors_small")
+    for name in (
+        *("statistics.json", "report.html", "tables.docx", "tables.tex", "tests/variants.csv", "tables/ratings.csv"),
+        *("tables/trials.csv", "tables/exclusions.csv", "figures/means.svg", "figures/means.png", "figures/means.csv"),
+    ):
+        assert files[name], name
+    found = found_of(lab, "variants", "Damped")
+    assert found["participants"] == 12 and found["refused"] is None
+    assert len(found["inputs_sha256"]) == 64 and found["method"] and found["seconds"] >= 0
+    numbers = {key for row in found["results"] for key, value in row.items() if isinstance(value, float)}
+    assert numbers <= set(found["kinds"]), numbers - set(found["kinds"])
+    crossed = {row["effect"]: row["F"] for row in found_of(lab, "all", "Damped")["results"]}
+    assert crossed == {source: pytest.approx(expected_f("Damped", source), rel=1e-9) for source in crossed}
+    assert {each["what"] for each in statistics(lab)["exclusions"]} == {"practice"}
+    assert len(statistics(lab)["inputs"]) == 1 + 12 + 1
+
+
+def expected_f(attribute, source):
+    """F of the crossed test as pingouin 0.7.0 gave it (tests/recorded/README.md)."""
+    return json.loads((HERE / "expected" / "statistics.json").read_text())[attribute][source]["F"]
+
+
+def test_twice_gives_the_same_bytes_also_in_another_process(lab, tmp_path):
+    assert run(lab).exit_code == 0
+    first = contents(lab / "regenerated" / "doors_small")
+    code = "import sys; from analysis.regenerating.commands import regenerate; regenerate(sys.argv[1:])"
+    command = [sys.executable, "-c", code, "doors_small", "--lab", str(lab), "--to", str(tmp_path / "again")]
+    subprocess.run(command, check=True, capture_output=True, env={**os.environ, "PYTHONHASHSEED": "7"})
+    assert contents(tmp_path / "again") == first
+
+
+def test_check_says_equal_or_names_what_differs(lab):
+    assert run(lab, "--no-figures").exit_code == 0
+    assert run(lab, "--check").exit_code == 0
+    table = lab / "regenerated" / "doors_small" / "tables" / "ratings.csv"
+    table.write_text(table.read_text().replace("-5.0", "-5.5", 1))
+    done = run(lab, "--check")
+    assert done.exit_code == 1
+    assert "tables/ratings.csv: line " in done.output and "differs from" in done.output
+
+
+def test_a_test_that_left_the_plan_leaves_no_table_behind(lab):
+    run(lab, "--no-figures")
+    change(lab, "  - {name: pairs, test: pairs, factor: variant, correction: holm}\n", "")
+    run(lab, "--no-figures")
+    assert "tests/pairs.csv" not in contents(lab / "regenerated" / "doors_small")
+
+
+def test_the_same_number_keeps_its_seconds_and_a_new_one_gets_its_own(lab):
+    run(lab, "--no-figures")
+    file = lab / "regenerated" / "seconds.json"
+    known = dict.fromkeys(json.loads(file.read_text()), 1234.0)
+    file.write_text(json.dumps(known))
+    change(lab, "correction: holm", "correction: bonferroni")
+    run(lab, "--no-figures")
+    assert found_of(lab, "variants")["seconds"] == 1234.0
+    assert found_of(lab, "pairs")["seconds"] < 100
+
+
+def drop_a_cell(lab, policy):
+    change(lab, "exclusions: []", "exclusions:\n  - {because: a slip, where: {participant: P003, stimulus: K3_g3}}")
+    if policy:
+        change(lab, "study: doors_small", f"study: doors_small\nmissing: {policy}")
+    return run(lab, "--no-figures")
+
+
+def group_of(lab, who):
+    rows = (lab / "regenerated" / "doors_small" / "tables" / "trials.csv").read_text().splitlines()
+    return {line.split(",")[5] for line in rows if line.startswith(who)}
+
+
+def test_a_missing_cell_is_refused_by_name_unless_the_plan_says_otherwise(lab):
+    done = drop_a_cell(lab, None)
+    assert done.exit_code == 0
+    assert "K3_g3" not in group_of(lab, "P003")
+    found = found_of(lab, "variants", "Damped")
+    assert "P003 lacks 1 of 6 cells" in found["refused"] and "results" not in found
+    assert "P003 lacks" in done.output
+    assert "P003 lacks 1 of 6 cells" in found_of(lab, "model", "Damped")["refused"]
+
+
+def test_listwise_leaves_the_participant_out_by_name(lab):
+    drop_a_cell(lab, "listwise")
+    found = found_of(lab, "variants", "Damped")
+    assert found["participants"] == 11
+    assert found["missing"] == {
+        "policy": "listwise", "cells": 1, "participants_with_gaps": 1, "left_out": ["P003"],
+    }  # fmt: skip
+    assert found_of(lab, "model", "Damped")["participants"] == 11
+
+
+def test_a_mixed_model_answers_on_what_is_there(lab):
+    drop_a_cell(lab, "mixed_model")
+    for name in ("all", "model"):
+        found = found_of(lab, name, "Damped")
+        assert found["participants"] == 12 and "mixed model" in found["method"].lower()
+        assert found["missing"]["cells"] == 1 and found["missing"]["left_out"] == []
+    assert "means of different stimuli would be compared" in found_of(lab, "variants", "Damped")["refused"]
+    assert "has no form that takes gaps" in found_of(lab, "pairs", "Damped")["refused"]
+
+
+def test_every_anova_is_within_1e_12_of_exact_fractions(lab):
+    done = run(lab, "--no-figures", "--exact")
+    assert done.exit_code == 0
+    lines = [line for line in done.output.splitlines() if line.startswith("exact: ")]
+    assert len(lines) == 3 * (1 + 3)
+    assert all("from exact arithmetic" in line for line in lines)
+
+
+@pytest.mark.parametrize(
+    ("before", "after", "told"),
+    [
+        ("within: [variant]", "within: [varient]", "line 5: tests[0].within: the study has no column 'varient'; did"),
+        ("factor: variant,", "factor: variant, outcomes: [Dampt],", "tests[2].outcomes[0]: no outcome 'Dampt'; did"),
+        ("factor: variant,", "factor: variant, where: {car: K33},", "tests[2].where.car: no car 'K33'; did you mean"),
+        ("study: doors_small", "study: doors", "study: found 'doors', the plan of 'doors_small' is expected"),
+        ("test: means, by: [variant]", "test: likert", "asks about forms, of which the study has none"),
+    ],
+)
+def test_a_plan_is_held_against_the_study_before_there_are_data(lab, before, after, told):
+    shutil.rmtree(lab / "sessions")
+    assert run(lab, "--check-plan").exit_code == 0
+    change(lab, before, after)
+    done = run(lab, "--check-plan")
+    assert done.exit_code == 1 and told in str(done.exception), done.exception
+
+
+def test_without_a_plan_or_without_data_it_says_what_to_do(lab):
+    (lab / "studies" / "doors_small" / "analysis.yaml").unlink()
+    assert "no analysis plan; write one" in str(run(lab).exception)
+    (lab / "studies" / "doors_small" / "analysis.yaml").write_text(PLAN)
+    shutil.rmtree(lab / "sessions")
+    assert "the lab holds no data yet" in str(run(lab).exception)
+
+
+def test_a_labs_own_plan_goes_before_the_shipped_one(tmp_path):
+    own = tmp_path / "studies" / "texture_similarity"
+    own.mkdir(parents=True)
+    (own / "analysis.yaml").write_text("study: texture_similarity\ntests: []\n")
+    done = CliRunner().invoke(regenerate, ["texture_similarity", "--lab", str(tmp_path), "--check-plan", "--json"])
+    assert json.loads(done.output)["tests"] == 0
+    (own / "analysis.yaml").unlink()
+    done = CliRunner().invoke(regenerate, ["texture_similarity", "--lab", str(tmp_path), "--check-plan", "--json"])
+    assert json.loads(done.output)["tests"] > 3
+
+
+@pytest.mark.parametrize("name", sorted(path.parent.name for path in Path("studies").glob("*/analysis.yaml")))
+def test_every_shipped_plan_fits_its_study(tmp_path, name):
+    done = CliRunner().invoke(regenerate, [name, "--lab", str(tmp_path), "--check-plan"])
+    assert done.exit_code == 0, done.exception
+
+
+def test_an_imported_table_is_regenerated_by_the_labs_plan(tmp_path):
+    from analysis.commands import import_
+
+    assert CliRunner().invoke(import_, ["sk2011", "--lab", str(tmp_path)]).exit_code == 0
+    plan = tmp_path / "studies" / "sk2011" / "analysis.yaml"
+    plan.parent.mkdir(parents=True)
+    plan.write_text("study: sk2011\ntests:\n  - {name: two, test: anova, within: [inference, plausibility]}\n")
+    done = CliRunner().invoke(regenerate, ["sk2011", "--lab", str(tmp_path), "--no-figures"])
+    assert done.exit_code == 0, done.output
+    found = json.loads((tmp_path / "regenerated" / "sk2011" / "statistics.json").read_text())["tests"][0]
+    row = next(row for row in found["results"] if row["effect"] == "inference")
+    assert row["F"] == pytest.approx(5.1492441741628365, rel=1e-12)  # R 4.2.2, afex 1.2.1 (analysis/reference)
