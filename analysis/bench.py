@@ -22,8 +22,8 @@ from analysis.measuring.statistics_methods import BETWEEN, EXACT, ORDINARY, REPO
 from protocols.bench import Case
 
 AREA = "statistics"
-ROOMS = ("mixed_models", "ordinal", "reliability", "spaces", "choices")
-"""Rooms of statistics that declare their own figures."""
+ROOMS = ("mixed_models", "ordinal", "reliability", "spaces", "choices", "regenerating")
+"""Rooms that declare figures of this area themselves."""
 WORST = "relative, worst of F, p, epsilon, eta squared"
 
 

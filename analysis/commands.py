@@ -71,6 +71,7 @@ def source_options(command: Callable[..., None]) -> Callable[..., None]:
 def analyse(wanted: Wanted, missing: Missing, reference: str, figures: bool, as_json: bool) -> None:
     """Compute the tables, statistics and figures of NAME, a study with sessions or an imported data set.
 
+    A first look, by one fixed set of tests; an analysis declared in a plan is computed by `palpate regenerate`.
     Writes statistics.json, CSV tables and figures (SVG, PNG) to LAB/analysis/NAME. Equal data give equal files.
     Exit code 1 if --reference is given and a number differs by more than 1e-9 of its value.
 
@@ -104,6 +105,8 @@ def analyse(wanted: Wanted, missing: Missing, reference: str, figures: bool, as_
 @JSON
 def report(wanted: Wanted, missing: Missing, to: Path | None, as_json: bool) -> None:
     """Write the report of NAME as one HTML file that needs nothing else: mail it, archive it, print it.
+
+    Of the same numbers as `palpate analyse`; the report of an analysis plan is written by `palpate regenerate`.
 
     Example: palpate report door_ratings --lab LAB
     """

@@ -73,6 +73,7 @@ def staircase(
     chosen = table.loc[table["used"], "level"]
     rule = told_rule(levels, hits)
     notes = [] if used == last else [f"{used} of the {last} reversals asked for: there were {len(table)}"]
+    notes += _leap(levels, table)
     if rule is None:
         notes.append("no up-down rule explains the moves: where the reversals converge is unknown")
     return Staircase(table, float(chosen.mean()), float(chosen.std(ddof=1)), used, rule, tuple(notes))
@@ -104,6 +105,19 @@ def _reversals(levels: Floats) -> pd.DataFrame:
     places = steps[turns + 1]
     kinds = np.where(moves[steps[turns]] > 0, "peak", "valley")
     return pd.DataFrame({"trial": places + 1, "level": levels[places], "kind": kinds})
+
+
+def _leap(levels: Floats, reversals: pd.DataFrame) -> list[str]:
+    """A move after the first reversal that is more than twice every move before: another staircase may begin there."""
+    sizes = np.abs(np.diff(levels))
+    most = np.maximum.accumulate(sizes)
+    after = np.arange(1, len(sizes)) >= int(reversals["trial"].iloc[0])
+    found = 1 + np.flatnonzero(after & (sizes[1:] > 2 * most[:-1] * (1 + 1e-9)))
+    return [
+        f"the level leaps by {sizes[i]:.3g} before trial {i + 2}, more than twice any move until then: where several "
+        "staircases stand in one table, name the column that tells them apart"
+        for i in found[:1].tolist()
+    ]
 
 
 def told_rule(levels: Floats, hits: Floats) -> Rule | None:

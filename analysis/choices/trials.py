@@ -76,7 +76,7 @@ def refuse_flat(given: Levels, reached: float, guess: Bounds, lapse: Bounds) -> 
         raise NoEstimate(f"{found}: the threshold lies {'below' if share else 'above'} the levels; test others")
     raise NoEstimate(
         f"the share of hits does not rise with the level (it is {share:.3g} over all levels): there is no threshold; "
-        "if it should fall as the level rises, say falling=True"
+        "if it should fall as the level rises, set `falling` to true"
     )
 
 

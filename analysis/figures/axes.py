@@ -6,7 +6,7 @@ import math
 from collections.abc import Iterable, Mapping, Sequence
 from typing import TYPE_CHECKING, Any, NamedTuple
 
-from analysis.figures.lettering import folded, widest_pt
+from analysis.figures.lettering import folded, letters_of, widest_pt
 from analysis.figures.style import FAINT, INK, SOFT, quiet_axes
 from analysis.ratings.wording import count
 
@@ -19,9 +19,11 @@ BEYOND = 0.2
 
 
 def signed(value: float, scale: Ends) -> str:
-    """A number with its sign where the scale has both, and a true minus."""
+    """A number with its sign where the scale has both, and a true minus; far from 0 with the digits that differ."""
     sign = "+" if scale[0] < 0 < scale[1] and value else ""
-    return f"{value:{sign}g}".replace("-", "−")
+    span, far = scale[1] - scale[0], max(map(abs, scale))
+    digits = max(6, math.ceil(math.log10(far / span)) + 3) if span and far else 6
+    return f"{value:{sign}.{digits}g}".replace("-", "−")
 
 
 def round_ends(values: Iterable[float]) -> Ends:
@@ -36,8 +38,10 @@ def round_ends(values: Iterable[float]) -> Ends:
 
 def elided(text: str, letters: int) -> str:
     """A long text without its middle: names that begin alike stay apart by their ends."""
-    if len(text) <= letters:
+    long = letters_of(text)
+    if long <= letters:
         return text
+    letters = int(letters * len(text) / long)
     end = min(letters // 2, 8)
     return f"{text[: letters - 1 - end].rstrip()}…{text[-end:].lstrip()}"
 

@@ -16,14 +16,14 @@ from matplotlib.patches import Circle
 from analysis.figures.axes import elided, quarters, signed
 from analysis.figures.drawn import AskedFigure, Drawn, FigureData, FigureKind, Shown
 from analysis.figures.label_places import Bubble, placed_labels
-from analysis.figures.lettering import number
+from analysis.figures.lettering import number, widest_pt
 from analysis.figures.marking import Marking
 from analysis.figures.rated import attribute_words, demand_attributes, people_text, scale_words
-from analysis.figures.shown_columns import require, texts
+from analysis.figures.shown_columns import require
 from analysis.figures.style import FAINT, INK, PAPER, SOFT
 from analysis.ratings.dataset import DataRefused
 from analysis.ratings.normalising import rescaled_values
-from analysis.ratings.person_cells import person_cells
+from analysis.ratings.person_cells import person_cells, texts_of
 from analysis.ratings.wording import count
 from protocols.did_you_mean import nearest
 from protocols.study import Text
@@ -129,7 +129,9 @@ def _rows(
     ends: Ends,
 ) -> tuple[Row, ...]:
     cells = person_cells(selected.table, (asked.by, "attribute"), levels=selected.levels)
-    labels = dict(zip(texts(selected.table, asked.by), texts(selected.table, asked.label or asked.by), strict=True))
+    labels = dict(
+        zip(texts_of(selected.table, asked.by), texts_of(selected.table, asked.label or asked.by), strict=True)
+    )
     place = {cell: j for j, cell in enumerate(cells.cells)}
     rows: list[Row] = []
     for level in dict.fromkeys(cell[0] for cell in cells.cells):
@@ -231,6 +233,8 @@ def _plane(axes: Axes, roles: Mapping[str, Any]) -> None:
         axis.set_ticks(
             [_place(value, ends) for value in quarters(ends)], [signed(value, ends) for value in quarters(ends)]
         )
+    long = widest_pt([signed(value, roles["y"]["ends"]) for value in quarters(roles["y"]["ends"])], 9.0) > 72 * 0.45
+    axes.tick_params(axis="y", rotation=90 if long else 0)
     axes.grid(visible=True, color=FAINT)
     for spine in axes.spines.values():
         spine.set_visible(False)

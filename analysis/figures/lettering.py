@@ -3,11 +3,14 @@
 from __future__ import annotations
 
 import math
+import unicodedata
 from collections.abc import Iterable, Sequence
 from itertools import combinations
 
 from matplotlib.font_manager import FontProperties
 from matplotlib.textpath import text_to_path
+
+from analysis.statistics.apa import apa_p
 
 UNKNOWN = "–"
 
@@ -37,13 +40,18 @@ def _spans(cuts: Sequence[int], end: int) -> Iterable[tuple[int, int]]:
     return zip((0, *cuts), (*cuts, end), strict=True)
 
 
+def letters_of(text: str) -> float:
+    """How many Latin letters a text is as long as: one of Korean, Chinese or Japanese takes the room of 1.6."""
+    return sum(1.6 if unicodedata.east_asian_width(letter) in "WF" else 1.0 for letter in text)
+
+
 def folded(text: str, letters: int) -> str:
     """A text on lines of about so many letters, broken at spaces and after hyphens."""
     lines = [""]
     for word in text.replace("-", "-\u200b").replace("\u200b", "\u200b ").split(" "):
         piece = word.replace("\u200b", "")
         glue = "" if not lines[-1] or lines[-1].endswith("-") else " "
-        if lines[-1] and len(lines[-1]) + len(glue) + len(piece) > letters:
+        if lines[-1] and letters_of(lines[-1] + glue + piece) > letters:
             lines.append(piece)
         else:
             lines[-1] += glue + piece
@@ -52,7 +60,9 @@ def folded(text: str, letters: int) -> str:
 
 def shortened(text: str, letters: int) -> str:
     """The beginning of a long text, with an ellipsis; its whole is told where one points at it."""
-    return text if len(text) <= letters else text[: letters - 1].rstrip() + "…"
+    if letters_of(text) <= letters:
+        return text
+    return text[: int((letters - 1) * len(text) / letters_of(text))].rstrip() + "…"
 
 
 def number(value: float | None, decimals: int = 2) -> str:
@@ -78,8 +88,4 @@ def decimals_for(values: Iterable[float]) -> int:
 
 def p_written(p: float | None) -> str:
     """p as APA writes it: without the leading zero, never 0."""
-    if p is None or math.isnan(p):
-        return "p undefined"
-    if p < 0.001:
-        return "p < .001"
-    return "p = 1" if p > 0.9995 else f"p = {p:.3f}".replace("0.", ".", 1)
+    return "p undefined" if p is None else apa_p(p)

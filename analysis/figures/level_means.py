@@ -11,12 +11,14 @@ from pydantic import Field
 from analysis.figures.drawn import AskedFigure
 from analysis.figures.lettering import number
 from analysis.figures.rated import attribute_words, demand_attributes, scale_words
-from analysis.figures.shown_columns import require, texts
+from analysis.figures.shown_columns import require
 from analysis.figures.style import INK, OKABE_ITO
 from analysis.plans.answers import Row, Selected
-from analysis.ratings.person_cells import constant_columns
+from analysis.ratings.dataset import DataRefused
+from analysis.ratings.person_cells import LISTWISE, constant_columns, texts_of
 from analysis.ratings.trends import families_of
 from analysis.ratings.within_intervals import mean_intervals
+from analysis.statistics.refusals import IncompleteCells
 from protocols.study import Text
 
 if TYPE_CHECKING:
@@ -67,14 +69,7 @@ def with_families(rows: Sequence[Row], table: pd.DataFrame, asked: LevelFigure) 
 def _rows(
     part: pd.DataFrame, attribute: str, asked: LevelFigure, selected: Selected, groups: Sequence[str]
 ) -> list[Row]:
-    found = mean_intervals(
-        part,
-        by=asked.by,
-        between=groups,
-        method="none" if asked.whiskers == "sd" else asked.whiskers,
-        confidence=asked.confidence,
-        levels=selected.levels,
-    )
+    found = _intervals(part, attribute, asked, selected, groups)
     rows: list[Row] = []
     for each in found.to_dict("records"):
         half = each["sd"] if asked.whiskers == "sd" else each["half"]
@@ -96,6 +91,26 @@ def _rows(
     return rows
 
 
+def _intervals(
+    part: pd.DataFrame, attribute: str, asked: LevelFigure, selected: Selected, groups: Sequence[str]
+) -> pd.DataFrame:
+    """The means with their intervals. Raises DataRefused where an interval lacks a cell: a figure leaves nobody out."""
+    try:
+        return mean_intervals(
+            part,
+            by=asked.by,
+            between=groups,
+            method="none" if asked.whiskers == "sd" else asked.whiskers,
+            confidence=asked.confidence,
+            levels=selected.levels,
+        )
+    except IncompleteCells as refusal:
+        raise DataRefused(
+            f"figure {asked.name!r}, {attribute}: {str(refusal).removesuffix(LISTWISE)}; whiskers within participants"
+            " need every cell: choose `whiskers: sd`, `between` or `none`, or leave such participants out"
+        ) from refusal
+
+
 def _known(value: float) -> float | None:
     return None if math.isnan(value) else float(value)
 
@@ -109,7 +124,7 @@ def _families(table: pd.DataFrame, asked: LevelFigure, keys: Sequence[Key]) -> d
         return {key: key[0] for key in keys}
     if asked.families is None or asked.families == asked.by[0]:
         return dict.fromkeys(keys, "")
-    found = families_of(table, asked.by[0], asked.families, list(dict.fromkeys(texts(table, asked.by[0]))))
+    found = families_of(table, asked.by[0], asked.families, list(dict.fromkeys(texts_of(table, asked.by[0]))))
     return {key: found[key[0]] for key in keys}
 
 
@@ -135,6 +150,14 @@ def _written(key: Key) -> str:
 def whisker_ends(rows: Sequence[Row]) -> list[float]:
     """Both ends of every whisker."""
     return [float(value) for row in rows for end in ("low", "high") if isinstance(value := row[end], int | float)]
+
+
+def unknown(rows: Sequence[Row], asked: LevelFigure) -> str:
+    """What a caption says of whiskers that do not exist."""
+    lacking = [row for row in rows if row["low"] is None]
+    if asked.whiskers == "none" or not lacking:
+        return ""
+    return f" {len(lacking)} of {len(rows)} means have no whisker: {lacking[0]['note'] or 'no spread'}."
 
 
 def unequal(rows: Sequence[Row]) -> str:

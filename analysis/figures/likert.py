@@ -10,11 +10,11 @@ from pydantic import Field
 
 from analysis.figures.drawn import AskedFigure, FigureData, FigureKind, Shown
 from analysis.figures.likert_drawing import draw
-from analysis.figures.shown_columns import in_order, require, texts, uniform
+from analysis.figures.shown_columns import in_order, require, uniform
 from analysis.figures.spots import summary, whiskers
 from analysis.plans.answers import Selected
 from analysis.ratings.dataset import DataRefused
-from analysis.ratings.person_cells import PersonCells, person_cells
+from analysis.ratings.person_cells import PersonCells, person_cells, texts_of
 from analysis.ratings.wording import count
 from protocols.did_you_mean import nearest
 
@@ -86,7 +86,7 @@ def _cells(settings: LikertSettings, selected: Selected) -> PersonCells:
     frame = selected.table
     require(settings, frame, ["participant", "attribute", "value"])
     if settings.form is not None and "form" in frame.columns:
-        forms = texts(frame, "form")
+        forms = texts_of(frame, "form")
         if settings.form not in forms:
             raise DataRefused(
                 f"figure {settings.name!r}: no form {settings.form!r}; {nearest(settings.form, sorted(set(forms)))}"

@@ -10,11 +10,11 @@ import pandas as pd
 
 from analysis.figures.drawn import AskedFigure, FigureData, FigureKind, Shown
 from analysis.figures.matching_drawing import draw
-from analysis.figures.shown_columns import numbers, require, texts, uniform
+from analysis.figures.shown_columns import numbers, require, uniform
 from analysis.figures.spots import summary
 from analysis.plans.answers import Selected
 from analysis.ratings.dataset import DataRefused
-from analysis.ratings.person_cells import PersonCells, person_cells
+from analysis.ratings.person_cells import PersonCells, person_cells, texts_of
 from analysis.ratings.wording import count
 from protocols.did_you_mean import nearest
 
@@ -60,7 +60,7 @@ def _manipulated(settings: MatchingSettings, selected: Selected) -> pd.DataFrame
     frame = selected.table
     named = settings.attribute_column or next((name for name in USUAL if name in frame.columns), USUAL[0])
     require(settings, frame, ["participant", "attribute", "value", named, settings.target])
-    attribute, made = texts(frame, "attribute"), texts(frame, named)
+    attribute, made = texts_of(frame, "attribute"), texts_of(frame, named)
     if not set(made) & set(attribute):
         raise DataRefused(
             f"figure {settings.name!r}: column {named!r} names {made[0]!r}, which is not rated;"

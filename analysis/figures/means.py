@@ -13,7 +13,17 @@ from matplotlib.patches import Patch
 from analysis.figures.axes import base_of, cut_note, elided, lettered, level_axis, poles, scale_axis
 from analysis.figures.drawn import Drawn, FigureData, FigureKind, Shown
 from analysis.figures.lettering import widest_pt
-from analysis.figures.level_means import LevelFigure, Places, key_text, level_rows, level_words, unequal, whisker_ends
+from analysis.figures.level_means import (
+    Key,
+    LevelFigure,
+    Places,
+    key_text,
+    level_rows,
+    level_words,
+    unequal,
+    unknown,
+    whisker_ends,
+)
 from analysis.figures.marking import Marking
 from analysis.figures.rated import by_category, on_scale, people_text
 from analysis.figures.style import INK, PAPER, SOFT
@@ -39,18 +49,10 @@ def _data(shown: Shown, asked: Means) -> FigureData:
     words = level_words(selected, asked, rows)
     people = people_text(rows)
     whiskers = f", whiskers {words['whiskers']}" if words["whiskers"] else ""
-    caption = f"Bars are means over {people}{whiskers}, {on_scale(selected)}.{unequal(rows)}{_unknown(rows, asked)}"
+    caption = f"Bars are means over {people}{whiskers}, {on_scale(selected)}.{unequal(rows)}{unknown(rows, asked)}"
     caption += cut_note(whisker_ends(rows), (words["scale"][0], words["scale"][1]))
     title = asked.title or f"Mean ratings by {phrase(list(asked.by))}."
     return FigureData(rows, title, caption, {**words, "people": people})
-
-
-def _unknown(rows: Sequence[Mapping[str, Any]], asked: Means) -> str:
-    """What a caption says of whiskers that do not exist."""
-    lacking = [row for row in rows if row["low"] is None]
-    if asked.whiskers == "none" or not lacking:
-        return ""
-    return f" {len(lacking)} of {len(rows)} means have no whisker: {lacking[0]['note'] or 'no spread'}."
 
 
 def draw(data: FigureData) -> Drawn:
@@ -115,28 +117,34 @@ def _panel(
     reach = [row[end] for row in data.rows for end in ("low", "high", "mean") if row[end] is not None]
     base = base_of(scale)
     scale_axis(axes, scale, [float(value) for value in reach if value is not None], line=base)
-    for key, row in places.rows(data.rows, attribute["name"]).items():
-        colour, hatch = looks[places.family[key]]
-        mean = float(row["mean"] or 0.0)
-        bars = axes.bar(
-            [places.at[key]],
-            [mean - base],
-            0.76,
-            bottom=base,
-            facecolor=colour,
-            edgecolor=PAPER,
-            hatch=hatch if len(places.keys) <= MANY else "",
-            linewidth=0,
-            alpha=0.88,
-            zorder=2,
-        )
-        marking.add(bars.patches[0], places.told(row, words), key_text(key))
-        if row["low"] is not None and row["high"] is not None:
-            x = [places.at[key]]
-            axes.vlines(x, float(row["low"]), float(row["high"]), color=INK, linewidth=0.9, zorder=3)
-            axes.plot(x * 2, [float(row["low"]), float(row["high"])], "_", color=INK, markersize=3.6, zorder=3)
+    found = places.rows(data.rows, attribute["name"])
+    bars = axes.bar(
+        [places.at[key] for key in found],
+        [float(row["mean"] or 0.0) - base for row in found.values()],
+        0.76,
+        bottom=base,
+        facecolor=[looks[places.family[key]][0] for key in found],
+        edgecolor=PAPER,
+        hatch=[looks[places.family[key]][1] if len(places.keys) <= MANY else "" for key in found],
+        linewidth=0,
+        alpha=0.88,
+        zorder=2,
+    )
+    for bar, (key, row) in zip(bars.patches, found.items(), strict=True):
+        marking.add(bar, places.told(row, words), key_text(key))
+    _whiskers(axes, found, places)
     level_axis(axes, list(places.at.values()), [places.written[key] for key in places.at], width)
     poles(axes, attribute, scale)
+
+
+def _whiskers(axes: Axes, found: Mapping[Key, Mapping[str, Any]], places: Places) -> None:
+    """Every whisker of a panel with its two ends, drawn together."""
+    known = [(places.at[key], row) for key, row in found.items() if row["low"] is not None and row["high"] is not None]
+    if known:
+        x = [at for at, _ in known]
+        low, high = ([float(row[end]) for _, row in known] for end in ("low", "high"))
+        axes.vlines(x, low, high, color=INK, linewidth=0.9, zorder=3)
+        axes.plot([*x, *x], [*low, *high], "_", color=INK, markersize=3.6, zorder=3)
 
 
 def _legend(axes: Axes, places: Places, words: Mapping[str, Any]) -> None:

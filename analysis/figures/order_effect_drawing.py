@@ -83,9 +83,10 @@ def _course(axes: Axes, own: Sequence[Row], words: Mapping[str, Any], span: floa
     x = [(row["first_trial"] + row["last_trial"]) / 2 for row in bins]  # type: ignore[operator]
     values = numbers_in(bins, "value")
     _line(axes, own, x, values, colour)
+    known = [(place, row) for place, row in zip(x, bins, strict=True) if row["low"] is not None]
+    ends = (numbers_in([row for _, row in known], end) for end in ("low", "high"))
+    axes.vlines([place for place, _ in known], *ends, color=INK, linewidth=0.9, zorder=2.5)
     for place, row in zip(x, bins, strict=True):
-        if row["low"] is not None and row["high"] is not None:
-            axes.vlines([place], *numbers_in([row], "low", "high"), color=INK, linewidth=0.9, zorder=2.5)
         shape = "o" if span is not None else "s"
         (point,) = axes.plot(
             [place], numbers_in([row], "value"), shape, color=colour, markersize=5.5, markeredgecolor=PAPER, zorder=3

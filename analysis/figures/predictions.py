@@ -9,9 +9,10 @@ from dataclasses import dataclass, field
 import pandas as pd
 
 from analysis.figures.drawn import AskedFigure
-from analysis.figures.shown_columns import in_order, numbers, require, texts
+from analysis.figures.shown_columns import in_order, numbers, require
 from analysis.plans.answers import Selected
 from analysis.ratings.dataset import DataRefused, natural_key
+from analysis.ratings.person_cells import texts_of
 from analysis.ratings.wording import count
 
 
@@ -86,8 +87,8 @@ def _ranks(selected: Selected, name: str, found: Iterable[str]) -> dict[str, int
 def _points(
     settings: PredictionSettings, frame: pd.DataFrame, labels: tuple[str, ...], more: tuple[str, ...]
 ) -> list[Point]:
-    names = texts(frame, settings.stimulus) if settings.stimulus in frame.columns else [""] * len(frame)
-    read = {name: texts(frame, name) for name in labels}
+    names = texts_of(frame, settings.stimulus) if settings.stimulus in frame.columns else [""] * len(frame)
+    read = {name: texts_of(frame, name) for name in labels}
     numeric = {name: numbers(frame, name) for name in more}
     return [
         Point(

@@ -83,7 +83,7 @@ def draw(data: FigureData) -> Drawn:
     height = lines * (each * (max(places.at.values()) + 1.3) + 0.75)
     figure = Figure(
         figsize=(panel * columns + label_in, height),
-        layout=ConstrainedLayoutEngine(h_pad=0.05, w_pad=0.05, hspace=0.03, wspace=0.03),
+        layout=ConstrainedLayoutEngine(h_pad=0.05, w_pad=0.12, hspace=0.03, wspace=0.03),
     )
     axes = figure.subplots(lines, columns, squeeze=False, sharey=True).ravel()
     marking, dots = Marking(), len(data.rows) + len(attributes) * len(names) <= MOST

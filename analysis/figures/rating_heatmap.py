@@ -14,7 +14,7 @@ from matplotlib.patches import Rectangle
 
 from analysis.figures.axes import elided, letters_in, quarters, signed
 from analysis.figures.drawn import AskedFigure, Drawn, FigureData, FigureKind, Shown
-from analysis.figures.lettering import number, widest_pt
+from analysis.figures.lettering import letters_of, number, widest_pt
 from analysis.figures.marking import Marking
 from analysis.figures.rated import attribute_words, demand_attributes, on_scale, scale_words, title_of
 from analysis.figures.seriation import similar_order
@@ -147,13 +147,15 @@ class _Room(NamedTuple):
 def _rooms(words: Mapping[str, Any]) -> _Room:
     people, levels, attributes = words["participants"], words["levels"], words["attributes"]
     widest, line = (10.0, 0.105) if len(attributes) <= 3 else (5.5, 0.088)
-    panel = min(widest, max(2.4, 0.135 * len(levels))), min(6.4, max(0.9, line * len(people)))
+    title = max((letters_of(title_of(each)) for each in attributes), default=0.0) if len(attributes) <= 3 else 0.0
+    across = max(2.4, 0.135 * len(levels), min(0.0875 * title, 4.2))
+    panel = min(widest, across), min(6.4, max(0.9, line * len(people)))
     columns = min(len(attributes), max(1, int(12.0 / (panel[0] + GAP))))
     lines = math.ceil(len(attributes) / columns)
     left = widest_pt([elided(name, 16) for name in people], 7.0) / 72 + 0.2
     names = widest_pt([elided(level, 16) for level in levels], 7.0) / 72 + 0.2
     width = left + columns * (panel[0] + GAP) + BAR
-    return _Room(width, lines * (panel[1] + TOP) + max(names, 0.3), left, columns, panel)
+    return _Room(width, lines * (panel[1] + TOP) + max(names, 0.45), left, columns, panel)
 
 
 def _share(room: _Room, left: float, bottom: float, width: float, height: float) -> tuple[float, float, float, float]:

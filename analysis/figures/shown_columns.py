@@ -11,7 +11,6 @@ import pandas as pd
 from analysis.plans.answers import Answer, Row, Selected, Value
 from analysis.ratings.dataset import DataRefused, natural
 from analysis.statistics.column_values import numbers_of
-from analysis.statistics.labels import coded
 from protocols.did_you_mean import nearest
 
 if TYPE_CHECKING:
@@ -25,17 +24,6 @@ def require(figure: AskedFigure, frame: pd.DataFrame, names: Iterable[str]) -> N
             raise DataRefused(f"figure {figure.name!r}: no column {name!r}; {nearest(name, map(str, frame.columns))}")
     if frame.empty:
         raise DataRefused(f"figure {figure.name!r}: no row is left to show; look at `where`, `outcomes` and exclusions")
-
-
-def texts(frame: pd.DataFrame, name: str) -> list[str]:
-    """A column of labels as text; 1, 1.0 and "1" read the same."""
-    found = coded(frame[name], name)
-    written = [_written(label) for label in found.labels]
-    return [written[code] for code in found.codes]
-
-
-def _written(label: Any) -> str:
-    return str(int(label)) if isinstance(label, float) and label.is_integer() else str(label)
 
 
 def numbers(frame: pd.DataFrame, name: str) -> list[float]:

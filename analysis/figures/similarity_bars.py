@@ -10,12 +10,12 @@ import pandas as pd
 from pydantic import Field
 
 from analysis.figures.drawn import AskedFigure, FigureData, FigureKind, Shown
-from analysis.figures.shown_columns import answer_of, plain, require, texts, uniform
+from analysis.figures.shown_columns import answer_of, plain, require, uniform
 from analysis.figures.significance import not_drawn_said, pair_rows, stars_said
 from analysis.figures.similarity_bars_drawing import MOST_BRACKETS, draw
 from analysis.plans.answers import Selected
 from analysis.ratings.dataset import DataRefused
-from analysis.ratings.person_cells import PersonCells, person_cells
+from analysis.ratings.person_cells import PersonCells, person_cells, texts_of
 from analysis.ratings.within_intervals import mean_intervals
 from analysis.ratings.wording import count, phrase
 from protocols.did_you_mean import nearest
@@ -123,7 +123,7 @@ def _stimuli(settings: SimilarityBarsSettings, selected: Selected) -> dict[tuple
     """The stimulus of a cell, where it is only one."""
     if "stimulus" not in selected.table.columns:
         return {}
-    columns = [texts(selected.table, name) for name in (str(settings.clusters), settings.bars, "stimulus")]
+    columns = [texts_of(selected.table, name) for name in (str(settings.clusters), settings.bars, "stimulus")]
     found: dict[tuple[str, str], set[str]] = {}
     for cluster, bar, stimulus in zip(*columns, strict=True):
         found.setdefault((cluster, bar), set()).add(stimulus)

@@ -10,6 +10,7 @@ from matplotlib.axes import Axes
 from matplotlib.figure import Figure
 from matplotlib.patches import Patch
 
+from analysis.figures.axes import elided
 from analysis.figures.drawn import Drawn, FigureData
 from analysis.figures.lettering import decimals_for, folded, number, p_written, shortened, widest_pt
 from analysis.figures.marking import Marking
@@ -55,24 +56,25 @@ def draw(shown: FigureData) -> Drawn:
     overall = any(row["shows"] == "mean" and row["cluster"] is None for row in shown.rows)
     panels: list[list[str | None]] = ([list(clusters)] if clusters else []) + ([[None]] if overall else [])
     storeys = max((_storeys(shown, cluster) for panel in panels for cluster in panel), default=0)
-    wide = [_panel_in(panel, len(bars)) for panel in panels]
+    wide = [_panel_in(panel, bars) for panel in panels]
     size = (max(4.6, sum(wide) + 1.0), 3.3 + 0.17 * storeys + _names_in(shown, wide[0]))
     figure = Figure(figsize=size, layout="constrained")
     grid = figure.subplots(1, len(panels), squeeze=False, sharey=True, width_ratios=wide)[0]
     tools = _Bars(shown, Marking(), *_base_and_span(shown), decimals_for(_all(shown)))
     for axes, panel in zip(grid, panels, strict=True):
         _panel(axes, tools, panel, wide[0] / len(panel))
-    _scale(grid[0], tools, storeys)
+    _scale(grid[0], tools, storeys, size[1])
     if clusters:
         _legend(figure, tools)
     return Drawn(figure, tools.marking.all())
 
 
-def _panel_in(panel: Sequence[str | None], bars: int) -> float:
+def _panel_in(panel: Sequence[str | None], bars: Sequence[str]) -> float:
     """How wide a panel is: clusters are pressed together where they are very many, the bars over all never."""
     if list(panel) == [None]:
-        return max(1.0, 0.3 + 0.42 * bars)
-    return min(max(1.0, len(panel) * (0.3 + 0.24 * bars)), 14.0)
+        names_in = widest_pt([folded(bar, 10) for bar in bars], 8) / 72 + 0.08
+        return max(1.0, 0.3 + min(max(0.42, names_in), 1.0) * len(bars))
+    return min(max(1.0, len(panel) * (0.3 + 0.24 * len(bars))), 14.0)
 
 
 def _letters(cluster_in: float, clusters: int) -> tuple[int, bool]:
@@ -237,7 +239,7 @@ def _bracketed(axes: Axes, tools: _Bars, cluster: str | None, at: dict[str, floa
         tools.marking.add(text, told)
 
 
-def _scale(axes: Axes, tools: _Bars, storeys: int) -> None:
+def _scale(axes: Axes, tools: _Bars, storeys: int, high_in: float) -> None:
     """Ticks on the study's scale only; above it there is room for brackets."""
     values, scale = _all(tools.data), tools.data.words["scale"]
     tops = max(_top(tools, cluster) for cluster in (None, *tools.data.words["clusters"]))
@@ -246,7 +248,8 @@ def _scale(axes: Axes, tools: _Bars, storeys: int) -> None:
     axes.set_ylim(low - 0.01 * tools.span * (low < tools.base), high + 0.01 * tools.span)
     if scale:
         axes.set_yticks([scale[0] + i * (scale[1] - scale[0]) / 4 for i in range(5)])
-    axes.set_ylabel(str(tools.data.words["what"]))
+    letters = int(14 * (high_in - 0.7))
+    axes.set_ylabel(folded(elided(str(tools.data.words["what"]), 2 * letters - 12), letters))
 
 
 def _legend(figure: Figure, tools: _Bars) -> None:

@@ -8,10 +8,11 @@ from collections.abc import Sequence
 from typing import Any, Literal
 
 from analysis.figures.drawn import AskedFigure, FigureData, FigureKind, Shown
-from analysis.figures.shown_columns import answer_of, in_order, plain, real, require, texts, uniform
+from analysis.figures.shown_columns import answer_of, in_order, plain, real, require, uniform
 from analysis.figures.space_map_drawing import draw
 from analysis.plans.answers import Answer, Row, Selected
 from analysis.ratings.dataset import DataRefused, natural_key
+from analysis.ratings.person_cells import texts_of
 from analysis.ratings.wording import phrase
 
 __all__ = ["MAP", "MapSettings", "data", "draw"]
@@ -147,7 +148,7 @@ def _per_stimulus(settings: MapSettings, selected: Selected, answer: Answer, col
         return {str(row[settings.over]): str(row[column]) for row in answer.rows}
     frame = selected.table if column in selected.table.columns else selected.trials
     require(settings, frame, [settings.over, column])
-    pairs = set(zip(texts(frame, settings.over), texts(frame, column), strict=True))
+    pairs = set(zip(texts_of(frame, settings.over), texts_of(frame, column), strict=True))
     found = dict(pairs)
     if len(found) < len(pairs):
         twice = sorted({name for name, level in pairs if found[name] != level}, key=natural_key)
@@ -166,7 +167,7 @@ def _ellipses(settings: MapSettings, answer: Answer) -> list[dict[str, Any]]:
         return []
     found = []
     for row in answer.more.get("ellipses", ()):
-        where = f"figure {settings.name!r}, ellipse of {row['stimulus']!r}"
+        where = f"figure {settings.name!r}, ellipse of {row[settings.over]!r}"
         x, y = (real(row[name], where) for name in ("centre_1", "centre_2"))
         major, minor, angle = (real(row[name], where) for name in ("semi_major", "semi_minor", "angle_deg"))
         if not any(math.isnan(part) for part in (x, y, major, minor, angle)):

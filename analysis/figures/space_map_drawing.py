@@ -237,7 +237,9 @@ def _names(
 
 def _legend(figure: Figure, look: dict[str, tuple[str, str]], name: str) -> None:
     handles = [
-        Line2D([], [], linestyle="", marker=shape, markersize=6, markerfacecolor=colour, markeredgecolor=PAPER)
+        Line2D(
+            [], [], linestyle="", marker=shape, markersize=6.2, color=colour, markeredgecolor=PAPER, markeredgewidth=0.5
+        )
         for colour, shape in look.values()
     ]
     figure.legend(

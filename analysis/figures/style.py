@@ -84,10 +84,14 @@ def svg_text(figure: Figure) -> str:
 
 
 def save(figure: Figure, folder: Path, name: str) -> list[Path]:
-    """Write NAME.svg and NAME.png (call it within `drawing`) and give their paths."""
+    """Write NAME.svg and NAME.png (call it within `drawing`) and give their paths.
+
+    The figure is laid out once, for the SVG: everything stands at the same place in the PNG.
+    """
     folder.mkdir(parents=True, exist_ok=True)
     svg, png = folder / f"{name}.svg", folder / f"{name}.png"
     svg.write_text(svg_text(figure), encoding="utf-8", newline="\n")
+    figure.set_layout_engine(None)
     figure.savefig(png, format="png", dpi=160, metadata={"Software": None})
     return [svg, png]
 

@@ -18,6 +18,7 @@ from analysis.figures.level_means import (
     level_rows,
     level_words,
     unequal,
+    unknown,
     whisker_ends,
 )
 from analysis.figures.marking import Marking
@@ -54,7 +55,7 @@ def _data(shown: Shown, asked: Trends) -> FigureData:
     if places.reference:
         caption += f" A hollow mark and the dotted line across mark {key_text(places.reference)}, the reference."
     title = asked.title or f"Mean ratings within each {family or phrase(list(asked.by))}."
-    caption += unequal(rows) + cut_note(whisker_ends(rows), _scale(words))
+    caption += unequal(rows) + unknown(rows, asked) + cut_note(whisker_ends(rows), _scale(words))
     return FigureData(rows, title, caption, words)
 
 
@@ -143,8 +144,6 @@ def _points(
     size = 5.6 if len(places.keys) <= 40 else 3.6
     for key, row in found.items():
         x = places.at[key] + shift
-        if row["low"] is not None and row["high"] is not None:
-            axes.vlines([x], float(row["low"]), float(row["high"]), color=look[0], linewidth=0.9, alpha=0.7, zorder=2.5)
         (point,) = axes.plot(
             [x],
             [float(row["mean"] or 0.0)],
@@ -157,6 +156,10 @@ def _points(
             zorder=4,
         )
         marking.add(point, places.told(row, data.words), key_text(key))
+    known = [(places.at[key] + shift, row) for key, row in found.items() if row["low"] is not None]
+    if known:
+        low, high = ([float(row[end] or 0.0) for _, row in known] for end in ("low", "high"))
+        axes.vlines([x for x, _ in known], low, high, color=look[0], linewidth=0.9, alpha=0.7, zorder=2.5)
 
 
 def _direct_labels(axes: Axes, ends: list[tuple[float, str, str]], last: float, scale: Ends) -> None:

@@ -7,10 +7,11 @@ from typing import Any, Literal
 
 from analysis.figures.drawn import FigureData, FigureKind, Shown
 from analysis.figures.predictions import PredictionSettings, chosen, read_points
-from analysis.figures.shown_columns import in_order, numbers, pair_names, require, texts, uniform
+from analysis.figures.shown_columns import in_order, numbers, pair_names, require, uniform
 from analysis.figures.spots import summary
 from analysis.figures.violins_drawing import draw
 from analysis.ratings.dataset import DataRefused, natural_key
+from analysis.ratings.person_cells import texts_of
 from analysis.ratings.wording import count
 
 __all__ = ["VIOLINS", "ViolinSettings", "data", "draw"]
@@ -69,8 +70,8 @@ def _values(shown: Shown, settings: ViolinSettings) -> tuple[list[tuple[str, str
     frame = shown.selected.table
     require(settings, frame, (settings.by, settings.value))
     stimulus = chosen(settings, "stimulus", shown.selected)
-    names = texts(frame, stimulus) if stimulus else [""] * len(frame)
-    rows = zip(texts(frame, settings.by), names, numbers(frame, settings.value), strict=True)
+    names = texts_of(frame, stimulus) if stimulus else [""] * len(frame)
+    rows = zip(texts_of(frame, settings.by), names, numbers(frame, settings.value), strict=True)
     found = [row for row in rows if not math.isnan(row[2])]
     if not found:
         raise DataRefused(f"figure {settings.name!r}: column {settings.value!r} holds no value")

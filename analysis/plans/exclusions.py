@@ -8,7 +8,7 @@ from typing import Any
 
 import pandas as pd
 
-from analysis.plans.material import Material
+from analysis.plans.material import OF_A_RATING, Material
 from analysis.plans.schema import AnalysisPlan, Outlying, Rule
 from analysis.ratings.dataset import DataRefused, Exclusion
 from analysis.ratings.diagnostics import diagnose
@@ -32,12 +32,25 @@ def apply_exclusions(material: Material, declared: AnalysisPlan) -> Left:
     Raises DataRefused on an unknown participant or column, and where nobody is left.
     """
     lines: list[Exclusion] = []
+    whole = material
     for rule in declared.exclusions:
+        _demand_known(whole, rule)
         material, found = _applied(material, rule)
         lines += found or [Exclusion("nothing", "nobody", rule.because, 0)]
     if not material.participants:
         raise DataRefused(f"{material.name!r}: the plan's exclusions leave nobody; see exclusions of the plan")
     return Left(material, tuple(lines))
+
+
+def _demand_known(whole: Material, rule: Rule) -> None:
+    """Raise DataRefused on a person, column or level that the data never had; an earlier rule may have left it out."""
+    where = dict(rule.where or {})
+    people = where.pop("participant", ())
+    for who in (*(rule.participants or ()), *((people,) if isinstance(people, str) else people)):
+        if who not in whole.participants and not _knew(whole, who):
+            told = nearest(who, whole.participants)
+            raise DataRefused(f"{whole.name!r}: the plan leaves out {who!r}, who has no session; {told}")
+    matching(whole.trials, where, whole.name)
 
 
 def _applied(material: Material, rule: Rule) -> tuple[Material, list[Exclusion]]:
@@ -50,10 +63,6 @@ def _applied(material: Material, rule: Rule) -> tuple[Material, list[Exclusion]]
 
 def _bad_people(material: Material, rule: Rule) -> list[str]:
     if rule.participants is not None:
-        for who in rule.participants:
-            if who not in material.participants and not _knew(material, who):
-                told = nearest(who, material.participants)
-                raise DataRefused(f"{material.name!r}: the plan leaves out {who!r}, who has no session; {told}")
         return [who for who in material.participants if who in rule.participants]
     if rule.fewer_than is not None:
         return _unfinished(material, rule.fewer_than)
@@ -66,13 +75,18 @@ def _knew(material: Material, who: str) -> bool:
 
 
 def _unfinished(material: Material, share: float) -> list[str]:
-    sessions = material.trials.groupby("session")
-    low = []
-    for session, rows in sessions:
-        planned = material.planned.get(str(session), len(rows))
-        if planned and len(rows) / planned < share:
-            low.append(str(rows["participant"].iloc[0]))
-    return sorted(set(low))
+    """Also somebody who answered a form and no trial at all."""
+    if "session" not in material.trials.columns:
+        raise DataRefused(f"{material.name!r}: no session is on record, which `fewer_than` counts; leave it out")
+    answered = material.trials["session"].value_counts()
+    whose = pd.concat([table[["session", "participant"]] for table in (material.trials, material.forms)])
+    return sorted(
+        {
+            str(who)
+            for session, who in whose.drop_duplicates().itertuples(index=False)
+            if (planned := material.planned.get(session, 0)) and answered.get(session, 0) / planned < share
+        }
+    )
 
 
 def _flagged(material: Material, least: int) -> list[str]:
@@ -80,6 +94,8 @@ def _flagged(material: Material, least: int) -> list[str]:
     ratings = material.ratings
     if ratings is None or ratings.scale is None:
         raise DataRefused(f"{material.name!r}: `flagged` needs ratings on a declared scale")
+    if "session" not in ratings.table.columns:
+        raise DataRefused(f"{material.name!r}: no session is on record, which `flagged` looks at; leave it out")
     bad = []
     for who, rows in ratings.table.groupby("participant", sort=True):
         sessions = [answered_trials(own) for _, own in rows.groupby("session", sort=True)]
@@ -92,7 +108,7 @@ def _flagged(material: Material, least: int) -> list[str]:
 def _bad_trials(material: Material, rule: Rule) -> pd.DataFrame:
     """The trials (participant, session, trial) that a rule leaves out."""
     if rule.where is not None:
-        return material.trials[matching(material.trials, rule.where, material.name)][TRIAL]
+        return material.trials[_met(material.trials, rule.where)]
     if material.ratings is None or "response_time_s" not in material.ratings.table.columns:
         raise DataRefused(f"{material.name!r}: no response times are on record; leave faster_than_s, slower_than_s out")
     seconds = material.ratings.table.groupby(TRIAL, as_index=False)["response_time_s"].max()
@@ -100,12 +116,11 @@ def _bad_trials(material: Material, rule: Rule) -> pd.DataFrame:
         bad = seconds["response_time_s"] < rule.faster_than_s
     else:
         bad = seconds["response_time_s"] > (rule.slower_than_s or 0.0)
-    return pd.DataFrame(seconds[bad], columns=TRIAL)
+    return pd.DataFrame(seconds[bad])
 
 
 def matching(table: pd.DataFrame, where: Mapping[str, str | tuple[str, ...]], name: str) -> pd.Series[bool]:
     """Which rows have the wanted level in every column. Raises DataRefused on an unknown column or level."""
-    kept = pd.Series(True, index=table.index)
     for column, wanted in where.items():
         if column not in table.columns:
             raise DataRefused(f"{name!r}: no column {column!r}; {nearest(column, map(str, table.columns))}")
@@ -114,7 +129,13 @@ def matching(table: pd.DataFrame, where: Mapping[str, str | tuple[str, ...]], na
         for level in levels:
             if level not in known and known:
                 raise DataRefused(f"{name!r}: no {column} {level!r}; {nearest(level, sorted(known))}")
-        kept &= table[column].astype(str).isin(levels)
+    return _met(table, where)
+
+
+def _met(table: pd.DataFrame, where: Mapping[str, str | tuple[str, ...]]) -> pd.Series[bool]:
+    kept = pd.Series(True, index=table.index)
+    for column, wanted in where.items():
+        kept &= table[column].astype(str).isin((wanted,) if isinstance(wanted, str) else wanted)
     return kept
 
 
@@ -129,23 +150,26 @@ def _rows_of(material: Material, who: str) -> int:
 
 
 def _without_trials(material: Material, trials: pd.DataFrame, why: str) -> tuple[Material, list[Exclusion]]:
-    gone = set(map(tuple, trials.to_numpy().tolist()))
+    """A trial is known by its session and place, in an imported table by all that it says about it."""
+    key = TRIAL if "session" in trials.columns else [name for name in trials.columns if name not in OF_A_RATING]
+    gone = set(zip(*(trials[name].tolist() for name in key), strict=True))
+    whose = ["participant", "session"] if "session" in trials.columns else ["participant"]
     lines = [
-        Exclusion("trials", f"{who}, session {session}", why, len(rows))
-        for (who, session), rows in trials.groupby(["participant", "session"], sort=True)
+        Exclusion("trials", ", session ".join(map(str, names)), why, len(rows))
+        for names, rows in trials.groupby(whose, sort=True)
     ]
 
     def stays(table: pd.DataFrame) -> pd.Series[bool]:
-        if "trial" not in table.columns:
+        if not set(key) <= set(table.columns):
             return pd.Series(True, index=table.index)
-        keys = zip(*(table[name].tolist() for name in TRIAL), strict=True)
+        keys = zip(*(table[name].tolist() for name in key), strict=True)
         return pd.Series([key not in gone for key in keys], index=table.index, dtype=bool)
 
     return _kept(material, stays), lines
 
 
 def _without_outlying(material: Material, rule: Outlying, why: str) -> tuple[Material, list[Exclusion]]:
-    """Ratings far from the mean of the others in their cell; a cell of equal values has none."""
+    """Ratings far from the mean of their cell, themselves in it; a cell of equal values has none."""
     if material.ratings is None:
         raise DataRefused(f"{material.name!r}: `outlying` needs ratings")
     table = material.ratings.table
@@ -153,8 +177,8 @@ def _without_outlying(material: Material, rule: Outlying, why: str) -> tuple[Mat
         if column not in table.columns:
             raise DataRefused(f"{material.name!r}: no column {column!r}; {nearest(column, map(str, table.columns))}")
     cells = table.groupby(list(rule.within), sort=False)["value"]
-    spread = cells.transform("std")
-    far = ((table["value"] - cells.transform("mean")).abs() > rule.sd * spread) & (spread > 0)
+    unequal = cells.transform("max") > cells.transform("min")
+    far = ((table["value"] - cells.transform("mean")).abs() > rule.sd * cells.transform("std")) & unequal
     lines = [
         Exclusion("ratings", str(who), why, len(rows)) for who, rows in table[far].groupby("participant", sort=True)
     ]

@@ -16,6 +16,8 @@ from analysis.ratings.dataset import Exclusion, Input, Ratings
 from analysis.ratings.reading import chosen, column_name, inputs_of, left_out_sessions, read_ratings
 from protocols.study import Study
 
+OF_A_RATING = ("attribute", "value", "response_time_s", "revised")
+"""The columns of a rating that its trial does not have."""
 _NO_WORDS: Mapping[str, Any] = MappingProxyType({})
 _TRIALS = text(
     "SELECT trials.session, trials.trial, trials.block, trials.practice, trials.stimulus, trials.status FROM trials"
@@ -38,8 +40,8 @@ class Material:
     `ratings` is None for a study that rates nothing. `trials` has one row per answered trial; `words` one per word of
     an answer that counts; `forms` one per answered item of a form (questionnaire, demographics). All three have
     participant, session and group; trials and words also trial, stimulus and the stimulus columns. `planned` counts the
-    trials of each session that were to be answered. `levels` maps each
-    of these columns to its levels in the study's order. `study` is None for an imported data set.
+    trials of each session that were to be answered. `levels` maps each of these columns to its levels in the study's
+    order. `study` is None for an imported data set.
     """
 
     name: str
@@ -110,7 +112,7 @@ def material_of(study: Study, choice: Choice, ratings: Ratings | None, rows: Row
 
 def imported_material(ratings: Ratings, title: str) -> Material:
     """The material of an imported data set: its ratings; a trial is a participant's row of them."""
-    others = [column for column in ratings.table.columns if column not in ("attribute", "value", "response_time_s")]
+    others = [column for column in ratings.table.columns if column not in OF_A_RATING]
     trials = ratings.table[others].drop_duplicates().reset_index(drop=True)
     columns = (*ratings.within, *ratings.between)
     levels = {column: ratings.levels(column) for column in ("participant", "attribute", *columns)}

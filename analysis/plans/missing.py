@@ -14,6 +14,7 @@ from analysis.ratings.wording import count
 
 Where = Mapping[str, str | tuple[str, ...]]
 ADVICE = "find the ratings, leave such participants out with `missing: listwise`, or choose `missing: mixed_model`"
+WHOLE_CELLS = "name columns of the stimulus or of the participant, which keep or leave a cell for everyone"
 FORBIDDEN: tuple[Kind, ...] = ("duplicate", "undeclared")
 """What no policy allows: a cell filled more often than planned, or one that the design does not have."""
 
@@ -58,6 +59,10 @@ def handled(
             faults.demand_none(outcome, sorted(bad or own), ADVICE)
         for who, places in own.items():
             gaps[who] = gaps.get(who, 0) + len(places)
+    for who, lost in cells_cut(selected.table, where, trials, people).items():
+        if policy == "refuse":
+            raise CellsRefused(f"`where` leaves {who} without {count(lost, 'cell')} that others keep; {WHOLE_CELLS}")
+        gaps[who] = max(gaps.get(who, 0), lost)
     cells = sum(gaps.values())
     if not gaps or policy == "mixed_model":
         return selected, MissingTold(policy, len(gaps), cells)
@@ -75,6 +80,29 @@ def _asked_about(trials: pd.DataFrame, where: Where) -> set[str]:
         if column in trials.columns and trials.groupby("participant")[column].nunique().max() == 1:
             kept &= trials[column].astype(str).isin((wanted,) if isinstance(wanted, str) else wanted)
     return set(trials.loc[kept, "participant"])
+
+
+def cells_cut(table: pd.DataFrame, where: Where, trials: pd.DataFrame, people: Iterable[str]) -> dict[str, int]:
+    """The cells that `where` takes from somebody and leaves to others of the same group, as a range of trials does.
+
+    Columns of the stimulus and of the participant cut nothing: they keep or leave a cell for everyone.
+    """
+    if "stimulus" not in trials.columns or not any(_of_a_meeting(column, trials) for column in where):
+        return {}
+    named = trials.assign(group="") if "group" not in trials.columns else trials
+    group = named.drop_duplicates("participant").set_index("participant")["group"]
+    cells = table.groupby(["participant", "attribute", "stimulus"]).size().unstack([1, 2], fill_value=0)
+    cells = cells.reindex(sorted(people), fill_value=0)
+    most = cells.groupby(group.reindex(cells.index)).transform("max")
+    lacking = (most - cells).sum(axis=1)
+    return {str(who): int(number) for who, number in lacking.items() if number}
+
+
+def _of_a_meeting(column: str, trials: pd.DataFrame) -> bool:
+    """Whether a column's level is that of one meeting of a participant with a stimulus: trial, block, revised."""
+    if column not in trials.columns:
+        return column != "attribute"
+    return all(trials.groupby(by)[column].nunique().max() > 1 for by in ("participant", "stimulus"))
 
 
 def _places(outcome: str, people: Iterable[str], faults: Faults, where: Where, kind: Kind) -> dict[str, list[Place]]:

@@ -12,15 +12,13 @@ import pandas as pd
 from analysis.figures.drawn import AskedFigure
 from analysis.plans.answers import Asked, Normalise, Selected, Takes
 from analysis.plans.exclusions import matching
-from analysis.plans.material import Material
+from analysis.plans.material import OF_A_RATING, Material
 from analysis.plans.reading import Plan
 from analysis.ratings.completeness import Faults, cell_faults
 from analysis.ratings.dataset import DataRefused, Ratings, natural
 from protocols.did_you_mean import nearest
 
 Scale: TypeAlias = tuple[float, float] | None
-OF_A_RATING = ("attribute", "value", "response_time_s", "revised")
-"""The columns of a rating that its trial does not have."""
 
 
 @dataclass(frozen=True)

@@ -210,7 +210,8 @@ def _carried(y: Floats, trials: _Trials, effects: Floats, confidence: float) -> 
     if not len(follows):
         return one_sample(np.array([]), confidence=confidence)
     _, who = np.unique(trials.people[follows + 1], return_inverse=True)
-    return one_sample(_slopes(y[follows + 1], effects[trials.stimuli[follows]], who), confidence=confidence)
+    found = one_sample(_slopes(y[follows + 1], effects[trials.stimuli[follows]], who), confidence=confidence)
+    return found if found.n else found._replace(note="no stimulus has an effect")
 
 
 def one_per_trial(data: pd.DataFrame, keys: Sequence[str], dv: str) -> pd.DataFrame:

@@ -20,6 +20,7 @@ from analysis.statistics.refusals import BadOption, IncompleteCells, listed
 Label: TypeAlias = tuple[str, ...]
 Levels: TypeAlias = Mapping[str, Sequence[str]]
 NO_LEVELS: Levels = MappingProxyType({})
+LISTWISE = "; pass missing='listwise' to leave such participants out"
 
 
 @dataclass(frozen=True)
@@ -116,13 +117,20 @@ def written(label: object) -> str:
     return str(int(label)) if isinstance(label, float) and label.is_integer() else str(label)
 
 
+def texts_of(data: pd.DataFrame, name: str) -> list[str]:
+    """A column of labels as text; 1, 1.0 and "1" read the same."""
+    found = coded(data[name], name)
+    labels = [written(label) for label in found.labels]
+    return [labels[code] for code in found.codes]
+
+
 def complete_people(cells: PersonCells, missing: str = "raise") -> list[int]:
     """Who has a value in every cell. With `missing="raise"`, IncompleteCells names whoever lacks one."""
     whole = np.atleast_1d(~np.isnan(cells.values).any(axis=1))
     if not whole.all() and missing == "raise":
         gaps = np.argwhere(np.isnan(cells.values)).tolist()
         told = listed((f"participant {cells.participants[i]!r} at {place(cells, j)}" for i, j in gaps), len(gaps))
-        raise IncompleteCells(f"no value for {told}; pass missing='listwise' to leave such participants out")
+        raise IncompleteCells(f"no value for {told}{LISTWISE}")
     return [i for i, each in enumerate(whole.tolist()) if each]
 
 

@@ -153,7 +153,7 @@ def assembled(study: Study, choice: Choice, found: Sequence[Rating]) -> Ratings:
     within, crossings = _factors(study)
     return Ratings(
         name=study.study,
-        table=_table(study, counted, found),
+        table=_table(study, counted, [each for each in found if each.session in kept]),
         within=within,
         between=("group",) if len({session.group_name for session in choice.kept}) > 1 else (),
         attributes=tuple(attribute.name for attribute in study.attributes),

@@ -12,8 +12,7 @@ import pandas as pd
 from analysis.ratings.dataset import DataRefused
 from analysis.ratings.normalising import rescaled_values
 from analysis.ratings.one_sample import NAN, OneSample, one_sample
-from analysis.ratings.person_cells import NO_LEVELS, Levels, PersonCells, person_cells
-from analysis.ratings.trends import texts_of
+from analysis.ratings.person_cells import NO_LEVELS, Levels, PersonCells, person_cells, texts_of
 from analysis.statistics.cells import check_columns
 from analysis.statistics.column_values import numbers_of
 from analysis.statistics.doubles import Floats

@@ -13,9 +13,8 @@ import pandas as pd
 
 from analysis.ratings.dataset import DataRefused
 from analysis.ratings.one_sample import NAN, OneSample, columns_of, one_sample
-from analysis.ratings.person_cells import NO_LEVELS, Levels, PersonCells, complete_people, person_cells, written
+from analysis.ratings.person_cells import NO_LEVELS, Levels, PersonCells, complete_people, person_cells, texts_of
 from analysis.statistics.doubles import Floats, differences
-from analysis.statistics.labels import coded
 from analysis.statistics.pvalues import adjusted
 from analysis.statistics.refusals import BadOption, listed
 from protocols.did_you_mean import nearest
@@ -127,13 +126,6 @@ def steps_of(data: pd.DataFrame, level: str, numeric: str | None) -> dict[str, f
             " name a column with one number for each, or leave it out: the levels then stand one step apart"
         )
     return {one: _number(next(iter(each)), numeric, one) for one, each in found.items()}
-
-
-def texts_of(data: pd.DataFrame, name: str) -> list[str]:
-    """A column of labels as text; 1 and 1.0 are one label."""
-    found = coded(data[name], name)
-    labels = [written(label) for label in found.labels]
-    return [labels[code] for code in found.codes]
 
 
 def _number(text: str, column: str, level: str) -> float:

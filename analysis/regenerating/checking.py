@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import csv
 import json
 from collections.abc import Iterator, Mapping
 from dataclasses import dataclass
@@ -9,11 +10,14 @@ from pathlib import Path
 from typing import Any
 
 from analysis.regenerating.files import STATISTICS
+from analysis.regenerating.headings import is_p
+from analysis.regenerating.placing import listed
 from analysis.statistics.refusals import SHOWN
 
 RELATIVE, ROUNDING = 1e-9, 1e-12
-FREE = ("seconds", "software")
-"""What may differ between two machines; everything else is a result."""
+ABSENT = "(absent)"
+OWN = ("tables/", "tests/", "figures/")
+"""Where the CSV files of a folder lie that does not list its files."""
 
 
 class NothingCommitted(ValueError):
@@ -38,13 +42,18 @@ def differences(texts: Mapping[str, str], folder: Path) -> list[Difference]:
     """Every difference between the regenerated texts and the files committed in `folder`.
 
     statistics.json is compared number by number (relative 1e-9; times and versions are free), test and figure tables
-    cell by cell in the same way, the tidy tables exactly. A difference below 1e-12 is rounding in any unit.
+    cell by cell in the same way, the tidy tables exactly. Below 1e-12 a number other than p counts as 0. Pictures,
+    documents and the report are made from these; they are only asked to be there, where the folder lists them.
     Raises NothingCommitted where the folder has no statistics.
     """
     if not (folder / STATISTICS).is_file():
         raise NothingCommitted(f"{folder}: no {STATISTICS} to compare with; regenerate once without --check")
-    committed = {path.relative_to(folder).as_posix() for path in folder.rglob("*.csv")} | {STATISTICS}
-    found = list(_lacking(committed, set(texts)))
+    promised = listed(folder)
+    there = {path.relative_to(folder).as_posix() for path in folder.rglob("*.csv")}
+    committed = {name for name in there if name.startswith(OWN) and (name in promised or not promised)} | {STATISTICS}
+    gone = sorted(name for name in promised - set(texts) if not (folder / name).is_file())
+    found = [Difference(name, "the file", "listed", "not there") for name in gone]
+    found += _lacking(committed, set(texts))
     for name in sorted(committed & set(texts)):
         # Bytes, so that a line ending that was changed on the way is told as such.
         before = (folder / name).read_bytes().decode("utf-8")
@@ -68,22 +77,38 @@ def _compared(name: str, before: str, now: str) -> Iterator[Difference]:
         except ValueError as error:
             yield Difference(name, "the file", f"no JSON ({error})", "statistics")
             return
-        yield from _values(name, "", old, json.loads(now))
+        yield from _values(name, "", _results(old), _results(json.loads(now)))
         return
     exact = name.startswith("tables/")
     old_lines, lines = before.splitlines(), now.splitlines()
     if len(old_lines) != len(lines):
         yield Difference(name, "lines", str(len(old_lines)), str(len(lines)))
+    names = next(csv.reader(lines[:1]), [])
     for number, (old_line, line) in enumerate(zip(old_lines, lines, strict=False), start=1):
-        if old_line != line and (exact or not _cells_equal(old_line, line)):
+        if old_line != line and (exact or not _cells_equal(names, old_line, line)):
             yield Difference(name, f"line {number}", repr(old_line)[:120], repr(line)[:120])
     if old_lines == lines:
         yield Difference(name, "line endings", "others", "\\n")
 
 
-def _cells_equal(before: str, now: str) -> bool:
-    old, new = before.split(","), now.split(",")
-    return len(old) == len(new) and all(a == b or _near(_number(a), _number(b)) for a, b in zip(old, new, strict=True))
+def _results(statistics: Any) -> Any:
+    """Statistics without what may differ between two machines: versions, and the time each answer took."""
+    if not isinstance(statistics, dict):
+        return statistics
+    rest = {key: value for key, value in statistics.items() if key != "software"}
+    if isinstance(tests := rest.get("tests"), list):
+        rest["tests"] = [
+            {k: v for k, v in each.items() if k != "seconds"} if isinstance(each, dict) else each for each in tests
+        ]
+    return rest
+
+
+def _cells_equal(names: list[str], before: str, now: str) -> bool:
+    old, new = next(csv.reader([before]), []), next(csv.reader([now]), [])
+    if not len(old) == len(new) == len(names):
+        return False
+    cells = zip(names, old, new, strict=True)
+    return all(a == b or _near(name, _number(a), _number(b)) for name, a, b in cells)
 
 
 def _number(text: str) -> float | None:
@@ -93,18 +118,20 @@ def _number(text: str) -> float | None:
         return None
 
 
-def _near(a: float | None, b: float | None) -> bool:
-    return a is not None and b is not None and abs(a - b) <= max(RELATIVE * max(abs(a), abs(b)), ROUNDING)
+def _near(name: str, a: float | None, b: float | None) -> bool:
+    """Whether the numbers are one, but for rounding; a small p is no rounding."""
+    rounding = 0.0 if is_p(name) else ROUNDING
+    return a is not None and b is not None and abs(a - b) <= max(RELATIVE * max(abs(a), abs(b)), rounding)
 
 
 def _values(file: str, where: str, before: Any, now: Any) -> Iterator[Difference]:
     if isinstance(before, dict) and isinstance(now, dict):
-        for key in sorted({*before, *now} - set(FREE)):
-            yield from _values(file, f"{where}.{key}".lstrip("."), before.get(key), now.get(key))
+        for key in sorted({*before, *now}):
+            yield from _values(file, f"{where}.{key}".lstrip("."), before.get(key, ABSENT), now.get(key, ABSENT))
     elif isinstance(before, list) and isinstance(now, list) and len(before) == len(now):
         for place, (old, new) in enumerate(zip(before, now, strict=True)):
             yield from _values(file, f"{where}[{_named(old, place)}]", old, new)
-    elif not _same(before, now):
+    elif not _same(where.rpartition(".")[2], before, now):
         yield Difference(file, where, _short(before), _short(now))
 
 
@@ -115,10 +142,10 @@ def _named(entry: Any, place: int) -> str:
     return str(place)
 
 
-def _same(before: Any, now: Any) -> bool:
+def _same(name: str, before: Any, now: Any) -> bool:
     numbers = isinstance(before, int | float) and isinstance(now, int | float)
     if numbers and not isinstance(before, bool) and not isinstance(now, bool):
-        return before == now or _near(float(before), float(now))
+        return before == now or _near(name, float(before), float(now))
     return bool(before == now)
 
 

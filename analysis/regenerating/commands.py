@@ -30,7 +30,7 @@ if TYPE_CHECKING:
 )  # fmt: skip
 @click.option("--check", is_flag=True, help="Write nothing: compare with the folder's files. Exit code 1 if not equal.")
 @click.option("--check-plan", is_flag=True, help="Only check the plan against the study, also before there are data.")
-@click.option("--exact", is_flag=True, help="Compute every one-way table again in exact fractions and compare.")
+@click.option("--exact", is_flag=True, help="Compute every analysis of variance again in exact fractions and compare.")
 @click.option("--figures/--no-figures", default=True, help="Whether to draw the figures and write the report.")
 @DATABASE
 @DIGEST
@@ -115,8 +115,8 @@ def _exact(found: Regenerated, as_json: bool) -> bool:
 
     checks = exact_checks(found.answered)
     wrong = [each for each in checks if each.difference is not None and each.difference > RELATIVE]
-    for each in checks if not as_json else ():
-        click.echo(each.text())
+    for each in checks:
+        click.echo(each.text(), err=as_json)
     return bool(wrong)
 
 

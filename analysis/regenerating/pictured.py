@@ -26,11 +26,10 @@ class Pictured:
 
 @dataclass(frozen=True)
 class Picture:
-    """A drawn figure: the text of its SVG, the marks in it, and the files it was written to."""
+    """A drawn figure: the text of its SVG and the marks in it."""
 
     svg: str
     marks: tuple[Mark, ...]
-    files: tuple[Path, ...] = ()
 
 
 def picture_data(selecting: Selecting, answers: Mapping[str, Mapping[str, Answer]]) -> tuple[Pictured, ...]:
@@ -66,4 +65,4 @@ def _drawn(asked: AskedFigure, data: FigureData, folder: Path | None) -> Picture
         drawn = figure_kind(asked.figure).draw(data)
         files = save(drawn.figure, folder, asked.name) if folder is not None else []
         svg = svg_text(drawn.figure) if folder is None else files[0].read_text(encoding="utf-8")
-    return Picture(svg, drawn.marks, tuple(files))
+    return Picture(svg, drawn.marks)

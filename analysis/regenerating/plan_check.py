@@ -9,6 +9,7 @@ from analysis.figures.drawn import AskedFigure
 from analysis.plans.answers import COLUMNS, Asked, Takes
 from analysis.plans.kinds import figure_kind, test_kind
 from analysis.plans.reading import Plan
+from analysis.plans.schema import Rule
 from analysis.ratings.reading import column_name
 from analysis.ratings.saved import load_ratings
 from analysis.reporting.sources import IMPORTED, Wanted
@@ -21,7 +22,12 @@ ALWAYS = ("participant", "session", "group", "stimulus", "attribute", "category"
 
 
 def check_against_study(wanted: Wanted, plan: Plan) -> None:
-    """Raise PlanError with every outcome, column and level that the study does not have, by line and nearest name."""
+    """Raise PlanError with every outcome, column and level that the study does not have, by line and nearest name.
+
+    An earlier version of the study (`digest`) is known by its data only: there a test says itself what it lacks.
+    """
+    if wanted.digest is not None:
+        return
     study = _study(wanted)
     columns, outcomes = _known(study) if study is not None else _imported(wanted.lab / IMPORTED / wanted.name)
     both: tuple[tuple[str, Sequence[Asked | AskedFigure]], ...] = (("tests", plan.tests), ("figures", plan.figures))
@@ -32,6 +38,7 @@ def check_against_study(wanted: Wanted, plan: Plan) -> None:
         if each.table is None
         for problem in _problems(each, _takes(each), columns, outcomes)
     ]
+    problems += _rule_problems(plan.declared.exclusions, columns)
     if problems:
         raise plan.complaint(problems)
 
@@ -62,6 +69,17 @@ def _imported(folder: Path) -> tuple[dict[str, Collection[str]], dict[Takes, Col
     return columns, {"ratings": ratings.attributes}
 
 
+def _rule_problems(rules: Sequence[Rule], columns: Mapping[str, Collection[str]]) -> Iterator[Problem]:
+    for place, rule in enumerate(rules):
+        for column, wanted in (rule.where or {}).items():
+            for problem in _level_problems(column, (wanted,) if isinstance(wanted, str) else wanted, columns):
+                yield Problem(("exclusions", place, *problem.path), problem.message)
+        for n, column in enumerate(rule.outlying.within if rule.outlying is not None else ()):
+            if column not in columns:
+                at = ("exclusions", place, "outlying", "within", n)
+                yield Problem(at, f"the study has no column {column!r}; {nearest(column, columns)}")
+
+
 def _takes(asked: Asked | AskedFigure) -> Takes:
     kind = test_kind(asked.test) if isinstance(asked, Asked) else figure_kind(asked.figure)
     return asked.source or kind.takes
@@ -82,12 +100,18 @@ def _problems(
                 yield Problem(("outcomes", n), f"no outcome {name!r}; {nearest(name, outcomes[takes])}")
     for column, wanted in asked.where.items():
         yield from _level_problems(column, (wanted,) if isinstance(wanted, str) else wanted, columns)
-    for key in COLUMNS:
-        value = getattr(asked, key, None)
-        named = (value,) if isinstance(value, str) else value if isinstance(value, tuple) else ()
-        for column in named:
-            if isinstance(column, str) and column not in columns:
+    for key in (*COLUMNS, "random", "interactions"):
+        for column in _texts(getattr(asked, key, None)):
+            if column not in columns:
                 yield Problem((key,), f"the study has no column {column!r}; {nearest(column, columns)}")
+
+
+def _texts(value: object) -> list[str]:
+    """Every column that a setting names, alone or in an interaction."""
+    if isinstance(value, Mapping):
+        return [text for pair in value.items() for each in pair for text in _texts(each)]
+    texts = (value,) if isinstance(value, str) else value if isinstance(value, tuple) else ()
+    return [name for each in texts if isinstance(each, str) for name in each.split(":")]
 
 
 def _level_problems(column: str, wanted: Sequence[str], columns: Mapping[str, Collection[str]]) -> Iterator[Problem]:

@@ -17,7 +17,7 @@ from analysis.ratings.saved import load_ratings
 from analysis.regenerating.pictured import Pictured, picture_data
 from analysis.regenerating.running import Answered, by_name, run_tests
 from analysis.reporting.analysed import software
-from analysis.reporting.sources import IMPORTED, Wanted, gathered, nothing_of
+from analysis.reporting.sources import IMPORTED, Wanted, both_of, gathered, nothing_of
 from protocols.did_you_mean import nearest
 from studies.catalogue import STUDY_FILE, names
 from studies.collect import ledgers_in, open_database
@@ -104,6 +104,8 @@ def _folder(wanted: Wanted) -> tuple[Path, str]:
 def _material(wanted: Wanted, name: str, plan: Plan, progress: Progress) -> Material:
     paths = [] if wanted.url is not None else ledgers_in(wanted.lab, name)
     imported = wanted.lab / IMPORTED / name
+    if paths and imported.exists():
+        raise both_of(name, imported)
     if wanted.url is None and not paths:
         if not imported.is_dir():
             raise nothing_of(name, wanted.lab)

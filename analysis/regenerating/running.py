@@ -89,11 +89,12 @@ def _compares_outcomes(asked: Asked) -> bool:
 def _answered(selecting: Selecting, question: Question, clock: Clock) -> Answered:
     policy = question.asked.missing or selecting.plan.declared.missing
     told, selected, kind = MissingTold(policy), question.selected, question.kind
+    own = question.asked.table is not None
     start = clock()
     try:
         if selected is None:
             return Answered(question.asked, question.outcome, None, question.refused, "", told, 0.0)
-        if kind.complete is not None and question.asked.table is None and _rates(question):
+        if kind.complete is not None and not own and _rates(question):
             trials = selecting.material.trials
             selected, told = handled(selected, selecting.faults, question.asked.where, policy, trials)
         start = clock()
@@ -105,10 +106,12 @@ def _answered(selecting: Selecting, question: Question, clock: Clock) -> Answere
             )
         answer = (gaps or kind.answer)(selected, question.asked.model_copy(update={"missing": policy}))
     except ValueError as refusal:
-        inputs = "" if selected is None else digest(selected.table)
+        inputs = "" if selected is None else digest(selected.table, own)
         return Answered(question.asked, question.outcome, None, str(refusal), inputs, told, clock() - start)
     seconds = clock() - start
-    return Answered(question.asked, question.outcome, answer, "", digest(selected.table), told, seconds, selected.table)
+    return Answered(
+        question.asked, question.outcome, answer, "", digest(selected.table, own), told, seconds, selected.table
+    )
 
 
 def _rates(question: Question) -> bool:
@@ -119,14 +122,14 @@ class NoModel(ValueError):
     """Cells are missing and the plan asks for a model that this kind of test does not have."""
 
 
-def digest(table: pd.DataFrame) -> str:
+def digest(table: pd.DataFrame, own: bool = False) -> str:
     """The SHA-256 of a table's rows as CSV: columns by name, rows sorted, so that no order changes it.
 
     Of a study's answers it takes who answered what to which stimulus; the stimulus' other columns stand in the study,
-    whose digest is among the inputs.
+    whose digest is among the inputs. Of a table of the plan's `own` it takes every column.
     """
     columns = sorted(map(str, table.columns))
-    if "session" in columns:
+    if "session" in columns and not own:
         columns = [name for name in columns if name in IDENTITY]
     lines = table[columns].to_csv(index=False, header=False, lineterminator="\n", float_format="%.17g").splitlines()
     return hashlib.sha256("\n".join((",".join(columns), *sorted(lines))).encode()).hexdigest()

@@ -7,28 +7,39 @@ from __future__ import annotations
 
 import hashlib
 import json
-from collections.abc import Iterable, Mapping
+import math
+import tempfile
+from collections.abc import Mapping
 from pathlib import Path
 from typing import Any
 
+from analysis.regenerating.regenerated import Regenerated
 from analysis.regenerating.running import Answered
 
 FILE = "seconds.json"
 
 
-def remembered(found: Iterable[Answered], software: Mapping[str, str], file: Path) -> dict[int, float]:
+def remembered(found: Regenerated, file: Path) -> dict[int, float]:
     """The seconds of each answer by its place: as measured first in this lab, else as measured now (and kept)."""
     known = _read(file)
     seconds, fresh = {}, False
-    for place, each in enumerate(found):
-        key = _key(each, software)
+    for place, each in enumerate(found.answered):
+        key = _key(each, found)
         if key not in known:
             known[key], fresh = float(f"{each.seconds:.2g}"), True
         seconds[place] = known[key]
     if fresh:
-        file.parent.mkdir(parents=True, exist_ok=True)
-        file.write_text(json.dumps(known, indent=0, sort_keys=True) + "\n", encoding="utf-8", newline="\n")
+        _write(known, file)
     return seconds
+
+
+def _write(known: Mapping[str, float], file: Path) -> None:
+    """Put the file in its place whole: another run may read or write it at the same time."""
+    file.parent.mkdir(parents=True, exist_ok=True)
+    with tempfile.TemporaryDirectory(prefix=".unfinished-", dir=file.parent) as draft:
+        beside = Path(draft) / file.name
+        beside.write_text(json.dumps(known, indent=0, sort_keys=True) + "\n", encoding="utf-8", newline="\n")
+        beside.replace(file)
 
 
 def _read(file: Path) -> dict[str, float]:
@@ -39,11 +50,13 @@ def _read(file: Path) -> dict[str, float]:
         return {}
     if not isinstance(found, dict):
         return {}
-    return {str(key): float(value) for key, value in found.items() if isinstance(value, int | float)}
+    return {key: value for key, value in found.items() if isinstance(value, float) and 0 <= value < math.inf}
 
 
-def _key(each: Answered, software: Mapping[str, str]) -> str:
-    """What the time is the time of: the question, its inputs and the software."""
+def _key(each: Answered, found: Regenerated) -> str:
+    """What the time is the time of: the question with all that the plan says about it, its inputs and the software."""
+    declared = found.plan.declared
     asked = {"asked": each.asked.model_dump(mode="json"), "outcome": each.outcome, "inputs": each.inputs}
-    text = json.dumps(asked | {"software": dict(software)}, sort_keys=True)
+    plans = {"alpha": declared.alpha, "seed": declared.seed, "draws": declared.draws, "missing": each.missing.policy}
+    text = json.dumps(asked | plans | {"software": dict(found.software)}, sort_keys=True)
     return hashlib.sha256(text.encode()).hexdigest()[:24]

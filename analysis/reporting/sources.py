@@ -56,7 +56,7 @@ def _read(wanted: Wanted, progress: Progress) -> tuple[Ratings, str]:
     paths = ledgers_in(wanted.lab, wanted.name)
     folder = wanted.lab / IMPORTED / wanted.name
     if paths and folder.exists():
-        raise DataRefused(f"{wanted.name!r} is both a study with sessions and imported in {folder}; rename the import")
+        raise both_of(wanted.name, folder)
     if paths:
         return _from_ledgers(paths, wanted, progress)
     if not folder.exists():
@@ -101,6 +101,11 @@ def _title(engine: Engine, ratings: Ratings) -> str:
     with engine.connect() as connection:
         found = connection.execute(query, {"digest": ratings.inputs[0].sha256}).scalar_one_or_none()
     return str(found) if found else ""
+
+
+def both_of(name: str, folder: Path) -> DataRefused:
+    """The refusal where a lab has sessions of a study and an imported data set of the same name."""
+    return DataRefused(f"{name!r} is both a study with sessions and imported in {folder}; rename the import")
 
 
 def nothing_of(name: str, lab: Path) -> DataRefused:

@@ -4,10 +4,10 @@ from __future__ import annotations
 
 import numpy as np
 
-from analysis.spaces.classical import leading
+from analysis.spaces.classical import torgerson
 from analysis.spaces.isotone import Order, disparities, stress_1
 from analysis.spaces.orienting import unit_size
-from analysis.spaces.quasi_newton import descended
+from analysis.spaces.quasi_newton import descended, settled
 from analysis.statistics.doubles import Floats
 
 MAJORISED, POLISHED = 40, 300
@@ -15,7 +15,8 @@ MAJORISED, POLISHED = 40, 300
 
 def classical_start(between: Floats, dimensions: int) -> Floats:
     """Torgerson's map; a dimension that the dissimilarities lack is filled with small alternating steps."""
-    kept, _ = leading(between, dimensions)
+    points, _, _ = torgerson(between)
+    kept = points[:, :dimensions]
     lacking = dimensions - kept.shape[1]
     places = np.arange(len(between))[:, None] + np.arange(lacking)
     return np.hstack([kept, 1e-3 * (-1.0) ** places * (1 + places)])
@@ -29,6 +30,12 @@ def improved(start: Floats, order: Order, majorised: int = MAJORISED, polished: 
     shape = points.shape
     ended, squared = descended(lambda flat: _squared_stress(flat, order, shape), points.ravel(), polished)
     return ended.reshape(shape), float(np.sqrt(squared))
+
+
+def at_rest(points: Floats, order: Order, steps: int) -> Floats:
+    """A map at a minimum of stress-1 moved to where the slope vanishes, so that its places have all their digits."""
+    shape = points.shape
+    return settled(lambda flat: _squared_stress(flat, order, shape), points.ravel(), steps).reshape(shape)
 
 
 def _between(points: Floats, order: Order) -> tuple[Floats, Floats]:

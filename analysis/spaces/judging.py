@@ -12,7 +12,7 @@ from analysis.spaces.descent import classical_start, improved
 from analysis.spaces.dissimilarities import Dissimilarities
 from analysis.spaces.draws import check_draws, p_of_draws, stream
 from analysis.spaces.isotone import Ties, order_of
-from analysis.spaces.nonmetric import checked_order, nonmetric_mds
+from analysis.spaces.nonmetric import NonMetric, checked_order, nonmetric_mds
 from analysis.statistics.doubles import Floats
 
 ENOUGH = 40  # steps: the last digits of a stress do not matter beside its spread over shuffles
@@ -30,11 +30,20 @@ class StressReference:
 
 
 def stress_scree(
-    between: Dissimilarities, most: int = 5, ties: Ties = "primary", starts: int = 4, seed: int = 0
+    between: Dissimilarities,
+    most: int = 5,
+    ties: Ties = "primary",
+    starts: int = 4,
+    seed: int = 0,
+    known: NonMetric | None = None,
 ) -> pd.DataFrame:
-    """The least stress-1 found in 1, 2, ... dimensions, at most `most` and objects - 2: dimensions, stress, reached."""
+    """The least stress-1 found in 1, 2, ... dimensions, at most `most` and objects - 2: dimensions, stress, reached.
+
+    `starts` counts each row's starts. A map that is `known` already is not looked for again.
+    """
     last = max(1, min(most, len(between.labels) - 2))
-    found = [nonmetric_mds(between, k, ties, starts, seed) for k in range(1, last + 1)]
+    held = {} if known is None else {known.points.shape[1]: known}
+    found = [held.get(k) or nonmetric_mds(between, k, ties, starts, seed) for k in range(1, last + 1)]
     return pd.DataFrame(
         {
             "dimensions": range(1, last + 1),

@@ -19,6 +19,7 @@ MEMORY = 8
 ENOUGH, SHORTEST = 1e-4, 1e-10
 STILL = 1e-15  # relative fall of the value, several times in a row
 PATIENCE = 5
+SETTLED = 1e-15  # length of a slope, for a value and places of order 1
 
 
 def descended(objective: Objective, start: Floats, steps: int) -> tuple[Floats, float]:
@@ -46,6 +47,31 @@ def descended(objective: Objective, start: Floats, steps: int) -> tuple[Floats, 
         if still >= PATIENCE:
             break
     return place, value
+
+
+def settled(objective: Objective, start: Floats, steps: int) -> Floats:
+    """A point near a minimum moved on until its slope is nothing but rounding.
+
+    A value tells its minimum's place to half of the digits, and which half depends on the processor; the slope tells it
+    to all. A step is kept while the slope shrinks; one that is not teaches the memory all the same.
+    """
+    place, slope = start, objective(start)[1]
+    size, past, patience = float(np.sqrt(slope @ slope)), deque[tuple[Floats, Floats]](maxlen=3 * MEMORY), 4 * PATIENCE
+    for _ in range(steps):
+        if size <= SETTLED or not patience:
+            break
+        direction = -_turned(slope, past) if past else -slope
+        moved = place + direction
+        tilt = objective(moved)[1]
+        step, change = moved - place, tilt - slope
+        if step @ change > 1e-12 * float(change @ change):
+            past.append((step, change))
+        reached = float(np.sqrt(tilt @ tilt))
+        if reached >= size:
+            patience -= 1
+            continue
+        place, slope, size = moved, tilt, reached
+    return place
 
 
 def _along(

@@ -11,8 +11,8 @@ import pandas as pd
 from scipy.spatial.distance import squareform
 
 from analysis.spaces.aligning import aligned
-from analysis.spaces.classical import leading
-from analysis.spaces.descent import improved
+from analysis.spaces.classical import torgerson
+from analysis.spaces.descent import at_rest, improved
 from analysis.spaces.dissimilarities import Dissimilarities
 from analysis.spaces.draws import check_draws, check_share, stream
 from analysis.spaces.isotone import Ties, order_of
@@ -23,7 +23,7 @@ from analysis.statistics.refusals import BadOption, TooFew
 
 Method: TypeAlias = Literal["classical", "nonmetric"]
 ROUNDS = 10
-MAJORISED, POLISHED = 15, 50  # from the map itself, which is near
+MAJORISED, POLISHED, SETTLING = 10, 30, 100  # from the map itself, which is near
 
 
 def confidence_ellipses(
@@ -68,10 +68,10 @@ def replications(between: Dissimilarities, points: Floats, method: Method, ties:
 def _mapped(between: Floats, points: Floats, method: Method, ties: Ties) -> Floats:
     if method == "nonmetric":
         order = order_of(squareform(between, checks=False), ties)
-        return improved(points, order, MAJORISED, POLISHED)[0]
+        return at_rest(improved(points, order, MAJORISED, POLISHED)[0], order, SETTLING)
+    found, _, exponent = torgerson(between)
     width = points.shape[1]
-    found, exponent = leading(between, width)
-    kept = found * float(np.ldexp(1.0, exponent))
+    kept = found[:, :width] * float(np.ldexp(1.0, exponent))
     return np.pad(kept, ((0, 0), (0, width - kept.shape[1])))
 
 

@@ -7,12 +7,12 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.random import Generator
 
-from analysis.spaces.descent import classical_start, improved
+from analysis.spaces.descent import at_rest, classical_start, improved
 from analysis.spaces.isotone import Order
 from analysis.spaces.orienting import principal, unit_size
 from analysis.statistics.doubles import Floats
 
-REFINED = 3000
+REFINED, SETTLING = 3000, 500
 LOWER = 1e-9
 
 
@@ -39,7 +39,7 @@ def searched(between: Floats, dimensions: int, order: Order, starts: int, hops: 
             points, stress = moved, reached
     hopped = stress < min(stresses)
     points, stress = improved(points, order, 0, REFINED)
-    return Searched(points, stress, tuple(stresses), hopped)
+    return Searched(at_rest(points, order, SETTLING), stress, tuple(stresses), hopped)
 
 
 def _from_above(objects: int, dimensions: int, order: Order, rng: Generator) -> Floats:

@@ -41,7 +41,7 @@ def test_every_bar_is_a_described_mean_and_every_whisker_its_sd() -> None:
     expected = describe(ratings, ("attribute", "variant"), kind="over participants")
     axes = drawn(ratings).axes[0]
     assert bars(axes) == pytest.approx(expected["mean"].tolist(), abs=1e-12)
-    spans = [line.get_segments()[0] for line in axes.collections]  # type: ignore[attr-defined]
+    spans = [span for lines in axes.collections for span in lines.get_segments()]  # type: ignore[attr-defined]
     assert [(high[1] - low[1]) / 2 for low, high in spans] == pytest.approx(expected["sd"].tolist(), abs=1e-12)
 
 

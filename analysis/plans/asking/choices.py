@@ -18,8 +18,8 @@ Correction = Literal["holm", "bonferroni", "none"]
 class BradleyTerry(Asked):
     """Columns of the table: `winner`, `loser`; optional `tie` (true where neither won), `first` (what came first).
 
-    `count` says how often a row was seen, `participant` whose choice it was. `reference`: the item whose value is 0
-    (None: values sum to 0).
+    `count` says how often a row was seen, `participant` whose choice it was (None: the column of that name, if there is
+    one). `reference`: the item whose value is 0 (None: values sum to 0).
     """
 
     test: Literal["bradley_terry"]
@@ -54,7 +54,8 @@ class PsychometricFunction(Asked):
     One row per trial (`correct` 0 or 1), or `correct` of `n`. `guess` and `lapse` are fixed rates or (lowest, highest)
     to estimate between; `threshold` is a value of F (0.5: halfway from guess to 1 - lapse). `method: staircase` also
     takes the last `last` reversals of each staircase: rows in the order of the column `order`, staircases told apart
-    by the columns `staircase` beside `by`. `interval: posterior` takes the estimates from the posterior, too.
+    by the columns `staircase` beside `by`. Means are over participants, for each combination of the other columns of
+    `by`. `interval: posterior` takes the estimates from the posterior, too.
     """
 
     test: Literal["psychometric"]
@@ -65,7 +66,7 @@ class PsychometricFunction(Asked):
     method: Literal["constant", "staircase"] = "constant"
     order: Text | None = None
     staircase: tuple[Text, ...] = ()
-    last: Annotated[Whole, Field(ge=2)] = 6
+    last: Annotated[Whole, Field(ge=2, multiple_of=2)] = 6
     function: Literal["logistic", "gaussian", "weibull"] = "logistic"
     guess: Rate | tuple[Rate, Rate] = 0.0
     lapse: Rate | tuple[Rate, Rate] = (0.0, 0.06)

@@ -27,7 +27,10 @@ if TYPE_CHECKING:
     from analysis.plans.answers import Row, Selected
     from analysis.plans.asking.choices import PsychometricFunction
 
-NUMBERS = ("threshold", "threshold_low", "threshold_high", "jnd", "jnd_low", "jnd_high", "slope", "guess", "lapse")
+NUMBERS = (
+    "threshold", "threshold_low", "threshold_high", "share_at", "jnd", "jnd_low", "jnd_high", "slope", "guess", "lapse",
+)  # fmt: skip
+PARTICIPANT, MOST_TOLD = "participant", 6
 HOW = {
     "profile": "profile likelihood",
     "bootstrap": "parametric bootstrap, percentiles",
@@ -51,18 +54,18 @@ def psychometric_answer(selected: Selected, asked: PsychometricFunction) -> Answ
         levels += [] if shown is None else [shown.assign(**where)]
         reversals += [each.assign(**where) for each in turned]
     _refuse_all(rows)
-    more: dict[str, tuple[Row, ...]] = {"summary": tuple(_summary(rows, asked.confidence))}
+    more: dict[str, tuple[Row, ...]] = {"summary": tuple(_summary(rows, by, asked.confidence))}
     for name, tables in (("levels", levels), ("reversals", reversals)):
         if tables:
             joined = pd.concat(tables, ignore_index=True)
             more[name] = rows_of(joined[[*by, *(column for column in joined if column not in by)]])
-    return _answer(selected, asked, rows, more, len(table))
+    return _answer(selected, asked, rows, more)
 
 
 def _by(selected: Selected, asked: PsychometricFunction) -> tuple[str, ...]:
     if asked.by is not None:
         return asked.by
-    return ("participant",) if "participant" in selected.table.columns else ()
+    return (PARTICIPANT,) if PARTICIPANT in selected.table.columns else ()
 
 
 def _parts(table: pd.DataFrame, by: tuple[str, ...]) -> Iterator[tuple[dict[str, str], pd.DataFrame]]:
@@ -113,6 +116,7 @@ def _fitted(selected: Selected, asked: PsychometricFunction, fit: Psychometric) 
         "threshold": fit.threshold,
         "threshold_low": ends[0].low,
         "threshold_high": ends[0].high,
+        "share_at": fit.share_at,
         "jnd": fit.jnd,
         "jnd_low": ends[1].low,
         "jnd_high": ends[1].high,
@@ -131,6 +135,7 @@ def _posterior(found: Any) -> dict[str, Any]:
         "threshold": found.threshold,
         "threshold_low": found.threshold_interval[0],
         "threshold_high": found.threshold_interval[1],
+        "share_at": found.guess + (1 - found.guess - found.lapse) * found.at,
         "jnd": found.jnd,
         "jnd_low": found.jnd_interval[0],
         "jnd_high": found.jnd_interval[1],
@@ -177,18 +182,45 @@ def _refuse_all(rows: list[dict[str, Any]]) -> None:
         raise StatisticsError(f"no threshold could be told: {rows[0]['note']}")
 
 
-def _summary(rows: list[dict[str, Any]], confidence: float) -> Iterator[Row]:
-    """Mean over the functions of each quantity, Student's interval; those without an estimate are counted."""
-    for name in ("threshold", "jnd", "reversal_threshold"):
-        values = [float(row[name]) for row in rows if row.get(name) is not None]
-        if not values:
-            continue
-        n, mean = len(values), float(np.mean(values))
-        sd = float(np.std(values, ddof=1)) if n > 1 else None
-        half = None if sd is None else t_critical(n - 1, confidence) * sd / math.sqrt(n)
-        ends = (None, None) if half is None else (mean - half, mean + half)
-        told = {"quantity": name, "n": n, "without_estimate": len(rows) - n, "mean": mean, "sd": sd}
-        yield {**told, "ci_low": ends[0], "ci_high": ends[1], "note": "" if n > 1 else "one value: no spread"}
+def _summary(rows: list[dict[str, Any]], by: tuple[str, ...], confidence: float) -> Iterator[Row]:
+    """Means over participants, for each combination of the other columns; those without an estimate are counted."""
+    others = [name for name in by if name != PARTICIPANT]
+    groups: dict[tuple[Any, ...], list[dict[str, Any]]] = {}
+    for row in rows:
+        groups.setdefault(tuple(row[name] for name in others), []).append(row)
+    for key, members in groups.items():
+        for name in ("threshold", "jnd", "reversal_threshold"):
+            values = [float(row[name]) for row in members if row.get(name) is not None]
+            if values:
+                where = dict(zip(others, key, strict=True))
+                yield {**where, "quantity": name, **_mean(values, len(members), confidence)}
+
+
+def _mean(values: list[float], asked: int, confidence: float) -> dict[str, Any]:
+    """Mean, SD and Student's interval."""
+    n, mean = len(values), float(np.mean(values))
+    sd = float(np.std(values, ddof=1)) if n > 1 else None
+    half = None if sd is None else t_critical(n - 1, confidence) * sd / math.sqrt(n)
+    ends = (None, None) if half is None else (mean - half, mean + half)
+    told = {"n": n, "without_estimate": asked - n, "mean": mean, "sd": sd, "ci_low": ends[0], "ci_high": ends[1]}
+    return {**told, "note": "" if n > 1 else "one value: no spread"}
+
+
+def _headline(summary: tuple[Row, ...], by: tuple[str, ...], confidence: float) -> str:
+    """Each quantity's mean, its interval, and over how many of the functions."""
+    told = []
+    for row in summary:
+        where = ", ".join(f"{name} {row[name]}" for name in by if name != PARTICIPANT)
+        name = {"jnd": "JND"}.get(str(row["quantity"]), str(row["quantity"]).replace("_", " "))
+        low, high = row["ci_low"], row["ci_high"]
+        ends = "" if low is None or high is None else f"{100 * confidence:g} % interval {low:.3g} to {high:.3g}, "
+        of = int(row["n"] or 0) + int(row["without_estimate"] or 0)
+        told.append(f"{where and where + ': '}{name} {row['mean']:.3g} ({ends}n = {row['n']} of {of})")
+    return f"Mean {'; '.join(told[:MOST_TOLD])}" + ("; ..." if len(told) > MOST_TOLD else "")
+
+
+def _rate(rate: float | tuple[float, float], name: str) -> str:
+    return f"{name} {rate:g}" if isinstance(rate, int | float) else f"{name} estimated from {rate[0]:g} to {rate[1]:g}"
 
 
 def _answer(
@@ -196,21 +228,19 @@ def _answer(
     asked: PsychometricFunction,
     rows: list[dict[str, Any]],
     more: dict[str, tuple[Row, ...]],
-    values: int,
 ) -> Answer:
-    summary = [row for row in more["summary"] if row["quantity"] in ("threshold", "reversal_threshold")]
-    told = "; ".join(f"{str(row['quantity']).replace('_', ' ')} {row['mean']:.3g} (n = {row['n']})" for row in summary)
     lacking = [row for row in rows if row["threshold"] is None]
     how = "posterior on a grid (Schütt et al. 2016)" if asked.interval == "posterior" else "maximum likelihood"
     jnd = "(x.75 - x.25) / 2 of F" if asked.jnd == "half_interquartile" else "x.84 - x.50 of F"
-    fixed = f"guess {asked.guess}, lapse {asked.lapse}"
+    rates = f"{_rate(asked.guess, 'guess')}, {_rate(asked.lapse, 'lapse')}"
     people = selected.table["participant"].nunique() if "participant" in selected.table.columns else 0
     return Answer(
         rows=tuple(plain_row(row) for row in rows),
-        method=f"Psychometric function ({asked.function}, {fixed}) by {how}; threshold where F = {asked.threshold:g}; "
+        method=f"Psychometric function ({asked.function}, {rates}) by {how}; threshold where F = {asked.threshold:g}; "
         f"JND = {jnd}; {100 * asked.confidence:g} % intervals: {HOW[asked.interval]}",
         kinds={
             "threshold": f"level where F = {asked.threshold:g}",
+            "share_at": "share of hits that the function expects at the threshold",
             "jnd": f"just noticeable difference, {jnd}",
             "slope": "slope of the function at the threshold, per unit of level",
             "deviance": "deviance against free shares",
@@ -219,8 +249,8 @@ def _answer(
             "converges_at": "share of hits at which the staircase's rule comes to rest",
         },
         participants=int(people),
-        values=values,
-        headline=f"Mean {told}",
+        values=sum(row["trials"] for row in rows),
+        headline=_headline(more["summary"], _by(selected, asked), asked.confidence),
         notes=sentences([f"{len(lacking)} of {len(rows)} functions have no estimate (see `note`)" if lacking else ""]),
         more=more,
     )

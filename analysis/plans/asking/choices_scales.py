@@ -21,8 +21,6 @@ if TYPE_CHECKING:
 
 KINDS = {
     "se": "standard error, inverse information",
-    "ci_low": "normal interval of the value",
-    "ci_high": "normal interval of the value",
     "wins": "times chosen",
     "losses": "times the other was chosen",
     "comparisons": "times compared",
@@ -49,7 +47,7 @@ def thurstone_answer(selected: Selected, asked: Thurstone) -> Answer:
     table = _table(selected, asked, ())
     reference = SUM_ZERO if asked.reference is None else asked.reference
     found = thurstone(table, asked.winner, asked.loser, asked.count, asked.method, reference, asked.confidence)
-    kinds = {"value": "in standard deviations of a difference of two items", "ties": "none in this model", **KINDS}
+    kinds = {"value": "in standard deviations of a difference of two items", **KINDS}
     return _answer(asked, table, found, f"{found.model} (Thurstone 1927; Mosteller 1951)", kinds)
 
 
@@ -65,8 +63,10 @@ def _answer(
     ranked = found.values.sort_values("value", ascending=False, kind="stable")["item"].tolist()
     fit = f"deviance({found.df}) = {found.deviance:.2f}, {apa_p(found.p)}" if found.df else "no test of fit"
     tie = asked.tie if asked.test == "bradley_terry" else None
-    triads = circular_triads(table, asked.winner, asked.loser, asked.participant, tie, asked.count)
+    who = asked.participant or ("participant" if "participant" in table.columns else None)
+    triads = circular_triads(table, asked.winner, asked.loser, who, tie, asked.count)
     zero = "values sum to 0" if asked.reference is None else f"{asked.reference} is 0"
+    interval = f"{100 * asked.confidence:g} % normal interval of the value"
     covariance = found.covariance.set_axis([str(name) for name in found.covariance], axis=1).reset_index(names="item")
     more: dict[str, tuple[Row, ...]] = {
         "fit": ({"deviance": found.deviance, "df": found.df, "p": found.p if found.df else None},),
@@ -75,15 +75,16 @@ def _answer(
         "pairs": rows_of(found.pairs),
         "triads": rows_of(triads),
     }
-    people = int(table[asked.participant].nunique()) if asked.participant else 0
+    people = int(table[who].nunique()) if who else 0
     circular, of = (triads[name].tolist()[0] for name in ("circular", "triads"))
     return Answer(
         rows=rows_of(found.values.drop(columns=["ties"] if asked.test == "thurstone" else [])),
         method=f"{method}; {zero}",
-        kinds=kinds,
+        kinds=kinds | {"ci_low": interval, "ci_high": interval},
         participants=people,
         values=int(found.values["comparisons"].sum()) // 2,
-        headline=f"Most to least: {', '.join(map(str, ranked))}; fit: {fit}; {circular} of {of} triads circular",
+        headline=f"Most to least: {', '.join(map(str, ranked))}; fit: {fit}; "
+        f"{circular} of {of} triads circular (all choices together)",
         notes=sentences([*found.notes, "" if people == 1 else NOT_INDEPENDENT]),
         more=more | ({"effects": rows_of(found.effects)} if len(found.effects) else {}),
     )

@@ -4,14 +4,24 @@ from __future__ import annotations
 
 from typing import Annotated, Literal
 
-from pydantic import Field
+from pydantic import AfterValidator, Field
 
 from analysis.plans.answers import Answer, Asked, Kind, Selected
 from protocols.study import Number, Text, Whole
 
 Confidence = Annotated[float, Field(gt=0, lt=1)]
+LEAST_DRAWS = 19  # the smallest p of fewer lies above .05
+
+
+def _none_or_enough(draws: int) -> int:
+    if 0 < draws < LEAST_DRAWS:
+        raise ValueError(f"expected 0 (none) or {LEAST_DRAWS} and more")
+    return draws
+
+
 Count = Annotated[Whole, Field(ge=0)]
-Draws = Annotated[Whole, Field(ge=19)]
+Resamples = Annotated[Whole, Field(ge=0), AfterValidator(_none_or_enough)]
+Draws = Annotated[Whole, Field(ge=LEAST_DRAWS)]
 Dimensions = Annotated[Whole, Field(ge=1)]
 Pair = Annotated[tuple[Text, ...], Field(min_length=2, max_length=2)]
 
@@ -51,8 +61,8 @@ class Mds(Asked):
     top: Number | None = None
     ties: Literal["primary", "secondary"] = "primary"
     starts: Count = 20
-    replications: Count = 200
-    reference: Count = 99
+    replications: Resamples = 100
+    reference: Resamples = 39
     scree: Count = 5
     confidence: Confidence = 0.95
 

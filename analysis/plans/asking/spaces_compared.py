@@ -75,7 +75,7 @@ def _members(selected: Selected, asked: Procrustes, profiles: Profiles) -> dict[
     require_columns(selected.table, (asked.groups,))
     own = selected.table[["participant", asked.groups]].drop_duplicates()
     if own["participant"].duplicated().any():
-        who = sorted(map(str, own.loc[own["participant"].duplicated(), "participant"]))[:5]
+        who = sorted(set(map(str, own.loc[own["participant"].duplicated(), "participant"])))[:5]
         raise DataRefused(f"{asked.groups!r} has several levels for {', '.join(who)}; groups are of participants")
     level = {str(who): str(group) for who, group in zip(own["participant"], own[asked.groups], strict=True)}
     labels = [str(name) for name in coded(own[asked.groups].astype(object), asked.groups).labels]

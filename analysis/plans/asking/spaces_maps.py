@@ -22,7 +22,7 @@ if TYPE_CHECKING:
     from analysis.plans.answers import Row, Selected
     from analysis.plans.asking.spaces import Mds
 
-LEAST_DRAWS = 19
+SCREE_STARTS = 2  # beside the classical one and the hops; the map's own dimensions have all of its starts
 
 
 class _Map(NamedTuple):
@@ -91,15 +91,13 @@ def _nonmetric(selected: Selected, between: Dissimilarities, asked: Mds) -> _Map
         "starts": rows_of(pd.DataFrame({"start": range(len(found.starts)), "stress": found.starts})),
     }
     if asked.scree:
-        starts = min(asked.starts, 4)
-        more["scree"] = rows_of(stress_scree(between, asked.scree, asked.ties, starts, selected.seed))
+        starts = min(asked.starts, SCREE_STARTS)
+        more["scree"] = rows_of(stress_scree(between, asked.scree, asked.ties, starts, selected.seed, found))
     headline = f"Stress-1 = {found.stress:.3g} in {asked.dimensions} dimensions"
     if asked.reference:
-        if asked.reference < LEAST_DRAWS:
-            raise DataRefused(f"reference: {asked.reference} shuffles; expected 0 or {LEAST_DRAWS} and more")
         held = stress_reference(between, asked.dimensions, asked.ties, asked.reference, selected.seed)
         more["reference"] = ({name: getattr(held, name) for name in held.__dataclass_fields__},)
-        headline += f" (shuffled dissimilarities: {held.mean:.3g} on average, {apa_p(held.p)})"
+        headline += f" ({held.draws} shuffles of the dissimilarities: {held.mean:.3g} on average, {apa_p(held.p)})"
     reached = f"{found.reached} of {len(found.starts)} starts ended within 1e-4 of the best stress"
     method = f"Non-metric multidimensional scaling, stress formula 1, {asked.ties} treatment of ties (Kruskal 1964)"
     return _Map(found.points, method, headline, [reached, *found.notes], more)

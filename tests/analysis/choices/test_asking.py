@@ -53,6 +53,17 @@ def test_worths_of_a_plans_own_table_of_texts() -> None:
     assert {"fit", "covariance", "pairs", "triads"} <= set(found.more)
 
 
+def test_a_column_of_participants_is_found_by_its_name_and_consistence_told_for_each() -> None:
+    cycle = [("P1", "a", "b"), ("P1", "b", "c"), ("P1", "c", "a")]
+    order = [("P2", "a", "b"), ("P2", "b", "c"), ("P2", "a", "c")]
+    table = pd.DataFrame([*cycle, *order], columns=["participant", "winner", "loser"])
+    for test in ("bradley_terry", "thurstone"):
+        found = answer(test, table, confidence=0.9)
+        assert found.participants == 2
+        assert [(row["who"], row["circular"]) for row in found.more["triads"][1:]] == [("P1", 1), ("P2", 0)]
+        assert found.kinds["ci_low"] == "90 % normal interval of the value"
+
+
 def test_ties_and_refusals() -> None:
     assert {
         row["effect"] for row in answer("bradley_terry", with_ties(), tie="tie", count="count").more["effects"]
@@ -85,6 +96,9 @@ def test_a_function_for_each_participant_and_their_mean() -> None:
     assert (mean["quantity"], mean["n"], mean["without_estimate"]) == ("threshold", 3, 0)
     assert mean["ci_low"] < mean["mean"] < mean["ci_high"]
     assert len(found.more["levels"]) == 27
+    assert found.values == 3 * 9 * 40
+    assert f"Mean threshold {mean['mean']:.3g} (95 % interval {mean['ci_low']:.3g} to" in found.headline
+    assert "JND" in found.headline
 
 
 @pytest.mark.parametrize("interval", ["bootstrap", "posterior", "none"])
@@ -104,6 +118,7 @@ def test_a_participant_without_an_estimate_keeps_the_row_and_the_reason() -> Non
     assert "every answer was a hit" in found.rows[1]["note"]
     assert found.more["summary"][0]["without_estimate"] == 1
     assert "1 of 2 functions have no estimate" in found.notes[0]
+    assert "n = 1 of 2" in found.headline
     with pytest.raises(StatisticsError, match="no threshold could be told"):
         answer("psychometric", table.assign(correct=40), n="n")
 
@@ -117,7 +132,22 @@ def test_staircases_give_reversals_and_a_fit() -> None:
     found = answer("psychometric", table, **asked)
     assert [row["rule"] for row in found.rows] == ["2 down, 1 up"] * 2
     assert found.rows[0]["converges_at"] == pytest.approx(0.5**0.5)
+    assert found.rows[0]["share_at"] == pytest.approx(0.5 + (0.5 - found.rows[0]["lapse"]) * 0.5)
     assert found.rows[0]["reversals_used"] == 40
     assert found.rows[0]["reversal_threshold"] == pytest.approx(found.rows[1]["reversal_threshold"], abs=1.5)
     assert {row["participant"] for row in found.more["reversals"]} == {"P1", "P2"}
     assert answer("psychometric", table.sample(frac=1, random_state=1), **asked).rows == found.rows
+
+
+def test_means_are_over_participants_within_each_condition() -> None:
+    table = pd.concat(
+        [observers().assign(side="left"), observers().assign(side="right", level=observers()["level"] + 3)]
+    )
+    found = answer("psychometric", table, n="n", by=["participant", "side"], interval="none")
+    means = {(row["side"], row["quantity"]): row for row in found.more["summary"]}
+    assert set(means) == {(side, name) for side in ("left", "right") for name in ("threshold", "jnd")}
+    assert means["left", "threshold"]["n"] == 3
+    assert means["right", "threshold"]["mean"] == pytest.approx(means["left", "threshold"]["mean"] + 3, abs=0.01)
+    assert "side left: threshold" in found.headline
+    alone = answer("psychometric", observers(), n="n", by=["participant"], interval="none")
+    assert alone.more["summary"][0]["mean"] == pytest.approx(means["left", "threshold"]["mean"], rel=1e-12)

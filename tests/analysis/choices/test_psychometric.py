@@ -110,7 +110,7 @@ def test_answers_that_tell_no_threshold_are_refused_with_a_reason() -> None:
         fit_psychometric(answers(levels, [0, 7, 20, 20]), "level", "k", "n", lapse=0)
     with pytest.raises(NoEstimate, match="does not rise"):
         fit_psychometric(answers(levels, [10, 10, 10, 10]), "level", "k", "n")
-    with pytest.raises(NoEstimate, match="falling=True"):
+    with pytest.raises(NoEstimate, match="`falling`"):
         fit_psychometric(answers(levels, [18, 13, 8, 2]), "level", "k", "n")
     with pytest.raises(NoEstimate):
         fit_psychometric(answers(levels, [10, 11, 9, 8]), "level", "k", "n", guess=0.5)

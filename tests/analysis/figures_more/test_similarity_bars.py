@@ -99,6 +99,19 @@ def test_a_test_of_other_levels_and_two_for_one_place_are_refused() -> None:
     assert {row["cluster"] for row in each.rows if row["shows"] == "pair"} == {None, "mesh"}
 
 
+def test_long_names_of_methods_and_of_the_scale_find_their_room() -> None:
+    table = rated().replace({"method": {"m0": "another", "m1": "one method", "m2": "a third one"}})
+    table = table.assign(attribute="same")
+    high = "Remarkably effortless and thoroughly pleasant to operate each time"
+    given = shown(table, outcomes=("same",), antonyms={"same": high}, scale=(0.0, 100.0))
+    _, drawn = svg(SIMILARITY_BARS, asked(SIMILARITY_BARS, given))
+    over = drawn.figure.axes[-1]
+    boxes = [label.get_window_extent() for label in over.get_xticklabels()]
+    assert all(a.x1 < b.x0 for a, b in itertools.pairwise(boxes))
+    axis = drawn.figure.axes[0].yaxis.label.get_window_extent()
+    assert axis.height < drawn.figure.bbox.height
+
+
 def test_one_participant_has_no_whisker() -> None:
     data = asked(SIMILARITY_BARS, shown(rated(1)), whiskers="cousineau_morey")
     assert {row["low"] for row in data.rows if row["shows"] == "mean"} == {None}

@@ -65,6 +65,13 @@ def test_dimensions_are_found_however_they_are_written() -> None:
     assert asked(MAP, shown(answers={"m": answer(PLACES[::-1])}), tests=("m",)).rows == first
 
 
+def test_points_may_be_of_another_column_than_the_stimulus() -> None:
+    places = [{"texture": row["stimulus"], "dim1": row["dim1"], "dim2": row["dim2"]} for row in PLACES]
+    ellipse = {"texture": "T1", **{name: value for name, value in ELLIPSE.items() if name != "stimulus"}}
+    rows = asked(MAP, shown(answers={"m": answer(places, more={"ellipses": (ellipse,)})}), tests=("m",), over="texture")
+    assert [row["stimulus"] for row in rows.rows if row["shows"] == "ellipse"] == ["T1"]
+
+
 def test_vectors_of_another_map_are_refused() -> None:
     elsewhere = tuple({**row, "dim1": -row["dim1"]} for row in PLACES)
     given = {"map": answer(PLACES), "words": answer(VECTORS, more={"configuration": elsewhere})}

@@ -12,7 +12,7 @@ import numpy as np
 import pandas as pd
 import pytest
 
-from analysis.figures.axes import elided, lettered, spread
+from analysis.figures.axes import elided, lettered, quarters, signed, spread
 from analysis.figures.drawn import Drawn, FigureData, Shown
 from analysis.figures.label_places import Bubble, placed_labels
 from analysis.figures.lettering import width_pt
@@ -202,7 +202,48 @@ def test_names_never_cover_a_bubble_or_each_other() -> None:
         assert a[2] <= b[0] or b[2] <= a[0] or a[3] <= b[1] or b[3] <= a[1]
 
 
+def test_a_whisker_that_does_not_exist_is_said_or_refused_in_the_words_of_a_plan() -> None:
+    data, _, _ = made("trends", rated(people=1))
+    assert "8 of 8 means have no whisker: one participant has no spread." in data.caption
+    gap = rated()
+    with pytest.raises(DataRefused, match=r"figure 'x', low 0: no value for .*choose `whiskers: sd`") as refused:
+        made("trends", replace(gap, table=gap.table.iloc[1:]))
+    assert "pass missing" not in str(refused.value)
+    made("trends", replace(gap, table=gap.table.iloc[1:]), whiskers="sd")
+
+
+def test_a_trace_that_cannot_be_is_said_to_lack_an_effect_not_participants() -> None:
+    same = rated()
+    data, _, _ = made("order_effect", replace(same, table=same.table.assign(value=3.0)), carry_over=True)
+    notes = {row["note"] for row in data.rows if row["kind"] == "carry-over"}
+    assert notes == {"no stimulus has an effect"}
+
+
+def test_ticks_far_from_zero_differ_and_others_stay_short() -> None:
+    ends = (1e9, 1e9 + 4)
+    assert len({signed(value, ends) for value in quarters(ends)}) == 5
+    assert [signed(value, (-10.0, 10.0)) for value in (-5.0, 0.0, 10 / 3)] == ["−5", "0", "+3.33333"]
+
+
+def test_one_panel_s_title_is_whole_where_there_is_room() -> None:
+    one = rated(attributes=1)
+    _, drawn, _ = made("rating_heatmap", replace(one, antonyms={"low 0": "Completely the same as before"}))
+    assert drawn.figure.axes[0].get_title(loc="left") == "low 0 → Completely the same as before"
+
+
+def test_titles_of_neighbouring_panels_do_not_touch_in_korean() -> None:
+    wide = rated(attributes=2, people=9)
+    korean = dict.fromkeys(wide.outcomes, "거칠고 불쾌하며 매우 무거운 느낌의 문손잡이")
+    for kind in ("rating_heatmap", "order_effect"):
+        _, drawn, _ = made(kind, replace(wide, antonyms=korean))
+        with drawing("x"):
+            drawn.figure.draw_without_rendering()
+            boxes = [axes._left_title.get_window_extent() for axes in drawn.figure.axes[:2]]
+        assert boxes[0].x1 < boxes[1].x0, kind
+
+
 def test_letters_find_their_room() -> None:
+    assert elided("딱딱한 문손잡이", 10) == "딱딱…손잡이"
     assert elided("Thoroughly expensive car 07", 16).endswith("car 07")
     assert elided("short", 16) == "short"
     many = lettered(list(range(90)), [f"stimulus {i}" for i in range(90)], 10.0)

@@ -1,12 +1,16 @@
 """What a plan leaves out is left out everywhere, counted, and told; a rule that meets nothing says so."""
 
+from dataclasses import replace
+
+import pandas as pd
 import pytest
 
 from analysis.plans.exclusions import apply_exclusions
-from analysis.plans.material import read_material
+from analysis.plans.material import imported_material, read_material
 from analysis.plans.schema import AnalysisPlan
-from analysis.ratings.dataset import DataRefused
+from analysis.ratings.dataset import DataRefused, Exclusion
 from studies.collect import collect, open_database
+from tests.analysis.ratings_for_tests import small_ratings
 from tests.test_recorded import LEDGERS
 
 
@@ -85,3 +89,47 @@ def test_flagged_raters_go_at_the_number_of_flags_that_is_asked_for(material):
 
 def test_an_answer_of_less_than_its_share(material):
     assert len(left(material, {"fewer_than": 1.0}).material.participants) == 12
+
+
+def test_a_later_rule_may_name_whom_or_what_an_earlier_one_left_out(material):
+    rules = ({"participants": ["P003"]}, {"participants": ["P003"]}, {"where": {"participant": "P003"}})
+    found = left(material, *rules)
+    assert [(each.what, each.rows) for each in found.lines] == [("participant", 18), ("nothing", 0), ("nothing", 0)]
+
+
+def test_somebody_who_answered_a_form_and_no_trial_has_answered_too_few(material):
+    planned = {**material.planned, "doors_small/P099/1": 6}
+    form = {"participant": "P099", "session": "doors_small/P099/1", "group": "", "form": "demographics"}
+    forms = pd.DataFrame([{**form, "attribute": "hand", "value": float("nan"), "text": "left"}])
+    found = left(replace(material, planned=planned, forms=forms), {"fewer_than": 0.5})
+    assert [(each.who, each.rows) for each in found.lines] == [("P099", 0)]
+    assert "P099" not in found.material.participants
+
+
+def imported():
+    rows = [(f"P{p}", "Soft", level, float(p)) for p in range(3) for level in ("a", "b")]
+    return imported_material(small_ratings(rows), "")
+
+
+def test_trials_of_an_imported_table_are_left_out_by_its_columns():
+    found = left(imported(), {"where": {"level": "a", "participant": ["P1", "P2"]}})
+    assert [(each.what, each.who, each.rows) for each in found.lines] == [("trials", "P1", 1), ("trials", "P2", 1)]
+    kept = found.material.ratings.table
+    assert list(zip(kept["participant"], kept["level"], strict=True)) == [
+        ("P0", "a"), ("P0", "b"), ("P1", "b"), ("P2", "b"),
+    ]  # fmt: skip
+
+
+def test_a_rule_may_name_somebody_whom_reading_left_out(material):
+    gone = Exclusion("session", "P098, session doors_small/P098/1", "the participant withdrew", 18)
+    whole = replace(material, exclusions=(*material.exclusions, gone))
+    found = left(whole, {"participants": ["P098"]}, {"where": {"participant": "P098"}})
+    assert [each.what for each in found.lines] == ["nothing", "nothing"]
+    with pytest.raises(DataRefused, match="'P097', who has no session"):
+        left(whole, {"where": {"participant": ["P001", "P097"]}})
+
+
+@pytest.mark.parametrize("rule", [{"fewer_than": 0.5}, {"flagged": 1}])
+def test_what_looks_at_sessions_is_refused_where_none_is_on_record(rule):
+    with pytest.raises(DataRefused, match="no session is on record|declared scale"):
+        left(imported(), rule)

@@ -7,6 +7,7 @@ import yaml
 
 from analysis.plans.exclusions import apply_exclusions
 from analysis.plans.material import read_material
+from analysis.plans.missing import cells_cut
 from analysis.plans.reading import read_plan
 from analysis.plans.selecting import Selecting
 from analysis.regenerating.exact_check import exact_checks
@@ -114,3 +115,19 @@ def test_whoever_a_test_left_out_counts_nowhere(material, tmp_path):
     pairs = answered(material, tmp_path, {**PAIRS, "table": "own", "factor": "cond"}, "listwise", tables={"own": table})
     assert (pairs.answer.participants, pairs.answer.values) == (4, 12)
     assert all(check.difference < 1e-14 for check in exact_checks([found]))
+
+
+@pytest.mark.parametrize("group", [None, ["", ""], ["1", "2"]])
+def test_a_cell_that_where_takes_from_one_and_leaves_another_is_missing(group):
+    trials = pd.DataFrame(
+        {"participant": list("aabb"), "stimulus": list("stst"), "when": list("1221"), "attribute": "Soft", "value": 1.0}
+    )
+    if group is not None:
+        trials["group"] = trials["participant"].map(dict(zip("ab", group, strict=True)))
+
+    def cut(column, level):
+        return cells_cut(trials[trials[column] == level], {column: level}, trials, ["a", "b"])
+
+    assert cut("when", "1") == ({} if group == ["1", "2"] else {"a": 1, "b": 1})
+    assert cut("stimulus", "s") == {}
+    assert cut("participant", "a") == {}

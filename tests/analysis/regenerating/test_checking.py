@@ -5,6 +5,7 @@ import json
 import pytest
 
 from analysis.regenerating.checking import NothingCommitted, differences, told
+from analysis.regenerating.placing import MARK
 
 STATISTICS = {"tests": [{"name": "a", "outcome": "Hard", "seconds": 1.0, "results": [{"F": 3.25, "p": 0.01, "n": 4}]}]}
 TEXTS = {"tables/ratings.csv": "who,value\nP001,3.0\n", "tests/a.csv": "F,p\n3.25,0.01\n"}
@@ -61,6 +62,32 @@ def test_files_that_come_or_go_are_told(committed):
         "tests/a.csv: the file: committed present, found no longer made"
     ]
     assert [each.found for each in differences({**texts(), "tests/b.csv": "x\n"}, committed)] == ["made now"]
+
+
+def test_a_small_p_is_no_rounding_and_a_small_other_number_is(committed):
+    for name, texts_of_p in (("tests/p.csv", "F,p\n3.0,{}\n"), ("tests/q.csv", 'outcome,F,p\n"a, b",3.0,{}\n')):
+        (committed / name).write_text(texts_of_p.format("1e-14"))
+        (found,) = differences({**texts(), name: texts_of_p.format("2e-14")}, committed)
+        assert found.file == name
+        assert differences({**texts(), name: texts_of_p.format("1.0000000001e-14")}, committed) == []
+        (committed / name).unlink()
+    (committed / "statistics.json").write_text(texts(p=1e-14, F=1e-14)["statistics.json"])
+    assert [each.where for each in differences(texts(p=3e-14, F=3e-14), committed)] == ["tests[a Hard].results[0].p"]
+
+
+def test_a_result_called_seconds_is_a_result(committed):
+    (committed / "statistics.json").write_text(texts(seconds=2.5)["statistics.json"])
+    (found,) = differences(texts(seconds=2.75), committed)
+    assert found.where == "tests[a Hard].results[0].seconds"
+
+
+def test_a_listed_picture_that_is_gone_is_told_and_anothers_table_is_not(committed):
+    names = [*texts(), "figures/a.png", "report.html"]
+    (committed / MARK).write_text(json.dumps({"files": names}))
+    (committed / "report.html").touch()
+    (committed / "tables" / "mine.csv").write_text("x\n")
+    (found,) = differences(texts(), committed)
+    assert found.text() == "figures/a.png: the file: committed listed, found not there"
 
 
 def test_a_table_of_another_length_or_line_ending_is_told(committed):

@@ -7,10 +7,12 @@ import subprocess
 import sys
 from pathlib import Path
 
+import pandas as pd
 import pytest
 from click.testing import CliRunner
 
 from analysis.regenerating.commands import regenerate
+from analysis.regenerating.running import digest
 from tests.test_recorded import HERE
 
 PLAN = """
@@ -123,6 +125,78 @@ def test_the_same_number_keeps_its_seconds_and_a_new_one_gets_its_own(lab):
     assert found_of(lab, "pairs")["seconds"] < 100
 
 
+def test_other_draws_are_another_question_with_a_time_of_its_own(lab):
+    run(lab, "--no-figures")
+    file = lab / "regenerated" / "seconds.json"
+    file.write_text(json.dumps(dict.fromkeys(json.loads(file.read_text()), 1234.0)))
+    change(lab, "study: doors_small", "study: doors_small\ndraws: 500")
+    run(lab, "--no-figures")
+    assert found_of(lab, "variants")["seconds"] < 100
+
+
+def test_without_figures_no_older_report_stays_behind(lab):
+    run(lab)
+    mine = lab / "regenerated" / "doors_small" / "figures" / "mine.svg"
+    mine.write_text("drawn by hand")
+    run(lab, "--no-figures")
+    files = contents(lab / "regenerated" / "doors_small")
+    assert "report.html" not in files and "figures/means.png" not in files and "figures/mine.svg" in files
+
+
+def test_a_folder_of_ones_own_is_not_written_over(lab, tmp_path):
+    own = tmp_path / "thesis" / "tables.tex"
+    own.parent.mkdir()
+    own.write_text("mine")
+    done = run(lab, "--no-figures", "--to", str(own.parent))
+    assert "tables.tex is there already" in str(done.exception)
+    assert contents(own.parent) == {"tables.tex": b"mine"}
+
+
+def test_check_tells_a_report_that_is_gone(lab):
+    run(lab)
+    (lab / "regenerated" / "doors_small" / "report.html").unlink()
+    done = run(lab, "--check")
+    assert done.exit_code == 1 and "report.html: the file: committed listed, found not there" in done.output
+
+
+@pytest.mark.parametrize("policy", ["refuse", "listwise", "mixed_model"])
+def test_a_where_that_takes_other_cells_from_everyone_never_averages_what_is_left(lab, policy):
+    """The first trials of a session met other stimuli in each of the orders."""
+    first = "where: {trial: ['2', '3', '4']}"
+    change(lab, "within: [variant]", f"within: [variant], missing: {policy}, {first}")
+    assert run(lab, "--no-figures").exit_code == 0
+    found = found_of(lab, "variants", "Damped")
+    told = {
+        "refuse": "`where` leaves P001 without",
+        "listwise": "nobody is left listwise",
+        "mixed_model": "means of different stimuli would be compared",
+    }
+    assert told[policy] in found["refused"] and "results" not in found
+
+
+def test_a_where_on_the_stimulus_keeps_whole_cells(lab):
+    change(lab, "within: [variant]", "within: [variant], where: {car: K3, stimulus: [K3_g0, K3_g3, K3_g6]}")
+    run(lab, "--no-figures")
+    assert found_of(lab, "variants", "Damped")["participants"] == 12
+
+
+def test_a_version_of_a_changed_study_is_chosen_by_its_digest(lab):
+    from studies.commands_sessions import run as sit
+
+    study = lab / "studies" / "doors_small" / "study.yaml"
+    study.write_text(study.read_text().replace("Damped", "Muffled"))
+    assert (
+        not CliRunner().invoke(sit, ["doors_small", "--participant", "P021", "--simulate", "--lab", str(lab)]).exception
+    )
+    told = str(run(lab, "--no-figures").exception)
+    assert "was changed between participants" in told
+    old = next(part.split()[0] for part in told.replace(":", ",").split(",") if "12 sessions" in part)
+    done = run(lab, "--no-figures", "--digest", old)
+    assert done.exit_code == 0, done.exception
+    assert found_of(lab, "variants", "Damped")["participants"] == 12
+    assert any("another version" in each["why"] for each in statistics(lab)["exclusions"])
+
+
 def drop_a_cell(lab, policy):
     change(lab, "exclusions: []", "exclusions:\n  - {because: a slip, where: {participant: P003, stimulus: K3_g3}}")
     if policy:
@@ -179,6 +253,16 @@ def test_every_anova_is_within_1e_12_of_exact_fractions(lab):
         ("within: [variant]", "within: [varient]", "line 5: tests[0].within: the study has no column 'varient'; did"),
         ("factor: variant,", "factor: variant, outcomes: [Dampt],", "tests[2].outcomes[0]: no outcome 'Dampt'; did"),
         ("factor: variant,", "factor: variant, where: {car: K33},", "tests[2].where.car: no car 'K33'; did you mean"),
+        (
+            "exclusions: []",
+            "exclusions: [{where: {carr: K3}, because: x}]",
+            "exclusions[0].where.carr: the study has no col",
+        ),
+        (
+            "random: {participant: []}",
+            "random: {participant: [varient]}",
+            "tests[3].random: the study has no column 'vari",
+        ),
         ("study: doors_small", "study: doors", "study: found 'doors', the plan of 'doors_small' is expected"),
         ("test: means, by: [variant]", "test: likert", "asks about forms, of which the study has none"),
     ],
@@ -214,6 +298,12 @@ def test_a_labs_own_plan_goes_before_the_shipped_one(tmp_path):
 def test_every_shipped_plan_fits_its_study(tmp_path, name):
     done = CliRunner().invoke(regenerate, [name, "--lab", str(tmp_path), "--check-plan"])
     assert done.exit_code == 0, done.exception
+
+
+def test_the_hash_of_a_table_of_the_plans_own_covers_every_column():
+    table = pd.DataFrame({"session": ["1", "2"], "level": [1.0, 2.0], "correct": [1, 0]})
+    assert digest(table, own=True) == digest(table.iloc[::-1, ::-1], own=True)
+    assert digest(table, own=True) != digest(table.assign(correct=[0, 0]), own=True)
 
 
 def test_an_imported_table_is_regenerated_by_the_labs_plan(tmp_path):

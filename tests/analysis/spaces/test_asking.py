@@ -60,6 +60,8 @@ def test_a_map_with_all_that_a_figure_needs() -> None:
     assert {"stimulus", "centre_1", "centre_2", "semi_major", "semi_minor", "angle_deg"} <= set(ellipse)
     assert ellipse["centre_1"] == found.rows[0]["dim1"]
     assert [row["dimensions"] for row in found.more["scree"]] == [1, 2, 3]
+    assert [row["starts"] for row in found.more["scree"]] == [3, 5, 3]  # the map's own is not looked for again
+    assert "19 shuffles" in found.headline
     assert len(found.more["shepard"]) == 36
     assert found.headline.startswith("Stress-1 = 0")
 
@@ -147,6 +149,9 @@ def test_gaps_are_treated_as_declared_and_said() -> None:
         answer("pca", over="stimulis")
     with pytest.raises(StatisticsError):
         answer("mds", dimensions=20)
+    for setting in ("replications", "reference"):
+        with pytest.raises(ValueError, match="0 \\(none\\) or 19 and more"):
+            answer("mds", **{setting: 5})
 
 
 def test_the_order_of_rows_changes_nothing() -> None:

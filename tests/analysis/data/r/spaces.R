@@ -1,6 +1,7 @@
 # Reference numbers for tests/analysis/spaces, run from the repository's root: Rscript tests/analysis/data/r/spaces.R
 # R's and the packages' versions are written into spaces.json. Sets: datasets::attitude, datasets::eurodist, the 14
-# colours of Ekman 1954 (J. Psychol. 38, 467-474, table 1, similarities: published facts) and one generated here.
+# colours of Ekman 1954 (J. Psychol. 38, 467-474, table 1, similarities: published facts; every cell is equal to
+# `ekman` of the R package smacof 2.1-7) and one generated here.
 suppressMessages({library(MASS); library(vegan); library(jsonlite)})
 here <- "tests/analysis/data/r"
 out <- list(made_with = list(R = R.version.string, MASS = as.character(packageVersion("MASS")),
