@@ -18,6 +18,8 @@ from analysis.ratings.completeness import Faults, cell_faults
 from analysis.ratings.dataset import DataRefused, Ratings, natural
 from protocols.did_you_mean import nearest
 
+ANSWER = ("participant", "session", "trial", "form", "attribute", "kind", "word")
+"""What tells one answer of a session from every other."""
 Scale: TypeAlias = tuple[float, float] | None
 
 
@@ -39,6 +41,8 @@ class Selecting:
         """The rows that are asked about, all outcomes together. Raises DataRefused where there are none."""
         takes = "table" if asked.table is not None else asked.source or takes
         table, scale = self._table(asked, takes)
+        if takes != "table":
+            refuse_repeated(table, self.material.name)
         table = table[matching(table, asked.where, self.material.name)].reset_index(drop=True)
         outcomes = self._outcomes(asked, table, takes)
         if "attribute" in table.columns and takes != "table":
@@ -124,6 +128,17 @@ def all_ratings(ratings: Ratings) -> Selected:
         antonyms=ratings.antonyms,
         categories=ratings.categories,
     )
+
+
+def refuse_repeated(table: pd.DataFrame, name: str) -> None:
+    """Raise DataRefused where one answer of a session stands twice: averaged, or counted, it would weigh double."""
+    columns = [column for column in ANSWER if column in table.columns]
+    if "session" not in columns or not {"trial", "form"} & set(columns):
+        return  # an imported table, whose repetitions its own design check counts
+    repeated = table.duplicated(columns, keep=False)
+    if repeated.any():
+        first = ", ".join(f"{column} {value}" for column, value in table.loc[repeated, columns].iloc[0].items())
+        raise DataRefused(f"{name!r}: {int(repeated.sum())} rows hold the same answers twice, the first: {first}")
 
 
 def by_outcome(selected: Selected) -> Iterator[Selected]:
