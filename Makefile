@@ -14,7 +14,7 @@ demo: .venv/.demo
 
 test: .venv/.$(EXTRAS) check
 	$(BIN)/coverage erase
-	$(BIN)/python -m pytest -n 2 --cov --cov-report=
+	$(BIN)/python -m pytest -n 2 --dist worksteal --cov --cov-report=
 	$(BIN)/coverage report --include='protocols/*' --fail-under=95
 	$(BIN)/coverage report --include='studies/*' --fail-under=90
 
