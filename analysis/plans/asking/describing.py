@@ -79,6 +79,14 @@ def _means(selected: Selected, asked: Means) -> Answer:
     return means(selected, asked)
 
 
+def _means_of_what_is_there(selected: Selected, asked: Means) -> Answer:
+    """With gaps: each mean over participants is one of the same stimuli, or there is none."""
+    from analysis.plans.asking.mixed_model_answers import refuse_averaging
+
+    refuse_averaging(selected, asked.by)
+    return _means(selected, asked)
+
+
 def _trends(selected: Selected, asked: Trends) -> Answer:
     from analysis.plans.asking.describing_answers import trends
 
@@ -101,7 +109,7 @@ def _cells(asked: Means) -> tuple[str, ...]:
     return asked.by
 
 
-MEANS = Kind(Means, _means, each="outcome", complete=_cells, with_gaps=_means)
+MEANS = Kind(Means, _means, each="outcome", complete=_cells, with_gaps=_means_of_what_is_there)
 TRENDS = Kind(Trends, _trends, each="all")
 CATEGORIES = Kind(Categories, _categories, each="all")
 TARGET_ERROR = Kind(TargetErrors, _target_error, each="all")

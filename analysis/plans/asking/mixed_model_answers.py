@@ -116,7 +116,7 @@ def refuse_averaging(selected: Selected, factors: Sequence[str]) -> None:
     if most > 1:
         raise DataRefused(
             f"a participant's mean in a cell of {' x '.join(factors)} rests on up to {most} stimuli, and some are"
-            " missing: means of different stimuli would be compared; name the other factors in `within`, choose"
+            " missing: means of different stimuli would be compared; name the other factors, too, choose"
             " `missing: listwise`, or ask a test of kind mixed_model with stimulus among its random effects"
         )
 
