@@ -213,7 +213,7 @@ def _headline(summary: tuple[Row, ...], by: tuple[str, ...], confidence: float) 
         where = ", ".join(f"{name} {row[name]}" for name in by if name != PARTICIPANT)
         name = {"jnd": "JND"}.get(str(row["quantity"]), str(row["quantity"]).replace("_", " "))
         low, high = row["ci_low"], row["ci_high"]
-        ends = "" if low is None or high is None else f"{100 * confidence:g} % interval {low:.3g} to {high:.3g}, "
+        ends = "" if low is None or high is None else f"{100 * confidence:g}% interval {low:.3g} to {high:.3g}, "
         of = int(row["n"] or 0) + int(row["without_estimate"] or 0)
         told.append(f"{where and where + ': '}{name} {row['mean']:.3g} ({ends}n = {row['n']} of {of})")
     return f"Mean {'; '.join(told[:MOST_TOLD])}" + ("; ..." if len(told) > MOST_TOLD else "")
@@ -237,7 +237,7 @@ def _answer(
     return Answer(
         rows=tuple(plain_row(row) for row in rows),
         method=f"Psychometric function ({asked.function}, {rates}) by {how}; threshold where F = {asked.threshold:g}; "
-        f"JND = {jnd}; {100 * asked.confidence:g} % intervals: {HOW[asked.interval]}",
+        f"JND = {jnd}; {100 * asked.confidence:g}% intervals: {HOW[asked.interval]}",
         kinds={
             "threshold": f"level where F = {asked.threshold:g}",
             "share_at": "share of hits that the function expects at the threshold",

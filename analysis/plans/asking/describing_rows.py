@@ -96,8 +96,8 @@ def sample_kinds(confidence: float, correction: str) -> dict[str, str]:
 
 
 def share(confidence: float, words: str) -> str:
-    """`95 % interval ...`."""
-    return f"{100 * confidence:g} % {words}"
+    """`95% interval ...`, as the APA writes it."""
+    return f"{100 * confidence:g}% {words}"
 
 
 def averaged_note(least: int, most: int) -> str:

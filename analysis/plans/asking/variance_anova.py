@@ -135,14 +135,14 @@ def _method(asked: Anova) -> str:
         "HF": "; Huynh-Feldt's correction (Lecoutre's for groups) wherever an effect has more than one contrast within",
         "none": "; no correction for sphericity",
     }
-    end = f"; {100 * asked.interval:g} % intervals of eta squared from the noncentral F (Steiger 2004)"
+    end = f"; {100 * asked.interval:g}% intervals of eta squared from the noncentral F (Steiger 2004)"
     return design + (corrected[asked.correction] if asked.within else "") + end
 
 
 def _kinds(rows: Sequence[Row], asked: Anova) -> dict[str, str]:
     named = {"GG": "Greenhouse-Geisser where `correction` says so", "HF": "Huynh-Feldt where `correction` says so"}
     corrected = named.get(asked.correction, "not corrected") if asked.within else "not corrected"
-    interval = f"{100 * asked.interval:g} % interval, noncentral F with the degrees of freedom of p"
+    interval = f"{100 * asked.interval:g}% interval, noncentral F with the degrees of freedom of p"
     generalized = f"{interval}, carried over by the observed ratio of errors"
     told = {
         "df1": "degrees of freedom, not corrected",

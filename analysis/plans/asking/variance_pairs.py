@@ -112,8 +112,8 @@ def _pair_kinds(size: str, asked: Pairs) -> dict[str, str]:
     interval = share(asked.interval, "interval, noncentral t")
     return {
         "mean_difference": "a minus b",
-        "ci95_low": "95 % interval of the mean difference, not adjusted",
-        "ci95_high": "95 % interval of the mean difference, not adjusted",
+        "ci95_low": "95% interval of the mean difference, not adjusted",
+        "ci95_high": "95% interval of the mean difference, not adjusted",
         "df": "degrees of freedom",
         "p": f"two-sided p, {CORRECTED[asked.correction]}",
         "family": "tests in the family",

@@ -97,7 +97,7 @@ def test_a_function_for_each_participant_and_their_mean() -> None:
     assert mean["ci_low"] < mean["mean"] < mean["ci_high"]
     assert len(found.more["levels"]) == 27
     assert found.values == 3 * 9 * 40
-    assert f"Mean threshold {mean['mean']:.3g} (95 % interval {mean['ci_low']:.3g} to" in found.headline
+    assert f"Mean threshold {mean['mean']:.3g} (95% interval {mean['ci_low']:.3g} to" in found.headline
     assert "JND" in found.headline
 
 
