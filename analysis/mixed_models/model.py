@@ -33,10 +33,10 @@ from analysis.mixed_models.results import Fit, MixedModel
 from analysis.mixed_models.satterthwaite import uncertainty
 from analysis.mixed_models.table import Table, read_table, refuse_constant
 from analysis.mixed_models.tables import correlations_table, covariances, effects_table, fixed_table, variances_table
-from analysis.mixed_models.threads import one_thread
 from analysis.mixed_models.variables import Coding, Factor, factor_of, factor_variable, number_variable
 from analysis.statistics.cells import Missing
 from analysis.statistics.doubles import difference, scaled
+from analysis.statistics.one_thread import one_thread
 
 
 @dataclass(frozen=True)

@@ -25,8 +25,8 @@ from analysis.mixed_models.problem import Problem
 from analysis.mixed_models.reducing import Reduced
 from analysis.mixed_models.refusals import NotConverged
 from analysis.mixed_models.results import Fit, MixedModel
-from analysis.mixed_models.threads import one_thread
 from analysis.statistics.doubles import Floats, rescaled
+from analysis.statistics.one_thread import one_thread
 from analysis.statistics.refusals import BadOption
 
 FURTHEST = 40  # doublings and halvings of a standard deviation that are tried

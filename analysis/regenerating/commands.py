@@ -49,8 +49,7 @@ def regenerate(
     """
     from analysis.regenerating.outputs import FOLDER
     from analysis.regenerating.plan_check import check_against_study
-    from analysis.regenerating.regenerated import find_plan
-    from analysis.regenerating.regenerated import regenerate as regenerated
+    from analysis.regenerating.regenerated import find_plan, regenerate_by
     from analysis.reporting.sources import Wanted
 
     wanted = Wanted(study, lab, url, digest, simulated=simulated)
@@ -60,7 +59,7 @@ def regenerate(
         _plan_told(name, len(plan.tests), len(plan.figures), plan.path, as_json)
         return
     with progress_told(as_json) as progress:
-        found = regenerated(wanted, plan_file, progress)
+        found = regenerate_by(wanted, name, plan, progress)
         folder = to or lab / FOLDER / name
         failed = (
             _checked(found, folder, as_json) if check else _written(found, wanted, folder, figures, as_json, progress)

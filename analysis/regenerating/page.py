@@ -16,6 +16,7 @@ from analysis.regenerating.pictured import Picture
 from analysis.regenerating.regenerated import Regenerated
 from analysis.regenerating.running import Answered
 from analysis.regenerating.shown import by_test, method_of, notes_of, rests_on, test_grid, test_kind, test_name
+from analysis.reporting.templates import environment
 
 TEMPLATES = Path(__file__).parent / "templates"
 CSS = Path(__file__).parent.parent / "reporting" / "templates" / "report.css"
@@ -122,33 +123,28 @@ def mark_keys(pictures: Sequence[Picture | None]) -> frozenset[str]:
 
 def report_html(found: Regenerated, pictures: Sequence[Picture | None], seconds: float) -> str:
     """The whole page as one text; the same for equal inputs. Every name in it is escaped."""
-    from jinja2 import Environment, FileSystemLoader, StrictUndefined
     from markupsafe import Markup
 
-    environment = Environment(
-        loader=FileSystemLoader([TEMPLATES, CSS.parent]),
-        autoescape=True,
-        undefined=StrictUndefined,
-        trim_blocks=True,
-        lstrip_blocks=True,
-        keep_trailing_newline=True,
-    )
     code = script()
-    return environment.get_template("regenerated.html").render(
-        found=found,
-        facts=facts(found),
-        tests=list(test_parts(found, mark_keys(pictures))),
-        figures=list(figure_parts(found, pictures)),
-        not_drawn=[(each.asked.name, each.refused) for each in found.pictured if each.data is None],
-        left_out=left_out(found.exclusions),
-        inputs=_inputs(found),
-        software=plain_grid(("package", "version"), found.software.items()),
-        declared=declared(found),
-        seconds=seconds_told(seconds),
-        key_text=key_text,
-        css=Markup(_css()),
-        script=Markup(code),
-        script_hash=_hash(code),
+    return (
+        environment(TEMPLATES, CSS.parent)
+        .get_template("regenerated.html")
+        .render(
+            found=found,
+            facts=facts(found),
+            tests=list(test_parts(found, mark_keys(pictures))),
+            figures=list(figure_parts(found, pictures)),
+            not_drawn=[(each.asked.name, each.refused) for each in found.pictured if each.data is None],
+            left_out=left_out(found.exclusions),
+            inputs=_inputs(found),
+            software=plain_grid(("package", "version"), found.software.items()),
+            declared=declared(found),
+            seconds=seconds_told(seconds),
+            key_text=key_text,
+            css=Markup(_css()),
+            script=Markup(code),
+            script_hash=_hash(code),
+        )
     )
 
 

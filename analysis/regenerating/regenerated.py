@@ -54,7 +54,11 @@ def regenerate(wanted: Wanted, plan_file: Path | None = None, progress: Progress
 
     Raises PlanError (or YamlError) on a plan that cannot be used, DataRefused on data that cannot be read.
     """
-    name, plan = find_plan(wanted, plan_file)
+    return regenerate_by(wanted, *find_plan(wanted, plan_file), progress)
+
+
+def regenerate_by(wanted: Wanted, name: str, plan: Plan, progress: Progress = lambda *_: None) -> Regenerated:
+    """As `regenerate`, by a plan that was found before."""
     whole = _material(wanted, name, plan, progress)
     left = apply_exclusions(whole, plan.declared)
     tables = {table: read_table(plan.table_path(table)) for table in plan.declared.tables}

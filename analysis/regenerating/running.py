@@ -9,11 +9,11 @@ from dataclasses import dataclass
 
 import pandas as pd
 
-from analysis.mixed_models.threads import one_thread
 from analysis.plans.answers import COLUMNS, Answer, Asked, Kind, Selected
 from analysis.plans.kinds import test_kind
 from analysis.plans.missing import MissingTold, handled
 from analysis.plans.selecting import Selecting, by_outcome
+from analysis.statistics.one_thread import one_thread
 
 Progress = Callable[[int, int, str], None]
 Clock = Callable[[], float]

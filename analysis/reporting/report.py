@@ -12,6 +12,7 @@ from analysis.reporting.analysed import Analysed
 from analysis.reporting.page import level_table, page_of
 from analysis.reporting.page_table import Table
 from analysis.reporting.pictures import pictures
+from analysis.reporting.templates import environment
 
 TEMPLATES = Path(__file__).parent / "templates"
 
@@ -37,18 +38,8 @@ def save_figures(found: Analysed, folder: Path) -> list[Path]:
 
 def report_html(found: Analysed) -> str:
     """The whole report as one HTML text, every name in it escaped, every figure inline."""
-    from jinja2 import Environment, FileSystemLoader, StrictUndefined
-
-    environment = Environment(
-        loader=FileSystemLoader(TEMPLATES),
-        autoescape=True,
-        undefined=StrictUndefined,
-        trim_blocks=True,
-        lstrip_blocks=True,
-        keep_trailing_newline=True,
-    )
     css = (TEMPLATES / "report.css").read_text(encoding="utf-8")
-    template = environment.get_template("report.html")
+    template = environment(TEMPLATES).get_template("report.html")
     return template.render(page=page_of(found), figures=list(_figures(found)), css=_trusted(css))
 
 
