@@ -42,17 +42,25 @@ def peaks_of(force_N: Array, least_N: float) -> list[int]:
     A peak's prominence is its height over the higher of the two lowest points between it and higher ground (or
     the profile's end) on either side; of a flat top, the middle counts; the two ends are never peaks.
     """
-    return [top for top in _tops(force_N) if _prominence(force_N, top) >= least_N]
+    return [top for top, prominence in _tops(force_N) if prominence >= least_N]
 
 
 def landmarks(force_N: Array) -> Landmarks:
     """Find the major peaks and valleys of the part before the zero padding."""
+    return landmarks_and_felt(force_N)[0]
+
+
+def landmarks_and_felt(force_N: Array) -> tuple[Landmarks, list[int]]:
+    """The landmarks, and the grid indices of all peaks that stand out by at least FELT_N."""
     end = motion_end(tuple(force_N.tolist()))
     moving = force_N[: end + 1]
-    peaks = peaks_of(moving, max(MAJOR_N, MAJOR_SHARE * float(np.ptp(moving))))
+    tops = _tops(moving)
+    major_N = max(MAJOR_N, MAJOR_SHARE * float(np.ptp(moving)))
+    peaks = [top for top, prominence in tops if prominence >= major_N]
     ends = [*peaks[1:], end + 1]
     valleys = [peak + int(np.argmin(moving[peak:stop])) for peak, stop in zip(peaks, ends, strict=False)]
-    return Landmarks(tuple(peaks), tuple(valleys), end)
+    found = Landmarks(tuple(peaks), tuple(valleys), end)
+    return found, [top for top, prominence in tops if prominence >= FELT_N]
 
 
 def require_cycles(force_N: Array, count: int, purpose: str) -> Landmarks:
@@ -70,13 +78,22 @@ def plateau_after_second_peak(force_N: Array, purpose: str) -> tuple[int, int]:
     It is where the descent slows down between two steep parts. Raises DoorDataError where the force falls from
     the second peak in one go.
     """
-    found = require_cycles(force_N, 2, purpose)
+    plateau = plateau_of(force_N, require_cycles(force_N, 2, purpose))
+    if plateau is None:
+        raise DoorDataError(f"{purpose} needs a plateau after the second peak; here the force falls in one go.")
+    return plateau
+
+
+def plateau_of(force_N: Array, found: Landmarks) -> tuple[int, int] | None:
+    """The plateau as `plateau_after_second_peak` defines it, or None where there is none."""
+    if len(found.peaks) < 2:
+        return None
     top, bottom = found.peaks[1], found.valleys[1]
     fall = _smooth(-np.diff(force_N[top : bottom + 1]), POINTS_PER_DEG)
     steep = np.minimum(np.maximum.accumulate(fall), np.maximum.accumulate(fall[::-1])[::-1])
     slow = (steep > 0) & (fall < PLATEAU_SLOPE_SHARE * steep)
     if not slow.any():
-        raise DoorDataError(f"{purpose} needs a plateau after the second peak; here the force falls in one go.")
+        return None
     first = last = int(np.argmax(np.where(slow, steep - fall, -np.inf)))
     while slow[first - 1]:
         first -= 1
@@ -87,9 +104,12 @@ def plateau_after_second_peak(force_N: Array, purpose: str) -> tuple[int, int]:
 
 def describe(force_N: Array) -> dict[str, float]:
     """The numeric columns of the stimulus table; see docs/reference/doors.md for each one's definition."""
-    found = landmarks(force_N)
+    return columns(force_N, *landmarks_and_felt(force_N))
+
+
+def columns(force_N: Array, found: Landmarks, felt: list[int]) -> dict[str, float]:
+    """The same, of a profile whose landmarks and counted peaks are known."""
     moving = force_N[: found.end + 1]
-    felt = peaks_of(moving, FELT_N)
     first = found.peaks[0] if found.peaks else int(np.argmax(moving))
     return {
         "first_peak_N": float(moving[first]),
@@ -117,21 +137,33 @@ def as_profile(force_N: Array | tuple[float, ...] | list[float], where: str = "p
     return profile
 
 
-def _tops(force_N: Array) -> list[int]:
-    """Middles of all runs of equal values with lower values on both sides."""
-    starts = np.flatnonzero(np.r_[True, np.diff(force_N) != 0])
+def _tops(force_N: Array) -> list[tuple[int, float]]:
+    """Middle and prominence of every run of equal values with lower values on both sides, in order."""
+    starts = np.flatnonzero(np.diff(force_N, prepend=np.nan) != 0)
     values = force_N[starts]
-    inner = np.arange(1, len(starts) - 1)
-    tops = inner[(values[inner] > values[inner - 1]) & (values[inner] > values[inner + 1])]
-    return [int(starts[run] + starts[run + 1] - 1) // 2 for run in tops]
+    inner = np.flatnonzero((values[1:-1] > values[:-2]) & (values[1:-1] > values[2:])) + 1
+    tops = ((starts[inner] + starts[inner + 1] - 1) // 2).tolist()
+    heights, lowest = force_N[tops].tolist(), np.minimum.reduceat(force_N, [0, *tops]).tolist()
+    left = _lowest_before(heights, lowest)
+    right = _lowest_before(heights[::-1], lowest[::-1])[::-1]
+    low = [max(pair) for pair in zip(left, right, strict=True)]
+    return [(top, height - base) for top, height, base in zip(tops, heights, low, strict=True)]
 
 
-def _prominence(force_N: Array, top: int) -> float:
-    height = force_N[top]
-    higher = np.flatnonzero(force_N > height)
-    left = higher[higher < top].max(initial=-1) + 1
-    right = higher[higher > top].min(initial=len(force_N))
-    return float(height - max(force_N[left : top + 1].min(), force_N[top:right].min()))
+def _lowest_before(heights: list[float], lowest: list[float]) -> list[float]:
+    """The lowest value between each top and the higher ground before it, or the profile's end.
+
+    `lowest` holds the lowest value before each top and after the one before it. A stack keeps the tops that no later
+    one has reached yet, so each is looked at once on the way in and once on the way out.
+    """
+    open_tops: list[tuple[float, float]] = []
+    found = []
+    for height, low in zip(heights, lowest, strict=False):
+        while open_tops and open_tops[-1][0] <= height:
+            low = min(low, open_tops.pop()[1])  # noqa: PLW2901 - the lowest so far
+        open_tops.append((height, low))
+        found.append(low)
+    return found
 
 
 def _largest_drop(moving: Array, felt: list[int]) -> float:

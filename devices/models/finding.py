@@ -1,0 +1,57 @@
+"""Where trained models lie: a lab's own in LAB/models, the shipped ones of doors in devices/door/made."""
+
+from __future__ import annotations
+
+from collections.abc import Iterator
+from dataclasses import dataclass
+from pathlib import Path
+
+from devices.models.errors import ModelFileError
+from devices.models.file import CARD_SUFFIX, CODE, read_card
+from devices.models.tensors import require_size, weights_file
+from protocols.did_you_mean import nearest
+from protocols.model_card import Card
+
+SHIPPED = Path(__file__).parents[1] / "door" / "made"
+FOLDER = "models"
+
+
+@dataclass(frozen=True)
+class Listed:
+    """A model that lies somewhere: its card, or what is wrong with it."""
+
+    path: Path
+    owner: str
+    card: Card | None
+    wrong: str = ""
+
+
+def places(lab: Path) -> dict[str, Path]:
+    """The folders that are searched, a lab's own first, and whose they are."""
+    return {"lab": lab / FOLDER, "shipped": SHIPPED}
+
+
+def listed(lab: Path) -> Iterator[Listed]:
+    """Every card in the folders, by name; whether its numbers are untouched is known when it is read."""
+    for owner, folder in places(lab).items():
+        for path in sorted(folder.glob(f"*{CARD_SUFFIX}")):
+            try:
+                card = read_card(path)
+                require_size(weights_file(path, card.weights), path, card.weights)
+            except ModelFileError as error:
+                yield Listed(path, owner, None, str(error))
+                continue
+            yield Listed(path, owner, card)
+
+
+def find_model(name: str, lab: Path) -> Path:
+    """The card that a name or a path means. Raises ModelFileError that names the nearest model there is."""
+    if "/" in name or "\\" in name:
+        return Path(name)
+    for folder in places(lab).values():
+        if (path := folder / f"{name}{CARD_SUFFIX}").is_file():
+            return path
+    if Path(name).suffix in {CARD_SUFFIX, ".safetensors", *CODE} or Path(name).is_file():
+        return Path(name)
+    names = dict.fromkeys(path.stem for folder in places(lab).values() for path in folder.glob(f"*{CARD_SUFFIX}"))
+    raise ModelFileError(f"no model {name!r} in {lab / FOLDER} or among the shipped ones; {nearest(name, names)}")

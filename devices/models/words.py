@@ -1,0 +1,130 @@
+"""A model's card in words."""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Iterator, Mapping, Sequence
+from textwrap import wrap
+from typing import Any
+
+from devices.models.form import Values
+from protocols.model_card import Card, Conv, Dense, Forest, Kernel, Mean, Nearest, Port, Residual, Step
+
+KINDS = {"force_profile": "a force profile", "ratings": "ratings"}
+NAME_WIDTH, LINE, MOST_LISTED = 11, 110, 8
+
+
+def card_words(card: Card, tensors: Mapping[str, Values], file: str) -> str:
+    """What a person wants to know of a model: what it takes and gives, how good it is, where it comes from."""
+    count = sum(tensor.size for tensor in tensors.values())
+    parts: dict[str, Sequence[str]] = {
+        "file": (file, f"{card.weights.file}, {size_words(card.weights.bytes)}, intact: {card.weights.sha256[:16]}..."),
+        "method": (card.method,),
+        "takes": _port(card.takes),
+        "gives": _port(card.gives),
+        "interval": _interval(card),
+        "metrics": [f"{name:<24} {value:.4g}" for name, value in card.metrics.items()] or ("none were written down",),
+        "steps": tuple(step_words(card.steps, tensors)),
+        "numbers": (f"{count} in {len(tensors)} arrays",),
+        "training": tuple(_flat(card.training)) or ("nothing was written down",),
+        "notes": card.notes or ("none",),
+    }
+    lines = [f"{card.name}: {card.title}"]
+    for name, told in parts.items():
+        for place, line in enumerate(told):
+            indent = " " * (NAME_WIDTH + 2 + len(line) - len(line.lstrip()) + 3)
+            start = f"  {name if not place else '':<{NAME_WIDTH}}"
+            lines += wrap(start + line, LINE, subsequent_indent=indent, break_long_words=False)
+    return "\n".join(lines)
+
+
+def direction(card: Card) -> str:
+    """What it takes and gives, short."""
+    return f"{KINDS[card.takes.kind].removeprefix('a ')} -> {KINDS[card.gives.kind].removeprefix('a ')}"
+
+
+def size_words(size: int) -> str:
+    """Bytes as a person reads them."""
+    return f"{size / 1e6:.1f} MB" if size >= 1e5 else f"{size / 1e3:.1f} kB"
+
+
+def step_words(steps: Sequence[Step], tensors: Mapping[str, Values], before: str = "") -> Iterator[str]:
+    """A line for each step, nested ones under their number."""
+    for place, step in enumerate(steps, start=1):
+        number = f"{before}{place}"
+        yield f"{number}. {_step(step, tensors)}"
+        if isinstance(step, Residual):
+            yield from step_words(step.steps, tensors, f"{number}.")
+        if isinstance(step, Mean):
+            for letter, member in enumerate(step.members, start=1):
+                yield from step_words(member, tensors, f"{number}.{letter}.")
+
+
+def _step(step: Step, tensors: Mapping[str, Values]) -> str:
+    if isinstance(step, Conv):
+        filters, channels, width = tensors[step.weight].shape
+        return f"convolution: {filters} filters of width {width} over {channels} channels, {step.pad} zeros either side"
+    if isinstance(step, Dense):
+        return "dense: {1} to {0}".format(*tensors[step.weight].shape)
+    if isinstance(step, Kernel):
+        points, inputs = tensors[step.points].shape
+        return f"Gaussian kernel of length {step.length:.4g} on {points} points of {inputs} numbers"
+    if isinstance(step, Forest):
+        return f"forest of {tensors[step.roots].size} trees, {tensors[step.feature].size} nodes"
+    if isinstance(step, Nearest):
+        return f"the nearest of {len(tensors[step.points])} examples"
+    return _plain_step(step, tensors)
+
+
+def _plain_step(step: Any, tensors: Mapping[str, Values]) -> str:
+    words: Mapping[str, Callable[[], str]] = {
+        "affine": lambda: f"times {_factor(step.gain, tensors)}, plus {_factor(step.offset, tensors)}",
+        "door_features": lambda: f"{len(step.names)} features of the profile: {', '.join(step.names)}",
+        "activation": lambda: step.function,
+        "residual": lambda: "residual: relu(x + these steps)",
+        "max_pool": lambda: f"greatest of every {step.size} neighbours",
+        "upsample": lambda: f"every element {step.times} times",
+        "reshape": lambda: f"as shape {' x '.join(map(str, step.shape))}",
+        "mean": lambda: f"mean of {len(step.members)} members",
+        "clip": lambda: f"kept within {step.low:g} and {step.high:g}",
+        "playable": lambda: f"kept within {step.force_N:g} N and {step.slope_N_deg:g} N a degree",
+    }
+    return words[step.do]()
+
+
+def _factor(given: float | str, tensors: Mapping[str, Values]) -> str:
+    return f"{tensors[given].size} numbers" if isinstance(given, str) else f"{given:.6g}"
+
+
+def _port(port: Port) -> list[str]:
+    lines = [f"{KINDS[port.kind]}: {port.size} numbers, {port.unit}"]
+    antonyms = port.antonyms or ("",) * len(port.names)
+    lines += [
+        f"  {name}{f' (0) to {other} (100)' if other else ''}" for name, other in zip(port.names, antonyms, strict=True)
+    ]
+    if port.within is not None:
+        lines.append("  it answers to numbers from {:g} to {:g}; others are refused".format(*port.within))
+    if port.scale is not None:
+        lines.append("  0 and 100 are {:.4g} and {:.4g} on the scale that people answered on".format(*port.scale))
+    return lines
+
+
+def _interval(card: Card) -> list[str]:
+    if card.interval is None:
+        return ["none"]
+    widths = ", ".join(f"{half:.3g}" for half in card.interval.half_width)
+    return [f"{100 * card.interval.coverage:g} % of new answers within +- {widths}", f"  {card.interval.method}"]
+
+
+def _flat(told: Mapping[str, Any], before: str = "") -> Iterator[str]:
+    """Nested facts, one a line."""
+    for name, value in told.items():
+        if isinstance(value, Mapping):
+            yield from _flat(value, f"{before}{name}.")
+        else:
+            yield f"{before}{name}: {_listed(value) if isinstance(value, list) else value}"
+
+
+def _listed(values: Sequence[Any]) -> str:
+    """All of a few; of many, the first: the card itself holds them all."""
+    told = ", ".join(map(str, values[:MOST_LISTED]))
+    return told if len(values) <= MOST_LISTED else f"{told}, and {len(values) - MOST_LISTED} more (--json shows all)"

@@ -1,0 +1,142 @@
+"""Writing a trained model: NAME.json, its card, and NAME.safetensors, its numbers; whole or not at all."""
+
+from __future__ import annotations
+
+import hashlib
+import json
+import os
+import re
+from collections.abc import Mapping, Sequence
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+from numpy.typing import NDArray
+from pydantic import ValidationError
+from safetensors import numpy as numbers
+
+from modeling.doors.methods import Exported
+from protocols.canonical import NotCanonical, canonical
+from protocols.model_card import Card, Interval, Port, Weights, complaint, tensors_named
+
+NAME = re.compile(r"[A-Za-z0-9][A-Za-z0-9_.-]{0,63}")
+KINDS = ("float32", "float64", "int32", "int64")
+
+
+class ModelWritingError(ValueError):
+    """A model that is not written: the message says which, what was found and what is expected."""
+
+
+def write_model(
+    folder: Path,
+    name: str,
+    exported: Exported,
+    *,
+    title: str,
+    method: str,
+    takes: Port,
+    gives: Port,
+    interval: Interval | None = None,
+    metrics: Mapping[str, float] | None = None,
+    training: Mapping[str, Any] | None = None,
+    notes: Sequence[str] = (),
+) -> Path:
+    """Write a model into a folder, read it back, and return its card's path.
+
+    A model of the same name is replaced. Whenever the writing is cut off, the card that is there belongs to numbers
+    that are there: the old ones or the new.
+
+    Raises:
+        ModelWritingError: a name that is no bare file name, numbers that are missing, unused, not finite or of another
+            type than float32, float64, int32, int64, a card that contradicts itself, or files that do not read back as
+            they were written.
+    """
+    if not NAME.fullmatch(name):
+        raise ModelWritingError(f"{name!r} cannot name a model: letters, digits, '-', '_' and '.' are expected.")
+    tensors = _checked(name, exported)
+    content = numbers.save(tensors)
+    weights = Weights(file=f"{name}.safetensors", sha256=hashlib.sha256(content).hexdigest(), bytes=len(content))
+    try:
+        card = Card(
+            name=name, title=title, method=method, weights=weights, takes=takes, gives=gives, steps=exported.steps,
+            interval=interval, metrics=dict(metrics or {}), training=_plain(name, training or {}), notes=tuple(notes),
+        )  # fmt: skip
+    except ValidationError as error:
+        raise ModelWritingError(f"{name}: {complaint(error)}. Nothing was written.") from None
+    _require_same(name, content, tensors, card)
+    return _replaced(folder, card, content)
+
+
+def _checked(name: str, exported: Exported) -> dict[str, NDArray[Any]]:
+    """The arrays in C order, exactly those that the steps use."""
+    tensors = {key: np.asarray(value) for key, value in exported.tensors.items()}
+    needed = set(tensors_named(exported.steps))
+    if needed != set(tensors):
+        odd = ", ".join(map(repr, sorted(needed ^ set(tensors))[:4]))
+        raise ModelWritingError(f"{name}: the steps use {len(needed)} arrays and {len(tensors)} are given; see {odd}.")
+    for key, tensor in tensors.items():
+        if tensor.dtype.name not in KINDS:
+            raise ModelWritingError(f"{name}: {key!r} is {tensor.dtype}; {', '.join(KINDS)} can be written.")
+        if not np.isfinite(tensor).all():
+            raise ModelWritingError(f"{name}: {key!r} holds values that are not finite. Nothing was written.")
+    return {key: np.array(tensor, dtype=tensor.dtype.newbyteorder("<"), order="C") for key, tensor in tensors.items()}
+
+
+def _plain(name: str, training: Mapping[str, Any]) -> dict[str, Any]:
+    """The run card as JSON holds it: lists for tuples, and no NaN."""
+    try:
+        canonical(training)
+    except NotCanonical as error:
+        raise ModelWritingError(f"{name}: the run card cannot be kept: {error}. Nothing was written.") from None
+    plain: dict[str, Any] = json.loads(json.dumps(training))
+    return plain
+
+
+def _require_same(name: str, content: bytes, tensors: Mapping[str, NDArray[Any]], card: Card) -> None:
+    """What is about to be written reads back, bit for bit."""
+    read = numbers.load(content)
+    same = read.keys() == tensors.keys() and all(
+        read[key].dtype == tensor.dtype and np.array_equal(read[key], tensor) for key, tensor in tensors.items()
+    )
+    if not same or Card.model_validate_json(_text(card), strict=True) != card:
+        raise ModelWritingError(f"{name}: it does not read back as it was written. Nothing was written.")
+
+
+def _replaced(folder: Path, card: Card, content: bytes) -> Path:
+    """Put both files in place, one rename at a time; until the last one, an old card keeps its own numbers."""
+    folder.mkdir(parents=True, exist_ok=True)
+    path, weights = folder / f"{card.name}.json", folder / card.weights.file
+    aside = folder / f"{card.name}~replaced.safetensors"  # no model can have this name
+    _set_aside(path, weights, aside)
+    _put(weights, content)
+    _put(path, _text(card))
+    aside.unlink(missing_ok=True)
+    return path
+
+
+def _set_aside(path: Path, weights: Path, aside: Path) -> None:
+    """Let the old card, if there is one that can be read, name a copy of its numbers, so that their name is free."""
+    try:
+        old = Card.model_validate_json(path.read_bytes(), strict=True)
+        numbers_before = weights.read_bytes()
+    except (ValueError, OSError):
+        return
+    if old.weights.file == weights.name:
+        _put(aside, numbers_before)
+        _put(path, _text(old.model_copy(update={"weights": old.weights.model_copy(update={"file": aside.name})})))
+
+
+def _put(path: Path, content: bytes) -> None:
+    """The whole content under this name, or what was there before."""
+    part = path.with_name(f"{path.name}.part")
+    with part.open("wb") as file:
+        file.write(content)
+        file.flush()
+        os.fsync(file.fileno())
+    if part.read_bytes() != content:
+        raise ModelWritingError(f"{part}: it does not read back as it was written; {path.name} was not replaced.")
+    part.replace(path)
+
+
+def _text(card: Card) -> bytes:
+    return (card.model_dump_json(indent=1) + "\n").encode()

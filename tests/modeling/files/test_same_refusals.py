@@ -1,0 +1,49 @@
+"""A model's file refuses what the trained model refuses, and answers what that answers."""
+
+from __future__ import annotations
+
+from types import SimpleNamespace
+
+import numpy as np
+import pytest
+
+from devices.door.playable import LIMIT_N
+from devices.models.errors import ModelInputError
+from devices.models.file import read_model
+from modeling.doors.constant import MEAN
+from modeling.doors.data import ModelDataError
+from modeling.doors.evaluating_files import ports
+from modeling.doors.nearest import NEAREST
+from modeling.doors.preparing import LIMITS
+from modeling.doors.ridge import RIDGE
+from modeling.files.writing import write_model
+from tests.modeling.doors.baseline_learning import asked, learn
+
+FURTHEST_N = LIMITS * LIMIT_N
+
+
+@pytest.mark.parametrize(
+    ("method", "direction", "low", "high"),
+    [
+        (MEAN, "forward", -FURTHEST_N, FURTHEST_N),
+        (RIDGE, "forward", -FURTHEST_N, FURTHEST_N),
+        (NEAREST, "inverse", -100.0, 200.0),
+    ],
+)
+def test_file_and_trained_model_answer_and_refuse_the_same_inputs(tmp_path, method, direction, low, high):
+    learning = learn()
+    fitted = method.fit(learning)
+    context = SimpleNamespace(data=learning.measured, scaling=learning.scaling, side=learning.side)
+    takes, gives = ports(context, direction)
+    card = write_model(tmp_path, "m", fitted.exported(), title="", method=method.name, takes=takes, gives=gives)
+    read = read_model(card)
+    given = asked(method)[:2].copy()
+    for value in (low, high):
+        given[1, 3] = value
+        np.testing.assert_allclose(read.run(given), fitted.predict(given), rtol=1e-9)
+    for value in (np.nextafter(low, -np.inf), np.nextafter(high, np.inf), 1e6):
+        given[1, 3] = value
+        with pytest.raises(ModelDataError, match="row 2"):
+            fitted.predict(given)
+        with pytest.raises(ModelInputError, match="row 2"):
+            read.run(given)
