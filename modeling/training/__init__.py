@@ -1,0 +1,1 @@
+"""One small training loop for every model of the project."""

@@ -1,0 +1,69 @@
+"""What an epoch came to, and the file that keeps it."""
+
+from __future__ import annotations
+
+import csv
+import io
+import os
+from collections.abc import Iterable, Sequence
+from dataclasses import asdict, astuple, dataclass, fields
+from pathlib import Path
+from typing import Any
+
+from modeling.training.refusals import TrainingError
+
+
+@dataclass(frozen=True)
+class Epoch:
+    """One epoch: mean losses over the rows, the rate it was trained with, seconds since the training began.
+
+    `held_loss` is None where nothing was held out. Seconds count on over a training that was
+    killed and continued.
+    """
+
+    epoch: int
+    seconds: float
+    learning_rate: float
+    train_loss: float
+    held_loss: float | None
+
+    @property
+    def watched(self) -> float:
+        """The loss that schedule, early stopping and the choice of weights go by."""
+        return self.train_loss if self.held_loss is None else self.held_loss
+
+    def plain(self) -> dict[str, Any]:
+        """As JSON holds it."""
+        return asdict(self)
+
+
+COLUMNS = tuple(field.name for field in fields(Epoch))
+
+
+def write_history(history: Iterable[Epoch], path: Path) -> Path:
+    """Write one line an epoch, with the fields of `Epoch` as columns; the numbers read back as the same ones."""
+    text = io.StringIO()
+    writer = csv.writer(text, lineterminator="\n")
+    writer.writerow(COLUMNS)
+    writer.writerows(["" if value is None else repr(value) for value in astuple(epoch)] for epoch in history)
+    path.parent.mkdir(parents=True, exist_ok=True)
+    unfinished = path.with_name(f".{path.name}.unfinished")
+    unfinished.write_text(text.getvalue(), encoding="utf-8")
+    os.replace(unfinished, path)  # noqa: PTH105 - one call, and the name says that it is atomic
+    return path
+
+
+def read_history(path: Path) -> tuple[Epoch, ...]:
+    """The epochs of such a file. Raises TrainingError with the line where it is not one."""
+    lines = list(csv.reader(path.read_text(encoding="utf-8").splitlines()))
+    if not lines or tuple(lines[0]) != COLUMNS:
+        raise TrainingError(f"{path}: the first line has to be {','.join(COLUMNS)}.")
+    return tuple(_epoch(path, number, line) for number, line in enumerate(lines[1:], 2))
+
+
+def _epoch(path: Path, number: int, line: Sequence[str]) -> Epoch:
+    try:
+        epoch, seconds, rate, train, held = line
+        return Epoch(int(epoch), float(seconds), float(rate), float(train), float(held) if held else None)
+    except ValueError as error:
+        raise TrainingError(f"{path}: line {number} is no epoch: {error}.") from None

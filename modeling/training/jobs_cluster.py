@@ -1,0 +1,77 @@
+"""Jobs on a Dask cluster: the same jobs, sent to its workers; the extra `cluster` is imported here only."""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Mapping
+from typing import Any
+
+from modeling.training.job import Job, attempted, opened
+from modeling.training.progress import Report
+from modeling.training.refusals import JobBroken, JobError
+from modeling.training.run_card import versions
+
+PATIENCE_S = 30
+
+
+def on_cluster(address: str, jobs: list[Job], took: Callable[[Job, Any], None], report: Report) -> None:
+    """Do the jobs by the cluster's workers. The scheduler gives the jobs of a worker that died to another one.
+
+    Raises JobError where there is no such cluster, its workers have other versions than this process, or more than one
+    thread each: trainings in one process would draw from each other's chance.
+    """
+    with _client(address) as client:
+        _refuse_unfit(client, address)
+        report(f"{len(client.nthreads())} workers at {address}")
+        futures = {client.submit(attempted, job, pure=False): job for job in jobs}
+        _collect(client, futures, took)
+
+
+def _collect(client: Any, futures: dict[Any, Job], took: Callable[[Job, Any], None]) -> None:
+    from distributed import as_completed
+
+    try:
+        for future in as_completed(list(futures), loop=client.loop):
+            job = futures[future]
+            took(job, opened(job, _outcome(future, job)))
+    finally:
+        for future in futures:
+            future.cancel()
+
+
+def _outcome(future: Any, job: Job) -> Any:
+    if future.status == "finished":
+        return future.result()
+    error = future.exception() if future.status == "error" else None
+    raise JobBroken(f"{job.name}: the cluster gave it up ({error or future.status}).")
+
+
+def _client(address: str) -> Any:
+    try:
+        from distributed import Client
+    except ModuleNotFoundError:
+        raise JobError("A cluster needs the extra `cluster`: pip install 'palpate[cluster]'.") from None
+    try:
+        return Client(address, set_as_default=False, timeout=PATIENCE_S)
+    except (OSError, TimeoutError, ValueError) as error:
+        raise JobError(f"There is no Dask scheduler at {address}: {error}") from None
+
+
+def _refuse_unfit(client: Any, address: str) -> None:
+    try:
+        client.wait_for_workers(1, timeout=PATIENCE_S)
+    except TimeoutError:
+        raise JobError(f"The cluster at {address} has no workers: start one with `dask worker {address}`.") from None
+    for worker, threads in client.nthreads().items():
+        if threads != 1:
+            raise JobError(f"Worker {worker} has {threads} threads: start it with --nthreads 1 (and --nworkers N).")
+    _refuse_versions(client.run(versions))
+
+
+def _refuse_versions(theirs: Mapping[str, Mapping[str, str | None]]) -> None:
+    """Other versions give other numbers."""
+    ours = versions()
+    for worker, found in theirs.items():
+        other = [name for name in ours if found.get(name) != ours[name]]
+        if other:
+            told = ", ".join(f"{name} {found.get(name)} (here {ours[name]})" for name in other)
+            raise JobError(f"Worker {worker} has {told}: install the same versions there.")

@@ -1,0 +1,70 @@
+"""The learning curve as a picture: loss against seconds, since an epoch's length differs from method to method."""
+
+from __future__ import annotations
+
+from collections.abc import Iterable, Mapping, Sequence
+from pathlib import Path
+from typing import TYPE_CHECKING
+
+from analysis.figures.style import INK, OKABE_ITO, PAPER, SOFT, drawing, quiet_axes, save
+from modeling.training.history import Epoch
+
+if TYPE_CHECKING:
+    from matplotlib.axes import Axes
+    from matplotlib.figure import Figure
+
+COLOURS = (INK, *OKABE_ITO)
+
+
+def save_learning_curve(histories: Mapping[str, Sequence[Epoch]], folder: Path, name: str) -> list[Path]:
+    """Draw one curve for each named training and write NAME.svg and NAME.png; give their paths."""
+    with drawing(name):
+        return save(learning_curve(histories), folder, name)
+
+
+def learning_curve(histories: Mapping[str, Sequence[Epoch]]) -> Figure:
+    """Held-out loss as a line, loss while training dotted, the best epoch as a point; seconds along, log loss up."""
+    from matplotlib.figure import Figure
+
+    figure = Figure(figsize=(6.4, 3.8), layout="constrained")
+    axes = figure.subplots()
+    for (name, history), colour in zip(histories.items(), _colours(), strict=False):
+        _draw(axes, name, history, colour)
+    _axes(axes, [epoch for history in histories.values() for epoch in history])
+    return figure
+
+
+def _colours() -> Iterable[str]:
+    while True:
+        yield from COLOURS
+
+
+def _draw(axes: Axes, name: str, history: Sequence[Epoch], colour: str) -> None:
+    seconds = [epoch.seconds for epoch in history]
+    if any(epoch.held_loss is not None for epoch in history):
+        losses = [epoch.train_loss for epoch in history]
+        axes.plot(seconds, losses, color=colour, linewidth=1.0, linestyle=(0, (1, 1.5)), alpha=0.7)
+    best = min(history, key=lambda epoch: epoch.watched)
+    told = f"{best.watched:.3g} after {best.seconds:.3g} s (epoch {best.epoch} of {history[-1].epoch})"
+    label = f"{name}: {told}" if name else f"best {told}"
+    axes.plot(seconds, [epoch.watched for epoch in history], color=colour, linewidth=1.6, label=label)
+    axes.plot(best.seconds, best.watched, "o", color=colour, markersize=5.5, markeredgecolor=PAPER)
+
+
+def _axes(axes: Axes, epochs: Sequence[Epoch]) -> None:
+    from matplotlib.ticker import LogLocator, StrMethodFormatter
+
+    quiet_axes(axes)
+    lowest = min(min(epoch.watched, epoch.train_loss) for epoch in epochs)
+    if lowest > 0:
+        axes.set_yscale("log")
+        axes.yaxis.set_major_locator(LogLocator(subs=(1.0, 2.0, 5.0)))
+        axes.yaxis.set_major_formatter(StrMethodFormatter("{x:g}"))
+        axes.set_ylim(bottom=lowest * 0.8)
+    axes.minorticks_off()
+    axes.set_xlim(left=0)
+    axes.set_xlabel("seconds of training", color=SOFT)
+    axes.set_ylabel("loss", color=SOFT)
+    held = any(epoch.held_loss is not None for epoch in epochs)
+    axes.set_title("Loss on held-out rows (dotted: while training)" if held else "Loss while training")
+    axes.legend(loc="upper left", bbox_to_anchor=(0, -0.16), frameon=False, fontsize=8)

@@ -1,0 +1,162 @@
+"""One loop for every network: epochs, the watched loss, early stopping, and the best weights at the end."""
+
+from __future__ import annotations
+
+import time
+from collections.abc import Callable, Mapping
+from dataclasses import dataclass
+from typing import Any, TypeAlias
+
+from torch import nn
+from torch.optim import Adam, Optimizer
+
+from modeling.training.checkpoints import read_latest, write_checkpoint
+from modeling.training.history import Epoch
+from modeling.training.identity import identity_of
+from modeling.training.progress import Clock, Pace, Report, lasting, silent
+from modeling.training.refusals import TrainingError
+from modeling.training.resuming import State, kept, put_back, refuse_longer, refuse_other
+from modeling.training.schedule import Course, course_of
+from modeling.training.seeding import training_state
+from modeling.training.settings import Settings
+from modeling.training.sources import Source
+from modeling.training.stepping import Loss, mean_loss, train_epoch
+from modeling.training.weights import copied, finite, restore, trainable
+
+Optimise: TypeAlias = Callable[[list[nn.Parameter], float], Optimizer]
+"""The parameters and the first learning rate to an optimiser."""
+
+
+@dataclass(frozen=True)
+class Trained:
+    """A training that ended: its epochs, the one whose weights the network now has, and how long it took.
+
+    `stopped` is whether early stopping ended it; `continued_from` the epoch of the checkpoint it went on from, or 0.
+    """
+
+    history: tuple[Epoch, ...]
+    best_epoch: int
+    seconds: float
+    stopped: bool
+    continued_from: int = 0
+
+    @property
+    def best_loss(self) -> float:
+        """The watched loss of the best epoch."""
+        return self.history[self.best_epoch - 1].watched
+
+
+def adam(parameters: list[nn.Parameter], rate: float) -> Optimizer:
+    """Adam (Kingma and Ba 2015), one kernel for all weights (docs/reference/training.md has the times)."""
+    return Adam(parameters, lr=rate, fused=True)
+
+
+def train(
+    network: nn.Module,
+    data: Source,
+    held: Source | None,
+    loss: Loss,
+    settings: Settings,
+    *,
+    optimiser: Optimise = adam,
+    report: Report = silent,
+    clock: Clock = time.perf_counter,
+) -> Trained:
+    """Train the network in place and leave it, in evaluation mode, with the weights of its best epoch.
+
+    `loss(answer, target)` is a mean over rows. The best epoch has the lowest loss on `held`, or without `held` the
+    lowest mean loss while training. The result is decided by network, data, loss, optimiser and settings alone.
+
+    Raises TrainingError for a loss, gradient or weight that is not finite: the network then has the best weights so
+    far (or those it came with) again. Raises CheckpointError for a checkpoint of another training.
+    """
+    parameters = trainable(network)
+    with training_state(settings.seed, settings.threads):
+        made = _of_one_rate(optimiser(parameters, settings.learning_rate), settings.learning_rate)
+        state = State(network, made, copied(network), [])
+        run = _Run(state, data, held, loss, settings, report, clock)
+        try:
+            return run.to_the_end(run.identity() if settings.checkpoint else {})
+        except TrainingError:
+            restore(network, state.best)
+            raise
+        finally:
+            network.eval()
+
+
+def _of_one_rate(optimiser: Optimizer, rate: float) -> Optimizer:
+    """Raise TrainingError for groups with rates of their own: the schedule would silently set them all to one."""
+    if {float(group["lr"]) for group in optimiser.param_groups} != {rate}:
+        found = ", ".join(f"{float(group['lr']):g}" for group in optimiser.param_groups)
+        raise TrainingError(f"the optimiser's learning rate is {found}: expected the one it was given, {rate:g}, only.")
+    return optimiser
+
+
+@dataclass(frozen=True)
+class _Run:
+    state: State
+    data: Source
+    held: Source | None
+    loss: Loss
+    settings: Settings
+    report: Report
+    clock: Clock
+
+    def identity(self) -> dict[str, Any]:
+        """What a checkpoint is told by; it takes reading all of the data."""
+        state = self.state
+        return identity_of(state.network, self.data, self.held, self.loss, state.optimiser, self.settings)
+
+    def to_the_end(self, identity: Mapping[str, Any]) -> Trained:
+        """All epochs from where the last checkpoint ends."""
+        history = self.state.history
+        continued = self._continue(identity)
+        course = course_of((epoch.watched for epoch in history), self.settings)
+        before = history[-1].seconds if history else 0.0
+        began, pace = self.clock(), Pace(self.settings.epochs, self.clock, len(history))
+        while not course.ended(self.settings):
+            course = self._epoch(course, lambda: before + self.clock() - began)
+            pace.step()
+            self._tell(course, pace)
+            if course.epochs % self.settings.every_epochs == 0 or course.ended(self.settings):
+                self._keep(identity)
+        restore(self.state.network, self.state.best)
+        seconds = before + self.clock() - began
+        return Trained(tuple(history), course.best_epoch, seconds, course.over(self.settings), continued)
+
+    def _epoch(self, course: Course, seconds: Callable[[], float]) -> Course:
+        """Train one epoch, look at the held-out rows, keep the weights if they are the best so far."""
+        state, epoch = self.state, course.epochs + 1
+        for group in state.optimiser.param_groups:
+            group["lr"] = course.rate
+        trained = train_epoch(state.network, state.optimiser, self.data, self.loss, self.settings, epoch)
+        if not finite(state.network.state_dict().values()):
+            raise TrainingError(f"epoch {epoch}: a weight is not finite after its last batch.", epoch)
+        held = None if self.held is None else mean_loss(state.network, self.held, self.loss, self.settings, epoch)
+        state.history.append(Epoch(epoch, seconds(), course.rate, trained, held))
+        after = course.after(state.history[-1].watched, self.settings)
+        if after.best_epoch == epoch:
+            state.best = copied(state.network)
+        return after
+
+    def _continue(self, identity: Mapping[str, Any]) -> int:
+        folder = self.settings.checkpoint
+        found = None if folder is None else read_latest(folder, self.report)
+        if found is None:
+            return 0
+        refuse_other(found, identity, str(folder))
+        refuse_longer(found, self.settings, str(folder))
+        put_back(self.state, found)
+        self.report(f"continuing after epoch {found.epoch}, from {folder}")
+        return found.epoch
+
+    def _keep(self, identity: Mapping[str, Any]) -> None:
+        if self.settings.checkpoint is not None:
+            write_checkpoint(self.settings.checkpoint, kept(self.state, identity))
+
+    def _tell(self, course: Course, pace: Pace) -> None:
+        last = self.state.history[-1]
+        held = "" if last.held_loss is None else f", held out {last.held_loss:.4g}"
+        best = f"best {course.best_loss:.4g} in epoch {course.best_epoch}"
+        left = "done" if course.ended(self.settings) else f"at most {lasting(pace.left_s)} left"
+        self.report(f"epoch {last.epoch} of {self.settings.epochs}: loss {last.train_loss:.4g}{held} ({best}), {left}")

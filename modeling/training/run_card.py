@@ -1,0 +1,55 @@
+"""The run card: what a training was made from and with, what it came to, and how long it took."""
+
+from __future__ import annotations
+
+import platform
+from collections.abc import Mapping
+from dataclasses import asdict, is_dataclass
+from importlib.metadata import PackageNotFoundError, version
+from pathlib import Path
+from typing import Any
+
+from protocols.canonical import digest
+
+PACKAGES = ("palpate", "numpy", "torch", "scikit-learn")
+
+
+def run_card(
+    data_digests: Mapping[str, str], settings: object, metrics: Mapping[str, float], seconds: float
+) -> dict[str, Any]:
+    """A run as plain values that JSON holds: it stands in a model's card.
+
+    `data_digests` are SHA-256 by what they are of; `settings` a dataclass or a mapping. Raises NotCanonical where a
+    metric is not finite: a card never holds NaN.
+    """
+    card = {
+        "data": dict(data_digests),
+        "versions": versions(),
+        "machine": f"{platform.system()} {platform.machine()}",
+        "configuration": _plain(settings),
+        "metrics": {name: float(value) for name, value in metrics.items()},
+        "seconds": float(seconds),
+    }
+    return {**card, "digest": digest(card)}
+
+
+def versions() -> dict[str, str | None]:
+    """Of Python and of the packages that decide a result; None for one that is not installed."""
+    return {"python": platform.python_version(), **{name: _version(name) for name in PACKAGES}}
+
+
+def _version(name: str) -> str | None:
+    try:
+        return version(name)
+    except PackageNotFoundError:
+        return None
+
+
+def _plain(value: object) -> Any:
+    if is_dataclass(value) and not isinstance(value, type):
+        return _plain(asdict(value))
+    if isinstance(value, Mapping):
+        return {str(key): _plain(inner) for key, inner in value.items()}
+    if isinstance(value, list | tuple):
+        return [_plain(inner) for inner in value]
+    return str(value) if isinstance(value, Path) else value

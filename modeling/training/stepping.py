@@ -1,0 +1,78 @@
+"""One epoch of steps, and the loss on rows that are only looked at."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Callable, Iterator
+from typing import Any, TypeAlias
+
+import torch
+from torch import Tensor, nn
+from torch.optim import Optimizer
+
+from modeling.training.refusals import TrainingError
+from modeling.training.seeding import batch_chance, order
+from modeling.training.settings import Settings
+from modeling.training.sources import Source, answer_of
+from modeling.training.weights import finite
+
+Loss: TypeAlias = Callable[[Any, Any], Tensor]
+"""The network's answer and the target to one number, the mean over the rows of a batch."""
+
+
+def train_epoch(
+    network: nn.Module, optimiser: Optimizer, data: Source, loss: Loss, settings: Settings, epoch: int
+) -> float:
+    """One step for each batch, in the epoch's own order; the mean loss over the rows.
+
+    Raises TrainingError, before the step that it would spoil, for a loss or gradient that is not finite.
+    """
+    network.train()
+    parameters = [parameter for group in optimiser.param_groups for parameter in group["params"]]
+    chance = batch_chance(settings.seed, epoch)
+    total = 0.0
+    for batch, rows in enumerate(_batches(order(settings.seed, epoch, len(data)), settings.batch), 1):
+        inputs, targets = data.batch(rows, chance)
+        optimiser.zero_grad(set_to_none=True)
+        found = loss(answer_of(network, inputs), targets)
+        total += _number(found, epoch, batch) * len(rows)
+        if found.requires_grad:
+            found.backward()  # type: ignore[no-untyped-call]
+        _refuse_gradient(parameters, epoch, batch)
+        optimiser.step()
+    return total / len(data)
+
+
+def mean_loss(network: nn.Module, held: Source, loss: Loss, settings: Settings, epoch: int) -> float:
+    """The mean loss over all rows, in evaluation mode. Raises TrainingError where it is not finite."""
+    network.eval()
+    chance = batch_chance(settings.seed, 0)
+    total = 0.0
+    with torch.no_grad():
+        for batch, rows in enumerate(_batches(torch.arange(len(held)), max(settings.batch, 64)), 1):
+            inputs, targets = held.batch(rows, chance)
+            total += _number(loss(answer_of(network, inputs), targets), epoch, batch, "held-out ") * len(rows)
+    return total / len(held)
+
+
+def _batches(rows: Tensor, size: int) -> Iterator[Tensor]:
+    return (rows[start : start + size] for start in range(0, len(rows), size))
+
+
+def _number(loss: Tensor, epoch: int, batch: int, which: str = "") -> float:
+    if loss.numel() != 1:
+        raise TrainingError(f"the loss has shape {tuple(loss.shape)}: expected one number, the mean over the rows.")
+    value = float(loss.detach())
+    if not math.isfinite(value):
+        place = f"epoch {epoch}, {which}batch {batch}"
+        advice = "Look at the data for a spike, or begin with a smaller learning rate."
+        raise TrainingError(f"{place}: the loss is {value}. {advice}", epoch, batch)
+    return value
+
+
+def _refuse_gradient(parameters: list[nn.Parameter], epoch: int, batch: int) -> None:
+    gradients = [parameter.grad for parameter in parameters if parameter.grad is not None]
+    if not gradients:
+        raise TrainingError("the loss does not depend on the network's weights: no gradient.", epoch, batch)
+    if not finite(gradients):
+        raise TrainingError(f"epoch {epoch}, batch {batch}: a gradient is not finite.", epoch, batch)
