@@ -1,0 +1,65 @@
+"""Ways of telling a linear from a tactile from a clicky switch by its curve."""
+
+from __future__ import annotations
+
+import numpy as np
+import torch
+from sklearn.decomposition import PCA
+from sklearn.dummy import DummyClassifier
+from sklearn.linear_model import RidgeClassifierCV
+from sklearn.pipeline import make_pipeline
+from sklearn.preprocessing import StandardScaler
+from sklearn.tree import DecisionTreeClassifier
+from sklearn.utils.class_weight import compute_class_weight
+from torch import nn
+
+from modeling.keyswitch.bump import bump
+from modeling.keyswitch.curves import KINDS, Array, Indices
+from modeling.keyswitch.networks import classifier
+from modeling.keyswitch.outcome import Fitted
+from modeling.keyswitch.reconstructing import answered, centring_of, settings_of
+from modeling.keyswitch.settings import Size
+from modeling.training.loop import train
+from modeling.training.progress import Report
+from modeling.training.seeding import seeded
+from modeling.training.sources import Pairs, pairs
+
+PENALTIES = tuple(float(10**k) for k in np.linspace(-3, 3, 13))
+WEIGHTS = "balanced"
+"""Every kind weighs the same in every fit: there are five times as many linear as clicky switches."""
+
+
+def commonest(train_rows: Array, kinds: Indices, _code: int, _size: Size, _report: Report) -> Fitted:
+    """The most frequent kind for every switch."""
+    fitted = DummyClassifier(strategy="most_frequent").fit(train_rows, kinds)
+    return lambda held: np.asarray(fitted.predict(held))
+
+
+def ridge(train_rows: Array, kinds: Indices, code: int, _size: Size, _report: Report) -> Fitted:
+    """Ridge regression on principal components, the penalty by leave-one-out within the training side."""
+    steps = PCA(code, svd_solver="full"), StandardScaler(), RidgeClassifierCV(PENALTIES, class_weight=WEIGHTS)
+    fitted = make_pipeline(*steps).fit(train_rows, kinds)
+    return lambda held: np.asarray(fitted.predict(held))
+
+
+def tree(train_rows: Array, kinds: Indices, _code: int, size: Size, _report: Report) -> Fitted:
+    """A decision tree of depth 2 on three numbers of the bump."""
+    fitted = DecisionTreeClassifier(max_depth=2, class_weight=WEIGHTS, random_state=size.seed)
+    fitted.fit(bump(train_rows), kinds)
+    return lambda held: np.asarray(fitted.predict(bump(held)))
+
+
+def network(train_rows: Array, kinds: Indices, _code: int, size: Size, report: Report) -> Fitted:
+    """The forward network of thesis 5.4, cross-entropy, Adam."""
+    model = seeded(lambda: classifier(len(KINDS)), size.seed)
+    weights = torch.ones(len(KINDS))
+    present = np.unique(kinds)
+    weights[present] = torch.from_numpy(compute_class_weight(WEIGHTS, classes=present, y=kinds)).float()
+    centring = centring_of(train_rows)
+    inputs = pairs(centring.up(train_rows), kinds).inputs
+    loss = nn.CrossEntropyLoss(weight=weights)
+    train(model, Pairs(inputs, torch.from_numpy(kinds)), None, loss, settings_of(size), report=report)
+    return lambda held: np.argmax(answered(model, centring.up(held), size), axis=1)
+
+
+METHODS = {"commonest kind": commonest, "ridge on PCA": ridge, "tree on the bump": tree, "network": network}

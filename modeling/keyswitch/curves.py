@@ -1,0 +1,88 @@
+"""The measured curves with what is known of each switch: kind, maker, family."""
+
+from __future__ import annotations
+
+import csv
+import hashlib
+from collections.abc import Iterator, Sequence
+from dataclasses import dataclass
+from pathlib import Path
+
+import numpy as np
+from numpy.typing import NDArray
+
+from modeling.keyswitch.families import families
+
+Array = NDArray[np.float64]
+Indices = NDArray[np.int64]
+MEASURED = Path(__file__).parent / "measured"
+CURVES, KINDS_FILE = "downstroke_621.csv", "kinds.csv"
+KINDS = ("linear", "tactile", "clicky")
+POINTS = 621
+
+
+class CurveError(ValueError):
+    """A file of curves or kinds that is not what it should be."""
+
+
+@dataclass(frozen=True)
+class Curves:
+    """One row for each switch.
+
+    `force_gf` is (n, 621): gram-force of the down-stroke at equal steps of travel, 0 to `travel_mm`. `kind` (n,) is a
+    place in KINDS. Switches of one `family` never lie on both sides of a split.
+    """
+
+    names: tuple[str, ...]
+    makers: tuple[str, ...]
+    family: tuple[str, ...]
+    kind: Indices
+    travel_mm: Array
+    force_gf: Array
+    digest: str
+
+    def __len__(self) -> int:
+        return len(self.names)
+
+
+def measured(folder: Path = MEASURED) -> Curves:
+    """The 119 shipped curves (NOTICE beside them). Raises CurveError where a file, a line or a number is not right."""
+    curves, kinds = folder / CURVES, folder / KINDS_FILE
+    rows = list(_lines(curves, 2 + POINTS))
+    told = {line[0]: line for line in _lines(kinds, 4)}
+    names = tuple(line[0] for line in rows)
+    if unlike := sorted(set(names) ^ set(told)):
+        raise CurveError(f"{curves} and {kinds} name different switches: {', '.join(unlike[:3])}.")
+    makers = tuple(told[name][3] for name in names)
+    numbers = np.array([_numbers(curves, line) for line in rows])
+    digest = hashlib.sha256(curves.read_bytes() + kinds.read_bytes()).hexdigest()
+    kind = np.array([_kind(kinds, told[name]) for name in names])
+    return Curves(names, makers, families(names, makers), kind, numbers[:, 0], numbers[:, 1:], digest)
+
+
+def _lines(path: Path, columns: int) -> Iterator[Sequence[str]]:
+    """The lines after the heading, each with so many cells and a name of its own."""
+    with path.open(encoding="utf-8", newline="") as file:
+        seen: set[str] = set()
+        for number, line in enumerate(csv.reader(file), 1):
+            if len(line) != columns or line[0] in seen:
+                raise CurveError(f"{path}: line {number} has {len(line)} cells ({columns} expected) or a name again.")
+            seen.add(line[0])
+            if number > 1:
+                yield line
+
+
+def _numbers(path: Path, line: Sequence[str]) -> Array:
+    try:
+        numbers = np.array([float(cell) for cell in line[1:]])
+    except ValueError as error:
+        raise CurveError(f"{path}: {line[0]}: {error}.") from None
+    if not np.isfinite(numbers).all():
+        raise CurveError(f"{path}: {line[0]} has a force that is not finite.")
+    return numbers
+
+
+def _kind(path: Path, line: Sequence[str]) -> int:
+    if line[1] not in KINDS:
+        raise CurveError(f"{path}: {line[0]} is {line[1]!r}: one of {', '.join(KINDS)} is expected.")
+    return KINDS.index(line[1])

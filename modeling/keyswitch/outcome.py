@@ -1,0 +1,30 @@
+"""What a method gives for the held-out switches of one fold, and its times."""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+from dataclasses import dataclass
+
+from modeling.keyswitch.curves import Array
+from modeling.training.progress import Clock
+
+Fitted = Callable[[Array], Array]
+"""Held-out curves, scaled, to what the method makes of them."""
+
+
+@dataclass(frozen=True)
+class Outcome:
+    """`answer`: restored curves (n, 621) in gf, or kinds (n,). Seconds of the training, and of one curve's answer."""
+
+    answer: Array
+    training_s: float
+    inference_s: float
+
+
+def timed(fit: Callable[[], Fitted], held: Array, clock: Clock) -> Outcome:
+    """Fit, then answer for the held-out rows in one batch."""
+    began = clock()
+    fitted = fit()
+    between = clock()
+    answer = fitted(held)
+    return Outcome(answer, between - began, (clock() - between) / len(held))

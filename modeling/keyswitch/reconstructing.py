@@ -1,0 +1,84 @@
+"""Ways of bringing a curve back from a code of a few numbers."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+import numpy as np
+import torch
+from sklearn.decomposition import PCA
+from torch import nn
+
+from modeling.keyswitch.curves import Array, CurveError
+from modeling.keyswitch.networks import Reconstruction
+from modeling.keyswitch.outcome import Fitted
+from modeling.keyswitch.settings import Size
+from modeling.training.loop import train
+from modeling.training.progress import Report
+from modeling.training.seeding import seeded, training_state
+from modeling.training.settings import Settings
+from modeling.training.sources import pairs
+
+
+def mean_curve(train_rows: Array, _code: int, _size: Size, _report: Report) -> Fitted:
+    """No code at all: the mean of the training curves for every one."""
+    mean = train_rows.mean(axis=0)
+    return lambda held: np.broadcast_to(mean, held.shape)
+
+
+def pca(train_rows: Array, code: int, _size: Size, _report: Report) -> Fitted:
+    """The best linear code of this size on the training curves (principal components)."""
+    fitted = PCA(code, svd_solver="full").fit(train_rows)
+    return lambda held: np.asarray(fitted.inverse_transform(fitted.transform(held)))
+
+
+def network(train_rows: Array, code: int, size: Size, report: Report) -> Fitted:
+    """The door networks' encoder and decoder on the difference to the mean curve, squared error, Adam."""
+    model, centring = seeded(lambda: Reconstruction(code), size.seed), centring_of(train_rows)
+    rows = centring.up(train_rows)
+    train(model, pairs(rows, rows), None, nn.functional.mse_loss, settings_of(size), report=report)
+    return lambda held: centring.down(answered(model, centring.up(held), size))
+
+
+@dataclass(frozen=True)
+class Centring:
+    """Curves as differences to the training side's mean curve, in units of their own SD: what PCA does by itself."""
+
+    mean: Array
+    spread: float
+
+    def up(self, rows: Array) -> Array:
+        """Curves to differences."""
+        return (rows - self.mean) / self.spread
+
+    def down(self, rows: Array) -> Array:
+        """Differences to curves."""
+        return rows * self.spread + self.mean
+
+
+def centring_of(rows: Array) -> Centring:
+    """The centring of these training curves. Raises CurveError where they are all the same."""
+    mean = rows.mean(axis=0)
+    spread = float((rows - mean).std())
+    if not spread > 0:
+        raise CurveError(f"all {len(rows)} curves of the training side are the same: there is nothing to learn from.")
+    return Centring(mean, spread)
+
+
+def settings_of(size: Size) -> Settings:
+    """The trainer's settings: a tenth of the epochs as the plateau's patience."""
+    patience = max(2, size.epochs // 10)
+    return Settings(
+        epochs=size.epochs, batch=size.batch, learning_rate=size.learning_rate, plateau_patience=patience,
+        seed=size.seed, threads=size.threads,
+    )  # fmt: skip
+
+
+def answered(model: nn.Module, held: Array, size: Size) -> Array:
+    """The trained network's answer to all rows at once."""
+    with training_state(size.seed, size.threads), torch.inference_mode():
+        found: Array = model(torch.from_numpy(held.astype(np.float32))).numpy().astype(np.float64)
+    return found
+
+
+METHODS = {"mean curve": mean_curve, "PCA": pca, "network": network}
