@@ -1,1 +1,1 @@
-"""Features, data sets, networks, training and export of trained models. Nothing is trained yet: this room is empty."""
+"""Features, data sets, networks, training, evaluation and export of trained models."""

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Mapping
+from collections.abc import Callable, Mapping
 from dataclasses import dataclass
 from functools import cached_property
 
@@ -11,9 +11,10 @@ from protocols.forms import Sliders
 from protocols.keyed import Key, normal, uniform
 from protocols.plan import Plan
 from protocols.requests import Ask, Reply, Rest
-from protocols.study import Attribute, Simulation, Stimulus
+from protocols.study import Attribute, Scale, Simulation, Stimulus
 
 GAIN_FLOOR = 0.1
+INTERCEPT = "intercept"
 
 
 @dataclass(frozen=True)
@@ -35,14 +36,31 @@ class Perceiver:
     @cached_property
     def z_scores(self) -> Mapping[str, Mapping[str, float]]:
         """column -> stimulus id -> z-score over all stimuli of the study (0 where a column is constant)."""
-        columns = sorted({c for weights in self.simulation.latents.values() for c in weights} - {"intercept"})
-        return {column: z_scores(self.plan.study.stimuli, column) for column in columns}
+        return {column: z_scores(self.plan.study.stimuli, column) for column in self.columns}
+
+    @cached_property
+    def standings(self) -> Mapping[str, tuple[float, float]]:
+        """column -> mean and SD over all stimuli of the study."""
+        return {column: standing(self.plan.study.stimuli, column) for column in self.columns}
+
+    @property
+    def columns(self) -> list[str]:
+        """The columns of the stimulus table that anything is felt by."""
+        return sorted({c for weights in self.simulation.latents.values() for c in weights} - {INTERCEPT})
 
     def latent(self, item: str, stimulus: Stimulus) -> float:
         """What everybody would feel: scale units around the middle of the scale, or logits of ticking a word."""
+        return weighed(self.simulation.latents.get(item, {}), lambda column: self.z_scores[column][stimulus.id])
+
+    def latent_of(self, item: str, columns: Mapping[str, float]) -> float:
+        """What everybody would feel at a stimulus that the study does not have, by the columns of its table.
+
+        Each column is z-scored as the study's own stimuli are. Raises ValueError for a column that is missing.
+        """
         weights = self.simulation.latents.get(item, {})
-        parts = [w * (1.0 if c == "intercept" else self.z_scores[c][stimulus.id]) for c, w in weights.items()]
-        return math.fsum(parts)
+        if missing := [column for column in weights if column != INTERCEPT and column not in columns]:
+            raise ValueError(f"{item} is felt by {', '.join(missing)}, which this stimulus lacks")
+        return weighed(weights, lambda column: z_score(columns[column], self.standings[column]))
 
     def gain(self, attribute: Attribute) -> float:
         """The participant's own gain, at least 0.1."""
@@ -59,13 +77,14 @@ class Perceiver:
         answers, at_s, clock = {}, {}, 0.0
         for attribute in form.attributes:
             clock = round(clock + self.seconds(ask, attribute.name), 3)
-            answers[attribute.name] = self._rating(ask, form, attribute, ask.trial.stimulus)
+            latent = self.latent(attribute.name, ask.trial.stimulus)
+            answers[attribute.name] = self.rating(latent, attribute, form.scale, place(ask))
             at_s[attribute.name] = clock
         return Reply({"answers": answers, "at_s": at_s, "seconds": clock}), clock
 
     def lapses(self, ask: Ask, attribute: Attribute) -> bool:
         """Whether this answer is a lapse."""
-        return uniform(*self.moment("lapse", ask, attribute.name)) < self.simulation.lapse_rate
+        return self._lapses(attribute, place(ask))
 
     def rest_s(self, rest: Rest) -> float:
         """How long the participant rests."""
@@ -86,22 +105,49 @@ class Perceiver:
 
     def moment(self, what: str, ask: Ask, item: str) -> tuple[Key, ...]:
         """The key of what is drawn for one item of one form."""
-        at = (ask.form.name, 0) if ask.trial is None else (ask.trial.number, ask.trial.attempt)
+        return self.keyed(what, place(ask), item)
+
+    def keyed(self, what: str, at: tuple[Key, ...], item: str) -> tuple[Key, ...]:
+        """The key of what is drawn for one item at one moment."""
         return (what, self.plan.study.study, self.plan.seed, self.plan.who.participant, *at, item)
 
-    def _rating(self, ask: Ask, form: Sliders, attribute: Attribute, stimulus: Stimulus) -> float:
-        scale = form.scale
-        if self.lapses(ask, attribute):
-            anywhere = uniform(*self.moment("anywhere", ask, attribute.name))
+    def rating(self, latent: float, attribute: Attribute, scale: Scale, at: tuple[Key, ...]) -> float:
+        """The answer where everybody would feel `latent`; `at` keys what the moment adds: noise, or a lapse."""
+        if self._lapses(attribute, at):
+            anywhere = uniform(*self.keyed("anywhere", at, attribute.name))
             return scale.nearest(scale.low + anywhere * (scale.high - scale.low))
-        felt = self.gain(attribute) * self.latent(attribute.name, stimulus) + self.bias(attribute)
-        noise = self.simulation.noise_sd * normal(*self.moment("noise", ask, attribute.name))
+        felt = self.gain(attribute) * latent + self.bias(attribute)
+        noise = self.simulation.noise_sd * normal(*self.keyed("noise", at, attribute.name))
         return scale.nearest((scale.low + scale.high) / 2 + felt + noise)
+
+    def _lapses(self, attribute: Attribute, at: tuple[Key, ...]) -> bool:
+        return uniform(*self.keyed("lapse", at, attribute.name)) < self.simulation.lapse_rate
+
+
+def place(ask: Ask) -> tuple[Key, ...]:
+    """What tells the moment of a form from all others of a session."""
+    return (ask.form.name, 0) if ask.trial is None else (ask.trial.number, ask.trial.attempt)
+
+
+def weighed(weights: Mapping[str, float], z_of: Callable[[str], float]) -> float:
+    """The sum of weight x z-score over the columns, with the intercept."""
+    return math.fsum([w * (1.0 if column == INTERCEPT else z_of(column)) for column, w in weights.items()])
 
 
 def z_scores(stimuli: tuple[Stimulus, ...], column: str) -> dict[str, float]:
     """z-score of a numeric column by stimulus id (population SD); 0 where the column is constant."""
+    stands = standing(stimuli, column)
+    return {stimulus.id: z_score(float(stimulus.columns[column]), stands) for stimulus in stimuli}
+
+
+def standing(stimuli: tuple[Stimulus, ...], column: str) -> tuple[float, float]:
+    """Mean and population SD of a numeric column over all stimuli."""
     values = {stimulus.id: float(stimulus.columns[column]) for stimulus in stimuli}
     mean = math.fsum(values.values()) / len(values)
-    sd = math.sqrt(math.fsum((value - mean) ** 2 for value in values.values()) / len(values))
-    return {name: (value - mean) / sd if sd > 0 else 0.0 for name, value in values.items()}
+    return mean, math.sqrt(math.fsum((value - mean) ** 2 for value in values.values()) / len(values))
+
+
+def z_score(value: float, stands: tuple[float, float]) -> float:
+    """How many SD above the mean; 0 where nothing varies."""
+    mean, sd = stands
+    return (value - mean) / sd if sd > 0 else 0.0

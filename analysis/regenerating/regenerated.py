@@ -59,7 +59,7 @@ def regenerate(wanted: Wanted, plan_file: Path | None = None, progress: Progress
 
 def regenerate_by(wanted: Wanted, name: str, plan: Plan, progress: Progress = lambda *_: None) -> Regenerated:
     """As `regenerate`, by a plan that was found before."""
-    whole = _material(wanted, name, plan, progress)
+    whole = whole_material(wanted, name, plan, progress)
     left = apply_exclusions(whole, plan.declared)
     tables = {table: read_table(plan.table_path(table)) for table in plan.declared.tables}
     selecting = Selecting(left.material, plan, tables)
@@ -105,7 +105,13 @@ def _folder(wanted: Wanted) -> tuple[Path, str]:
     raise PlanError(f"no study and no imported data set is called {wanted.name!r}; {nearest(wanted.name, known)}")
 
 
-def _material(wanted: Wanted, name: str, plan: Plan, progress: Progress) -> Material:
+def whole_material(
+    wanted: Wanted, name: str, plan: Plan | None = None, progress: Progress = lambda *_: None
+) -> Material:
+    """A study's answers before its plan's exclusions: from a database, the lab's session files or what was imported.
+
+    Without a plan only complete sessions count. Raises DataRefused on data that cannot be read.
+    """
     paths = [] if wanted.url is not None else ledgers_in(wanted.lab, name)
     imported = wanted.lab / IMPORTED / name
     if paths and imported.exists():
@@ -113,14 +119,14 @@ def _material(wanted: Wanted, name: str, plan: Plan, progress: Progress) -> Mate
     if wanted.url is None and not paths:
         if not imported.is_dir():
             raise nothing_of(name, wanted.lab)
-        return imported_material(load_ratings(imported), plan.declared.title or "")
+        return imported_material(load_ratings(imported), (plan.declared.title if plan else None) or "")
     engine = open_database(wanted.url) if wanted.url is not None else gathered(paths, wanted.lab, progress)
     try:
         return read_material(
             engine,
             name,
             digest=wanted.digest,
-            include_incomplete=plan.declared.sessions == "also_interrupted",
+            include_incomplete=plan is not None and plan.declared.sessions == "also_interrupted",
             simulated=wanted.simulated,
             withdrawn=withdrawn(wanted.lab),
         )

@@ -142,3 +142,20 @@ def test_the_nearest_answer_of_any_scale_is_an_answer(low, steps, step, share, c
 def test_tenths_are_answered_as_they_are_written():
     scale = Scale.model_validate({"from": 0.1, "to": 0.7, "step": 0.1})
     assert [scale.nearest(n / 10) for n in range(8)] == [0.1, 0.1, 0.2, 0.3, 0.4, 0.5, 0.6, 0.7]
+
+
+def test_a_stimulus_that_the_study_lacks_is_felt_on_the_scale_of_those_it_has():
+    """Sizes 0..3 have mean 1.5 and SD sqrt(1.25); 5.5 is (5.5 - 1.5) / SD away, and the study's own size 2 stays it."""
+    person = perceiver()
+    assert person.latent_of("Soft", {"size": 5.5, "other": 9.0}) == pytest.approx(1 + 2 * 4 / 1.25**0.5)
+    assert person.latent_of("Soft", {"size": 2.0}) == person.latent("Soft", person.plan.study.stimuli[2])
+    with pytest.raises(ValueError, match="Soft is felt by size, which this stimulus lacks"):
+        person.latent_of("Soft", {"other": 1.0})
+
+
+def test_a_rating_outside_a_session_is_keyed_by_its_moment():
+    person = perceiver(noise_sd=3.0)
+    soft, scale = person.plan.study.attributes[0], person.plan.study.scale
+    once = [person.rating(0.0, soft, scale, ("felt", name)) for name in "abcdefgh"]
+    assert once == [person.rating(0.0, soft, scale, ("felt", name)) for name in "abcdefgh"]
+    assert len(set(once)) > 2

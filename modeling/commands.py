@@ -1,0 +1,206 @@
+"""The verbs `train` and `evaluate`."""
+
+from __future__ import annotations
+
+from pathlib import Path
+from typing import TYPE_CHECKING, Any
+
+import click
+
+from modeling.commands_data import Asked, data_options, going_on, progress_lines, read
+from studies.options import JSON, echo_json
+
+if TYPE_CHECKING:
+    from modeling.doors.evaluating_whole import Evaluation
+    from modeling.doors.registry import Direction
+    from modeling.doors.side import Doors
+
+SEED = click.option(
+    "--seed", type=click.IntRange(0, 1_000_000), default=0, show_default=True, help="For everything drawn."
+)
+QUICK = click.option("--quick", is_flag=True, help="A few epochs on the stimuli alone: to try it out, not to use it.")
+WORKERS = click.option(
+    "--workers", type=click.IntRange(1, 256), help="Processes at work at once.  [default: one for each core]"
+)
+CLUSTER = click.option("--cluster", metavar="ADDRESS", help="A Dask scheduler (tcp://HOST:8786) that does the work.")
+SPLITS = ("grouped", "leave_one_door_out", "leaky")
+TITLES = ("From force to feeling", "From feeling to force")
+TIMES = (("train_s", "training", "s"), ("file_ms", "answer, ms", "ms"))
+SHOWN = (
+    (("mae", "MAE", "2"), ("rmse", "RMSE", "2"), ("r2", "R²", "3"), *TIMES),
+    (("loop_fresh", "loop, people", "2"), ("loop_judge", "model", "2"), ("waveform_mae", "waveform %", "2"),
+     ("corners_unplayable", "bad corners", "int"), *TIMES),
+)  # fmt: skip
+"""The columns of the two tables that are printed: their names in the rows, their headings, how they are written."""
+
+
+@click.group(options_metavar="", subcommand_metavar="WHAT [OPTIONS]")
+def train() -> None:
+    """Train the models that predict a feeling and make a profile."""
+
+
+@click.group(options_metavar="", subcommand_metavar="WHAT [OPTIONS]")
+def evaluate() -> None:
+    """Judge every method side by side: error and time."""
+
+
+@train.command("doors")
+@data_options
+@click.option(
+    "--forward",
+    metavar="METHOD",
+    help="From force to feeling.  [default: the best of the lab's evaluation, else ridge]",
+)
+@click.option("--inverse", metavar="METHOD", help="From feeling to force.  [default: likewise, else generator]")
+@SEED
+@QUICK
+@WORKERS
+@CLUSTER
+@click.option("--to", type=click.Path(file_okay=False, path_type=Path), help="Where to.  [default: LAB/models]")
+@JSON
+@click.pass_obj
+def train_doors(
+    doors: Doors, asked: Asked, forward: str | None, inverse: str | None, seed: int, quick: bool, workers: int | None,
+    cluster: str | None, to: Path | None, as_json: bool,
+) -> None:  # fmt: skip
+    """Train both door models on all stimuli and write them as files that a rig reads.
+
+    Writes door-perception and door-force, each a card (JSON) and its numbers (safetensors), to LAB/models. The cards
+    hold the metrics of a cross-validation on grouped folds, intervals that hold 90 % of new ratings, and the run: data,
+    versions, settings, seconds. Of a network also its learning curve. Stopped (Ctrl-C, a power cut), the same command
+    goes on.
+
+    Example: palpate train doors --lab LAB
+    """
+    from modeling.commands_training import Training, train_pair
+    from modeling.doors.evaluating import Wanted
+    from modeling.doors.evaluating_outputs import default_of, kept_in
+    from modeling.doors.registry import method_named
+
+    named: dict[Direction, str | None] = {"forward": forward, "inverse": inverse}
+    for way, name in named.items():
+        if name is not None:
+            method_named(way, name)
+    with going_on("what is left"), progress_lines() as report:
+        data, _ = read(asked)
+        methods = {way: name or default_of(asked.lab, data, way) for way, name in named.items()}
+        wanted = Wanted(seed=seed, quick=quick, workers=workers, cluster=cluster, kept=kept_in(asked.lab))
+        written = train_pair(data, doors(), Training(methods, to or asked.lab / "models", wanted), report)
+    if as_json:
+        echo_json({way: each.plain() for way, each in written.items()})
+        return
+    for way, each in written.items():
+        click.echo(f"{each.card}: {each.method}; {_told(way, each.metrics)}")
+
+
+def _told(way: Direction, metrics: Any) -> str:
+    """A model's most telling numbers."""
+    if way == "forward":
+        return f"MAE {metrics['mae']:.2f}, RMSE {metrics['rmse']:.2f} of unseen stimuli (0 to 100)"
+    loop = metrics.get("loop_fresh", metrics.get("loop_judge"))
+    told = "" if loop is None else f"loop error {loop:.2f} (0 to 100), "
+    return f"{told}waveform MAE {metrics['waveform_mae']:.2f} %"
+
+
+@evaluate.command("doors")
+@data_options
+@click.option(
+    "--methods", "names", metavar="NAMES", multiple=True,
+    help="Only these: ridge,generator; forward:network for one direction.  [default: all]",
+)  # fmt: skip
+@click.option("--split", type=click.Choice(SPLITS), default="grouped", show_default=True, help="Which folds count.")
+@SEED
+@QUICK
+@WORKERS
+@CLUSTER
+@click.option("--figures/--no-figures", default=True, help="Whether to draw the figures.")
+@click.option(
+    "--to", type=click.Path(file_okay=False, path_type=Path), help="Where to.  [default: LAB/evaluated/doors]"
+)
+@JSON
+@click.pass_obj
+def evaluate_doors(
+    doors: Doors, asked: Asked, names: tuple[str, ...], split: Any, seed: int, quick: bool, workers: int | None,
+    cluster: str | None, figures: bool, to: Path | None, as_json: bool,
+) -> None:  # fmt: skip
+    """Judge every method of both directions on the same folds, and write tables, figures and a report.
+
+    Folds are grouped by source: no stimulus is tested by a model that saw it or what was made from it. Writes
+    evaluation.json, tables, figures and report.html to LAB/evaluated/doors. Finished trainings are kept there: stopped,
+    the same command goes on, and a further method is trained alone.
+
+    Example: palpate evaluate doors --lab LAB --methods ridge,generator
+    """
+    from modeling.doors.evaluating import Wanted
+    from modeling.doors.evaluating_outputs import folder_for, kept_in, write_all
+    from modeling.doors.evaluating_whole import evaluate as evaluated
+
+    wanted = Wanted(
+        methods=_methods(names),
+        split=split,
+        seed=seed,
+        quick=quick,
+        workers=workers,
+        cluster=cluster,
+        kept=kept_in(asked.lab),
+        beside=not quick,
+    )
+    with going_on("what is left"), progress_lines() as report:
+        data, individual = read(asked)
+        found = evaluated(data, individual, doors(), wanted, report)
+        paths = write_all(found, to or folder_for(asked.lab, split), report, figures)
+    if as_json:
+        from modeling.doors.evaluation_results import as_json as results
+
+        echo_json({**results(found), "files": list(map(str, paths))})
+        return
+    _show(found, paths[-1])
+
+
+def _methods(names: tuple[str, ...]) -> dict[Direction, tuple[str, ...]] | None:
+    """The methods by direction; None for all. Raises ModelDataError for a name that is none."""
+    from modeling.doors.data import ModelDataError
+    from modeling.doors.registry import FORWARD, INVERSE, methods_of
+    from protocols.did_you_mean import nearest
+
+    asked = [name.strip() for part in names for name in part.split(",") if name.strip()]
+    if not asked:
+        return None
+    chosen: dict[Direction, list[str]] = {"forward": [], "inverse": []}
+    for each in asked:
+        way, _, name = each.rpartition(":")
+        if way not in ("", *chosen):
+            raise ModelDataError(f"--methods {each}: {way!r} is no direction; {nearest(way, chosen)}")
+        fitting: list[Direction] = [one for one in chosen if way in ("", one) and name in methods_of(one)]
+        if not fitting:
+            known = {"forward": tuple(FORWARD), "inverse": tuple(INVERSE), "": (*FORWARD, *INVERSE)}[way]
+            raise ModelDataError(f"--methods: no method {name!r}; {nearest(name, dict.fromkeys(known))}")
+        for one in fitting:
+            chosen[one] += [name] if name not in chosen[one] else []
+    return {one: tuple(name for name in methods_of(one) if name in names) for one, names in chosen.items()}
+
+
+def _show(found: Evaluation, page: Path) -> None:
+    from rich.console import Console
+    from rich.table import Table
+
+    from modeling.doors.evaluation_blocks import written
+    from modeling.doors.evaluation_parts import banners, reached
+
+    console = Console(highlight=False)
+    for line in banners(found):
+        console.print(line, style="yellow")
+    for title, rows, columns in zip(TITLES, (found.forward, found.inverse), SHOWN, strict=True):
+        if rows:
+            table = Table(title=title, title_justify="left", box=None, pad_edge=False)
+            table.add_column("method", no_wrap=True, min_width=max(len(row["method"]) for row in rows))
+            for _, heading, _ in columns:
+                table.add_column(heading, justify="right")
+            for row in rows:
+                table.add_row(row["method"], *(written(row[name], form) for name, _, form in columns))
+            console.print(table)
+    for choice in found.choices.values():
+        click.echo(f"default: {choice.method}. {choice.why} {choice.of_the_network}".rstrip())
+    for label, line in reached(found):
+        click.echo(f"{label}: {line}")
+    click.echo(f"Look at {page}")

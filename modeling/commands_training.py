@@ -1,0 +1,161 @@
+"""Training a lab's models on all its stimuli, with what cross-validation says of them in their cards."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Callable, Mapping
+from dataclasses import dataclass, field, replace
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+
+from modeling.doors.data import POINTS, DoorData
+from modeling.doors.evaluating import Judged, Wanted, context_for, judge
+from modeling.doors.evaluating_files import ports
+from modeling.doors.evaluating_gathered import Gathered
+from modeling.doors.evaluating_jobs import ALL, WHOLE, Job
+from modeling.doors.evaluating_kept import forget_checkpoints
+from modeling.doors.evaluating_run import trained
+from modeling.doors.evaluation_overall import forward_row, inverse_row
+from modeling.doors.folding import Fold
+from modeling.doors.intervals import interval
+from modeling.doors.methods import Fitted, Method
+from modeling.doors.registry import Direction
+from modeling.doors.side import DoorSide
+
+NAMES: Mapping[Direction, str] = {"forward": "door-perception", "inverse": "door-force"}
+TITLES: Mapping[Direction, str] = {"forward": "How a door feels", "inverse": "A door for a feeling"}
+Report = Callable[[str], None]
+
+
+@dataclass(frozen=True)
+class Written:
+    """A model that was written: its files, its method and the metrics of its card."""
+
+    card: Path
+    method: str
+    metrics: Mapping[str, float]
+    files: tuple[Path, ...]
+
+    def plain(self) -> dict[str, Any]:
+        """As JSON holds it."""
+        files = [str(path) for path in self.files]
+        return {"card": str(self.card), "method": self.method, "metrics": dict(self.metrics), "files": files}
+
+
+@dataclass(frozen=True)
+class Training:
+    """What is trained, where it goes, and how."""
+
+    methods: Mapping[Direction, str]
+    folder: Path
+    wanted: Wanted
+    known: Mapping[Direction, Mapping[str, Method]] = field(default_factory=lambda: ALL)
+
+
+def train_pair(data: DoorData, side: DoorSide, asked: Training, report: Report) -> dict[Direction, Written]:
+    """Cross-validate the two methods on grouped folds, train both on all stimuli, and write them with their cards.
+
+    Trainings that an earlier, equal command finished are taken from where it kept them. Raises ModelDataError or what a
+    method raises.
+    """
+    wanted = replace(asked.wanted, methods={way: (name,) for way, name in asked.methods.items()}, beside=False)
+    context = context_for(data, side, wanted, asked.known)
+    every = np.arange(len(data), dtype=np.int64)
+    context = replace(context, splits={**context.splits, WHOLE: (Fold(WHOLE, every, every),)})
+    found = judge(context, wanted, report)
+    written = {}
+    for way, name in asked.methods.items():
+        report(f"writing {NAMES[way]}")
+        job = Job(way, name, WHOLE, 0)
+        model, _ = trained(job, context)
+        written[way] = _write(found, way, model, asked.folder)
+        forget_checkpoints(job, context)
+    return written
+
+
+def _write(found: Judged, way: Direction, model: Fitted, folder: Path) -> Written:
+    from modeling.files.writing import write_model
+
+    context = found.context
+    folds = found.methods(way)[0]
+    method = context.methods[way][folds.method]
+    metrics = _metrics(folds, method)
+    takes, gives = ports(context, way)
+    folder.mkdir(parents=True, exist_ok=True)
+    card = write_model(
+        folder, NAMES[way], model.exported(),
+        title=f"{TITLES[way]}: {method.title}", method=folds.method, takes=takes, gives=gives,
+        interval=_interval(folds), metrics=metrics, training=_run_card(found, way, folds.method, metrics),
+        notes=_notes(found),
+    )  # fmt: skip
+    _demand_equal(context.side, card, model, way, context.data)
+    files = (card, card.with_suffix(".safetensors"), *_history(model, folder, NAMES[way]))
+    return Written(card, folds.method, metrics, files)
+
+
+def _metrics(folds: Gathered, method: Method) -> dict[str, float]:
+    """What cross-validation says, numbers only."""
+    row = forward_row(folds, method) if folds.direction == "forward" else inverse_row(folds, method)
+    told = {name: value for name, value in row.items() if isinstance(value, int | float) and math.isfinite(value)}
+    return {name: float(value) for name, value in told.items() if not name.startswith("file_")}
+
+
+def _interval(folds: Gathered) -> Any:
+    """The conformal interval of a model that predicts ratings; None where too few stimuli calibrate one."""
+    if folds.direction == "inverse":
+        return None
+    try:
+        return interval(folds.predicted - folds.actual)
+    except ValueError:
+        return None
+
+
+def _run_card(found: Judged, way: Direction, method: str, metrics: Mapping[str, float]) -> dict[str, Any]:
+    from modeling.training.run_card import run_card
+
+    context = found.context
+    whole = found.found[way, method, WHOLE]
+    settings = {**context.settings, "seed": context.seed, "method": method, "folds": len(context.splits["grouped"]),
+                "split": "grouped", "made_from": list(context.data.made_from)}  # fmt: skip
+    return run_card({"data": context.data.digest}, settings, metrics, whole.total("train_s"))
+
+
+def _notes(found: Judged) -> tuple[str, ...]:
+    data = found.context.data
+    told = [f"Trained on all {len(data)} stimuli; the metrics are those of cross-validation on grouped folds."]
+    if data.simulated:
+        told.append(
+            "The ratings are those of simulated people: this model says nothing about how a door feels to anybody."
+        )
+    if found.wanted.quick:
+        told.append("A quick training, to try things out.")
+    return tuple(told)
+
+
+def _demand_equal(side: DoorSide, card: Path, model: Fitted, way: Direction, data: DoorData) -> None:
+    """What the rig will read answers as the trained model does. Raises ModelDataError where it does not."""
+    from modeling.doors.data import ModelDataError
+
+    given = data.force_N if way == "forward" else np.clip(np.full((1, len(data.attributes)), 50.0), 0, 100)
+    ours, theirs = model.predict(given), np.asarray(side.load(card).run(given), dtype=np.float64)
+    off = float(np.max(np.abs(ours - theirs)))
+    if off > 1e-3 * max(1.0, float(np.max(np.abs(ours)))):
+        raise ModelDataError(
+            f"{card}: the file answers {off:.2g} off the trained model (of {POINTS} points): not usable."
+        )
+
+
+def _history(model: Fitted, folder: Path, name: str) -> tuple[Path, ...]:
+    """The epochs as a table and as a picture, of a model that is trained in epochs; an older one's are removed."""
+    for kind in ("csv", "svg", "png"):
+        (folder / f"{name}.history.{kind}").unlink(missing_ok=True)
+    history = getattr(getattr(model, "trained", None), "history", ())
+    if not history:
+        return ()
+    from modeling.training.history import write_history
+    from modeling.training.learning_curve import save_learning_curve
+
+    table = write_history(history, folder / f"{name}.history.csv")
+    return (table, *save_learning_curve({"": history}, folder, f"{name}.history"))

@@ -1,0 +1,201 @@
+"""Figures of the door models: every method's error on grouped folds beside the time of an answer, and of its training.
+
+Everything is trained once, before the first row, by as many processes as there are cores; the trainings' own seconds
+become rows of their own, since the bench runs what it times more than once.
+"""
+
+from __future__ import annotations
+
+import os
+import tempfile
+import time
+from collections.abc import Callable, Iterator
+from dataclasses import dataclass, replace
+from functools import partial
+from pathlib import Path
+
+import numpy as np
+
+from modeling.doors.ceiling import Ceiling, noise_ceiling
+from modeling.doors.corners import corners
+from modeling.doors.data import Array
+from modeling.doors.evaluating import Judged, Wanted, context_for, judge
+from modeling.doors.evaluating_floors import floors
+from modeling.doors.evaluation_overall import forward_row, inverse_row
+from modeling.doors.evaluation_tables import Row
+from modeling.doors.rated import Rated
+from modeling.doors.registry import THESIS, Direction
+from modeling.doors.side import DoorSide, Runs
+from modeling.doors.simulated import simulated_ratings
+from protocols.bench import Case
+
+AREA = "doors"
+QUICK_FOLDS, FOLDS = 2, 5
+QUICK_PEOPLE, PEOPLE = 8, 40
+ANSWERS = 500
+"""So many single answers a 99th percentile is taken from."""
+OURS = {"forward": "ridge", "inverse": "generator"}
+Clock = Callable[[], float]
+
+
+@dataclass(frozen=True)
+class Found:
+    """What was trained once: all results, where the exported models lie, how long it took in all."""
+
+    rated: Rated
+    judged: Judged
+    side: DoorSide
+    folder: Path
+    seconds: float
+    workers: int
+
+    @property
+    def given(self) -> str:
+        """The data, as a row names them."""
+        data, folds = self.rated.data, len(self.judged.context.splits["grouped"])
+        return f"{len(data)} profiles x {len(self.rated.individual.people)} people, {folds} folds"
+
+    def rows(self, way: Direction) -> list[Row]:
+        """The numbers of each method of a direction."""
+        methods, row_of = self.judged.context.methods[way], forward_row if way == "forward" else inverse_row
+        return [row_of(each, methods[each.method]) for each in self.judged.methods(way)]
+
+    def model(self, way: Direction, method: str) -> Runs | None:
+        """The first fold's model, from its file; None for a method that cannot be one."""
+        card = self.folder / f"{way}-{method}.json"
+        return self.side.load(card) if card.exists() else None
+
+
+def cases(quick: bool, side: DoorSide, wanted: Wanted | None = None, rated: Rated | None = None) -> Iterator[Case]:
+    """Every figure of this area; `quick` takes fewer people and folds, and trains the networks for a few epochs.
+
+    `side` is handed in by the front door. Without `wanted` every method is trained, without `rated` simulated people
+    are asked.
+    """
+    with tempfile.TemporaryDirectory() as folder:
+        people = QUICK_PEOPLE if quick else PEOPLE
+        found = trained(quick, side, Path(folder), wanted, rated or simulated_ratings(people))
+        yield from _forward(found)
+        yield from _inverse(found)
+        yield from _floors(found)
+        yield from _slowest(found)
+        yield from _training(found)
+
+
+def trained(
+    quick: bool, side: DoorSide, folder: Path, wanted: Wanted | None, rated: Rated, clock: Clock = time.perf_counter
+) -> Found:
+    """Train and ask every method once; the exported models stay in the folder."""
+    base = wanted or Wanted(quick=quick, folds=QUICK_FOLDS if quick else FOLDS)
+    asked = replace(base, beside=False, kept=folder / "jobs", files=folder / "models")
+    start = clock()
+    judged = judge(context_for(rated.data, side, asked), asked)
+    workers = asked.workers or os.cpu_count() or 1
+    return Found(rated, judged, side, folder / "models", clock() - start, workers)
+
+
+def named(way: Direction, method: str) -> str:
+    """A method's name in the table; those that are of this project say so."""
+    return f"palpate, {method}" if method == OURS[way] else method
+
+
+def _forward(found: Found) -> Iterator[Case]:
+    kind, case = "MAE of mean ratings, 0 to 100, grouped folds", "force to feeling"
+    given = found.rated.data.force_N
+    for row in found.rows("forward"):
+        run = partial(_one, found.model("forward", row["method"]), given)
+        yield _case(found, case, named("forward", row["method"]), kind, run, row["mae"])
+    yield Case(AREA, case, "a perfect predictor (noise ceiling)", found.given, len(found.rated.data), kind,
+               partial(noise_ceiling, found.rated), _ceiling_mae, 1)  # fmt: skip
+
+
+def _ceiling_mae(found: Ceiling) -> float:
+    return float(found.mae[-1])
+
+
+def _inverse(found: Found) -> Iterator[Case]:
+    wishes = found.judged.context.scaling.rating_up(found.rated.data.rating)
+    ends = corners(wishes.shape[1])
+    for name, kind in (
+        ("loop_fresh", "loop: mean off the wish, 0 to 100, by fresh simulated people"),
+        ("loop_judge", "loop: mean off the wish, 0 to 100, by the forward model"),
+        ("waveform_mae", "waveform MAE, % of the range of forces, grouped folds"),
+    ):
+        for row in found.rows("inverse"):
+            run = partial(_one, found.model("inverse", row["method"]), wishes)
+            yield _case(found, "feeling to force", named("inverse", row["method"]), kind, run, row[name])
+    for row in found.rows("inverse"):
+        run = partial(_all, found.model("inverse", row["method"]), ends)
+        kind = "corners that come to a profile beyond the limits"
+        yield _case(
+            found, f"{len(ends)} corners", named("inverse", row["method"]), kind, run, row["corners_unplayable"]
+        )
+
+
+def _floors(found: Found) -> Iterator[Case]:
+    kind = "waveform MAE, % of the range of forces, grouped folds"
+    for row in floors(found.judged.context):
+        run = partial(floors, found.judged.context)
+        yield _case(found, "feeling to force", f"floor: {row['what']}", kind, run, row["mae"])
+
+
+def _slowest(found: Found) -> Iterator[Case]:
+    """The 99th percentile of single answers, which is what a person at the slider waits for."""
+    wishes = found.judged.context.scaling.rating_up(found.rated.data.rating)
+    for way, what, given in (
+        ("forward", "a prediction", found.rated.data.force_N), ("inverse", "a slider's move to its profile", wishes),
+    ):  # fmt: skip
+        for method in (each["method"] for each in found.rows("forward" if way == "forward" else "inverse")):
+            side: Direction = "forward" if way == "forward" else "inverse"
+            if (model := found.model(side, method)) is None:
+                continue
+            run = partial(_one, model, given)
+            yield Case(AREA, what, named(side, method), found.given, 1, f"ms, 99th percentile of {ANSWERS}", run,
+                       partial(_p99, model, given))  # fmt: skip
+
+
+def _training(found: Found) -> Iterator[Case]:
+    """How long the trainings took, as measured while they ran; what is timed here is only the reading of it."""
+    kind = f"s of training, all folds, trained once, {found.workers} at a time; the time column is not of it"
+    ways: tuple[Direction, ...] = ("forward", "inverse")
+    both = 0.0
+    for way in ways:
+        for row in found.rows(way):
+            both += row["train_s"] if row["method"] == THESIS else 0.0
+            yield _case(found, "training", f"{way}: {row['method']}", kind, _nothing, row["train_s"])
+    yield _case(found, "training", "both networks", kind, _nothing, both)
+    whole = "min from the first training to the last answer, all methods; the time column is not of it"
+    yield _case(found, "training", "everything", whole, _nothing, found.seconds / 60)
+
+
+def _case(
+    found: Found, case: str, method: str, kind: str, run: Callable[[], object], error: float | None
+) -> Case:  # fmt: skip
+    return Case(AREA, case, method, found.given, len(found.rated.data), kind, run, partial(_told, error))
+
+
+def _told(error: float | None, _answer: object) -> float | None:
+    return error
+
+
+def _nothing() -> None:
+    """A training is not run again."""
+
+
+def _one(model: Runs | None, given: Array) -> Array | None:
+    """One answer; none of a method without a file."""
+    return None if model is None else model.run(given[0])
+
+
+def _all(model: Runs | None, given: Array) -> Array | None:
+    """The answers to all rows at once."""
+    return None if model is None else model.run(given)
+
+
+def _p99(model: Runs, given: Array, _answer: object, clock: Clock = time.perf_counter) -> float:
+    times = []
+    for i in range(ANSWERS):
+        start = clock()
+        model.run(given[i % len(given)])
+        times.append(clock() - start)
+    return 1e3 * float(np.percentile(times, 99))

@@ -1,0 +1,167 @@
+"""How well the ratings of a stimulus could be predicted at best: the noise of means over few people."""
+
+from __future__ import annotations
+
+from collections import Counter
+from collections.abc import Sequence
+from dataclasses import dataclass
+from typing import Literal
+
+import numpy as np
+from numpy.typing import NDArray
+
+from modeling.doors.data import Array, Indices, ModelDataError
+from modeling.doors.rated import Individual, Rated
+from modeling.doors.scaling import Scaling, scaling_of
+from protocols.keyed import keyed_bits
+
+SPLITS = 1000
+ROUNDING = 1e-12
+"""Mean squares of ratings on 0..100 that are no greater are rounding, not variance."""
+Of = Literal["other_people", "same_people"]
+OF: tuple[Of, ...] = ("other_people", "same_people")
+
+
+@dataclass(frozen=True)
+class Ceiling:
+    """The noise of the mean ratings, on 0..100, by attribute and overall (the last entry of each array).
+
+    `half_r` is the correlation between the means of two random halves of the raters, `reliability` that of the means
+    of all (Spearman-Brown). `mae`, `rmse` and `r2` are those of a perfect predictor. `note` says why a number is NaN.
+    """
+
+    attributes: tuple[str, ...]
+    half_r: Array
+    reliability: Array
+    mae: Array
+    rmse: Array
+    r2: Array
+    of: Of
+    splits: int
+    seed: int
+    note: str = ""
+
+
+def noise_ceiling(
+    rated: Rated, scaling: Scaling | None = None, *, of: Of = "other_people", splits: int = SPLITS, seed: int = 0
+) -> Ceiling:
+    """What a perfect predictor would reach, from random halves of the people within each group of raters.
+
+    The predictor of `other_people` knows the mean of everybody who could have been asked: the people's own bias and
+    taste are noise to it. That of the `same_people` also knows how far each of these people's answers lie above those
+    of the others on the whole: this is taken out first. A model trained on the same people's ratings of other stimuli
+    can learn that, and so come below the first figure.
+
+    With halves of a and b people, the difference of their means has the variance s^2 (1/a + 1/b), the mean of all
+    a + b the variance s^2 / (a + b); so a perfect predictor's error is the halves' difference times
+    sqrt(a b) / (a + b), one half of it where a = b (its RMSE exactly, its MAE where errors are normal). R2 is
+    1 - sum of squared errors / sum of squares of the means (thesis 5.7). `scaling` is that of the data, unless given.
+    Raises ModelDataError where a group or a stimulus has one rater, so that nothing can be split.
+    """
+    if of not in OF or splits < 1:
+        raise ModelDataError(f"of={of!r}, splits={splits}: one of {', '.join(OF)} and at least 1 split are expected")
+    scaling = scaling or scaling_of(rated.data)
+    value = scaling.rating_up(rated.individual.value)
+    _demand_two(rated)
+    if of == "same_people":
+        value = _levelled(value)
+    halves = [_halves(value, half) for half in _random_halves(rated.individual, splits, seed)]
+    first, second, shrunk = (np.array(each) for each in zip(*halves, strict=True))
+    return _ceiling(rated.data.attributes, scaling.rating_up(rated.data.rating), first, second, shrunk, of, seed)
+
+
+def _levelled(value: Array) -> Array:
+    """The answers without each person's own level: how far theirs lie above those of all to the same stimuli.
+
+    A level that is estimated from n answers takes 1/n of their scatter with it; it is given back. Of one answer nothing
+    would be left: it is left out.
+    """
+    count = (~np.isnan(value)).sum(axis=1, keepdims=True)
+    value = np.where(count > 1, value, np.nan)
+    level = _mean((value - _over_people(value)).swapaxes(0, 1), count[:, 0])[:, None]
+    centre = _over_people(value - level)
+    levelled: Array = centre + (value - level - centre) * np.sqrt(count / np.maximum(count - 1, 1))
+    return levelled
+
+
+def _over_people(value: Array) -> Array:
+    return _mean(value, (~np.isnan(value)).sum(axis=0))
+
+
+def _demand_two(rated: Rated) -> None:
+    raters = (~np.isnan(rated.individual.value)).sum(axis=0).min(axis=1)
+    counts = [(f"group {name!r}", count) for name, count in Counter(rated.individual.groups).items()]
+    counts += [(f"stimulus {name!r}", int(count)) for name, count in zip(rated.data.ids, raters, strict=True)]
+    for what, count in counts:
+        if count < 2:
+            raise ModelDataError(
+                f"{what} has {count} rater: there is nothing to split in halves, so the noise of the mean ratings is"
+                " not known; ask at least two people"
+            )
+
+
+def _random_halves(individual: Individual, splits: int, seed: int) -> NDArray[np.bool_]:
+    """(splits, people) whether a person is in the first half; half of each group is, to within one."""
+    draw = np.random.Generator(np.random.PCG64(keyed_bits("halves", seed)))
+    order = np.argsort(np.array(individual.people))
+    first = np.zeros((splits, len(order)), dtype=bool)
+    for group in sorted(set(individual.groups)):
+        members = [person for person in order if individual.groups[person] == group]
+        for split in range(splits):
+            size = (len(members) + int(draw.integers(2))) // 2
+            first[split, draw.permutation(members)[:size]] = True
+    return first
+
+
+def _halves(value: Array, first: NDArray[np.bool_]) -> tuple[Array, Array, Array]:
+    """The means of both halves and the error that a perfect predictor of the whole mean would make."""
+    a, b = ((~np.isnan(value[half])).sum(axis=0) for half in (first, ~first))
+    one, two = (_mean(value[half], count) for half, count in ((first, a), (~first, b)))
+    return one, two, (one - two) * np.sqrt(a * b) / np.maximum(a + b, 1)
+
+
+def _mean(value: Array, count: Indices) -> Array:
+    """The mean over the first axis of `count` values, NaN where there are none."""
+    mean: Array = np.divide(np.nansum(value, axis=0), count, out=np.full(count.shape, np.nan), where=count > 0)
+    return mean
+
+
+def _ceiling(
+    attributes: Sequence[str], rating: Array, first: Array, second: Array, error: Array, of: Of, seed: int
+) -> Ceiling:
+    """`first`, `second` and `error` are (splits, stimuli, attributes)."""
+    each = [_one(rating[:, [i]], first[..., [i]], second[..., [i]], error[..., [i]]) for i in range(len(attributes))]
+    half_r, reliability, mae, rmse, r2 = np.array([*each, _one(rating, first, second, error)]).T
+    note = _note((*attributes, "overall"), half_r, r2)
+    return Ceiling(tuple(attributes), half_r, reliability, mae, rmse, r2, of, len(first), seed, note)
+
+
+def _note(names: Sequence[str], half_r: Array, r2: Array) -> str:
+    """Why numbers are NaN."""
+    flat, half = np.isnan(r2), np.isnan(half_r) & ~np.isnan(r2)
+    told = [
+        ("the means do not vary: no correlation and no R2", flat),
+        ("a half's means do not vary: no correlation", half),
+    ]
+    return "; ".join(f"{why} of {', '.join(np.array(names)[which])}" for why, which in told if which.any())
+
+
+def _one(rating: Array, first: Array, second: Array, error: Array) -> tuple[float, float, float, float, float]:
+    seen = error[~np.isnan(error)]
+    if not seen.size:
+        raise ModelDataError("no stimulus was rated in both halves of its raters: more splits or raters are needed")
+    half_r = float(np.mean([_r(*pair) for pair in zip(first, second, strict=True)]))
+    square = float(np.mean(seen**2))
+    total = float(np.mean((rating - rating.mean(axis=0)) ** 2))
+    whole_r = 2 * half_r / (1 + half_r) if half_r > -1 else np.nan
+    r2 = 1 - square / total if total > ROUNDING else np.nan
+    return half_r, whole_r, float(np.mean(np.abs(seen))), float(np.sqrt(square)), r2
+
+
+def _r(first: Array, second: Array) -> float:
+    """Pearson's r between two halves' means, within attributes where there are several; NaN where they do not vary."""
+    both = ~np.isnan(first) & ~np.isnan(second)
+    count = np.maximum(both.sum(axis=0), 1)
+    x, y = (np.where(both, half - np.where(both, half, 0.0).sum(axis=0) / count, 0.0) for half in (first, second))
+    length = float(np.sqrt((x * x).sum() * (y * y).sum()))
+    return float((x * y).sum() / length) if length > ROUNDING * both.sum() else np.nan

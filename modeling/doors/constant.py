@@ -1,0 +1,21 @@
+"""The mean of the training set, whatever the profile: what every other method has to beat."""
+
+from __future__ import annotations
+
+from functools import partial
+
+import numpy as np
+
+from modeling.doors.data import POINTS
+from modeling.doors.linear import Linear
+from modeling.doors.methods import Learning, Method
+from modeling.doors.preparing import checked_forces, furthest_N, rows_of
+
+
+def fit(learning: Learning) -> Linear:
+    """The mean rating of each attribute over the measured stimuli of the training side."""
+    mean = rows_of(learning).rating.mean(axis=0)
+    return Linear(np.zeros((len(mean), POINTS)), mean, partial(checked_forces, furthest=furthest_N(learning.side)))
+
+
+MEAN = Method("mean", "Mean of the training set", fit, source="the reference of R2, thesis equation 5.7")

@@ -1,0 +1,83 @@
+"""A fitted model as the file that a rig gets: how large, how fast, and how far from the trained one it is."""
+
+from __future__ import annotations
+
+import tempfile
+from dataclasses import dataclass
+from pathlib import Path
+
+import numpy as np
+
+from modeling.doors.data import POINTS, Array
+from modeling.doors.evaluating_jobs import Clock, Context, Job
+from modeling.doors.methods import Fitted
+from modeling.doors.preparing import WISH, furthest_N
+from modeling.doors.registry import Direction
+from modeling.doors.side import Runs
+from protocols.model_card import Port
+
+ENOUGH_S, LEAST, MOST = 0.3, 5, 400
+"""Single answers are timed until this much has been timed, at least and at most so many."""
+
+
+@dataclass(frozen=True)
+class Timed:
+    """How long single answers took, in milliseconds."""
+
+    median_ms: float
+    p99_ms: float
+
+
+def ports(context: Context, direction: Direction) -> tuple[Port, Port]:
+    """What a model of this direction takes and gives; its file refuses the same inputs as its `predict`."""
+    data, furthest = context.data, furthest_N(context.side)
+    force = Port(kind="force_profile", size=POINTS, unit="N")
+    ratings = Port(
+        kind="ratings", size=len(data.attributes), unit="0..100", names=data.attributes, antonyms=data.antonyms,
+        scale=context.scaling.rating,
+    )  # fmt: skip
+    if direction == "forward":
+        return force.model_copy(update={"within": (-furthest, furthest)}), ratings
+    return ratings.model_copy(update={"within": WISH}), force
+
+
+def timed(runs: Runs, given: Array, clock: Clock) -> Timed:
+    """One answer at a time, over the rows in turn, after one that does not count."""
+    runs.run(given[0])
+    times: list[float] = []
+    while len(times) < LEAST or (sum(times) < ENOUGH_S and len(times) < MOST):
+        row = given[len(times) % len(given)]
+        start = clock()
+        runs.run(row)
+        times.append(clock() - start)
+    return Timed(1e3 * float(np.median(times)), 1e3 * float(np.percentile(times, 99)))
+
+
+def as_file(context: Context, model: Fitted, job: Job, given: Array) -> dict[str, float]:
+    """Write the model, read it with the rig's runtime, and compare: bytes, milliseconds, the largest difference.
+
+    The difference is in percent of the range, over `given`. The files stay in `context.files`, where there is such.
+    """
+    if context.files is not None:
+        context.files.mkdir(parents=True, exist_ok=True)
+        return _measured(context, model, job, given, context.files)
+    with tempfile.TemporaryDirectory() as folder:
+        return _measured(context, model, job, given, Path(folder))
+
+
+def _measured(context: Context, model: Fitted, job: Job, given: Array, folder: Path) -> dict[str, float]:
+    from modeling.files.writing import write_model
+
+    takes, gives = ports(context, job.direction)
+    name = f"{job.direction}-{job.method}"
+    card = write_model(folder, name, model.exported(), title=job.name, method=job.method, takes=takes, gives=gives)
+    runs = context.side.load(card)
+    speed = timed(runs, given, context.clock)
+    off = float(np.max(np.abs(np.asarray(runs.run(given), dtype=np.float64) - model.predict(given))))
+    low, high = context.scaling.force_N
+    return {
+        "file_bytes": float(sum(path.stat().st_size for path in folder.glob(f"{name}.*"))),
+        "file_ms": speed.median_ms,
+        "file_p99_ms": speed.p99_ms,
+        "file_difference": off if job.direction == "forward" else off * 100.0 / (high - low),
+    }

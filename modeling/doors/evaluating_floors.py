@@ -1,0 +1,49 @@
+"""How small the error of a made waveform can be at all, whatever the method: floors that no rating can undercut."""
+
+from __future__ import annotations
+
+from typing import Any
+
+import numpy as np
+
+from modeling.doors.data import Array
+from modeling.doors.evaluating_jobs import Context, data_of
+
+Row = dict[str, Any]
+
+
+def floors(context: Context) -> list[Row]:
+    """For each split the waveform's mean absolute error in percent, mean over profiles and its SD, of
+
+    - the oracle: of the training side's profiles the one that is nearest to the very waveform that is looked for;
+    - the code: the held-out waveform itself, put through as many principal components of the training side's profiles
+      as there are attributes, and back: what as many numbers can say of it when they are chosen for that alone.
+    """
+    return [row for split in context.splits for row in _of_split(context, split)]
+
+
+def _of_split(context: Context, split: str) -> list[Row]:
+    forces = context.scaling.force_up(data_of(context, split).force_N)
+    size = len(context.data.attributes)
+    errors: dict[str, list[Array]] = {"oracle": [], "code": []}
+    for fold in context.splits[split]:
+        known, asked = forces[fold.train], forces[fold.test]
+        errors["oracle"].append(np.array([np.abs(known - each).mean(axis=1).min() for each in asked]))
+        errors["code"].append(np.abs(_through(known, asked, size) - asked).mean(axis=1))
+    told = {"oracle": "nearest known profile, found by the waveform itself",
+            "code": f"the waveform through {size} principal components"}  # fmt: skip
+    return [_row(split, name, told[name], np.concatenate(each)) for name, each in errors.items()]
+
+
+def _through(known: Array, asked: Array, size: int) -> Array:
+    """The asked rows as the first components of the known ones give them back."""
+    mean = known.mean(axis=0)
+    _, _, axes = np.linalg.svd(known - mean, full_matrices=False)
+    kept = axes[:size]
+    back: Array = mean + (asked - mean) @ kept.T @ kept
+    return back
+
+
+def _row(split: str, name: str, told: str, errors: Array) -> Row:
+    sd = float(errors.std(ddof=1)) if len(errors) > 1 else None
+    return {"split": split, "floor": name, "what": told, "mae": float(errors.mean()), "mae_sd": sd, "n": len(errors)}

@@ -1,0 +1,71 @@
+"""What is to be said of made profiles: the loop back to ratings, plausibility, extreme wishes, one slider at a time."""
+
+from __future__ import annotations
+
+from typing import Any
+
+import numpy as np
+from numpy.typing import NDArray
+
+from modeling.doors.corners import HIGH, LOW, corners, extremes, singles, unplayable
+from modeling.doors.data import Array, DoorData
+from modeling.doors.evaluating_jobs import Context
+from modeling.doors.loop import loop_error
+from modeling.doors.methods import Fitted
+from modeling.doors.perceivers import Perceivers
+from modeling.doors.plausibility import judged_all
+
+PLAUSIBLE = ("greatest_N", "steepest_N_deg", "work_J_m", "distance_N", "beyond")
+Arrays = dict[str, NDArray[Any]]
+
+
+def perceivers_for(data: DoorData, context: Context) -> Perceivers | None:
+    """Simulated people who never saw the data; None where its ratings come from real people, or from another study."""
+    if not data.simulated:
+        return None
+    people = Perceivers(context.side)
+    same = people.attributes == data.attributes and (people.scale.low, people.scale.high) == tuple(data.scale)
+    return people if same else None
+
+
+def made(context: Context, test: DoorData, made_N: Array, known_N: Array, judge: Fitted) -> Arrays:
+    """Of the profiles made for the test side's ratings: ratings by the judge and by fresh people, plausibility.
+
+    `known_N` are the profiles of the training side, `judge` the forward model that was fitted to it.
+    """
+    wish = context.scaling.rating_up(test.rating)
+    found: Arrays = {"wish": wish, **_loop(context, test, wish, made_N, judge)}
+    judgements = judged_all(made_N, known_N, context.side)
+    for name in PLAUSIBLE:
+        found[name] = np.array([getattr(each, name) for each in judgements])
+    found["playable"] = np.array([float(each.playable) for each in judgements])
+    return found
+
+
+def _loop(context: Context, test: DoorData, wish: Array, made_N: Array, judge: Fitted) -> Arrays:
+    people = perceivers_for(test, context)
+    if people is None:
+        return {"loop_judge": judge.predict(made_N)}
+    loop = loop_error(wish, made_N, judge, people, context.scaling)
+    return {"loop_judge": loop.predicted, "loop_fresh": loop.perceived, "loop_felt": loop.felt}
+
+
+def at_the_ends(
+    context: Context, test: DoorData, model: Fitted, known_N: Array, judge: Fitted
+) -> tuple[Arrays, dict[str, float]]:
+    """All corners of the sliders, and each slider alone at 10 and 90 (thesis 5.7.1)."""
+    wishes = corners(len(test.attributes))
+    found = extremes(model, wishes, judge, known_N, context.side)
+    nearest = np.array([each.nearest for each in found])
+    numbers = {
+        "corners": float(len(found)),
+        "corners_unplayable": float(unplayable(found)),
+        "corners_had": float(sum(each.had for each in found)),
+        "corners_off": float(np.mean(np.abs(nearest - wishes))),
+        "corners_greatest_N": max(each.plausibility.greatest_N for each in found),
+        "corners_steepest_N_deg": max(each.plausibility.steepest_N_deg for each in found),
+    }
+    alone = model.predict(singles(len(test.attributes), LOW, HIGH))
+    people = perceivers_for(test, context)
+    felt = judge.predict(alone) if people is None else context.scaling.rating_up(people.rate(alone))
+    return {"corner_nearest": nearest, "alone": felt}, numbers

@@ -1,0 +1,132 @@
+"""The measured door and its four edits: how they would feel, and whether that feeling leads back to itself."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from dataclasses import dataclass, replace
+from typing import Any
+
+import numpy as np
+
+from modeling.doors.data import Array
+from modeling.doors.evaluating_gathered import Gathered
+from modeling.doors.evaluating_jobs import Context, Job
+from modeling.doors.evaluating_made import perceivers_for
+from modeling.doors.evaluating_run import trained
+from modeling.doors.folding import Fold
+from modeling.doors.intervals import half_widths
+from modeling.doors.measured import measured_doors
+from modeling.doors.methods import Fitted
+from modeling.doors.plausibility import against
+from modeling.doors.registry import Direction
+from modeling.doors.scaling import TOP
+from modeling.doors.sources import near_groups
+
+SPLIT = "without the measured door"
+
+
+@dataclass(frozen=True)
+class Recovered:
+    """One measured profile, rows of ratings each (attributes,) on 0..100.
+
+    `rated` is what people said of it, None where nobody was asked; `predicted` what a model says that never met this
+    door, `half_width` its interval; `again` what that model says of the profile `made_N` (621,) that the inverse makes
+    of the predicted ratings, and `felt` what fresh simulated people say of it, None without such. `why` is why the door
+    would not play the made profile.
+    """
+
+    name: str
+    force_N: Array
+    rated: Array | None
+    predicted: Array
+    half_width: Array | None
+    made_N: Array
+    again: Array
+    felt: Array | None
+    why: str | None
+
+
+def measured(context: Context, methods: Mapping[Direction, str], forward: Gathered) -> tuple[Recovered, ...]:
+    """Predict and recover the measured door and its edits by models of these methods, trained on the other doors.
+
+    `forward` are the out-of-fold predictions of that forward method, which calibrate the intervals. Empty where
+    the data holds fewer than two other doors.
+    """
+    doors = measured_doors()
+    lone = _without(context, np.array(list(doors.values())))
+    if lone is None:
+        return ()
+    models = {way: trained(Job(way, name, SPLIT, 0), lone)[0] for way, name in methods.items()}
+    width = _width(forward)
+    return tuple(_recovered(lone, name, force, models, width) for name, force in doors.items())
+
+
+def _without(context: Context, force_N: Array) -> Context | None:
+    """The context with one split: trained on the doors of which no stimulus is one of these profiles."""
+    data = context.data
+    groups = near_groups(np.concatenate([data.force_N, force_N]))
+    same = np.isin(groups[: len(data)], groups[len(data) :])
+    known = {door for door, is_same in zip(data.doors, same, strict=True) if is_same}
+    test = np.array([door in known for door in data.doors], dtype=bool)
+    if len({door for door in data.doors if door not in known}) < 2:
+        return None
+    fold = Fold(SPLIT, np.flatnonzero(~test), np.flatnonzero(test))
+    return replace(context, splits={SPLIT: (fold,)})
+
+
+def _width(forward: Gathered) -> Array | None:
+    try:
+        return half_widths(forward.predicted - forward.actual)
+    except ValueError:
+        return None
+
+
+def _recovered(
+    context: Context, name: str, force_N: Array, models: Mapping[Direction, Fitted], width: Array | None
+) -> Recovered:
+    predicted = models["forward"].predict(force_N[None])[0]
+    made_N = models["inverse"].predict(np.clip(predicted, 0.0, TOP)[None])[0]
+    people = perceivers_for(context.data, context)
+    felt = None if people is None else context.scaling.rating_up(people.rate(made_N[None]))[0]
+    return Recovered(
+        name=name,
+        force_N=force_N,
+        rated=_rated(context, force_N),
+        predicted=predicted,
+        half_width=width,
+        made_N=made_N,
+        again=models["forward"].predict(made_N[None])[0],
+        felt=felt,
+        why=against(made_N, context.side),
+    )
+
+
+def _rated(context: Context, force_N: Array) -> Array | None:
+    """The mean ratings of the stimuli that are this profile."""
+    groups = near_groups(np.concatenate([context.data.force_N, force_N[None]]))
+    same = np.flatnonzero(groups[:-1] == groups[-1])
+    return context.scaling.rating_up(context.data.rating[same]).mean(axis=0) if len(same) else None
+
+
+def measured_rows(found: tuple[Recovered, ...], attributes: tuple[str, ...]) -> list[dict[str, Any]]:
+    """A row for each measured profile and attribute."""
+    return [_row(each, column, attribute) for each in found for column, attribute in enumerate(attributes)]
+
+
+def _row(each: Recovered, column: int, attribute: str) -> dict[str, Any]:
+    predicted = float(each.predicted[column])
+    reach = None if each.half_width is None else float(each.half_width[column])
+    return {
+        "profile": each.name,
+        "attribute": attribute,
+        "rated": _at(each.rated, column),
+        "predicted": predicted,
+        "low": None if reach is None else predicted - reach,
+        "high": None if reach is None else predicted + reach,
+        "recovered": float(each.again[column]),
+        "felt": _at(each.felt, column),
+    }
+
+
+def _at(values: Array | None, column: int) -> float | None:
+    return None if values is None else float(values[column])

@@ -1,0 +1,85 @@
+"""An evaluation as a whole: every method judged, the ceiling and the floors beside, the default chosen."""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+from dataclasses import dataclass
+from typing import Any
+
+from modeling.doors.ceiling import Ceiling, noise_ceiling
+from modeling.doors.data import DoorData, ModelDataError
+from modeling.doors.evaluating import Judged, Wanted, context_for, judge
+from modeling.doors.evaluating_default import Choice, forward_choice, inverse_choice
+from modeling.doors.evaluating_floors import floors
+from modeling.doors.evaluating_measured import Recovered, measured
+from modeling.doors.evaluation_overall import forward_row, inverse_row
+from modeling.doors.rated import Individual, Rated
+from modeling.doors.registry import DEFAULT, Direction
+from modeling.doors.side import DoorSide
+
+Row = dict[str, Any]
+
+
+@dataclass(frozen=True)
+class Evaluation:
+    """All that tables, figures and the report are made of.
+
+    `forward` and `inverse` are the rows of the two tables of all methods; `choices` the default of each direction that
+    was evaluated; `ceilings` the noise ceilings, or `no_ceiling` why there are none.
+    """
+
+    judged: Judged
+    forward: tuple[Row, ...]
+    inverse: tuple[Row, ...]
+    choices: dict[Direction, Choice]
+    ceilings: tuple[Ceiling, ...]
+    no_ceiling: str
+    floors: tuple[Row, ...]
+    measured: tuple[Recovered, ...]
+
+    @property
+    def data(self) -> DoorData:
+        """The stimuli and their ratings."""
+        return self.judged.context.data
+
+
+def evaluate(
+    data: DoorData, individual: Individual | None, side: DoorSide, wanted: Wanted,
+    report: Callable[[str], None] = lambda _line: None,
+) -> Evaluation:  # fmt: skip
+    """Judge every method that is wanted. Raises ModelDataError or what a method raises."""
+    context = context_for(data, side, wanted)
+    found = judge(context, wanted, report)
+    methods = context.methods
+    forward = tuple(forward_row(each, methods["forward"][each.method]) for each in found.methods("forward"))
+    inverse = tuple(inverse_row(each, methods["inverse"][each.method]) for each in found.methods("inverse"))
+    choices: dict[Direction, Choice] = {}
+    if forward:
+        choices["forward"] = forward_choice(forward)
+    if inverse:
+        choices["inverse"] = inverse_choice(inverse)
+    ceilings, why = _ceilings(data, individual, wanted.seed)
+    report("the measured door")
+    return Evaluation(
+        found, forward, inverse, choices, ceilings, why, tuple(floors(context)), _measured(found, choices)
+    )
+
+
+def _ceilings(data: DoorData, individual: Individual | None, seed: int) -> tuple[tuple[Ceiling, ...], str]:
+    if individual is None:
+        return (), "A table of means holds no single ratings: nothing can be said of their noise."
+    try:
+        rated = Rated(data, individual)
+        return tuple(noise_ceiling(rated, of=of, seed=seed) for of in ("other_people", "same_people")), ""
+    except ModelDataError as refusal:
+        return (), str(refusal)
+
+
+def _measured(found: Judged, choices: dict[Direction, Choice]) -> tuple[Recovered, ...]:
+    """By the default forward method and, where inverse ones were evaluated, theirs."""
+    if "forward" not in choices:
+        return ()
+    forward = choices["forward"].method
+    inverse = choices["inverse"].method if "inverse" in choices else DEFAULT["inverse"]
+    together = next(each for each in found.methods("forward") if each.method == forward)
+    return measured(found.context, {"forward": forward, "inverse": inverse}, together)

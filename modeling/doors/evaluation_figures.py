@@ -1,0 +1,154 @@
+"""Figures 5.12 to 5.14 of the thesis, work-precision plots, learning curves, made profiles beside measured ones."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Iterator, Mapping, Sequence
+from pathlib import Path
+from typing import TYPE_CHECKING, Any
+
+from analysis.figures.drawn import FigureKind, Shown
+from analysis.figures.style import drawing, save
+from modeling.doors.evaluating_gathered import Gathered
+from modeling.doors.evaluating_whole import Evaluation
+from modeling.doors.evaluation_drawn import Pictured, drawn_figure
+from modeling.doors.evaluation_overall import widths
+from modeling.doors.evaluation_profiles import made_profiles, measured_door
+from modeling.doors.evaluation_results import curve_rows
+from modeling.doors.evaluation_tables import prediction_rows, waveform_error_rows
+from modeling.doors.evaluation_words import CURVES, WORK_PRECISION
+
+if TYPE_CHECKING:
+    from modeling.training.history import Epoch
+
+UNIT = "0 to 100"
+
+
+def figures(found: Evaluation, folder: Path) -> Iterator[Pictured]:
+    """Draw every figure that the evaluation has something for, and write NAME.svg and NAME.png into the folder."""
+    forward = _of(
+        found.judged.methods("forward"), found.choices["forward"].method if "forward" in found.choices else ""
+    )
+    inverse = _of(
+        found.judged.methods("inverse"), found.choices["inverse"].method if "inverse" in found.choices else ""
+    )
+    if forward is not None:
+        yield from _predicted(forward, folder)
+    if inverse is not None:
+        yield _violins(inverse, folder)
+        yield made_profiles(found, inverse, folder)
+    if found.measured:
+        yield measured_door(found, folder)
+    yield from _work_precision(found, folder)
+    yield from _curves(found, folder)
+
+
+def _of(methods: Sequence[Gathered], name: str) -> Gathered | None:
+    return next((each for each in methods if each.method == name), None)
+
+
+def _predicted(found: Gathered, folder: Path) -> Iterator[Pictured]:
+    """Figures 5.12 and 5.13: by door and by attribute."""
+    from analysis.figures.predicted import PREDICTED
+
+    rows = prediction_rows(found, widths(found))
+    for name, panels, colour in (("figure_5_12", "door", "attribute"), ("figure_5_13", "attribute", "door")):
+        asked: dict[str, Any] = {"panels": panels, "colour": colour, "unit": UNIT, "band": "global"}
+        asked |= {} if any(row["sd"] is not None for row in rows) else {"sd": 10.0}
+        kept = [{key: value for key, value in row.items() if key not in ("low", "high")} for row in rows]
+        yield _shown(PREDICTED, {"name": name, "figure": "predicted", **asked}, kept, found, folder)
+
+
+def _violins(found: Gathered, folder: Path) -> Pictured:
+    """Figure 5.14: the waveform's MAE by door."""
+    from analysis.figures.violins import VIOLINS
+
+    title = "Waveform error of made profiles by door"
+    asked = {
+        "name": "figure_5_14",
+        "figure": "violins",
+        "by": "door",
+        "value": "mae",
+        "unit": "% of the range of forces",
+    }
+    return _shown(VIOLINS, {**asked, "title": title}, waveform_error_rows(found), found, folder)
+
+
+def _shown(
+    kind: FigureKind, asked: Mapping[str, Any], rows: Sequence[Mapping[str, Any]], found: Gathered, folder: Path
+) -> Pictured:
+    settings = kind.settings.model_validate(asked)
+    shown = kind.data(Shown(_selected(rows, found)), settings)
+    with drawing(settings.name):
+        drawn = kind.draw(shown)
+        svg, _ = save(drawn.figure, folder, settings.name)
+    return Pictured(settings.name, shown.title, shown.caption, svg.read_text(encoding="utf-8"), drawn.marks)
+
+
+def _selected(rows: Sequence[Mapping[str, Any]], found: Gathered) -> Any:
+    """The rows as a figure of a plan gets them, with the levels in the data's order."""
+    import pandas as pd
+
+    from analysis.plans.answers import Selected
+
+    table = pd.DataFrame([dict(row) for row in rows])
+    data = found.data
+    levels = {name: tuple(dict.fromkeys(values)) for name, values in
+              (("attribute", data.attributes), ("door", data.doors), ("variant", data.variants))}  # fmt: skip
+    antonyms = dict(zip(data.attributes, data.antonyms, strict=True))
+    return Selected(table, table.iloc[:0], data.attributes, levels, antonyms=antonyms)
+
+
+def _work_precision(found: Evaluation, folder: Path) -> Iterator[Pictured]:
+    """Error against the time of training and of an answer, a figure for each direction."""
+    from analysis.measuring.work_precision_plot import work_precision_figure
+
+    panels = {
+        "forward": (found.forward, "mae", "From force to feeling", "MAE, 0 to 100"),
+        "inverse": (found.inverse, "waveform_mae", "From feeling to force", "waveform MAE, % of the range"),
+    }
+    for way, (of, error, title, kind) in panels.items():
+        rows = [*_timed_rows(of, error, "train_s", 1.0, ("training", kind)),
+                *_timed_rows(of, error, "file_ms", 1e-3, ("an answer", kind))]  # fmt: skip
+        if rows:
+            name = f"work_precision_{way}"
+            with drawing(name):
+                yield drawn_figure(
+                    name, f"{title}: error against time", WORK_PRECISION, work_precision_figure(rows), folder
+                )
+
+
+def _timed_rows(
+    of: Sequence[Mapping[str, Any]], error: str, seconds: str, unit: float, named: tuple[str, str]
+) -> list[Any]:
+    from analysis.measuring.rows import MEASURED, Row
+
+    case, kind = named
+    return [
+        Row("doors", case, row["method"], "all folds", 0, kind, row[error], MEASURED, row[seconds] * unit, 1, None)
+        for row in of
+        if row[seconds]
+    ]
+
+
+def _curves(found: Evaluation, folder: Path) -> Iterator[Pictured]:
+    """The learning curves of every method that is trained in epochs, a line for each fold."""
+    from modeling.training.learning_curve import learning_curve
+
+    for each in (*found.judged.methods("forward"), *found.judged.methods("inverse")):
+        if histories := _histories(each):
+            name = f"learning_{each.direction}_{each.method}"
+            title = f"Learning curves: {found.judged.context.methods[each.direction][each.method].title}"
+            with drawing(name):
+                yield drawn_figure(name, title, CURVES, learning_curve(histories), folder)
+
+
+def _histories(found: Gathered) -> dict[str, list[Epoch]]:
+    from modeling.training.history import Epoch
+
+    histories: dict[str, list[Epoch]] = {}
+    for row in curve_rows(found):
+        held = None if math.isnan(row["held_loss"]) else row["held_loss"]
+        epoch = Epoch(int(row["epoch"]), row["seconds"], row["learning_rate"], row["train_loss"], held)
+        histories.setdefault(f"fold {row['fold']}", []).append(epoch)
+    return histories

@@ -1,0 +1,168 @@
+"""The report's part about predicting a feeling from a force profile."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+
+from modeling.doors import evaluation_words as words
+from modeling.doors.evaluating_gathered import Gathered
+from modeling.doors.evaluating_whole import Evaluation
+from modeling.doors.evaluation_blocks import Block, Column, Heading, Section, Table, Words, table
+from modeling.doors.evaluation_drawn import Pictured
+from modeling.doors.evaluation_pictures import chosen, figure_block
+from modeling.doors.evaluation_results import ceiling_rows, splits_forward
+from modeling.doors.evaluation_tables import AVERAGE, Row, cell_rows, thesis_rows, variant_rows
+from modeling.doors.evaluation_thesis import printed
+from modeling.doors.intervals import COVERAGE
+from modeling.doors.registry import THESIS
+
+TABLES = (("mae", "5.3", "MAE", "2"), ("rmse", "5.4", "RMSE", "2"), ("r2", "5.5", "R²", "3"))
+ERRORS = (
+    Column("title", "method"),
+    Column("mae", "MAE", "2", "Mean absolute error, 0 to 100 (equation 5.5)", "low"),
+    Column("mae_of_folds_sd", "± folds", "2", "SD of the folds' MAE"),
+    Column("rmse", "RMSE", "2", "Root mean square error, 0 to 100 (equation 5.6)", "low"),
+    Column("r2", "R²", "3", "Equation 5.7, around each attribute's mean", "high"),
+    Column("within_jnd", "within JND", "share", "Predictions no more than 10 off, what people just notice", "high"),
+    Column("within_sd", "within ± 1 SD", "share", "Predictions within one SD of the raters of that stimulus", "high"),
+    Column("coverage", "coverage", "share", f"New ratings within their interval; {COVERAGE:.0%} is wanted"),
+    Column("half_width", "± width", "2", "Mean half width of these intervals, 0 to 100", "low"),
+    Column("scaled_coverage", "coverage, scaled", "share", "Of intervals that are scaled by the model's own SD"),
+)
+TIMES = (
+    Column("title", "method"),
+    Column("mae", "MAE", "2", "0 to 100", "low"),
+    Column("train_s", "training", "s", "All folds together", "low"),
+    Column("file_ms", "answer, ms", "ms", "Median", "low"),
+    Column("file_p99_ms", "p99, ms", "ms"),
+    Column("file_bytes", "file", "bytes", "The exported model: card and weights", "low"),
+    Column("file_difference", "off, %", "tiny", "Largest difference of the file's answers from the trained model's"),
+    Column("source", "source", "words"),
+)
+CEILING = (
+    Column("reliability", "reliability", "3", "Spearman-Brown, from split halves of the raters"),
+    Column("mae", "MAE", "2"),
+    Column("rmse", "RMSE", "2"),
+    Column("r2", "R²", "3"),
+)
+KNOWS = {"other_people": "everybody who could be asked", "same_people": "these people's habits"}
+
+
+def forward_section(found: Evaluation, pictured: Sequence[Pictured]) -> Section | None:
+    """Everything about this direction; None where nothing of it was evaluated."""
+    if not found.forward:
+        return None
+    ours = found.choices["forward"].method
+    blocks: list[Block] = [
+        Words(words.RULES[found.judged.wanted.split]),
+        table(
+            "All methods on the same folds: error",
+            [*found.forward, _theirs()],
+            ERRORS,
+            ours=ours,
+            note=f"* {words.PRIVATE}",
+        ),
+        table("Error and time", list(found.forward), TIMES, ours=ours, note=with_refusals(words.TIMES, found.forward)),
+        *(figure_block(each) for each in chosen(pictured, "work_precision_forward")),
+        *_ceilings(found),
+        *_cells(found, ours),
+        *(figure_block(each, _numbered(each)) for each in chosen(pictured, "figure_5_12", "figure_5_13")),
+        *_variants(found, ours),
+        *_splits(found),
+        *(figure_block(each) for each in chosen(pictured, "learning_forward")),
+    ]
+    return Section("forward", "From force to feeling", tuple(blocks))
+
+
+def with_refusals(note: str, rows: Sequence[Row]) -> str:
+    """The note, and why a method has no file."""
+    return " ".join([note, *(f"No file: {row['note']}" for row in rows if row["note"])])
+
+
+def _theirs() -> Row:
+    """The thesis' averages as a last row."""
+    told = {name: printed(name).overall for name, *_ in TABLES}
+    return {"method": "", "title": "thesis' network*", **told}
+
+
+def _ceilings(found: Evaluation) -> list[Block]:
+    if not found.ceilings:
+        return [Words(f"Noise ceiling: {found.no_ceiling}", "lead")]
+    wide: list[Row] = [{"knows": KNOWS[each.of], **ceiling_rows(each)[-1]} for each in found.ceilings]
+    by = ceiling_rows(found.ceilings[0])[:-1]
+    knows, attribute = Column("knows", "a perfect predictor that knows"), Column("attribute", "attribute")
+    return [
+        table("Noise ceiling", wide, [knows, *CEILING], note=words.CEILING),
+        table(
+            "Noise ceiling by attribute", by, [attribute, Column("half_r", "r of halves", "3"), *CEILING], folded=True
+        ),
+    ]
+
+
+def _cells(found: Evaluation, ours: str) -> list[Block]:
+    """Tables 5.3 to 5.5 for the default and the thesis' network, the other methods folded."""
+    blocks: list[Block] = [Heading("By attribute and door", "cells")]
+    methods = sorted(found.judged.methods("forward"), key=lambda each: (each.method != ours, each.method != THESIS))
+    for measure, number, what, digits in TABLES:
+        for each in methods:
+            title = f"Table {number}. {what}: {_title(found, each.method)}"
+            blocks.append(_cell_table(title, each, measure, digits, folded=each.method not in (ours, THESIS)))
+        blocks += _printed(f"Table {number} as the thesis printed it", methods[0], measure, digits)
+    return blocks
+
+
+def _cell_table(title: str, each: Gathered, measure: str, digits: str, folded: bool) -> Table:
+    told = printed(measure)
+    rows = cell_rows(each, measure)
+    for row in rows[:-1]:
+        row["thesis"] = told.by_attribute.get(row["attribute"])
+    rows[-1]["thesis"] = told.overall
+    columns = [*_door_columns(each, digits), Column("thesis", "thesis*", digits, "Private data, other people")]
+    note = "" if folded else "* The thesis' average: private data, other people."
+    return table(title, rows, columns, folded=folded, note=note, theirs=("thesis",))
+
+
+def _printed(title: str, each: Gathered, measure: str, digits: str) -> list[Block]:
+    rows = thesis_rows(measure, each.data.attributes, list(dict.fromkeys(each.data.doors)))
+    columns = _door_columns(each, digits)
+    theirs = [column.name for column in columns[1:]]
+    return [table(title, rows, columns, folded=True, note=words.PRIVATE, theirs=theirs)] if rows else []
+
+
+def _door_columns(each: Gathered, digits: str) -> list[Column]:
+    doors = [Column(door, door, digits) for door in dict.fromkeys(each.data.doors)]
+    return [Column("attribute", "attribute"), *doors, Column(AVERAGE, AVERAGE, digits)]
+
+
+def _numbered(each: Pictured) -> str:
+    return each.name.replace("figure_", "Figure ").replace("_", ".")
+
+
+def _title(found: Evaluation, method: str) -> str:
+    return found.judged.context.methods["forward"][method].title
+
+
+def _variants(found: Evaluation, ours: str) -> list[Block]:
+    scores = [Column("mae", "MAE", "2"), Column("rmse", "RMSE", "2"), Column("r2", "R²", "3")]
+    columns = [Column("variant", "variant"), *scores, Column("n", "stimuli", "int")]
+    return [
+        table(f"By variant: {_title(found, each.method)}", variant_rows(each), columns, folded=True)
+        for each in found.judged.methods("forward")
+        if each.method in (ours, THESIS)
+    ]
+
+
+def _splits(found: Evaluation) -> list[Block]:
+    """Every method's MAE on each split, side by side."""
+    by_method: dict[str, Row] = {}
+    for row in splits_forward(found):
+        start: Row = {"method": row["method"], "title": _title(found, row["method"])}
+        by_method.setdefault(row["method"], start)[row["split"]] = row["mae"]
+    columns = [
+        Column("title", "method"),
+        *(Column(name, text, "2", better="low") for name, text in words.SPLITS.items()),
+    ]
+    return [
+        Heading("What the split does", "splits"),
+        table("MAE by split", list(by_method.values()), columns, note=words.BY_SPLIT),
+    ]

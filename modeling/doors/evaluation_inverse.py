@@ -1,0 +1,214 @@
+"""The report's part about making a force profile from wished-for ratings."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+
+from modeling.doors import evaluation_words as words
+from modeling.doors.evaluating_gathered import Gathered
+from modeling.doors.evaluating_whole import Evaluation
+from modeling.doors.evaluation_blocks import Block, Column, Heading, Section, Table, Words, table
+from modeling.doors.evaluation_drawn import Pictured
+from modeling.doors.evaluation_forward import with_refusals
+from modeling.doors.evaluation_overall import loop_rows
+from modeling.doors.evaluation_pictures import chosen, figure_block
+from modeling.doors.evaluation_results import corner_rows, plausible_row, slider_rows, splits_inverse
+from modeling.doors.evaluation_tables import OVERALL, Row, waveform_rows
+from modeling.doors.evaluation_thesis import printed_waveforms
+from modeling.doors.registry import THESIS
+
+ERRORS = (
+    Column("title", "method"),
+    Column(
+        "loop_fresh",
+        "loop, fresh people",
+        "2",
+        "Wished ratings against those of people who saw no training data",
+        "low",
+    ),
+    Column("loop_judge", "loop, forward model", "2", "Wished ratings against the forward model's, 0 to 100", "low"),
+    Column("waveform_mae", "waveform MAE, %", "2", "Of the range of all forces", "low"),
+    Column("waveform_mae_sd", "± SD", "2", "Over profiles"),
+    Column("waveform_rmse", "RMSE, %", "2", "", "low"),
+    Column("unplayable", "beyond the limits", "int", "Made profiles beyond the limits of what may be made", "low"),
+    Column("made", "of", "int"),
+    Column("corners_unplayable", "corners beyond", "int", "Of all corners of the sliders", "low"),
+    Column("corners", "of", "int"),
+)
+TIMES = (
+    Column("title", "method"),
+    Column("train_s", "training", "s", "All folds together, without the forward model it builds on", "low"),
+    Column("forward_s", "its forward model", "s", "Training of the forward model that it builds on"),
+    Column("file_ms", "answer, ms", "ms", "Median", "low"),
+    Column("file_p99_ms", "p99, ms", "ms"),
+    Column("file_bytes", "file", "bytes", "", "low"),
+    Column("file_difference", "off, %", "tiny", "Largest difference of the file's answers from the trained model's"),
+    Column("source", "source", "words"),
+)
+SLIDERS = (
+    Column("method", "method"),
+    Column("attribute", "attribute"),
+    Column("at_10", "wished 10", "1"),
+    Column("at_90", "wished 90", "1"),
+    Column("moved", "moved", "1", "80 was wished"),
+    Column("others_moved", "others moved", "1", "Mean of the other attributes; 0 was wished"),
+)
+PLAUSIBLE = (
+    Column("method", "method"),
+    Column("unplayable", "beyond the limits", "int"),
+    Column("made", "of", "int"),
+    Column("greatest_N_max", "force, N", "1", "The greatest of all made profiles"),
+    Column("steepest_N_deg_max", "slope, N/deg", "1", "The greatest of all made profiles"),
+    Column("work_J_m_mean", "work, J/m", "2", "Of opening, for each metre of handle radius, mean"),
+    Column("distance_N_mean", "to the nearest, N", "2", "Mean absolute difference to the nearest known profile, mean"),
+    Column("beyond_mean", "farther out than", "share", "Share of known profiles with a nearer neighbour, mean"),
+)
+CORNERS = (
+    Column("method", "method"),
+    Column("corners", "corners", "int"),
+    Column("corners_unplayable", "beyond the limits", "int", "", "low"),
+    Column("corners_had", "had", "int", "Every attribute within 10 of the wish"),
+    Column("corners_off", "off", "1", "Mean distance of the nearest possible ratings from the wish"),
+    Column("corners_greatest_N", "force, N", "1"),
+    Column("corners_steepest_N_deg", "slope, N/deg", "1"),
+)
+JUDGES = {
+    "loop_fresh": "As simulated people judge it who never saw the training data",
+    "loop_judge": "As the forward model judges it",
+    "loop_felt": "The same people without bias, gain, noise and steps",
+}
+
+
+def inverse_section(found: Evaluation, pictured: Sequence[Pictured]) -> Section | None:
+    """Everything about this direction; None where nothing of it was evaluated."""
+    if not found.inverse:
+        return None
+    ours = found.choices["inverse"].method
+    rows = list(found.inverse)
+    blocks: list[Block] = [
+        Words(words.WISHES),
+        table("All methods on the same folds: error", rows, ERRORS, ours=ours, note=_limits(found)),
+        table("Time and size", rows, TIMES, ours=ours, note=with_refusals(words.TIMES, rows)),
+        *(figure_block(each) for each in chosen(pictured, "work_precision_inverse", "made_profiles")),
+        *_loop(found),
+        *_sliders(found, ours),
+        *_waveforms(found, ours),
+        *(figure_block(each, "Figure 5.14") for each in chosen(pictured, "figure_5_14")),
+        *_floors(found),
+        *_plausibility(found, ours),
+        *(figure_block(each) for each in chosen(pictured, "learning_inverse")),
+    ]
+    return Section("inverse", "From feeling to force", tuple(blocks))
+
+
+def _limits(found: Evaluation) -> str:
+    side = found.judged.context.side
+    return words.LIMITS.format(force=side.limit_N, slope=side.steepest_N_deg)
+
+
+def _title(found: Evaluation, method: str) -> str:
+    return found.judged.context.methods["inverse"][method].title
+
+
+def _loop(found: Evaluation) -> list[Block]:
+    """The loop's error by attribute, a column for each method, as each judge finds it."""
+    methods = found.judged.methods("inverse")
+    tables = [_judged_table(found, methods, name) for name in JUDGES]
+    return [Heading("The loop, by attribute", "loop"), *(each for each in tables if each is not None)]
+
+
+def _judged_table(found: Evaluation, methods: Sequence[Gathered], name: str) -> Table | None:
+    rows: list[Row] = [{"attribute": attribute} for attribute in (*found.data.attributes, "mean")]
+    for each in methods:
+        values = [row[name] for row in loop_rows(each)]
+        if any(value is None for value in values):
+            continue
+        for row, value in zip(rows, [*values, sum(values) / len(values)], strict=True):
+            row[each.method] = value
+    if not any(len(row) > 1 for row in rows):
+        return None
+    columns = [Column("attribute", "attribute"), *(Column(each.method, each.method, "2") for each in methods)]
+    fresh = name == "loop_fresh"
+    return table(JUDGES[name], rows, columns, folded=name == "loop_felt", note=words.FRESH if fresh else "")
+
+
+def _sliders(found: Evaluation, ours: str) -> list[Block]:
+    rows = [row for each in _shown(found, ours) for row in slider_rows(each)]
+    title = "One slider at 10 and at 90, the others at 50 (thesis 5.7.1)"
+    return [table(title, rows, SLIDERS, folded=True, note=words.SLIDERS)] if rows else []
+
+
+def _shown(found: Evaluation, ours: str) -> list[Gathered]:
+    """The default, and the thesis' network where it is another."""
+    methods = [each for each in found.judged.methods("inverse") if each.method in (ours, THESIS)]
+    return sorted(methods, key=lambda each: each.method != ours)
+
+
+def _waveforms(found: Evaluation, ours: str) -> list[Block]:
+    """Table 5.6 for the default and the thesis' network, the others folded; the thesis' own beside."""
+    shown = _shown(found, ours)
+    others = [each for each in found.judged.methods("inverse") if each.method not in (ours, THESIS)]
+    blocks: list[Block] = [Heading("The waveform, by door", "waveforms")]
+    blocks += [_by_door(found, each, folded=False) for each in shown]
+    blocks += [_by_door(found, each, folded=True) for each in others]
+    return [*blocks, *(_by_variant(found, each) for each in shown)]
+
+
+def _by_door(found: Evaluation, each: Gathered, folded: bool) -> Table:
+    theirs = printed_waveforms().by_door
+    rows = [{**_spreads(row), **_beside(theirs.get(row["door"]))} for row in waveform_rows(each)]
+    rows[-1]["door"] = "all" if rows[-1]["door"] == OVERALL else rows[-1]["door"]
+    columns = [
+        *(Column("door", "door"), Column("mae_sd", "MAE, % ± SD"), Column("rmse_sd", "RMSE, % ± SD")),
+        *(Column("n", "profiles", "int"), Column("thesis_mae", "thesis' MAE*"), Column("thesis_rmse", "thesis' RMSE*")),
+    ]
+    note = "" if folded else f"* {words.PRIVATE}"
+    title = f"Table 5.6. {_title(found, each.method)}"
+    return table(title, rows, columns, folded=folded, note=note, theirs=("thesis_mae", "thesis_rmse"))
+
+
+def _by_variant(found: Evaluation, each: Gathered) -> Table:
+    rows = [_spreads(row) for row in waveform_rows(each, "variants") if row["variant"] != OVERALL]
+    columns = [Column("variant", "variant"), Column("mae_sd", "MAE, % ± SD"), Column("rmse_sd", "RMSE, % ± SD"),
+               Column("n", "profiles", "int")]  # fmt: skip
+    return table(f"By variant: {_title(found, each.method)}", rows, columns, folded=True)
+
+
+def _spreads(row: Row) -> Row:
+    """The row with its means and SDs as one text each."""
+    return {**row, **{f"{name}_sd": _pm(row[name], row[f"{name}_sd"], 2) for name in ("mae", "rmse")}}
+
+
+def _beside(theirs: object) -> Row:
+    if not isinstance(theirs, dict):
+        return {}
+    return {f"thesis_{name}": _pm(theirs[name], theirs[f"{name}_sd"], 3) for name in ("mae", "rmse")}
+
+
+def _pm(mean: float, sd: float | None, digits: int) -> str:
+    return f"{mean:.{digits}f}" if sd is None else f"{mean:.{digits}f} ± {sd:.{digits}f}"
+
+
+def _floors(found: Evaluation) -> list[Block]:
+    """Why 0.6 %: the leaky split, and what no method can undercut."""
+    wide: dict[str, Row] = {}
+    for row in splits_inverse(found):
+        wide.setdefault(row["method"], {"title": _title(found, row["method"])})[row["split"]] = row["mae"]
+    for row in found.floors:
+        wide.setdefault(row["floor"], {"title": f"floor: {row['what']}"})[row["split"]] = row["mae"]
+    columns = [Column("title", "method"), *(Column(name, text, "2") for name, text in words.SPLITS.items())]
+    note = words.FLOORS.format(theirs=printed_waveforms().overall("mae"))
+    return [
+        Heading("How small can the waveform's error be?", "floors"),
+        table("Waveform MAE by split, and floors", list(wide.values()), columns, note=note),
+    ]
+
+
+def _plausibility(found: Evaluation, ours: str) -> list[Block]:
+    methods = found.judged.methods("inverse")
+    made = [plausible_row(each) for each in methods]
+    return [
+        Heading("Could it be a door?", "plausibility"),
+        table("Made profiles", made, PLAUSIBLE, ours=ours, note=_limits(found)),
+        table("All corners: every slider at 0 or 100", corner_rows(methods), CORNERS, ours=ours, note=words.CORNERS),
+    ]

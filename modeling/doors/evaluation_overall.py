@@ -1,0 +1,158 @@
+"""The methods side by side: error, calibration, time and size of each in one row."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping, Sequence
+from typing import Any
+
+import numpy as np
+
+from modeling.doors.data import Array, ModelDataError
+from modeling.doors.evaluating_gathered import Gathered
+from modeling.doors.evaluating_scores import mae, r2, rmse
+from modeling.doors.evaluation_tables import Row, waveform_errors
+from modeling.doors.intervals import COVERAGE, half_widths, nested_coverage
+from modeling.doors.methods import Method
+from modeling.doors.shares import share_within, share_within_sd
+
+FILE_NUMBERS = ("file_ms", "file_p99_ms", "file_bytes", "file_difference")
+
+
+def forward_row(found: Gathered, method: Method) -> Row:
+    """One method that predicts ratings: all on 0..100, over every stimulus once, each by a model that had not seen it.
+
+    `mae_of_folds_sd` is the SD of the folds' MAE; `coverage` and `half_width` are of nested conformal intervals that
+    should hold 90 %; `scaled_coverage` of those scaled by the model's own SD, where it has one.
+    """
+    actual, predicted = found.actual, found.predicted
+    folds = [mae(actual[found.fold == k], predicted[found.fold == k]) for k in np.unique(found.fold)]
+    return {
+        "method": found.method,
+        "title": method.title,
+        "mae": mae(actual, predicted),
+        "mae_of_folds_sd": float(np.std(folds, ddof=1)) if len(folds) > 1 else None,
+        "rmse": rmse(actual, predicted),
+        "r2": r2(actual, predicted),
+        "within_jnd": share_within(predicted, actual).overall,
+        "within_sd": _within_sd(found),
+        **_calibration(found),
+        "train_s": found.total("train_s"),
+        **files(found),
+        "source": method.source,
+    }
+
+
+def inverse_row(found: Gathered, method: Method) -> Row:
+    """One method that makes profiles: waveform error in percent of the range of forces, loop error on 0..100."""
+    errors = waveform_errors(found)
+    return {
+        "method": found.method,
+        "title": method.title,
+        "waveform_mae": float(errors[0].mean()),
+        "waveform_mae_sd": float(errors[0].std(ddof=1)) if len(errors[0]) > 1 else None,
+        "waveform_rmse": float(errors[1].mean()),
+        **loop_numbers(found),
+        "unplayable": unplayable(found),
+        "made": len(found.data),
+        "corners_unplayable": found.total("corners_unplayable") if _has(found, "corners_unplayable") else None,
+        "corners": found.total("corners") if _has(found, "corners") else None,
+        "train_s": found.total("train_s"),
+        "forward_s": found.total("forward_s") or None,
+        **files(found),
+        "source": method.source,
+    }
+
+
+def files(found: Gathered) -> Row:
+    """What was measured of the exported file: one answer's time, bytes, the largest difference from the trained one."""
+    notes = dict.fromkeys(note for each in found.done for note in each.notes)
+    return {**{name: found.number(name) for name in FILE_NUMBERS}, "note": "; ".join(notes) or None}
+
+
+def loop_numbers(found: Gathered) -> Row:
+    """The mean absolute difference between wished ratings and those of the made profile."""
+    wish = _wish(found)
+    return {f"loop_{by}": _off(found, wish, by) for by in ("judge", "fresh", "felt")}
+
+
+def loop_rows(found: Gathered) -> list[Row]:
+    """The loop's error by attribute: as the forward model judges it, and as perceivers do who saw no training data."""
+    rows: list[Row] = []
+    wish = _wish(found)
+    for column, attribute in enumerate(found.data.attributes):
+        told = {by: found.array(f"loop_{by}") for by in ("judge", "fresh", "felt")}
+        errors = {
+            f"loop_{by}": None if felt is None else float(np.mean(np.abs(felt[:, column] - wish[:, column])))
+            for by, felt in told.items()
+        }
+        rows.append({"method": found.method, "attribute": attribute, **errors})
+    return rows
+
+
+def unplayable(found: Gathered) -> int | None:
+    """How many of the made profiles the door would refuse."""
+    playable = found.array("playable")
+    return None if playable is None else int(np.sum(playable == 0))
+
+
+def widths(found: Gathered, coverage: float = COVERAGE) -> Array | None:
+    """(n, attributes): each prediction's half width, calibrated on the other folds; None for too few stimuli."""
+    residual, width = found.predicted - found.actual, np.empty_like(found.actual)
+    try:
+        for fold in np.unique(found.fold):
+            own = found.fold == fold
+            width[own] = half_widths(residual[~own], coverage)
+    except ModelDataError:
+        return None
+    return width
+
+
+def best_baseline(rows: Sequence[Row], thesis: str) -> Row | None:
+    """The row with the least MAE among all methods but the thesis' own."""
+    others = [row for row in rows if row["method"] != thesis]
+    return min(others, key=lambda row: row["mae"]) if others else None
+
+
+def _calibration(found: Gathered) -> Row:
+    """Coverage and mean half width of nested intervals; None where there are too few stimuli to calibrate any."""
+    residual, nothing = found.predicted - found.actual, {"coverage": None, "half_width": None, "scaled_coverage": None}
+    try:
+        plain = nested_coverage(residual, found.fold.tolist())
+    except ModelDataError:
+        return nothing
+    told: dict[str, Any] = {"coverage": plain.overall, "half_width": float(np.mean(plain.half_width))}
+    return told | {"scaled_coverage": _scaled(found, residual)}
+
+
+def _scaled(found: Gathered, residual: Array) -> float | None:
+    if (sd := found.array("deviation")) is None:
+        return None
+    try:
+        return nested_coverage(residual, found.fold.tolist(), sd=sd).overall
+    except ModelDataError:
+        return None
+
+
+def _within_sd(found: Gathered) -> float | None:
+    if not np.all(np.isfinite(found.sd)):
+        return None
+    return share_within_sd(found.predicted, found.actual, found.sd).overall
+
+
+def _wish(found: Gathered) -> Array:
+    wish = found.array("wish")
+    return found.actual[:, :0] if wish is None else wish
+
+
+def _off(found: Gathered, wish: Array, by: str) -> float | None:
+    felt = found.array(f"loop_{by}")
+    return None if felt is None else float(np.mean(np.abs(felt - wish)))
+
+
+def _has(found: Gathered, name: str) -> bool:
+    return found.number(name) is not None
+
+
+def titles(methods: Mapping[str, Method]) -> dict[str, str]:
+    """Every method's title by its name."""
+    return {name: methods[name].title for name in methods}

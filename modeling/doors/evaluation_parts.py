@@ -1,0 +1,189 @@
+"""The report's head, its summary, the measured door, and where everything comes from."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+
+from modeling.doors import evaluation_words as words
+from modeling.doors.evaluating_measured import Recovered
+from modeling.doors.evaluating_whole import Evaluation
+from modeling.doors.evaluation_blocks import (
+    NONE,
+    Block,
+    Column,
+    Points,
+    Section,
+    Table,
+    Words,
+    in_seconds,
+    table,
+    written,
+)
+from modeling.doors.evaluation_drawn import Pictured
+from modeling.doors.evaluation_pictures import chosen, figure_block
+from modeling.doors.evaluation_results import run_versions
+from modeling.doors.evaluation_tables import Row
+
+TARGETS = {"mae": 3.5, "rmse": 5.0, "r2": 0.85, "loop": 5.0, "waveform": 1.0}
+"""What the project set out to reach, on 0..100 and percent."""
+MEASURED = (
+    Column("attribute", "attribute"),
+    Column("rated", "rated", "1", "What people said of this profile, 0 to 100"),
+    Column("predicted", "predicted", "1"),
+    Column("interval", "90 % interval"),
+    Column("recovered", "recovered", "1", "The forward model about the profile that was made of the prediction"),
+    Column("felt", "felt", "1", "Fresh simulated people about the made profile"),
+)
+
+
+def banners(found: Evaluation) -> list[str]:
+    """What has to be known before any number is read."""
+    told = [words.LINEAR] if found.data.simulated else []
+    told += [words.QUICK] if found.judged.wanted.quick else []
+    return [*told, words.LEAKY] if found.judged.wanted.split == "leaky" else told
+
+
+def facts(found: Evaluation) -> list[tuple[str, str]]:
+    """What stands at the head of the page."""
+    data, judged = found.data, found.judged
+    raters = sorted({int(count) for count in data.raters})
+    people = "not known" if raters[0] == 0 else f"{raters[0]}" if len(raters) == 1 else f"{raters[0]} to {raters[-1]}"
+    folds = judged.context.splits[judged.wanted.split]
+    return [
+        ("Stimuli", f"{len(data):,} of {len(set(data.doors))} doors"),
+        ("Raters of each", people),
+        ("Split", f"{words.SPLITS[judged.wanted.split]}, {len(folds)}"),
+        ("Methods", f"{len(found.forward)} forward, {len(found.inverse)} inverse"),
+        ("Data, SHA-256", data.digest[:12]),
+    ]
+
+
+def in_short(found: Evaluation) -> Section:
+    """The default methods and why, and what was set out to be reached."""
+    points: list[tuple[str, str]] = []
+    named = {"forward": "From force to feeling", "inverse": "From feeling to force"}
+    for way, choice in found.choices.items():
+        points.append((named[way], f"Default: {choice.method}. {choice.why}"))
+        points += [("The thesis' network", choice.of_the_network)] if choice.of_the_network else []
+    points += reached(found)
+    return Section("short", "In short", (Points(tuple(points)),))
+
+
+def reached(found: Evaluation) -> list[tuple[str, str]]:
+    """What was set out to be reached beside what was, each with its name."""
+    told: list[tuple[str, str]] = []
+    if "forward" in found.choices:
+        row = _row(found.forward, found.choices["forward"].method)
+        met = row["mae"] <= TARGETS["mae"] and row["rmse"] <= TARGETS["rmse"] and (row["r2"] or 0) >= TARGETS["r2"]
+        ratings = (
+            f"Of unseen stimuli: MAE {row['mae']:.2f} (wanted: at most {TARGETS['mae']:g}), RMSE "
+            f"{row['rmse']:.2f} ({TARGETS['rmse']:g}), R² {written(row['r2'], '3')} (at least {TARGETS['r2']:g}): "
+            f"{_said(met)}.{_beside_ceiling(found)}"
+        )
+        told.append(("Ratings", ratings))
+    if "inverse" in found.choices:
+        row = _row(found.inverse, found.choices["inverse"].method)
+        told += [("The loop", text) for text in _loop_reached(row)]
+        told += [("Waveform", _waveform_reached(found, row))]
+        told += [("Corners", text) for text in _corners_reached(row)]
+    return told
+
+
+def _said(met: bool) -> str:
+    return "reached" if met else "not reached"
+
+
+def _loop_reached(row: Row) -> list[str]:
+    for name, whose in (
+        ("loop_fresh", "simulated people who saw no training data judge"),
+        ("loop_judge", "the forward model judges"),
+    ):
+        if row[name] is not None:
+            met = _said(row[name] <= TARGETS["loop"])
+            off = f"off by {row[name]:.2f} an attribute (wanted: at most {TARGETS['loop']:g})"
+            return [f"As {whose} it: {off}: {met}."]
+    return []
+
+
+def _waveform_reached(found: Evaluation, row: Row) -> str:
+    oracle = next((r for r in found.floors if r["floor"] == "oracle" and r["split"] == found.judged.wanted.split), None)
+    floor = (
+        "" if oracle is None
+        else f" An oracle that knows the very waveform and takes the nearest known one has {oracle['mae']:.2f} %."
+    )  # fmt: skip
+    met = _said(row["waveform_mae"] <= TARGETS["waveform"])
+    return f"Error {row['waveform_mae']:.2f} % (wanted: at most {TARGETS['waveform']:g} %): {met}.{floor}"
+
+
+def _corners_reached(row: Row) -> list[str]:
+    if row["corners"] is None:
+        return []
+    of = f"Of the {row['corners']:.0f} wishes with every slider at an end"
+    return [f"{of}, {row['corners_unplayable']:.0f} come to a profile beyond the limits."]
+
+
+def _beside_ceiling(found: Evaluation) -> str:
+    if not found.ceilings:
+        return ""
+    return f" A perfect predictor's MAE would be {found.ceilings[0].mae[-1]:.2f}, as the ratings are noisy means."
+
+
+def _row(rows: Sequence[Row], method: str) -> Row:
+    return next(row for row in rows if row["method"] == method)
+
+
+def measured_section(found: Evaluation, pictured: Sequence[Pictured]) -> Section | None:
+    """The measured door and its edits: predicted, and recovered."""
+    if not found.measured:
+        return None
+    blocks: list[Block] = [Words(words.MEASURED), *(figure_block(each) for each in chosen(pictured, "measured_door"))]
+    blocks += [_measured_table(found, each) for each in found.measured]
+    return Section("measured", "The measured door", tuple(blocks))
+
+
+def _measured_table(found: Evaluation, each: Recovered) -> Table:
+    rows = [_measured_row(found, each, i) for i in range(len(found.data.attributes))]
+    off = float(abs(each.again - each.predicted).mean())
+    why = f" The door would refuse the made profile: {each.why}." if each.why else ""
+    note = f"Recovered within {off:.1f} an attribute on average.{why}"
+    return table(profile_name(each.name), rows, MEASURED, note=note)
+
+
+def _measured_row(found: Evaluation, each: Recovered, i: int) -> Row:
+    reach = None if each.half_width is None else float(each.half_width[i])
+    p = float(each.predicted[i])
+    return {
+        "attribute": f"{found.data.attributes[i]} – {found.data.antonyms[i]}",
+        "rated": None if each.rated is None else float(each.rated[i]),
+        "predicted": p,
+        "interval": NONE if reach is None else f"{p - reach:.1f} to {p + reach:.1f}".replace("-", "−"),
+        "recovered": float(each.again[i]),
+        "felt": None if each.felt is None else float(each.felt[i]),
+    }
+
+
+def profile_name(name: str) -> str:
+    """A measured profile as the report calls it."""
+    return "The measured door" if name == "actual" else name.replace("edited_v", "Edit, version ")
+
+
+def provenance(found: Evaluation) -> Section:
+    """What everything comes from."""
+    judged, context = found.judged, found.judged.context
+    versions: list[Row] = [
+        {"package": name, "version": told or "not installed"} for name, told in run_versions().items()
+    ]
+    inputs: list[Row] = [{"input": line} for line in context.data.made_from]
+    (low, high), (least, most) = context.scaling.rating, context.scaling.force_N
+    run = (
+        f"Seed {judged.wanted.seed}. {judged.jobs} trainings, {judged.taken} of them taken from an earlier, equal "
+        f"evaluation; the rest took {in_seconds(judged.seconds)} here."
+    )
+    blocks: list[Block] = [
+        Words(words.SCALING.format(low=low, high=high, least=least, most=most)),
+        Words(run),
+        Words(words.UNROUNDED),
+        table("Inputs and their SHA-256", inputs, [Column("input", "input", "words")], folded=len(inputs) > 6),
+        table("Software", versions, [Column("package", "package"), Column("version", "version")]),
+    ]
+    return Section("provenance", "Provenance", tuple(blocks))

@@ -1,0 +1,194 @@
+"""An evaluation as tables by name, and as one JSON with every number."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Iterable, Mapping
+from typing import Any
+
+from modeling.doors.ceiling import Ceiling
+from modeling.doors.evaluating_gathered import Gathered
+from modeling.doors.evaluating_kept import code
+from modeling.doors.evaluating_measured import measured_rows
+from modeling.doors.evaluating_scores import mae, r2, rmse
+from modeling.doors.evaluating_whole import Evaluation
+from modeling.doors.evaluation_overall import loop_rows, widths
+from modeling.doors.evaluation_tables import (
+    OVERALL,
+    Row,
+    cells_table,
+    prediction_rows,
+    variant_rows,
+    waveform_error_rows,
+    waveform_errors,
+    waveform_rows,
+    waveform_table,
+)
+
+PLAUSIBLE = ("greatest_N", "steepest_N_deg", "work_J_m", "distance_N", "beyond")
+
+
+def tables(found: Evaluation) -> dict[str, list[Row]]:
+    """Every table of the evaluation, by the name of its CSV; one that has no rows is left out."""
+    forward, inverse = found.judged.methods("forward"), found.judged.methods("inverse")
+    every: dict[str, list[Row]] = {
+        "methods_forward": list(found.forward),
+        "methods_inverse": list(found.inverse),
+        "table_5_3_mae": cells_table(forward, "mae"),
+        "table_5_4_rmse": cells_table(forward, "rmse"),
+        "table_5_5_r2": cells_table(forward, "r2"),
+        "table_5_6_waveform": waveform_table(inverse),
+        "variants_forward": [row for each in forward for row in variant_rows(each)],
+        "variants_inverse": [row for each in inverse for row in waveform_rows(each, "variants")],
+        "splits_forward": splits_forward(found),
+        "splits_inverse": splits_inverse(found),
+        "floors": list(found.floors),
+        "noise_ceiling": [row for each in found.ceilings for row in ceiling_rows(each)],
+        "loop": [row for each in inverse for row in loop_rows(each)],
+        "corners": corner_rows(inverse),
+        "one_slider": [row for each in inverse for row in slider_rows(each)],
+        "plausibility": [plausible_row(each) for each in inverse],
+        "measured_door": measured_rows(found.measured, found.data.attributes),
+        "predictions": [row for each in forward for row in prediction_rows(each, widths(each))],
+        "waveforms": [row for each in inverse for row in waveform_error_rows(each)],
+        "learning_curves": [row for each in (*forward, *inverse) for row in curve_rows(each)],
+    }
+    return {name: rows for name, rows in every.items() if rows}
+
+
+def splits_forward(found: Evaluation) -> list[Row]:
+    """MAE, RMSE and R2 of every forward method on every split that it was evaluated on."""
+    return [
+        {"method": each.method, "split": each.split, "mae": mae(each.actual, each.predicted),
+         "rmse": rmse(each.actual, each.predicted), "r2": r2(each.actual, each.predicted), "n": len(each.data)}
+        for (way, _, _), each in found.judged.found.items() if way == "forward"
+    ]  # fmt: skip
+
+
+def splits_inverse(found: Evaluation) -> list[Row]:
+    """The waveform's error of every inverse method on every split that it was evaluated on, in percent."""
+    rows: list[Row] = []
+    for (way, _, split), each in found.judged.found.items():
+        if way == "inverse":
+            last = next(row for row in waveform_rows(each) if row["door"] == OVERALL)
+            rows.append(
+                {
+                    "method": each.method,
+                    "split": split,
+                    **{k: v for k, v in last.items() if k not in ("method", "door")},
+                }
+            )
+    return rows
+
+
+def ceiling_rows(ceiling: Ceiling) -> list[Row]:
+    """A noise ceiling by attribute, and over all."""
+    columns = ("half_r", "reliability", "mae", "rmse", "r2")
+    return [
+        {"predictor_knows": ceiling.of, "attribute": name,
+         **{column: float(getattr(ceiling, column)[i]) for column in columns}}
+        for i, name in enumerate((*ceiling.attributes, OVERALL))
+    ]  # fmt: skip
+
+
+def corner_rows(methods: Iterable[Gathered]) -> list[Row]:
+    """What came of all corners of the sliders, for each method that was asked."""
+    names = (
+        "corners",
+        "corners_unplayable",
+        "corners_had",
+        "corners_off",
+        "corners_greatest_N",
+        "corners_steepest_N_deg",
+    )
+    return [
+        {"method": each.method, **{name: each.number(name) for name in names}}
+        for each in methods if each.number("corners") is not None
+    ]  # fmt: skip
+
+
+def slider_rows(found: Gathered) -> list[Row]:
+    """One slider at 10 and at 90, the others in the middle: how far its own rating and the others' moved."""
+    felt = next((each.arrays["alone"] for each in found.done if "alone" in each.arrays), None)
+    if felt is None:
+        return []
+    rows: list[Row] = []
+    for at, attribute in enumerate(found.data.attributes):
+        move = felt[2 * at + 1] - felt[2 * at]
+        others = [abs(float(move[i])) for i in range(len(move)) if i != at]
+        rows.append({"method": found.method, "attribute": attribute, "at_10": float(felt[2 * at, at]),
+                     "at_90": float(felt[2 * at + 1, at]), "moved": float(move[at]),
+                     "others_moved": sum(others) / len(others) if others else None})  # fmt: skip
+    return rows
+
+
+def plausible_row(found: Gathered) -> Row:
+    """What a method's made profiles ask of a hand and how far they lie from measured ones; those held out beside."""
+    row: Row = {"method": found.method, "made": len(found.data)}
+    for name in PLAUSIBLE:
+        values = found.array(name)
+        if values is not None:
+            row |= {f"{name}_mean": float(values.mean()), f"{name}_max": float(values.max())}
+    playable = found.array("playable")
+    return row | {"unplayable": None if playable is None else int((playable == 0).sum())}
+
+
+def curve_rows(found: Gathered) -> list[Row]:
+    """The learning curves of a method's folds."""
+    rows: list[Row] = []
+    for done in found.done:
+        columns = {
+            name.removeprefix("curve_"): values for name, values in done.arrays.items() if name.startswith("curve_")
+        }
+        for i in range(len(columns.get("epoch", ()))):
+            at = {name: float(values[i]) for name, values in columns.items()}
+            rows.append({"direction": found.direction, "method": found.method, "fold": done.job.fold + 1, **at})
+    return rows
+
+
+def as_json(found: Evaluation) -> dict[str, Any]:
+    """Every number with what it rests on; what is no number is null."""
+    judged, context = found.judged, found.judged.context
+    return {
+        "data": {"digest": context.data.digest, "simulated": context.data.simulated, "stimuli": len(context.data),
+                 "made_from": list(context.data.made_from), "attributes": list(context.data.attributes)},
+        "split": judged.wanted.split,
+        "quick": judged.wanted.quick,
+        "seed": judged.wanted.seed,
+        "settings": {name: str(value) for name, value in context.settings.items()},
+        "scaling": {"force_N": list(context.scaling.force_N), "rating": list(context.scaling.rating)},
+        "software": run_versions(),
+        "code": code(),
+        "seconds": judged.seconds,
+        "jobs": judged.jobs,
+        "jobs_kept": judged.taken,
+        "default": {
+            way: {"method": choice.method, "why": choice.why, "of_the_network": choice.of_the_network}
+            for way, choice in found.choices.items()
+        },
+        "no_ceiling": found.no_ceiling or None,
+        "tables": {name: [plain(row) for row in rows] for name, rows in tables(found).items() if name not in LONG},
+    }  # fmt: skip
+
+
+LONG = ("predictions", "waveforms", "learning_curves")
+"""Tables of a row for each stimulus or epoch: they stand in their CSV alone."""
+
+
+def run_versions() -> dict[str, str | None]:
+    """Python, the packages that compute, and Palpate."""
+    from modeling.training.run_card import versions
+
+    return dict(versions())
+
+
+def plain(row: Mapping[str, Any]) -> Row:
+    """A row as JSON holds it."""
+    return {
+        name: None if isinstance(value, float) and not math.isfinite(value) else value for name, value in row.items()
+    }
+
+
+def per_profile(found: Gathered) -> dict[str, float]:
+    """Each made profile's waveform MAE by its stimulus."""
+    return dict(zip(found.data.ids, waveform_errors(found)[0].tolist(), strict=True))

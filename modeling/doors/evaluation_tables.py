@@ -1,0 +1,135 @@
+"""Tables 5.3 to 5.6 of the thesis and their further divisions, for every method, as rows of plain values."""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Iterable, Sequence
+from typing import Any
+
+import numpy as np
+
+from modeling.doors.data import Array
+from modeling.doors.evaluating_gathered import Gathered
+from modeling.doors.evaluating_scores import by_level, mae, r2, rmse
+from modeling.doors.evaluation_thesis import SAID, printed, printed_waveforms
+
+Row = dict[str, Any]
+Measure = Callable[[Array, Array], float | None]
+MEASURES: dict[str, Measure] = {"mae": mae, "rmse": rmse, "r2": r2}
+AVERAGE = "average"
+OVERALL = "(all)"
+
+
+def mean_of(values: Iterable[float | None]) -> float | None:
+    """The mean of the numbers among them, None where there are none."""
+    known = [value for value in values if value is not None]
+    return float(np.mean(known)) if known else None
+
+
+def cell_rows(found: Gathered, measure: str) -> list[Row]:
+    """A row for each attribute, a column for each door, margins as the thesis has them: means of the cells."""
+    doors = by_level(found.data.doors)
+    rows = [_attribute_row(found, column, doors, MEASURES[measure]) for column in range(found.actual.shape[1])]
+    last: Row = {"method": found.method, "attribute": AVERAGE}
+    last |= {door: mean_of(row[door] for row in rows) for door in doors}
+    last[AVERAGE] = mean_of(row[AVERAGE] for row in rows)
+    return [*rows, last]
+
+
+def _attribute_row(found: Gathered, column: int, doors: dict[str, list[int]], measure: Measure) -> Row:
+    cells = {
+        door: measure(found.actual[rows][:, [column]], found.predicted[rows][:, [column]])
+        for door, rows in doors.items()
+    }
+    attribute = found.data.attributes[column]
+    return {"method": found.method, "attribute": attribute, **cells, AVERAGE: mean_of(cells.values())}
+
+
+def thesis_rows(measure: str, attributes: Sequence[str], doors: Sequence[str]) -> list[Row]:
+    """The thesis' table in the same form; empty where neither its attributes nor its doors' labels are ours."""
+    told = printed(measure)
+    rows: list[Row] = []
+    for attribute in (name for name in attributes if name in told.by_attribute):
+        cells = {door: told.cells.get((attribute, door)) for door in doors}
+        rows.append({"method": SAID, "attribute": attribute, **cells, AVERAGE: told.by_attribute[attribute]})
+    if rows:
+        last = {door: told.by_door.get(door) for door in doors}
+        rows.append({"method": SAID, "attribute": AVERAGE, **last, AVERAGE: told.overall})
+    return rows
+
+
+def cells_table(methods: Sequence[Gathered], measure: str) -> list[Row]:
+    """Table 5.3, 5.4 or 5.5 for each method, and the thesis' own below."""
+    rows = [row for found in methods for row in cell_rows(found, measure)]
+    if methods:
+        data = methods[0].data
+        rows += thesis_rows(measure, data.attributes, list(dict.fromkeys(data.doors)))
+    return rows
+
+
+def waveform_errors(found: Gathered) -> tuple[Array, Array]:
+    """The MAE and RMSE of each made profile, in percent of the range of all forces."""
+    off = found.predicted - found.actual
+    return np.mean(np.abs(off), axis=1), np.sqrt(np.mean(off**2, axis=1))
+
+
+def waveform_rows(found: Gathered, by: str = "doors") -> list[Row]:
+    """Table 5.6: the mean and SD of the waveform's MAE and RMSE by door (or `by` "variants"), and over all."""
+    levels: dict[str, list[int]] = by_level(getattr(found.data, by))
+    errors = waveform_errors(found)
+    every = list(range(len(found.data)))
+    return [
+        {"method": found.method, by.removesuffix("s"): level, **_spread("mae", errors[0][rows]),
+         **_spread("rmse", errors[1][rows]), "n": len(rows)}
+        for level, rows in (*levels.items(), (OVERALL, every))
+    ]  # fmt: skip
+
+
+def waveform_table(methods: Sequence[Gathered]) -> list[Row]:
+    """Table 5.6 for each method, and the thesis' own below."""
+    rows = [row for found in methods for row in waveform_rows(found)]
+    if methods:
+        told = printed_waveforms()
+        doors = [door for door in dict.fromkeys(methods[0].data.doors) if door in told.by_door]
+        rows += [{"method": SAID, "door": door, **told.by_door[door], "n": None} for door in doors]
+    return rows
+
+
+def _spread(name: str, values: Array) -> Row:
+    sd = float(np.std(values, ddof=1)) if len(values) > 1 else None
+    return {name: float(np.mean(values)), f"{name}_sd": sd}
+
+
+def variant_rows(found: Gathered) -> list[Row]:
+    """Thesis 5.5.4, by profile type g0 to g14: MAE, RMSE and R2 over all attributes."""
+    rows = []
+    for variant, which in by_level(found.data.variants).items():
+        actual, predicted = found.actual[which], found.predicted[which]
+        scores = {name: measure(actual, predicted) for name, measure in MEASURES.items()}
+        rows.append({"method": found.method, "variant": variant, **scores, "n": len(which)})
+    return rows
+
+
+def prediction_rows(found: Gathered, half_width: Array | None = None) -> list[Row]:
+    """Every prediction of the ratings: what people said, what was predicted, its interval and the raters' SD."""
+    data, rows = found.data, []
+    for i in range(len(data)):
+        for j, attribute in enumerate(data.attributes):
+            told = {"actual": float(found.actual[i, j]), "predicted": float(found.predicted[i, j])}
+            if half_width is not None:
+                reach = float(half_width[i, j])
+                told |= {"low": told["predicted"] - reach, "high": told["predicted"] + reach}
+            sd = float(found.sd[i, j])
+            named = {"stimulus": data.ids[i], "door": data.doors[i], "variant": data.variants[i]}
+            rows.append({"method": found.method, **named, "attribute": attribute, "fold": int(found.fold[i]) + 1,
+                         **told, "sd": sd if np.isfinite(sd) else None})  # fmt: skip
+    return rows
+
+
+def waveform_error_rows(found: Gathered) -> list[Row]:
+    """Every made profile: its MAE and RMSE in percent."""
+    errors, data = waveform_errors(found), found.data
+    return [
+        {"method": found.method, "stimulus": data.ids[i], "door": data.doors[i], "variant": data.variants[i],
+         "fold": int(found.fold[i]) + 1, "mae": float(errors[0][i]), "rmse": float(errors[1][i])}
+        for i in range(len(data))
+    ]  # fmt: skip

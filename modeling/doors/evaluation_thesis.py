@@ -1,0 +1,77 @@
+"""The numbers that the thesis printed, to stand beside ours: other people's private data, never a target."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass
+from functools import cache
+from pathlib import Path
+from typing import Any
+
+FILE = Path(__file__).parent / "thesis_numbers.yaml"
+SAID = "thesis (private data, other people)"
+Cells = Mapping[tuple[str, str], float]
+
+
+@dataclass(frozen=True)
+class Printed:
+    """One of Tables 5.3 to 5.5: its number, its cells by attribute and door, and its printed margins."""
+
+    table: str
+    cells: Cells
+    by_attribute: Mapping[str, float]
+    by_door: Mapping[str, float]
+
+    @property
+    def overall(self) -> float:
+        """The mean of all cells, which the thesis does not print."""
+        return sum(self.cells.values()) / len(self.cells)
+
+
+@dataclass(frozen=True)
+class PrintedWaveforms:
+    """Table 5.6: mean and SD of the waveform's MAE and RMSE by door."""
+
+    table: str
+    by_door: Mapping[str, Mapping[str, float]]
+
+    def overall(self, measure: str) -> float:
+        """The mean over the doors."""
+        return sum(door[measure] for door in self.by_door.values()) / len(self.by_door)
+
+
+@cache
+def _read() -> Mapping[str, Any]:
+    import yaml
+
+    told: Mapping[str, Any] = yaml.safe_load(FILE.read_text(encoding="utf-8"))
+    return told
+
+
+def source() -> str:
+    """Where the numbers stand."""
+    return str(_read()["source"])
+
+
+def printed(measure: str) -> Printed:
+    """Table 5.3 ("mae"), 5.4 ("rmse") or 5.5 ("r2")."""
+    told, attributes, doors = _read()["forward"][measure], _read()["attributes"], _read()["doors"]
+    cells = {
+        (attribute, door): value
+        for attribute, line in zip(attributes, told["cells"], strict=True)
+        for door, value in zip(doors, line, strict=True)
+    }
+    margins = _named(attributes, told["by_attribute"]), _named(doors, told["by_door"])
+    return Printed(str(told["table"]), cells, *margins)
+
+
+def printed_waveforms() -> PrintedWaveforms:
+    """Table 5.6."""
+    told, doors = _read()["inverse"], _read()["doors"]
+    measures = ("mae", "mae_sd", "rmse", "rmse_sd")
+    by_door = {door: {name: float(told[name][i]) for name in measures} for i, door in enumerate(doors)}
+    return PrintedWaveforms(str(told["table"]), by_door)
+
+
+def _named(names: Sequence[str], values: Sequence[float]) -> dict[str, float]:
+    return {name: float(value) for name, value in zip(names, values, strict=True)}

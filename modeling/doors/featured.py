@@ -1,0 +1,45 @@
+"""The way from a profile to standardised engineered features, shared by the models that look at nothing else."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from dataclasses import dataclass
+
+from modeling.doors.data import Array
+from modeling.doors.methods import Learning
+from modeling.doors.preparing import Rows, Standard, checked_forces, furthest_N, standard_of
+from modeling.doors.side import DoorSide
+from protocols.model_card import Affine, DoorFeatures, Step
+
+
+@dataclass(frozen=True)
+class Featured:
+    """Profiles (n, 621) in newtons to standardised features (n, features) (thesis 5.3.4.1, figure 5.6).
+
+    A feature that was constant in training becomes 0: nothing is known of its effect.
+    """
+
+    side: DoorSide
+    standard: Standard
+    furthest_N: float
+
+    def __call__(self, force_N: Array) -> Array:
+        """Raises ModelDataError for profiles that are none."""
+        return self.standard(self.side.features(checked_forces(force_N, self.furthest_N)))
+
+    @property
+    def steps(self) -> tuple[Step, ...]:
+        """The same as steps of a card."""
+        return DoorFeatures(names=tuple(self.side.feature_names)), Affine(gain="feature_gain", offset="feature_offset")
+
+    @property
+    def tensors(self) -> Mapping[str, Array]:
+        """What the steps name."""
+        return {"feature_gain": self.standard.gain, "feature_offset": self.standard.offset}
+
+
+def featured(learning: Learning, rows: Rows) -> tuple[Featured, Array]:
+    """The way to the features, fitted to these rows, and their standardised features (n, features)."""
+    raw = learning.side.features(rows.force_N)
+    standard = standard_of(raw)
+    return Featured(learning.side, standard, furthest_N(learning.side)), standard(raw)

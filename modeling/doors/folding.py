@@ -1,0 +1,131 @@
+"""Splits of the data into what is trained on and what is tested on, with nothing of a test in its training (5.5.2)."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import dataclass
+from typing import Literal
+
+import numpy as np
+from numpy.typing import NDArray
+
+from modeling.doors.balancing import balanced
+from modeling.doors.data import DoorData, Indices, ModelDataError
+from modeling.doors.sources import source_groups
+from protocols.did_you_mean import nearest
+from protocols.keyed import shuffled
+
+Kinds = Literal["grouped", "leave_one_door_out", "leaky"]
+KINDS: tuple[Kinds, ...] = ("grouped", "leave_one_door_out", "leaky")
+WEIGHT = {"door": 4.0, "variant": 1.0, "row": 2.0}
+"""What an uneven spread costs, by what is uneven: doors before fold sizes before variants."""
+LEAST_SOURCES = 2
+"""So many sources are left to train on in every split: with one, all ratings of an attribute are equal."""
+
+
+@dataclass(frozen=True)
+class Fold:
+    """One split: the rows to train on and the rows to test on, each in the data's order."""
+
+    name: str
+    train: Indices
+    test: Indices
+
+
+def folds(data: DoorData, k: int = 5, kind: Kinds = "grouped", seed: int = 0) -> tuple[Fold, ...]:
+    """The splits of the data.
+
+    `grouped`: k folds; no source, and no (nearly) identical profile, lies on both sides; every row is tested once;
+    each door and each variant is spread over the folds as evenly as whole sources can be. `leave_one_door_out`: a fold
+    for each door; what shares a source with it is left out of both sides. `leaky`: rows are dealt out whatever they
+    were made from, as in the thesis: with training variants, those of one stimulus lie on both sides.
+    Row order does not matter. Raises ModelDataError where a training side would keep fewer than two sources.
+    """
+    if kind not in KINDS:
+        raise ModelDataError(f"no split is called {kind!r}; {nearest(kind, KINDS)}")
+    groups = source_groups(data)
+    if kind == "leave_one_door_out":
+        found = [_without(data, groups, door) for door in dict.fromkeys(sorted(data.doors))]
+    else:
+        parts = _dealt(data, np.arange(len(data)) if kind == "leaky" else groups, _even(k), seed)
+        found = [_fold(f"fold {place + 1}", parts != place, parts == place) for place in range(k)]
+    for fold in found:
+        _demand_enough(fold, groups, kind)
+    return tuple(found)
+
+
+def held_share(train: DoorData, share: float = 0.15, seed: int = 0) -> tuple[Indices, Indices]:
+    """The rows to learn from and those held back to stop early, in the data's order: no source on both sides.
+
+    About `share` of the rows is held, balanced over doors and variants, at least one source.
+    Raises ModelDataError on a share that is none, and on fewer than three sources.
+    """
+    if not 0 < share < 1:
+        raise ModelDataError(f"a share of {share:g} cannot be held back: a number between 0 and 1 is expected")
+    groups = source_groups(train)
+    if len(set(groups.tolist())) <= LEAST_SOURCES:
+        raise ModelDataError(f"{_counted(groups)}: none can be held back; at least {LEAST_SOURCES + 1} are needed")
+    parts = _dealt(train, groups, [1 - share, share], seed)
+    fold = _fold("held", parts == 0, parts == 1)
+    _demand_enough(fold, groups, "held back")
+    return fold.train, fold.test
+
+
+def _even(k: int) -> list[float]:
+    if k < 2:
+        raise ModelDataError(f"{k} folds: at least 2 are expected, one to test on and the others to train on")
+    return [1 / k] * k
+
+
+def _dealt(data: DoorData, groups: Indices, shares: Sequence[float], seed: int) -> Indices:
+    """The part of each row; the rows of a group share theirs. It depends on names and seed, not on the rows' order."""
+    members = _members(data, groups)
+    order = shuffled(members, "folds", seed)
+    labels = [f"{what}\0{name}" for what, names in _labels(data) for name in shuffled(set(names), "labels", seed, what)]
+    place = {label: row for row, label in enumerate(labels)}
+    counts = np.zeros((len(labels), len(order)), dtype=np.int64)
+    for column, name in enumerate(order):
+        for row in members[name]:
+            for what, names in _labels(data):
+                counts[place[f"{what}\0{names[row]}"], column] += 1
+    part = balanced(counts, [WEIGHT[label.partition("\0")[0]] for label in labels], shares)
+    found = np.empty(len(data), dtype=np.int64)
+    for column, name in enumerate(order):
+        found[members[name]] = part[column]
+    return found
+
+
+def _labels(data: DoorData) -> tuple[tuple[str, Sequence[str]], ...]:
+    """What is spread evenly: doors, variants, and the rows themselves."""
+    return ("door", data.doors), ("variant", data.variants), ("row", [""] * len(data))
+
+
+def _members(data: DoorData, groups: Indices) -> dict[str, list[int]]:
+    """The rows of each group, by a name that does not depend on their order."""
+    rows: dict[int, list[int]] = {}
+    for row, group in enumerate(groups.tolist()):
+        rows.setdefault(group, []).append(row)
+    return {"\0".join(sorted(data.ids[row] for row in own)): own for own in rows.values()}
+
+
+def _without(data: DoorData, groups: Indices, door: str) -> Fold:
+    test = np.array([name == door for name in data.doors])
+    return _fold(door, ~np.isin(groups, groups[test]), test)
+
+
+def _fold(name: str, train: NDArray[np.bool_], test: NDArray[np.bool_]) -> Fold:
+    return Fold(name, np.flatnonzero(train).astype(np.int64), np.flatnonzero(test).astype(np.int64))
+
+
+def _demand_enough(fold: Fold, groups: Indices, kind: str) -> None:
+    left = groups[fold.train]
+    if len(set(left.tolist())) < LEAST_SOURCES:
+        raise ModelDataError(
+            f"{kind}, {fold.name}: {_counted(left)} would be left to train on; at least {LEAST_SOURCES} are needed:"
+            " collect more stimuli, or ask for other folds"
+        )
+
+
+def _counted(groups: Indices) -> str:
+    count = len(set(groups.tolist()))
+    return f"{count} source" if count == 1 else f"{count} sources"

@@ -1,0 +1,85 @@
+"""Force to perception by the residual network of thesis 5.4, trained as it says."""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+from dataclasses import dataclass
+
+from torch import Tensor, nn
+from torch.nn import functional
+
+from modeling.doors.data import Array
+from modeling.doors.exporting_network import exported_network
+from modeling.doors.methods import Exported, Learning, Method
+from modeling.doors.network_parts import Rescale, answers, settings_for, training_rows
+from modeling.doors.networks import ForceToPerception
+from modeling.doors.preparing import Rows, checked_forces, furthest_N
+from modeling.training.loop import Trained, train
+from modeling.training.seeding import seeded
+from modeling.training.settings import Settings
+from modeling.training.sources import Pairs, pairs
+
+DELTA = 2.0
+"""Where equation 5.4 turns from square to straight, on 0..100."""
+SETTINGS = Settings(
+    epochs=200, batch=8, learning_rate=1e-3, least_rate=1e-6, plateau_patience=4, stop_patience=12, every_epochs=5
+)
+"""Thesis 5.4.1.4; the learning rate is that of Adam in Keras, the patiences are ours."""
+
+
+@dataclass(frozen=True)
+class FeltThrough:
+    """A trained network from forces in newtons to ratings on 0..100, and how its training went."""
+
+    network: nn.Sequential
+    furthest_N: float
+    trained: Trained
+
+    def predict(self, given: Array) -> Array:
+        """(n, 621) newtons to (n, attributes) on 0..100. Raises ModelDataError for profiles that are none."""
+        return answers(self.network, checked_forces(given, self.furthest_N))
+
+    def exported(self) -> Exported:
+        """The network as steps and float32 tensors."""
+        return exported_network(self.network)
+
+
+def fit_network(learning: Learning, inner: Callable[[int], nn.Module], settings: Settings) -> FeltThrough:
+    """Train a network (batch, 621) to (batch, attributes), both centred, by the Huber loss of equation 5.4.
+
+    The first layer centres newtons, the last one brings its answers to 0..100, where the loss is taken. The thesis'
+    scaling of the forces to 0..100 is a gain and an offset, as centring is: the two are one layer.
+    Raises ModelDataError for data that cannot be learned from, TrainingError for a training that does not converge.
+    """
+    rows, held = training_rows(learning)
+    asked = settings_for(learning, settings)
+    attributes = len(learning.train.attributes)
+    network = nn.Sequential(
+        Rescale.down(rows.force_N), seeded(lambda: inner(attributes), asked.seed), Rescale.up(rows.rating)
+    )
+    watched = None if held is None else _pairs(held)
+    trained = train(network, _pairs(rows), watched, huber, asked, report=learning.report)
+    network.zero_grad(set_to_none=True)
+    return FeltThrough(network, furthest_N(learning.side), trained)
+
+
+def huber(answer: Tensor, target: Tensor) -> Tensor:
+    """Equation 5.4 with a delta of 2 on 0..100, the mean over rows and attributes."""
+    return functional.huber_loss(answer, target, delta=DELTA)
+
+
+def _pairs(rows: Rows) -> Pairs:
+    return pairs(rows.force_N, rows.rating)
+
+
+def _fit(learning: Learning) -> FeltThrough:
+    return fit_network(learning, ForceToPerception, SETTINGS)
+
+
+NETWORK = Method(
+    name="network",
+    title="Residual convolutional network",
+    fit=_fit,
+    holds_out=True,
+    source="thesis 5.4",
+)

@@ -1,0 +1,146 @@
+"""A Gaussian process on the engineered features: one kernel for all attributes, by marginal likelihood."""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+from dataclasses import dataclass
+
+import numpy as np
+from scipy.optimize import minimize_scalar
+
+from modeling.doors.data import Array
+from modeling.doors.featured import Featured, featured
+from modeling.doors.methods import Exported, Learning, Method
+from modeling.doors.preparing import on_one_thread, rows_of, standard_of
+from protocols.model_card import Affine, Kernel
+
+LENGTHS: Array = np.logspace(-1, 2, 31)
+"""Lengths that are tried, in multiples of the square root of the number of features."""
+NOISES: Array = np.logspace(-6, 3, 73)
+"""Shares of noise that are tried: noise variance over kernel variance."""
+
+
+@dataclass(frozen=True)
+class Process:
+    """z -> k(z, points) weights, on standardised ratings; k = variance * exp(-|z - p|^2 / (2 length^2))."""
+
+    points: Array
+    weights: Array
+    precision: Array
+    """The inverse of the kernel matrix with its noise, both over the kernel's variance."""
+    length: float
+    variance: float
+    noise: float
+    """Noise variance over kernel variance."""
+
+
+@dataclass(frozen=True)
+class GaussianProcess:
+    """The posterior mean, and the SD of a new answer (Rasmussen and Williams 2006, equations 2.25 and 2.26)."""
+
+    front: Featured
+    process: Process
+    gain: Array
+    offset: Array
+
+    def predict(self, given: Array) -> Array:
+        """(n, 621) newtons to (n, attributes) on 0..100, not clipped."""
+        process = self.process
+        kernel = process.variance * _correlation(_squares(self.front(given), process.points), process.length)
+        return kernel @ process.weights * self.gain + self.offset
+
+    def deviation(self, given: Array) -> Array:
+        """(n, attributes): the SD of a new mean rating, noise included, on 0..100."""
+        process = self.process
+        like = _correlation(_squares(self.front(given), process.points), process.length)
+        share = 1 + process.noise - np.einsum("ni,ij,nj->n", like, process.precision, like)
+        sd: Array = np.sqrt(process.variance * np.maximum(share, process.noise))[:, None] * self.gain
+        return sd
+
+    def exported(self) -> Exported:
+        """Features, standardising, one kernel step, and back to 0..100."""
+        kernel = Kernel(
+            points="points", weights="kernel_weights", length=self.process.length, variance=self.process.variance
+        )
+        own = {"points": self.process.points, "kernel_weights": self.process.weights}
+        back = {"rating_gain": self.gain, "rating_offset": self.offset}
+        steps = (*self.front.steps, kernel, Affine(gain="rating_gain", offset="rating_offset"))
+        return Exported(steps, {**self.front.tensors, **own, **back})
+
+
+@on_one_thread
+def fit(learning: Learning) -> GaussianProcess:
+    """Squared exponential kernel and white noise on standardised features and ratings."""
+    rows = rows_of(learning, least=2)
+    front, z = featured(learning, rows)
+    standard = standard_of(rows.rating)
+    process = process_of(z, standard(rows.rating))
+    learning.report(f"gaussian_process: length {process.length:.3g}, noise {process.noise:.3g} of the variance")
+    gain = np.where(standard.gain > 0, rows.rating.std(axis=0), 0.0)
+    return GaussianProcess(front, process, gain, rows.rating.mean(axis=0))
+
+
+def process_of(z: Array, y: Array) -> Process:
+    """Length, variance and noise of greatest likelihood for z (n, features) and y (n, outputs) of mean 0.
+
+    For a given length, one eigendecomposition gives the likelihood for every share of noise, and the best variance
+    follows from both (Rasmussen and Williams 2006, equation 5.8). A grid finds the hill, a line search its top.
+    Outputs that do not vary have no say; where none does, the answer is the mean everywhere.
+    """
+    square = _squares(z, z)
+    length = _best_length(square, y, z.shape[1])
+    values, vectors = np.linalg.eigh(_correlation(square, length))
+    values, turned = np.maximum(values, 0.0), vectors.T @ y
+    noise, variance, _ = _best_noise(values, turned)
+    weights = vectors @ (turned / (variance * (values + noise))[:, None])
+    precision = (vectors / (values + noise)) @ vectors.T
+    return Process(z, weights, precision, length, variance, noise)
+
+
+def _best_length(square: Array, y: Array, features: int) -> float:
+    def badness(log_length: float) -> float:
+        values, vectors = np.linalg.eigh(_correlation(square, float(np.exp(log_length))))
+        return -_best_noise(np.maximum(values, 0.0), vectors.T @ y)[2]
+
+    return float(np.exp(_least(badness, np.log(LENGTHS * np.sqrt(features)))))
+
+
+def _best_noise(values: Array, turned: Array) -> tuple[float, float, float]:
+    """Noise, variance and log likelihood (less a constant) for these eigenvalues and turned outputs."""
+    asked = turned[:, np.any(turned != 0, axis=0)]
+    if not asked.size:
+        return 1.0, 1.0, 0.0
+    power = np.sum(asked**2, axis=1)
+
+    def badness(log_noise: float) -> float:
+        spread = values + np.exp(log_noise)
+        variance = np.sum(power / spread) / asked.size
+        return float(0.5 * (asked.size * np.log(variance) + asked.shape[1] * np.sum(np.log(spread))))
+
+    log_noise = _least(badness, np.log(NOISES))
+    noise = float(np.exp(log_noise))
+    return noise, float(np.sum(power / (values + noise)) / asked.size), -badness(log_noise)
+
+
+def _least(badness: Callable[[float], float], grid: Array) -> float:
+    """Where `badness` is least: the best of a grid, then between its neighbours."""
+    found = [badness(float(one)) for one in grid]
+    best = int(np.argmin(found))
+    low, high = grid[max(best - 1, 0)], grid[min(best + 1, len(grid) - 1)]
+    finer = minimize_scalar(badness, bounds=(low, high), method="bounded", options={"xatol": 1e-4})
+    return float(finer.x) if finer.fun < found[best] else float(grid[best])
+
+
+def _squares(a: Array, b: Array) -> Array:
+    """(n, m): |a_i - b_j|^2, differences taken before they are squared."""
+    return np.array([np.sum((one - b) ** 2, axis=1) for one in a])
+
+
+def _correlation(square: Array, length: float) -> Array:
+    correlation: Array = np.exp(-square / (2 * length**2))
+    return correlation
+
+
+GAUSSIAN_PROCESS = Method(
+    "gaussian_process", "Gaussian process on engineered features", fit, source="Rasmussen and Williams 2006"
+)

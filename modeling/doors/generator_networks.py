@@ -1,0 +1,186 @@
+"""The two small networks behind the generator: one rates a code, one turns a wish into a code."""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+from dataclasses import dataclass
+from itertools import pairwise
+from pathlib import Path
+from typing import TypeVar
+
+import numpy as np
+import torch
+from torch import Tensor, nn
+
+from modeling.doors.data import Array
+from modeling.doors.scaling import TOP
+from modeling.training.loop import train
+from modeling.training.seeding import seeded
+from modeling.training.settings import Settings
+from modeling.training.sources import Given, Made, digest_of, pairs
+
+MIDDLE, SPREAD = TOP / 2, TOP / 5
+"""The student answers ratings in units of SPREAD around MIDDLE: about mean 0 and SD 1."""
+STUDENT_HUBER = 3.0
+"""Points of 100 beyond which the student's errors count linearly: single odd doors must not rule."""
+WISH_HUBER = 5.0
+"""The same for wishes that are missed: most of the whole range cannot be had."""
+JITTER = 6.0
+"""SD of what is added to ratings that measured profiles have, in points of 100."""
+Felt = tuple[Tensor, Tensor, Tensor]
+Net = TypeVar("Net", bound=nn.Module)
+
+
+@dataclass(frozen=True)
+class Size:
+    """How large the networks are, and how long they train."""
+
+    student: int = 128
+    generator: int = 64
+    student_epochs: int = 50
+    generator_epochs: int = 40
+    wishes: int = 8192
+    batch: int = 256
+    learning_rate: float = 3e-3
+
+
+@dataclass(frozen=True)
+class How:
+    """Seed and threads of a training, where it is kept, and who hears of it."""
+
+    seed: int
+    threads: int = 1
+    checkpoint: Path | None = None
+    report: Callable[[str], None] = lambda _line: None
+
+    def settings(self, stage: str, number: int, epochs: int, size: Size) -> Settings:
+        """The settings of one stage of a round; each has chance and a checkpoint of its own."""
+        folder = None if self.checkpoint is None else self.checkpoint / f"{stage}-{number}"
+        return Settings(
+            epochs=epochs, batch=size.batch, learning_rate=size.learning_rate, plateau_patience=3, plateau_factor=0.5,
+            seed=self.drawn(stage, number), threads=self.threads, checkpoint=folder, every_epochs=10,
+        )  # fmt: skip
+
+    def drawn(self, stage: str, number: int) -> int:
+        """A seed that belongs to one stage of a round."""
+        return int(np.random.SeedSequence([self.seed, number, *stage.encode()]).generate_state(1)[0])
+
+
+@dataclass(frozen=True)
+class Layers:
+    """A trained generator as numbers: (weight, bias) of each layer, each followed by tanh; the code is `span` of it."""
+
+    numbers: tuple[tuple[Array, Array], ...]
+    span: float
+
+    def code(self, wish: Array) -> Array:
+        """(n, attributes) on 0..100 to (n, components); a wish beyond 0..100 counts as its end."""
+        x = np.clip(wish, 0, TOP) / MIDDLE - 1
+        for weight, bias in self.numbers:
+            x = np.tanh(x @ weight.T + bias)
+        return self.span * x
+
+
+class Generator(nn.Module):
+    """A wish (n, attributes) on 0..100 to a code (n, components) within `span` either way, smooth in every wish."""
+
+    def __init__(self, attributes: int, components: int, width: int, span: float) -> None:
+        super().__init__()
+        sizes = (attributes, width, width, components)
+        self.layers = nn.ModuleList(nn.Linear(a, b) for a, b in pairwise(sizes))
+        self.span = span
+
+    def forward(self, wish: Tensor) -> Tensor:
+        """(n, attributes) to (n, components)."""
+        x = wish / MIDDLE - 1
+        for layer in self.layers:
+            x = torch.tanh(layer(x))
+        return self.span * x
+
+    def numbers(self) -> Layers:
+        """The generator without torch."""
+        weights = [array.detach().double().numpy().copy() for array in self.parameters()]
+        return Layers(tuple(zip(weights[::2], weights[1::2], strict=True)), self.span)
+
+
+class InLoop(nn.Module):
+    """A generator before a student that is not trained."""
+
+    def __init__(self, generator: Generator, student: nn.Sequential) -> None:
+        super().__init__()
+        self.generator = generator
+        self.student = student
+
+    def forward(self, wish: Tensor) -> Felt:
+        """(n, attributes) to ratings of that shape, how foreign the profiles are (n,), codes (n, components)."""
+        code = self.generator(wish)
+        said = self.student(code)
+        return said[:, :-1] * SPREAD + MIDDLE, said[:, -1], code
+
+
+def student_network(components: int, attributes: int, width: int) -> nn.Sequential:
+    """A code to ratings and how foreign it is: it stands in for a teacher that has no gradient."""
+    sizes = (components, width, width)
+    hidden = [part for a, b in pairwise(sizes) for part in (nn.Linear(a, b), nn.SiLU())]
+    return nn.Sequential(*hidden, nn.Linear(width, attributes + 1))
+
+
+def fresh(make: Callable[[], Net], seed: int) -> Net:
+    """A network with starting weights that the seed alone decides."""
+    return seeded(make, seed)
+
+
+def teach(student: nn.Sequential, code: Array, said: Array, settings: Settings) -> float:
+    """Train the student on what a teacher says of codes (n, components); returns the loss of its best epoch."""
+    student.requires_grad_(True)
+    told = np.c_[(said[:, :-1] - MIDDLE) / SPREAD, said[:, -1]]
+    return train(student, pairs(code, told), None, nn.HuberLoss(delta=STUDENT_HUBER / SPREAD), settings).best_loss
+
+
+def aim(
+    generator: Generator, student: nn.Sequential, had: Array, weights: tuple[float, float], size: Size, how: Settings
+) -> float:
+    """Train the generator so that the student feels what was wished; returns the loss of its best epoch.
+
+    `had` (n, attributes) are ratings that measured profiles have. `weights` are the price, in points of 100, of a code
+    that is one SD from the middle of the plausible ones (squared), and of a profile that is 1 more foreign than usual.
+    """
+    student.requires_grad_(False)
+    known = _known(had)
+    wishes = Made(size.wishes, lambda rows, chance: _wishes(known, len(rows), chance), digest_of(iter([known])))
+    missed = nn.HuberLoss(delta=WISH_HUBER)
+
+    def loss(answer: Felt, wish: Tensor) -> Tensor:
+        felt, foreign, code = answer
+        price = weights[0] * code.square().mean() + weights[1] * torch.relu(foreign - 1).mean()
+        found: Tensor = missed(felt, wish) / WISH_HUBER + price
+        return found
+
+    return train(InLoop(generator, student), wishes, None, loss, how).best_loss
+
+
+def random_wishes(had: Array, count: int, seed: int) -> Array:
+    """Wishes (count, attributes) as `aim` draws them."""
+    wishes, _ = _wishes(_known(had), count, torch.Generator().manual_seed(seed))
+    return np.asarray(wishes, dtype=np.float64)
+
+
+def _known(had: Array) -> Tensor:
+    return torch.from_numpy(np.clip(had, 0, TOP).astype(np.float32))
+
+
+def _wishes(known: Tensor, count: int, chance: torch.Generator) -> tuple[Given, Given]:
+    """Half lie about what measured profiles have; half anywhere, three in ten of these with sliders at their ends."""
+
+    def random(columns: int) -> Tensor:
+        return torch.rand((count, columns), generator=chance)
+
+    columns = known.shape[1]
+    first, second = torch.randint(len(known), (2, count), generator=chance)
+    share = random(1)
+    spread = JITTER * torch.randn((count, columns), generator=chance)
+    near = known[first] * share + known[second] * (1 - share) + spread
+    ends = (random(columns) < 0.5).float() * TOP
+    far = torch.where((random(columns) < 0.5) & (random(1) < 0.3), ends, random(columns) * TOP)
+    wish = torch.where(random(1) < 0.5, near, far).clamp(0, TOP)
+    return wish, wish

@@ -1,0 +1,167 @@
+"""A profile by search: down the gradient of the forward network until it predicts the wished ratings.
+
+The search runs over principal components of the measured profiles, scaled to an SD of 1. What it looks for is the most
+probable profile if codes were normally distributed and ratings scattered by `RATING_SD` around what the network
+predicts (Tarantola 2005, 1.2): half the squared error over that SD, plus half the squared Mahalanobis distance from the
+mean profile. A wish that cannot be met would pull any penalty away, so no code goes farther from the mean profile than
+that of the farthest measured one (projected gradient).
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+import numpy as np
+import torch
+from numpy.random import PCG64, Generator, SeedSequence
+from torch import Tensor, nn
+
+from modeling.doors.components import Components, components_of
+from modeling.doors.data import Array, ModelDataError
+from modeling.doors.forward_network import FeltThrough
+from modeling.doors.methods import Exported, Learning, Method
+from modeling.doors.preparing import Rows, checked_wishes, on_one_thread, rows_of
+from modeling.doors.side import DoorSide
+from modeling.training.seeding import training_state
+
+RATING_SD = 3.0
+"""On 0..100: about what the mean of twenty raters scatters by."""
+COMPONENTS = 15
+NEAREST = 2
+"""A search begins at so many of the nearest rated profiles, at the mean profile, and at one drawn by the seed."""
+FIRST, MORE, QUICK = 10, 20, (4, 8)
+"""Steps from every start, and then from the best of them."""
+RATE = 0.15
+AT_ONCE = 16
+"""Wishes that are searched for together: enough for speed, little enough for memory."""
+
+
+@dataclass(frozen=True)
+class Codes:
+    """Profiles as uncorrelated codes with a mean of 0 and an SD of 1 on the training profiles."""
+
+    components: Components
+    sd: Array
+
+    def of(self, force_N: Array) -> Array:
+        """(n, 621) to (n, k)."""
+        return self.components.codes(force_N) / self.sd
+
+    def decoded(self, code: Array) -> Array:
+        """(n, k) to (n, 621)."""
+        return self.components.mean + (code * self.sd) @ self.components.directions
+
+
+def codes_of(force_N: Array) -> Codes:
+    """From the training profiles (n, 621). Raises ModelDataError where all are equal: nothing could be searched."""
+    found = components_of(force_N, COMPONENTS)
+    if not len(found.directions):
+        raise ModelDataError("all training profiles are equal: there are no directions to search in.")
+    return Codes(found, found.codes(force_N).std(axis=0))
+
+
+@dataclass(frozen=True)
+class Searching:
+    """A forward network, the codes to search in, and the rated profiles to begin at."""
+
+    network: nn.Module
+    codes: Codes
+    rating: Array
+    code: Array
+    reach: float
+    drawn: Array
+    steps: tuple[int, int]
+    side: DoorSide
+
+    def predict(self, given: Array) -> Array:
+        """(n, attributes) on 0..100 to (n, 621) newtons within what may be played.
+
+        Raises ModelDataError for what is far off that scale.
+        """
+        wish = checked_wishes(given, self.rating.shape[1])
+        parts = [self._found(wish[at : at + AT_ONCE]) for at in range(0, len(wish), AT_ONCE)]
+        return np.array([self.side.bounded(force) for force in self.codes.decoded(np.concatenate(parts))])
+
+    def exported(self) -> Exported:
+        """Raises ModelDataError: a search needs gradients, and the runtime of model files has none."""
+        raise ModelDataError(
+            "search: needs torch whenever it makes a profile and cannot be written as a model file; "
+            "export the generator or the network instead."
+        )
+
+    def _found(self, wish: Array) -> Array:
+        """The best codes (n, k) for these wishes."""
+        with training_state(0, 1):
+            self.network.eval()
+            starts = self._starts(wish)
+            wishes = np.repeat(wish, starts.shape[1], axis=0)
+            code, cost = self._descended(starts.reshape(len(wishes), -1), wishes, self.steps[0])
+            best = np.argmin(cost.reshape(len(wish), -1), axis=1)
+            code = code.reshape(starts.shape)[np.arange(len(wish)), best]
+            return self._descended(code, wish, self.steps[1])[0]
+
+    def _starts(self, wish: Array) -> Array:
+        """(n, starts, k): nearest rated profiles, the mean profile, and one that the seed drew for all wishes."""
+        far = ((wish[:, None] - self.rating) ** 2).sum(axis=2)
+        near = self.code[np.argsort(far, axis=1, kind="stable")[:, :NEAREST]]
+        others = np.stack([np.zeros_like(self.drawn), self.drawn])
+        return np.concatenate([near, np.broadcast_to(others, (len(wish), *others.shape))], axis=1)
+
+    def _descended(self, start: Array, wish: Array, steps: int) -> tuple[Array, Array]:
+        """The best codes on the way from these, and their costs, after so many steps of Adam."""
+        code = torch.tensor(start, dtype=torch.float32, requires_grad=True)
+        self._pull_back(code)
+        adam = torch.optim.Adam([code], lr=RATE)
+        best, least = start.copy(), np.full(len(start), np.inf)
+        target = torch.from_numpy(wish.astype(np.float32, order="C"))
+        for step in range(steps + 1):
+            cost = self._cost(code, target)
+            found = cost.detach().numpy().astype(np.float64)
+            better = found < least
+            best[better], least[better] = code.detach().numpy()[better], found[better]
+            if step < steps:
+                (code.grad,) = torch.autograd.grad(cost.sum(), [code])
+                adam.step()
+                self._pull_back(code)
+        return best, least
+
+    def _pull_back(self, code: Tensor) -> None:
+        with torch.no_grad():
+            code *= self.reach / code.norm(dim=1, keepdim=True).clamp(min=self.reach)
+
+    def _cost(self, code: Tensor, wish: Tensor) -> Tensor:
+        """(n,): half of the squared error in SDs, and half of the squared distance from the mean profile."""
+        components = self.codes.components
+        mean, directions, sd = (
+            torch.as_tensor(part, dtype=torch.float32)
+            for part in (components.mean, components.directions, self.codes.sd)
+        )
+        off = (self.network(mean + (code * sd) @ directions) - wish) / RATING_SD
+        cost: Tensor = ((off**2).sum(dim=1) + (code**2).sum(dim=1)) / 2
+        return cost
+
+
+@on_one_thread
+def fit(learning: Learning) -> Searching:
+    """Nothing is trained: the codes are found, and the forward network is kept.
+
+    Raises ModelDataError for data that cannot be learned from or without a forward network.
+    """
+    if not isinstance(learning.forward, FeltThrough):
+        raise ModelDataError("search: needs the gradient of a trained forward network: none was given.")
+    rows: Rows = rows_of(learning, least=2)
+    codes = codes_of(rows.force_N)
+    code = codes.of(rows.force_N)
+    drawn: Array = Generator(PCG64(SeedSequence([learning.seed]))).standard_normal((code.shape[1],))
+    steps = QUICK if learning.settings.get("quick") else (FIRST, MORE)
+    reach = float(np.linalg.norm(code, axis=1).max())
+    return Searching(learning.forward.network, codes, rows.rating, code, reach, drawn, steps, learning.side)
+
+
+SEARCH = Method(
+    name="search",
+    title="Gradient search through the forward network",
+    fit=fit,
+    needs_forward="network",
+    source="Tarantola 2005; principal components of the measured profiles",
+)

@@ -1,0 +1,149 @@
+"""Intervals around predictions that hold a stated share of new answers, and whether they do.
+
+Conformal: the half width is a quantile of the absolute residuals of stimuli that the model had not seen (Vovk,
+Gammerman and Shafer 2005; Lei et al. 2018). It needs no distribution, only that new stimuli are drawn like the old.
+"""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Sequence
+from dataclasses import dataclass
+
+import numpy as np
+from numpy.typing import NDArray
+
+from modeling.doors.data import Array, ModelDataError
+from modeling.doors.methods import as_rows
+from protocols.model_card import Interval
+
+COVERAGE = 0.9
+LEAST_SD = 0.1
+"""An SD below this share of the attribute's median SD counts as that share: no interval shrinks to nothing."""
+ROUNDING = 1e-9
+"""A rank that is whole but for so much is whole: 10 * 0.9 is 9."""
+
+
+@dataclass(frozen=True)
+class Coverage:
+    """How many answers of stimuli that did not calibrate their interval lay within it.
+
+    `share` and `error` (its binomial standard error) are by attribute; `overall` over all answers, with the binomial
+    error as if they were independent, and `overall_error_by_stimulus` that of the mean over stimuli, whose attributes
+    err together. `half_width` is the mean half width by attribute.
+    """
+
+    share: tuple[float, ...]
+    error: tuple[float, ...]
+    overall: float
+    overall_error: float
+    overall_error_by_stimulus: float
+    half_width: tuple[float, ...]
+    stimuli: int
+
+
+def needed(coverage: float) -> int:
+    """The least number of residuals that such an interval can be calibrated on: 9 for 90 %, 19 for 95 %."""
+    if not 0 < coverage < 1:
+        raise ModelDataError(f"a coverage is a share between 0 and 1, such as 0.9; found {coverage:g}.")
+    return max(1, math.ceil((coverage - ROUNDING) / (1 - coverage)))
+
+
+def half_widths(residual: Array, coverage: float = COVERAGE) -> Array:
+    """The k-th smallest absolute residual of each attribute, k = ceil((n + 1) coverage): half widths (attributes,).
+
+    `residual` is (n, attributes), each from a model that had not seen the stimulus. Raises ModelDataError where n is
+    too small for the coverage, or a residual is not finite.
+    """
+    least = needed(coverage)
+    size = np.abs(_residuals(residual))
+    if len(size) < least:
+        raise ModelDataError(
+            f"an interval that holds {coverage:.0%} needs residuals of at least {least} stimuli; there are {len(size)}."
+            " Ask for a smaller coverage, or rate more stimuli."
+        )
+    widths: Array = np.sort(size, axis=0)[_rank(len(size), coverage) - 1]
+    return widths
+
+
+def scaled_half_widths(residual: Array, sd: Array, new_sd: Array, coverage: float = COVERAGE) -> Array:
+    """Half widths (m, attributes) for new answers with the model's own SD `new_sd` (m, attributes).
+
+    The residuals over the SD (n, attributes) that the model gave them take the place of the residuals, so that an
+    answer with more doubt gets a wider interval (normalised conformal, Lei et al. 2018, section 5.2). An SD below a
+    tenth of the calibration's median counts as that tenth. Raises ModelDataError as `half_widths` does, or where an SD
+    is negative or not finite, or half of them are 0.
+    """
+    residual = _residuals(residual)
+    known = _deviations(sd, residual.shape, "calibration")
+    asked = _deviations(new_sd, (*np.shape(new_sd)[:1], residual.shape[1]), "new answers")
+    least = LEAST_SD * np.median(known, axis=0)
+    if np.any(least <= 0):
+        raise ModelDataError("half of the calibration's SDs or more are 0: no interval can be scaled by them.")
+    factor = half_widths(residual / np.maximum(known, least), coverage)
+    widths: Array = factor * np.maximum(asked, least)
+    return widths
+
+
+def nested_coverage(
+    residual: Array, fold: Sequence[int], coverage: float = COVERAGE, sd: Array | None = None
+) -> Coverage:
+    """For each fold: calibrate on the residuals of all others, and see how many of its own answers are held.
+
+    `residual` (n, attributes) and `fold` (n,) come from one cross-validation, `sd` from the same models for intervals
+    scaled by it. Raises ModelDataError as `half_widths`, or for a single fold.
+    """
+    residual, folds = _residuals(residual), np.asarray(fold)
+    if folds.shape != (len(residual),) or len(np.unique(folds)) < 2:
+        raise ModelDataError(f"{len(residual)} residuals need a fold each, of two folds at least; found {folds.shape}.")
+    width = np.empty_like(residual)
+    for one in np.unique(folds):
+        own = folds == one
+        if sd is None:
+            width[own] = half_widths(residual[~own], coverage)
+        else:
+            width[own] = scaled_half_widths(residual[~own], sd[~own], sd[own], coverage)
+    return _coverage(np.abs(residual) <= width, width)
+
+
+def interval(residual: Array, coverage: float = COVERAGE, splitting: str = "grouped folds") -> Interval:
+    """The interval as a model's card holds it."""
+    method = f"conformal, from out-of-fold residuals of {len(residual)} stimuli ({splitting})"
+    return Interval(method=method, coverage=coverage, half_width=tuple(half_widths(residual, coverage).tolist()))
+
+
+def _rank(n: int, coverage: float) -> int:
+    """ceil((n + 1) coverage)."""
+    return math.ceil((n + 1) * coverage - ROUNDING)
+
+
+def _coverage(held: NDArray[np.bool_], width: Array) -> Coverage:
+    n, attributes = held.shape
+    share, by_stimulus = held.mean(axis=0), held.mean(axis=1)
+    overall = float(held.mean())
+    return Coverage(
+        share=tuple(share.tolist()),
+        error=tuple(np.sqrt(share * (1 - share) / n).tolist()),
+        overall=overall,
+        overall_error=math.sqrt(overall * (1 - overall) / (n * attributes)),
+        overall_error_by_stimulus=float(by_stimulus.std(ddof=1)) / math.sqrt(n),
+        half_width=tuple(width.mean(axis=0).tolist()),
+        stimuli=n,
+    )
+
+
+def _residuals(residual: Array) -> Array:
+    if np.ndim(residual) != 2:
+        raise ModelDataError(
+            f"residuals: (stimuli, attributes) is expected, found an array of shape {np.shape(residual)}."
+        )
+    return as_rows(residual, np.shape(residual)[1], "residuals")
+
+
+def _deviations(sd: Array, shape: tuple[int, ...], what: str) -> Array:
+    if np.shape(sd) != shape:
+        raise ModelDataError(f"SD of the {what} has shape {np.shape(sd)}; {shape} is expected, as the residuals have.")
+    found = as_rows(sd, shape[1], f"SD of the {what}")
+    if np.any(found < 0):
+        raise ModelDataError(f"SD of the {what}: {found.min():g} was found; an SD is 0 or more.")
+    return found

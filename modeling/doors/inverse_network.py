@@ -1,0 +1,118 @@
+"""Perception to force by the network of thesis 5.6: an encoder of its own, the forward network's decoder, frozen."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from typing import cast
+
+import numpy as np
+import torch
+from torch import nn
+from torch.nn.functional import mse_loss
+
+from modeling.doors.data import Array, ModelDataError
+from modeling.doors.exporting_network import exported_network
+from modeling.doors.forward_network import FeltThrough
+from modeling.doors.methods import Exported, Learning, Method
+from modeling.doors.network_parts import Rescale, answers, settings_for, training_rows
+from modeling.doors.networks import ATTRIBUTES, POINTS, ForceToPerception, PerceptionToForce
+from modeling.doors.preparing import Rows, checked_wishes
+from modeling.doors.scaling import TOP, Scaling
+from modeling.doors.side import DoorSide
+from modeling.training.loop import Trained, train
+from modeling.training.seeding import seeded, training_state
+from modeling.training.settings import Settings
+from modeling.training.sources import Pairs, pairs
+from protocols.model_card import Affine, Playable
+
+SETTINGS = Settings(
+    epochs=200, batch=8, learning_rate=1e-4, least_rate=1e-6, plateau_patience=None, stop_patience=6, every_epochs=10
+)
+"""Thesis 5.6.1.1; the patience is ours. A checkpoint of it holds 670 MB, hence only every tenth epoch."""
+
+
+@dataclass(frozen=True)
+class MadeThrough:
+    """A trained network from ratings on 0..100 to forces on 0..100, the way to newtons, and how its training went."""
+
+    network: nn.Sequential
+    scaling: Scaling
+    side: DoorSide
+    trained: Trained
+
+    def predict(self, given: Array) -> Array:
+        """(n, 7) on 0..100 to (n, 621) newtons within what may be played. Raises ModelDataError for other ratings."""
+        scaled = answers(self.network, checked_wishes(given, ATTRIBUTES))
+        return np.array([self.side.bounded(force) for force in self.scaling.force_down(scaled)])
+
+    def exported(self) -> Exported:
+        """The network as steps and float32 tensors, then to newtons and within what may be played."""
+        low, high = self.scaling.force_N
+        newtons = Affine(gain=(high - low) / TOP, offset=low)
+        limits = Playable(force_N=self.side.limit_N, slope_N_deg=self.side.steepest_N_deg)
+        return exported_network(self.network, newtons, limits)
+
+
+def fit(learning: Learning, settings: Settings = SETTINGS) -> MadeThrough:
+    """Train the encoder and the last dense layer; the decoder is the trained forward network's and stays as it is.
+
+    Ratings are centred by the first layer, the last one brings forces to 0..100, where the squared error is taken. The
+    decoder is at first handed what it knows: see `_hand_over`.
+    Raises ModelDataError for data that cannot be learned from or without the forward network, TrainingError for a
+    training that does not converge.
+    """
+    forward = _forward(learning)
+    rows, held = training_rows(learning)
+    if (found := rows.rating.shape[1]) != ATTRIBUTES:
+        raise ModelDataError(f"the network of thesis 5.6 takes {ATTRIBUTES} ratings, this study has {found}.")
+    asked = settings_for(learning, settings)
+    inner = seeded(lambda: PerceptionToForce(_inner(forward).decoder), asked.seed)
+    scaled = learning.scaling.force_up(rows.force_N)
+    network = nn.Sequential(Rescale.down(rows.rating), inner, Rescale.up(scaled))
+    _hand_over(network, forward, rows)
+    watched = None if held is None else _pairs(held, learning.scaling)
+    trained = train(network, _pairs(rows, learning.scaling), watched, mse_loss, asked, report=learning.report)
+    network.zero_grad(set_to_none=True)
+    return MadeThrough(network, learning.scaling, learning.side, trained)
+
+
+def _forward(learning: Learning) -> FeltThrough:
+    forward = learning.forward
+    if isinstance(forward, FeltThrough) and isinstance(forward.network[1], ForceToPerception):
+        return forward
+    raise ModelDataError("the inverse network builds on the decoder of a trained forward network: none was given.")
+
+
+def _inner(forward: FeltThrough) -> ForceToPerception:
+    return cast(ForceToPerception, forward.network[1])
+
+
+def _hand_over(network: nn.Sequential, forward: FeltThrough, rows: Rows) -> None:
+    """Start with latents of the mean and the SD that the forward network's encoder gives for the training profiles.
+
+    The frozen decoder was trained on these. With torch's own start the latents vary twenty times less, and the network
+    answers every wish with one profile for the first epochs. After Mishkin and Matas 2016 (LSUV).
+    """
+    inner = cast(PerceptionToForce, network[1])
+    with training_state(0, 1), torch.no_grad():
+        into = nn.Sequential(network[0], nn.Unflatten(1, (1, ATTRIBUTES)), inner.encoder, inner.project)
+        known = nn.Sequential(forward.network[0], nn.Unflatten(1, (1, POINTS)), _inner(forward).encoder, nn.Flatten())
+        mine, theirs = torch.as_tensor(answers(into, rows.rating)), torch.as_tensor(answers(known, rows.force_N))
+        spread = [float((latent - latent.mean(dim=0)).pow(2).mean().sqrt()) for latent in (mine, theirs)]
+        gain = spread[1] / spread[0] if min(spread) > 0 else 1.0
+        inner.project.bias.add_(theirs.mean(dim=0) / gain - mine.mean(dim=0)).mul_(gain)
+        inner.project.weight.mul_(gain)
+
+
+def _pairs(rows: Rows, scaling: Scaling) -> Pairs:
+    return pairs(rows.rating, scaling.force_up(rows.force_N))
+
+
+INVERSE_NETWORK = Method(
+    name="network",
+    title="Convolutional network with a transferred decoder",
+    fit=fit,
+    holds_out=True,
+    needs_forward="network",
+    source="thesis 5.6",
+)

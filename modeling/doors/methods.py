@@ -1,0 +1,81 @@
+"""What all ways of predicting a feeling or making a profile have in common: to be fitted, to answer, to be exported."""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Mapping
+from dataclasses import dataclass, field
+from typing import Any, Protocol
+
+import numpy as np
+from numpy.typing import NDArray
+
+from modeling.doors.data import Array, DoorData, ModelDataError
+from modeling.doors.scaling import Scaling
+from modeling.doors.side import DoorSide
+from protocols.model_card import Step
+
+
+@dataclass(frozen=True)
+class Exported:
+    """A fitted model as steps and the tensors that they name: from the card's input to its output."""
+
+    steps: tuple[Step, ...]
+    tensors: Mapping[str, NDArray[Any]]
+
+
+class Fitted(Protocol):
+    """A fitted model of either direction."""
+
+    def predict(self, given: Array) -> Array:
+        """Forward: (n, 621) newtons to (n, attributes) on 0..100. Inverse: (n, attributes) on 0..100 to (n, 621) N."""
+
+    def exported(self) -> Exported:
+        """The model as a file holds it. Its input and output are those of `predict`."""
+
+
+@dataclass(frozen=True)
+class Learning:
+    """What a method may learn from in one fit, and how.
+
+    `measured` are the stimuli of the training side; `train` the same with their training variants (each row's source
+    is that of its stimulus); `held` is what a network watches to stop early, a grouped share of the training side with
+    no source in common with `train`'s sources, and is empty where a method does not ask for it. `forward` is the fitted
+    forward model that an inverse method may use.
+    """
+
+    train: DoorData
+    measured: DoorData
+    held: DoorData
+    scaling: Scaling
+    side: DoorSide
+    seed: int
+    settings: Mapping[str, Any] = field(default_factory=dict)
+    """Epochs, threads, checkpoint folder: what the caller wants of the training, by name (see training/settings.py)."""
+    forward: Fitted | None = None
+    report: Callable[[str], None] = lambda _line: None
+
+
+@dataclass(frozen=True)
+class Method:
+    """A way to learn one direction. `holds_out` is whether it wants `held`; `source` is where it comes from."""
+
+    name: str
+    title: str
+    fit: Callable[[Learning], Fitted]
+    holds_out: bool = False
+    needs_forward: str | None = None
+    """The forward method that an inverse one builds on, or None."""
+    source: str = ""
+
+
+def as_rows(given: Array, size: int, what: str) -> Array:
+    """(n, size) of finite float64, also from one row or from float16. Raises ModelDataError otherwise."""
+    rows = np.atleast_2d(np.asarray(given, dtype=np.float64))
+    if rows.ndim != 2 or rows.shape[1] != size or not len(rows):
+        raise ModelDataError(
+            f"{what}: {size} numbers a row are expected, at least one row; found an array of shape {np.shape(given)}."
+        )
+    if (bad := np.argwhere(~np.isfinite(rows))).size:
+        row, place = bad[0]
+        raise ModelDataError(f"{what}: row {row + 1} holds {rows[row, place]} at place {place + 1}.")
+    return rows

@@ -1,0 +1,39 @@
+"""The profile that people rated most like the wish."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+import numpy as np
+
+from modeling.doors.data import Array
+from modeling.doors.methods import Exported, Learning, Method
+from modeling.doors.preparing import checked_wishes, rows_of
+from protocols import model_card
+
+
+@dataclass(frozen=True)
+class Nearest:
+    """`force_N` (n, 621) beside the ratings (n, attributes) on 0..100 that they got."""
+
+    rating: Array
+    force_N: Array
+
+    def predict(self, given: Array) -> Array:
+        """(n, attributes) on 0..100 to (n, 621) newtons: the profile at the least Euclidean distance."""
+        wish = checked_wishes(given, self.rating.shape[1])
+        return self.force_N[[int(np.argmin(np.sum((self.rating - one) ** 2, axis=1))) for one in wish]]
+
+    def exported(self) -> Exported:
+        """One step that holds all rated profiles."""
+        step = model_card.Nearest(points="rating", values="force_N")
+        return Exported((step,), {"rating": self.rating, "force_N": self.force_N})
+
+
+def fit(learning: Learning) -> Nearest:
+    """The measured stimuli of the training side."""
+    rows = rows_of(learning)
+    return Nearest(rows.rating, rows.force_N)
+
+
+NEAREST = Method("nearest", "Nearest rated profile", fit, source="Cover and Hart 1967")

@@ -1,0 +1,97 @@
+"""Whether a made profile could be a door's: what it asks of a hand, how it lies to measured ones, whether it plays."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+import numpy as np
+
+from modeling.doors.data import POINTS, POINTS_PER_DEG, Array, ModelDataError
+from modeling.doors.methods import as_rows
+from modeling.doors.side import DoorSide
+
+ROUNDING = 1e-9
+"""How far beyond a limit a profile may lie by rounding, as a share of the limit."""
+
+
+@dataclass(frozen=True)
+class Plausibility:
+    """One profile's judgement.
+
+    `greatest_N` is its greatest force and `steepest_N_deg` its greatest change over angle, either way; `work_J_m` the
+    work of opening in joules per metre of handle radius (the integral of the force over the angle in radians).
+    `distance_N` is the mean absolute difference to the nearest measured profile; `beyond` the share of the measured
+    ones that have a nearer neighbour among themselves (1: it lies farther out than every measured one). `why` says what
+    speaks against playing it, None where nothing does.
+    """
+
+    greatest_N: float
+    steepest_N_deg: float
+    work_J_m: float
+    distance_N: float
+    beyond: float
+    why: str | None
+
+    @property
+    def playable(self) -> bool:
+        """Within the limits of a made profile, and not refused by the door."""
+        return self.why is None
+
+
+def judged(force_N: Array, measured_N: Array, side: DoorSide) -> Plausibility:
+    """The judgement of one profile (621,) in newtons beside measured ones (n, 621), at least two of them distinct.
+
+    Raises ModelDataError for a profile that is none.
+    """
+    return judged_all(as_rows(force_N, POINTS, "made profile"), measured_N, side)[0]
+
+
+def judged_all(force_N: Array, measured_N: Array, side: DoorSide) -> tuple[Plausibility, ...]:
+    """As `judged`, for profiles (n, 621)."""
+    made = as_rows(force_N, POINTS, "made profiles")
+    measured = np.unique(as_rows(measured_N, POINTS, "measured profiles"), axis=0)
+    if len(measured) < 2:
+        raise ModelDataError(f"{len(measured)} distinct measured profile: distances among them need at least two.")
+    among = np.array([np.delete(distances_N(each, measured), at).min() for at, each in enumerate(measured)])
+    return tuple(_judged(profile, measured, among, side) for profile in made)
+
+
+def distances_N(profile: Array, others: Array) -> Array:
+    """Mean absolute differences (n,) in newtons of a profile (621,) to others (n, 621)."""
+    distances: Array = np.abs(others - profile).mean(axis=1)
+    return distances
+
+
+def work_J_m(profile: Array) -> float:
+    """The work of opening, in joules per metre of handle radius: trapezia over the angle in radians."""
+    return float(np.trapezoid(profile, dx=np.radians(1 / POINTS_PER_DEG)))
+
+
+def against(profile: Array, side: DoorSide) -> str | None:
+    """What speaks against playing a profile (621,): a limit that it breaks, or why the door refuses it; else None."""
+    force, slope = _greatest(profile), _steepest(profile)
+    if force > side.limit_N * (1 + ROUNDING):
+        return f"a force of {force:.1f} N; at most {side.limit_N:g} N may be made"
+    if slope > side.steepest_N_deg * (1 + ROUNDING):
+        return f"a change of {slope:.1f} N/deg; at most {side.steepest_N_deg:g} N/deg may be made"
+    return side.refusal(profile)
+
+
+def _judged(profile: Array, measured: Array, among: Array, side: DoorSide) -> Plausibility:
+    distance = float(distances_N(profile, measured).min())
+    return Plausibility(
+        greatest_N=_greatest(profile),
+        steepest_N_deg=_steepest(profile),
+        work_J_m=work_J_m(profile),
+        distance_N=distance,
+        beyond=float(np.mean(among < distance)),
+        why=against(profile, side),
+    )
+
+
+def _greatest(profile: Array) -> float:
+    return float(np.abs(profile).max())
+
+
+def _steepest(profile: Array) -> float:
+    return float(np.abs(np.diff(profile)).max()) * POINTS_PER_DEG

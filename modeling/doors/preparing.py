@@ -1,0 +1,133 @@
+"""What every fit begins with: checked rows in an order of their own, standardised columns, groups for inner folds."""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Iterator
+from dataclasses import dataclass
+from functools import wraps
+from typing import TypeVar
+
+import numpy as np
+
+from analysis.statistics.one_thread import one_thread
+from modeling.doors.data import POINTS, POINTS_PER_DEG, Array, DoorData, Indices, ModelDataError
+from modeling.doors.methods import Learning, as_rows
+from modeling.doors.side import DoorSide
+from modeling.doors.sources import source_groups
+
+INNER_FOLDS = 5
+LIMITS = 10.0
+"""A profile with a force beyond this many times what the door may be told to play is refused: it was never felt."""
+WISH = (-100.0, 200.0)
+"""Ratings beyond these are refused: the scale is 0..100."""
+CONSTANT = 1e-9
+"""What has an SD below this share of its greatest value differs by rounding only."""
+STIMULI = ("measured", "train")
+Model = TypeVar("Model")
+
+
+def on_one_thread(fit: Callable[[Learning], Model]) -> Callable[[Learning], Model]:
+    """The fit with one thread of linear algebra: several sum in another order, so they give other bits, and are slower.
+
+    Matrices here are small; on two threads `pca_ridge` takes up to thirty times the processor time.
+    """
+
+    @wraps(fit)
+    def fitted(learning: Learning) -> Model:
+        with one_thread():
+            return fit(learning)
+
+    return fitted
+
+
+@dataclass(frozen=True)
+class Rows:
+    """What a fit learns from: forces (n, 621) in newtons, ratings (n, attributes) on 0..100, groups (n,) by source."""
+
+    force_N: Array
+    rating: Array
+    group: Indices
+
+
+def rows_of(learning: Learning, default: str = "measured", least: int = 1) -> Rows:
+    """The rows to learn from, in an order that does not depend on the order they came in.
+
+    `default` is whether the stimuli as they were rated ("measured") or with their training variants ("train"); the
+    setting `learn_from` goes before it. Raises ModelDataError for fewer than `least` rows, ratings or forces that are
+    not finite, a force that no hand would open a door with, or another word in `learn_from`.
+    """
+    which = learning.settings.get("learn_from", default)
+    if which not in STIMULI:
+        raise ModelDataError(f"learn_from: {which!r} was given, expected one of {', '.join(STIMULI)}.")
+    data: DoorData = getattr(learning, which)
+    if len(data) < least:
+        raise ModelDataError(f"the training side has {len(data)} stimuli; at least {least} are needed.")
+    force = checked_forces(data.force_N, furthest_N(learning.side))
+    rating = learning.scaling.rating_up(as_rows(data.rating, len(data.attributes), "ratings"))
+    order = _order(force, rating, data)
+    return Rows(force[order], rating[order], source_groups(data.rows(order)))
+
+
+def furthest_N(side: DoorSide) -> float:
+    """The greatest force, either way, that a model answers to."""
+    return LIMITS * side.limit_N
+
+
+def checked_forces(force_N: Array, furthest: float) -> Array:
+    """(n, 621) finite newtons as float64. Raises ModelDataError that names the row otherwise or beyond `furthest`."""
+    force = as_rows(force_N, POINTS, "force profiles")
+    if (bad := np.argwhere(np.abs(force) > furthest)).size:
+        row, place = bad[0]
+        raise ModelDataError(
+            f"force profiles: row {row + 1} holds {force[row, place]:g} N at {place / POINTS_PER_DEG:g} deg; no door "
+            f"is opened with more than {furthest:g} N. Mend the spike or leave the profile out."
+        )
+    return force
+
+
+def checked_wishes(rating: Array, attributes: int) -> Array:
+    """(n, attributes) ratings on 0..100 as float64. Raises ModelDataError for what is far off that scale."""
+    wish = as_rows(rating, attributes, "ratings")
+    if (bad := np.argwhere((wish < WISH[0]) | (wish > WISH[1]))).size:
+        row, place = bad[0]
+        raise ModelDataError(
+            f"ratings: row {row + 1} holds {wish[row, place]:g} at place {place + 1}; 0..100 is asked."
+        )
+    return wish
+
+
+@dataclass(frozen=True)
+class Standard:
+    """z = gain * x + offset: mean 0 and SD 1 on the training rows; a column that is constant there becomes 0."""
+
+    gain: Array
+    offset: Array
+
+    def __call__(self, x: Array) -> Array:
+        """(n, columns) to the same shape."""
+        return x * self.gain + self.offset
+
+
+def standard_of(x: Array) -> Standard:
+    """The standardisation of these columns (n, columns)."""
+    mean, sd = x.mean(axis=0), x.std(axis=0)
+    varies = sd > CONSTANT * np.max(np.abs(x), axis=0)
+    gain = np.divide(1.0, sd, out=np.zeros_like(sd), where=varies)
+    return Standard(gain, -mean * gain)
+
+
+def inner_folds(group: Indices, folds: int = INNER_FOLDS) -> Iterator[tuple[Indices, Indices]]:
+    """Training and test rows of folds with no group on both sides. Raises ModelDataError where there is one group."""
+    from sklearn.model_selection import GroupKFold
+
+    count = len(np.unique(group))
+    if count < 2:
+        raise ModelDataError(
+            "all training stimuli come from one source: a penalty is chosen between sources, so two are needed."
+        )
+    yield from GroupKFold(min(folds, count)).split(group, groups=group)
+
+
+def _order(force: Array, rating: Array, data: DoorData) -> Indices:
+    keys = [(force[i].tobytes(), rating[i].tobytes(), data.source[i], data.ids[i]) for i in range(len(data))]
+    return np.array(sorted(range(len(data)), key=keys.__getitem__), dtype=np.int64)

@@ -1,0 +1,193 @@
+"""Ratings of door profiles person by person, and the means that models are trained on."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import dataclass
+from typing import Any
+
+import numpy as np
+import pandas as pd
+from numpy.typing import NDArray
+
+from modeling.doors.data import POINTS, Array, DoorData, Indices, ModelDataError
+from modeling.doors.sources import near_groups
+
+Mask = NDArray[np.bool_]
+SHOWN = 5
+"""So many names are listed in a message."""
+
+
+@dataclass(frozen=True)
+class Individual:
+    """What each person answered: `value` is (people, stimuli, attributes) on the study's scale, NaN where not rated.
+
+    The stimuli are the rows of the data beside it. `groups` names each person's group of raters ("" without groups).
+    """
+
+    people: tuple[str, ...]
+    groups: tuple[str, ...]
+    value: Array
+
+
+@dataclass(frozen=True)
+class Rated:
+    """The data that models learn from, and the individual ratings that its means were made of."""
+
+    data: DoorData
+    individual: Individual
+
+
+@dataclass(frozen=True)
+class Shown:
+    """A stimulus that people felt: its name, door and variant, and its 621 forces in newtons."""
+
+    id: str
+    door: str
+    variant: str
+    force_N: Array
+
+
+@dataclass(frozen=True)
+class Asked:
+    """What people were asked: attributes by their low words, their antonyms, the ends of the scale."""
+
+    attributes: tuple[str, ...]
+    antonyms: tuple[str, ...]
+    scale: tuple[float, float]
+
+
+def rated_of(
+    shown: Sequence[Shown], asked: Asked, ratings: pd.DataFrame, *, simulated: bool, made_from: Sequence[str],
+    rated_only: bool = False,
+) -> Rated:  # fmt: skip
+    """The ratings of these stimuli, with their means; `ratings` has participant, group, stimulus, attribute, value.
+
+    A person who rated a stimulus more than once counts once, with the mean of those ratings. With `rated_only`,
+    stimuli without a rating on every attribute are left out. Raises ModelDataError on a rating off the scale, an
+    attribute or a stimulus that nobody rated, and where fewer than two different profiles are left.
+    """
+    individual = _individual(shown, asked, ratings)
+    _demand_attributes(individual, asked)
+    met = _answered(individual).any(axis=0).all(axis=-1)
+    if not met.all() and not rated_only:
+        raise ModelDataError(_unrated([each.id for each, here in zip(shown, met, strict=True) if not here]))
+    kept = np.flatnonzero(met)
+    individual = _of_stimuli(individual, kept)
+    data = _means([shown[i] for i in kept], asked, individual, simulated, tuple(made_from))
+    demand_learnable(data)
+    return Rated(data, individual)
+
+
+def demand_learnable(data: DoorData) -> None:
+    """Raise ModelDataError unless there are two stimuli that differ by more than a hand can tell."""
+    if len(set(near_groups(data.force_N).tolist())) < 2:
+        what = f"{len(data)} stimuli, of one force profile" if len(data) > 1 else f"{len(data)} stimulus"
+        raise ModelDataError(f"{what}: nothing can be learned from that; at least two different profiles are needed")
+    if len(set(data.source)) < 2:
+        raise ModelDataError(
+            f"{len(data)} stimuli, all of the source {data.source[0]!r}: nothing can be tested on what a model has not"
+            " seen; at least two sources are needed"
+        )
+
+
+def merged_sources(ids: Sequence[str], force_N: Array) -> tuple[str, ...]:
+    """For each stimulus the name of the first one with (nearly) the same profile, in the order of the names."""
+    groups = near_groups(force_N)
+    return tuple(min(name for name, other in zip(ids, groups, strict=True) if other == group) for group in groups)
+
+
+def _individual(shown: Sequence[Shown], asked: Asked, ratings: pd.DataFrame) -> Individual:
+    given = ratings[ratings["value"].notna()]
+    _demand_on_scale(given, asked)
+    people = sorted(set(given["participant"]))
+    group = dict(zip(given["participant"], given["group"].astype(str), strict=True))
+    places = [_places(given["participant"], people), _places(given["stimulus"], [each.id for each in shown]),
+              _places(given["attribute"], asked.attributes)]  # fmt: skip
+    shape = (len(people), len(shown), len(asked.attributes))
+    total, count = np.zeros(shape), np.zeros(shape)
+    np.add.at(total, tuple(places), given["value"].to_numpy(dtype=np.float64))
+    np.add.at(count, tuple(places), 1.0)
+    value = np.divide(total, count, out=np.full(shape, np.nan), where=count > 0)
+    return Individual(tuple(people), tuple(group[who] for who in people), value)
+
+
+def _of_stimuli(individual: Individual, kept: Indices) -> Individual:
+    """The same ratings of these stimuli only, without people who rated none of them."""
+    value = individual.value[:, kept]
+    here = np.flatnonzero(~np.isnan(value).all(axis=(1, 2)))
+    groups = tuple(individual.groups[i] for i in here)
+    return Individual(tuple(individual.people[i] for i in here), groups, value[here])
+
+
+def _places(column: pd.Series[str], names: Sequence[str]) -> Indices:
+    place = {name: i for i, name in enumerate(names)}
+    return np.array([place[name] for name in column], dtype=np.int64)
+
+
+def _demand_on_scale(given: pd.DataFrame, asked: Asked) -> None:
+    low, high = asked.scale
+    off = given[~given["value"].between(low, high)]
+    if len(off):
+        row = off.iloc[0]
+        raise ModelDataError(
+            f"{row['participant']} rated {row['stimulus']} {row['value']:g} on {row['attribute']}: a number on the"
+            f" scale from {low:g} to {high:g} is expected"
+        )
+
+
+def _demand_attributes(individual: Individual, asked: Asked) -> None:
+    rated = _answered(individual).any(axis=(0, 1))
+    if not rated.all():
+        names = [name for name, here in zip(asked.attributes, rated, strict=True) if not here]
+        raise ModelDataError(f"nobody rated {', '.join(names)}: ratings on every attribute are expected")
+
+
+def _unrated(names: Sequence[str]) -> str:
+    more = f" and {len(names) - SHOWN} more" if len(names) > SHOWN else ""
+    return (
+        f"no ratings of {', '.join(names[:SHOWN])}{more} on every attribute; collect them, or leave such stimuli out"
+        " (rated_only)"
+    )
+
+
+def _means(
+    shown: Sequence[Shown], asked: Asked, individual: Individual, simulated: bool, made_from: tuple[str, ...]
+) -> DoorData:
+    ids = tuple(each.id for each in shown)
+    force = np.array([each.force_N for each in shown], dtype=np.float64).reshape(len(ids), POINTS)
+    met = _answered(individual)
+    count: Indices = met.sum(axis=0)
+    mean = np.nansum(individual.value, axis=0) / count
+    return DoorData(
+        attributes=asked.attributes,
+        antonyms=asked.antonyms,
+        scale=asked.scale,
+        ids=ids,
+        doors=tuple(each.door for each in shown),
+        variants=tuple(each.variant for each in shown),
+        source=merged_sources(ids, force),
+        groups=tuple(_whose(individual, met[:, i].any(axis=1)) for i in range(len(ids))),
+        force_N=force,
+        rating=mean,
+        sd=_sd(individual.value, mean, count),
+        raters=count.min(axis=1).astype(np.int64),
+        simulated=simulated,
+        made_from=made_from,
+    )
+
+
+def _answered(individual: Individual) -> Any:
+    """(people, stimuli, attributes): whether there is a rating."""
+    return ~np.isnan(individual.value)
+
+
+def _whose(individual: Individual, rated: Mask) -> str:
+    return "+".join(sorted({group for group, here in zip(individual.groups, rated, strict=True) if here}))
+
+
+def _sd(value: Array, mean: Array, count: Indices) -> Array:
+    """The SD between raters (n - 1), NaN where one person rated: an SD that nobody knows is not 0."""
+    squares = np.nansum((value - mean) ** 2, axis=0)
+    variance: Array = np.divide(squares, count - 1, out=np.full(mean.shape, np.nan), where=count > 1)
+    return np.sqrt(variance)

@@ -1,0 +1,116 @@
+"""Door profiles and ratings from a lab: what `palpate regenerate` would analyse, joined with the doors' profiles."""
+
+from __future__ import annotations
+
+import hashlib
+from collections.abc import Mapping, Sequence
+from pathlib import Path
+from typing import TYPE_CHECKING
+
+from modeling.doors.data import DoorData, ModelDataError
+from modeling.doors.profile_files import read_profile
+from modeling.doors.rated import Asked, Rated, Shown, rated_of
+
+if TYPE_CHECKING:
+    from analysis.plans.material import Material
+    from analysis.ratings.dataset import Ratings
+    from protocols.study import Stimulus
+
+FILE, VARIANT = "file", "variant"
+DOOR = ("door", "car")
+"""The columns of a stimulus table that name its door, the first that is there."""
+
+
+def read_lab(
+    lab: Path, study: str = "door_ratings", simulated: bool | None = None, *, digest: str | None = None,
+    url: str | None = None, rated_only: bool = False,
+) -> DoorData:  # fmt: skip
+    """The mean ratings of a lab's study, or imported data set, and the profiles that they are of.
+
+    Read are the sessions that `palpate regenerate` analyses: of one version of the study (`digest`), all real or all
+    `simulated`, complete, of nobody who withdrew, without what the study's analysis plan excludes. They come from the
+    lab's session files, else from its collected database, or from `url`. A profile is the file in the column `file`
+    and must be the very file that people felt. `rated_only` leaves out stimuli that lack ratings, which are else
+    refused. Raises ModelDataError on profiles and ratings that no model can learn from, and what reading raises
+    (DataRefused, StudyError, PlanError: all ValueErrors).
+    """
+    return rated_in_lab(lab, study, simulated, digest=digest, url=url, rated_only=rated_only).data
+
+
+def rated_in_lab(
+    lab: Path, study: str = "door_ratings", simulated: bool | None = None, *, digest: str | None = None,
+    url: str | None = None, rated_only: bool = False,
+) -> Rated:  # fmt: skip
+    """As `read_lab`, with each person's own ratings beside the means."""
+    from modeling.doors.lab_material import lab_material
+
+    material, folder = lab_material(lab, study, digest=digest, url=url, simulated=simulated)
+    return rated_material(material, folder, rated_only=rated_only)
+
+
+def rated_material(
+    material: Material, folder: Path, *, made_from: Sequence[str] | None = None, rated_only: bool = False
+) -> Rated:
+    """The ratings in a study's material, and the profiles in `folder`. Raises ModelDataError as `read_lab` does."""
+    ratings = material.ratings
+    if ratings is None:
+        raise ModelDataError(f"{material.name!r}: holds no ratings; a study that rates doors is expected")
+    shown = _of_study(material.study.stimuli, folder) if material.study else _of_table(ratings, folder)
+    table = ratings.table if "group" in ratings.table.columns else ratings.table.assign(group="")
+    told = made_from if made_from is not None else _inputs(material)
+    return rated_of(
+        shown, _asked(ratings), table, simulated=material.simulated, made_from=(*told, _digest_line(shown)),
+        rated_only=rated_only,
+    )  # fmt: skip
+
+
+def _asked(ratings: Ratings) -> Asked:
+    if ratings.scale is None:
+        raise ModelDataError(f"{ratings.name!r}: its scale is not known; the ends of a rating scale are expected")
+    antonyms = tuple(ratings.antonyms.get(name, f"not {name}") for name in ratings.attributes)
+    return Asked(ratings.attributes, antonyms, (ratings.scale.low, ratings.scale.high))
+
+
+def _of_study(stimuli: Sequence[Stimulus], folder: Path) -> list[Shown]:
+    return [_shown(each.id, each.columns, folder, each.sha256) for each in stimuli]
+
+
+def _of_table(ratings: Ratings, folder: Path) -> list[Shown]:
+    """The stimuli of an imported data set: its rows name each one and its file."""
+    for column in ("stimulus", FILE):
+        if column not in ratings.table.columns:
+            raise ModelDataError(
+                f"{ratings.name!r}: an imported data set without a column {column!r} carries no door profiles; models"
+                f" need one, with a file name in {folder}"
+            )
+    names = [name for name in ("stimulus", FILE, VARIANT, *DOOR) if name in ratings.table.columns]
+    rows = ratings.table[names].astype(str).drop_duplicates()
+    twice = rows.loc[rows["stimulus"].duplicated(), "stimulus"]
+    if len(twice):
+        raise ModelDataError(f"{ratings.name!r}: {twice.iloc[0]!r} has more than one file, door or variant")
+    records: list[dict[str, str]] = [dict(zip(names, row, strict=True)) for row in rows.itertuples(index=False)]
+    return [_shown(row["stimulus"], row, folder, None) for row in records]
+
+
+def _shown(name: str, columns: Mapping[str, str], folder: Path, sha256: str | None) -> Shown:
+    file = columns.get(FILE)
+    if not file:
+        raise ModelDataError(f"stimulus {name!r}: no door profile (the column {FILE!r} of its table is empty)")
+    if not (folder / file).is_file():
+        raise ModelDataError(f"stimulus {name!r}: no door profile {folder / file} (the column {FILE!r} of its table)")
+    door = next((columns[column] for column in DOOR if columns.get(column)), name)
+    return Shown(name, door, columns.get(VARIANT) or name, read_profile(folder / file, sha256))
+
+
+def _inputs(material: Material) -> tuple[str, ...]:
+    """The study and the session files by their SHA-256, and what was left out."""
+    told = [each for each in material.exclusions if each.what not in ("practice", "nothing")]
+    left_out = [f"left out: {each.who}: {each.why}" for each in told]
+    return (*(f"{each.name} {each.sha256}" for each in material.inputs), *left_out)
+
+
+def _digest_line(shown: Sequence[Shown]) -> str:
+    found = hashlib.sha256()
+    for each in shown:
+        found.update(each.id.encode() + b"\0" + each.force_N.astype("<f8").tobytes())
+    return f"{len(shown)} door profiles {found.hexdigest()}"

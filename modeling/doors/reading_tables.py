@@ -1,0 +1,186 @@
+"""Door profiles and mean ratings from a table: one row for each stimulus, beside the files of its profiles."""
+
+from __future__ import annotations
+
+import csv
+import hashlib
+import io
+import math
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass
+from pathlib import Path
+
+import numpy as np
+
+from modeling.doors.data import Array, DoorData, ModelDataError
+from modeling.doors.profile_files import read_profile
+from modeling.doors.rated import demand_learnable, merged_sources
+from protocols.did_you_mean import nearest
+
+NEEDED = ("id", "door", "variant", "file")
+OPTIONAL = ("source", "group", "raters")
+SD = ".sd"
+MOST_RATERS = 10**9
+ORIGINS = ("measured", "simulated")
+"""What the column `source` of a stimulus table says: where a profile comes from, not what was made of what."""
+
+
+@dataclass(frozen=True)
+class Row:
+    """A line of the table."""
+
+    place: str
+    cells: Mapping[str, str]
+
+
+def read_table(
+    table: Path, *, attributes: Mapping[str, str] | None = None, scale: tuple[float, float] = (-10.0, 10.0),
+    simulated: bool = False,
+) -> DoorData:  # fmt: skip
+    """The stimuli of a CSV table with the columns id, door, variant, file and one for each attribute by its low word.
+
+    An attribute's column holds the mean rating on `scale`; LOW.sd, where it is there, the SD between raters (else
+    NaN: not known). `source` groups stimuli that were made from one another; `group` names who rated and `raters` says
+    how many did (0: not known). A file's place is relative to the table. `attributes` maps low words to antonyms; the
+    seven of door_ratings (thesis Table 5.2) where it is not given. `simulated` is for ratings that nobody gave.
+    Raises ModelDataError, with the line, on an unknown or missing column, a name that stands twice, a number that is
+    none or lies off the scale, a profile that cannot be read, and on fewer than two different profiles or sources.
+    """
+    attributes = attributes or shipped_attributes()
+    rows = _rows(table, attributes)
+    if not rows:
+        raise ModelDataError(f"{table}: no stimulus stands under the header; one a line is expected")
+    number = np.array([[_rating(row, name, scale) for name in attributes] for row in rows])
+    ids = tuple(_text(row, "id") for row in rows)
+    _demand_own_names(rows, ids)
+    force = np.array([_profile(row, table.parent) for row in rows])
+    alike = merged_sources(ids, force)
+    data = DoorData(
+        attributes=tuple(attributes),
+        antonyms=tuple(attributes.values()),
+        scale=scale,
+        ids=ids,
+        doors=tuple(_text(row, "door") for row in rows),
+        variants=tuple(_text(row, "variant") for row in rows),
+        source=tuple(_source(row, same) for row, same in zip(rows, alike, strict=True)),
+        groups=tuple(row.cells.get("group", "") for row in rows),
+        force_N=force,
+        rating=number,
+        sd=np.array([[_sd(row, name) for name in attributes] for row in rows]),
+        raters=np.array([_raters(row) for row in rows], dtype=np.int64),
+        simulated=simulated,
+        made_from=(f"{table.name} {hashlib.sha256(table.read_bytes()).hexdigest()}",),
+    )
+    demand_learnable(data)
+    return data
+
+
+def shipped_attributes() -> dict[str, str]:
+    """The low words and antonyms of the shipped study door_ratings, in its order (thesis Table 5.2)."""
+    from studies.catalogue import SHIPPED, STUDY_FILE, read_study
+
+    study = read_study(SHIPPED / "door_ratings" / STUDY_FILE).study
+    return {each.low: each.high for each in study.attributes}
+
+
+def _rows(table: Path, attributes: Mapping[str, str]) -> list[Row]:
+    try:
+        text = table.read_bytes().decode("utf-8-sig")
+    except OSError as error:
+        raise ModelDataError(f"{table}: cannot be read ({error.strerror})") from None
+    except UnicodeDecodeError as error:
+        raise ModelDataError(f"{table}: byte {error.start} is not UTF-8; save the table as UTF-8") from None
+    lines = csv.reader(io.StringIO(text, newline=""), strict=True)
+    try:
+        header = next(lines, [])
+        _demand_columns(table, header, attributes)
+        return [_row(table, lines.line_num, header, cells) for cells in lines if cells]
+    except csv.Error as error:
+        raise ModelDataError(f"{table}, line {lines.line_num}: {error}") from None
+
+
+def _demand_columns(table: Path, header: Sequence[str], attributes: Mapping[str, str]) -> None:
+    known = (*NEEDED, *OPTIONAL, *attributes, *(f"{name}{SD}" for name in attributes))
+    for name in header:
+        if name not in known:
+            raise ModelDataError(f"{table}, line 1: no column is called {name!r}; {nearest(name, known)}")
+        if header.count(name) > 1:
+            raise ModelDataError(f"{table}, line 1: the column {name!r} stands there twice")
+    for name in (*NEEDED, *attributes):
+        if name not in header:
+            why = "" if name in NEEDED else ", the mean rating on this attribute"
+            raise ModelDataError(f"{table}, line 1: a column {name!r} is expected{why}; found {', '.join(header)}")
+
+
+def _row(table: Path, line: int, header: Sequence[str], cells: Sequence[str]) -> Row:
+    place = f"{table}, line {line}"
+    if len(cells) != len(header):
+        raise ModelDataError(f"{place}: {len(cells)} cells found, {len(header)} columns are expected")
+    return Row(place, dict(zip(header, cells, strict=True)))
+
+
+def _demand_own_names(rows: Sequence[Row], ids: Sequence[str]) -> None:
+    for place, name in enumerate(ids):
+        if name in ids[:place]:
+            raise ModelDataError(f"{rows[place].place}: the stimulus {name!r} stands there twice")
+
+
+def _text(row: Row, column: str) -> str:
+    if not row.cells[column]:
+        raise ModelDataError(f"{row.place}: the column {column!r} is empty")
+    return row.cells[column]
+
+
+def _number(row: Row, column: str) -> float:
+    try:
+        value = float(row.cells[column])
+    except ValueError:
+        value = math.nan
+    if not math.isfinite(value):
+        raise ModelDataError(f"{row.place}: {column} is {row.cells[column]!r}, a finite number is expected")
+    return value
+
+
+def _rating(row: Row, column: str, scale: tuple[float, float]) -> float:
+    value = _number(row, column)
+    if not scale[0] <= value <= scale[1]:
+        raise ModelDataError(
+            f"{row.place}: {column} is {value:g}, a mean rating on the scale from {scale[0]:g} to {scale[1]:g} is"
+            " expected"
+        )
+    return value
+
+
+def _sd(row: Row, attribute: str) -> float:
+    column = f"{attribute}{SD}"
+    if not row.cells.get(column):
+        return math.nan
+    value = _number(row, column)
+    if value < 0:
+        raise ModelDataError(f"{row.place}: {column} is {value:g}, an SD of 0 or more is expected")
+    return value
+
+
+def _raters(row: Row) -> int:
+    if not row.cells.get("raters"):
+        return 0
+    value = _number(row, "raters")
+    if value != int(value) or not 1 <= value <= MOST_RATERS:
+        raise ModelDataError(f"{row.place}: raters is {value:g}, a whole number of people is expected")
+    return int(value)
+
+
+def _source(row: Row, alike: str) -> str:
+    """What the stimulus was made from; by itself it is a source, together with those that have its very profile."""
+    given = row.cells.get("source", "")
+    return alike if given in ("", *ORIGINS) else given
+
+
+def _profile(row: Row, folder: Path) -> Array:
+    file = folder / _text(row, "file")
+    if not file.is_file():
+        raise ModelDataError(f"{row.place}: no door profile {file}")
+    try:
+        return read_profile(file)
+    except ModelDataError as error:
+        raise ModelDataError(f"{row.place}: {error}") from None

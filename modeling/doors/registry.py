@@ -1,0 +1,77 @@
+"""Every way of predicting a feeling and of making a profile, by name; a method's libraries come with its first use."""
+
+from __future__ import annotations
+
+from collections.abc import Iterator, Mapping
+from dataclasses import dataclass
+from importlib import import_module
+from typing import Literal, cast
+
+from modeling.doors.data import ModelDataError
+from modeling.doors.methods import Method
+
+Direction = Literal["forward", "inverse"]
+
+
+@dataclass(frozen=True)
+class Methods(Mapping[str, Method]):
+    """Methods by name, in the order in which they are shown; each is imported when it is asked for."""
+
+    direction: Direction
+    places: Mapping[str, str]
+
+    def __getitem__(self, name: str) -> Method:
+        module, _, attribute = self.places[name].partition(":")
+        return cast(Method, getattr(import_module(module), attribute))
+
+    def __iter__(self) -> Iterator[str]:
+        return iter(self.places)
+
+    def __len__(self) -> int:
+        return len(self.places)
+
+
+FORWARD: Mapping[str, Method] = Methods(
+    "forward",
+    {
+        "mean": "modeling.doors.constant:MEAN",
+        "ridge": "modeling.doors.ridge:RIDGE",
+        "forest": "modeling.doors.forest:FOREST",
+        "pca_ridge": "modeling.doors.pca_ridge:PCA_RIDGE",
+        "gaussian_process": "modeling.doors.gaussian_process:GAUSSIAN_PROCESS",
+        "mlp": "modeling.doors.mlp:MLP",
+        "network": "modeling.doors.forward_network:NETWORK",
+    },
+)
+INVERSE: Mapping[str, Method] = Methods(
+    "inverse",
+    {
+        "nearest": "modeling.doors.nearest:NEAREST",
+        "pca_regression": "modeling.doors.pca_regression:PCA_REGRESSION",
+        "search": "modeling.doors.gradient_search:SEARCH",
+        "network": "modeling.doors.inverse_network:INVERSE_NETWORK",
+        "generator": "modeling.doors.generator:GENERATOR",
+    },
+)
+THESIS = "network"
+"""The method of either direction that the thesis proposes (5.4, 5.6)."""
+DEFAULT: Mapping[Direction, str] = {"forward": "ridge", "inverse": "generator"}
+"""What is trained where nothing was evaluated on the lab's own data: the best of the evaluation that
+docs/reference/door-evaluation.md reports."""
+SLOW = frozenset({("forward", "network"), ("inverse", "network"), ("inverse", "search"), ("inverse", "generator")})
+"""Methods that take half a minute a fold or more: only the split that was asked for is worth their time."""
+
+
+def methods_of(direction: Direction) -> Mapping[str, Method]:
+    """All methods of one direction."""
+    return FORWARD if direction == "forward" else INVERSE
+
+
+def method_named(direction: Direction, name: str) -> Method:
+    """The method of this name. Raises ModelDataError with the nearest known name."""
+    known = methods_of(direction)
+    if name not in known:
+        from protocols.did_you_mean import nearest
+
+        raise ModelDataError(f"no {direction} method {name!r}; {nearest(name, known)}")
+    return known[name]

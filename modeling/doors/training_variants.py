@@ -1,0 +1,88 @@
+"""Five training variants of each stimulus, with ratings that are adjusted a little (thesis 5.5.1).
+
+The thesis names the five changes and says that each variant got "an adjusted perceptual rating to reflect the expected
+perceptual shifts"; it gives neither sizes nor shifts. Both are ours: `KINDS` holds them all, reasoned from the words of
+the attributes. Nobody rated a variant, so no evaluation counts one.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from dataclasses import dataclass, replace
+
+import numpy as np
+
+from modeling.doors import changing
+from modeling.doors.changing import Change
+from modeling.doors.data import Array, DoorData, ModelDataError
+from protocols.keyed import keyed_bits
+
+MARK = "~"
+"""Between a stimulus and its change in the name of a training variant: BC3_g0~noise."""
+
+
+@dataclass(frozen=True)
+class Kind:
+    """A change: how much of it is drawn, evenly between `least` and `most`, and what one unit of it is taken to do.
+
+    `effect` is in percent of the scale's length, toward an attribute's second word where it is above 0; attributes
+    that it does not name keep their ratings. The adjustment is the amount times the effect.
+    """
+
+    name: str
+    change: Change
+    unit: str
+    least: float
+    most: float
+    effect: Mapping[str, float]
+
+
+KINDS = (
+    Kind("noise", changing.noise, "N (SD)", 0.02, 0.10,
+         {"Consistent": 3.0, "Pleasant": 1.0, "New": 2.0, "Luxurious": 1.0}),
+    Kind("shift", changing.shift, "deg later", -1.0, 1.0, {"Easy-to-pull": -0.3, "Comfort": -0.2}),
+    Kind("smoothing", changing.smoothing, "deg", 0.5, 2.0,
+         {"Damped": -0.2, "Consistent": -0.4, "Pleasant": -0.2, "New": -0.4, "Luxurious": -0.2}),
+    Kind("amplitude", changing.amplitude, "%", -5.0, 5.0,
+         {"Easy-to-pull": 0.6, "Damped": 0.3, "Consistent": 0.1, "Pleasant": 0.2, "New": 0.2, "Comfort": 0.4,
+          "Luxurious": 0.1}),
+    Kind("spike", changing.spike, "N", 0.5, 2.0,
+         {"Damped": 0.1, "Consistent": 0.6, "Pleasant": 0.2, "New": 0.2, "Comfort": 0.1, "Luxurious": 0.2}),
+)  # fmt: skip
+
+
+def with_variants(data: DoorData, seed: int = 0) -> DoorData:
+    """The data, and after it the five training variants of every stimulus: 90 rows become 540.
+
+    A variant has its stimulus' source, door, variant, raters and SD; its name is the stimulus', `~` and the change's.
+    What is drawn depends on the seed, the stimulus' name and the change alone. Ratings stay on the study's scale.
+    Raises ModelDataError on data that holds training variants already.
+    """
+    if made := next((name for name in data.ids if is_variant(name)), None):
+        raise ModelDataError(f"{made} is a training variant already: give the stimuli as they were rated")
+    count = len(data)
+    every = data.rows(np.concatenate([np.arange(count), np.repeat(np.arange(count), len(KINDS))]))
+    made_rows = [_variant(data, row, kind, seed) for row in range(count) for kind in KINDS]
+    return replace(
+        every,
+        ids=(*data.ids, *(f"{name}{MARK}{kind.name}" for name in data.ids for kind in KINDS)),
+        force_N=np.concatenate([data.force_N, *(force[None] for force, _ in made_rows)]),
+        rating=np.concatenate([data.rating, *(rating[None] for _, rating in made_rows)]),
+        made_from=(*data.made_from, f"{len(KINDS)} training variants of each stimulus, seed {seed}"),
+    )
+
+
+def is_variant(name: str) -> bool:
+    """Whether this is the name of a training variant."""
+    stimulus, mark, kind = name.rpartition(MARK)
+    return bool(stimulus and mark) and kind in {each.name for each in KINDS}
+
+
+def _variant(data: DoorData, row: int, kind: Kind, seed: int) -> tuple[Array, Array]:
+    """The changed profile, and the ratings that it is taken to get."""
+    draw = np.random.Generator(np.random.PCG64(keyed_bits("training variant", seed, data.ids[row], kind.name)))
+    amount = float(draw.uniform(kind.least, kind.most))
+    force = kind.change(data.force_N[row], amount, draw)
+    low, high = data.scale
+    effect = np.array([kind.effect.get(name, 0.0) for name in data.attributes])
+    return force, np.clip(data.rating[row] + effect * amount / 100 * (high - low), low, high)

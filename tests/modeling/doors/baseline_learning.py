@@ -1,0 +1,59 @@
+"""What the tests of the plain methods share: the methods, something to learn from, and the way through a file."""
+
+from dataclasses import replace
+
+import numpy as np
+
+from devices.models.file import read_model
+from modeling.doors.constant import MEAN
+from modeling.doors.forest import FOREST
+from modeling.doors.gaussian_process import GAUSSIAN_PROCESS
+from modeling.doors.nearest import NEAREST
+from modeling.doors.pca_regression import PCA_REGRESSION
+from modeling.doors.pca_ridge import PCA_RIDGE
+from modeling.doors.ridge import RIDGE
+from modeling.doors.training_variants import with_variants
+from modeling.files.writing import write_model
+from protocols.model_card import Port
+from tests.modeling.doors.network_learning import SEEN, UNSEEN, data_of, learning, profiles
+
+ON_FEATURES = (RIDGE, FOREST, GAUSSIAN_PROCESS)
+FORWARD = (MEAN, *ON_FEATURES, PCA_RIDGE)
+INVERSE = (NEAREST, PCA_REGRESSION)
+CHOOSING = (RIDGE, PCA_RIDGE, PCA_REGRESSION)
+"""Those that choose a penalty over inner folds."""
+
+
+def learn(data=None, *, scaling=None, **settings):
+    """What a method may learn from: these stimuli (by default sixteen), and them with their training variants."""
+    data = data_of(SEEN) if data is None else data
+    given = learning(train=data_of(SEEN), **settings)
+    given = replace(given, measured=data, train=with_variants(data, 3))
+    return given if scaling is None else replace(given, scaling=scaling)
+
+
+def asked(method):
+    """Something that the method was not fitted to: eight profiles in newtons, or eight wishes."""
+    unseen = data_of(UNSEEN)
+    return unseen.force_N if method in FORWARD else (unseen.rating + 100) / 2
+
+
+def through_a_file(exported, folder, takes, gives):
+    """The same model, written to a folder and read by the rig's runtime."""
+    kinds = {621: ("force_profile", "N")}
+    ports = [
+        Port(kind=kind, size=size, unit=unit)
+        for size in (takes, gives)
+        for kind, unit in [kinds.get(size, ("ratings", "0..100"))]
+    ]
+    return read_model(
+        write_model(folder, "tried", exported, title="Tried", method="tried", takes=ports[0], gives=ports[1])
+    )
+
+
+def shuffled(data, seed=0):
+    """The same stimuli in another order."""
+    return data.rows(np.random.default_rng(seed).permutation(len(data)))
+
+
+__all__ = ["SEEN", "UNSEEN", "data_of", "profiles"]

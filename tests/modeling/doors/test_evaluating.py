@@ -1,0 +1,142 @@
+import json
+from dataclasses import replace
+
+import numpy as np
+import pytest
+
+pytest.importorskip("torch")
+
+from modeling.doors.data import ModelDataError
+from modeling.doors.evaluating import Wanted, context_for, judge, plan
+from modeling.doors.evaluating_floors import floors
+from modeling.doors.evaluating_kept import key, load
+from modeling.doors.evaluating_whole import evaluate
+from modeling.doors.evaluation_results import as_json, tables
+from tests.modeling.doors.evaluated_small import METHODS, SIDE, small_data, wanted
+
+
+def judged(data, asked):
+    return judge(context_for(data, SIDE, asked, METHODS), asked)
+
+
+def test_every_stimulus_is_tested_once_by_a_model_that_never_saw_its_profile():
+    found = judged(small_data(), wanted("remember"))
+    (remember,) = found.methods("forward")
+    assert sorted(remember.data.ids) == sorted(small_data().ids)
+    assert np.all(remember.predicted == 1000.0)
+
+
+def test_the_leaky_split_counts_training_variants_of_what_was_seen():
+    found = judged(small_data(), wanted("ridge", split="leaky"))
+    (ridge,) = found.methods("forward")
+    assert len(ridge.data) == 15 * 6
+    assert ridge.split == "leaky"
+
+
+def test_finished_jobs_are_taken_again_and_a_damaged_one_is_done_anew(tmp_path):
+    log = tmp_path / "log"
+    asked = wanted("remember", kept=tmp_path / "jobs", settings={"log": str(log)})
+    first = judged(small_data(), asked)
+    again = judged(small_data(), asked)
+    assert (first.taken, again.taken) == (0, 3)
+    assert len(log.read_text().splitlines()) == 3
+    np.testing.assert_array_equal(first.methods("forward")[0].predicted, again.methods("forward")[0].predicted)
+    next((tmp_path / "jobs").glob("*.npz")).write_bytes(b"PK\3\4 cut off")
+    assert judged(small_data(), asked).taken == 2
+    assert len(log.read_text().splitlines()) == 4
+
+
+def test_other_data_other_settings_and_another_seed_are_other_jobs(tmp_path):
+    asked = wanted("ridge", kept=tmp_path)
+    data = small_data()
+    contexts = [
+        context_for(data, SIDE, asked, METHODS),
+        context_for(data, SIDE, replace(asked, settings={"epochs": 3}), METHODS),
+        context_for(data, SIDE, replace(asked, seed=1), METHODS),
+        context_for(replace(data, rating=data.rating + 0.01), SIDE, asked, METHODS),
+    ]
+    job = plan(contexts[0], asked)[0][0]
+    assert len({key(job, context) for context in contexts}) == 4
+    assert load(job, contexts[0]) is None
+
+
+def test_what_an_inverse_method_builds_on_gets_the_checkpoint_of_its_own_forward_job(tmp_path):
+    log = tmp_path / "log"
+    judged(small_data(), wanted("below", "above", kept=tmp_path / "jobs", settings={"log": str(log)}))
+    fits = [line.split() for line in log.read_text().splitlines()]
+    forward = [place for name, place in fits if name == "below"]
+    assert len(forward) == 6
+    assert sorted(forward[:3]) == sorted(forward[3:])
+    assert len({place for name, place in fits if name == "above"} - set(forward)) == 3
+
+
+def test_results_do_not_depend_on_the_order_of_the_stimuli():
+    data, asked = small_data(), wanted("ridge")
+    shuffled = data.rows(np.random.Generator(np.random.PCG64(2)).permutation(len(data)))
+    one, two = judged(data, asked).methods("forward")[0], judged(shuffled, asked).methods("forward")[0]
+    order = [two.data.ids.index(name) for name in one.data.ids]
+    np.testing.assert_allclose(one.predicted, two.predicted[order], rtol=0, atol=1e-9)
+
+
+def test_a_whole_evaluation_as_tables_and_as_json_without_nan():
+    found = evaluate_small(small_data(simulated=True))
+    rows = tables(found)
+    assert {"methods_forward", "methods_inverse", "table_5_3_mae", "table_5_6_waveform", "loop", "corners"} <= set(rows)
+    told = json.loads(json.dumps(as_json(found), allow_nan=False))
+    assert told["default"]["forward"]["method"] == "ridge"
+    assert told["no_ceiling"].startswith("A table of means holds no single ratings")
+    loop = [row for row in rows["loop"] if row["method"] == "nearest"]
+    assert len(loop) == 7
+    assert all(row["loop_fresh"] >= 0 for row in loop)
+    assert rows["corners"][0]["corners"] == 128
+    (method,) = (row for row in rows["methods_forward"] if row["method"] == "ridge")
+    assert method["file_difference"] < 1e-9
+    assert method["file_bytes"] > 500
+
+
+def test_real_peoples_ratings_are_judged_by_the_forward_model_alone():
+    row = evaluate_small(small_data(simulated=False)).inverse[0]
+    assert row["loop_fresh"] is None
+    assert row["loop_judge"] > 0
+
+
+def test_the_measured_door_is_predicted_by_models_that_never_met_it():
+    found = evaluate_small(small_data())
+    names = [each.name for each in found.measured]
+    assert names == ["actual", "edited_v1", "edited_v2", "edited_v3", "edited_v4"]
+    actual = found.measured[0]
+    assert actual.rated is not None
+    assert not np.allclose(actual.predicted, actual.rated)
+    assert not any(np.array_equal(actual.made_N, force) for force, door in
+                   zip(found.data.force_N, found.data.doors, strict=True) if door == "BC3")  # fmt: skip
+    assert evaluate_small(small_data(doors=("BC3", "K8"))).measured == ()
+
+
+def evaluate_small(data):
+    return evaluate(data, None, SIDE, wanted("mean ridge", "nearest"))
+
+
+def test_the_oracle_is_under_every_method_that_gives_back_a_known_profile():
+    asked = wanted("", "nearest")
+    context = context_for(small_data(), SIDE, asked, METHODS)
+    oracle, code = floors(context)
+    nearest = judge(context, asked).methods("inverse")[0]
+    assert 0 < oracle["mae"] <= float(np.abs(nearest.predicted - nearest.actual).mean())
+    assert code["mae"] > 0
+
+
+def test_two_stimuli_and_ratings_that_are_all_equal_are_refused():
+    data = small_data()
+    with pytest.raises(ModelDataError):
+        context_for(data.rows(np.array([0, 1])), SIDE, wanted("ridge"), METHODS)
+    with pytest.raises(ModelDataError, match="all ratings are"):
+        context_for(replace(data, rating=np.ones_like(data.rating)), SIDE, wanted("ridge"), METHODS)
+
+
+def test_the_slow_methods_are_not_trained_on_the_splits_beside_unless_it_is_asked():
+    asked = Wanted(methods={"forward": ("ridge", "network"), "inverse": ()})
+    context = context_for(small_data(), SIDE, asked)
+    splits = {
+        name: {job.split for job in plan(context, asked)[0] if job.method == name} for name in ("ridge", "network")
+    }
+    assert splits == {"ridge": {"grouped", "leave_one_door_out", "leaky"}, "network": {"grouped"}}

@@ -1,0 +1,96 @@
+import json
+import re
+from dataclasses import replace
+
+import pytest
+
+pytest.importorskip("torch")
+
+from modeling.doors.evaluating_outputs import default_of, write_all
+from modeling.doors.evaluating_whole import evaluate
+from modeling.doors.evaluation_blocks import Column, in_bytes, in_seconds, table, written
+from modeling.doors.evaluation_report import report_html
+from tests.modeling.doors.evaluated_small import SIDE, small_data, wanted
+
+
+@pytest.fixture(scope="module")
+def found():
+    return evaluate(small_data(simulated=True), None, SIDE, wanted("mean ridge", "nearest", beside=True))
+
+
+@pytest.fixture(scope="module")
+def folder(found, tmp_path_factory):
+    where = tmp_path_factory.mktemp("evaluated")
+    write_all(found, where)
+    return where
+
+
+def test_the_page_needs_nothing_from_outside_and_runs_no_script_but_its_own(folder):
+    page = (folder / "report.html").read_text(encoding="utf-8")
+    policy = re.search(r'Content-Security-Policy" content="([^"]+)"', page)[1]
+    assert policy.startswith("default-src 'none'")
+    assert "script-src 'sha256-" in policy
+    assert page.count("<script") == 1
+    links = re.findall(r'(?:src|href|xlink:href)="([^"#][^"]*)"', page)
+    assert set(links) <= {"data:,"}
+
+
+def test_the_page_says_what_a_reader_must_know(folder):
+    page = (folder / "report.html").read_text(encoding="utf-8")
+    for words in ("linear in columns of the stimulus table", "private data of other people", "Noise ceiling",
+                  "Table 5.3", "Table 5.4", "Table 5.5", "Table 5.6", "Figure 5.12", "Figure 5.13", "Figure 5.14",
+                  "leaky folds", "one door left out", "The measured door", "All corners"):  # fmt: skip
+        assert words in page, words
+    assert not re.search(r">\s*(nan|inf|None)\s*<", page, re.IGNORECASE)
+
+
+def test_files_are_written_and_those_of_an_earlier_evaluation_go(found, folder, tmp_path):
+    told = json.loads((folder / "evaluation.json").read_text())
+    assert {"tables/table_5_3_mae.csv", "figures/figure_5_12.svg", "figures/made_profiles.png", "report.html"} <= set(
+        told["files"]
+    )
+    assert all((folder / name).stat().st_size for name in told["files"])
+    earlier, outside = tmp_path / "out" / "figures" / "figure_9.svg", tmp_path / "outside.txt"
+    earlier.parent.mkdir(parents=True)
+    for path in (earlier, outside, tmp_path / "out" / "mine.txt"):
+        path.write_text("there before")
+    (tmp_path / "out" / "evaluation.json").write_text(json.dumps({"files": ["figures/figure_9.svg", "../outside.txt"]}))
+    write_all(found, tmp_path / "out", drawings=False)
+    assert not earlier.exists()
+    assert outside.exists()
+    assert (tmp_path / "out" / "mine.txt").exists()
+
+
+def test_names_from_the_data_are_escaped(found):
+    data = replace(found.data, made_from=("<script>alert(1)</script>",))
+    judged = replace(found.judged, context=replace(found.judged.context, data=data))
+    page = report_html(replace(found, judged=judged))
+    assert "<script>alert" not in page
+    assert "&lt;script&gt;alert(1)" in page
+
+
+def test_a_labs_own_evaluation_decides_what_is_trained_but_only_for_the_very_same_data(found, tmp_path):
+    data = found.data
+    assert default_of(tmp_path, data, "inverse") == "generator"
+    write_all(found, tmp_path / "evaluated" / "doors", drawings=False)
+    assert default_of(tmp_path, data, "inverse") == "nearest"
+    assert default_of(tmp_path, replace(data, rating=data.rating * 0.5), "inverse") == "generator"
+    (tmp_path / "evaluated" / "doors" / "evaluation.json").write_text("{}")
+    assert default_of(tmp_path, data, "inverse") == "generator"
+
+
+def test_cells_as_a_reader_sees_them():
+    assert written(None, "2") == written(float("nan"), "2") == "–"
+    assert written(-0.5, "1") == "−0.5"
+    assert written(0.9, "share") == "90.0%"
+    assert (in_seconds(600), in_seconds(12), in_seconds(0.02)) == ("10 min", "12 s", "20.0 ms")
+    assert (in_bytes(5149), in_bytes(2.3e8)) == ("5 kB", "230.0 MB")
+
+
+def test_the_least_error_stands_out_and_a_column_without_numbers_is_left_out():
+    rows = [{"method": "a", "mae": 2.0, "none": None}, {"method": "b", "mae": 1.0, "none": None}]
+    columns = [Column("method", "method"), Column("mae", "MAE", "2", better="low"), Column("none", "nothing", "2")]
+    found = table("t", rows, columns, ours="a")
+    assert found.strong.cells == {(1, 1)}
+    assert found.strong.rows == {0}
+    assert [head.name for head in found.grid.heads] == ["method", "MAE"]

@@ -1,0 +1,109 @@
+"""The search finds profiles that the forward network feels as wished, that stay near the measured ones, every time."""
+
+from dataclasses import replace
+
+import numpy as np
+import pytest
+
+torch = pytest.importorskip("torch")
+
+from modeling.doors.data import ModelDataError  # noqa: E402
+from modeling.doors.gradient_search import RATING_SD, SEARCH, codes_of  # noqa: E402
+from modeling.doors.mlp import MLP  # noqa: E402
+from tests.modeling.doors.network_learning import SEEN, data_of, learning, profiles  # noqa: E402
+
+CORNERS = np.array([[0.0] * 7, [100.0] * 7, [0.0, 100.0] * 3 + [0.0], [100.0, 0.0] * 3 + [100.0]])
+
+
+@pytest.fixture(scope="module")
+def forward():
+    """The dense network: the search asks for gradients only, and this one gives them in no time."""
+    return MLP.fit(learning(epochs=60))
+
+
+@pytest.fixture(scope="module")
+def fitted(forward):
+    return SEARCH.fit(learning(forward=forward))
+
+
+def wishes(forward):
+    """What the forward network says of profiles between the measured ones: they can be met."""
+    rows = profiles(SEEN)
+    return forward.predict((rows[:6] + rows[6:12]) / 2)
+
+
+def cost(fitted, force_N, wish):
+    off = (fitted.network(torch.from_numpy(force_N).float()).detach().numpy() - wish) / RATING_SD
+    return ((off**2).sum(axis=1) + (fitted.codes.of(force_N) ** 2).sum(axis=1)) / 2
+
+
+def test_wishes_that_can_be_met_are_met(fitted, forward):
+    wish = wishes(forward)
+    off = np.abs(forward.predict(fitted.predict(wish)) - wish)
+    assert off.mean() < 1.0
+    assert off.mean() < 0.3 * np.abs(forward.predict(profiles(SEEN)).mean(axis=0) - wish).mean()
+
+
+def test_what_is_found_costs_less_than_every_rated_profile(fitted, forward):
+    wish = wishes(forward)
+    rated = np.array([cost(fitted, profiles(SEEN), one).min() for one in wish])
+    assert (cost(fitted, fitted.predict(wish), wish) < rated).all()
+
+
+def test_impossible_wishes_give_playable_profiles_no_farther_out_than_the_measured_ones(fitted):
+    made = fitted.predict(CORNERS)
+    assert [fitted.side.refusal(force) for force in made] == [None] * 4
+    assert np.abs(made).max() <= fitted.side.limit_N
+    assert np.abs(np.diff(made)).max() * 10 <= fitted.side.steepest_N_deg * (1 + 1e-12)
+    farthest = np.linalg.norm(fitted.codes.of(profiles(SEEN)), axis=1).max()
+    assert np.linalg.norm(fitted.codes.of(made), axis=1).max() <= 1.25 * farthest  # a limited slope moves it a little
+
+
+def test_it_is_decided_by_the_seed_and_not_by_the_order_of_wishes_or_rows(fitted, forward):
+    wish = wishes(forward)
+    assert np.array_equal(SEARCH.fit(learning(forward=forward)).predict(wish), fitted.predict(wish))
+    assert np.abs(fitted.predict(wish[::-1])[::-1] - fitted.predict(wish)).max() < 1e-2
+    turned = data_of(SEEN).rows(np.arange(len(SEEN))[::-1])
+    other = SEARCH.fit(replace(learning(forward=forward), train=turned, measured=turned))
+    assert np.array_equal(other.predict(wish), fitted.predict(wish))
+
+
+def test_codes_are_uncorrelated_with_an_sd_of_one_and_lead_back():
+    rows = profiles(SEEN)
+    codes = codes_of(rows)
+    found = codes.of(rows)
+    assert np.allclose(found.T @ found / len(rows), np.eye(found.shape[1]), atol=1e-8)
+    assert np.abs(codes.decoded(found) - rows).max() < 1e-6
+
+
+def test_searching_leaves_torch_and_the_network_as_they_were(fitted, forward):
+    threads, weights = torch.get_num_threads(), [value.clone() for value in forward.network.state_dict().values()]
+    fitted.predict(CORNERS[:1])
+    assert torch.get_num_threads() == threads
+    assert all(torch.equal(*pair) for pair in zip(weights, forward.network.state_dict().values(), strict=True))
+    assert all(value.grad is None for value in forward.network.parameters())
+
+
+def test_it_cannot_be_exported_and_says_what_can(fitted):
+    with pytest.raises(ModelDataError, match="needs torch whenever it makes a profile"):
+        fitted.exported()
+
+
+@pytest.mark.parametrize("wish", [np.zeros(6), np.full(7, np.nan), np.full(7, 1e6)])
+def test_ratings_that_are_none_are_refused(fitted, wish):
+    with pytest.raises(ModelDataError, match="ratings"):
+        fitted.predict(wish)
+
+
+def test_it_needs_a_forward_network_and_profiles_that_differ(forward):
+    with pytest.raises(ModelDataError, match="gradient of a trained forward network"):
+        SEARCH.fit(learning())
+    same = data_of(SEEN[:3], np.ones((3, 621)), data_of(SEEN[:3]).rating)
+    with pytest.raises(ModelDataError, match="no directions"):
+        SEARCH.fit(replace(learning(forward=forward), measured=same))
+
+
+def test_two_profiles_are_enough(forward):
+    two = data_of(SEEN[:2])
+    found = SEARCH.fit(replace(learning(forward=forward), measured=two)).predict(CORNERS[:2])
+    assert np.isfinite(found).all()

@@ -1,0 +1,129 @@
+import json
+import shutil
+import sys
+from pathlib import Path
+
+import pytest
+from click.testing import CliRunner
+
+pytest.importorskip("torch")
+
+import palpate
+from devices.door.side import DoorSide
+from modeling.commands import evaluate, train
+from modeling.doors.evaluating_outputs import RESULTS
+from studies.catalogue import SHIPPED
+from tests.modeling.doors.evaluated_small import small_data
+
+
+@pytest.fixture
+def table(tmp_path):
+    """Fifteen stimuli as a table, their profiles beside it."""
+    data = small_data()
+    lines = ["id,door,variant,file," + ",".join(data.attributes)]
+    for i, name in enumerate(data.ids):
+        shutil.copy(SHIPPED / "door_ratings" / "profiles" / f"{name}.csv", tmp_path / f"{name}.csv")
+        ratings = ",".join(f"{value:.4f}" for value in data.rating[i])
+        lines.append(f"{name},{data.doors[i]},{data.variants[i]},{name}.csv,{ratings}")
+    path = tmp_path / "doors.csv"
+    path.write_text("\n".join(lines) + "\n")
+    return path
+
+
+def done(command, *arguments):
+    result = CliRunner().invoke(command, ["doors", *map(str, arguments)], obj=DoorSide, catch_exceptions=False)
+    assert result.exit_code == 0, result.output
+    return result
+
+
+def told(arguments, capsys):
+    """What the front door says of a mistake, and its exit code."""
+    with pytest.raises(SystemExit) as ended:
+        palpate.main([str(each) for each in arguments])
+    return ended.value.code, capsys.readouterr().err
+
+
+def test_evaluate_writes_tables_figures_and_the_report_and_goes_on_from_what_is_finished(table, tmp_path):
+    asked = ("--lab", tmp_path / "lab", "--data", table, "--methods", "mean,ridge,nearest", "--workers", "1")
+    asked += ("--no-figures", "--json")
+    first = json.loads(done(evaluate, *asked).stdout)
+    folder = tmp_path / "lab" / "evaluated" / "doors"
+    assert (folder / "report.html").stat().st_size > 20_000
+    assert json.loads((folder / RESULTS).read_text())["default"] == first["default"]
+    assert first["jobs_kept"] == 0
+    again = json.loads(done(evaluate, *asked).stdout)
+    assert again["jobs_kept"] == again["jobs"] == first["jobs"]
+    assert again["tables"]["table_5_3_mae"] == first["tables"]["table_5_3_mae"]
+
+
+def test_train_writes_two_models_that_the_rig_reads_with_metrics_interval_and_run_card(table, tmp_path):
+    asked = ("--data", table, "--lab", tmp_path / "lab", "--forward", "ridge", "--inverse", "nearest", "--workers", "1")
+    assert "door-perception.json: ridge; MAE" in done(train, *asked).stdout
+    models = tmp_path / "lab" / "models"
+    card = json.loads((models / "door-perception.json").read_text())
+    assert card["interval"]["coverage"] == 0.9
+    assert len(card["interval"]["half_width"]) == 7
+    assert card["metrics"]["mae"] > 0
+    assert card["training"]["data"]["data"] == small_digest(table)
+    assert card["training"]["versions"]["numpy"]
+    side = DoorSide()
+    answers = side.load(models / "door-perception.json").run(small_data().force_N)
+    assert answers.shape == (15, 7)
+    assert side.load(models / "door-force.json").run([50.0] * 7).shape == (621,)
+
+
+def small_digest(table):
+    from modeling.doors.reading_tables import read_table
+
+    return read_table(table).digest
+
+
+def test_a_network_gets_its_learning_curve_and_its_checkpoints_go(table, tmp_path):
+    asked = ("--data", table, "--lab", tmp_path, "--to", tmp_path / "to", "--forward", "mlp", "--inverse", "nearest")
+    done(train, *asked, "--quick", "--workers", "1")
+    assert (tmp_path / "to" / "door-perception.history.csv").read_text().startswith("epoch,seconds,")
+    assert (tmp_path / "to" / "door-perception.history.svg").stat().st_size > 1000
+    kept = tmp_path / "evaluated" / "doors" / ".jobs"
+    assert list(kept.glob("*.json"))
+    assert not list((kept / "checkpoints").glob("*"))
+
+
+@pytest.mark.parametrize(
+    ("arguments", "said"),
+    [
+        (("evaluate", "doors", "--simulated", "--methods", "rigde"), "no method 'rigde'; did you mean 'ridge'?"),
+        (("evaluate", "doors", "--simulated", "--methods", "backward:ridge"), "'backward' is no direction"),
+        (("evaluate", "doors", "--split", "leeky"), "leeky"),
+        (("evaluate", "doors", "--lab", "{empty}"), "no session"),
+        (("train", "doors", "--forward", "generator"), "no forward method 'generator'"),
+        (("train", "doors", "--data", "nowhere.csv"), "nowhere.csv"),
+        (("train", "doors", "--simulated", "--data", __file__), "one of the two is expected"),
+        (("train", "doors", "--data", __file__), "test_commands.py"),
+    ],
+)
+def test_a_mistake_is_told_without_a_traceback(arguments, said, tmp_path, capsys):
+    code, err = told([each.replace("{empty}", str(tmp_path)) for each in arguments], capsys)
+    assert code == 2
+    assert said in err
+    assert "Traceback" not in err
+
+
+def test_an_interrupted_command_says_how_to_go_on(table, tmp_path, monkeypatch):
+    def stop(*_args, **_more):
+        raise KeyboardInterrupt
+
+    monkeypatch.setattr("modeling.doors.evaluating_whole.evaluate", stop)
+    arguments = ["doors", "--data", str(table), "--lab", str(tmp_path)]
+    result = CliRunner().invoke(evaluate, arguments, obj=DoorSide)
+    assert result.exit_code == 1
+    assert "the same command goes on" in result.stderr
+
+
+def test_help_imports_neither_torch_nor_sklearn():
+    import subprocess
+
+    code = ("import sys; from click.testing import CliRunner; from modeling.commands import train, evaluate;"
+            "[CliRunner().invoke(c, ['doors', '--help']) for c in (train, evaluate)];"
+            "sys.exit(bool({'torch', 'sklearn', 'joblib', 'pandas', 'scipy'} & set(sys.modules)))")  # fmt: skip
+    root = Path(__file__).resolve().parents[2]
+    assert subprocess.run([sys.executable, "-c", code], check=False, timeout=60, cwd=root).returncode == 0
