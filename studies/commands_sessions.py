@@ -97,7 +97,7 @@ def _simulated(found: Found, lab: Path, plans: list[Plan], number: int, shared: 
     from studies.session import start
     from studies.squares import demand_free
 
-    rig = simulated(found.study, found.folder)
+    rig = simulated(found.study, found.folder, lab)
     accepted = {who: _before(found, lab, who, number, live) for who in (plan.who.participant for plan in plans)}
     demand_free(lab, plans, number, shared)
     sat: list[Sat] = []
@@ -211,7 +211,7 @@ def _to_go_on(
     found, real = Found(declared, file.parent), header["rig"]["kind"] != "simulated"
     admit(lab, declared, plan.who.participant, live=False)
     if not real:
-        return found, simulated(declared, file.parent), accepted or None
+        return found, simulated(declared, file.parent, lab), accepted or None
     rig, of_screen = plan_to_go_on(found, lab, live, header)
     readmit(lab, declared, plan.who.participant)
     return found, rig, {**accepted, **(of_screen or {})} or None

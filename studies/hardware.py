@@ -23,6 +23,8 @@ if TYPE_CHECKING:
 PRESENTING = ("door", "texture_renderer", "door_generator")
 RECORDING = ("tool", "door_sensors", "camera")
 BESIDE = ("masking_noise",)
+CHECKED = {"door", "door_generator"}
+"""Needs whose stimuli come from files, which may be wrong."""
 LATER = ("texture_renderer",)
 """Needs whose devices have drivers, and which lack the program that plays them."""
 
@@ -57,8 +59,8 @@ class Hardware:
 
     def open(self, plan: Plan) -> None:
         """Check the stimuli and open the devices. Raises RigError or DeviceError; then none is open."""
-        if self.simulated_needs or "door" in self.found.study.needs:  # Its stimuli are files, which may be wrong.
-            simulated(self.found.study, self.found.folder).check(plan)
+        if self.simulated_needs or CHECKED & set(self.found.study.needs):
+            simulated(self.found.study, self.found.folder, self.lab).check(plan)
         if self.file is not None:
             from devices.rig.opened import open_rig
 
@@ -82,7 +84,7 @@ class Hardware:
             from studies.rig_station import rig_station
 
             return rig_station(self.opened, self.found, plan, self.lab)
-        return twin_station(plan, self.found.folder, self.twins)
+        return twin_station(plan, self.found.folder, self.twins, self.lab)
 
     def _look_at(self, opened: OpenRig, plan: Plan) -> None:
         """What the devices are; every profile is within the door's limits. Raises DeviceError; then none is open."""
@@ -147,13 +149,13 @@ def _rig_file(study: Study, lab: Path, given: Path | None) -> RigFile | None:
     return read_rig(path)
 
 
-def twin_station(plan: Plan, folder: Path, twins: Sequence[str]) -> Station:
+def twin_station(plan: Plan, folder: Path, twins: Sequence[str], lab: Path | None = None) -> Station:
     """The study's devices as simulated ones; a stimulus that no device presents is put in place by hand."""
     by_twin: dict[str, TwinInRealTime] = {}
     if twins:
         from studies.twins import twin_for
 
-        twin = twin_for(plan.study, plan, folder)
+        twin = twin_for(plan.study, plan, folder, lab=lab)
         by_twin = {name: TwinInRealTime(name, twin) for name in twins}
     device = next((by_twin[name] for name in PRESENTING if name in by_twin), None)
     return composed(plan.study, device, {name: by_twin[name] for name in RECORDING if name in by_twin})

@@ -10,6 +10,9 @@ from devices.door.twin import read_profile
 from protocols.study import Stimulus
 from studies.rig import RigError
 
+MID_SIZE = "K8"
+"""The door of the catalogue that stands for a car of which no profile is known."""
+
 
 @dataclass
 class Profiles:
@@ -34,6 +37,7 @@ def profile_of(stimulus: Stimulus, profiles: Profiles) -> tuple[float, ...]:
     """The door that is simulated at sensors: the profile in the column `file`; a mid-size one where there is none."""
     if stimulus.columns.get("file"):
         return profiles.of(stimulus)
-    from devices.door.wished import NEUTRAL, TURNS, wished_profile
+    from devices.door.catalogue import find_door, read_catalogue
+    from devices.door.mechanics import simulate
 
-    return tuple(wished_profile(dict.fromkeys(TURNS, NEUTRAL)).tolist())
+    return tuple(simulate(find_door(read_catalogue(), MID_SIZE).door, MID_SIZE).tolist())

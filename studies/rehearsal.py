@@ -81,7 +81,7 @@ def rehearsal_plan(found: Found, lab: Path, options: LiveOptions) -> RigPlan:
 
     Raises WindowError where the window cannot be had; RigError on a device that cannot be simulated either.
     """
-    inner = simulated(found.study, found.folder)
+    inner = simulated(found.study, found.folder, lab)
     language = options.language or LANGUAGE
     calibration = _calibration(found, lab, options)
     description = {**inner.description, "kind": "rehearsal", "window": None, "language": language}

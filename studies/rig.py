@@ -56,18 +56,21 @@ class RigPlan:
     """Lets go of what `check` opened, where it comes to no `open`."""
 
 
-def simulated(study: Study, folder: Path) -> RigPlan:
-    """A simulated participant at the twins of the devices that the study needs; `folder` holds its stimulus files."""
+def simulated(study: Study, folder: Path, lab: Path | None = None) -> RigPlan:
+    """A simulated participant at the twins of the devices that the study needs; `folder` holds its stimulus files.
+
+    A `lab` brings its own models, where it has any.
+    """
     from studies.profiles import Profiles
     from studies.twins import twin_for
 
     profiles = Profiles(folder)
 
     def check(plan: Plan) -> None:
-        twin_for(study, plan, folder, profiles).check(plan)
+        twin_for(study, plan, folder, profiles, lab).check(plan)
 
     def opened(plan: Plan, t_ns: int) -> Rig:
-        device = twin_for(study, plan, folder, profiles)
+        device = twin_for(study, plan, folder, profiles, lab)
         return Rig(Simulated(Perceiver(plan), device, VirtualClock(t_ns)), _nothing_moves)
 
     return RigPlan({"kind": "simulated", "twins": list(study.needs)}, check, opened)

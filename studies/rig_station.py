@@ -35,7 +35,7 @@ def rig_station(rig: OpenRig, found: Found, plan: Plan, lab: Path) -> Station:
     records: dict[str, Records] = {need: _capture(rig, need, found, plan) for need in _needed(plan, CAPTURED)}
     if "camera" in plan.study.needs:
         records["camera"] = _camera(rig, lab)
-    made = composed(plan.study, _door(rig, found, plan), records, lambda: _stage(rig, plan))
+    made = composed(plan.study, _door(rig, found, plan, lab), records, lambda: _stage(rig, plan))
     return replace(made, presents=_masked(rig, made.presents)) if "masking_noise" in plan.study.needs else made
 
 
@@ -51,19 +51,30 @@ def _camera(rig: OpenRig, lab: Path) -> Records:
     return cast(Records, camera)
 
 
-def _door(rig: OpenRig, found: Found, plan: Plan) -> Presents | None:
+def _door(rig: OpenRig, found: Found, plan: Plan, lab: Path) -> Presents | None:
     """The door, told where its profiles come from: the study's files, or what is wished for."""
     for need in _needed(plan, ("door", "door_generator")):
         door: Any = rig.of(need)["door"]
-        door.profile_for = profiles_of(need, found)
+        if need == "door_generator":
+            return _generator(door, lab)
+        door.profile_for = profiles_of(found)
         return cast(Presents, door)
     return None
+
+
+def _generator(door: Any, lab: Path) -> Presents:
+    """The door, which plays what the lab's models make of a wish."""
+    from studies.made_doors import PresentsMade, made_doors
+
+    made = made_doors(lab)
+    door.profile_for = made.force_N
+    return PresentsMade(door, made)
 
 
 def demand_within_limits(rig: OpenRig, found: Found, plan: Plan) -> None:
     """The door can play every stimulus of the plan, and whatever may be wished for. Raises DeviceError naming which."""
     if "door_generator" in plan.study.needs:
-        from devices.door.wished import hardest
+        from devices.door.playable import hardest
 
         door = cast("DoorSimulator", rig.of("door_generator")["door"])
         door.check(hardest(), "the hardest door that may be wished for")
@@ -74,19 +85,14 @@ def demand_within_limits(rig: OpenRig, found: Found, plan: Plan) -> None:
         door.check(files.of(stimulus), stimulus.id)
 
 
-def profiles_of(need: str, found: Found) -> Callable[[Present], Sequence[float]]:
-    """Where the 621 forces, in N, of a request come from."""
+def profiles_of(found: Found) -> Callable[[Present], Sequence[float]]:
+    """Where the 621 forces, in N, of a request come from: the study's files."""
     files = Profiles(found.folder)
 
     def from_file(request: Present) -> Sequence[float]:
         return files.of(request.trial.stimulus)
 
-    def wished(request: Present) -> Sequence[float]:
-        from devices.door.wished import wished_profile
-
-        return tuple(wished_profile(request.wish or {}).tolist())
-
-    return wished if need == "door_generator" else from_file
+    return from_file
 
 
 def _capture(rig: OpenRig, need: str, found: Found, plan: Plan) -> Capture:

@@ -3,12 +3,11 @@
 from __future__ import annotations
 
 from collections.abc import Callable, Mapping
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from pathlib import Path
 from typing import TYPE_CHECKING, Protocol
 
 from devices.door.twin import open_door
-from protocols.forms import Sliders
 from protocols.keyed import normal
 from protocols.plan import Plan, Trial
 from protocols.requests import Present, Reply, Request, Samples, Sense
@@ -20,6 +19,7 @@ from studies.scenes import Openings, Strokes, seed_of, surface_of
 
 if TYPE_CHECKING:
     from devices.scene import Scene
+    from studies.made_doors import MadeDoors
 
 DOOR_RATE_HZ = 100.0
 RECORDED = ("tool", "door_sensors", "camera")
@@ -58,15 +58,18 @@ class Twins:
         raise RigError(f"no device of this study can do {request.body()['do']!r}")
 
 
-def twin_for(study: Study, plan: Plan, folder: Path, profiles: Profiles | None = None) -> Twins:
+def twin_for(
+    study: Study, plan: Plan, folder: Path, profiles: Profiles | None = None, lab: Path | None = None
+) -> Twins:
     """The twins of the devices that the study needs; `folder` holds its files, `profiles` what was read of them.
 
+    Doors are made by the models of the `lab`, where it has any, else by the shipped ones.
     Samples need no twin: somebody hands them over, whatever else presents something with them.
     """
     profiles = profiles if profiles is not None else Profiles(folder)
     made: dict[Need, Callable[[], DeviceTwin]] = {
         "door": lambda: DoorTwin(plan, profiles),
-        "door_generator": lambda: GeneratorTwin(plan),
+        "door_generator": lambda: _generator(plan, lab),
         "door_sensors": lambda: DoorSensorsTwin(plan, Openings(plan, profiles)),
         "tool": lambda: ToolTwin(plan, Strokes(plan)),
         "camera": CameraTwin,
@@ -75,6 +78,12 @@ def twin_for(study: Study, plan: Plan, folder: Path, profiles: Profiles | None =
     presenting = [here[need] for need in here if need in ("door", "door_generator")]
     records: dict[str, DeviceTwin] = {need: here[need] for need in here if need in RECORDED}
     return Twins(presenting[0] if presenting else HandedOver(plan), records)
+
+
+def _generator(plan: Plan, lab: Path | None) -> GeneratorTwin:
+    from studies.made_doors import made_doors
+
+    return GeneratorTwin(plan, made_doors(lab))
 
 
 @dataclass(frozen=True)
@@ -97,30 +106,21 @@ class DoorTwin:
 
 @dataclass(frozen=True)
 class GeneratorTwin:
-    """The simulated door with the stand-in for the model that turns wishes into a profile (thesis 5.7.2)."""
+    """The simulated door with the models that turn wishes into a profile (thesis 5.7.2)."""
 
     plan: Plan
+    made: MadeDoors
 
     def check(self, trial: Trial) -> None:
         """The attributes and their scale are those that doors can be made from."""
-        from devices.door.wished import HIGHEST, LOWEST, TURNS
-
-        form = trial.form
-        if not isinstance(form, Sliders) or sorted(form.items()) != sorted(TURNS):
-            found = "no sliders" if form is None else ", ".join(form.items())
-            raise RigError(f"the simulated door generator makes doors from {', '.join(TURNS)}; found {found}")
-        if (form.scale.low, form.scale.high) != (LOWEST, HIGHEST):
-            found = f"{form.scale.low:g} to {form.scale.high:g}"
-            raise RigError(f"the simulated door generator needs a scale from 0 to 100; found {found}")
+        self.made.check(trial)
 
     def __call__(self, request: Request, t_ns: int) -> Done:
         """Make the door that is wished for, and let the hand open it. Raises RigError where there is no wish."""
-        if not isinstance(request, Present) or request.wish is None:
-            raise RigError(f"the simulated door generator needs a wish to present, and was asked {request.body()!r}")
-        from devices.door.wished import wished_profile
-
-        made: tuple[float, ...] = tuple(wished_profile(request.wish).tolist())
-        return opened(self.plan, request, made, t_ns)
+        if not isinstance(request, Present):
+            raise RigError(f"the simulated door generator cannot do {request.body()['do']!r}")
+        done = opened(self.plan, request, self.made.force_N(request), t_ns)
+        return replace(done, reply=self.made.on_record(request, done.reply))
 
 
 @dataclass(frozen=True)

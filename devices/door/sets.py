@@ -10,8 +10,8 @@ from numpy.typing import NDArray
 
 from devices.door.features import describe
 from devices.door.grid import FORCE_DECIMALS, POINTS, DoorDataError
+from devices.door.making import NEUTRAL, Doors, maker_for
 from devices.door.stimuli import FEATURE_DECIMALS, FOLDER, TABLE, originals, profile_text, write_text
-from devices.door.wished import NEUTRAL, TURNS, wished_profile
 
 Array = NDArray[np.float64]
 
@@ -20,9 +20,12 @@ TARGETS = (10, 90)
 
 
 def matching_files() -> dict[str, str]:
-    """door_matching: fourteen profiles, one attribute at 10 or 90 and the others at 50, and their table."""
-    wished = [(name, target) for name in TURNS for target in TARGETS]
-    profiles = [wished_profile({**dict.fromkeys(TURNS, NEUTRAL), name: target}) for name, target in wished]
+    """door_matching: fourteen profiles by the shipped models, one attribute at 10 or 90, the others at 50; the table."""
+    doors = Doors(maker_for(None))
+    names = doors.maker.attributes
+    wished = [(name, target) for name in names for target in TARGETS]
+    neutral = dict.fromkeys(names, NEUTRAL)
+    profiles = [np.array(doors.force_N({**neutral, name: target})) for name, target in wished]
     about = [(f"{name}_{target}", name, str(target)) for name, target in wished]
     return dict(_files(("id", "attribute", "target"), about, profiles))
 

@@ -2,12 +2,16 @@
 
 import hashlib
 import shutil
+from types import SimpleNamespace
 
 import numpy as np
 import pytest
 
 from devices.door.grid import DoorDataError
-from protocols.requests import Present, Rest, Sense
+from devices.door.making import Doors, maker_for
+from protocols.canonical import canonical, parse
+from protocols.requests import Aside, Present, Reply, Rest, Sense
+from studies.made_doors import PresentsMade, made_doors
 from studies.profiles import Profiles
 from studies.rig import RigError, simulated
 from studies.twins import twin_for
@@ -137,3 +141,29 @@ def test_another_profile_than_planned_is_refused(tmp_path):
     file.unlink()
     with pytest.raises(RigError, match="no door profile"):
         simulated(plan.study, folder).check(plan)
+
+
+def test_the_record_of_a_made_door_names_its_models_and_holds_its_forces():
+    plan, twins = twins_of("door_authoring")
+    wish = {attribute.name: 40.0 for attribute in plan.study.attributes}
+    reply = twins(Present(first(plan), wish), 0).reply
+    made = reply.value["made"]
+    maker = maker_for(None)
+    assert made["models"] == maker.identity and made["models"]
+    assert tuple(made["force_N"]) == Doors(maker).force_N(wish) and len(made["force_N"]) == 621
+    felt = np.frombuffer(reply.samples[0].data, "<f4").reshape(-1, 2)
+    assert felt[:, 1] == pytest.approx(np.interp(felt[:, 0], np.arange(621) / 10, made["force_N"]), abs=1e-3)
+    assert parse(canonical(reply.value)) == reply.value
+
+
+def test_a_rig_s_door_plays_what_was_made_and_its_reply_says_so():
+    plan = plan_for("door_authoring")
+    made = made_doors(None)
+    wish = {attribute.name: 60.0 for attribute in plan.study.attributes}
+    came = [Aside({"do": "pause"}), Reply({"presented": True, "by": "door"})]
+    door = SimpleNamespace(perform=lambda *_: came.pop(0))
+    request = Present(first(plan), wish)
+    presents = PresentsMade(door, made)
+    assert isinstance(presents.perform(request, None, None, None), Aside)
+    reply = presents.perform(request, None, None, None)
+    assert reply.value["by"] == "door" and tuple(reply.value["made"]["force_N"]) == made.force_N(request)

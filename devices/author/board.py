@@ -1,0 +1,177 @@
+"""What the window shows of the work: every element as it looks now."""
+
+from __future__ import annotations
+
+from collections.abc import Iterator
+from dataclasses import dataclass, field
+from functools import cached_property
+
+import numpy as np
+
+from devices.author.elements import FEELS, SIDES, Pane, Upright
+from devices.author.layout import LEFT_BUTTONS, Layout, buttons, lay_out
+from devices.author.making import MOST_SMOOTHING_DEG, Made, Maker
+from devices.author.plotting import Hand, Plotter
+from devices.author.typeset import NUMBER_STEPS, TITLE_STEPS, WORD_STEPS, Typesetter
+from devices.author.words import what_is_off, word
+from devices.author.work import Setting, Work
+from devices.window.geometry import Box
+from devices.window.paint import ALERT, INK, QUIET
+from devices.window.paint_text import Laid
+from devices.window.screen import Page
+from devices.window.screens.elements import Element, Label, rounding
+from devices.window.screens.targets import Button, Track
+
+KEPT = 50
+"""Doors that are kept."""
+
+
+@dataclass(frozen=True)
+class Told:
+    """What is said beside the work: a notice, the door's state, what the main button does, and where the hand is.
+
+    While a slider is being `moved`, what of it cannot be had is not told by name: the dots do that, and a sentence that
+    changes with every pixel is neither read nor laid out in time.
+    """
+
+    notice: str = ""
+    wrong: bool = False
+    door: str = ""
+    play: str = "play"
+    hand: Hand | None = None
+    moved: bool = False
+
+
+@dataclass
+class Board:
+    """Makes the elements. A door is made once for each setting."""
+
+    page: Page
+    maker: Maker
+    _made: dict[Setting, Made] = field(default_factory=dict)
+    _foot_words: tuple[str, ...] = ()
+    _foot_found: dict[str, tuple[Box, Laid]] = field(default_factory=dict)
+
+    @cached_property
+    def layout(self) -> Layout:
+        """Where everything stands."""
+        return lay_out(self.page, len(self.maker.attributes))
+
+    @cached_property
+    def setter(self) -> Typesetter:
+        """What lays texts out."""
+        return Typesetter(self.page)
+
+    @cached_property
+    def plotter(self) -> Plotter:
+        """What draws the doors."""
+        return Plotter(self.setter, self.layout)
+
+    def made(self, setting: Setting) -> Made:
+        """The door of a setting."""
+        if setting not in self._made:
+            if len(self._made) >= KEPT:
+                del self._made[next(iter(self._made))]
+            self._made[setting] = self.maker.design(np.array(setting.wish), setting.smoothing_deg)
+        return self._made[setting]
+
+    def elements(self, work: Work, told: Told) -> Iterator[Element]:
+        """Everything, from the ground up."""
+        yield from self._head(work, told)
+        yield Pane("wishes", self.layout.wishes, radius=rounding(self.page))
+        yield Pane("door", self.layout.door, radius=rounding(self.page))
+        yield from self._wishes(work)
+        beside = None if work.other is None else self.made(work.other).force_N
+        yield from self.plotter.elements(work, self.made(work.setting).force_N, beside, told.hand)
+        yield from self._smoothing(work)
+        yield self._words(work, told)
+        yield from self._foot(work, told)
+
+    def slider(self, work: Work, number: int, feels: float | None = None) -> Upright:
+        """One of the upright sliders."""
+        other = work.other
+        return Upright(
+            f"wish {number}", self.layout.columns.sliders[number], "wishes", wish=work.setting.wish[number],
+            feels=feels,
+            beside=None if other is None else other.wish[number], colour=SIDES[work.on],
+            other=SIDES["A" if work.on == "B" else "B"],
+        )  # fmt: skip
+
+    def smoother(self, work: Work) -> Track:
+        """The slider of the smoothing."""
+        box = self.layout.panel.smoothing
+        share = work.setting.smoothing_deg / MOST_SMOOTHING_DEG
+        return Track("smoothing", box, "door", line_px=box.width - self.page.metrics.unit(8), share=share)
+
+    def _head(self, work: Work, told: Told) -> Iterator[Element]:
+        head, unit, close = self.layout.head, self.page.metrics.unit, self.layout.close
+        title = self.setter.text(self.page.texts("title"), unit(90), head.height, TITLE_STEPS, bold=True)
+        yield Label("title", Box(head.left, head.top, title.width, head.height), laid=title)
+        left, right = head.left + title.width + unit(6), close.left - unit(5)
+        state = self.setter.cut(told.door, unit(105), head.height)
+        name = self.setter.cut(self._name(work), right - state.width - unit(4) - left, head.height)
+        yield Label("name", Box(left, head.top, name.width, head.height), laid=name, colour=QUIET)
+        yield Label("state", Box(right - state.width, head.top, state.width, head.height), laid=state, colour=QUIET)
+        yield Button("close", close, laid=self.setter.text(self.page.texts("close"), close.width, close.height))
+
+    def _name(self, work: Work) -> str:
+        if not work.name:
+            return self.page.texts("unnamed")
+        return work.name if work.saved == work.setting else self.page.texts("changed", name=work.name)
+
+    def _wishes(self, work: Work) -> Iterator[Element]:
+        made, place, texts = self.made(work.setting), self.layout, self.page.texts
+        for number, (low, high) in enumerate(zip(self.maker.attributes, self.maker.antonyms, strict=True)):
+            feels, wished = round(float(made.predicted[number])), f"{work.setting.wish[number]:.0f}"
+            yield self._end(f"high {number}", word(texts, high), place.columns.highs[number])
+            yield self.slider(work, number, feels)
+            yield self._end(f"low {number}", word(texts, low), place.columns.lows[number])
+            for name, text, box, colour in (
+                ("wished", wished, place.columns.wished[number], SIDES[work.on]),
+                ("feels", f"{feels}", place.columns.feels[number], FEELS),
+            ):
+                bold = name == "wished"
+                yield self.setter.label(
+                    f"{name} {number}", text, box, colour, "centre", NUMBER_STEPS, bold, within="wishes"
+                )
+
+    def _end(self, name: str, text: str, box: Box) -> Label:
+        return self.setter.label(name, text, box, align="centre", steps=self._word_steps, even=True, within="wishes")
+
+    @cached_property
+    def _word_steps(self) -> tuple[float, ...]:
+        words = [word(self.page.texts, each) for each in (*self.maker.attributes, *self.maker.antonyms)]
+        return self.setter.same_size(words, self.layout.columns.highs[0].width, self.layout.columns.highs[0].height)
+
+    def _smoothing(self, work: Work) -> Iterator[Element]:
+        texts, place = self.page.texts, self.layout
+        yield self.setter.label("smoothing label", texts("smoothing"), place.panel.smoothing_label, within="door")
+        yield self.smoother(work)
+        value = texts("smoothing_value", degrees=f"{work.setting.smoothing_deg:.1f}")
+        yield self.setter.label("smoothing value", value, place.panel.smoothing_value, QUIET, "right", within="door")
+
+    def _words(self, work: Work, told: Told) -> Label:
+        texts, box, made = self.page.texts, self.layout.panel.words, self.made(work.setting)
+        text, colour = f"{texts('as_wished')}  {texts('hint')}", QUIET
+        if told.notice:
+            text, colour = told.notice, ALERT if told.wrong else INK
+        elif told.moved:
+            text, colour = (texts("as_wished"), QUIET) if made.attainable else (texts("not_all"), FEELS)
+        elif not made.attainable:
+            own = what_is_off(texts, self.maker, work.setting.wish, made.predicted)
+            text, colour = made.words if texts.language == "en" and made.words else own, FEELS
+        return Label("words", box, "door", self.setter.cut(text, box.width, box.height, WORD_STEPS), colour)
+
+    def _foot(self, work: Work, told: Told) -> Iterator[Element]:
+        texts = self.page.texts
+        words = {name: texts(name) for name in LEFT_BUTTONS}
+        if work.b is not None:
+            words["compare"] = texts("keep_one", side=work.on)
+        for name, (box, laid) in self._buttons(words, told.play).items():
+            yield Button(name, box, laid=laid, primary=name == "play")
+
+    def _buttons(self, words: dict[str, str], play: str) -> dict[str, tuple[Box, Laid]]:
+        key = (*words.values(), play)
+        if key != self._foot_words:
+            self._foot_words, self._foot_found = key, buttons(self.page, self.layout.foot, words, play)
+        return self._foot_found

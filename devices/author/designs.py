@@ -1,0 +1,192 @@
+"""Designs on disk: a named wish with what was made of it, and the work that is under way, kept at every change."""
+
+from __future__ import annotations
+
+import json
+from collections.abc import Mapping
+from pathlib import Path
+from typing import Annotated, Any, Literal
+
+from pydantic import BaseModel, ConfigDict, Field, ValidationError
+
+from devices.author.making import MOST_SMOOTHING_DEG, Made, Maker
+from devices.author.work import Setting, Work
+from devices.door.grid import FORCE_DECIMALS, POINTS
+from devices.door.stimuli import profile_text
+
+FOLDER = "designs"
+KEPT, BEFORE = ".autosave.json", ".autosave-before.json"
+LONGEST_NAME = 60
+Wish = Annotated[float, Field(ge=0, le=100)]
+Smoothing = Annotated[float, Field(ge=0, le=MOST_SMOOTHING_DEG)]
+
+
+class DesignError(ValueError):
+    """A design that cannot be saved under its name, or a file that is none."""
+
+
+class Strict(BaseModel):
+    """Unknown keys are refused, and so are numbers that are none."""
+
+    model_config = ConfigDict(extra="forbid", frozen=True, allow_inf_nan=False)
+
+
+class Design(Strict):
+    """A saved design: wishes by their low word, the models that made it, the 621 forces, and how they should feel."""
+
+    format: Literal["palpate-design/1"] = "palpate-design/1"
+    name: str
+    wish: Mapping[str, Wish]
+    smoothing_deg: Smoothing
+    models: Mapping[str, Any]
+    force_N: Annotated[tuple[float, ...], Field(min_length=POINTS, max_length=POINTS)]
+    predicted: Mapping[str, float]
+
+
+class Side(Strict):
+    """A setting as it is kept."""
+
+    wish: tuple[Wish, ...]
+    smoothing_deg: Smoothing
+
+
+class Kept(Strict):
+    """The work under way, as it is kept at every change."""
+
+    format: Literal["palpate-authoring/1"] = "palpate-authoring/1"
+    attributes: tuple[str, ...]
+    a: Side
+    b: Side | None = None
+    on: Literal["A", "B"] = "A"
+    name: str = ""
+    saved: Side | None = None
+
+
+def designs_folder(lab: Path) -> Path:
+    """Where a lab's designs lie."""
+    return lab / FOLDER
+
+
+def name_problem(name: str) -> str:
+    """Why a design cannot have this name, as a key of the texts; "" where it can."""
+    if not name:
+        return "name_missing"
+    if len(name) > LONGEST_NAME:
+        return "name_long"
+    letters = name.replace(" ", "").replace("-", "").replace("_", "")
+    return "" if letters.isalnum() else "name_letters"
+
+
+def design_of(name: str, setting: Setting, maker: Maker, made: Made) -> Design:
+    """What is to be saved. Raises DesignError on a name that cannot be."""
+    if problem := name_problem(name):
+        raise DesignError(f"a design cannot be called {name!r:.80} ({problem}): letters, digits, blanks, - and _")
+    predicted = {low: round(float(value), 2) for low, value in zip(maker.attributes, made.predicted, strict=True)}
+    return Design(
+        name=name, wish=dict(zip(maker.attributes, setting.wish, strict=True)), smoothing_deg=setting.smoothing_deg,
+        models=dict(maker.identity), force_N=tuple(round(float(force), FORCE_DECIMALS) + 0.0 for force in made.force_N),
+        predicted=predicted,
+    )  # fmt: skip
+
+
+def save(lab: Path, design: Design) -> Path:
+    """Write LAB/designs/NAME.json; a design of that name is replaced whole or not at all."""
+    return _written(designs_folder(lab) / f"{design.name}.json", design)
+
+
+def export(lab: Path, design: Design) -> Path:
+    """Write LAB/designs/NAME.csv, a profile as the door studies read it."""
+    import numpy as np
+
+    return _put(designs_folder(lab) / f"{design.name}.csv", profile_text(np.array(design.force_N)))
+
+
+def names(lab: Path) -> list[str]:
+    """The lab's designs, in the order of the alphabet."""
+    return sorted(path.stem for path in designs_folder(lab).glob("*.json") if not path.name.startswith("."))
+
+
+def read_design(path: Path) -> Design:
+    """A saved design. Raises DesignError naming file and place where it is none."""
+    found: Design = _read(path, Design)
+    return found
+
+
+def setting_of(design: Design, maker: Maker) -> Setting:
+    """The setting that makes a design. Raises DesignError where it was made for other attributes."""
+    if set(design.wish) != set(maker.attributes):
+        theirs, ours = ", ".join(design.wish), ", ".join(maker.attributes)
+        raise DesignError(f"{design.name}: this design wishes for {theirs}; these models make doors from {ours}")
+    return Setting(tuple(design.wish[low] for low in maker.attributes), design.smoothing_deg)
+
+
+def keep(lab: Path, work: Work, maker: Maker) -> None:
+    """Keep the work under way, so that a process that is killed loses no more than its last move."""
+    kept = Kept(
+        attributes=tuple(maker.attributes), a=_side(work.a), b=None if work.b is None else _side(work.b), on=work.on,
+        name=work.name, saved=None if work.saved is None else _side(work.saved),
+    )  # fmt: skip
+    _written(designs_folder(lab) / KEPT, kept)
+
+
+def kept_work(lab: Path, maker: Maker) -> Work | None:
+    """The work that was under way when the window was last closed; None where there is none for these attributes.
+
+    Raises DesignError where the file is damaged.
+    """
+    path = designs_folder(lab) / KEPT
+    if not path.is_file():
+        return None
+    kept = _read(path, Kept)
+    if kept.attributes != tuple(maker.attributes) or {len(each.wish) for each in _sides(kept)} != {
+        len(kept.attributes)
+    }:
+        return None
+    a, b, saved = (
+        None if each is None else Setting(each.wish, each.smoothing_deg) for each in (kept.a, kept.b, kept.saved)
+    )
+    return None if a is None else Work(a, b, "A" if b is None else kept.on, kept.name, saved)
+
+
+def put_aside(lab: Path) -> None:
+    """The work that was kept is not gone on with; until the next time it lies beside."""
+    path = designs_folder(lab) / KEPT
+    if path.is_file():
+        path.replace(path.with_name(BEFORE))
+
+
+def forget(lab: Path) -> None:
+    """Everything is saved: nothing needs to be kept."""
+    (designs_folder(lab) / KEPT).unlink(missing_ok=True)
+
+
+def _sides(kept: Kept) -> list[Side]:
+    return [each for each in (kept.a, kept.b, kept.saved) if each is not None]
+
+
+def _side(setting: Setting) -> Side:
+    return Side(wish=setting.wish, smoothing_deg=setting.smoothing_deg)
+
+
+def _read(path: Path, kind: type[Any]) -> Any:
+    try:
+        return kind.model_validate_json(path.read_bytes())
+    except OSError as error:
+        raise DesignError(f"{path}: cannot be read ({error.strerror})") from error
+    except ValidationError as error:
+        first = error.errors()[0]
+        place = ".".join(map(str, first["loc"])) or "the file"
+        raise DesignError(f"{path}: no design of this program: {place}: {first['msg']}") from error
+
+
+def _written(path: Path, data: BaseModel) -> Path:
+    return _put(path, json.dumps(data.model_dump(mode="json"), ensure_ascii=False, indent=1) + "\n")
+
+
+def _put(path: Path, text: str) -> Path:
+    """The whole file or the one before: what is half written has another name."""
+    path.parent.mkdir(parents=True, exist_ok=True)
+    part = path.with_name(f"{path.name}.part")
+    part.write_bytes(text.encode())
+    part.replace(path)
+    return path

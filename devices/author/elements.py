@@ -1,0 +1,211 @@
+"""What only the designer's window is made of: upright sliders, the plot, its lines and bands, and the hand's place."""
+
+from __future__ import annotations
+
+from collections.abc import Iterator
+from dataclasses import dataclass, field
+from typing import TYPE_CHECKING
+
+import numpy as np
+
+from devices.author.plot import Axes, Masks, band_mask
+from devices.window.geometry import Box, Placed
+from devices.window.paint import ACCENT, CARD, HAIR, INK, TINT, Colour, plain
+from devices.window.screens.elements import Card, Element, hair, rounding
+from devices.window.screens.targets import Button, Target
+
+if TYPE_CHECKING:
+    from PIL import Image
+
+    from devices.window.screen import Page
+
+FEELS: Colour = (150, 74, 0)
+"""Amber: how a door should feel by the model; 6:1 on a white card."""
+SIDES: dict[str, Colour] = {"A": ACCENT, "B": (118, 30, 104)}
+"""The two that are compared: blue and plum, apart for colour-blind readers too; the edited one is also thicker."""
+GRID: Colour = (231, 235, 239)
+BAND: Colour = (238, 241, 244)
+BAND_MARK: Colour = (205, 212, 219)
+"""The same in the legend, where it has no neighbours."""
+
+
+@dataclass(frozen=True)
+class Upright(Target):
+    """An upright slider from 0 at the bottom to 100 on top, in the band that takes presses.
+
+    `wish` stands on the line; `feels`, how it should feel by the model, beside it; `beside` is the other design's wish.
+    """
+
+    wish: float = 50.0
+    feels: float | None = None
+    beside: float | None = None
+    held: bool = False
+    colour: Colour = ACCENT
+    other: Colour = ACCENT
+
+    @property
+    def line(self) -> Box:
+        """The line; its ends are 0 and 100."""
+        thick = max(2, self.box.width // 30)
+        inset = self._thumb_height
+        return Box(
+            self.box.left + (self.box.width - thick) // 2, self.box.top + inset, thick, self.box.height - 2 * inset
+        )
+
+    @property
+    def thumb(self) -> Box:
+        """The marker; its middle is the wish."""
+        width = round(0.46 * self.box.width)
+        left = self.box.left + (self.box.width - width) // 2
+        return Box(left, self.row(self.wish) - self._thumb_height // 2, width, self._thumb_height)
+
+    @property
+    def _thumb_height(self) -> int:
+        return max(9, self.box.width // 7) | 1
+
+    def row(self, value: float) -> int:
+        """The row of a value."""
+        return self.line.bottom - 1 - round(value / 100 * (self.line.height - 1))
+
+    def value_at(self, y: float) -> float:
+        """The value at a row; beyond the line's ends, the nearer end."""
+        return min(max(100 * (self.line.bottom - 1 - y) / (self.line.height - 1), 0.0), 100.0)
+
+    def placed(self, _page: Page, /) -> Iterator[Placed]:
+        yield Placed(self.name, "target", self.box, within=self.within)
+        yield Placed(f"{self.name}.line", "mark", self.line, within=self.name)
+        yield Placed(f"{self.name}.thumb", "marker", self.thumb, within=self.name)
+
+    def paint(self, image: Image.Image, page: Page) -> None:
+        if self.held or self.focused:
+            page.shapes.fill(image, self.box, rounding(page), TINT)
+        line = self.line
+        for value in (0, 50, 100):
+            wide = self.thumb.width // 2 | 1
+            plain(image, Box(self.box.middle[0] - wide // 2, self.row(value), wide, hair(page)), HAIR)
+        plain(image, line, INK)
+        self._beside(image, page)
+        self._feels(image, page)
+        thumb = self.thumb
+        page.shapes.fill(image, thumb.grown(hair(page)), thumb.height, CARD)
+        page.shapes.fill(image, thumb, thumb.height // 2, self.colour)
+        self._ring(image, page)
+
+    def _beside(self, image: Image.Image, page: Page) -> None:
+        """The other design's wish: a short stroke to the left of the line."""
+        if self.beside is None:
+            return
+        width, thick = round(0.16 * self.box.width), 2 * hair(page) + 1
+        left = self.box.left + round(0.06 * self.box.width)
+        plain(image, Box(left, self.row(self.beside) - thick // 2, width, thick), self.other)
+
+    def _feels(self, image: Image.Image, page: Page) -> None:
+        """How it should feel: a dot to the right of the line, tied to the wish."""
+        if self.feels is None:
+            return
+        side = max(7, round(0.115 * self.box.width)) | 1
+        x, row, wish = self.box.left + round(0.85 * self.box.width), self.row(self.feels), self.row(self.wish)
+        thick = max(2, 2 * hair(page))
+        plain(image, Box(x - thick // 2, min(row, wish), thick, abs(row - wish) + 1), FEELS)
+        dot = Box(x - side // 2, row - side // 2, side, side)
+        page.shapes.fill(image, dot.grown(hair(page)), side, CARD)
+        page.shapes.fill(image, dot, side // 2 + 1, FEELS)
+
+
+@dataclass(frozen=True)
+class Pane(Card):
+    """A card that is painted fast where no edge of it is in view."""
+
+    def paint(self, image: Image.Image, page: Page) -> None:
+        whole = Box(0, 0, *image.size)
+        if self.box.grown(-self.radius).contains(whole):
+            plain(image, whole, CARD)
+        else:
+            super().paint(image, page)
+
+
+@dataclass(frozen=True)
+class Ground(Element):
+    """What lies behind the doors: where rated ones lie, between `low` and `high`, and lines at every step of force
+    and every ten degrees, a stronger one at zero. It is painted once for each pair of ends of the axis."""
+
+    low: bytes = b""
+    high: bytes = b""
+    low_N: float = 0.0
+    high_N: float = 1.0
+    masks: Masks = field(default_factory=Masks, compare=False, repr=False)
+
+    def paint(self, image: Image.Image, page: Page) -> None:
+        key = "ground", self.low, self.high, self.low_N, self.high_N, self.box.width, self.box.height
+        image.paste(self.masks.picture(key, lambda: self._picture(hair(page))), (self.box.left, self.box.top))
+
+    def _picture(self, thin: int) -> Image.Image:
+        from PIL import Image
+
+        box = Box(0, 0, self.box.width, self.box.height)
+        axes, made = Axes(box, self.low_N, self.high_N), Image.new("RGB", (box.width, box.height), CARD)
+        made.paste(BAND, (0, 0), Image.fromarray(band_mask(np.frombuffer(self.low), np.frombuffer(self.high), axes)))
+        for angle in range(0, 61, 10):
+            plain(made, Box(axes.x(angle), 0, thin, box.height), GRID)
+        for force in axes.forces_N:
+            plain(made, Box(0, axes.y(force), box.width, thin), INK if force == 0 else GRID)
+        return made
+
+
+@dataclass(frozen=True)
+class Curve(Element):
+    """A profile as a line on the plot's ground; `force` holds its 621 points as float64."""
+
+    force: bytes = b""
+    low_N: float = 0.0
+    high_N: float = 1.0
+    colour: Colour = ACCENT
+    thick_px: float = 2.0
+    masks: Masks = field(default_factory=Masks, compare=False, repr=False)
+
+    def placed(self, _page: Page, /) -> Iterator[Placed]:
+        """It lies on the plot, with whatever else is drawn there."""
+        return iter(())
+
+    def paint(self, image: Image.Image, _page: Page, /) -> None:
+        axes = Axes(Box(0, 0, self.box.width, self.box.height), self.low_N, self.high_N)
+        top, mask = self.masks.line(self.force, axes, self.thick_px)
+        image.paste(self.colour, (self.box.left, self.box.top + top), mask)
+
+
+@dataclass(frozen=True)
+class Dot(Element):
+    """A round mark on the plot: where the door is while it plays."""
+
+    colour: Colour = INK
+
+    def placed(self, _page: Page, /) -> Iterator[Placed]:
+        """It lies on the plot, with whatever else is drawn there."""
+        return iter(())
+
+    def paint(self, image: Image.Image, page: Page) -> None:
+        page.shapes.fill(image, self.box, self.box.width, CARD)
+        page.shapes.fill(image, self.box.grown(-hair(page)), self.box.width, self.colour)
+
+
+@dataclass(frozen=True)
+class Chip(Button):
+    """One of the two that are compared, in its own colour."""
+
+    colour: Colour = ACCENT
+
+    def paint(self, image: Image.Image, page: Page) -> None:
+        page.shapes.fill(image, self.box, rounding(page), self.colour if self.chosen else CARD)
+        page.shapes.frame(image, self.box, rounding(page), 2 * hair(page), self.colour)
+        self._label(page, CARD if self.chosen else self.colour).paint(image, page)
+        self._ring(image, page, CARD if self.chosen else INK)
+
+
+@dataclass(frozen=True)
+class Swatch(Element):
+    """A colour of the legend."""
+
+    colour: Colour = INK
+
+    def paint(self, image: Image.Image, _page: Page, /) -> None:
+        plain(image, self.box, self.colour)

@@ -1,0 +1,128 @@
+"""Putting the window together: its screen, the door that it plays on, and the lab that it works for."""
+
+from __future__ import annotations
+
+from collections.abc import Iterator
+from contextlib import contextmanager
+from dataclasses import dataclass, replace
+from pathlib import Path
+from typing import TYPE_CHECKING
+
+from devices.author.designs import DesignError, designs_folder
+from devices.author.making import Maker
+from devices.author.words import author_texts
+from devices.window.calibration import Calibration, read_calibration, station_file
+
+if TYPE_CHECKING:
+    from devices.author.room import Room
+    from devices.door.link.simulator import DoorSimulator
+    from devices.window.shell import Shell
+
+NEVER = "never: not measured"
+LOCK = ".author.lock"
+
+
+@dataclass(frozen=True)
+class Options:
+    """How the window is to be had. `rig` None: the station's rig file; `screen` None: as calibrated."""
+
+    lab: Path
+    twins: bool = False
+    rig: Path | None = None
+    language: str = "en"
+    screen: int | None = None
+    windowed: tuple[int, int] | None = None
+
+
+def run_window(maker: Maker, options: Options) -> None:
+    """Show the window until it is closed. Raises WindowError, DesignError, RigFileError."""
+    from devices.window.shell import open_shell
+
+    calibration = _calibration(options)
+    door, why = _door(options)
+    with _alone(options.lab):
+        screen = calibration.screen if options.screen is None else options.screen
+        shell = open_shell(calibration, screen, options.windowed is None)
+        room = None
+        try:
+            room = room_on(shell, calibration, maker, options, door, why)
+            room.run()
+        finally:
+            if room is not None and room.player is not None:
+                room.player.close()
+            shell.close()
+
+
+def room_on(
+    shell: Shell, calibration: Calibration, maker: Maker, options: Options, door: DoorSimulator | None, no_door: str
+) -> Room:
+    """The window's room on an open shell."""
+    import sys
+    import time
+
+    from PIL import Image
+
+    from devices.author.playing import Player
+    from devices.author.room import Room
+    from devices.window.fonts import find_fonts
+    from devices.window.hangul import needed
+    from devices.window.screen import Page
+
+    page = Page(calibration.metrics, author_texts(options.language), find_fonts(options.language),
+                hangul=needed(options.language, sys.platform))  # fmt: skip
+    room = Room(shell, page, Image.new("RGB", calibration.size_px, "white"), maker, options.lab, no_door=no_door)
+    if door is not None:
+        room.player = Player(door, room, time.monotonic_ns)
+    return room
+
+
+def _calibration(options: Options) -> Calibration:
+    """The station's; where its screen was never measured, one by what the system says of it: no length matters here."""
+    if station_file(options.lab).is_file():
+        found = read_calibration(options.lab)
+        return found if options.windowed is None else replace(found, size_px=options.windowed)
+    from devices.window.commands_calibrate import USUAL_PX_PER_MM
+    from devices.window.shell import screen_sizes
+    from devices.window.shell_checks import demand_screen
+
+    sizes, screen = screen_sizes(), options.screen or 0
+    demand_screen(sizes, screen, None)
+    return Calibration(options.windowed or sizes[screen], USUAL_PX_PER_MM, screen, NEVER)
+
+
+def _door(options: Options) -> tuple[DoorSimulator | None, str]:
+    """The door to play on, not opened yet; None, and why, where the station has none. Raises RigFileError."""
+    from devices.rig.file import read_rig, rig_path
+    from devices.rig.kinds import made
+
+    if options.twins:
+        from devices.door.link.device import Settings, make
+
+        return make("door", Settings(kind="door", driver="twin"), options.lab), ""
+    path = options.rig or rig_path(options.lab)
+    if options.rig is None and not path.is_file():
+        return None, f"This station has no rig file ({path}): palpate rig simulate, or palpate author --twins"
+    file = read_rig(path)
+    name = file.names_for("door_generator")[0]
+    device = made(file.kind(name), name, file.devices[name], file.path.parent)
+    from devices.door.link.simulator import DoorSimulator
+
+    return (device, "") if isinstance(device, DoorSimulator) else (None, f"{path}: {name} is no door")
+
+
+@contextmanager
+def _alone(lab: Path) -> Iterator[None]:
+    """One window for a lab at a time: two would keep their work in one file. Raises DesignError."""
+    from filelock import FileLock, Timeout
+
+    folder = designs_folder(lab)
+    folder.mkdir(parents=True, exist_ok=True)
+    lock = FileLock(folder / LOCK, timeout=0)
+    try:
+        lock.acquire()
+    except Timeout:
+        raise DesignError(f"{lab}: another window is making a door for this lab; close it first") from None
+    try:
+        yield
+    finally:
+        lock.release()

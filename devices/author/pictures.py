@@ -1,0 +1,76 @@
+"""Pictures of the window for the documentation, painted without one: `python -m` this module FOLDER."""
+
+from __future__ import annotations
+
+import sys
+from dataclasses import replace
+from pathlib import Path
+from typing import TYPE_CHECKING
+
+from devices.author.board import Board, Told
+from devices.author.making import Maker, maker_for
+from devices.author.screen import AuthorScreen
+from devices.author.words import author_texts
+from devices.author.work import History, Setting, Work, neutral
+from devices.window.fonts import find_fonts
+from devices.window.geometry import Metrics
+from devices.window.screen import Page
+
+if TYPE_CHECKING:
+    from PIL import Image
+
+SIZE, PX_PER_MM, COLOURS = (1280, 720), 3.6, 128
+WISHES = {"Easy-to-pull": 30, "Damped": 30, "Pleasant": 35, "New": 40, "Comfort": 30, "Luxurious": 35}
+"""A calm door; what is not named stays in the middle."""
+OTHER = {"Easy-to-pull": 70, "Damped": 65, "Consistent": 75}
+"""A rough one, to compare it with."""
+NAME = "calm saloon"
+
+
+def pictures(folder: Path, maker: Maker) -> list[Path]:
+    """author.png, author-compare.png and author-ko.png: the door played, two doors compared, in Korean."""
+    calm, rough = _setting(maker, WISHES), _setting(maker, OTHER)
+    one = Work(calm, name=NAME, saved=calm)
+    two = replace(one, b=rough, on="B")
+    return [
+        _saved(folder / "author.png", maker, one, "en", "playing"),
+        _saved(folder / "author-compare.png", maker, two, "en", "rest"),
+        _saved(folder / "author-ko.png", maker, two.switched("A"), "ko", "rest"),
+    ]
+
+
+def picture(maker: Maker, work: Work, told: Told, language: str = "en", size: tuple[int, int] = SIZE) -> Image.Image:
+    """The window as it shows a work."""
+    from PIL import Image
+
+    page = Page(Metrics(*size, PX_PER_MM * size[0] / SIZE[0]), author_texts(language), find_fonts(language))
+    screen, image = AuthorScreen(page, Board(page, maker), History(work)), Image.new("RGB", size)
+    screen.show_told(told)
+    screen.paint(image)
+    return image
+
+
+def _setting(maker: Maker, wishes: dict[str, int]) -> Setting:
+    found = neutral(len(maker.attributes))
+    for name, value in wishes.items():
+        found = found.wished(list(maker.attributes).index(name), value)
+    return found
+
+
+def _saved(path: Path, maker: Maker, work: Work, language: str, state: str) -> Path:
+    from PIL import Image
+
+    texts = author_texts(language)
+    told = Told(door=texts(f"state_{state}", name=texts("twin")))
+    if state == "playing":
+        force = Board(Page(Metrics(*SIZE, PX_PER_MM), texts, find_fonts()), maker).made(work.setting).force_N
+        told = replace(told, play="stop", hand=(27.3, float(force[273])))
+    path.parent.mkdir(parents=True, exist_ok=True)
+    made = picture(maker, work, told, language).quantize(COLOURS, dither=Image.Dither.NONE)
+    made.save(path, optimize=True)
+    return path
+
+
+if __name__ == "__main__":
+    for _path in pictures(Path(sys.argv[1]), maker_for(None)):
+        print(_path)  # noqa: T201

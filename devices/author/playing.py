@@ -1,0 +1,223 @@
+"""Playing a profile on the door while the window lives on: whatever goes wrong is said in words, and it is at rest."""
+
+from __future__ import annotations
+
+import struct
+from collections import deque
+from collections.abc import Callable, Mapping, Sequence
+from contextlib import suppress
+from dataclasses import dataclass, field
+from threading import Thread
+from typing import Any, Protocol
+
+from devices.desk import Desk, Prompt
+from devices.door.link.limits import ProfileRefused
+from devices.door.link.simulator import DoorSimulator
+from devices.door.link.telemetry import CHANNELS
+from devices.signals import DeviceError, DeviceFault, NowNs
+from protocols.plan import Trial
+from protocols.requests import Aside, Chunk, Fault, Present, Reply
+from protocols.study import Stimulus
+
+ROW = struct.Struct(f"<{len(CHANNELS)}f")
+ANGLE, TORQUE = CHANNELS.index("angle"), CHANNELS.index("torque")
+
+
+class Screen(Protocol):
+    """What shows the work meanwhile."""
+
+    def turn(self) -> None:
+        """Take in what the designer did, and draw it."""
+
+    def door_is(self, state: str, asked: str = "") -> None:
+        """The door's state has changed (a key of the texts); `asked` is what it wants a person to confirm."""
+
+    def hand_at(self, place: tuple[float, float] | None) -> None:
+        """The door stands at this angle in degrees, with this force in newtons at its handle."""
+
+
+@dataclass(frozen=True)
+class Played:
+    """How it ended: a key of the texts, and what the device said where it failed."""
+
+    key: str
+    why: str = ""
+
+    @property
+    def wrong(self) -> bool:
+        """Whether it did not go as it should."""
+        return bool(self.why)
+
+
+@dataclass
+class OneDesk:
+    """The designer is participant and experimenter in one: the main button confirms whatever is asked for."""
+
+    screen: Screen
+    asked: Prompt | None = None
+    confirmed: bool = False
+    leaving: bool = False
+
+    def poll(self) -> Aside | None:
+        """Closing the window ends a presentation."""
+        return Aside({"do": "abort", "text": "the window is closed"}) if self.leaving else None
+
+    def demand(self, prompt: Prompt | None) -> None:
+        """Let a demand stand; another one takes the confirmation with it."""
+        if prompt != self.asked:
+            self.asked, self.confirmed = prompt, False
+
+    def answer(self) -> float | bool | str | None:
+        """True once the main button was pressed."""
+        return True if self.confirmed else None
+
+    def tell(self, state: Mapping[str, Any]) -> None:
+        """Devices tell their state; the window knows it from elsewhere."""
+
+
+@dataclass
+class InWindow:
+    """What a device shows while it waits: the sliders, and its state beside them."""
+
+    screen: Screen
+
+    def wait_for(self, key: str, desk: Desk, ready: Callable[[], bool]) -> Aside | None:
+        """Let the window live until `ready`."""
+        if key == "feel_now":
+            self.screen.door_is("playing")
+        elif isinstance(desk, OneDesk) and desk.asked is not None:
+            self.screen.door_is("asking", desk.asked.text)
+        while (aside := desk.poll()) is None and not ready():
+            self.screen.turn()
+        return aside
+
+
+@dataclass
+class Seen:
+    """The telemetry of one presentation, only looked at: where the door is now."""
+
+    door: DoorSimulator
+    now_ns: NowNs
+    screen: Screen
+
+    def start(self) -> None:
+        """Begin."""
+        self.door.start(self.now_ns)
+
+    def due(self) -> bool:
+        """Nothing is kept, so nothing is ever due; the newest sample says where the door is."""
+        with suppress(DeviceFault):  # Whoever presents sees it as well, and deals with it.
+            blocks = [each.data for each in self.door.read(0.0)["telemetry"] if each.data]
+            if blocks:
+                last = ROW.unpack(blocks[-1][-ROW.size :])
+                self.screen.hand_at((last[ANGLE], last[TORQUE] / self.door.setup.handle_radius_m))
+        return False
+
+    def take(self) -> Chunk:
+        """Nothing is kept."""
+        return Chunk({}, ())
+
+    def fault(self) -> DeviceFault | None:
+        """What failed is seen on the link."""
+        return None
+
+    def stop(self) -> Mapping[str, Any]:
+        """End."""
+        self.door.stop()
+        self.screen.hand_at(None)
+        return {}
+
+
+@dataclass
+class Player:
+    """One door of a rig, or a twin. It is opened when it is played on first, and stays open."""
+
+    door: DoorSimulator
+    screen: Screen
+    now_ns: NowNs
+    desk: OneDesk = field(init=False)
+    busy: bool = False
+    opened: bool = False
+
+    def __post_init__(self) -> None:
+        self.desk = OneDesk(self.screen)
+        self.door.recorder = lambda door, now_ns: Seen(door, now_ns, self.screen)
+
+    @property
+    def simulated(self) -> bool:
+        """Whether it is a twin."""
+        return self.door.by == "twin"
+
+    def play(self, force_N: Sequence[float], name: str) -> Played:
+        """Play it until the door was opened and brought back, or Stop; the window lives on meanwhile."""
+        if self.busy:
+            return Played("door_busy", "busy")
+        self.busy, self.desk.confirmed = True, False
+        try:
+            return self._played(force_N, name)
+        finally:
+            self.busy = False
+            self.desk.demand(None)
+            self.screen.hand_at(None)
+            self.screen.door_is("rest")
+
+    def press(self) -> None:
+        """The main button while it plays: stop, or confirm what is asked for."""
+        self.desk.confirmed = True
+
+    def leave(self) -> None:
+        """The window is being closed."""
+        self.desk.leaving = True
+
+    def close(self) -> None:
+        """Make the door safe and let go of it."""
+        self.door.close()
+
+    def _played(self, force_N: Sequence[float], name: str) -> Played:
+        try:
+            self.door.check(force_N, name)
+            if not self.opened:
+                self._open()
+            return self._performed(force_N, name)
+        except ProfileRefused as refused:
+            return Played("door_refuses", str(refused))
+        except DeviceError as error:
+            return Played("door_none", str(error))
+
+    def _open(self) -> None:
+        """Connect in a thread of its own: the window does not stand still for it. Raises DeviceError."""
+        failed: deque[BaseException] = deque()
+        opening = Thread(target=self._opened_in_thread, args=(failed,), name="opening the door")
+        self.screen.door_is("connecting")
+        opening.start()
+        while opening.is_alive():
+            self.screen.turn()
+        opening.join()
+        if failed:
+            raise failed[0]
+        self.opened = True
+
+    def _opened_in_thread(self, failed: deque[BaseException]) -> None:
+        try:
+            self.door.open()
+        except BaseException as error:
+            failed.append(error)
+
+    def _performed(self, force_N: Sequence[float], name: str) -> Played:
+        trial = Trial(1, "author", False, Stimulus(id=name), None, False, False)
+        self.door.profile_for = lambda _request: force_N
+        request, came = Present(trial), None
+        while not isinstance(came, Reply | Fault):
+            came = self.door.perform(request, InWindow(self.screen), self.desk, self.now_ns)
+            if isinstance(came, Aside) and came.value.get("do") == "abort":
+                self.door.safe()
+                return Played("stopped")
+        return self._ended(came)
+
+    def _ended(self, came: Reply | Fault) -> Played:
+        if isinstance(came, Fault):
+            if came.value["what"] == "limit":  # Nothing is to be put right at the door.
+                self.door.mending.wanted = ""
+                return Played("door_refuses", str(came.value["message"]))
+            return Played("door_failed", str(came.value["message"]))
+        return Played({"brought_back": "played", "time_limit": "ended_late"}.get(came.value["ended"], "stopped"))

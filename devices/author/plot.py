@@ -1,0 +1,134 @@
+"""Force over angle, drawn: smooth lines and bands as masks, so that a move of a slider is seen at once."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Callable
+from dataclasses import dataclass, field
+from functools import cached_property
+from typing import TYPE_CHECKING, Any
+
+import numpy as np
+from numpy.typing import NDArray
+
+from devices.author.making import Array
+from devices.door.grid import MAX_ANGLE_DEG, POINTS, POINTS_PER_DEG
+from devices.window.geometry import Box
+
+if TYPE_CHECKING:
+    from PIL import Image
+
+Mask = NDArray[np.uint8]
+PER_COLUMN = 4
+"""Places of the profile that are looked at for each column of pixels."""
+STEP_N = 10.0
+LEAST_N, MOST_N = -20.0, 50.0
+"""The axis spans at least this; a profile beyond makes it longer by whole steps."""
+KEPT = 12
+"""Masks and pictures that are kept."""
+
+
+@dataclass(frozen=True)
+class Axes:
+    """Where forces and angles lie: the plot's box, and the forces at its bottom and top."""
+
+    box: Box
+    low_N: float = LEAST_N
+    high_N: float = MOST_N
+
+    def x(self, angle_deg: float) -> int:
+        """The column of an angle."""
+        return self.box.left + round(angle_deg / MAX_ANGLE_DEG * (self.box.width - 1))
+
+    def y(self, force_N: float) -> int:
+        """The row of a force."""
+        return self.box.top + round((self.high_N - force_N) / (self.high_N - self.low_N) * (self.box.height - 1))
+
+    @cached_property
+    def forces_N(self) -> tuple[float, ...]:
+        """Where the grid's lines are."""
+        steps = round((self.high_N - self.low_N) / STEP_N)
+        return tuple(self.low_N + STEP_N * step for step in range(steps + 1))
+
+
+def axes_for(box: Box, *profiles: Array) -> Axes:
+    """Axes that hold all of these profiles."""
+    low = min([LEAST_N, *(float(each.min()) for each in profiles)])
+    high = max([MOST_N, *(float(each.max()) for each in profiles)])
+    return Axes(box, STEP_N * math.floor(low / STEP_N + 1e-9), STEP_N * math.ceil(high / STEP_N - 1e-9))
+
+
+def line_mask(force_N: Array, axes: Axes, thick_px: float) -> tuple[int, Mask]:
+    """How much each pixel is covered by the profile's line, 0 to 255: the first row that it touches, and those rows."""
+    rows = _rows(force_N, axes)
+    lowest, highest = _neighbourhood(rows)
+    middle = rows[:, PER_COLUMN // 2]
+    lean = 1.0 / np.sqrt(1.0 + np.gradient(middle) ** 2)
+    half = np.float32(thick_px / 2 + 0.5)
+    first = max(0, int(lowest.min() - half) - 1)
+    last = min(axes.box.height, int(highest.max() + half) + 2)
+    y = np.arange(first, last, dtype=np.float32)[:, None]
+    cover = half - np.abs(y - middle) * lean
+    np.minimum(cover, y - (lowest - half), out=cover)
+    np.minimum(cover, (highest + half) - y, out=cover)
+    np.clip(cover, 0.0, 1.0, out=cover)
+    cover *= np.float32(255.0)
+    return first, cover.astype(np.uint8)
+
+
+def band_mask(low_N: Array, high_N: Array, axes: Axes) -> Mask:
+    """The pixels between two profiles."""
+    top, bottom = _rows(high_N, axes)[:, PER_COLUMN // 2], _rows(low_N, axes)[:, PER_COLUMN // 2]
+    y = np.arange(axes.box.height, dtype=np.float32)[:, None]
+    cover = np.clip(np.minimum(y - top + 0.5, bottom - y + 0.5), 0.0, 1.0)
+    return np.asarray(255.0 * cover, dtype=np.uint8)
+
+
+def _rows(force_N: Array, axes: Axes) -> NDArray[np.float32]:
+    """The row of the profile at some places of every column, from the top of the box."""
+    width = axes.box.width
+    columns = np.arange(width * PER_COLUMN) / PER_COLUMN - 0.5
+    places = np.clip(columns, 0, width - 1) / (width - 1) * MAX_ANGLE_DEG * POINTS_PER_DEG
+    force = np.interp(places, np.arange(POINTS), force_N)
+    rows = (axes.high_N - force) / (axes.high_N - axes.low_N) * (axes.box.height - 1)
+    return rows.astype(np.float32).reshape(width, PER_COLUMN)
+
+
+def _neighbourhood(rows: NDArray[np.float32]) -> tuple[NDArray[np.float32], NDArray[np.float32]]:
+    """The highest and lowest row of each column with its neighbours: no line ends beyond what it goes through."""
+    low, high = rows.min(axis=1), rows.max(axis=1)
+    low[1:-1] = np.minimum(low[1:-1], np.minimum(rows[:-2].min(axis=1), rows[2:].min(axis=1)))
+    high[1:-1] = np.maximum(high[1:-1], np.maximum(rows[:-2].max(axis=1), rows[2:].max(axis=1)))
+    return low, high
+
+
+@dataclass
+class Masks:
+    """What was painted last of the plot, so that what lies beside a change need not be made anew."""
+
+    lines: dict[tuple[object, ...], tuple[int, Image.Image]] = field(default_factory=dict)
+    pictures: dict[tuple[object, ...], Image.Image] = field(default_factory=dict)
+
+    def line(self, force: bytes, axes: Axes, thick_px: float) -> tuple[int, Image.Image]:
+        """First row and mask of a line; `force` holds 621 float64."""
+        from PIL import Image
+
+        key = force, axes, thick_px
+        if key not in self.lines:
+            _make_room(self.lines)
+            first, mask = line_mask(np.frombuffer(force), axes, thick_px)
+            self.lines[key] = first, Image.fromarray(mask)
+        return self.lines[key]
+
+    def picture(self, key: tuple[object, ...], make: Callable[[], Image.Image]) -> Image.Image:
+        """A picture by its key, made where there is none yet."""
+        if key not in self.pictures:
+            _make_room(self.pictures)
+            self.pictures[key] = make()
+        return self.pictures[key]
+
+
+def _make_room(kept: dict[tuple[object, ...], Any]) -> None:
+    """The oldest goes."""
+    while len(kept) >= KEPT:
+        del kept[next(iter(kept))]

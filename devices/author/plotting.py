@@ -1,0 +1,107 @@
+"""The door as it is drawn: its force over the opening angle, what lies behind it, and what the colours mean."""
+
+from __future__ import annotations
+
+from collections.abc import Iterator
+from dataclasses import dataclass, field
+from functools import cached_property
+
+import numpy as np
+
+from devices.author.elements import BAND_MARK, FEELS, SIDES, Chip, Curve, Dot, Ground, Swatch
+from devices.author.layout import Layout
+from devices.author.making import Array
+from devices.author.plot import Axes, Masks, axes_for
+from devices.author.rated import rated_range
+from devices.author.typeset import SMALL_STEPS, Typesetter
+from devices.author.work import Letter, Work
+from devices.window.geometry import Box
+from devices.window.paint import INK, QUIET, Colour
+from devices.window.screens.elements import Element
+
+Hand = tuple[float, float]
+"""Where the door is while it plays: angle in degrees, force in newtons."""
+LETTERS: tuple[Letter, Letter] = ("A", "B")
+
+
+@dataclass
+class Plotter:
+    """Makes the elements of the plot."""
+
+    setter: Typesetter
+    layout: Layout
+    masks: Masks = field(default_factory=Masks)
+
+    @cached_property
+    def rated(self) -> tuple[bytes, bytes]:
+        """Where the doors lie that people have rated."""
+        least, most = rated_range()
+        return least.tobytes(), most.tobytes()
+
+    def elements(self, work: Work, force_N: Array, beside_N: Array | None, hand: Hand | None) -> Iterator[Element]:
+        """The axes, the doors on them and the legend."""
+        axes = axes_for(self.layout.panel.plot, *(each for each in (force_N, beside_N) if each is not None))
+        force_axis = self.setter.page.texts("force_axis")
+        yield self.setter.label("force axis", force_axis, self.layout.panel.force_axis, QUIET, within="door")
+        yield from self._chips(work)
+        yield from self._ground(axes)
+        yield from self._ticks(axes)
+        yield from self._curves(work, axes, force_N, beside_N)
+        if hand is not None:
+            yield self._hand(axes, hand)
+        yield from self._legend(work, hand is not None)
+
+    def _chips(self, work: Work) -> Iterator[Element]:
+        if work.b is None:
+            return
+        for letter, box in zip(LETTERS, self.layout.panel.chips, strict=True):
+            laid = self.setter.text(letter, box.width, box.height, bold=True)
+            yield Chip(f"side {letter}", box, "door", laid=laid, chosen=work.on == letter, colour=SIDES[letter])
+
+    def _ground(self, axes: Axes) -> Iterator[Element]:
+        low, high = self.rated
+        yield Ground("grid", axes.box, "door", low, high, axes.low_N, axes.high_N, self.masks)
+
+    def _curves(self, work: Work, axes: Axes, force_N: Array, beside_N: Array | None) -> Iterator[Element]:
+        thick = max(2.0, 0.75 * self.setter.page.metrics.unit(1))
+        ends = axes.low_N, axes.high_N
+        if beside_N is not None:
+            other = SIDES["A" if work.on == "B" else "B"]
+            yield Curve("beside", axes.box, "grid", as_bytes(beside_N), *ends, other, 0.55 * thick, self.masks)
+        yield Curve("curve", axes.box, "grid", as_bytes(force_N), *ends, SIDES[work.on], thick, self.masks)
+
+    def _ticks(self, axes: Axes) -> Iterator[Element]:
+        unit, line = self.setter.page.metrics.unit, round(1.42 * self.setter.page.metrics.text(3.8))
+        for force in axes.forces_N:
+            box = Box(axes.box.left - unit(11.5), axes.y(force) - line // 2, unit(11), line)
+            number = f"{force:.0f}".replace("-", "\N{MINUS SIGN}")
+            yield self.setter.label(f"{force:g} N", number, box, QUIET, "right", (3.8,), within="door")
+        for angle in range(0, 61, 10):
+            box = Box(axes.x(angle) - unit(6), axes.box.bottom + (line + 1) // 2, unit(12), line)
+            yield self.setter.label(f"{angle} deg", f"{angle}", box, QUIET, "centre", (3.8,), within="door")
+
+    def _hand(self, axes: Axes, hand: Hand) -> Dot:
+        side = self.setter.page.metrics.unit(3.4) | 1
+        x = min(max(axes.x(hand[0]), axes.box.left), axes.box.right - 1)
+        y = min(max(axes.y(hand[1]), axes.box.top), axes.box.bottom - 1)
+        return Dot("hand", Box(x - side // 2, y - side // 2, side, side), "grid", INK)
+
+    def _legend(self, work: Work, played: bool) -> Iterator[Element]:
+        texts, place, unit = self.setter.page.texts, self.layout, self.setter.page.metrics.unit
+        axis = Box(
+            place.panel.plot.left, place.panel.angle_axis.top, place.panel.plot.width, place.panel.angle_axis.height
+        )
+        yield self.setter.label("angle axis", texts("angle_axis"), axis, QUIET, "centre", SMALL_STEPS, within="door")
+        marks: list[tuple[str, Colour]] = [("wished", SIDES[work.on]), ("feels", FEELS), ("band", BAND_MARK)]
+        x, side = place.panel.plot.left, unit(3)
+        for name, colour in [*marks, *([("hand", INK)] if played else [])]:
+            laid = self.setter.text(texts(name), unit(45), place.panel.legend.height, SMALL_STEPS)
+            yield Swatch(f"swatch {name}", Box(x, place.panel.legend.middle[1] - side // 2, side, side), "door", colour)
+            box = Box(x + side + unit(1), place.panel.legend.top, laid.width, place.panel.legend.height)
+            yield self.setter.label(f"legend {name}", texts(name), box, QUIET, "left", SMALL_STEPS, within="door")
+            x = box.right + unit(5)
+
+
+def as_bytes(force_N: Array) -> bytes:
+    """The profile as its 621 float64."""
+    return np.ascontiguousarray(force_N, dtype=np.float64).tobytes()

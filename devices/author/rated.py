@@ -1,0 +1,31 @@
+"""Where the doors lie that people have rated: the range of the ninety profiles of door_ratings, at every angle."""
+
+from __future__ import annotations
+
+import csv
+from pathlib import Path
+
+import numpy as np
+
+from devices.author.making import Array
+from devices.door.grid import POINTS, DoorDataError
+
+FILE = Path(__file__).with_name("rated_range.csv")
+COLUMNS = ("angle_deg", "least_N", "most_N")
+
+
+def rated_range() -> tuple[Array, Array]:
+    """Least and greatest force at each of the 621 angles, in newtons."""
+    with FILE.open(encoding="utf-8", newline="") as lines:
+        rows = list(csv.DictReader(lines))
+    if len(rows) != POINTS:
+        raise DoorDataError(f"{FILE}: {len(rows)} rows found, {POINTS} expected")
+    least, most = (np.array([float(row[column]) for row in rows]) for column in COLUMNS[1:])
+    return least, most
+
+
+def range_text(profiles: Array) -> str:
+    """The file's content for profiles (n, 621)."""
+    rows = zip(profiles.min(axis=0), profiles.max(axis=0), strict=True)
+    lines = (f"{number / 10:.1f},{low:.2f},{high:.2f}" for number, (low, high) in enumerate(rows))
+    return "\n".join((",".join(COLUMNS), *lines)) + "\n"

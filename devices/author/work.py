@@ -1,0 +1,121 @@
+"""What is being made, as it was and as it is: nothing here knows of a window or a file."""
+
+from __future__ import annotations
+
+from collections.abc import Hashable
+from dataclasses import dataclass, field, replace
+from typing import Literal
+
+from devices.author.making import HIGHEST, LOWEST, MOST_SMOOTHING_DEG, NEUTRAL
+
+Letter = Literal["A", "B"]
+MOST_STEPS = 1000
+"""So many steps can be undone."""
+
+
+@dataclass(frozen=True)
+class Setting:
+    """Seven wishes, 0 to 100, and how much the profile is smoothed, in degrees."""
+
+    wish: tuple[float, ...]
+    smoothing_deg: float = 0.0
+
+    def wished(self, number: int, value: float) -> Setting:
+        """The same with one wish put to a whole number within its range."""
+        put = float(round(min(max(value, LOWEST), HIGHEST)))
+        return replace(self, wish=(*self.wish[:number], put, *self.wish[number + 1 :]))
+
+    def smoothed(self, degrees: float) -> Setting:
+        """The same with another smoothing, in tenths of a degree."""
+        return replace(self, smoothing_deg=round(min(max(degrees, 0.0), MOST_SMOOTHING_DEG), 1))
+
+
+def neutral(count: int) -> Setting:
+    """Every wish in the middle."""
+    return Setting((NEUTRAL,) * count)
+
+
+@dataclass(frozen=True)
+class Work:
+    """One setting, or two that are compared; `on` is the one that is edited and played.
+
+    `name` is that of the design that was saved or opened last, `saved` the setting that it holds.
+    """
+
+    a: Setting
+    b: Setting | None = None
+    on: Letter = "A"
+    name: str = ""
+    saved: Setting | None = None
+
+    @property
+    def setting(self) -> Setting:
+        """The one that is edited."""
+        return self.b if self.on == "B" and self.b is not None else self.a
+
+    @property
+    def other(self) -> Setting | None:
+        """The one beside it, while two are compared."""
+        return None if self.b is None else self.a if self.on == "B" else self.b
+
+    @property
+    def untouched(self) -> bool:
+        """Whether nothing would be lost: all that is here is saved, or is where everything begins."""
+        begun = neutral(len(self.a.wish))
+        return self.b is None and self.a in (begun, self.saved)
+
+    def put(self, setting: Setting) -> Work:
+        """The edited one replaced."""
+        return replace(self, b=setting) if self.on == "B" else replace(self, a=setting)
+
+    def compared(self) -> Work:
+        """Keep this one as A and go on with a copy of it as B."""
+        return self if self.b is not None else replace(self, b=self.a, on="B")
+
+    def switched(self, to: Letter) -> Work:
+        """Edit and play the other one."""
+        return self if self.b is None else replace(self, on=to)
+
+    def kept(self) -> Work:
+        """Only the one that is on."""
+        return replace(self, a=self.setting, b=None, on="A")
+
+
+@dataclass
+class History:
+    """The work now, what it was before, and what was undone. One gesture is one step, however far it moves."""
+
+    now: Work
+    past: list[Work] = field(default_factory=list)
+    undone: list[Work] = field(default_factory=list)
+    _gesture: Hashable = None
+
+    def put(self, work: Work, gesture: Hashable = None) -> None:
+        """The work becomes this; steps of one gesture are one."""
+        if work == self.now:
+            return
+        if gesture is None or gesture != self._gesture:
+            self.past = [*self.past[1 - MOST_STEPS :], self.now]
+        self._gesture = gesture
+        self.undone.clear()
+        self.now = work
+
+    def note(self, work: Work) -> None:
+        """The work is named or saved: there is nothing to undo about that."""
+        self.now, self._gesture = work, None
+
+    def undo(self) -> bool:
+        """One step back, if there is one."""
+        return self._step(self.past, self.undone)
+
+    def redo(self) -> bool:
+        """One step on again, if one was undone."""
+        return self._step(self.undone, self.past)
+
+    def _step(self, start: list[Work], end: list[Work]) -> bool:
+        self._gesture = None
+        if not start:
+            return False
+        end.append(self.now)
+        self.now = start.pop()
+        return True

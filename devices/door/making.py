@@ -1,0 +1,87 @@
+"""What makes a door from wishes, as the window, the studies and the stimulus files need it; and which one they get."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass
+from pathlib import Path
+from typing import Any, Protocol
+
+import numpy as np
+from numpy.typing import ArrayLike, NDArray
+
+from devices.door.grid import FORCE_DECIMALS
+
+Array = NDArray[np.float64]
+
+LOWEST, NEUTRAL, HIGHEST = 0.0, 50.0, 100.0
+
+
+class Made(Protocol):
+    """A door made from wishes; see devices.door.designer.Designed."""
+
+    @property
+    def force_N(self) -> Array:
+        """The 621 forces."""
+
+    @property
+    def predicted(self) -> Array:
+        """How it should feel, 0..100, in the wishes' order."""
+
+    @property
+    def off(self) -> Array:
+        """How far that is from the wishes."""
+
+    @property
+    def attainable(self) -> bool:
+        """Whether it comes near enough to them."""
+
+    @property
+    def words(self) -> str:
+        """What of the wishes cannot be had, if anything."""
+
+
+class Maker(Protocol):
+    """What makes doors; see devices.door.designer.Designer."""
+
+    @property
+    def attributes(self) -> Sequence[str]:
+        """The low word of each wish, in order."""
+
+    @property
+    def antonyms(self) -> Sequence[str]:
+        """Its opposite."""
+
+    @property
+    def identity(self) -> Mapping[str, Any]:
+        """Which models these are, by name and SHA-256."""
+
+    def design(self, wish: Mapping[str, float] | ArrayLike, smoothing_deg: float = 0.0) -> Made:
+        """The door for wishes from 0 to 100, by name or in order; `smoothing_deg` is the SD of a Gaussian.
+
+        Raises DoorDataError on another wish or smoothing.
+        """
+
+
+@dataclass(frozen=True)
+class Doors:
+    """Doors for wishes by their low words, as a door plays them and a record keeps them."""
+
+    maker: Maker
+
+    def force_N(self, wish: Mapping[str, float]) -> tuple[float, ...]:
+        """The 621 forces with as many decimals as a file holds: what is kept is what is played.
+
+        Raises DoorDataError on an attribute that is missing or unknown, or a value outside 0 to 100.
+        """
+        return tuple(round(float(force), FORCE_DECIMALS) + 0.0 for force in self.maker.design(wish).force_N)
+
+
+def maker_for(lab: Path | None, model: str | None = None) -> Maker:
+    """What makes doors in a lab: its own models where it has trained some, else the shipped ones.
+
+    `model` names another force model of either, or its card. Raises ModelFileError on one that cannot be had.
+    """
+    from devices.door.designer import designer_for
+
+    return designer_for(lab, model)

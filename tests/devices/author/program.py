@@ -1,0 +1,25 @@
+"""The designer's window with a maker that needs no model: `python -m tests.devices.author.program LAB`."""
+
+import sys
+from pathlib import Path
+
+from devices.author.open import Options, run_window
+from tests.devices.author.fakes import FakeMaker
+
+RIG = """
+rig: test
+devices:
+  door: {kind: door, driver: twin, twin_speed: 0.3}
+needs:
+  door_generator: [door]
+"""
+
+
+def main(lab):
+    rig = Path(lab) / "rig.yaml"
+    rig.write_text(RIG, encoding="utf-8")
+    run_window(FakeMaker(), Options(Path(lab), rig=rig))
+
+
+if __name__ == "__main__":
+    main(*sys.argv[1:])

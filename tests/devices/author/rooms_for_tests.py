@@ -1,0 +1,68 @@
+"""A designer's room on a shell without a window, with a door that needs no process."""
+
+from collections import deque
+
+from PIL import Image
+
+from devices.author.room import Room
+from devices.author.words import author_texts
+from devices.window.fonts import find_fonts
+from devices.window.geometry import Metrics
+from devices.window.inputs import Key, Pressed, Released, Typed
+from devices.window.screen import Page
+from tests.devices.author.fakes import FakeMaker
+from tests.devices.window.shells_for_tests import FakeShell
+
+SIZE = (1280, 720)
+
+
+def page_for(language="en", size=SIZE, px_per_mm=3.6):
+    return Page(Metrics(*size, px_per_mm), author_texts(language), find_fonts(language))
+
+
+def room_in(lab, language="en", maker=None, **more):
+    shell = FakeShell(deque())
+    return Room(shell, page_for(language), Image.new("RGB", SIZE), maker or FakeMaker(), lab, **more)
+
+
+def begun(lab, **more):
+    room = room_in(lab, **more)
+    room.begin()
+    return room
+
+
+def do(room, *inputs):
+    """The inputs, each in a turn of its own."""
+    for each in inputs:
+        room.shell.turns.append([each])
+        room.turn()
+    room.turn()
+
+
+def typed(room, *texts):
+    do(room, *(Typed(text, 0.0) for text in texts))
+
+
+def keys(room, *names, shift=False):
+    do(room, *(Key(name, shift, 0.0) for name in names))
+
+
+def on(room):
+    """The screen that is seen."""
+    return room._on.screen
+
+
+def box_of(room, name):
+    return next(each.box for each in on(room).placed() if each.name == name)
+
+
+def click(room, name):
+    x, y = box_of(room, name).middle
+    do(room, Pressed(x, y, 0.0), Released(x, y, 0.0))
+
+
+def wish(room, number, value):
+    """A tap on a slider at a value."""
+    slider = room.main.board.slider(room.main.work, number)
+    x, y = slider.box.middle[0], slider.row(value)
+    do(room, Pressed(x, y, 0.0), Released(x, y, 0.0))
