@@ -2,7 +2,8 @@
 PYTHON ?= $(shell command -v python3.11 || command -v python3.12 || command -v python3)
 BIN := .venv/bin
 LOCK := -c constraints.txt
-# What `make test` installs: `make test EXTRAS=dev,lab` adds PsychoPy, and with it the tests of the real window.
+# What `make test` installs: `make test EXTRAS=dev,lab,models` adds PsychoPy and torch, and with them the
+# tests of the real window and of training.
 EXTRAS ?= dev
 ROOMS := protocols devices studies analysis modeling
 SOURCES := pyproject.toml palpate.py $(shell find $(ROOMS) participants_template -type f -not -path '*/__pycache__/*')

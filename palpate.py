@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import os
 import sys
-from collections.abc import Sequence
+from collections.abc import Iterator, Sequence
 from importlib import import_module
 from importlib.metadata import PackageNotFoundError, version
 from pathlib import Path
@@ -29,10 +29,15 @@ VERBS = {
     "monitor": ("analysis.monitoring.commands:monitor", "Watch a lab's sessions on a small local page."),
     "streams": ("analysis.streams.commands:streams", "What a session recorded: streams, gaps, drift; aligned export."),
     "doors": ("devices.door.commands:doors", "Make car-door stimuli: normalise, simulate, augment."),
+    "author": ("devices.author.commands:author", "Make a door that feels as wished, with seven sliders."),
     "import": ("analysis.commands:import_", "Read a foreign table of ratings into a lab."),
     "regenerate": ("analysis.regenerating.commands:regenerate", "Every number, table and figure that a plan asks for."),
     "export": ("analysis.exporting.commands:export", "Share a study's data: BIDS, Psych-DS, CSV or Parquet."),
     "power": ("analysis.power.commands:power", "How many participants an effect needs, by simulated sessions."),
+    "train": ("modeling.commands:train", "Train the models that predict a feeling and make a profile."),
+    "evaluate": ("modeling.commands:evaluate", "Judge every method side by side: error and time."),
+    "predict": ("devices.models.commands:predict", "How a profile would feel; a profile for a wished feeling."),
+    "models": ("devices.models.commands:models", "List trained models, show their cards, compare them."),
     "analyse": ("analysis.commands:analyse", "Compute a study's tables and statistics."),
     "report": ("analysis.commands:report", "Write a study's report as one HTML file."),
     "demo": ("palpate:demo", "See the whole loop: 40 participants, from study file to report."),
@@ -52,6 +57,7 @@ AREAS = {
     "surfaces": "devices.surfaces.bench:cases",
     "streams": "studies.bench_streams:cases",
     "alignment": "analysis.aligning.bench:cases",
+    "doors": "palpate:doors_cases",
 }
 FIGURES = {"plant": "devices.door.plant.bench:figures", "alignment": "analysis.aligning.bench:figures"}
 """What an area shows beside its work-precision plots."""
@@ -111,11 +117,18 @@ def _version(ctx: click.Context, _parameter: click.Parameter, wanted: bool) -> N
 
 @click.group(cls=Verbs, context_settings={"help_option_names": ["-h", "--help"], "max_content_width": 110})
 @click.option("--version", is_flag=True, callback=_version, is_eager=True, expose_value=False, help="Show the version.")
-def cli() -> None:
+@click.pass_context
+def cli(ctx: click.Context) -> None:
     """Palpate: experiments on touch, from a declared study to a report, and one that proves it.
 
     A lab is a folder (--lab, default: the current one). Sessions lie in LAB/sessions/*.sqlite.
     """
+    ctx.obj = doors_side
+
+
+def doors_side() -> Any:
+    """The rig's side of doors, for the rooms that may not import a device: they are handed it here."""
+    return _named("devices.door.side:DoorSide")()
 
 
 @click.command()
@@ -179,6 +192,13 @@ def bench(area: tuple[str, ...], quick: bool, as_json: bool, out: Path) -> None:
     further = [path for name in chosen if name in FIGURES for path in _named(FIGURES[name])(out, quick)]
     for path in (*save_plots(rows, out), *further):
         click.echo(f"saved {path}")
+
+
+def doors_cases(quick: bool) -> Iterator[Any]:
+    """The door models' cases and the authoring window's: no room reaches both."""
+    yield from _named("modeling.doors.bench:cases")(quick, doors_side())
+    yield from _named("modeling.keyswitch.bench:cases")(quick)
+    yield from _named("devices.author.bench:cases")(quick)
 
 
 def main(arguments: Sequence[str] | None = None) -> None:

@@ -35,6 +35,8 @@ QUICK_PEOPLE, PEOPLE = 8, 40
 ANSWERS = 500
 """So many single answers a 99th percentile is taken from."""
 OURS = {"forward": "ridge", "inverse": "generator"}
+SINGLE = 25
+"""Single answers are timed so often at least: the first few of a large network wait for memory."""
 Clock = Callable[[], float]
 
 
@@ -136,7 +138,7 @@ def _floors(found: Found) -> Iterator[Case]:
     kind = "waveform MAE, % of the range of forces, grouped folds"
     for row in floors(found.judged.context):
         run = partial(floors, found.judged.context)
-        yield _case(found, "feeling to force", f"floor: {row['what']}", kind, run, row["mae"])
+        yield _case(found, "feeling to force", f"floor: {row['what']}", kind, run, row["mae"], 1)
 
 
 def _slowest(found: Found) -> Iterator[Case]:
@@ -151,7 +153,7 @@ def _slowest(found: Found) -> Iterator[Case]:
                 continue
             run = partial(_one, model, given)
             yield Case(AREA, what, named(side, method), found.given, 1, f"ms, 99th percentile of {ANSWERS}", run,
-                       partial(_p99, model, given))  # fmt: skip
+                       partial(_p99, model, given), SINGLE)  # fmt: skip
 
 
 def _training(found: Found) -> Iterator[Case]:
@@ -169,9 +171,15 @@ def _training(found: Found) -> Iterator[Case]:
 
 
 def _case(
-    found: Found, case: str, method: str, kind: str, run: Callable[[], object], error: float | None
-) -> Case:  # fmt: skip
-    return Case(AREA, case, method, found.given, len(found.rated.data), kind, run, partial(_told, error))
+    found: Found,
+    case: str,
+    method: str,
+    kind: str,
+    run: Callable[[], object],
+    error: float | None,
+    repeats: int = SINGLE,
+) -> Case:
+    return Case(AREA, case, method, found.given, len(found.rated.data), kind, run, partial(_told, error), repeats)
 
 
 def _told(error: float | None, _answer: object) -> float | None:
