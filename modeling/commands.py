@@ -49,7 +49,7 @@ def evaluate() -> None:
 @click.option(
     "--forward",
     metavar="METHOD",
-    help="From force to feeling.  [default: the best of the lab's evaluation, else ridge]",
+    help="From force to feeling.  [default: the best of the lab's evaluation, else gaussian_process]",
 )
 @click.option("--inverse", metavar="METHOD", help="From feeling to force.  [default: likewise, else generator]")
 @SEED
@@ -75,12 +75,12 @@ def train_doors(
     from modeling.commands_training import Training, train_pair
     from modeling.doors.evaluating import Wanted
     from modeling.doors.evaluating_outputs import default_of, kept_in
-    from modeling.doors.registry import method_named
+    from modeling.doors.registry import demand_file
 
     named: dict[Direction, str | None] = {"forward": forward, "inverse": inverse}
     for way, name in named.items():
         if name is not None:
-            method_named(way, name)
+            demand_file(way, name)
     with going_on("what is left"), progress_lines() as report:
         data, _ = read(asked)
         methods = {way: name or default_of(asked.lab, data, way) for way, name in named.items()}

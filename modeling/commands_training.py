@@ -99,7 +99,7 @@ def _metrics(folds: Gathered, method: Method) -> dict[str, float]:
     """What cross-validation says, numbers only."""
     row = forward_row(folds, method) if folds.direction == "forward" else inverse_row(folds, method)
     told = {name: value for name, value in row.items() if isinstance(value, int | float) and math.isfinite(value)}
-    return {name: float(value) for name, value in told.items() if not name.startswith("file_")}
+    return {name: float(value) for name, value in told.items() if not name.startswith(("file_", "trained_"))}
 
 
 def _interval(folds: Gathered) -> Any:

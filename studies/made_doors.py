@@ -37,9 +37,9 @@ class MadeDoors:
             raise RigError(f"the door generator needs a wish to present, and was asked {request.body()!r}")
         return self.doors.force_N(request.wish)
 
-    def on_record(self, request: Present, reply: Reply) -> Reply:
+    def on_record(self, force_N: tuple[float, ...], reply: Reply) -> Reply:
         """The reply with what was made: by which models, and the very forces, which outlast them."""
-        made = {"models": dict(self.doors.maker.identity), "force_N": list(self.force_N(request))}
+        made = {"models": dict(self.doors.maker.identity), "force_N": list(force_N)}
         return replace(reply, value={**reply.value, "made": made})
 
 
@@ -53,7 +53,7 @@ class PresentsMade:
     def perform(self, request: Present, window: Pages, desk: Desk, now_ns: Callable[[], int]) -> Came:
         """As the door does."""
         came = self.door.perform(request, window, desk, now_ns)
-        return self.made.on_record(request, came) if isinstance(came, Reply) else came
+        return self.made.on_record(self.made.force_N(request), came) if isinstance(came, Reply) else came
 
 
 def made_doors(lab: Path | None) -> MadeDoors:

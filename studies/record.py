@@ -144,9 +144,16 @@ def _demand_sqlite(path: Path) -> None:
 
 def _without_wal(path: Path) -> bool:
     """Whether the file says that a write-ahead log belongs to it (bytes 18 and 19), and none with content is there."""
-    log = path.with_name(f"{path.name}-wal")
     with path.open("rb") as file:
-        return file.read(20)[18:20] == b"\2\2" and not (log.exists() and log.stat().st_size)
+        return file.read(20)[18:20] == b"\2\2" and not _size(path.with_name(f"{path.name}-wal"))
+
+
+def _size(path: Path) -> int:
+    """How many bytes a file has; a running session may take its log away at any moment, and then it has none."""
+    try:
+        return path.stat().st_size
+    except FileNotFoundError:
+        return 0
 
 
 def _unreadable(reason: str) -> str:

@@ -119,8 +119,9 @@ class GeneratorTwin:
         """Make the door that is wished for, and let the hand open it. Raises RigError where there is no wish."""
         if not isinstance(request, Present):
             raise RigError(f"the simulated door generator cannot do {request.body()['do']!r}")
-        done = opened(self.plan, request, self.made.force_N(request), t_ns)
-        return replace(done, reply=self.made.on_record(request, done.reply))
+        force_N = self.made.force_N(request)
+        done = opened(self.plan, request, force_N, t_ns)
+        return replace(done, reply=self.made.on_record(force_N, done.reply))
 
 
 @dataclass(frozen=True)

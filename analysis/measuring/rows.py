@@ -27,8 +27,9 @@ ENOUGH_S, MOST_RUNS = 0.02, 200
 class Row:
     """One case, measured: `error` is a number where `outcome` is `measured`, else None and `note` says why.
 
-    `seconds` is the median of `runs` timed runs after a warm-up; it is None where the method failed.
-    `peak_MB` (10^6 bytes) is what Python and NumPy allocated at most during one more run.
+    `seconds` is the median of `runs` timed runs after a warm-up, or what the case itself says of its one run; it is
+    None where the method failed. `peak_MB` (10^6 bytes) is what Python and NumPy allocated at most during one more run,
+    None where there was none.
     """
 
     area: str
@@ -49,7 +50,8 @@ def measure(case: Case, clock: Clock = time.perf_counter) -> Row:
     """Run one case: warm up, time, trace the memory in a separate run, and ask how wrong the answer was.
 
     A case that takes longer than `SLOW_S` is run once more only, its memory traced in that same run, and the
-    shorter of its two times counts. A method that raises makes a row named `failed` and does not end the bench.
+    shorter of its two times counts. One that says itself how long its answer took is run once. A method that raises
+    makes a row named `failed` and does not end the bench.
     """
     gc.collect()
     try:
@@ -74,6 +76,8 @@ def as_json(rows: Iterable[Row]) -> str:
 
 
 def _measured(case: Case, clock: Clock) -> Row:
+    if case.seconds is not None:
+        return _told(case, case.seconds)
     answer, warm_up_s = _timed(case.run, clock)
     if warm_up_s > SLOW_S:
         (answer, traced_s), peak_MB = _traced(lambda: _timed(case.run, clock))
@@ -84,6 +88,19 @@ def _measured(case: Case, clock: Clock) -> Row:
     error, outcome = _judged(case.error(answer))
     found = _Found(error, outcome, statistics.median(times), len(times), peak_MB)
     return _row(case, found)
+
+
+def _told(case: Case, seconds: Callable[[Any], float]) -> Row:
+    """What the case itself says of its one run."""
+    answer = case.run()
+    error, outcome = _judged(case.error(answer))
+    return _row(case, _Found(error, outcome, _duration(seconds(answer)), 1, None))
+
+
+def _duration(seconds: float) -> float:
+    if not (math.isfinite(seconds) and seconds >= 0):
+        raise ValueError(f"a time of {seconds} s; a number of at least 0 is expected")
+    return float(seconds)
 
 
 @dataclass(frozen=True)

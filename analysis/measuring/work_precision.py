@@ -87,5 +87,10 @@ def time_text(seconds: float | None) -> str:
         return ""
     for unit, size in (("s", 1.0), ("ms", 1e-3)):
         if seconds >= size:
-            return f"{seconds / size:.3g} {unit}"
-    return f"{seconds / 1e-6:.3g} µs"
+            return f"{_three_figures(seconds / size)} {unit}"
+    return f"{_three_figures(seconds / 1e-6)} µs"
+
+
+def _three_figures(number: float) -> str:
+    """Three figures, never as a power of ten: from 1000 on whole numbers."""
+    return f"{number:.0f}" if number >= 999.5 else f"{number:.3g}"

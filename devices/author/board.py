@@ -158,8 +158,7 @@ class Board:
         elif told.moved:
             text, colour = (texts("as_wished"), QUIET) if made.attainable else (texts("not_all"), FEELS)
         elif not made.attainable:
-            own = what_is_off(texts, self.maker, work.setting.wish, made.predicted)
-            text, colour = made.words if texts.language == "en" and made.words else own, FEELS
+            text, colour = what_is_off(texts, self.maker, work.setting.wish, made.predicted), FEELS
         return Label("words", box, "door", self.setter.cut(text, box.width, box.height, WORD_STEPS), colour)
 
     def _foot(self, work: Work, told: Told) -> Iterator[Element]:

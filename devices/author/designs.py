@@ -130,22 +130,20 @@ def keep(lab: Path, work: Work, maker: Maker) -> None:
 
 
 def kept_work(lab: Path, maker: Maker) -> Work | None:
-    """The work that was under way when the window was last closed; None where there is none for these attributes.
+    """The work that was under way when the window was last closed; None where there is none.
 
-    Raises DesignError where the file is damaged.
+    Raises DesignError where the file is damaged, or is work on doors of other attributes.
     """
     path = designs_folder(lab) / KEPT
     if not path.is_file():
         return None
     kept = _read(path, Kept)
-    if kept.attributes != tuple(maker.attributes) or {len(each.wish) for each in _sides(kept)} != {
-        len(kept.attributes)
-    }:
-        return None
-    a, b, saved = (
-        None if each is None else Setting(each.wish, each.smoothing_deg) for each in (kept.a, kept.b, kept.saved)
-    )
-    return None if a is None else Work(a, b, "A" if b is None else kept.on, kept.name, saved)
+    ours = tuple(maker.attributes)
+    if kept.attributes != ours or any(len(each.wish) != len(ours) for each in (kept.a, kept.b, kept.saved) if each):
+        raise DesignError(f"Work on doors of other attributes than these models' was left. It is kept as {BEFORE}.")
+    b, saved = (None if each is None else Setting(each.wish, each.smoothing_deg) for each in (kept.b, kept.saved))
+    a = Setting(kept.a.wish, kept.a.smoothing_deg)
+    return Work(a, b, "A" if b is None else kept.on, kept.name, saved)
 
 
 def put_aside(lab: Path) -> None:
@@ -158,10 +156,6 @@ def put_aside(lab: Path) -> None:
 def forget(lab: Path) -> None:
     """Everything is saved: nothing needs to be kept."""
     (designs_folder(lab) / KEPT).unlink(missing_ok=True)
-
-
-def _sides(kept: Kept) -> list[Side]:
-    return [each for each in (kept.a, kept.b, kept.saved) if each is not None]
 
 
 def _side(setting: Setting) -> Side:

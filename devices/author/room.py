@@ -188,11 +188,15 @@ class Room:
         return designs.design_of(name, setting, self.maker, self.main.board.made(setting))
 
     def _open(self, name: str) -> None:
-        """The design's wishes, on the sliders; the door is made of them by the models that are loaded."""
+        """The design's wishes, on the sliders; the door is made of them by the models that are loaded.
+
+        Where these are others, it has no name: saved or exported as it was called, it would replace the old door.
+        """
         design = designs.read_design(designs.designs_folder(self.lab) / f"{name}.json")
         setting = designs.setting_of(design, self.maker)
-        self.main.take_up(replace(self.main.work.put(setting), name=name, saved=setting))
         same = dict(design.models) == dict(self.maker.identity)
+        known = {"name": name, "saved": setting} if same else {"name": "", "saved": None}
+        self.main.take_up(replace(self.main.work.put(setting), **known))
         self.main.tell("opened" if same else "other_models", name=name)
 
     def _recovered(self, page: Aside, left: Work) -> None:

@@ -137,13 +137,13 @@ def designer_for(lab: Path | None, model: str | None = None) -> Designer:
     lies beside it. Raises ModelFileError on a model that is missing, damaged or of another data set.
     """
     card = _force_card(lab, model)
-    beside = card.with_name(PERCEPTION + CARD_SUFFIX)
+    force, beside = read_model(card), card.with_name(PERCEPTION + CARD_SUFFIX)
     if not beside.is_file():
         raise ModelFileError(
             f"{beside}: missing. A door made from wishes is shown with its predicted ratings: train both models, "
             "`palpate train doors`."
         )
-    return Designer(read_model(card), read_model(beside))
+    return Designer(force, read_model(beside))
 
 
 def smoothed(force_N: Array, smoothing_deg: float) -> Array:

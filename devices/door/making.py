@@ -36,10 +36,6 @@ class Made(Protocol):
     def attainable(self) -> bool:
         """Whether it comes near enough to them."""
 
-    @property
-    def words(self) -> str:
-        """What of the wishes cannot be had, if anything."""
-
 
 class Maker(Protocol):
     """What makes doors; see devices.door.designer.Designer."""

@@ -1,6 +1,7 @@
 """The engineered features that models of a door's feeling learn from: peaks, intervals, slopes, plateaus, energy.
 
-Thesis 5.3.4.1 and Figure 5.6; energy is ours. Every one is defined for every finite profile; `docs/reference/model-files.md` has the table.
+Thesis 5.3.4.1 and Figure 5.6; energy is ours. Every one is defined for every finite profile;
+`docs/reference/model-files.md` has the table.
 A model's card holds their names: a feature never changes its meaning without a new name.
 """
 

@@ -20,7 +20,7 @@ TARGETS = (10, 90)
 
 
 def matching_files() -> dict[str, str]:
-    """door_matching: fourteen profiles by the shipped models, one attribute at 10 or 90, the others at 50; the table."""
+    """door_matching: fourteen profiles by the shipped models, one attribute at 10 or 90, the rest at 50; a table."""
     doors = Doors(maker_for(None))
     names = doors.maker.attributes
     wished = [(name, target) for name in names for target in TARGETS]

@@ -1,7 +1,7 @@
 """Figures of the door models: every method's error on grouped folds beside the time of an answer, and of its training.
 
-Everything is trained once, before the first row, by as many processes as there are cores; the trainings' own seconds
-become rows of their own, since the bench runs what it times more than once.
+Everything is trained once, before the first row, by as many processes as there are cores; the rows of the trainings
+hold the seconds that were taken while they ran.
 """
 
 from __future__ import annotations
@@ -24,7 +24,7 @@ from modeling.doors.evaluating_floors import floors
 from modeling.doors.evaluation_overall import forward_row, inverse_row
 from modeling.doors.evaluation_tables import Row
 from modeling.doors.rated import Rated
-from modeling.doors.registry import THESIS, Direction
+from modeling.doors.registry import DEFAULT, THESIS, Direction
 from modeling.doors.side import DoorSide, Runs
 from modeling.doors.simulated import simulated_ratings
 from protocols.bench import Case
@@ -34,7 +34,6 @@ QUICK_FOLDS, FOLDS = 2, 5
 QUICK_PEOPLE, PEOPLE = 8, 40
 ANSWERS = 500
 """So many single answers a 99th percentile is taken from."""
-OURS = {"forward": "ridge", "inverse": "generator"}
 SINGLE = 25
 """Single answers are timed so often at least: the first few of a large network wait for memory."""
 Clock = Callable[[], float]
@@ -97,16 +96,15 @@ def trained(
 
 
 def named(way: Direction, method: str) -> str:
-    """A method's name in the table; those that are of this project say so."""
-    return f"palpate, {method}" if method == OURS[way] else method
+    """A method's name in the table; the shipped defaults, to which the others' times are held, say so."""
+    return f"palpate, {method}" if method == DEFAULT[way] else method
 
 
 def _forward(found: Found) -> Iterator[Case]:
     kind, case = "MAE of mean ratings, 0 to 100, grouped folds", "force to feeling"
     given = found.rated.data.force_N
     for row in found.rows("forward"):
-        run = partial(_one, found.model("forward", row["method"]), given)
-        yield _case(found, case, named("forward", row["method"]), kind, run, row["mae"])
+        yield _answer(found, case, "forward", row, kind, row["mae"], given)
     yield Case(AREA, case, "a perfect predictor (noise ceiling)", found.given, len(found.rated.data), kind,
                partial(noise_ceiling, found.rated), _ceiling_mae, 1)  # fmt: skip
 
@@ -124,13 +122,11 @@ def _inverse(found: Found) -> Iterator[Case]:
         ("waveform_mae", "waveform MAE, % of the range of forces, grouped folds"),
     ):
         for row in found.rows("inverse"):
-            run = partial(_one, found.model("inverse", row["method"]), wishes)
-            yield _case(found, "feeling to force", named("inverse", row["method"]), kind, run, row[name])
+            yield _answer(found, "feeling to force", "inverse", row, kind, row[name], wishes)
+    kind = "corners that come to a profile beyond the limits"
     for row in found.rows("inverse"):
-        run = partial(_all, found.model("inverse", row["method"]), ends)
-        kind = "corners that come to a profile beyond the limits"
-        yield _case(
-            found, f"{len(ends)} corners", named("inverse", row["method"]), kind, run, row["corners_unplayable"]
+        yield _answer(
+            found, f"{len(ends)} corners", "inverse", row, kind, row["corners_unplayable"], ends, at_once=True
         )
 
 
@@ -157,17 +153,24 @@ def _slowest(found: Found) -> Iterator[Case]:
 
 
 def _training(found: Found) -> Iterator[Case]:
-    """How long the trainings took, as measured while they ran; what is timed here is only the reading of it."""
-    kind = f"s of training, all folds, trained once, {found.workers} at a time; the time column is not of it"
-    ways: tuple[Direction, ...] = ("forward", "inverse")
-    both = 0.0
-    for way in ways:
-        for row in found.rows(way):
-            both += row["train_s"] if row["method"] == THESIS else 0.0
-            yield _case(found, "training", f"{way}: {row['method']}", kind, _nothing, row["train_s"])
-    yield _case(found, "training", "both networks", kind, _nothing, both)
-    whole = "min from the first training to the last answer, all methods; the time column is not of it"
-    yield _case(found, "training", "everything", whole, _nothing, found.seconds / 60)
+    """What each training gave beside what it cost: its seconds, all folds together, taken while it ran."""
+    note = f"time of training, sum over the folds, {found.workers} at a time"
+    forward, inverse = found.rows("forward"), found.rows("inverse")
+    for row in forward:
+        kind = f"MAE of mean ratings, 0 to 100; {note}"
+        yield _told_case(found, "training, force to feeling", named("forward", row["method"]), kind, row["mae"],
+                         row["train_s"])  # fmt: skip
+    kind, case = f"loop: mean off the wish, 0 to 100, by fresh simulated people; {note}", "training, feeling to force"
+    for row in inverse:
+        yield _told_case(found, case, named("inverse", row["method"]), kind, row["loop_fresh"], row["train_s"])
+    networks = [row for row in (*forward, *inverse) if row["method"] == THESIS]
+    if len(networks) > 1:
+        both = sum(row["train_s"] for row in networks)
+        yield _told_case(found, case, "both networks of the thesis", kind, networks[1]["loop_fresh"], both)
+    if inverse:
+        least = min(row["loop_fresh"] for row in inverse)
+        whole = "the least loop error; time from the first training to the last answer"
+        yield _told_case(found, case, "all methods", whole, least, found.seconds)
 
 
 def _case(
@@ -186,18 +189,38 @@ def _told(error: float | None, _answer: object) -> float | None:
     return error
 
 
+def _answer(
+    found: Found, case: str, way: Direction, row: Row, kind: str, error: float | None, given: Array,
+    at_once: bool = False,
+) -> Case:  # fmt: skip
+    """A method's error beside the time of its file's answer to the first of `given`, or `at_once` to all of them.
+
+    A method without a file answered while it was judged; its time is what it took then.
+    """
+    method, model = named(way, row["method"]), found.model(way, row["method"])
+    if model is None:
+        seconds = 1e-3 * row["trained_ms"] * (len(given) if at_once else 1)
+        return _told_case(found, case, f"{method} (no file)", kind, error, seconds)
+    run = partial(model.run, given if at_once else given[0])
+    return _case(found, case, method, kind, run, error, 1 if at_once else SINGLE)
+
+
+def _told_case(found: Found, case: str, method: str, kind: str, error: float | None, seconds: float) -> Case:
+    """A case whose error and time were both taken before."""
+    return replace(_case(found, case, method, kind, _nothing, error), seconds=partial(_taken, seconds))
+
+
 def _nothing() -> None:
-    """A training is not run again."""
+    """Nothing is run again."""
 
 
-def _one(model: Runs | None, given: Array) -> Array | None:
-    """One answer; none of a method without a file."""
-    return None if model is None else model.run(given[0])
+def _taken(seconds: float, _answer: object) -> float:
+    return seconds
 
 
-def _all(model: Runs | None, given: Array) -> Array | None:
-    """The answers to all rows at once."""
-    return None if model is None else model.run(given)
+def _one(model: Runs, given: Array) -> Array:
+    """One answer."""
+    return model.run(given[0])
 
 
 def _p99(model: Runs, given: Array, _answer: object, clock: Clock = time.perf_counter) -> float:

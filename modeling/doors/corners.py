@@ -10,9 +10,8 @@ import numpy as np
 
 from modeling.doors.data import Array
 from modeling.doors.methods import Fitted
-from modeling.doors.perceivers import Perceivers
 from modeling.doors.plausibility import Plausibility, judged_all
-from modeling.doors.scaling import TOP, Scaling
+from modeling.doors.scaling import TOP
 from modeling.doors.side import DoorSide
 
 MIDDLE = TOP / 2
@@ -37,16 +36,6 @@ class Extreme:
     def had(self) -> bool:
         """Whether every attribute comes within TOLERANCE of the wish."""
         return bool(np.all(np.abs(self.nearest - self.wish) <= TOLERANCE))
-
-    def words(self, attributes: Sequence[str]) -> str:
-        """What becomes of the wish, in a sentence."""
-        if self.plausibility.why is not None:
-            return f"cannot be played: {self.plausibility.why}"
-        if self.had:
-            return "can be had"
-        named = zip(attributes, self.wish, self.nearest, strict=True)
-        parts = [f"{name} {near:.0f} for {wish:.0f}" for name, wish, near in named if abs(near - wish) > TOLERANCE]
-        return f"cannot be had; the nearest door found has {', '.join(parts)}"
 
 
 def corners(attributes: int) -> Array:
@@ -73,31 +62,3 @@ def extremes(inverse: Fitted, wishes: Array, forward: Fitted, measured_N: Array,
 def unplayable(found: Sequence[Extreme]) -> int:
     """How many came to a profile that the door cannot play."""
     return sum(not each.plausibility.playable for each in found)
-
-
-@dataclass(frozen=True)
-class Response:
-    """One slider moved from LOW to HIGH, the others in the middle, as simulated people feel it (points of 0..100)."""
-
-    attribute: str
-    low: float
-    high: float
-    others: float
-    """The mean absolute move of the other attributes."""
-
-    @property
-    def moved(self) -> float:
-        """How far its own rating moved."""
-        return self.high - self.low
-
-
-def responses(inverse: Fitted, perceivers: Perceivers, scaling: Scaling) -> tuple[Response, ...]:
-    """How far people's ratings move where a single slider does (thesis 5.7.1)."""
-    names = perceivers.attributes
-    rated = scaling.rating_up(perceivers.rate(inverse.predict(singles(len(names), LOW, HIGH))))
-    return tuple(_response(at, name, rated[2 * at], rated[2 * at + 1]) for at, name in enumerate(names))
-
-
-def _response(at: int, name: str, low: Array, high: Array) -> Response:
-    others = np.delete(np.abs(high - low), at)
-    return Response(name, float(low[at]), float(high[at]), float(others.mean()) if others.size else 0.0)

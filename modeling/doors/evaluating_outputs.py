@@ -13,7 +13,7 @@ from modeling.doors.data import DoorData
 from modeling.doors.evaluating_whole import Evaluation
 from modeling.doors.evaluation_results import as_json, plain, tables
 from modeling.doors.folding import Kinds
-from modeling.doors.registry import DEFAULT, Direction
+from modeling.doors.registry import DEFAULT, NO_FILE, Direction, methods_of
 
 RESULTS, REPORT = "evaluation.json", "report.html"
 KEPT = ".jobs"
@@ -75,11 +75,20 @@ def _read(folder: Path) -> dict[str, Any]:
 
 
 def default_of(lab: Path, data: DoorData, direction: Direction) -> str:
-    """The method that a lab's own evaluation of the very same data chose, else the shipped default."""
+    """The method that a lab's own evaluation of the very same data chose, else the shipped default.
+
+    An evaluation without the shipped default among its methods says nothing against it.
+    """
     told = _read(folder_for(lab, "grouped"))
     try:
-        if told["data"]["digest"] == data.digest and not told["quick"]:
-            return str(told["default"][direction]["method"])
+        evaluated = {row["method"] for row in told["tables"][f"methods_{direction}"]}
+        if told["data"]["digest"] == data.digest and not told["quick"] and DEFAULT[direction] in evaluated:
+            chosen = str(told["default"][direction]["method"])
+            return chosen if _can_be_trained(direction, chosen) else DEFAULT[direction]
     except (KeyError, TypeError):
         pass
     return DEFAULT[direction]
+
+
+def _can_be_trained(direction: Direction, method: str) -> bool:
+    return method in methods_of(direction) and (direction, method) not in NO_FILE

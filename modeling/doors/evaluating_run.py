@@ -35,7 +35,10 @@ def _computed(job: Job, context: Context) -> Done:
     fold = context.splits[job.split][job.fold]
     test = data_of(context, job.split).rows(fold.test)
     given = test.force_N if job.direction == "forward" else context.scaling.rating_up(test.rating)
-    arrays: Arrays = {"test": np.asarray(fold.test), "predicted": model.predict(given), **curve(model)}
+    start = context.clock()
+    predicted = model.predict(given)
+    numbers = {**numbers, "asked_s": context.clock() - start}
+    arrays: Arrays = {"test": np.asarray(fold.test), "predicted": predicted, **curve(model)}
     if hasattr(model, "deviation"):
         arrays["deviation"] = model.deviation(given)
     if job.direction == "inverse" and job.split == context.full:

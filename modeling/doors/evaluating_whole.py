@@ -14,7 +14,7 @@ from modeling.doors.evaluating_floors import floors
 from modeling.doors.evaluating_measured import Recovered, measured
 from modeling.doors.evaluation_overall import forward_row, inverse_row
 from modeling.doors.rated import Individual, Rated
-from modeling.doors.registry import DEFAULT, Direction
+from modeling.doors.registry import Direction
 from modeling.doors.side import DoorSide
 
 Row = dict[str, Any]
@@ -76,10 +76,9 @@ def _ceilings(data: DoorData, individual: Individual | None, seed: int) -> tuple
 
 
 def _measured(found: Judged, choices: dict[Direction, Choice]) -> tuple[Recovered, ...]:
-    """By the default forward method and, where inverse ones were evaluated, theirs."""
-    if "forward" not in choices:
+    """By the default methods, where methods of both directions were evaluated: nothing else is trained for it."""
+    if len(choices) < 2:
         return ()
-    forward = choices["forward"].method
-    inverse = choices["inverse"].method if "inverse" in choices else DEFAULT["inverse"]
-    together = next(each for each in found.methods("forward") if each.method == forward)
-    return measured(found.context, {"forward": forward, "inverse": inverse}, together)
+    methods: dict[Direction, str] = {way: choice.method for way, choice in choices.items()}
+    together = next(each for each in found.methods("forward") if each.method == methods["forward"])
+    return measured(found.context, methods, together)

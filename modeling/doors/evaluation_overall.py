@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping, Sequence
 from typing import Any
 
 import numpy as np
@@ -64,9 +63,13 @@ def inverse_row(found: Gathered, method: Method) -> Row:
 
 
 def files(found: Gathered) -> Row:
-    """What was measured of the exported file: one answer's time, bytes, the largest difference from the trained one."""
+    """What was measured of the exported file: one answer's time, bytes, the largest difference from the trained one.
+
+    `trained_ms` is one answer's share of the time that the trained model itself took, asked for all at once.
+    """
     notes = dict.fromkeys(note for each in found.done for note in each.notes)
-    return {**{name: found.number(name) for name in FILE_NUMBERS}, "note": "; ".join(notes) or None}
+    trained = {"trained_ms": 1e3 * found.total("asked_s") / len(found.data)}
+    return {**trained, **{name: found.number(name) for name in FILE_NUMBERS}, "note": "; ".join(notes) or None}
 
 
 def loop_numbers(found: Gathered) -> Row:
@@ -107,12 +110,6 @@ def widths(found: Gathered, coverage: float = COVERAGE) -> Array | None:
     return width
 
 
-def best_baseline(rows: Sequence[Row], thesis: str) -> Row | None:
-    """The row with the least MAE among all methods but the thesis' own."""
-    others = [row for row in rows if row["method"] != thesis]
-    return min(others, key=lambda row: row["mae"]) if others else None
-
-
 def _calibration(found: Gathered) -> Row:
     """Coverage and mean half width of nested intervals; None where there are too few stimuli to calibrate any."""
     residual, nothing = found.predicted - found.actual, {"coverage": None, "half_width": None, "scaled_coverage": None}
@@ -151,8 +148,3 @@ def _off(found: Gathered, wish: Array, by: str) -> float | None:
 
 def _has(found: Gathered, name: str) -> bool:
     return found.number(name) is not None
-
-
-def titles(methods: Mapping[str, Method]) -> dict[str, str]:
-    """Every method's title by its name."""
-    return {name: methods[name].title for name in methods}

@@ -20,7 +20,6 @@ from modeling.doors.evaluation_tables import (
     prediction_rows,
     variant_rows,
     waveform_error_rows,
-    waveform_errors,
     waveform_rows,
     waveform_table,
 )
@@ -187,8 +186,3 @@ def plain(row: Mapping[str, Any]) -> Row:
     return {
         name: None if isinstance(value, float) and not math.isfinite(value) else value for name, value in row.items()
     }
-
-
-def per_profile(found: Gathered) -> dict[str, float]:
-    """Each made profile's waveform MAE by its stimulus."""
-    return dict(zip(found.data.ids, waveform_errors(found)[0].tolist(), strict=True))

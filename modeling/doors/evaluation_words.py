@@ -54,6 +54,10 @@ FRESH = (
     "Their mean is noisy too: each person has a bias, a gain and noise. Without these, the same people are at the "
     "error in the last table; the difference is one that no profile could mend."
 )
+JUDGE = (
+    "The default forward method, trained on the same training side alone. The generator was trained through a model of "
+    "that kind on that side: here it is judged by its own teacher."
+)
 SLIDERS = (
     "Attributes hang together: what is hard to pull is seldom comfortable. One slider alone cannot move as far as "
     "it is told."
@@ -69,8 +73,9 @@ LIMITS = (
     "does play it."
 )
 CORNERS = (
-    "Most corners ask for what no door has, such as a pull that is hard and comfortable. There the nearest possible "
-    "profile is made, and it is said how far its ratings lie from the wish (thesis 5.8.3)."
+    "Most corners ask for what no door has, such as a pull that is hard and comfortable. There the nearest "
+    "profile that was found is made, and it is said how far its ratings lie from the wish (thesis 5.8.3). "
+    "The corners are asked of the first fold's model."
 )
 MEASURED = (
     "The measured door and four edits that its authors made of it by hand (HapTune). The models here were trained "

@@ -55,11 +55,13 @@ INVERSE: Mapping[str, Method] = Methods(
 )
 THESIS = "network"
 """The method of either direction that the thesis proposes (5.4, 5.6)."""
-DEFAULT: Mapping[Direction, str] = {"forward": "ridge", "inverse": "generator"}
+DEFAULT: Mapping[Direction, str] = {"forward": "gaussian_process", "inverse": "generator"}
 """What is trained where nothing was evaluated on the lab's own data: the best of the evaluation that
-docs/reference/door-evaluation.md reports."""
+docs/reference/door-evaluation.md reports. The forward one also judges made profiles."""
 SLOW = frozenset({("forward", "network"), ("inverse", "network"), ("inverse", "search"), ("inverse", "generator")})
 """Methods that take half a minute a fold or more: only the split that was asked for is worth their time."""
+NO_FILE = frozenset({("inverse", "search")})
+"""Methods whose every answer is a search with torch: a rig cannot be given one, so none is trained or a default."""
 
 
 def methods_of(direction: Direction) -> Mapping[str, Method]:
@@ -75,3 +77,11 @@ def method_named(direction: Direction, name: str) -> Method:
 
         raise ModelDataError(f"no {direction} method {name!r}; {nearest(name, known)}")
     return known[name]
+
+
+def demand_file(direction: Direction, name: str) -> None:
+    """Raises ModelDataError where there is no method of this name, or where it cannot be a file for a rig."""
+    method_named(direction, name)
+    if (direction, name) in NO_FILE:
+        others = ", ".join(each for each in methods_of(direction) if (direction, each) not in NO_FILE)
+        raise ModelDataError(f"{direction} method {name!r} searches with torch and cannot be a file; one of {others}")

@@ -62,6 +62,20 @@ def test_a_slow_case_runs_twice_and_its_shorter_time_counts() -> None:
     assert row.peak_MB is not None
 
 
+def test_a_case_that_says_itself_how_long_it_took_is_run_once() -> None:
+    clock = FakeClock()
+    run, runs = taking(clock, [5.0])
+    row = measure(case(run, lambda answer: 0.5 + answer, repeats=5, seconds=lambda answer: 1000.0 + answer), clock)
+    assert (row.seconds, row.error, row.runs, row.peak_MB, len(runs)) == (1000.0, 0.5, 1, None, 1)
+
+
+@pytest.mark.parametrize("seconds", [math.nan, math.inf, -1.0])
+def test_a_time_that_is_none_is_a_failure_and_never_a_number(seconds: float) -> None:
+    row = measure(case(lambda: 1, seconds=lambda _: seconds), FakeClock())
+    assert (row.outcome, row.seconds) == ("failed", None)
+    assert "a time of" in row.note
+
+
 def test_a_fast_case_is_repeated_until_enough_time_was_seen() -> None:
     clock = FakeClock()
     run, _ = taking(clock, [1e-3])
@@ -162,5 +176,6 @@ def test_each_area_has_a_plot_that_is_equal_twice(tmp_path: Path) -> None:
 
 def test_numbers_as_a_person_reads_them() -> None:
     assert [time_text(t) for t in (2.0, 0.0123, 4.5e-5, None)] == ["2 s", "12.3 ms", "45 µs", ""]
+    assert [time_text(t) for t in (1000.0, 12345.6, 0.9999, 0.0)] == ["1000 s", "12346 s", "1000 ms", "0 µs"]
     assert error_text(row("palpate", 1.0, 2.34e-15)) == "2.3e-15"
     assert error_text(row("palpate", 1.0, None, "refused")) == "refused"

@@ -142,6 +142,8 @@ def test_another_force_model_is_taken_by_name_or_card(lab, tmp_path):
     assert designer_for(None, str(elsewhere / "strong.json")).design([50, 40]).force_N[0] == 25
     with pytest.raises(ModelFileError, match="did you mean 'strong'"):
         designer_for(lab, "stron")
+    with pytest.raises(ModelFileError, match=r"mine\.json"):
+        designer_for(lab, str(tmp_path / "mine.json"))
 
 
 def test_models_that_do_not_belong_together_are_refused(lab):

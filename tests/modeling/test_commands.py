@@ -96,6 +96,7 @@ def test_a_network_gets_its_learning_curve_and_its_checkpoints_go(table, tmp_pat
         (("evaluate", "doors", "--split", "leeky"), "leeky"),
         (("evaluate", "doors", "--lab", "{empty}"), "no session"),
         (("train", "doors", "--forward", "generator"), "no forward method 'generator'"),
+        (("train", "doors", "--inverse", "search"), "'search' searches with torch and cannot be a file"),
         (("train", "doors", "--data", "nowhere.csv"), "nowhere.csv"),
         (("train", "doors", "--simulated", "--data", __file__), "one of the two is expected"),
         (("train", "doors", "--data", __file__), "test_commands.py"),

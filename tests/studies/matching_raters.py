@@ -54,6 +54,17 @@ def felt():
     }
 
 
+def off_what_is_felt():
+    """How far what the models predict for the fourteen lies from that, on average, 0..100."""
+    from devices.door.making import NEUTRAL, maker_for
+
+    maker, off = maker_for(None), []
+    for (attribute, target), known in felt().items():
+        made = maker.design({**dict.fromkeys(maker.attributes, NEUTRAL), attribute: float(target)})
+        off += [abs(known[name] - value) for name, value in zip(maker.attributes, made.predicted, strict=True)]
+    return mean(off)
+
+
 def table_rows():
     """The rows of the README's table: where a wish of 10 and one of 90 come, and how far the other six move."""
     known = felt()
@@ -68,4 +79,4 @@ if __name__ == "__main__":
     for attribute, weights in expected().items():
         told = ", ".join(f"{name}: {value:.{DECIMALS}f}" for name, value in weights.items())
         print(f"    {attribute}: {{{told}}}")
-    print(*table_rows(), sep="\n")
+    print(*table_rows(), f"{off_what_is_felt():.1f}", sep="\n")

@@ -21,7 +21,7 @@ from studies.replay import replay
 from studies.rig import simulated
 from studies.session import resume, start
 from tests.studies.labs import stopping
-from tests.studies.matching_raters import expected, table_rows
+from tests.studies.matching_raters import expected, off_what_is_felt, table_rows
 from tests.studies.ten import TEN, found_study, plan_for
 
 THESIS_MEANS = {
@@ -149,7 +149,7 @@ def test_ratings_follow_the_stimuli(name, attribute):
         answered += [answers[trial.number][attribute] for trial in plan.trials]
     declared = found_study(name).study.simulation
     reach = pstdev(felt) / hypot(pstdev(felt), declared.noise_sd, declared.bias_sd)
-    assert correlation(felt, answered) > min(0.5, 0.6 * reach), "what differs little is told apart badly, but it is"
+    assert correlation(felt, answered) > min(0.5, 0.8 * reach), "what differs little is told apart badly, but it is"
 
 
 @pytest.mark.parametrize("name", ["door_adjectives", "texture_adjectives"])
@@ -213,11 +213,12 @@ def test_a_generated_door_is_rated_as_its_models_predict():
     """Not as it was wished, where others at 50 do not allow it: the raters' attributes belong together."""
     from devices.door.making import maker_for
 
-    maker, off = maker_for(None), []
+    maker, off, apart = maker_for(None), [], []
     for (attribute, target), rated in matched().items():
         made = maker.design({**dict.fromkeys(maker.attributes, 50.0), attribute: target})
         off += [abs(rated[name] - felt) for name, felt in zip(maker.attributes, made.predicted, strict=True)]
-    assert mean(off) < 6
+        apart += [abs(value - 50) for value in rated.values()]
+    assert mean(off) < 0.6 * mean(apart), "half as far as a model that always predicts the middle"
 
 
 def test_a_raised_wish_raises_what_people_rate_and_more_so_than_the_others():
@@ -274,6 +275,7 @@ def test_the_raters_of_generated_doors_are_those_of_door_ratings():
 def test_the_readme_of_door_matching_says_what_is_so():
     told = (SHIPPED / "door_matching" / "README.md").read_text(encoding="utf-8")
     assert [row for row in table_rows() if row not in told] == []
+    assert f"for the fourteen lies {off_what_is_felt():.1f} from what is felt" in " ".join(told.split())
     errors = []
     for participant in [f"P{number:03d}" for number in range(1, 17)]:
         answers = answers_of("door_matching", participant)

@@ -15,7 +15,6 @@ class FakeMade:
     predicted: np.ndarray
     off: np.ndarray
     attainable: bool
-    words: str
 
 
 @dataclass
@@ -36,5 +35,4 @@ class FakeMaker:
         predicted = np.clip(50 + 0.7 * (wish - 50), 0, 100)
         off = predicted - wish
         fits = bool(np.abs(off).max() <= 10)
-        words = "" if fits else "The nearest door is less Hard-to-pull than wished: 71 for 80."
-        return FakeMade(force, predicted, off, fits, words)
+        return FakeMade(force, predicted, off, fits)

@@ -92,7 +92,7 @@ def test_what_cannot_be_had_is_said_and_what_can_is_not(tmp_path):
     room = begun(tmp_path)
     assert words(room).startswith("The door should feel as wished")
     wish(room, 0, 100)
-    assert words(room).startswith("The nearest door is less Hard-to-pull")
+    assert "Hard-to-pull 85 for 100" in words(room), "the end that is wished for, not the other one"
     korean = begun(tmp_path / "ko", language="ko")
     wish(korean, 0, 100)
     assert "당기기 힘듦 85 (원하는 값 100)" in words(korean)
@@ -116,11 +116,22 @@ def test_a_saved_design_holds_wish_models_and_profile_and_opens_again(tmp_path):
 
 
 def test_a_design_of_other_models_is_opened_and_said_to_be_made_anew(tmp_path):
-    save_as(begun(tmp_path), "old")
+    room = begun(tmp_path)
+    wish(room, 3, 35)
+    save_as(room, "old")
+    click(room, "close")
     other = begun(tmp_path, maker=FakeMaker(identity={"force": {"name": "other", "sha256": "1" * 64}}))
     click(other, "open")
     keys(other, "enter")
-    assert "made with other models" in words(other)
+    assert "made with other models" in words(other) and wishes(other)[3] == 35
+    before = (tmp_path / "designs" / "old.json").read_bytes()
+    typed(other, "e")
+    typed(other, *"old")
+    keys(other, "enter")
+    assert isinstance(on(other), NameScreen) and "already" in on(other).notice[0]
+    click(other, "leave")
+    assert on(other) is other.main and not (tmp_path / "designs" / "old.csv").exists()
+    assert (tmp_path / "designs" / "old.json").read_bytes() == before
 
 
 def test_a_name_that_is_taken_has_to_be_said_twice_and_a_bad_one_is_refused(tmp_path):
@@ -193,6 +204,14 @@ def test_damaged_work_is_put_aside_and_said(tmp_path):
     (folder / KEPT).write_text('{"format": "palpate-authoring/1", "attributes": [')
     room = begun(tmp_path)
     assert "no design of this program" in words(room) and (folder / ".autosave-before.json").exists()
+
+
+def test_work_on_doors_of_other_attributes_is_put_aside_and_said(tmp_path):
+    wish(begun(tmp_path), 5, 61)
+    other = begun(tmp_path, maker=FakeMaker(attributes=(*LOWS[:6], "Loud")))
+    assert on(other) is other.main and ".autosave-before.json" in words(other)
+    wish(other, 0, 10)
+    assert json.loads((designs_folder(tmp_path) / ".autosave-before.json").read_text())["a"]["wish"][5] == 61
 
 
 @pytest.mark.parametrize(

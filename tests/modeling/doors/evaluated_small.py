@@ -11,6 +11,7 @@ from devices.door.side import DoorSide
 from modeling.doors.constant import MEAN
 from modeling.doors.data import DoorData
 from modeling.doors.evaluating import Wanted
+from modeling.doors.gaussian_process import GAUSSIAN_PROCESS
 from modeling.doors.methods import Exported, Method
 from modeling.doors.nearest import NEAREST
 from modeling.doors.profile_files import read_profile
@@ -90,7 +91,13 @@ REMEMBER = Method("remember", "Remembers", remember)
 BELOW = Method("below", "A forward model that others build on", below)
 ABOVE = Method("above", "Builds on a forward model", above, needs_forward="below")
 METHODS = {
-    "forward": {"mean": MEAN, "ridge": RIDGE, "remember": REMEMBER, "below": BELOW},
+    "forward": {
+        "mean": MEAN,
+        "ridge": RIDGE,
+        "gaussian_process": GAUSSIAN_PROCESS,
+        "remember": REMEMBER,
+        "below": BELOW,
+    },
     "inverse": {"nearest": NEAREST, "above": ABOVE},
 }
 

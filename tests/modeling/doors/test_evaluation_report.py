@@ -9,6 +9,7 @@ pytest.importorskip("torch")
 from modeling.doors.evaluating_outputs import default_of, write_all
 from modeling.doors.evaluating_whole import evaluate
 from modeling.doors.evaluation_blocks import Column, in_bytes, in_seconds, table, written
+from modeling.doors.evaluation_inverse import inverse_section
 from modeling.doors.evaluation_report import report_html
 from tests.modeling.doors.evaluated_small import SIDE, small_data, wanted
 
@@ -73,10 +74,29 @@ def test_a_labs_own_evaluation_decides_what_is_trained_but_only_for_the_very_sam
     data = found.data
     assert default_of(tmp_path, data, "inverse") == "generator"
     write_all(found, tmp_path / "evaluated" / "doors", drawings=False)
+    assert default_of(tmp_path, data, "inverse") == "generator", "it was not evaluated, so nothing speaks against it"
+    file = tmp_path / "evaluated" / "doors" / "evaluation.json"
+    told = json.loads(file.read_text())
+    told["tables"]["methods_inverse"].append({"method": "generator"})
+    file.write_text(json.dumps(told))
     assert default_of(tmp_path, data, "inverse") == "nearest"
     assert default_of(tmp_path, replace(data, rating=data.rating * 0.5), "inverse") == "generator"
-    (tmp_path / "evaluated" / "doors" / "evaluation.json").write_text("{}")
+    told["default"]["inverse"]["method"] = "search"
+    file.write_text(json.dumps(told))
     assert default_of(tmp_path, data, "inverse") == "generator"
+    file.write_text("{}")
+    assert default_of(tmp_path, data, "inverse") == "generator"
+
+
+def test_error_and_time_of_every_inverse_method_stand_in_one_table(found):
+    (row,) = (dict(row) for row in found.inverse)
+    without = replace(found, inverse=({**row, "file_ms": None, "trained_ms": 1234.5, "note": "needs torch"},))
+    tables = [block for block in inverse_section(without, ()).blocks if block.kind == "table"]
+    (timed,) = (each for each in tables if each.title == "Error and time")
+    cells = dict(zip([head.name for head in timed.grid.heads], timed.grid.rows[0], strict=True))
+    assert cells["loop"] == written(row["loop_fresh"] or row["loop_judge"], "2")
+    assert cells["without a file, ms"] == "1234"
+    assert "needs torch" in timed.note
 
 
 def test_cells_as_a_reader_sees_them():

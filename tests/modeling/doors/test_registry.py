@@ -1,12 +1,15 @@
+import json
 import subprocess
 import sys
+from pathlib import Path
 
 import pytest
 
 from modeling.doors.data import ModelDataError
-from modeling.doors.registry import DEFAULT, FORWARD, INVERSE, SLOW, THESIS, method_named, methods_of
+from modeling.doors.registry import DEFAULT, FORWARD, INVERSE, SLOW, THESIS, demand_file, method_named, methods_of
 
 pytest.importorskip("torch")
+MADE = Path(__file__).parents[3] / "devices" / "door" / "made"
 ALL = [("forward", name) for name in FORWARD] + [("inverse", name) for name in INVERSE]
 
 
@@ -25,7 +28,18 @@ def test_defaults_slow_ones_and_the_thesis_networks_are_methods():
     assert THESIS in INVERSE
 
 
-def test_what_the_issue_asks_for_is_there():
+def test_what_cannot_be_a_file_is_refused_before_anything_is_trained():
+    demand_file("inverse", "generator")
+    with pytest.raises(ModelDataError, match="'search' .* cannot be a file; one of nearest, .*generator"):
+        demand_file("inverse", "search")
+
+
+def test_the_shipped_models_are_of_the_default_methods():
+    for way, name in (("forward", "door-perception"), ("inverse", "door-force")):
+        assert json.loads((MADE / f"{name}.json").read_text())["method"] == DEFAULT[way]
+
+
+def test_every_method_of_thesis_and_practice_is_there():
     assert {"mean", "ridge", "forest", "pca_ridge", "gaussian_process", "mlp", "network"} <= set(FORWARD)
     assert {"nearest", "pca_regression", "search", "network", "generator"} <= set(INVERSE)
 
