@@ -10,28 +10,15 @@ import shutil
 import zipfile
 from collections.abc import Mapping
 from functools import cache
-from importlib.metadata import PackageNotFoundError, version
 from pathlib import Path
 from typing import Any
 
 import numpy as np
 
 from modeling.doors.evaluating_jobs import Context, Done, Job
+from modeling.training.run_card import versions
 
-PACKAGES = ("palpate", "numpy", "scipy", "scikit-learn", "torch")
 CHECKPOINTS = "checkpoints"
-
-
-@cache
-def versions() -> dict[str, str]:
-    """The versions of what computes."""
-    found = {}
-    for name in PACKAGES:
-        try:
-            found[name] = version(name)
-        except PackageNotFoundError:
-            continue
-    return found
 
 
 @cache

@@ -21,8 +21,8 @@ from modeling.doors.evaluation_blocks import (
 )
 from modeling.doors.evaluation_drawn import Pictured
 from modeling.doors.evaluation_pictures import chosen, figure_block
-from modeling.doors.evaluation_results import run_versions
 from modeling.doors.evaluation_tables import Row
+from modeling.training.run_card import versions
 
 TARGETS = {"mae": 3.5, "rmse": 5.0, "r2": 0.85, "loop": 5.0, "waveform": 1.0}
 """What the project set out to reach, on 0..100 and percent."""
@@ -170,9 +170,7 @@ def profile_name(name: str) -> str:
 def provenance(found: Evaluation) -> Section:
     """What everything comes from."""
     judged, context = found.judged, found.judged.context
-    versions: list[Row] = [
-        {"package": name, "version": told or "not installed"} for name, told in run_versions().items()
-    ]
+    software: list[Row] = [{"package": name, "version": told or "not installed"} for name, told in versions().items()]
     inputs: list[Row] = [{"input": line} for line in context.data.made_from]
     (low, high), (least, most) = context.scaling.rating, context.scaling.force_N
     run = (
@@ -184,6 +182,6 @@ def provenance(found: Evaluation) -> Section:
         Words(run),
         Words(words.UNROUNDED),
         table("Inputs and their SHA-256", inputs, [Column("input", "input", "words")], folded=len(inputs) > 6),
-        table("Software", versions, [Column("package", "package"), Column("version", "version")]),
+        table("Software", software, [Column("package", "package"), Column("version", "version")]),
     ]
     return Section("provenance", "Provenance", tuple(blocks))

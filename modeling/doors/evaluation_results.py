@@ -23,6 +23,7 @@ from modeling.doors.evaluation_tables import (
     waveform_rows,
     waveform_table,
 )
+from modeling.training.run_card import versions
 
 PLAUSIBLE = ("greatest_N", "steepest_N_deg", "work_J_m", "distance_N", "beyond")
 
@@ -156,7 +157,7 @@ def as_json(found: Evaluation) -> dict[str, Any]:
         "seed": judged.wanted.seed,
         "settings": {name: str(value) for name, value in context.settings.items()},
         "scaling": {"force_N": list(context.scaling.force_N), "rating": list(context.scaling.rating)},
-        "software": run_versions(),
+        "software": versions(),
         "code": code(),
         "seconds": judged.seconds,
         "jobs": judged.jobs,
@@ -172,13 +173,6 @@ def as_json(found: Evaluation) -> dict[str, Any]:
 
 LONG = ("predictions", "waveforms", "learning_curves")
 """Tables of a row for each stimulus or epoch: they stand in their CSV alone."""
-
-
-def run_versions() -> dict[str, str | None]:
-    """Python, the packages that compute, and Palpate."""
-    from modeling.training.run_card import versions
-
-    return dict(versions())
 
 
 def plain(row: Mapping[str, Any]) -> Row:

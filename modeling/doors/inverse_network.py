@@ -10,12 +10,12 @@ import torch
 from torch import nn
 from torch.nn.functional import mse_loss
 
-from modeling.doors.data import Array, ModelDataError
+from modeling.doors.data import POINTS, Array, ModelDataError
 from modeling.doors.exporting_network import exported_network
 from modeling.doors.forward_network import FeltThrough
 from modeling.doors.methods import Exported, Learning, Method
 from modeling.doors.network_parts import Rescale, answers, settings_for, training_rows
-from modeling.doors.networks import ATTRIBUTES, POINTS, ForceToPerception, PerceptionToForce
+from modeling.doors.networks import ATTRIBUTES, ForceToPerception, PerceptionToForce
 from modeling.doors.preparing import Rows, checked_wishes
 from modeling.doors.scaling import TOP, Scaling
 from modeling.doors.side import DoorSide

@@ -4,9 +4,9 @@ from __future__ import annotations
 
 from torch import nn
 
+from modeling.doors.data import POINTS
 from modeling.doors.forward_network import FeltThrough, fit_network
 from modeling.doors.methods import Learning, Method
-from modeling.doors.networks import POINTS
 from modeling.training.settings import Settings
 
 HIDDEN = (64, 32)

@@ -5,9 +5,10 @@ from __future__ import annotations
 import torch
 from torch import Tensor, nn
 
+from modeling.doors.data import POINTS
 from modeling.layers import ResidualBlock, conv_relu
 
-POINTS, ATTRIBUTES = 621, 7
+ATTRIBUTES = 7
 LATENT = (128, 155)
 """Channels and length of what the encoder hands over (thesis 5.4.1.1: 155 x 128)."""
 RESTORED = (64, 620)

@@ -5,8 +5,7 @@ from __future__ import annotations
 from torch import Tensor, nn
 
 from modeling.doors.networks import LATENT, RESTORED, ForceToPerception, decoder, encoder
-
-POINTS = 621
+from modeling.keyswitch.curves import POINTS
 
 
 class Reconstruction(nn.Module):

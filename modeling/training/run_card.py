@@ -11,7 +11,7 @@ from typing import Any
 
 from protocols.canonical import digest
 
-PACKAGES = ("palpate", "numpy", "torch", "scikit-learn")
+PACKAGES = ("palpate", "numpy", "scipy", "torch", "scikit-learn")
 
 
 def run_card(
