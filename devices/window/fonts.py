@@ -74,6 +74,8 @@ class Fonts:
     _faces: dict[tuple[str, bool], Face | None] = field(default_factory=dict, repr=False)
     _widths: Recent[tuple[str, int, bool], float] = field(default_factory=lambda: Recent(4000), repr=False)
     _masks: Recent[tuple[Face, int, str], Mask] = field(default_factory=lambda: Recent(400), repr=False)
+    laid: Recent[tuple[object, ...], Any] = field(default_factory=lambda: Recent(400), repr=False)
+    """Texts in lines, which `paint_text.lay` keeps: a form tries its texts at many sizes, and is shown many times."""
 
     def demand(self, texts: Iterable[str]) -> None:
         """Raise WindowError unless every character can be drawn, naming those that cannot and what to install."""

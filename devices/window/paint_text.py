@@ -64,6 +64,14 @@ def lay(
 
     `even` makes lines of like length, for labels.
     """
+    key = text, size, width, bold, even
+    if key not in fonts.laid:
+        fonts.laid[key] = _laid(fonts, *key)
+    found: Laid | None = fonts.laid[key]
+    return found
+
+
+def _laid(fonts: Fonts, text: str, size: int, width: int | None, bold: bool, even: bool) -> Laid | None:
     text = unicodedata.normalize("NFC", text)
     beside = 2 * bearing(size)
     width = None if width is None else width - beside

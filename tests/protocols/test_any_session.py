@@ -55,6 +55,7 @@ def go_on(plan, events, seed):
     return log.events
 
 
+@pytest.mark.untraced
 @pytest.mark.parametrize("seed", [1, 2])
 @pytest.mark.parametrize("task", PARTS)
 def test_whatever_happens_a_session_cut_anywhere_is_the_uninterrupted_one(task, seed):

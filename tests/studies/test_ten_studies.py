@@ -139,6 +139,7 @@ def rated(name):
     return [a.name for a in study.attributes if study.task != "authoring" and study.simulation.latents.get(a.name)]
 
 
+@pytest.mark.untraced
 @pytest.mark.parametrize(("name", "attribute"), [(name, each) for name in TEN for each in rated(name)])
 def test_ratings_follow_the_stimuli(name, attribute):
     felt, answered = [], []
@@ -152,6 +153,7 @@ def test_ratings_follow_the_stimuli(name, attribute):
     assert correlation(felt, answered) > min(0.5, 0.8 * reach), "what differs little is told apart badly, but it is"
 
 
+@pytest.mark.untraced
 @pytest.mark.parametrize("name", ["door_adjectives", "texture_adjectives"])
 def test_words_follow_the_stimuli(name):
     """Words that a stimulus suits are ticked far more often than others; nearly any word is, now and then."""
@@ -230,6 +232,7 @@ def test_a_raised_wish_raises_what_people_rate_and_more_so_than_the_others():
     assert min(own) > 0 and mean(own) > 2 * mean(others)
 
 
+@pytest.mark.untraced
 def test_the_questionnaire_is_answered_around_the_thesis_means():
     said = [final("door_authoring", f"P{number:03d}") for number in range(1, 101)]
     assert {item: mean(each[item] for each in said) for item in THESIS_MEANS} == pytest.approx(THESIS_MEANS, abs=0.35)
