@@ -8,7 +8,7 @@ from functools import cached_property
 
 import numpy as np
 
-from devices.author.elements import FEELS, SIDES, Pane, Upright
+from devices.author.elements import FEELS, SIDES, Felt, Pane, Upright
 from devices.author.layout import LEFT_BUTTONS, Layout, buttons, lay_out
 from devices.author.making import MOST_SMOOTHING_DEG, Made, Maker
 from devices.author.plotting import Hand, Plotter
@@ -87,12 +87,11 @@ class Board:
         yield self._words(work, told)
         yield from self._foot(work, told)
 
-    def slider(self, work: Work, number: int, feels: float | None = None) -> Upright:
+    def slider(self, work: Work, number: int) -> Upright:
         """One of the upright sliders."""
         other = work.other
         return Upright(
             f"wish {number}", self.layout.columns.sliders[number], "wishes", wish=work.setting.wish[number],
-            feels=feels,
             beside=None if other is None else other.wish[number], colour=SIDES[work.on],
             other=SIDES["A" if work.on == "B" else "B"],
         )  # fmt: skip
@@ -124,7 +123,9 @@ class Board:
         for number, (low, high) in enumerate(zip(self.maker.attributes, self.maker.antonyms, strict=True)):
             feels, wished = round(float(made.predicted[number])), f"{work.setting.wish[number]:.0f}"
             yield self._end(f"high {number}", word(texts, high), place.columns.highs[number])
-            yield self.slider(work, number, feels)
+            slider = self.slider(work, number)
+            yield slider
+            yield Felt.beside(f"dot {number}", slider, feels, self.page)
             yield self._end(f"low {number}", word(texts, low), place.columns.lows[number])
             for name, text, box, colour in (
                 ("wished", wished, place.columns.wished[number], SIDES[work.on]),

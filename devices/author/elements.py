@@ -33,11 +33,10 @@ BAND_MARK: Colour = (205, 212, 219)
 class Upright(Target):
     """An upright slider from 0 at the bottom to 100 on top, in the band that takes presses.
 
-    `wish` stands on the line; `feels`, how it should feel by the model, beside it; `beside` is the other design's wish.
+    `wish` stands on the line; `beside` is the other design's wish.
     """
 
     wish: float = 50.0
-    feels: float | None = None
     beside: float | None = None
     held: bool = False
     colour: Colour = ACCENT
@@ -85,7 +84,6 @@ class Upright(Target):
             plain(image, Box(self.box.middle[0] - wide // 2, self.row(value), wide, hair(page)), HAIR)
         plain(image, line, INK)
         self._beside(image, page)
-        self._feels(image, page)
         thumb = self.thumb
         page.shapes.fill(image, thumb.grown(hair(page)), thumb.height, CARD)
         page.shapes.fill(image, thumb, thumb.height // 2, self.colour)
@@ -99,17 +97,38 @@ class Upright(Target):
         left = self.box.left + round(0.06 * self.box.width)
         plain(image, Box(left, self.row(self.beside) - thick // 2, width, thick), self.other)
 
-    def _feels(self, image: Image.Image, page: Page) -> None:
-        """How it should feel: a dot to the right of the line, tied to the wish."""
-        if self.feels is None:
-            return
-        side = max(7, round(0.115 * self.box.width)) | 1
-        x, row, wish = self.box.left + round(0.85 * self.box.width), self.row(self.feels), self.row(self.wish)
-        thick = max(2, 2 * hair(page))
-        plain(image, Box(x - thick // 2, min(row, wish), thick, abs(row - wish) + 1), FEELS)
-        dot = Box(x - side // 2, row - side // 2, side, side)
-        page.shapes.fill(image, dot.grown(hair(page)), side, CARD)
-        page.shapes.fill(image, dot, side // 2 + 1, FEELS)
+
+@dataclass(frozen=True)
+class Felt(Element):
+    """How a door should feel, to the right of a slider's line: a dot at the row `felt` of the box, tied to the wish.
+
+    It is no part of the slider: a move of one slider moves the dots of all, and nothing else of them.
+    """
+
+    felt: int = 0
+    wish: int = 0
+
+    @classmethod
+    def beside(cls, name: str, slider: Upright, value: float, page: Page) -> Felt:
+        """The dot of a slider at a value."""
+        side = max(7, round(0.115 * slider.box.width)) | 1
+        reach, x = side // 2 + hair(page), slider.box.left + round(0.85 * slider.box.width)
+        felt, wish = slider.row(value), slider.row(slider.wish)
+        top, bottom = min(felt - reach, wish), max(felt + reach, wish) + 1
+        return cls(name, Box(x - reach, top, 2 * reach + 1, bottom - top), slider.name, felt - top, wish - top)
+
+    def placed(self, _page: Page, /) -> Iterator[Placed]:
+        """It lies on the slider, with the slider's marker beside it."""
+        return iter(())
+
+    def paint(self, image: Image.Image, page: Page) -> None:
+        box, thick, reach = self.box, max(2, 2 * hair(page)), self.box.width // 2
+        top, tall = box.top + min(self.felt, self.wish), abs(self.felt - self.wish) + 1
+        plain(image, Box(box.middle[0] - thick // 2, top, thick, tall), FEELS)
+        ground = Box(box.left, box.top + self.felt - reach, box.width, box.width)
+        page.shapes.fill(image, ground, box.width - 2 * hair(page), CARD)
+        dot = ground.grown(-hair(page))
+        page.shapes.fill(image, dot, dot.width // 2 + 1, FEELS)
 
 
 @dataclass(frozen=True)
@@ -154,23 +173,20 @@ class Ground(Element):
 
 @dataclass(frozen=True)
 class Curve(Element):
-    """A profile as a line on the plot's ground; `force` holds its 621 points as float64."""
+    """A piece of a profile's line on the plot's ground; `cover` tells for each pixel of the box how much of it."""
 
-    force: bytes = b""
-    low_N: float = 0.0
-    high_N: float = 1.0
+    cover: bytes = b""
     colour: Colour = ACCENT
-    thick_px: float = 2.0
-    masks: Masks = field(default_factory=Masks, compare=False, repr=False)
 
     def placed(self, _page: Page, /) -> Iterator[Placed]:
         """It lies on the plot, with whatever else is drawn there."""
         return iter(())
 
     def paint(self, image: Image.Image, _page: Page, /) -> None:
-        axes = Axes(Box(0, 0, self.box.width, self.box.height), self.low_N, self.high_N)
-        top, mask = self.masks.line(self.force, axes, self.thick_px)
-        image.paste(self.colour, (self.box.left, self.box.top + top), mask)
+        from PIL import Image
+
+        mask = Image.frombytes("L", (self.box.width, self.box.height), self.cover)
+        image.paste(self.colour, (self.box.left, self.box.top), mask)
 
 
 @dataclass(frozen=True)

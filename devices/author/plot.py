@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import itertools
 import math
 from collections.abc import Callable
 from dataclasses import dataclass, field
@@ -19,8 +20,11 @@ if TYPE_CHECKING:
     from PIL import Image
 
 Mask = NDArray[np.uint8]
+Rows = NDArray[np.float32]
 PER_COLUMN = 4
 """Places of the profile that are looked at for each column of pixels."""
+PIECES = 8
+"""A line is kept in so many pieces, side by side: where it is flat, a move of it touches few rows."""
 STEP_N = 10.0
 LEAST_N, MOST_N = -20.0, 50.0
 """The axis spans at least this; a profile beyond makes it longer by whole steps."""
@@ -58,15 +62,44 @@ def axes_for(box: Box, *profiles: Array) -> Axes:
     return Axes(box, STEP_N * math.floor(low / STEP_N + 1e-9), STEP_N * math.ceil(high / STEP_N - 1e-9))
 
 
+@dataclass(frozen=True)
+class Piece:
+    """Some columns of a line: how much it covers each pixel of the box, 0 to 255."""
+
+    box: Box
+    cover: bytes
+
+
 def line_mask(force_N: Array, axes: Axes, thick_px: float) -> tuple[int, Mask]:
     """How much each pixel is covered by the profile's line, 0 to 255: the first row that it touches, and those rows."""
+    return _cover(_course(force_N, axes), axes.box.height, thick_px)
+
+
+def line_pieces(force_N: Array, axes: Axes, thick_px: float) -> tuple[Piece, ...]:
+    """The same line where it lies on the screen, from left to right."""
+    course, width = _course(force_N, axes), axes.box.width
+    ends, found = [width * number // PIECES for number in range(PIECES + 1)], []
+    for left, right in itertools.pairwise(ends):
+        first, mask = _cover(course[:, left:right], axes.box.height, thick_px)
+        box = Box(axes.box.left + left, axes.box.top + first, right - left, len(mask))
+        found.append(Piece(box, mask.tobytes()))
+    return tuple(found)
+
+
+def _course(force_N: Array, axes: Axes) -> Rows:
+    """Of each column: the line's row in the middle, how it leans there (1: flat), its lowest and its highest row."""
     rows = _rows(force_N, axes)
-    lowest, highest = _neighbourhood(rows)
     middle = rows[:, PER_COLUMN // 2]
     lean = 1.0 / np.sqrt(1.0 + np.gradient(middle) ** 2)
+    return np.stack([middle, lean, *_neighbourhood(rows)])
+
+
+def _cover(course: Rows, height: int, thick_px: float) -> tuple[int, Mask]:
+    """First row and mask of a line's columns."""
+    middle, lean, lowest, highest = course
     half = np.float32(thick_px / 2 + 0.5)
     first = max(0, int(lowest.min() - half) - 1)
-    last = min(axes.box.height, int(highest.max() + half) + 2)
+    last = min(height, int(highest.max() + half) + 2)
     y = np.arange(first, last, dtype=np.float32)[:, None]
     cover = half - np.abs(y - middle) * lean
     np.minimum(cover, y - (lowest - half), out=cover)
@@ -84,7 +117,7 @@ def band_mask(low_N: Array, high_N: Array, axes: Axes) -> Mask:
     return np.asarray(255.0 * cover, dtype=np.uint8)
 
 
-def _rows(force_N: Array, axes: Axes) -> NDArray[np.float32]:
+def _rows(force_N: Array, axes: Axes) -> Rows:
     """The row of the profile at some places of every column, from the top of the box."""
     width = axes.box.width
     columns = np.arange(width * PER_COLUMN) / PER_COLUMN - 0.5
@@ -94,7 +127,7 @@ def _rows(force_N: Array, axes: Axes) -> NDArray[np.float32]:
     return rows.astype(np.float32).reshape(width, PER_COLUMN)
 
 
-def _neighbourhood(rows: NDArray[np.float32]) -> tuple[NDArray[np.float32], NDArray[np.float32]]:
+def _neighbourhood(rows: Rows) -> tuple[Rows, Rows]:
     """The highest and lowest row of each column with its neighbours: no line ends beyond what it goes through."""
     low, high = rows.min(axis=1), rows.max(axis=1)
     low[1:-1] = np.minimum(low[1:-1], np.minimum(rows[:-2].min(axis=1), rows[2:].min(axis=1)))
@@ -106,18 +139,15 @@ def _neighbourhood(rows: NDArray[np.float32]) -> tuple[NDArray[np.float32], NDAr
 class Masks:
     """What was painted last of the plot, so that what lies beside a change need not be made anew."""
 
-    lines: dict[tuple[object, ...], tuple[int, Image.Image]] = field(default_factory=dict)
+    lines: dict[tuple[object, ...], tuple[Piece, ...]] = field(default_factory=dict)
     pictures: dict[tuple[object, ...], Image.Image] = field(default_factory=dict)
 
-    def line(self, force: bytes, axes: Axes, thick_px: float) -> tuple[int, Image.Image]:
-        """First row and mask of a line; `force` holds 621 float64."""
-        from PIL import Image
-
-        key = force, axes, thick_px
+    def line(self, force_N: Array, axes: Axes, thick_px: float) -> tuple[Piece, ...]:
+        """The pieces of a line."""
+        key = force_N.tobytes(), axes, thick_px
         if key not in self.lines:
             _make_room(self.lines)
-            first, mask = line_mask(np.frombuffer(force), axes, thick_px)
-            self.lines[key] = first, Image.fromarray(mask)
+            self.lines[key] = line_pieces(force_N, axes, thick_px)
         return self.lines[key]
 
     def picture(self, key: tuple[object, ...], make: Callable[[], Image.Image]) -> Image.Image:

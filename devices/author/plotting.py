@@ -6,8 +6,6 @@ from collections.abc import Iterator
 from dataclasses import dataclass, field
 from functools import cached_property
 
-import numpy as np
-
 from devices.author.elements import BAND_MARK, FEELS, SIDES, Chip, Curve, Dot, Ground, Swatch
 from devices.author.layout import Layout
 from devices.author.making import Array
@@ -64,11 +62,13 @@ class Plotter:
 
     def _curves(self, work: Work, axes: Axes, force_N: Array, beside_N: Array | None) -> Iterator[Element]:
         thick = max(2.0, 0.75 * self.setter.page.metrics.unit(1))
-        ends = axes.low_N, axes.high_N
         if beside_N is not None:
-            other = SIDES["A" if work.on == "B" else "B"]
-            yield Curve("beside", axes.box, "grid", as_bytes(beside_N), *ends, other, 0.55 * thick, self.masks)
-        yield Curve("curve", axes.box, "grid", as_bytes(force_N), *ends, SIDES[work.on], thick, self.masks)
+            yield from self._curve("beside", beside_N, axes, 0.55 * thick, SIDES["A" if work.on == "B" else "B"])
+        yield from self._curve("curve", force_N, axes, thick, SIDES[work.on])
+
+    def _curve(self, name: str, force_N: Array, axes: Axes, thick_px: float, colour: Colour) -> Iterator[Element]:
+        for number, piece in enumerate(self.masks.line(force_N, axes, thick_px)):
+            yield Curve(f"{name} {number}", piece.box, "grid", piece.cover, colour)
 
     def _ticks(self, axes: Axes) -> Iterator[Element]:
         unit, line = self.setter.page.metrics.unit, round(1.42 * self.setter.page.metrics.text(3.8))
@@ -100,8 +100,3 @@ class Plotter:
             box = Box(x + side + unit(1), place.panel.legend.top, laid.width, place.panel.legend.height)
             yield self.setter.label(f"legend {name}", texts(name), box, QUIET, "left", SMALL_STEPS, within="door")
             x = box.right + unit(5)
-
-
-def as_bytes(force_N: Array) -> bytes:
-    """The profile as its 621 float64."""
-    return np.ascontiguousarray(force_N, dtype=np.float64).tobytes()

@@ -10,6 +10,7 @@ import warnings
 from collections.abc import Iterator, Sequence
 from contextlib import contextmanager
 from dataclasses import dataclass, field
+from functools import reduce
 from typing import TYPE_CHECKING, Any, Protocol
 
 from devices.window.calibration import Calibration
@@ -17,6 +18,7 @@ from devices.window.geometry import Box, WindowError
 from devices.window.inputs import Input
 from devices.window.shell_checks import demand_display, demand_psychopy, demand_screen, demand_unscaled
 from devices.window.shell_ears import Ears
+from devices.window.shell_front import Copy, copier
 
 if TYPE_CHECKING:
     from PIL import Image
@@ -58,13 +60,17 @@ class Shell(Protocol):
 
 @dataclass
 class PsychopyShell:
-    """A PsychoPy window (pyglet); redrawn only when something is to be shown, or when it was uncovered."""
+    """A PsychoPy window (pyglet); redrawn only when something is to be shown, or when it was uncovered.
+
+    `copy` is what brings a part of the drawn picture before the eye; None: all of it is drawn and flipped each time.
+    """
 
     window: Any
     ears: Ears
     texture: Texture
     size: tuple[int, int]
     renderer: str
+    copy: Copy | None = None
     closed: bool = False
     checked_s: dict[str, float] = field(default_factory=dict)
 
@@ -80,7 +86,7 @@ class PsychopyShell:
         if self.ears.trouble is not None:
             raise WindowError(self.ears.trouble)
         if self.ears.uncovered:
-            self._draw()
+            self._draw([])
         return self.ears.hand_over()
 
     def forget(self) -> None:
@@ -89,11 +95,12 @@ class PsychopyShell:
         self.ears.forget()
 
     def show(self, picture: Image.Image, boxes: Sequence[Box]) -> None:
-        """Upload the boxes and draw the whole."""
+        """Upload the boxes and bring them before the eye."""
         self.window.backend.setCurrent()
-        for box in boxes:
+        inside = [box.common(self._whole) for box in boxes if box.overlaps(self._whole)]
+        for box in inside:
             self.texture.upload(picture, box)
-        self._draw()
+        self._draw(inside)
 
     def rest(self, seconds: float) -> None:
         """Wait; under X11 an event ends the waiting."""
@@ -110,10 +117,20 @@ class PsychopyShell:
             self.closed = True
             self.window.close()
 
-    def _draw(self) -> None:
+    @property
+    def _whole(self) -> Box:
+        return Box(0, 0, *self.size)
+
+    def _draw(self, boxes: Sequence[Box]) -> None:
+        """Draw what changed, or all where that is needed, and bring it before the eye at once."""
+        if self.copy is None or self.ears.uncovered:
+            boxes = [self._whole]
         self.ears.uncovered = False
-        self.texture.draw()
-        self.window.flip(clearBuffer=False)
+        self.texture.draw(boxes)
+        if self.copy is None:
+            self.window.flip(clearBuffer=False)
+        elif boxes:
+            self.copy(reduce(Box.joined, boxes))  # one copy, so that nobody ever sees a part of what changed
 
     def _due(self, what: str, every_s: float) -> bool:
         now = self.now_s()
@@ -165,7 +182,9 @@ def _furnished(window: Any, pyglet: Any, calibration: Calibration) -> PsychopySh
     handle.push_handlers(**ears.handlers())
     handle.set_mouse_visible(True)
     handle.activate()
-    return PsychopyShell(window, ears, Texture(pyglet.gl, size), size, str(window.backend._driver))
+    renderer = str(window.backend._driver)
+    copy = copier(handle, renderer, size[1])
+    return PsychopyShell(window, ears, Texture(pyglet.gl, size), size, renderer, copy)
 
 
 @contextmanager
