@@ -9,27 +9,37 @@ from __future__ import annotations
 from collections.abc import Iterator, Mapping, Sequence
 from typing import Annotated, Any, Literal, Self, TypeAlias
 
-from pydantic import BaseModel, ConfigDict, Field, ValidationError, model_validator
+from pydantic import Field, ValidationError, model_validator
+
+from protocols.signal_steps import (
+    Add,
+    Attention,
+    Autoregression,
+    Cartesian,
+    Join,
+    Keep,
+    Lstm,
+    Norm,
+    Part,
+    Polar,
+    Recall,
+    Turn,
+)
+from protocols.strict import Strict, Tensor
 
 FORMAT = "palpate-model/1"
-Tensor = Annotated[str, Field(min_length=1)]
-"""The name of an array in the weights file."""
-
-
-class Strict(BaseModel):
-    """Unknown keys are refused, and so are numbers that are none."""
-
-    model_config = ConfigDict(extra="forbid", frozen=True, allow_inf_nan=False)
 
 
 class Port(Strict):
     """What goes in or comes out: `size` numbers in `unit`, named where they have names.
 
     Ratings are on 0..100; `scale` holds what 0 and 100 are on the scale that people answered on. A model refuses an
-    input with a number outside `within`.
+    input with a number outside `within`. A texture window is (3, window) in C order: acceleration in m/s^2, speed in
+    mm/s, force in N, oldest first; an acceleration is the next one, in m/s^2: its mean, and where there are two numbers
+    the log of its SD. A texture drive is speed, force and the numbers that are drawn; a spectrum is (bins, frames).
     """
 
-    kind: Literal["force_profile", "ratings"]
+    kind: Literal["force_profile", "ratings", "texture_window", "acceleration", "texture_drive", "spectrum"]
     size: int = Field(ge=1)
     unit: str
     names: tuple[str, ...] = ()
@@ -83,10 +93,16 @@ class Conv(Strict):
 
 
 class Activation(Strict):
-    """relu or tanh, by element."""
+    """By element, but softmax along the length of each channel (of a list, over its numbers).
+
+    gelu is x times the normal distribution function (erf), leaky relu with 0.2 below zero, log the natural logarithm of
+    x, at least 1e-10.
+    """
 
     do: Literal["activation"] = "activation"
-    function: Literal["relu", "tanh"]
+    function: Literal[
+        "relu", "tanh", "sigmoid", "gelu", "elu", "leaky", "softplus", "exp", "log", "square", "abs", "softmax"
+    ]
 
 
 class Residual(Strict):
@@ -175,7 +191,8 @@ class Playable(Strict):
 
 Step: TypeAlias = Annotated[
     Affine | DoorFeatures | Dense | Conv | Activation | Residual | MaxPool | Upsample | Reshape | Kernel | Forest
-    | Nearest | Mean | Clip | Playable,
+    | Nearest | Mean | Clip | Playable
+    | Keep | Recall | Add | Join | Part | Turn | Norm | Attention | Lstm | Polar | Cartesian | Autoregression,
     Field(discriminator="do"),
 ]  # fmt: skip
 for _nested in (Residual, Mean):
@@ -198,6 +215,27 @@ class Interval(Strict):
     half_width: tuple[Annotated[float, Field(ge=0)], ...]
 
 
+class Texture(Strict):
+    """What a texture's model continues, and within what: at `rate_hz`, from the last `window` samples.
+
+    `speed_mm_s` and `force_N` are the least and greatest of the recording; `rms_m_s2` is its level, and nothing beyond
+    `peak_m_s2` is played. `start` names the acceleration (window) that it begins with, made by the model itself at
+    45 mm/s and 0.8 N (thesis 4.5.1). Where the model gives a spectrum, `hop` samples lie between its frames.
+    """
+
+    id: str
+    label: str
+    rate_hz: float = Field(gt=0, default=1000.0)
+    window: int = Field(ge=1)
+    speed_mm_s: tuple[float, float]
+    force_N: tuple[float, float]
+    rms_m_s2: float = Field(ge=0)
+    peak_m_s2: float = Field(gt=0)
+    start: Tensor | None = None
+    hop: int | None = Field(ge=1, default=None)
+    picture: str | None = None
+
+
 class Card(Strict):
     """The card of one model. `training` is its run card; `metrics` are those of its evaluation, by name."""
 
@@ -210,6 +248,7 @@ class Card(Strict):
     gives: Port
     steps: tuple[Step, ...]
     interval: Interval | None = None
+    texture: Texture | None = None
     metrics: Mapping[str, float] = Field(default_factory=dict)
     training: Mapping[str, Any] = Field(default_factory=dict)
     notes: tuple[str, ...] = ()
@@ -221,18 +260,29 @@ class Card(Strict):
         return self
 
 
+NO_TENSORS = frozenset({"do", "function", "kept", "memory", "along"})
+"""Fields of steps that are words."""
+
+
 def tensors_named(steps: Sequence[Step]) -> Iterator[str]:
     """The names of all tensors that these steps use, in order, nested ones too."""
     for step in steps:
         for name in type(step).model_fields:
             value = getattr(step, name)
-            if isinstance(value, str) and name not in ("do", "function"):
+            if isinstance(value, str) and name not in NO_TENSORS:
                 yield value
             elif name == "steps":
                 yield from tensors_named(value)
             elif name == "members":
                 for member in value:
                     yield from tensors_named(member)
+
+
+def card_tensors(card: Card) -> Iterator[str]:
+    """The names of all tensors that belong to a card: those of its steps, and what a texture begins with."""
+    yield from tensors_named(card.steps)
+    if card.texture is not None and card.texture.start is not None:
+        yield card.texture.start
 
 
 def complaint(error: ValidationError) -> str:

@@ -11,14 +11,16 @@ import numpy as np
 from numpy.typing import NDArray
 
 from devices.models.errors import ModelFileError, reading
-from protocols.model_card import Card, Weights, tensors_named
+from protocols.model_card import Card, Weights, card_tensors
 
 Tensors: TypeAlias = Mapping[str, NDArray[Any]]
 
 LARGEST_WEIGHTS = 2 * 1024**3
 """Bytes of a weights file."""
-TYPES = {"F32": "<f4", "F64": "<f8", "I32": "<i4", "I64": "<i8"}
-"""What numbers may be: real ones in single or double precision; whole ones for the nodes of trees."""
+TYPES = {"F16": "<f2", "F32": "<f4", "F64": "<f8", "I32": "<i4", "I64": "<i8"}
+"""What numbers may be: real ones in single or double precision, or in half, which only saves room; whole ones for the
+nodes of trees."""
+HALF = "F16"
 
 
 def read_tensors(card_path: Path, card: Card) -> dict[str, NDArray[Any]]:
@@ -27,7 +29,7 @@ def read_tensors(card_path: Path, card: Card) -> dict[str, NDArray[Any]]:
     require_size(path, card_path, card.weights)
     content = _intact(path, card_path, card.weights)
     tensors = _parsed(path, content)
-    _require_names(path, set(tensors), set(tensors_named(card.steps)))
+    _require_names(path, set(tensors), set(card_tensors(card)))
     for name, tensor in tensors.items():
         if not np.isfinite(tensor).all():
             raise ModelFileError(f"{path}: {name!r} holds a value that is not finite. Train the model again.")
@@ -80,14 +82,15 @@ def _parsed(path: Path, content: bytes) -> dict[str, NDArray[Any]]:
         listed: list[tuple[str, dict[str, Any]]] = deserialize(content)  # type: ignore[no-untyped-call]
     except SafetensorError as error:
         raise ModelFileError(f"{path}: not a safetensors file ({error}). Export the model again.") from None
-    tensors = {}
+    tensors: dict[str, NDArray[Any]] = {}
     for name, told in listed:
         if told["dtype"] not in TYPES:
             raise ModelFileError(f"{path}: {name!r} is {told['dtype']}; {', '.join(TYPES)} are read. Export it as F32.")
         try:
-            tensors[name] = np.frombuffer(told["data"], dtype=TYPES[told["dtype"]]).reshape(told["shape"])
+            tensor = np.frombuffer(told["data"], dtype=TYPES[told["dtype"]]).reshape(told["shape"])
         except ValueError as error:
             raise ModelFileError(f"{path}: {name!r} cannot be held: {error}. Export the model again.") from None
+        tensors[name] = tensor.astype(np.float32) if told["dtype"] == HALF else tensor
     return tensors
 
 

@@ -10,9 +10,9 @@ from numpy.typing import NDArray
 from torch import Tensor, nn
 
 from modeling.doors.data import POINTS, ModelDataError
-from modeling.doors.methods import Exported
 from modeling.doors.network_parts import Rescale
 from modeling.doors.networks import ATTRIBUTES, LATENT, ForceToPerception, PerceptionToForce
+from modeling.files.exported import Exported
 from modeling.layers import ResidualBlock
 from protocols.model_card import Activation, Affine, Conv, Dense, MaxPool, Reshape, Residual, Step, Upsample
 

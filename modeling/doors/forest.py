@@ -11,8 +11,9 @@ from numpy.typing import NDArray
 
 from modeling.doors.data import Array, Indices
 from modeling.doors.featured import Featured, featured
-from modeling.doors.methods import Exported, Learning, Method
+from modeling.doors.methods import Learning, Method
 from modeling.doors.preparing import rows_of
+from modeling.files.exported import Exported
 from protocols import model_card
 
 TREES = 100

@@ -10,10 +10,11 @@ from torch.nn import functional
 
 from modeling.doors.data import Array
 from modeling.doors.exporting_network import exported_network
-from modeling.doors.methods import Exported, Learning, Method
+from modeling.doors.methods import Learning, Method
 from modeling.doors.network_parts import Rescale, answers, settings_for, training_rows
 from modeling.doors.networks import ForceToPerception
 from modeling.doors.preparing import Rows, checked_forces, furthest_N
+from modeling.files.exported import Exported
 from modeling.training.loop import Trained, train
 from modeling.training.seeding import seeded
 from modeling.training.settings import Settings

@@ -10,8 +10,9 @@ from scipy.optimize import minimize_scalar
 
 from modeling.doors.data import Array
 from modeling.doors.featured import Featured, featured
-from modeling.doors.methods import Exported, Learning, Method
+from modeling.doors.methods import Learning, Method
 from modeling.doors.preparing import on_one_thread, rows_of, standard_of
+from modeling.files.exported import Exported
 from protocols.model_card import Affine, Kernel
 
 LENGTHS: Array = np.logspace(-1, 2, 31)

@@ -23,10 +23,11 @@ from modeling.doors.data import Array, ModelDataError
 from modeling.doors.generator_networks import Generator, How, Layers, Size, fresh
 from modeling.doors.generator_shapes import Code, code_of, opened, plausible
 from modeling.doors.generator_teacher import Teacher, foreign_to
-from modeling.doors.methods import Exported, Learning, Method
+from modeling.doors.methods import Learning, Method
 from modeling.doors.preparing import checked_wishes, on_one_thread, rows_of
 from modeling.doors.scaling import TOP
 from modeling.doors.side import DoorSide
+from modeling.files.exported import Exported
 from protocols.model_card import Activation, Affine, Clip, Dense, Playable
 
 STRAY = 0.3

@@ -19,9 +19,10 @@ from torch import Tensor, nn
 from modeling.doors.components import Components, components_of
 from modeling.doors.data import Array, ModelDataError
 from modeling.doors.forward_network import FeltThrough
-from modeling.doors.methods import Exported, Learning, Method
+from modeling.doors.methods import Learning, Method
 from modeling.doors.preparing import Rows, checked_wishes, on_one_thread, rows_of
 from modeling.doors.side import DoorSide
+from modeling.files.exported import Exported
 from modeling.training.seeding import training_state
 
 RATING_SD = 3.0

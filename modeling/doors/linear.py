@@ -8,8 +8,8 @@ from dataclasses import dataclass
 import numpy as np
 
 from modeling.doors.data import Array, Indices
-from modeling.doors.methods import Exported
 from modeling.doors.preparing import inner_folds
+from modeling.files.exported import Exported
 from protocols.model_card import Dense
 
 PENALTIES: Array = np.logspace(5, -3, 33)

@@ -7,20 +7,11 @@ from dataclasses import dataclass, field
 from typing import Any, Protocol
 
 import numpy as np
-from numpy.typing import NDArray
 
 from modeling.doors.data import Array, DoorData, ModelDataError
 from modeling.doors.scaling import Scaling
 from modeling.doors.side import DoorSide
-from protocols.model_card import Step
-
-
-@dataclass(frozen=True)
-class Exported:
-    """A fitted model as steps and the tensors that they name: from the card's input to its output."""
-
-    steps: tuple[Step, ...]
-    tensors: Mapping[str, NDArray[Any]]
+from modeling.files.exported import Exported
 
 
 class Fitted(Protocol):

@@ -7,8 +7,9 @@ from dataclasses import dataclass
 import numpy as np
 
 from modeling.doors.data import Array
-from modeling.doors.methods import Exported, Learning, Method
+from modeling.doors.methods import Learning, Method
 from modeling.doors.preparing import checked_wishes, rows_of
+from modeling.files.exported import Exported
 from protocols import model_card
 
 

@@ -10,9 +10,10 @@ import numpy as np
 from modeling.doors.components import components_of
 from modeling.doors.data import Array, Indices
 from modeling.doors.linear import PENALTIES, Linear, path_of
-from modeling.doors.methods import Exported, Learning, Method
+from modeling.doors.methods import Learning, Method
 from modeling.doors.preparing import Rows, checked_wishes, inner_folds, on_one_thread, rows_of, standard_of
 from modeling.doors.side import DoorSide
+from modeling.files.exported import Exported
 from protocols.model_card import Playable
 
 COMPONENTS = (1, 2, 3, 4, 5, 6, 7, 10, 15, 20)

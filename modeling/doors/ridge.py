@@ -7,8 +7,9 @@ from dataclasses import dataclass
 from modeling.doors.data import Array
 from modeling.doors.featured import Featured, featured
 from modeling.doors.linear import best_penalty, path_of
-from modeling.doors.methods import Exported, Learning, Method
+from modeling.doors.methods import Learning, Method
 from modeling.doors.preparing import on_one_thread, rows_of
+from modeling.files.exported import Exported
 from protocols.model_card import Dense
 
 

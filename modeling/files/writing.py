@@ -15,12 +15,12 @@ from numpy.typing import NDArray
 from pydantic import ValidationError
 from safetensors import numpy as numbers
 
-from modeling.doors.methods import Exported
+from modeling.files.exported import Exported
 from protocols.canonical import NotCanonical, canonical
-from protocols.model_card import Card, Interval, Port, Weights, complaint, tensors_named
+from protocols.model_card import Card, Interval, Port, Texture, Weights, complaint, tensors_named
 
 NAME = re.compile(r"[A-Za-z0-9][A-Za-z0-9_.-]{0,63}")
-KINDS = ("float32", "float64", "int32", "int64")
+KINDS = ("float16", "float32", "float64", "int32", "int64")
 
 
 class ModelWritingError(ValueError):
@@ -37,6 +37,7 @@ def write_model(
     takes: Port,
     gives: Port,
     interval: Interval | None = None,
+    texture: Texture | None = None,
     metrics: Mapping[str, float] | None = None,
     training: Mapping[str, Any] | None = None,
     notes: Sequence[str] = (),
@@ -48,18 +49,19 @@ def write_model(
 
     Raises:
         ModelWritingError: a name that is no bare file name, numbers that are missing, unused, not finite or of another
-            type than float32, float64, int32, int64, a card that contradicts itself, or files that do not read back as
+            type than float16 (read back as float32), float32, float64, int32, int64, a card that contradicts itself, or files that do not read back as
             they were written.
     """
     if not NAME.fullmatch(name):
         raise ModelWritingError(f"{name!r} cannot name a model: letters, digits, '-', '_' and '.' are expected.")
-    tensors = _checked(name, exported)
+    tensors = _checked(name, exported, texture)
     content = numbers.save(tensors)
     weights = Weights(file=f"{name}.safetensors", sha256=hashlib.sha256(content).hexdigest(), bytes=len(content))
     try:
         card = Card(
             name=name, title=title, method=method, weights=weights, takes=takes, gives=gives, steps=exported.steps,
-            interval=interval, metrics=dict(metrics or {}), training=_plain(name, training or {}), notes=tuple(notes),
+            interval=interval, texture=texture, metrics=dict(metrics or {}), training=_plain(name, training or {}),
+            notes=tuple(notes),
         )  # fmt: skip
     except ValidationError as error:
         raise ModelWritingError(f"{name}: {complaint(error)}. Nothing was written.") from None
@@ -67,10 +69,12 @@ def write_model(
     return _replaced(folder, card, content)
 
 
-def _checked(name: str, exported: Exported) -> dict[str, NDArray[Any]]:
+def _checked(name: str, exported: Exported, texture: Texture | None) -> dict[str, NDArray[Any]]:
     """The arrays in C order, exactly those that the steps use."""
     tensors = {key: np.asarray(value) for key, value in exported.tensors.items()}
     needed = set(tensors_named(exported.steps))
+    if texture is not None and texture.start is not None:
+        needed.add(texture.start)
     if needed != set(tensors):
         odd = ", ".join(map(repr, sorted(needed ^ set(tensors))[:4]))
         raise ModelWritingError(f"{name}: the steps use {len(needed)} arrays and {len(tensors)} are given; see {odd}.")

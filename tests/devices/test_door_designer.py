@@ -13,7 +13,7 @@ from devices.door.grid import DoorDataError
 from devices.door.playable import LIMIT_N, STEEPEST_N_DEG
 from devices.models.errors import ModelFileError
 from devices.models.file import read_model
-from modeling.doors.methods import Exported
+from modeling.files.exported import Exported
 from modeling.files.writing import write_model
 from protocols.model_card import Affine, Clip, Dense, Playable, Port
 

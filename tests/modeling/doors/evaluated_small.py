@@ -12,11 +12,12 @@ from modeling.doors.constant import MEAN
 from modeling.doors.data import DoorData
 from modeling.doors.evaluating import Wanted
 from modeling.doors.gaussian_process import GAUSSIAN_PROCESS
-from modeling.doors.methods import Exported, Method
+from modeling.doors.methods import Method
 from modeling.doors.nearest import NEAREST
 from modeling.doors.profile_files import read_profile
 from modeling.doors.rated import Individual, Rated
 from modeling.doors.ridge import RIDGE
+from modeling.files.exported import Exported
 from protocols.model_card import Nearest
 from studies.catalogue import SHIPPED
 

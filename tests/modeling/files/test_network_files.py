@@ -9,8 +9,8 @@ torch = pytest.importorskip("torch")
 
 from devices.models.file import read_model  # noqa: E402
 from modeling.doors.exporting_network import exported_network  # noqa: E402
-from modeling.doors.methods import Exported  # noqa: E402
 from modeling.doors.networks import ForceToPerception  # noqa: E402
+from modeling.files.exported import Exported  # noqa: E402
 from modeling.files.writing import write_model  # noqa: E402
 from modeling.layers import conv_relu  # noqa: E402
 from protocols.model_card import Port, Reshape  # noqa: E402

@@ -9,8 +9,8 @@ import pytest
 from safetensors.numpy import load_file
 
 from devices.models.file import ModelFileError, read_model
-from modeling.doors.methods import Exported
 from modeling.files import writing
+from modeling.files.exported import Exported
 from modeling.files.writing import ModelWritingError, write_model
 from protocols.model_card import Affine, Dense, Interval, Port, Residual
 
