@@ -18,7 +18,9 @@ if TYPE_CHECKING:
 SEED = click.option(
     "--seed", type=click.IntRange(0, 1_000_000), default=0, show_default=True, help="For everything drawn."
 )
-QUICK = click.option("--quick", is_flag=True, help="A few epochs on the stimuli alone: to try it out, not to use it.")
+QUICK = click.option(
+    "--quick", is_flag=True, help="Three folds, a few epochs on the stimuli alone: to try it out, not to use it."
+)
 WORKERS = click.option(
     "--workers", type=click.IntRange(1, 256), help="Processes at work at once.  [default: one for each core]"
 )
@@ -73,7 +75,7 @@ def train_doors(
     Example: palpate train doors --lab LAB
     """
     from modeling.commands_training import Training, train_pair
-    from modeling.doors.evaluating import Wanted
+    from modeling.doors.evaluating import Wanted, folds_for
     from modeling.doors.evaluating_outputs import default_of, kept_in
     from modeling.doors.registry import demand_file
 
@@ -84,7 +86,8 @@ def train_doors(
     with going_on("what is left"), progress_lines() as report:
         data, _ = read(asked)
         methods = {way: name or default_of(asked.lab, data, way) for way, name in named.items()}
-        wanted = Wanted(seed=seed, quick=quick, workers=workers, cluster=cluster, kept=kept_in(asked.lab))
+        kept = kept_in(asked.lab)
+        wanted = Wanted(seed=seed, quick=quick, folds=folds_for(quick), workers=workers, cluster=cluster, kept=kept)
         written = train_pair(data, doors(), Training(methods, to or asked.lab / "models", wanted), report)
     if as_json:
         echo_json({way: each.plain() for way, each in written.items()})
@@ -131,7 +134,7 @@ def evaluate_doors(
 
     Example: palpate evaluate doors --lab LAB --methods ridge,generator
     """
-    from modeling.doors.evaluating import Wanted
+    from modeling.doors.evaluating import Wanted, folds_for
     from modeling.doors.evaluating_outputs import folder_for, kept_in, write_all
     from modeling.doors.evaluating_whole import evaluate as evaluated
 
@@ -140,6 +143,7 @@ def evaluate_doors(
         split=split,
         seed=seed,
         quick=quick,
+        folds=folds_for(quick),
         workers=workers,
         cluster=cluster,
         kept=kept_in(asked.lab),

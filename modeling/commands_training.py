@@ -11,18 +11,19 @@ from typing import Any
 import numpy as np
 
 from modeling.doors.data import POINTS, DoorData
-from modeling.doors.evaluating import Judged, Wanted, context_for, judge
+from modeling.doors.evaluating import DIRECTIONS, Judged, Wanted, context_for, judge
 from modeling.doors.evaluating_files import ports
 from modeling.doors.evaluating_gathered import Gathered
 from modeling.doors.evaluating_jobs import ALL, WHOLE, Job
 from modeling.doors.evaluating_kept import forget_checkpoints
-from modeling.doors.evaluating_run import trained
-from modeling.doors.evaluation_overall import forward_row, inverse_row
+from modeling.doors.evaluating_run import trained, with_below
+from modeling.doors.evaluation_overall import attainable, forward_row, inverse_row
 from modeling.doors.folding import Fold
 from modeling.doors.intervals import interval
 from modeling.doors.methods import Fitted, Method
 from modeling.doors.registry import Direction
 from modeling.doors.side import DoorSide
+from modeling.training.threads import limited
 
 NAMES: Mapping[Direction, str] = {"forward": "door-perception", "inverse": "door-force"}
 TITLES: Mapping[Direction, str] = {"forward": "How a door feels", "inverse": "A door for a feeling"}
@@ -65,17 +66,19 @@ def train_pair(data: DoorData, side: DoorSide, asked: Training, report: Report) 
     every = np.arange(len(data), dtype=np.int64)
     context = replace(context, splits={**context.splits, WHOLE: (Fold(WHOLE, every, every),)})
     found = judge(context, wanted, report)
-    written = {}
-    for way, name in asked.methods.items():
-        report(f"writing {NAMES[way]}")
-        job = Job(way, name, WHOLE, 0)
-        model, _ = trained(job, context)
-        written[way] = _write(found, way, model, asked.folder)
-        forget_checkpoints(job, context)
+    written: dict[Direction, Written] = {}
+    models: dict[Job, tuple[Fitted, dict[str, float]]] = {}
+    for job in (Job(way, asked.methods[way], WHOLE, 0) for way in DIRECTIONS if way in asked.methods):
+        report(f"training and writing {NAMES[job.direction]}")
+        with limited(1):
+            model, numbers = models[job] = trained(job, context, models)
+        written[job.direction] = _write(found, job.direction, model, numbers["train_s"], asked.folder)
+    for used in {each for job in models for each in with_below(job, context)}:
+        forget_checkpoints(used, context)
     return written
 
 
-def _write(found: Judged, way: Direction, model: Fitted, folder: Path) -> Written:
+def _write(found: Judged, way: Direction, model: Fitted, seconds: float, folder: Path) -> Written:
     from modeling.files.writing import write_model
 
     context = found.context
@@ -87,7 +90,7 @@ def _write(found: Judged, way: Direction, model: Fitted, folder: Path) -> Writte
     card = write_model(
         folder, NAMES[way], model.exported(),
         title=f"{TITLES[way]}: {method.title}", method=folds.method, takes=takes, gives=gives,
-        interval=_interval(folds), metrics=metrics, training=_run_card(found, way, folds.method, metrics),
+        interval=_interval(folds), metrics=metrics, training=_run_card(found, folds, metrics, seconds),
         notes=_notes(found),
     )  # fmt: skip
     _demand_equal(context.side, card, model, way, context.data)
@@ -97,7 +100,9 @@ def _write(found: Judged, way: Direction, model: Fitted, folder: Path) -> Writte
 
 def _metrics(folds: Gathered, method: Method) -> dict[str, float]:
     """What cross-validation says, numbers only."""
-    row = forward_row(folds, method) if folds.direction == "forward" else inverse_row(folds, method)
+    row = (
+        forward_row(folds, method) if folds.direction == "forward" else inverse_row(folds, method, attainable([folds]))
+    )
     told = {name: value for name, value in row.items() if isinstance(value, int | float) and math.isfinite(value)}
     return {name: float(value) for name, value in told.items() if not name.startswith(("file_", "trained_"))}
 
@@ -112,14 +117,17 @@ def _interval(folds: Gathered) -> Any:
         return None
 
 
-def _run_card(found: Judged, way: Direction, method: str, metrics: Mapping[str, float]) -> dict[str, Any]:
+def _run_card(found: Judged, folds: Gathered, metrics: Mapping[str, float], seconds: float) -> dict[str, Any]:
+    """`seconds` are those of this process; where a worker trained ahead of it, the worker's count."""
     from modeling.training.run_card import run_card
 
     context = found.context
-    whole = found.found[way, method, WHOLE]
-    settings = {**context.settings, "seed": context.seed, "method": method, "folds": len(context.splits["grouped"]),
-                "split": "grouped", "made_from": list(context.data.made_from)}  # fmt: skip
-    return run_card({"data": context.data.digest}, settings, metrics, whole.total("train_s"))
+    ahead = found.found.get((folds.direction, folds.method, WHOLE))
+    took = seconds if ahead is None else ahead.total("train_s")
+    number = len(context.splits["grouped"])
+    settings = {**context.settings, "seed": context.seed, "method": folds.method, "folds": number, "split": "grouped",
+                "made_from": list(context.data.made_from)}  # fmt: skip
+    return run_card({"data": context.data.digest}, settings, metrics, took)
 
 
 def _notes(found: Judged) -> tuple[str, ...]:
@@ -130,7 +138,7 @@ def _notes(found: Judged) -> tuple[str, ...]:
             "The ratings are those of simulated people: this model says nothing about how a door feels to anybody."
         )
     if found.wanted.quick:
-        told.append("A quick training, to try things out.")
+        told.append("A quick training, to try things out: three folds, few epochs. Its numbers are nothing to go by.")
     return tuple(told)
 
 

@@ -21,7 +21,7 @@ from modeling.doors.corners import corners
 from modeling.doors.data import Array
 from modeling.doors.evaluating import Judged, Wanted, context_for, judge
 from modeling.doors.evaluating_floors import floors
-from modeling.doors.evaluation_overall import forward_row, inverse_row
+from modeling.doors.evaluation_overall import attainable, loop_rows, method_rows
 from modeling.doors.evaluation_tables import Row
 from modeling.doors.rated import Rated
 from modeling.doors.registry import DEFAULT, THESIS, Direction
@@ -58,8 +58,7 @@ class Found:
 
     def rows(self, way: Direction) -> list[Row]:
         """The numbers of each method of a direction."""
-        methods, row_of = self.judged.context.methods[way], forward_row if way == "forward" else inverse_row
-        return [row_of(each, methods[each.method]) for each in self.judged.methods(way)]
+        return list(method_rows(self.judged, way))
 
     def model(self, way: Direction, method: str) -> Runs | None:
         """The first fold's model, from its file; None for a method that cannot be one."""
@@ -118,16 +117,26 @@ def _inverse(found: Found) -> Iterator[Case]:
     ends = corners(wishes.shape[1])
     for name, kind in (
         ("loop_fresh", "loop: mean off the wish, 0 to 100, by fresh simulated people"),
+        ("loop_attainable", "loop, wishes that can be had: mean off the wish, 0 to 100, by fresh simulated people"),
         ("loop_judge", "loop: mean off the wish, 0 to 100, by the forward model"),
         ("waveform_mae", "waveform MAE, % of the range of forces, grouped folds"),
     ):
         for row in found.rows("inverse"):
             yield _answer(found, "feeling to force", "inverse", row, kind, row[name], wishes)
+    kind = "loop, wishes that can be had: of the attribute that is farthest off"
+    for row, worst in zip(found.rows("inverse"), _farthest(found), strict=True):
+        yield _answer(found, "feeling to force", "inverse", row, kind, worst, wishes)
     kind = "corners that come to a profile beyond the limits"
     for row in found.rows("inverse"):
         yield _answer(
             found, f"{len(ends)} corners", "inverse", row, kind, row["corners_unplayable"], ends, at_once=True
         )
+
+
+def _farthest(found: Found) -> list[float]:
+    methods = found.judged.methods("inverse")
+    within = attainable(methods)
+    return [max(row["loop_attainable"] for row in loop_rows(each, within)) for each in methods]
 
 
 def _floors(found: Found) -> Iterator[Case]:

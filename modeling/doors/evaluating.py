@@ -13,7 +13,7 @@ from modeling.doors.data import DoorData
 from modeling.doors.evaluating_gathered import Gathered, by_method
 from modeling.doors.evaluating_jobs import ALL, LEAKY, WHOLE, Clock, Context, Done, Job
 from modeling.doors.evaluating_kept import forget_checkpoints, keep, load
-from modeling.doors.evaluating_run import run
+from modeling.doors.evaluating_run import run, with_below
 from modeling.doors.folding import KINDS, Fold, Kinds, folds
 from modeling.doors.methods import Method
 from modeling.doors.registry import DEFAULT, SLOW, Direction
@@ -21,8 +21,9 @@ from modeling.doors.scaling import scaling_of
 from modeling.doors.side import DoorSide
 from modeling.doors.training_variants import with_variants
 
-FOLDS = 5
-QUICKLY: Mapping[str, Any] = {"quick": True, "epochs": 2}
+FOLDS, QUICK_FOLDS = 5, 3
+QUICKLY: Mapping[str, Any] = {"quick": True}
+"""Each method knows what it does then: networks a few epochs of the stimuli alone, the generator a small recipe."""
 NOT_QUICK = frozenset({("inverse", "search")})
 """What a quick evaluation leaves out unless it is named: its every answer is a search."""
 DIRECTIONS: tuple[Direction, ...] = ("forward", "inverse")
@@ -66,6 +67,11 @@ class Judged:
         """The results of one direction on one split (the one that counts), in the methods' order."""
         split = split or self.wanted.split
         return [each for (way, _, on), each in self.found.items() if (way, on) == (direction, split)]
+
+
+def folds_for(quick: bool) -> int:
+    """How many folds an evaluation or a training has where nobody asks for a number."""
+    return QUICK_FOLDS if quick else FOLDS
 
 
 def context_for(
@@ -114,8 +120,18 @@ def _jobs(context: Context, wanted: Wanted, direction: Direction) -> Iterator[Jo
     for name in chosen:
         for split, of_split in context.splits.items():
             jobs = [Job(direction, name, split, fold) for fold in range(len(of_split))]
-            if split in (wanted.split, WHOLE) or (direction, name) not in SLOW or _finished(jobs, context):
+            if _worth(split, (direction, name) in SLOW, wanted) or _finished(jobs, context):
                 yield from jobs
+
+
+def _worth(split: str, slow: bool, wanted: Wanted) -> bool:
+    """Whether a method is trained on this split beside the others.
+
+    A model to be used is, only where that saves something: where it then comes from checkpoints.
+    """
+    if split == WHOLE:
+        return slow and not wanted.quick and wanted.kept is not None
+    return split == wanted.split or not slow
 
 
 def _all(known: Mapping[str, Method], direction: Direction, quick: bool) -> tuple[str, ...]:
@@ -157,7 +173,8 @@ def _settle(context: Context, fresh: Sequence[Done]) -> None:
         if load(each.job, context) is None:
             keep(each, context)
         if each.job.split != WHOLE:
-            forget_checkpoints(each.job, context)
+            for job in with_below(each.job, context):
+                forget_checkpoints(job, context)
 
 
 def _in_order(context: Context, done: Mapping[Job, Done]) -> list[Job]:

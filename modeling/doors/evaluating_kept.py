@@ -19,6 +19,8 @@ from modeling.doors.evaluating_jobs import Context, Done, Job
 from modeling.training.run_card import versions
 
 CHECKPOINTS = "checkpoints"
+ELSEWHERE = ("keyswitch", "textures")
+"""Folders of models that no door is judged with."""
 
 
 @cache
@@ -27,7 +29,7 @@ def code() -> str:
     root = Path(__file__).resolve().parent.parent
     whole = hashlib.sha256()
     for source in sorted(root.rglob("*.py")):
-        if not source.name.startswith(("evaluation_", "commands", "bench")) and source.parent.name != "keyswitch":
+        if not source.name.startswith(("evaluation_", "commands", "bench")) and source.parent.name not in ELSEWHERE:
             whole.update(source.relative_to(root).as_posix().encode() + b"\0" + source.read_bytes())
     return whole.hexdigest()
 
@@ -55,8 +57,13 @@ def _array_digest(array: np.ndarray[Any, Any]) -> str:
 
 
 def checkpoint(job: Job, context: Context) -> Path | None:
-    """Where a network of this job puts its checkpoints, None where nothing is kept."""
-    return None if context.kept is None else context.kept / CHECKPOINTS / key(job, context)
+    """Where a network of this job puts its checkpoints, None where nothing is kept.
+
+    Nor has a quick training of an inverse method any: nothing builds on it, and it is over sooner than it is written.
+    """
+    if context.kept is None or (job.direction == "inverse" and context.settings.get("quick")):
+        return None
+    return context.kept / CHECKPOINTS / key(job, context)
 
 
 def load(job: Job, context: Context) -> Done | None:

@@ -2,7 +2,9 @@
 
 from __future__ import annotations
 
+from collections.abc import Mapping
 from dataclasses import replace
+from types import MappingProxyType
 from typing import Any
 
 import numpy as np
@@ -53,15 +55,24 @@ def _computed(job: Job, context: Context) -> Done:
     return Done(job, arrays, numbers, notes)
 
 
-def trained(job: Job, context: Context) -> tuple[Fitted, dict[str, float]]:
+def with_below(job: Job, context: Context) -> tuple[Job, ...]:
+    """The job, and that of the forward method that it builds on, where it does."""
+    below = context.methods[job.direction][job.method].needs_forward
+    return (job,) if below is None else (job, Job("forward", below, job.split, job.fold))
+
+
+def trained(
+    job: Job, context: Context, known: Mapping[Job, tuple[Fitted, dict[str, float]]] = MappingProxyType({})
+) -> tuple[Fitted, dict[str, float]]:
     """The fitted method and the seconds of its training; those of the forward model that it builds on beside them.
 
-    A forward network that its own job has trained is taken from its checkpoint, so it is trained once.
+    A forward network that its own job has trained is taken from its checkpoint, so it is trained once; `known` are
+    answers of this function that it need not find again.
     """
     method = context.methods[job.direction][job.method]
     given, below_s = learning(context, job, method, checkpoint(job, context)), 0.0
-    if method.needs_forward is not None:
-        below, seconds = trained(Job("forward", method.needs_forward, job.split, job.fold), context)
+    for lower in with_below(job, context)[1:]:
+        below, seconds = known[lower] if lower in known else trained(lower, context)
         given, below_s = replace(given, forward=below), seconds["train_s"]
     start = context.clock()
     model = method.fit(given)

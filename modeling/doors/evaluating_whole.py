@@ -12,7 +12,7 @@ from modeling.doors.evaluating import Judged, Wanted, context_for, judge
 from modeling.doors.evaluating_default import Choice, forward_choice, inverse_choice
 from modeling.doors.evaluating_floors import floors
 from modeling.doors.evaluating_measured import Recovered, measured
-from modeling.doors.evaluation_overall import forward_row, inverse_row
+from modeling.doors.evaluation_overall import method_rows
 from modeling.doors.rated import Individual, Rated
 from modeling.doors.registry import Direction
 from modeling.doors.side import DoorSide
@@ -50,9 +50,7 @@ def evaluate(
     """Judge every method that is wanted. Raises ModelDataError or what a method raises."""
     context = context_for(data, side, wanted)
     found = judge(context, wanted, report)
-    methods = context.methods
-    forward = tuple(forward_row(each, methods["forward"][each.method]) for each in found.methods("forward"))
-    inverse = tuple(inverse_row(each, methods["inverse"][each.method]) for each in found.methods("inverse"))
+    forward, inverse = method_rows(found, "forward"), method_rows(found, "inverse")
     choices: dict[Direction, Choice] = {}
     if forward:
         choices["forward"] = forward_choice(forward)

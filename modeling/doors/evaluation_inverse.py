@@ -10,7 +10,7 @@ from modeling.doors.evaluating_whole import Evaluation
 from modeling.doors.evaluation_blocks import Block, Column, Heading, Section, Table, Words, table
 from modeling.doors.evaluation_drawn import Pictured
 from modeling.doors.evaluation_forward import with_refusals
-from modeling.doors.evaluation_overall import loop_rows
+from modeling.doors.evaluation_overall import attainable, loop_rows
 from modeling.doors.evaluation_pictures import chosen, figure_block
 from modeling.doors.evaluation_results import corner_rows, plausible_row, slider_rows, splits_inverse
 from modeling.doors.evaluation_tables import OVERALL, Row, waveform_rows
@@ -26,6 +26,8 @@ ERRORS = (
         "Wished ratings against those of people who saw no training data",
         "low",
     ),
+    Column("loop_attainable", "attainable wishes", "2", "The same where the wish can be had", "low"),
+    Column("attainable", "so many", "int", "Wishes that some method meets within 10 in every attribute"),
     Column("loop_judge", "loop, forward model", "2", "Wished ratings against the forward model's, 0 to 100", "low"),
     Column("waveform_mae", "waveform MAE, %", "2", "Of the range of all forces", "low"),
     Column("waveform_mae_sd", "± SD", "2", "Over profiles"),
@@ -76,6 +78,7 @@ CORNERS = (
 )
 JUDGES = {
     "loop_fresh": "As simulated people judge it who never saw the training data",
+    "loop_attainable": "The same, wishes alone that can be had",
     "loop_judge": "As the forward model judges it",
     "loop_felt": "The same people without bias, gain, noise and steps",
 }
@@ -128,7 +131,7 @@ def _loop(found: Evaluation) -> list[Block]:
 def _judged_table(found: Evaluation, methods: Sequence[Gathered], name: str) -> Table | None:
     rows: list[Row] = [{"attribute": attribute} for attribute in (*found.data.attributes, "mean")]
     for each in methods:
-        values = [row[name] for row in loop_rows(each)]
+        values = [row[name] for row in loop_rows(each, attainable(methods))]
         if any(value is None for value in values):
             continue
         for row, value in zip(rows, [*values, sum(values) / len(values)], strict=True):
@@ -136,7 +139,7 @@ def _judged_table(found: Evaluation, methods: Sequence[Gathered], name: str) -> 
     if not any(len(row) > 1 for row in rows):
         return None
     columns = [Column("attribute", "attribute"), *(Column(each.method, each.method, "2") for each in methods)]
-    note = {"loop_fresh": words.FRESH, "loop_judge": words.JUDGE}.get(name, "")
+    note = {"loop_fresh": words.FRESH, "loop_attainable": words.ATTAINABLE, "loop_judge": words.JUDGE}.get(name, "")
     return table(JUDGES[name], rows, columns, folded=name == "loop_felt", note=note)
 
 

@@ -2,19 +2,37 @@
 
 from __future__ import annotations
 
-from typing import Any
+from collections.abc import Iterable
+from typing import Any, TypeAlias
 
 import numpy as np
+from numpy.typing import NDArray
 
+from modeling.doors.corners import TOLERANCE
 from modeling.doors.data import Array, ModelDataError
+from modeling.doors.evaluating import Judged
 from modeling.doors.evaluating_gathered import Gathered
 from modeling.doors.evaluating_scores import mae, r2, rmse
 from modeling.doors.evaluation_tables import Row, waveform_errors
 from modeling.doors.intervals import COVERAGE, half_widths, nested_coverage
 from modeling.doors.methods import Method
+from modeling.doors.registry import Direction
+from modeling.doors.scaling import TOP
 from modeling.doors.shares import share_within, share_within_sd
 
+Mask: TypeAlias = NDArray[np.bool_]
+BY = ("judge", "fresh", "felt")
+"""Who rates a made profile: the forward model; fresh people; these without bias, gain, noise and steps."""
 FILE_NUMBERS = ("file_ms", "file_p99_ms", "file_bytes", "file_difference")
+
+
+def method_rows(judged: Judged, way: Direction) -> tuple[Row, ...]:
+    """A row for each method of a direction on the split that counts."""
+    found, methods = judged.methods(way), judged.context.methods[way]
+    if way == "forward":
+        return tuple(forward_row(each, methods[each.method]) for each in found)
+    within = attainable(found)
+    return tuple(inverse_row(each, methods[each.method], within) for each in found)
 
 
 def forward_row(found: Gathered, method: Method) -> Row:
@@ -41,8 +59,11 @@ def forward_row(found: Gathered, method: Method) -> Row:
     }
 
 
-def inverse_row(found: Gathered, method: Method) -> Row:
-    """One method that makes profiles: waveform error in percent of the range of forces, loop error on 0..100."""
+def inverse_row(found: Gathered, method: Method, attainable: Mask | None = None) -> Row:
+    """One method that makes profiles: waveform error in percent of the range of forces, loop error on 0..100.
+
+    `attainable` (n,) are the wishes that can be had (see `attainable`); None: nobody looked.
+    """
     errors = waveform_errors(found)
     return {
         "method": found.method,
@@ -50,7 +71,7 @@ def inverse_row(found: Gathered, method: Method) -> Row:
         "waveform_mae": float(errors[0].mean()),
         "waveform_mae_sd": float(errors[0].std(ddof=1)) if len(errors[0]) > 1 else None,
         "waveform_rmse": float(errors[1].mean()),
-        **loop_numbers(found),
+        **loop_numbers(found, attainable),
         "unplayable": unplayable(found),
         "made": len(found.data),
         "corners_unplayable": found.total("corners_unplayable") if _has(found, "corners_unplayable") else None,
@@ -72,24 +93,38 @@ def files(found: Gathered) -> Row:
     return {**trained, **{name: found.number(name) for name in FILE_NUMBERS}, "note": "; ".join(notes) or None}
 
 
-def loop_numbers(found: Gathered) -> Row:
-    """The mean absolute difference between wished ratings and those of the made profile."""
-    wish = _wish(found)
-    return {f"loop_{by}": _off(found, wish, by) for by in ("judge", "fresh", "felt")}
+def attainable(methods: Iterable[Gathered]) -> Mask | None:
+    """Which wishes (n,) can be had: some method's profile comes within TOLERANCE of it in every attribute.
+
+    The forward model of the training side says so, as it does to a designer; it saw neither the wish's door nor what
+    anybody says of the made one. None where nothing was made.
+    """
+    found = [mask for each in methods if (mask := _had(each)) is not None]
+    return np.any(found, axis=0) if found else None
 
 
-def loop_rows(found: Gathered) -> list[Row]:
-    """The loop's error by attribute: as the forward model judges it, and as perceivers do who saw no training data."""
-    rows: list[Row] = []
-    wish = _wish(found)
-    for column, attribute in enumerate(found.data.attributes):
-        told = {by: found.array(f"loop_{by}") for by in ("judge", "fresh", "felt")}
-        errors = {
-            f"loop_{by}": None if felt is None else float(np.mean(np.abs(felt[:, column] - wish[:, column])))
-            for by, felt in told.items()
-        }
-        rows.append({"method": found.method, "attribute": attribute, **errors})
-    return rows
+def loop_numbers(found: Gathered, within: Mask | None = None) -> Row:
+    """The mean absolute difference between wished ratings and those of the made profile.
+
+    Also over the wishes `within` alone, by fresh people where there are any and else by the forward model.
+    """
+    off = {f"loop_{by}": _off(found, by) for by in BY}
+    told: Row = {name: None if each is None else float(np.mean(each)) for name, each in off.items()}
+    counts = off["loop_judge"] if off["loop_fresh"] is None else off["loop_fresh"]
+    some = None if within is None or counts is None or not within.any() else float(np.mean(counts[within]))
+    return told | {"loop_attainable": some, "attainable": None if within is None else int(within.sum())}
+
+
+def loop_rows(found: Gathered, within: Mask | None = None) -> list[Row]:
+    """`loop_numbers` by attribute."""
+    off = {f"loop_{by}": _off(found, by) for by in BY}
+    counts = off["loop_judge"] if off["loop_fresh"] is None else off["loop_fresh"]
+    off["loop_attainable"] = None if within is None or counts is None or not within.any() else counts[within]
+    return [
+        {"method": found.method, "attribute": attribute}
+        | {name: None if each is None else float(np.mean(each[:, column])) for name, each in off.items()}
+        for column, attribute in enumerate(found.data.attributes)
+    ]
 
 
 def unplayable(found: Gathered) -> int | None:
@@ -136,14 +171,18 @@ def _within_sd(found: Gathered) -> float | None:
     return share_within_sd(found.predicted, found.actual, found.sd).overall
 
 
-def _wish(found: Gathered) -> Array:
-    wish = found.array("wish")
-    return found.actual[:, :0] if wish is None else wish
+def _off(found: Gathered, by: str) -> Array | None:
+    """How far from the wish each attribute is (n, attributes), by this judge; None where it was not asked."""
+    wish, felt = found.array("wish"), found.array(f"loop_{by}")
+    return None if wish is None or felt is None else np.abs(felt - wish)
 
 
-def _off(found: Gathered, wish: Array, by: str) -> float | None:
-    felt = found.array(f"loop_{by}")
-    return None if felt is None else float(np.mean(np.abs(felt - wish)))
+def _had(found: Gathered) -> Mask | None:
+    wish, said = found.array("wish"), found.array("loop_judge")
+    if wish is None or said is None:
+        return None
+    near: Mask = np.all(np.abs(np.clip(said, 0.0, TOP) - wish) <= TOLERANCE, axis=1)
+    return near
 
 
 def _has(found: Gathered, name: str) -> bool:

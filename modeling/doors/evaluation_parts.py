@@ -99,9 +99,10 @@ def _loop_reached(row: Row) -> list[str]:
         ("loop_judge", "the forward model judges"),
     ):
         if row[name] is not None:
-            met = _said(row[name] <= TARGETS["loop"])
-            off = f"off by {row[name]:.2f} an attribute (wanted: at most {TARGETS['loop']:g})"
-            return [f"As {whose} it: {off}: {met}."]
+            counts = row[name] if row["loop_attainable"] is None else row["loop_attainable"]
+            met, off = _said(counts <= TARGETS["loop"]), f"off by {row[name]:.2f} an attribute"
+            some = "" if row["loop_attainable"] is None else f", {counts:.2f} where the wish can be had"
+            return [f"As {whose} it: {off}{some} (wanted: at most {TARGETS['loop']:g}): {met}."]
     return []
 
 

@@ -12,7 +12,7 @@ from modeling.doors.evaluating_kept import code
 from modeling.doors.evaluating_measured import measured_rows
 from modeling.doors.evaluating_scores import mae, r2, rmse
 from modeling.doors.evaluating_whole import Evaluation
-from modeling.doors.evaluation_overall import loop_rows, widths
+from modeling.doors.evaluation_overall import attainable, loop_rows, widths
 from modeling.doors.evaluation_tables import (
     OVERALL,
     Row,
@@ -44,7 +44,7 @@ def tables(found: Evaluation) -> dict[str, list[Row]]:
         "splits_inverse": splits_inverse(found),
         "floors": list(found.floors),
         "noise_ceiling": [row for each in found.ceilings for row in ceiling_rows(each)],
-        "loop": [row for each in inverse for row in loop_rows(each)],
+        "loop": [row for each in inverse for row in loop_rows(each, attainable(inverse))],
         "corners": corner_rows(inverse),
         "one_slider": [row for each in inverse for row in slider_rows(each)],
         "plausibility": [plausible_row(each) for each in inverse],

@@ -13,12 +13,13 @@ from torch.nn.functional import mse_loss
 from modeling.doors.data import POINTS, Array, ModelDataError
 from modeling.doors.exporting_network import exported_network
 from modeling.doors.forward_network import FeltThrough
-from modeling.doors.methods import Exported, Learning, Method
+from modeling.doors.methods import Learning, Method
 from modeling.doors.network_parts import Rescale, answers, settings_for, training_rows
 from modeling.doors.networks import ATTRIBUTES, ForceToPerception, PerceptionToForce
 from modeling.doors.preparing import Rows, checked_wishes
 from modeling.doors.scaling import TOP, Scaling
 from modeling.doors.side import DoorSide
+from modeling.files.exported import Exported
 from modeling.training.loop import Trained, train
 from modeling.training.seeding import seeded, training_state
 from modeling.training.settings import Settings
@@ -29,6 +30,7 @@ SETTINGS = Settings(
     epochs=200, batch=8, learning_rate=1e-4, least_rate=1e-6, plateau_patience=None, stop_patience=6, every_epochs=10
 )
 """Thesis 5.6.1.1; the patience is ours. A checkpoint of it holds 670 MB, hence only every tenth epoch."""
+QUICK_EPOCHS = 2
 
 
 @dataclass(frozen=True)
@@ -65,7 +67,7 @@ def fit(learning: Learning, settings: Settings = SETTINGS) -> MadeThrough:
     rows, held = training_rows(learning)
     if (found := rows.rating.shape[1]) != ATTRIBUTES:
         raise ModelDataError(f"the network of thesis 5.6 takes {ATTRIBUTES} ratings, this study has {found}.")
-    asked = settings_for(learning, settings)
+    asked = settings_for(learning, settings, QUICK_EPOCHS)
     inner = seeded(lambda: PerceptionToForce(_inner(forward).decoder), asked.seed)
     scaled = learning.scaling.force_up(rows.force_N)
     network = nn.Sequential(Rescale.down(rows.rating), inner, Rescale.up(scaled))

@@ -74,13 +74,13 @@ def _watched(learning: Learning) -> Learning:
     return replace(learning, measured=learning.held, settings=settings)
 
 
-def settings_for(learning: Learning, default: Settings) -> Settings:
+def settings_for(learning: Learning, default: Settings, quick_epochs: int = QUICK_EPOCHS) -> Settings:
     """A method's settings with the caller's wishes over them: epochs, batch, threads, checkpoint, stop_patience.
 
-    `quick` trains for a few epochs where no number of epochs is given. Raises TrainingError for a value without sense.
+    `quick` trains for so many epochs where no number is given. Raises TrainingError for a value without sense.
     """
     given = learning.settings
-    wished: dict[str, Any] = {"epochs": min(default.epochs, QUICK_EPOCHS)} if given.get("quick") else {}
+    wished: dict[str, Any] = {"epochs": min(default.epochs, quick_epochs)} if given.get("quick") else {}
     wished |= {name: given[name] for name in ASKED if name in given}
     return replace(default, seed=learning.seed, **wished)
 

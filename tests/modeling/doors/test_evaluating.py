@@ -1,11 +1,13 @@
 import json
 from dataclasses import replace
+from pathlib import Path
 
 import numpy as np
 import pytest
 
 pytest.importorskip("torch")
 
+from modeling.commands_training import Training, train_pair
 from modeling.doors.data import ModelDataError
 from modeling.doors.evaluating import Wanted, context_for, judge, plan
 from modeling.doors.evaluating_floors import floors
@@ -68,6 +70,38 @@ def test_what_an_inverse_method_builds_on_gets_the_checkpoint_of_its_own_forward
     assert len(forward) == 6
     assert sorted(forward[:3]) == sorted(forward[3:])
     assert len({place for name, place in fits if name == "above"} - set(forward)) == 3
+
+
+def test_a_quick_training_of_an_inverse_method_keeps_no_checkpoint_but_what_it_builds_on_does(tmp_path):
+    log = tmp_path / "log"
+    judged(small_data(), wanted("", "above", quick=True, kept=tmp_path / "jobs", settings={"log": str(log)}))
+    places = dict(line.split() for line in log.read_text().splitlines())
+    assert places["above"] == "None"
+    assert Path(places["below"]).parent.name == "checkpoints"
+
+
+def test_the_checkpoints_of_a_forward_method_go_though_only_what_builds_on_it_was_asked_for(tmp_path):
+    methods = {way: dict(known) for way, known in METHODS.items()}
+    methods["forward"]["below"] = replace(METHODS["forward"]["below"], fit=with_checkpoint)
+    asked = wanted("", "above", kept=tmp_path / "jobs", settings={"log": str(tmp_path / "log")})
+    judge(context_for(small_data(), SIDE, asked, methods), asked)
+    assert (tmp_path / "log").read_text().count("below") == 3
+    assert list((tmp_path / "jobs" / "checkpoints").glob("*")) == []
+
+
+def with_checkpoint(learning):
+    learning.settings["checkpoint"].mkdir(parents=True)
+    return METHODS["forward"]["below"].fit(learning)
+
+
+def test_a_model_to_be_used_is_fitted_once_whichever_direction_needs_it(tmp_path):
+    log = tmp_path / "log"
+    asked = wanted(kept=tmp_path / "jobs", settings={"log": str(log)})
+    pair = Training({"forward": "below", "inverse": "above"}, tmp_path / "models", asked, METHODS)
+    written = train_pair(small_data(), SIDE, pair, lambda _line: None)
+    assert [each.method for each in written.values()] == ["below", "above"]
+    fits = [line.split()[0] for line in log.read_text().splitlines()]
+    assert (fits.count("below"), fits.count("above")) == (3 + 3 + 1, 3 + 1)
 
 
 def test_results_do_not_depend_on_the_order_of_the_stimuli():
