@@ -123,12 +123,19 @@ def cli(ctx: click.Context) -> None:
 
     A lab is a folder (--lab, default: the current one). Sessions lie in LAB/sessions/*.sqlite.
     """
-    ctx.obj = doors_side
+    ctx.obj = Sides()
 
 
-def doors_side() -> Any:
-    """The rig's side of doors, for the rooms that may not import a device: they are handed it here."""
-    return _named("devices.door.side:DoorSide")()
+class Sides:
+    """The rig's sides of what is modelled, for the rooms that may not import a device: they are handed them here."""
+
+    def doors(self) -> Any:
+        """That of doors."""
+        return _named("devices.door.side:DoorSide")()
+
+    def textures(self) -> Any:
+        """That of textures."""
+        return _named("studies.texture_side:RigTextures")()
 
 
 @click.command()
@@ -196,7 +203,7 @@ def bench(area: tuple[str, ...], quick: bool, as_json: bool, out: Path) -> None:
 
 def doors_cases(quick: bool) -> Iterator[Any]:
     """The door models' cases and the authoring window's: no room reaches both."""
-    yield from _named("modeling.doors.bench:cases")(quick, doors_side())
+    yield from _named("modeling.doors.bench:cases")(quick, Sides().doors())
     yield from _named("modeling.keyswitch.bench:cases")(quick)
     yield from _named("devices.author.bench:cases")(quick)
 

@@ -13,7 +13,7 @@ from studies.options import JSON, echo_json
 if TYPE_CHECKING:
     from modeling.doors.evaluating_whole import Evaluation
     from modeling.doors.registry import Direction
-    from modeling.doors.side import Doors
+    from modeling.handed import Handed
 
 SEED = click.option(
     "--seed", type=click.IntRange(0, 1_000_000), default=0, show_default=True, help="For everything drawn."
@@ -62,7 +62,7 @@ def evaluate() -> None:
 @JSON
 @click.pass_obj
 def train_doors(
-    doors: Doors, asked: Asked, forward: str | None, inverse: str | None, seed: int, quick: bool, workers: int | None,
+    handed: Handed, asked: Asked, forward: str | None, inverse: str | None, seed: int, quick: bool, workers: int | None,
     cluster: str | None, to: Path | None, as_json: bool,
 ) -> None:  # fmt: skip
     """Train both door models on all stimuli and write them as files that a rig reads.
@@ -88,7 +88,7 @@ def train_doors(
         methods = {way: name or default_of(asked.lab, data, way) for way, name in named.items()}
         kept = kept_in(asked.lab)
         wanted = Wanted(seed=seed, quick=quick, folds=folds_for(quick), workers=workers, cluster=cluster, kept=kept)
-        written = train_pair(data, doors(), Training(methods, to or asked.lab / "models", wanted), report)
+        written = train_pair(data, handed.doors(), Training(methods, to or asked.lab / "models", wanted), report)
     if as_json:
         echo_json({way: each.plain() for way, each in written.items()})
         return
@@ -123,7 +123,7 @@ def _told(way: Direction, metrics: Any) -> str:
 @JSON
 @click.pass_obj
 def evaluate_doors(
-    doors: Doors, asked: Asked, names: tuple[str, ...], split: Any, seed: int, quick: bool, workers: int | None,
+    handed: Handed, asked: Asked, names: tuple[str, ...], split: Any, seed: int, quick: bool, workers: int | None,
     cluster: str | None, figures: bool, to: Path | None, as_json: bool,
 ) -> None:  # fmt: skip
     """Judge every method of both directions on the same folds, and write tables, figures and a report.
@@ -151,7 +151,7 @@ def evaluate_doors(
     )
     with going_on("what is left"), progress_lines() as report:
         data, individual = read(asked)
-        found = evaluated(data, individual, doors(), wanted, report)
+        found = evaluated(data, individual, handed.doors(), wanted, report)
         paths = write_all(found, to or folder_for(asked.lab, split), report, figures)
     if as_json:
         from modeling.doors.evaluation_results import as_json as results

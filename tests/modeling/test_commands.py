@@ -12,6 +12,7 @@ import palpate
 from devices.door.side import DoorSide
 from modeling.commands import evaluate, train
 from modeling.doors.evaluating_outputs import RESULTS
+from palpate import Sides
 from studies.catalogue import SHIPPED
 from tests.modeling.doors.evaluated_small import small_data
 
@@ -31,7 +32,7 @@ def table(tmp_path):
 
 
 def done(command, *arguments):
-    result = CliRunner().invoke(command, ["doors", *map(str, arguments)], obj=DoorSide, catch_exceptions=False)
+    result = CliRunner().invoke(command, ["doors", *map(str, arguments)], obj=Sides(), catch_exceptions=False)
     assert result.exit_code == 0, result.output
     return result
 
@@ -115,7 +116,7 @@ def test_an_interrupted_command_says_how_to_go_on(table, tmp_path, monkeypatch):
 
     monkeypatch.setattr("modeling.doors.evaluating_whole.evaluate", stop)
     arguments = ["doors", "--data", str(table), "--lab", str(tmp_path)]
-    result = CliRunner().invoke(evaluate, arguments, obj=DoorSide)
+    result = CliRunner().invoke(evaluate, arguments, obj=Sides())
     assert result.exit_code == 1
     assert "the same command goes on" in result.stderr
 
