@@ -6,7 +6,8 @@ LOCK := -c constraints.txt
 # tests of the real window and of training.
 EXTRAS ?= dev
 ROOMS := protocols devices studies analysis modeling
-SOURCES := pyproject.toml palpate.py $(shell find $(ROOMS) participants_template -type f -not -path '*/__pycache__/*')
+KERNEL := setup.py $(wildcard devices/models/native/*.[ch])
+SOURCES := pyproject.toml setup.py palpate.py $(shell find $(ROOMS) participants_template -type f -not -path '*/__pycache__/*')
 
 .PHONY: demo test check clean
 
@@ -33,7 +34,7 @@ check: .venv/.$(EXTRAS)
 	rm -rf build .venv/.dev*
 	touch $@
 
-.venv/.$(EXTRAS): .venv/bin/python pyproject.toml constraints.txt
+.venv/.$(EXTRAS): .venv/bin/python pyproject.toml constraints.txt $(KERNEL)
 	$(BIN)/python -m pip install --quiet --disable-pip-version-check $(LOCK) -e '.[$(EXTRAS)]'
 	rm -rf build .venv/.demo
 	touch $@

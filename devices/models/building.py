@@ -8,10 +8,21 @@ from typing import Any
 
 import numpy as np
 
-from devices.models import layers, look_ups, profile_steps
-from devices.models.form import LARGEST, At, Built, Form, Run, Values
+from devices.models import (
+    activations,
+    autoregression,
+    kept_values,
+    layers,
+    look_ups,
+    profile_steps,
+    recurrence,
+    sequence_layers,
+)
+from devices.models.form import LARGEST, At, Built, Form, Kept, Run, Values
 from protocols import model_card as steps_of
-from protocols.model_card import Dense, Mean, Residual, Step, Upsample
+from protocols import signal_steps
+from protocols.model_card import Conv, Dense, Mean, Residual, Step, Upsample
+from protocols.signal_steps import Attention, Norm
 
 __all__ = ["Form", "Run", "built"]
 
@@ -25,7 +36,7 @@ def _chain(steps: Sequence[Step], form: Form, at: At) -> Built:
     runs: list[Run] = []
     place = 0
     while place < len(steps):
-        together = 2 if _copies_before_dense(steps[place : place + 2]) else 1
+        together = 2 if _one_step(steps[place : place + 2], at) else 1
         kinds = ", ".join(step.do for step in steps[place : place + together])
         here = at.inner(f"step {place + 1} ({kinds})")
         run, form = _next(steps[place : place + together], form, here)
@@ -36,25 +47,39 @@ def _chain(steps: Sequence[Step], form: Form, at: At) -> Built:
     return _one_after_another(tuple(runs)), form
 
 
-def _copies_before_dense(steps: Sequence[Step]) -> bool:
-    """Copies need not be made where a dense layer can count them in its weights."""
-    return len(steps) == 2 and isinstance(steps[0], Upsample) and isinstance(steps[1], Dense)
+def _one_step(steps: Sequence[Step], at: At) -> bool:
+    """Copies need not be made, and places not scaled, where what follows can have that in its weights."""
+    if len(steps) < 2:
+        return False
+    if isinstance(steps[0], Upsample):
+        return isinstance(steps[1], Dense)
+    return isinstance(steps[0], Norm) and _by_place(steps[1], at)
+
+
+def _by_place(step: Step, at: At) -> bool:
+    """Whether it multiplies each place by a matrix."""
+    if isinstance(step, Conv):
+        weight = at.tensors.get(step.weight)
+        return not step.pad and weight is not None and weight.shape[2:] == (1,)
+    return isinstance(step, Attention) and step.memory is None
 
 
 def _next(steps: Sequence[Step], form: Form, at: At) -> Built:
-    """One step at work, or an upsampling and a dense one together."""
+    """One step at work, or two together."""
     first, last = steps[0], steps[-1]
+    make: Callable[[Any, Form, At], Built] = _BUILDERS[type(last)]
     if isinstance(first, Upsample) and isinstance(last, Dense):
         layers.require_sides(first, form, at)
         return layers.dense(last, form, at, times=first.times)
-    make: Callable[[Any, Form, At], Built] = _BUILDERS[type(first)]
+    if isinstance(first, Norm) and isinstance(last, Attention | Conv):
+        return sequence_layers.norm_before(first, last, make, form, at)
     return make(first, form, at)
 
 
 def _one_after_another(runs: tuple[Run, ...]) -> Run:
-    def run(x: Values) -> Values:
+    def run(x: Values, kept: Kept) -> Values:
         for each in runs:
-            x = each(x)
+            x = each(x, kept)
         return x
 
     return run
@@ -65,8 +90,8 @@ def _residual(step: Residual, form: Form, at: At) -> Built:
     if out.shape != form.shape:
         raise at.refuse(f"its steps turn shape {form.shape} into {out.shape}; the same shape is expected")
 
-    def run(x: Values) -> Values:
-        y = inner(x)
+    def run(x: Values, kept: Kept) -> Values:
+        y = inner(x, kept)
         if out.length_first != form.length_first:
             y = y.swapaxes(1, 2)
         total = np.add(y, x, out=y) if out.owned and y.dtype == np.result_type(x, y) else y + x
@@ -86,8 +111,8 @@ def _mean(step: Mean, form: Form, at: At) -> Built:
     if len(shapes) > 1 or any(len(shape) != 1 for shape in shapes):
         raise at.refuse(f"its members give shapes {sorted(shapes)}; one and the same list of numbers is expected")
 
-    def mean(x: Values) -> Values:
-        return np.asarray(sum(run(x).astype(np.float64) for run, _ in members) / len(members))
+    def mean(x: Values, kept: Kept) -> Values:
+        return np.asarray(sum(run(x, kept).astype(np.float64) for run, _ in members) / len(members))
 
     return mean, Form(shapes.pop(), owned=True)
 
@@ -96,7 +121,7 @@ _BUILDERS: Mapping[type, Callable[[Any, Form, At], Built]] = {
     steps_of.Affine: layers.affine,
     steps_of.Dense: layers.dense,
     steps_of.Conv: layers.conv,
-    steps_of.Activation: layers.activation,
+    steps_of.Activation: activations.activation,
     steps_of.MaxPool: layers.max_pool,
     steps_of.Upsample: layers.upsample,
     steps_of.Reshape: layers.reshape,
@@ -108,4 +133,16 @@ _BUILDERS: Mapping[type, Callable[[Any, Form, At], Built]] = {
     steps_of.Playable: profile_steps.playable,
     steps_of.Residual: _residual,
     steps_of.Mean: _mean,
+    signal_steps.Keep: kept_values.keep,
+    signal_steps.Recall: kept_values.recall,
+    signal_steps.Add: kept_values.add,
+    signal_steps.Join: kept_values.join,
+    signal_steps.Part: kept_values.part,
+    signal_steps.Turn: kept_values.turn,
+    signal_steps.Polar: kept_values.polar,
+    signal_steps.Cartesian: kept_values.cartesian,
+    signal_steps.Norm: sequence_layers.norm,
+    signal_steps.Attention: sequence_layers.attention,
+    signal_steps.Lstm: recurrence.lstm,
+    signal_steps.Autoregression: autoregression.autoregression,
 }

@@ -37,7 +37,7 @@ def models() -> None:
 @LAB
 @JSON
 def list_command(lab: Path, as_json: bool) -> None:
-    """List the models there are: what they take and give, their error, when they were made.
+    """List the models there are, of doors and of textures: what they take and give, their error, when they were made.
 
     Where a lab has a model of a shipped one's name, the lab's is used.
     """
@@ -89,11 +89,13 @@ def compare_command(names: tuple[str, ...], files: tuple[Path, ...], lab: Path, 
     """Compare models that answer the same question: their metrics, their time, and how far their answers are apart.
 
     Models of a feeling are asked about the 90 profiles of door_ratings (or --on FILE); models of a profile, about all
-    attributes at 50 and each one aside at 10 and 90.
+    attributes at 50 and each one aside at 10 and 90. Models of one texture are asked about 25 windows that the first of
+    them makes, at speeds and forces from the least to the greatest that it was recorded at.
 
     \b
     Example:
       palpate models compare door-perception other.json --lab LAB
+      palpate models compare texture-cloth-foten_generative texture-cloth-ar --lab LAB
     """
     from devices.models.comparing import apart, milliseconds, require_alike
     from devices.models.tables import apart_words, metrics_words
@@ -102,7 +104,7 @@ def compare_command(names: tuple[str, ...], files: tuple[Path, ...], lab: Path, 
         raise click.UsageError("two models or more are compared; `palpate models list` shows those there are")
     read = [_read(name, lab) for name in names]
     require_alike(read)
-    inputs = _inputs(read[0], files)
+    inputs = _inputs(read, files)
     told = apart(read, names, inputs)
     times = [milliseconds(model, inputs, time.perf_counter) for model in read]
     if as_json:
@@ -138,6 +140,8 @@ def predict(
       palpate predict door-force --wish Easy-to-pull=20 --wish Damped=30 --to door.csv --lab LAB
     """
     asked = _read(model, lab)
+    if asked.card.texture is not None:
+        raise click.UsageError(f"{asked.card.name} makes a texture: `palpate render {asked.card.texture.id}` plays it")
     if asked.card.takes.kind == "ratings":
         if recording or zero:
             raise click.UsageError(f"{asked.card.name} makes profiles: it is given --wish, not a recording")
@@ -203,17 +207,24 @@ def _read(name: str, lab: Path) -> Model:
     return read_model(find_model(name, lab))
 
 
-def _inputs(model: Model, files: Sequence[Path]) -> Inputs:
+def _inputs(models: Sequence[Model], files: Sequence[Path]) -> Inputs:
     """What is asked of all models that are compared."""
     import numpy as np
 
     from devices.models.comparing import STUDY, Inputs, wishes
+    from devices.models.comparing_textures import DRIVE, WINDOW, texture_drives, texture_windows
     from devices.models.given import profile_of
 
-    if model.card.takes.kind == "ratings":
-        if files:
-            raise click.UsageError("--on is for models that tell how profiles feel; these make profiles")
-        return wishes(model)
+    kind = models[0].card.takes.kind
+    if files and kind != "force_profile":
+        makes = "profiles" if kind == "ratings" else "a texture"
+        raise click.UsageError(f"--on is for models that tell how profiles feel; these make {makes}")
+    if kind == "ratings":
+        return wishes(models[0])
+    if kind == WINDOW:
+        return Inputs(*texture_windows(models))
+    if kind == DRIVE:
+        return Inputs(*texture_drives(models[0]))
     chosen = files or sorted(STUDY.glob("*.csv"))
     if not chosen:
         raise click.UsageError(f"no profiles in {STUDY}; name some with --on FILE")

@@ -10,6 +10,7 @@ from pathlib import Path
 import numpy as np
 from numpy.typing import NDArray
 
+from devices.models.comparing_textures import WINDOW, require_one_texture, rows_for
 from devices.models.errors import ModelInputError
 from devices.models.given import NEUTRAL, TOP
 from devices.models.runtime import Model
@@ -37,15 +38,21 @@ class Apart:
 
 @dataclass(frozen=True)
 class Inputs:
-    """What is asked of all models: (n, in), and a name for each."""
+    """What is asked of all models: (n, in), and a name for each. Of windows, a model is asked its own last samples."""
 
     rows: Array
     names: tuple[str, ...]
 
 
 def require_alike(models: Sequence[Model]) -> None:
-    """All take and give the same. Raises ModelInputError that says which does not."""
+    """All take and give the same, but that models of one texture may look back more or less far.
+
+    Raises ModelInputError that says which does not.
+    """
     first = models[0].card
+    if first.takes.kind == WINDOW:
+        require_one_texture(models)
+        return
     for model in models[1:]:
         for side, mine, other in (("takes", first.takes, model.card.takes), ("gives", first.gives, model.card.gives)):
             if (mine.kind, mine.size, mine.names) != (other.kind, other.size, other.names):
@@ -76,9 +83,10 @@ def apart(models: Sequence[Model], labels: Sequence[str], inputs: Inputs) -> lis
 
 def milliseconds(model: Model, inputs: Inputs, clock: Callable[[], float]) -> float:
     """The median time of one answer, over all inputs one by one, after one that does not count."""
-    model.run(inputs.rows[0])
+    rows = rows_for(model, inputs.rows)
+    model.run(rows[0])
     times = []
-    for row in inputs.rows:
+    for row in rows:
         start = clock()
         model.run(row)
         times.append(clock() - start)
@@ -99,6 +107,8 @@ def _apart(
 
 def _answers(model: Model, first: Model, rows: Array) -> Array:
     takes, gives = model.card.takes, model.card.gives
+    if takes.kind == WINDOW:
+        return model.run(rows_for(model, rows))[:, :1]
     answers = model.run(_recounted(rows, first.card.takes.scale, takes.scale))
     shown = np.clip(answers, 0, TOP) if gives.kind == "ratings" else answers
     return _recounted(shown, gives.scale, first.card.gives.scale)

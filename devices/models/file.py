@@ -16,6 +16,7 @@ from protocols.model_card import FORMAT, Card, complaint
 __all__ = ["CARD_SUFFIX", "Model", "ModelFileError", "read_card", "read_model"]
 
 CARD_SUFFIX = ".json"
+HATT_SUFFIX = ".xml"
 LARGEST_CARD = 8 * 1024**2
 """Bytes of a card; the numbers are in the other file."""
 CODE = {".pt", ".pth", ".pkl", ".pickle", ".joblib", ".onnx", ".h5", ".hdf5", ".keras", ".pb", ".npy", ".npz", ".ckpt"}
@@ -26,12 +27,17 @@ FAMILY = FORMAT.rpartition("/")[0]
 def read_model(card: Path | str) -> Model:
     """Read a model from its card, NAME.json, and the weights that the card names beside it.
 
-    Everything is checked here, once: a model that was read answers every finite input of the right size.
+    Everything is checked here, once: a model that was read answers every finite input of the right size. A texture of
+    the Penn Haptic Texture Toolkit, `Models_NAME.xml`, is read as a model too (devices/models/hatt.py).
 
     Raises:
         ModelFileError: a file that is missing, foreign, newer, truncated or changed, or whose steps do not fit.
     """
     path = Path(card)
+    if path.suffix.lower() == HATT_SUFFIX:
+        from devices.models.hatt import read_hatt
+
+        return read_hatt(path)
     found = read_card(path)
     tensors = read_tensors(path, found)
     try:

@@ -1,4 +1,4 @@
-"""Where trained models lie: a lab's own in LAB/models, the shipped ones of doors in devices/door/made."""
+"""Where trained models lie: a lab's own in LAB/models, shipped ones in devices/door/made and devices/render/made."""
 
 from __future__ import annotations
 
@@ -13,6 +13,7 @@ from protocols.did_you_mean import nearest
 from protocols.model_card import Card
 
 SHIPPED = Path(__file__).parents[1] / "door" / "made"
+TEXTURES = Path(__file__).parents[1] / "render" / "made"
 FOLDER = "models"
 
 
@@ -26,14 +27,14 @@ class Listed:
     wrong: str = ""
 
 
-def places(lab: Path) -> dict[str, Path]:
-    """The folders that are searched, a lab's own first, and whose they are."""
-    return {"lab": lab / FOLDER, "shipped": SHIPPED}
+def places(lab: Path) -> tuple[tuple[str, Path], ...]:
+    """Whose the folders that are searched are, and where they are, a lab's own first."""
+    return ("lab", lab / FOLDER), ("shipped", SHIPPED), ("shipped", TEXTURES)
 
 
 def listed(lab: Path) -> Iterator[Listed]:
     """Every card in the folders, by name; whether its numbers are untouched is known when it is read."""
-    for owner, folder in places(lab).items():
+    for owner, folder in places(lab):
         for path in sorted(folder.glob(f"*{CARD_SUFFIX}")):
             try:
                 card = read_card(path)
@@ -48,10 +49,10 @@ def find_model(name: str, lab: Path) -> Path:
     """The card that a name or a path means. Raises ModelFileError that names the nearest model there is."""
     if "/" in name or "\\" in name:
         return Path(name)
-    for folder in places(lab).values():
+    for _, folder in places(lab):
         if (path := folder / f"{name}{CARD_SUFFIX}").is_file():
             return path
     if Path(name).suffix in {CARD_SUFFIX, ".safetensors", *CODE} or Path(name).is_file():
         return Path(name)
-    names = dict.fromkeys(path.stem for folder in places(lab).values() for path in folder.glob(f"*{CARD_SUFFIX}"))
+    names = dict.fromkeys(path.stem for _, folder in places(lab) for path in folder.glob(f"*{CARD_SUFFIX}"))
     raise ModelFileError(f"no model {name!r} in {lab / FOLDER} or among the shipped ones; {nearest(name, names)}")

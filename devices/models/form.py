@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import math
 from collections.abc import Callable, Mapping
-from dataclasses import dataclass
+from dataclasses import dataclass, field, replace
 from typing import Any, TypeAlias
 
 import numpy as np
@@ -13,7 +13,9 @@ from numpy.typing import NDArray
 from devices.models.errors import ModelFileError
 
 Values: TypeAlias = NDArray[Any]
-Run: TypeAlias = Callable[[Values], Values]
+Kept: TypeAlias = dict[str, Values]
+"""What was kept on the way through one run; every run has its own."""
+Run: TypeAlias = Callable[[Values, Kept], Values]
 """One or more steps at work: (n, *shape) to (n, *next shape)."""
 
 LARGEST = 2**22
@@ -43,14 +45,21 @@ Built: TypeAlias = tuple[Run, Form]
 
 @dataclass(frozen=True)
 class At:
-    """A step's place in the card, and the numbers that it may name."""
+    """A step's place in the card, the numbers that it may name, and the forms of what steps before it have kept."""
 
     where: str
     tensors: Mapping[str, Values]
+    kept: dict[str, Form] = field(default_factory=dict)
 
     def inner(self, where: str) -> At:
         """A place within this one."""
-        return At(f"{self.where}, {where}" if self.where else where, self.tensors)
+        return replace(self, where=f"{self.where}, {where}" if self.where else where)
+
+    def was_kept(self, name: str) -> Form:
+        """The form of a value that a step before this one has kept. Raises ModelFileError."""
+        if name not in self.kept:
+            raise self.refuse(f"no step before it has kept {name!r}")
+        return self.kept[name]
 
     def refuse(self, what: str) -> ModelFileError:
         """The error that says where."""
@@ -85,7 +94,7 @@ class At:
         return tensor
 
 
-def flattened(form: Form) -> Run:
+def flattened(form: Form) -> Callable[[Values], Values]:
     """(n, *shape) as it is kept to (n, size) in C order."""
 
     def run(x: Values) -> Values:

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import numpy as np
 
-from devices.models.form import LARGEST, At, Built, Form, Values, flattened, missing_where_not_finite
+from devices.models.form import LARGEST, At, Built, Form, Kept, Values, flattened, missing_where_not_finite
 from protocols.model_card import Forest, Kernel, Nearest
 
 
@@ -16,7 +16,7 @@ def kernel(step: Kernel, form: Form, at: At) -> Built:
     if not np.isfinite(narrow):
         raise at.refuse(f"a length of {step.length:g} is too short to compute with")
 
-    def run(x: Values) -> Values:
+    def run(x: Values, _kept: Kept) -> Values:
         given = flat(x).astype(points.dtype, copy=False)
         near = step.variance * np.exp(narrow * _squared_distances(given, points))
         return missing_where_not_finite(given, near @ weights)
@@ -30,7 +30,7 @@ def nearest(step: Nearest, form: Form, at: At) -> Built:
     values = at.reals(step.values, len(points), None)
     flat = flattened(form)
 
-    def run(x: Values) -> Values:
+    def run(x: Values, _kept: Kept) -> Values:
         given = flat(x).astype(points.dtype, copy=False)
         return missing_where_not_finite(given, values[_squared_distances(given, points).argmin(axis=1)])
 
@@ -47,7 +47,7 @@ def forest(step: Forest, form: Form, at: At) -> Built:
         raise at.refuse(f"{len(roots)} trees of {value.shape[1]} numbers; at most {LARGEST} together are run")
     flat = flattened(form)
 
-    def run(x: Values) -> Values:
+    def run(x: Values, _kept: Kept) -> Values:
         given = flat(x).astype(threshold.dtype, copy=False)
         rows = np.arange(len(given))[:, None]
         node = np.broadcast_to(roots, (len(given), len(roots)))

@@ -6,7 +6,7 @@ import numpy as np
 
 from devices.door.grid import POINTS, DoorDataError
 from devices.models.errors import ModelInputError
-from devices.models.form import At, Built, Form, Values
+from devices.models.form import At, Built, Form, Kept, Values
 from protocols.model_card import DoorFeatures, Playable
 
 
@@ -21,7 +21,7 @@ def door_features(step: DoorFeatures, form: Form, at: At) -> Built:
     if not step.names:
         raise at.refuse("it names no features; at least one is expected")
 
-    def run(x: Values) -> Values:
+    def run(x: Values, _kept: Kept) -> Values:
         try:
             return features(x, step.names)
         except DoorDataError as error:
@@ -36,7 +36,7 @@ def playable(step: Playable, form: Form, at: At) -> Built:
 
     _require_profile(form, at)
 
-    def run(x: Values) -> Values:
+    def run(x: Values, _kept: Kept) -> Values:
         rows = [bounded(row, step.force_N, step.slope_N_deg) for row in x.astype(np.float64, copy=False)]
         return np.where(np.isfinite(x), np.stack(rows), np.nan)
 

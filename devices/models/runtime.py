@@ -53,7 +53,7 @@ class Model:
         answers = np.empty((len(rows), self.card.gives.size))
         with np.errstate(over="ignore", invalid="ignore", under="ignore"):
             for start in range(0, len(rows), AT_ONCE):
-                answers[start : start + AT_ONCE] = self._program(rows[start : start + AT_ONCE])
+                answers[start : start + AT_ONCE] = self._program(rows[start : start + AT_ONCE], {})
         if not np.isfinite(answers).all():
             row = int(np.flatnonzero(~np.isfinite(answers).all(axis=1))[0])
             raise ModelInputError(

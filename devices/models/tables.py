@@ -16,6 +16,10 @@ ERRORS = ("mae", "loop_fresh", "loop_judge", "waveform_mae")
 """The metrics that stand for a model in the list, the first that there is."""
 
 
+ASKED = {"ratings": "profiles", "acceleration": "windows, for the mean of the next acceleration,", "spectrum": "hands"}
+"""What models that give this are compared on."""
+
+
 def aligned(heads: Sequence[str], rows: Sequence[Sequence[str]]) -> str:
     """Columns side by side, the first lines over them; the last column as long as it is."""
     widths = [max(len(row[place]) for row in (heads, *rows)) for place in range(len(heads))]
@@ -48,7 +52,7 @@ def metrics_words(names: Sequence[str], models: Sequence[Model], milliseconds: S
 
 def apart_words(told: Sequence[Apart], port: Port, count: int) -> str:
     """How far each pair of models is apart."""
-    what = f"{count} profiles" if port.kind == "ratings" else f"{count} wishes"
+    what = f"{count} {ASKED.get(port.kind, 'wishes')}"
     heads = ("", "", "mean", "greatest", "at")
     rows = [[each.first, each.second, f"{each.mean:.3g}", f"{each.greatest:.3g}", each.at] for each in told]
     lines = [f"\nanswers to the same {what} are apart by ({port.unit}):", aligned(heads, rows)]

@@ -7,9 +7,13 @@ from textwrap import wrap
 from typing import Any
 
 from devices.models.form import Values
-from protocols.model_card import Card, Conv, Dense, Forest, Kernel, Mean, Nearest, Port, Residual, Step
+from devices.models.signal_words import signal_step
+from protocols.model_card import Card, Conv, Dense, Forest, Kernel, Mean, Nearest, Port, Residual, Step, Texture
 
-KINDS = {"force_profile": "a force profile", "ratings": "ratings"}
+KINDS = {
+    "force_profile": "a force profile", "ratings": "ratings", "texture_window": "a texture's last samples",
+    "acceleration": "the next acceleration", "texture_drive": "speed, force and noise", "spectrum": "a spectrum",
+}  # fmt: skip
 NAME_WIDTH, LINE, MOST_LISTED = 11, 110, 8
 
 
@@ -21,6 +25,7 @@ def card_words(card: Card, tensors: Mapping[str, Values], file: str) -> str:
         "method": (card.method,),
         "takes": _port(card.takes),
         "gives": _port(card.gives),
+        "texture": _texture(card.texture, tensors),
         "interval": _interval(card),
         "metrics": [f"{name:<24} {value:.4g}" for name, value in card.metrics.items()] or ("none were written down",),
         "steps": tuple(step_words(card.steps, tensors)),
@@ -72,7 +77,7 @@ def _step(step: Step, tensors: Mapping[str, Values]) -> str:
         return f"forest of {tensors[step.roots].size} trees, {tensors[step.feature].size} nodes"
     if isinstance(step, Nearest):
         return f"the nearest of {len(tensors[step.points])} examples"
-    return _plain_step(step, tensors)
+    return signal_step(step, tensors) or _plain_step(step, tensors)
 
 
 def _plain_step(step: Any, tensors: Mapping[str, Values]) -> str:
@@ -105,6 +110,21 @@ def _port(port: Port) -> list[str]:
         lines.append("  it answers to numbers from {:g} to {:g}; others are refused".format(*port.within))
     if port.scale is not None:
         lines.append("  0 and 100 are {:.4g} and {:.4g} on the scale that people answered on".format(*port.scale))
+    return lines
+
+
+def _texture(texture: Texture | None, tensors: Mapping[str, Values]) -> list[str]:
+    if texture is None:
+        return []
+    hop = "" if texture.hop is None else f", {texture.hop} samples between spectra"
+    lines = [
+        f"{texture.label} ({texture.id}): {texture.rate_hz:g} Hz, {texture.window} samples looked back at{hop}",
+        "  from recordings at {:.3g} to {:.3g} mm/s".format(*texture.speed_mm_s)
+        + " and {:.3g} to {:.3g} N".format(*texture.force_N),
+        f"  {texture.rms_m_s2:.3g} m/s^2 RMS; nothing beyond {texture.peak_m_s2:.3g} m/s^2 is played",
+    ]
+    if texture.start is not None:
+        lines.append(f"  begins with {tensors[texture.start].size} samples of its own at 45 mm/s and 0.8 N")
     return lines
 
 

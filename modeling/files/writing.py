@@ -49,8 +49,8 @@ def write_model(
 
     Raises:
         ModelWritingError: a name that is no bare file name, numbers that are missing, unused, not finite or of another
-            type than float16 (read back as float32), float32, float64, int32, int64, a card that contradicts itself, or files that do not read back as
-            they were written.
+            type than float16 (read back as float32), float32, float64, int32, int64, a card that contradicts itself, or
+            files that do not read back as they were written.
     """
     if not NAME.fullmatch(name):
         raise ModelWritingError(f"{name!r} cannot name a model: letters, digits, '-', '_' and '.' are expected.")

@@ -26,6 +26,7 @@ RAMP = np.linspace(0, 30, 621)
 def lab(tmp_path, monkeypatch):
     """A lab with a model of a feeling and one of a profile, nothing shipped, and one profile in the current folder."""
     monkeypatch.setattr(finding, "SHIPPED", tmp_path / "shipped")
+    monkeypatch.setattr(finding, "TEXTURES", tmp_path / "textures")
     monkeypatch.chdir(tmp_path)
     feeling(tmp_path / "models")
     shape(tmp_path / "models")

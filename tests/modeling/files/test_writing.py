@@ -40,6 +40,17 @@ def test_a_model_reads_back_as_it_was_written(tmp_path):
     assert sorted(path.name for path in card.parent.iterdir()) == ["m.json", "m.safetensors"]
 
 
+def test_half_precision_takes_half_the_room_and_is_read_as_single(tmp_path):
+    halves = WEIGHT.astype(np.float16), BIAS.astype(np.float16)
+    card = write(tmp_path / "half", *halves)
+    assert load_file(card.with_suffix(".safetensors"))["w"].dtype == np.float16
+    model = read_model(card)
+    assert model.tensors["w"].dtype == np.float32
+    assert np.array_equal(model.tensors["w"], halves[0].astype(np.float32))
+    with np.errstate(over="ignore"), pytest.raises(ModelWritingError, match="'w' holds values that are not finite"):
+        write(tmp_path / "over", (WEIGHT * 1e6).astype(np.float16), halves[1])
+
+
 def test_the_same_model_gives_the_same_bytes(tmp_path):
     first, second = write(tmp_path / "a"), write(tmp_path / "b")
     assert first.read_bytes() == second.read_bytes()
@@ -59,7 +70,7 @@ def test_arrays_in_any_order_keep_their_numbers(tmp_path, weight):
     [
         ({"weight": np.array([[1.0, np.nan], [0, 1]])}, "'w' holds values that are not finite"),
         ({"bias": np.array([np.inf, 0])}, "'b' holds values that are not finite"),
-        ({"weight": WEIGHT.astype(np.float16)}, "'w' is float16; float32, float64"),
+        ({"weight": WEIGHT.astype(complex)}, "'w' is complex128; float16, float32, float64"),
         ({"weight": np.array([["a", "b"], ["c", "d"]])}, "'w' is <U1"),
         ({"weight": np.array([[object(), 1], [2, 3]])}, "'w' is object"),
         ({"name": "../m"}, "cannot name a model"),

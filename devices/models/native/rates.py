@@ -1,0 +1,83 @@
+"""The least time that a program could take here: its products and its numbers, by what this processor does at best."""
+
+from __future__ import annotations
+
+import ctypes
+from collections.abc import Callable
+from dataclasses import dataclass
+
+import numpy as np
+
+from devices.models.native.draft import KINDS
+from devices.models.native.library import InstructionSet, Library
+from devices.models.native.opened import Native
+
+ROUNDS, READS, TRIES = 20_000, 20, 30
+Clock = Callable[[], float]
+
+
+@dataclass(frozen=True)
+class Work:
+    """What one step has to do: floating-point operations (a product added is two), and bytes of weights to read."""
+
+    flop: int
+    bytes: int
+
+
+@dataclass(frozen=True)
+class Rates:
+    """What one core does at best: FLOP a second in registers, and bytes a second from a buffer of that size."""
+
+    flop_s: float
+    bytes_s: float
+
+    def seconds(self, work: Work) -> tuple[float, float]:
+        """The least time for the products, and for the numbers."""
+        return work.flop / self.flop_s, work.bytes / self.bytes_s
+
+
+def work_of(native: Native) -> Work:
+    """Counted from the program: products of matrices and attention, all that costs."""
+    flop = 0
+    for row in native.ops:
+        kind, fields = KINDS[row[0]], [int(each) for each in row[1:]]
+        if kind == "gemm":
+            flop += 2 * fields[3] * fields[4] * fields[5]
+        elif kind == "attention":
+            heads, depth, asked, known = fields[8:12]
+            flop += 4 * heads * depth * asked * known
+        elif kind == "lstm":
+            rows, hidden = fields[4:6]
+            flop += 8 * rows * hidden * hidden
+        elif kind == "linear":
+            flop += 2 * fields[1] * fields[3]
+    return Work(flop, 4 * native.weights)
+
+
+def rates(library: Library, instructions: InstructionSet, size: int, clock: Clock) -> Rates:
+    """The best of a few tries, so that other work on the machine counts little; size: bytes of the buffer."""
+    calls, number = library.calls, instructions.number
+    calls.palpate_set_products.restype = ctypes.c_int64
+    calls.palpate_most_products.argtypes = (ctypes.c_int64, ctypes.c_int64)
+    calls.palpate_most_numbers.argtypes = (ctypes.c_int64, ctypes.c_void_p, ctypes.c_int64)
+    calls.palpate_most_products.restype = calls.palpate_most_numbers.restype = ctypes.c_float
+    whole = 8 * instructions.lanes
+    count = -(-size // 4 // whole) * whole
+    numbers = np.zeros(count, dtype=np.float32)
+    products = 2 * ROUNDS * int(calls.palpate_set_products(number))
+
+    def read() -> None:
+        for _ in range(READS):
+            calls.palpate_most_numbers(number, numbers.ctypes.data, count)
+
+    multiplied = _best(lambda: calls.palpate_most_products(number, ROUNDS), clock)
+    return Rates(products / multiplied, READS * 4 * count / _best(read, clock))
+
+
+def _best(run: Callable[[], object], clock: Clock) -> float:
+    least = float("inf")
+    for _ in range(TRIES):
+        begun = clock()
+        run()
+        least = min(least, clock() - begun)
+    return least
