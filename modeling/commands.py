@@ -8,6 +8,7 @@ from typing import TYPE_CHECKING, Any
 import click
 
 from modeling.commands_data import Asked, data_options, going_on, progress_lines, read
+from modeling.commands_textures import evaluate_textures, train_textures
 from studies.options import JSON, echo_json
 
 if TYPE_CHECKING:
@@ -208,3 +209,7 @@ def _show(found: Evaluation, page: Path) -> None:
     for label, line in reached(found):
         click.echo(f"{label}: {line}")
     click.echo(f"Look at {page}")
+
+
+train.add_command(train_textures)
+evaluate.add_command(evaluate_textures)

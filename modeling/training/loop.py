@@ -25,6 +25,8 @@ from modeling.training.weights import copied, finite, restore, trainable
 
 Optimise: TypeAlias = Callable[[list[nn.Parameter], float], Optimizer]
 """The parameters and the first learning rate to an optimiser."""
+TrainEpoch: TypeAlias = Callable[[nn.Module, Optimizer, Source, Loss, Settings, int], float]
+"""How an epoch is trained (`stepping.train_epoch`): the mean loss over its rows."""
 
 
 @dataclass(frozen=True)
@@ -59,13 +61,15 @@ def train(
     settings: Settings,
     *,
     optimiser: Optimise = adam,
+    train_one: TrainEpoch = train_epoch,
     report: Report = silent,
     clock: Clock = time.perf_counter,
 ) -> Trained:
     """Train the network in place and leave it, in evaluation mode, with the weights of its best epoch.
 
     `loss(answer, target)` is a mean over rows. The best epoch has the lowest loss on `held`, or without `held` the
-    lowest mean loss while training. The result is decided by network, data, loss, optimiser and settings alone.
+    lowest mean loss while training. `train_one` is how an epoch is trained, where that is not one step a batch; its
+    `repr` says what it depends on. The result is decided by network, data, loss, optimiser, it and settings alone.
 
     Raises TrainingError for a loss, gradient or weight that is not finite: the network then has the best weights so
     far (or those it came with) again. Raises CheckpointError for a checkpoint of another training.
@@ -74,7 +78,7 @@ def train(
     with training_state(settings.seed, settings.threads):
         made = _of_one_rate(optimiser(parameters, settings.learning_rate), settings.learning_rate)
         state = State(network, made, copied(network), [])
-        run = _Run(state, data, held, loss, settings, report, clock)
+        run = _Run(state, data, held, loss, settings, train_one, report, clock)
         try:
             return run.to_the_end(run.identity() if settings.checkpoint else {})
         except TrainingError:
@@ -99,13 +103,15 @@ class _Run:
     held: Source | None
     loss: Loss
     settings: Settings
+    train_one: TrainEpoch
     report: Report
     clock: Clock
 
     def identity(self) -> dict[str, Any]:
         """What a checkpoint is told by; it takes reading all of the data."""
         state = self.state
-        return identity_of(state.network, self.data, self.held, self.loss, state.optimiser, self.settings)
+        found = identity_of(state.network, self.data, self.held, self.loss, state.optimiser, self.settings)
+        return found if self.train_one is train_epoch else {**found, "steps": repr(self.train_one)}
 
     def to_the_end(self, identity: Mapping[str, Any]) -> Trained:
         """All epochs from where the last checkpoint ends."""
@@ -129,7 +135,7 @@ class _Run:
         state, epoch = self.state, course.epochs + 1
         for group in state.optimiser.param_groups:
             group["lr"] = course.rate
-        trained = train_epoch(state.network, state.optimiser, self.data, self.loss, self.settings, epoch)
+        trained = self.train_one(state.network, state.optimiser, self.data, self.loss, self.settings, epoch)
         if not finite(state.network.state_dict().values()):
             raise TrainingError(f"epoch {epoch}: a weight is not finite after its last batch.", epoch)
         held = None if self.held is None else mean_loss(state.network, self.held, self.loss, self.settings, epoch)

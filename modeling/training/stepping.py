@@ -31,14 +31,14 @@ def train_epoch(
     parameters = [parameter for group in optimiser.param_groups for parameter in group["params"]]
     chance = batch_chance(settings.seed, epoch)
     total = 0.0
-    for batch, rows in enumerate(_batches(order(settings.seed, epoch, len(data)), settings.batch), 1):
+    for batch, rows in enumerate(batches(order(settings.seed, epoch, len(data)), settings.batch), 1):
         inputs, targets = data.batch(rows, chance)
         optimiser.zero_grad(set_to_none=True)
         found = loss(answer_of(network, inputs), targets)
-        total += _number(found, epoch, batch) * len(rows)
+        total += number(found, epoch, batch) * len(rows)
         if found.requires_grad:
             found.backward()  # type: ignore[no-untyped-call]
-        _refuse_gradient(parameters, epoch, batch)
+        refuse_gradient(parameters, epoch, batch)
         optimiser.step()
     return total / len(data)
 
@@ -49,17 +49,19 @@ def mean_loss(network: nn.Module, held: Source, loss: Loss, settings: Settings, 
     chance = batch_chance(settings.seed, 0)
     total = 0.0
     with torch.no_grad():
-        for batch, rows in enumerate(_batches(torch.arange(len(held)), max(settings.batch, 64)), 1):
+        for batch, rows in enumerate(batches(torch.arange(len(held)), max(settings.batch, 64)), 1):
             inputs, targets = held.batch(rows, chance)
-            total += _number(loss(answer_of(network, inputs), targets), epoch, batch, "held-out ") * len(rows)
+            total += number(loss(answer_of(network, inputs), targets), epoch, batch, "held-out ") * len(rows)
     return total / len(held)
 
 
-def _batches(rows: Tensor, size: int) -> Iterator[Tensor]:
+def batches(rows: Tensor, size: int) -> Iterator[Tensor]:
+    """So many rows at a time, in their order."""
     return (rows[start : start + size] for start in range(0, len(rows), size))
 
 
-def _number(loss: Tensor, epoch: int, batch: int, which: str = "") -> float:
+def number(loss: Tensor, epoch: int, batch: int, which: str = "") -> float:
+    """A loss as a number. Raises TrainingError where it is none, or not finite."""
     if loss.numel() != 1:
         raise TrainingError(f"the loss has shape {tuple(loss.shape)}: expected one number, the mean over the rows.")
     value = float(loss.detach())
@@ -70,7 +72,8 @@ def _number(loss: Tensor, epoch: int, batch: int, which: str = "") -> float:
     return value
 
 
-def _refuse_gradient(parameters: list[nn.Parameter], epoch: int, batch: int) -> None:
+def refuse_gradient(parameters: list[nn.Parameter], epoch: int, batch: int) -> None:
+    """Raise TrainingError where no weight has a gradient, or one is not finite."""
     gradients = [parameter.grad for parameter in parameters if parameter.grad is not None]
     if not gradients:
         raise TrainingError("the loss does not depend on the network's weights: no gradient.", epoch, batch)

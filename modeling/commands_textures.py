@@ -1,0 +1,258 @@
+"""`palpate train textures` and `palpate evaluate textures`."""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+from dataclasses import dataclass
+from functools import wraps
+from pathlib import Path
+from typing import TYPE_CHECKING, Any, Protocol
+
+import click
+
+from modeling.commands_data import going_on, progress_lines
+from studies.options import JSON, LAB, echo_json
+
+if TYPE_CHECKING:
+    from modeling.textures.judging_whole import Judged, Wanted
+    from modeling.textures.recording import Recording
+    from modeling.textures.side import TextureSide
+
+Report = Callable[[str], None]
+COLUMNS = (
+    ("kept", "kept", "int"), ("felt_dB", "dB", "2"), ("level", "level", "text"), ("smoothed_gfc", "GFC", "3"),
+    ("envelope", "env", "2"), ("cycle_excess", "rep", "2"), ("mae", "MAE", "3"), ("step_us", "µs", "0"),
+    ("train_s", "train", "s"),
+)  # fmt: skip
+"""What is printed of each method: its name in the rows, its heading, how it is written."""
+
+
+class Sides(Protocol):
+    """What the front door hands over."""
+
+    def textures(self) -> TextureSide:
+        """The rig's side of textures."""
+
+
+@dataclass(frozen=True)
+class Asked:
+    """Which recordings were asked for on the command line, and how they are judged or learned from."""
+
+    lab: Path
+    tables: tuple[Path, ...]
+    simulated: bool
+    textures: tuple[str, ...]
+    held: tuple[float | None, float | None, float | None]
+    methods: tuple[str, ...]
+    seed: int
+    quick: bool
+    epochs: int | None
+    batch: int | None
+    workers: int | None
+    cluster: str | None
+
+
+OPTIONS = (
+    LAB,
+    click.option(
+        "--tables", type=click.Path(exists=True, path_type=Path), multiple=True,
+        help="Tables with time, acceleration, speed, force instead of the lab's captures: a folder, or files.",
+    ),
+    click.option("--simulated", is_flag=True, help="Six simulated surfaces, 20 s each, instead of the lab's captures."),
+    click.option("--textures", metavar="NAMES", multiple=True, help="Only these: cloth,cardboard.  [default: all]"),
+    click.option("--rate-hz", type=click.FloatRange(1), help="Of tables without a column of times."),
+    click.option("--speed-mm-s", type=click.FloatRange(0), help="Held still, for tables without a speed."),
+    click.option("--force-n", type=click.FloatRange(0), help="Held still, for tables without a force."),
+    click.option("--seed", type=click.IntRange(0, 10**6), default=0, show_default=True, help="For everything drawn."),
+    click.option("--quick", is_flag=True, help="A few epochs, ten seconds: to try it out, not to use it."),
+    click.option("--epochs", type=click.IntRange(1), help="At most so many.  [default: each method's own]"),
+    click.option("--batch", type=click.IntRange(1), help="Windows at a time.  [default: each method's own]"),
+    click.option("--workers", type=click.IntRange(1, 256), help="Processes at once.  [default: one for each core]"),
+    click.option("--cluster", metavar="ADDRESS", help="A Dask scheduler (tcp://HOST:8786) that does the work."),
+    click.option(
+        "--methods", metavar="NAMES", multiple=True,
+        help="Only these: ar,foten_generative.  [default of evaluate: all; of train: the best of the lab's evaluation]",
+    ),
+)  # fmt: skip
+"""What both verbs ask."""
+OWN = ("lab", "tables", "simulated", "seed", "quick", "epochs", "batch", "workers", "cluster")
+HELD = ("rate_hz", "speed_mm_s", "force_n")
+
+
+def texture_options(command: Callable[..., None]) -> Callable[..., None]:
+    """The options that both verbs share; the command receives them as one `Asked`."""
+
+    @wraps(command)
+    def with_asked(**given: Any) -> None:
+        own = {name: given.pop(name) for name in OWN}
+        if own["tables"] and own["simulated"]:
+            raise click.UsageError("--tables and --simulated: one of the two is expected, or neither for the lab's own")
+        rate_hz, speed_mm_s, force_N = (given.pop(name) for name in HELD)
+        textures, methods = (_names(given.pop(name)) for name in ("textures", "methods"))
+        held = (rate_hz, speed_mm_s, force_N)
+        command(Asked(textures=textures, methods=methods, held=held, **own), **given)
+
+    asking: Callable[..., None] = with_asked
+    for option in reversed(OPTIONS):
+        asking = option(asking)
+    return asking
+
+
+def _names(given: tuple[str, ...]) -> tuple[str, ...]:
+    return tuple(name.strip() for part in given for name in part.split(",") if name.strip())
+
+
+def recordings_for(asked: Asked, side: TextureSide, report: Report) -> tuple[Recording, ...]:
+    """The recordings that were asked for. Raises TextureDataError, or what reading a lab raises."""
+    from modeling.textures.evaluation_outputs import kept_in
+    from modeling.textures.recording import TextureDataError
+    from protocols.did_you_mean import nearest
+
+    report("reading recordings")
+    if asked.simulated:
+        from modeling.textures.simulated import SIX, simulated
+
+        unknown = [name for name in asked.textures if name not in SIX]
+        if unknown:
+            raise TextureDataError(f"--textures: no texture {unknown[0]!r}; {nearest(unknown[0], SIX)}")
+        return simulated(side, asked.textures or SIX, cache=kept_in(asked.lab) / "recordings", report=report)
+    found = _recorded(asked)
+    known = {each.texture: each for each in found}
+    unknown = [name for name in asked.textures if name not in known]
+    if unknown:
+        raise TextureDataError(f"--textures: no recording of {unknown[0]!r}; {nearest(unknown[0], known)}")
+    return tuple(known[name] for name in asked.textures) if asked.textures else found
+
+
+def _recorded(asked: Asked) -> tuple[Recording, ...]:
+    if asked.tables:
+        from modeling.textures.reading_tables import Held, read_tables
+
+        paths = asked.tables[0] if len(asked.tables) == 1 else asked.tables
+        return read_tables(paths, held=Held(*asked.held))
+    from modeling.textures.reading_ledgers import read_lab
+
+    return read_lab(asked.lab)
+
+
+def wanted_for(asked: Asked, methods: tuple[str, ...] | None, grid: bool = False) -> Wanted:
+    """What the evaluation or the training is asked to do. Raises TextureDataError for an unknown method."""
+    from modeling.textures.evaluation_outputs import kept_in
+    from modeling.textures.judging_whole import Wanted
+    from modeling.textures.registry import demand_known
+
+    demand_known(methods or ())
+    settings = {name: value for name, value in (("epochs", asked.epochs), ("batch", asked.batch)) if value is not None}
+    return Wanted(
+        work=kept_in(asked.lab), methods=methods, explore=asked.simulated, grid=grid, seed=asked.seed,
+        quick=asked.quick, settings=settings, workers=asked.workers, cluster=asked.cluster,
+    )  # fmt: skip
+
+
+@click.command("textures")
+@texture_options
+@click.option("--to", type=click.Path(file_okay=False, path_type=Path), help="Where to.  [default: LAB/models]")
+@JSON
+@click.pass_obj
+def train_textures(sides: Sides, asked: Asked, to: Path | None, as_json: bool) -> None:
+    """Train a model of each texture and write it as a file that the renderer plays.
+
+    Writes texture-TEXTURE-METHOD, a card (JSON) and its numbers (safetensors), to LAB/models. The cards hold the
+    metrics of the test part and of a free run, what a touch begins with, and the run: data, versions, settings,
+    seconds. Of a network also its learning curve. Stopped (Ctrl-C, a power cut), the same command goes on.
+
+    Example: palpate train textures --lab LAB --methods foten_generative
+    """
+    from modeling.textures.evaluation_outputs import default_of
+    from modeling.textures.training import train_textures as trained
+
+    asked_for = wanted_for(asked, asked.methods or None)
+    with going_on("what is left"), progress_lines() as report:
+        side = sides.textures()
+        recordings = recordings_for(asked, side, report)
+        methods = asked_for.methods or (default_of(asked.lab, recordings),)
+        written = trained(recordings, side, wanted_for(asked, methods), to or asked.lab / "models", report)
+    if as_json:
+        echo_json([each.plain() for each in written])
+        return
+    for each in written:
+        click.echo(f"{each.card}: {_told(each.metrics)}")
+
+
+def _told(metrics: Any) -> str:
+    """A model's most telling numbers."""
+    free = "not run free"
+    if "free_level" in metrics and "free_felt_dB" in metrics:
+        free = f"running free: level {metrics['free_level']:.2f}, felt {metrics['free_felt_dB']:.1f} dB off"
+    one = f"one step ahead: MAE {metrics['mae']:.3f} SDs" if "mae" in metrics else ""
+    return "; ".join(part for part in (free, one) if part)
+
+
+@click.command("textures")
+@texture_options
+@click.option("--figure-4-5", "grid", is_flag=True, help="Five windows by five losses of FoTEN too: takes hours.")
+@click.option("--figures/--no-figures", default=True, help="Whether to draw the figures.")
+@click.option(
+    "--to", type=click.Path(file_okay=False, path_type=Path), help="Where to.  [default: LAB/evaluated/textures]"
+)
+@JSON
+@click.pass_obj
+def evaluate_textures(sides: Sides, asked: Asked, grid: bool, figures: bool, to: Path | None, as_json: bool) -> None:
+    """Judge every method on every texture, running free and one step ahead, and write tables, figures and a report.
+
+    Each model runs on its own output for a minute under a hand that it did not see, through the renderer's player,
+    and is compared with the truth. Writes evaluation.json, tables, figures and report.html to LAB/evaluated/textures.
+    Finished trainings are kept there: stopped, the same command goes on, and a further method is trained alone.
+
+    Example: palpate evaluate textures --simulated --methods ar,foten_generative
+    """
+    from modeling.textures.evaluation_outputs import as_json as results
+    from modeling.textures.evaluation_outputs import folder_for, write_all
+    from modeling.textures.judging_whole import context_for, judge
+
+    wanted = wanted_for(asked, asked.methods or None, grid)
+    with going_on("what is left"), progress_lines() as report:
+        side = sides.textures()
+        recordings = recordings_for(asked, side, report)
+        found = judge(context_for(recordings, side, wanted), wanted, report)
+        paths = write_all(found, to or folder_for(asked.lab), report, figures)
+    if as_json:
+        echo_json({**results(found), "files": list(map(str, paths))})
+        return
+    _show(found, paths[-1])
+
+
+def _show(found: Judged, page: Path) -> None:
+    from rich.console import Console
+    from rich.table import Table
+
+    from modeling.doors.evaluation_blocks import written
+    from modeling.textures.evaluation_reached import reached
+    from modeling.textures.evaluation_report import banners, choice_of
+    from modeling.textures.evaluation_tables import method_rows
+
+    console = Console(highlight=False)
+    for line in banners(found):
+        console.print(line, style="yellow", markup=False)
+    table = Table(box=None, pad_edge=False, collapse_padding=True)
+    rows = [_shown(row) for row in method_rows(found)]
+    table.add_column("method", no_wrap=True, min_width=max(len(row["method"]) for row in rows))
+    for _, heading, _ in COLUMNS:
+        table.add_column(heading, justify="right", no_wrap=True)
+    for row in rows:
+        table.add_row(row["method"], *(written(row[name], form) for name, _, form in COLUMNS))
+    console.print(table)
+    chosen = choice_of(found)
+    click.echo(f"default: {chosen.method}. {chosen.why} {' '.join(chosen.of_ours)}".rstrip())
+    for label, line in reached(found):
+        click.echo(f"{label}: {line}")
+    click.echo(f"Look at {page}")
+
+
+def _shown(row: dict[str, Any]) -> dict[str, Any]:
+    low, high = row["level_low"], row["level_high"]
+    return {
+        **row,
+        "level": None if low is None else f"{low:.2f}-{high:.2f}",
+        "kept": row["kept"] if row["ran"] else None,
+    }

@@ -1,0 +1,123 @@
+"""Figures of training FoTEN: the plain way against ours, each with one thread and by CPU time.
+
+Every way learns from the same windows of one simulated texture. Its row says the CPU seconds of an epoch beside the
+validation MAE (in SDs of the acceleration) after it, and the MAE after as much CPU time as the plain way's epochs took.
+"""
+
+from __future__ import annotations
+
+import math
+import time
+from collections.abc import Callable, Iterator
+from dataclasses import dataclass
+from functools import partial
+
+import numpy as np
+import torch
+
+from modeling.textures.cosine import cosine
+from modeling.textures.fitting import Rows, answers, rows_of
+from modeling.textures.foten import SETTINGS, WINDOW, Foten
+from modeling.textures.heads import huber
+from modeling.textures.methods import Learning
+from modeling.textures.recording import Recording
+from modeling.textures.side import TextureSide
+from modeling.textures.simulated import captured
+from modeling.textures.splitting import split
+from modeling.textures.stock_foten import DELTA, train_plainly
+from modeling.training.loop import Optimise, adam, train
+from modeling.training.seeding import seeded, training_state
+from modeling.training.settings import Settings
+from protocols.bench import Case
+
+AREA = "training textures"
+TEXTURE = "textured_rubber"
+SECONDS, QUICK_SECONDS = 20.0, 3.0
+EPOCHS, QUICK_EPOCHS = 3, 1
+"""Epochs of the plain way: what they take is every way's time."""
+EACH = "validation MAE after one epoch, SDs; CPU s of one epoch"
+SAME = "validation MAE after equal CPU time, SDs; CPU s of all epochs"
+Clock = Callable[[], float]
+
+
+@dataclass(frozen=True)
+class Way:
+    """A way of training: its batch, whether it draws on our layers, and the rate's course."""
+
+    name: str
+    batch: int
+    stock: bool = False
+    falling: bool = False
+    rate: float = SETTINGS.learning_rate
+
+
+WAYS = (
+    Way("stock modules, DataLoader, batch 16", 16, stock=True),
+    Way("palpate, batch 16", 16),
+    Way("palpate, batch 128", 128),
+    Way("palpate, batch 128, rate along a cosine", 128, falling=True, rate=2e-3),
+)
+
+
+@dataclass(frozen=True)
+class Came:
+    """What a way came to: epochs, CPU seconds of them all, and the validation MAE."""
+
+    epochs: int
+    seconds: float
+    mae: float
+
+
+def cases(
+    quick: bool, side: TextureSide, recording: Recording | None = None, clock: Clock = time.process_time
+) -> Iterator[Case]:
+    """Every figure of this area; `quick` learns from 3 s of texture, and compares after one epoch of the plain way."""
+    found = recording or captured(side, TEXTURE, QUICK_SECONDS if quick else SECONDS)
+    rows = rows_of(Learning(found, split(found)), WINDOW)
+    given = f"{len(rows.train)} windows of {WINDOW}, one thread"
+    one = {way.name: trained(way, rows, 1, clock) for way in WAYS}
+    budget = (QUICK_EPOCHS if quick else EPOCHS) * one[WAYS[0].name].seconds
+    for way in WAYS:
+        yield _case("one epoch", way, given, len(rows.train), EACH, one[way.name])
+    for way in WAYS:
+        epochs = max(1, math.floor(budget / one[way.name].seconds + 0.5))
+        yield _case("equal CPU time", way, given, len(rows.train), SAME, trained(way, rows, epochs, clock))
+
+
+def trained(way: Way, rows: Rows, epochs: int, clock: Clock, seed: int = 0) -> Came:
+    """Train one way for so many epochs, validated after each."""
+    if way.stock:
+        with training_state(seed, 1):
+            course = train_plainly(rows.train, rows.held, WINDOW, epochs, seed, clock)
+        return Came(epochs, course.seconds[-1], course.mae[-1])
+    steps = epochs * math.ceil(len(rows.train) / way.batch)
+    optimiser: Optimise = cosine(steps) if way.falling else adam
+    how = Settings(epochs=epochs, batch=way.batch, learning_rate=way.rate, plateau_patience=None, seed=seed)
+    network = seeded(lambda: Foten(WINDOW), seed)
+    began = clock()
+    train(network, rows.train, rows.held, huber(DELTA), how, optimiser=optimiser)
+    seconds = clock() - began
+    return Came(epochs, seconds, _mae(network, rows))
+
+
+def _mae(network: Foten, rows: Rows) -> float:
+    found = answers(network, torch.as_tensor(rows.held.inputs).numpy())
+    return float(np.abs(found - torch.as_tensor(rows.held.targets).numpy()).mean())
+
+
+def _case(what: str, way: Way, given: str, n: int, kind: str, came: Came) -> Case:
+    case = f"training FoTEN, {what}"
+    name = way.name if came.epochs == 1 else f"{way.name}, {came.epochs} epochs"
+    return Case(AREA, case, name, given, n, kind, _nothing, partial(_error, came), 1, partial(_seconds, came))
+
+
+def _nothing() -> None:
+    """Nothing is run again: it was timed while it trained."""
+
+
+def _error(came: Came, _found: object) -> float:
+    return came.mae
+
+
+def _seconds(came: Came, _found: object) -> float:
+    return came.seconds

@@ -1,0 +1,79 @@
+"""Recordings that were captured once, kept in a folder under the SHA-256 of all that decides them."""
+
+from __future__ import annotations
+
+import hashlib
+import json
+from collections.abc import Iterator
+from dataclasses import asdict
+from pathlib import Path
+
+import numpy as np
+
+import modeling
+from modeling.textures.joined import Joined
+from modeling.textures.recording import Recording
+
+DECIDES = (
+    "protocols/keyed.py", "devices/noise.py", "devices/scene.py", "devices/surfaces", "devices/daq", "devices/tracker",
+    "studies/virtual_recording.py", "studies/texture_capturing.py", "studies/texture_signals.py",
+    "studies/one_axis.py",
+    "studies/texture_capture/stimuli.csv", "analysis/aligning", "modeling/textures",
+)  # fmt: skip
+"""The files that a simulated recording is made by: read as bytes, never imported."""
+NOT_IN = ("modeling/textures",)
+"""Of these folders only the files of `PREPARES`: a network that changes does not change its data."""
+PREPARES = ("cached", "hum", "joined", "plausible", "preparing", "rates", "recording", "simulated")
+
+
+def content_key(*decides: object) -> str:
+    """16 hexadecimal digits that change with whatever decides a recording: what is given, and the program's files."""
+    found = hashlib.sha256(json.dumps([str(each) for each in decides]).encode())
+    for path in _sources():
+        found.update(path.name.encode() + b"\0" + hashlib.sha256(path.read_bytes()).digest())
+    return found.hexdigest()[:16]
+
+
+def write_cached(stem: Path, recording: Recording) -> Path:
+    """Keep a recording: numbers as STEM.npy, the rest with their SHA-256 as STEM.json, which is written last."""
+    stem.parent.mkdir(parents=True, exist_ok=True)
+    numbers = stem.with_name(f"{stem.name}.npy")
+    part = stem.with_name(f"{stem.name}.part.npy")
+    np.save(part, recording.signals, allow_pickle=False)
+    part.replace(numbers)
+    told = {name: value for name, value in asdict(recording).items() if name != "signals"}
+    about = stem.with_name(f"{stem.name}.json")
+    part = about.with_suffix(".part")
+    part.write_text(json.dumps({**told, "sha256": _sha256(numbers)}) + "\n", encoding="utf-8")
+    part.replace(about)
+    return about
+
+
+def read_cached(stem: Path) -> Recording | None:
+    """The recording that is kept there; None where there is none, or one that is not as it was written."""
+    about, numbers = stem.with_name(f"{stem.name}.json"), stem.with_name(f"{stem.name}.npy")
+    try:
+        told = json.loads(about.read_text(encoding="utf-8"))
+        if told.pop("sha256") != _sha256(numbers):
+            return None
+        signals = np.load(numbers, allow_pickle=False)
+        lists = {name: tuple(value) for name, value in told.items() if isinstance(value, list)}
+        kind = Joined if "borders" in told else Recording
+        return kind(**{**told, **lists, "signals": signals})
+    except (OSError, ValueError, KeyError, TypeError, AttributeError):
+        return None
+
+
+def _sources() -> Iterator[Path]:
+    root = Path(modeling.__file__).parent.parent
+    for name in DECIDES:
+        path = root / name
+        if path.is_dir():
+            wanted = [each for each in sorted(path.rglob("*")) if each.suffix in (".py", ".csv", ".cal")]
+            yield from (each for each in wanted if name not in NOT_IN or each.stem in PREPARES)
+        elif path.is_file():
+            yield path
+
+
+def _sha256(path: Path) -> str:
+    return hashlib.sha256(path.read_bytes()).hexdigest()

@@ -1,0 +1,61 @@
+"""Adam whose learning rate rises over the first steps and then falls along a cosine to nearly nothing."""
+
+from __future__ import annotations
+
+import math
+from typing import Any
+
+from torch import nn
+from torch.optim import Adam, Optimizer
+
+from modeling.training.loop import Optimise
+
+WARM = 0.05
+"""The share of all steps over which the rate rises."""
+
+
+class Cosine(Adam):
+    """Adam (Kingma and Ba 2015) with the schedule of Loshchilov and Hutter (2017) without restarts.
+
+    The rate of a step is decided by the steps that Adam has counted for its weights, so that a training that was
+    killed and continued goes on as if it had not been. The rate that the trainer sets is the highest one.
+    """
+
+    def __init__(self, parameters: list[nn.Parameter], rate: float, steps: int) -> None:
+        super().__init__(parameters, lr=rate, fused=True)
+        self.steps = steps
+        for group in self.param_groups:
+            group["cosine_steps"] = steps  # an option of the optimiser: a checkpoint of another course is refused
+
+    def step(self, closure: Any = None) -> Any:
+        """One step at its own rate."""
+        highest = [group["lr"] for group in self.param_groups]
+        share = share_of(self._done(), self.steps)
+        try:
+            for group, rate in zip(self.param_groups, highest, strict=True):
+                group["lr"] = rate * share
+            return super().step(closure)
+        finally:
+            for group, rate in zip(self.param_groups, highest, strict=True):
+                group["lr"] = rate
+
+    def _done(self) -> int:
+        state = next(iter(self.state.values()), None)
+        return int(state["step"]) if state else 0
+
+
+def share_of(done: int, steps: int) -> float:
+    """The share of the highest rate after so many of all steps."""
+    warm = max(1.0, WARM * steps)
+    if done < warm:
+        return (done + 1) / (warm + 1)
+    return max(0.01, 0.5 * (1 + math.cos(math.pi * min(1.0, (done - warm) / max(1.0, steps - warm)))))
+
+
+def cosine(steps: int) -> Optimise:
+    """What makes such an optimiser for a training of so many steps."""
+
+    def make(parameters: list[nn.Parameter], rate: float) -> Optimizer:
+        return Cosine(parameters, rate, steps)
+
+    return make

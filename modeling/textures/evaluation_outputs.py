@@ -1,0 +1,151 @@
+"""An evaluation of textures as files: tables, one JSON with every number, figures, models and the report."""
+
+from __future__ import annotations
+
+import json
+import math
+from collections.abc import Callable, Mapping, Sequence
+from pathlib import Path
+from typing import Any
+
+from analysis.regenerating.files import readable_json
+from analysis.reporting.csv_files import csv_text, write_texts
+from modeling.textures.evaluation_report import choice_of
+from modeling.textures.evaluation_tables import (
+    Row,
+    curve_rows,
+    figure_4_5,
+    free_rows,
+    method_rows,
+    table_4_1,
+    table_4_2,
+    table_4_3,
+    texture_rows,
+)
+from modeling.textures.judging_default import RULE
+from modeling.textures.judging_kept import recording_digest
+from modeling.textures.judging_whole import Judged
+from modeling.textures.recording import Recording
+from modeling.textures.registry import DEFAULT, METHODS
+from modeling.training.run_card import versions
+
+RESULTS, REPORT, KEPT = "evaluation.json", "report.html", ".jobs"
+LONG = ("learning_curves",)
+"""Tables of a row for each epoch: they stand in their CSV alone."""
+
+
+def folder_for(lab: Path) -> Path:
+    """Where a lab's evaluation lies."""
+    return lab / "evaluated" / "textures"
+
+
+def kept_in(lab: Path) -> Path:
+    """Where a lab keeps finished jobs."""
+    return folder_for(lab) / KEPT
+
+
+def tables(found: Judged) -> dict[str, list[Row]]:
+    """Every table of the evaluation, by the name of its CSV; one that has no rows is left out."""
+    every = {
+        "methods": method_rows(found),
+        "textures": texture_rows(found),
+        "free_running": free_rows(found),
+        "table_4_1": table_4_1(found),
+        "table_4_2": table_4_2(found),
+        "table_4_3": table_4_3(found),
+        "figure_4_5": figure_4_5(found),
+        "learning_curves": curve_rows(found),
+    }
+    return {name: rows for name, rows in every.items() if rows}
+
+
+def as_json(found: Judged) -> dict[str, Any]:
+    """Every number with what it rests on; what is no number is null."""
+    chosen, context = choice_of(found), found.context
+    return {
+        "data": {
+            name: {"digest": recording_digest(each), "label": each.label, "seconds": each.seconds,
+                   "made_from": list(each.made_from), "notes": list(found.notes[name]),
+                   "parts": {part: list(map(list, getattr(context.parts[name], part)))
+                             for part in ("train", "validation", "test")}}
+            for name, each in context.recordings.items()
+        },
+        "left_out": dict(context.left_out),
+        "free_running": {"seconds": context.seconds,
+                         "hand": {name: drive.origin for name, drive in found.drives.items()}},
+        "explored": found.wanted.explore,
+        "quick": found.wanted.quick,
+        "seed": found.wanted.seed,
+        "settings": {name: str(value) for name, value in context.settings.items()},
+        "software": versions(),
+        "seconds": found.seconds,
+        "jobs": found.jobs,
+        "jobs_kept": found.taken,
+        "default": {"method": chosen.method, "why": chosen.why, "of_ours": list(chosen.of_ours), "rule": RULE},
+        "tables": {name: [plain(row) for row in rows] for name, rows in tables(found).items() if name not in LONG},
+    }  # fmt: skip
+
+
+def plain(row: Mapping[str, Any]) -> Row:
+    """A row as JSON holds it."""
+    return {name: None if isinstance(v, float) and not math.isfinite(v) else v for name, v in row.items()}
+
+
+def write_all(
+    found: Judged, folder: Path, report: Callable[[str], None] = lambda _line: None, drawings: bool = True
+) -> list[Path]:
+    """Write everything and give the paths, the report last; what an earlier evaluation wrote here and this one does
+    not is removed, nothing else is touched."""
+    from modeling.textures.evaluation_figures import figures
+    from modeling.textures.evaluation_report import report_html
+
+    earlier = _earlier(folder)
+    texts = {f"tables/{name}.csv": csv_text([plain(row) for row in rows]) for name, rows in tables(found).items()}
+    paths = write_texts(texts, folder)
+    report("drawing")
+    drawn = list(figures(found, folder / "figures")) if drawings else []
+    paths += [folder / "figures" / f"{each.name}.{kind}" for each in drawn for kind in ("svg", "png")]
+    page = folder / REPORT
+    page.write_text(report_html(found, drawn), encoding="utf-8", newline="\n")
+    names = sorted(path.relative_to(folder).as_posix() for path in (*paths, page))
+    told = readable_json({**as_json(found), "files": names}) + "\n"
+    (folder / RESULTS).write_text(told, encoding="utf-8", newline="\n")
+    _remove(folder, [name for name in earlier if name not in names])
+    return [*paths, folder / RESULTS, page]
+
+
+def default_of(lab: Path, recordings: Sequence[Recording]) -> str:
+    """The method that a lab's own evaluation of the very same recordings chose, else the shipped default.
+
+    An evaluation without the shipped default among its methods says nothing against it.
+    """
+    told = _read(folder_for(lab))
+    try:
+        same = {each["digest"] for each in told["data"].values()} == set(map(recording_digest, recordings))
+        evaluated = {row["method"] for row in told["tables"]["methods"]}
+        if same and not told["quick"] and DEFAULT in evaluated and told["default"]["method"] in METHODS:
+            return str(told["default"]["method"])
+    except (KeyError, TypeError, AttributeError):
+        pass
+    return DEFAULT
+
+
+def _earlier(folder: Path) -> list[str]:
+    """The files that the evaluation which lies here says that it wrote."""
+    names = _read(folder).get("files", [])
+    return [name for name in names if isinstance(name, str)] if isinstance(names, list) else []
+
+
+def _remove(folder: Path, names: Sequence[str]) -> None:
+    for name in names:
+        path = folder / name
+        if path.resolve().is_relative_to(folder.resolve()):
+            path.unlink(missing_ok=True)
+
+
+def _read(folder: Path) -> dict[str, Any]:
+    try:
+        told = json.loads((folder / RESULTS).read_text(encoding="utf-8"))
+    except (OSError, ValueError):
+        return {}
+    return told if isinstance(told, dict) else {}

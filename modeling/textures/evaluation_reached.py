@@ -1,0 +1,77 @@
+"""What was set out to be reached beside what was, each with its name."""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Sequence
+
+from modeling.textures.evaluation_tables import Row, least, most, texture_rows
+from modeling.textures.judging import CYCLE, ENVELOPE, GFC, LEVEL
+from modeling.textures.judging_default import better
+from modeling.textures.judging_whole import Judged
+from modeling.textures.registry import BASELINE, DEFAULT, THESIS
+
+BEATEN = 4
+"""Of six textures: on so many the generative network is to be nearer to the truth than the baseline."""
+
+
+def reached(found: Judged) -> list[tuple[str, str]]:
+    """Of the generative network running free, with how the deterministic one failed; empty where it did not run."""
+    rows = texture_rows(found)
+    ours = _ran(rows, DEFAULT)
+    if not ours:
+        return []
+    told = [_said(found, name, ours, column, within, wanted) for name, column, within, wanted in _LIMITS]
+    if baseline := _ran(rows, BASELINE):
+        won, of = better([*ours, *baseline], DEFAULT, BASELINE)
+        wanted = max(1, round(of * BEATEN / 6))
+        told.append(("Against AR", f"Nearer on {won} of {of} textures (wanted: {wanted}): {_word(won >= wanted)}."))
+    if plain := _ran(rows, THESIS):
+        told.append(("One-step FoTEN", _failure(plain)))
+    return told
+
+
+_LIMITS: tuple[tuple[str, str, Callable[[float], bool], str], ...] = (
+    ("Level", "level", lambda value: LEVEL[0] <= value <= LEVEL[1], f"{LEVEL[0]:g} to {LEVEL[1]:g}"),
+    ("Smoothed GFC", "smoothed_gfc", lambda value: value >= GFC, f"at least {GFC:g}"),
+    ("Envelope", "envelope", lambda value: value >= ENVELOPE, f"correlation at least {ENVELOPE:g}"),
+    ("No limit cycle", "cycle_excess", lambda value: value <= CYCLE, f"at most {CYCLE:g} above the truth"),
+)
+
+
+def _said(
+    found: Judged, name: str, rows: Sequence[Row], column: str, within: Callable[[float], bool], wanted: str
+) -> tuple[str, str]:
+    known = [row for row in rows if row[column] is not None]
+    if not known:
+        return name, "Cannot be said of these recordings."
+    values = [row[column] for row in known]
+    met = sum(map(within, values))
+    low, high = min(values), max(values)
+    off = ", ".join(row["texture"].replace("_", " ") for row in known if not within(row[column]))
+    told = f"{low:.3f} to {high:.3f} over the textures (wanted: {wanted}{_again(found, column)})".replace("-", "−")
+    return name, f"{told}: {f'reached on {met} of {len(values)}, not on {off}' if off else 'reached'}."
+
+
+def _again(found: Judged, column: str) -> str:
+    """What another realisation of the truth has, where that is something to reach."""
+    values = [each[column] for each in found.ceilings.values() if each.get(column) is not None]
+    low, high = least(values), most(values)
+    return "" if low is None or column in ("level", "cycle_excess") else f"; the truth again: {low:.3f} to {high:.3f}"
+
+
+def _failure(rows: Sequence[Row]) -> str:
+    """How the deterministic network is on its own output."""
+    kept = sum(not row["beyond"] for row in rows)
+    low, high = least(row["level"] for row in rows), most(row["level"] for row in rows)
+    cycle = most(row["cycle_excess"] for row in rows)
+    spread = "" if low is None or high is None else f" Level {low:.2f} to {high:.2f}"
+    repeats = "" if cycle is None else f"; repeats itself by up to {cycle:.2f} more than the truth"
+    return f"Keeps all limits on {kept} of {len(rows)} textures when it runs on its own output.{spread}{repeats}."
+
+
+def _ran(rows: Sequence[Row], method: str) -> list[Row]:
+    return [row for row in rows if row["method"] == method and row["level"] is not None]
+
+
+def _word(met: bool) -> str:
+    return "reached" if met else "not reached"

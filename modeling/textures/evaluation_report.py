@@ -1,0 +1,99 @@
+"""The report of an evaluation of textures: one HTML file that needs nothing else and lets no other script run."""
+
+from __future__ import annotations
+
+import base64
+import hashlib
+from collections.abc import Sequence
+from pathlib import Path
+
+from modeling.doors import evaluation_blocks
+from modeling.doors.evaluation_blocks import Block, Points, Section
+from modeling.doors.evaluation_drawn import Pictured
+from modeling.textures import evaluation_words as words
+from modeling.textures.evaluation_reached import reached
+from modeling.textures.evaluation_sections import free_section, provenance, step_section, time_section
+from modeling.textures.evaluation_tables import method_rows, texture_rows
+from modeling.textures.judging_default import RULE, Choice, choice
+from modeling.textures.judging_kept import recording_digest
+from modeling.textures.judging_whole import Judged
+
+PAGE = Path(evaluation_blocks.__file__).parent
+"""Where the page's template and look are: those of the doors' report."""
+MOST_COLUMNS = 40
+
+
+def report_html(found: Judged, pictured: Sequence[Pictured] = ()) -> str:
+    """The whole page as one text. Every name in it is escaped."""
+    from markupsafe import Markup
+
+    from analysis.figures.interactive import script
+    from analysis.reporting import templates
+
+    code = script()
+    chosen = choice_of(found)
+    sections = (
+        in_short(found, chosen), free_section(found, pictured, chosen), step_section(found, pictured, chosen),
+        time_section(found, pictured, chosen), provenance(found),
+    )  # fmt: skip
+    return (
+        templates.environment(PAGE)
+        .get_template("evaluation.html")
+        .render(
+            title=words.TITLE,
+            lead=words.LEAD,
+            banners=banners(found),
+            facts=facts(found),
+            sections=sections,
+            css=Markup(_css(Path(templates.__file__).parent)),
+            script=Markup(code),
+            script_hash=base64.b64encode(hashlib.sha256(code.encode()).digest()).decode(),
+        )
+    )
+
+
+def choice_of(found: Judged) -> Choice:
+    """The default method and why."""
+    return choice(method_rows(found), texture_rows(found))
+
+
+def banners(found: Judged) -> list[str]:
+    """What has to be known before any number is read."""
+    told = [words.SIMULATED] if found.wanted.explore else []
+    told += [words.QUICK] if found.wanted.quick else []
+    labels = {name: each.label for name, each in found.context.recordings.items()}
+    seen = [labels[name] for name, drive in found.drives.items() if drive.seen]
+    told += [words.SEEN.format(textures=", ".join(seen))] if seen else []
+    told += [f"Left out: {why}" for why in found.context.left_out.values()]
+    return told
+
+
+def facts(found: Judged) -> list[tuple[str, str]]:
+    """What stands at the head of the page."""
+    recordings = found.context.recordings.values()
+    seconds = sorted({round(each.seconds, 1) for each in recordings})
+    long = f"{seconds[0]:g} s" if len(seconds) == 1 else f"{seconds[0]:g} to {seconds[-1]:g} s"
+    whole = hashlib.sha256("".join(map(recording_digest, recordings)).encode()).hexdigest()
+    return [
+        ("Textures", f"{len(found.textures)}"),
+        ("Recorded of each", long),
+        ("Methods", f"{len(found.wanted.names)}"),
+        ("Running free", f"{found.context.seconds:g} s" if found.drives else "not possible"),
+        ("Data, SHA-256", whole[:12]),
+    ]
+
+
+def in_short(found: Judged, chosen: Choice) -> Section:
+    """The default method and why, and what was set out to be reached."""
+    points = [("Default", f"{chosen.method}. {chosen.why}"), ("The rule", RULE)]
+    points += [("Ours", text) for text in chosen.of_ours]
+    points += reached(found)
+    blocks: tuple[Block, ...] = (Points(tuple(points)),)
+    return Section("short", "In short", blocks)
+
+
+def _css(reporting: Path) -> str:
+    """The look of every report, this page's own, and on which side each column of a table stands."""
+    sides = ",".join(f".n{place} td:nth-child({place})" for place in range(1, MOST_COLUMNS + 1))
+    shared = (reporting / "templates" / "report.css").read_text(encoding="utf-8")
+    return shared + (PAGE / "evaluation.css").read_text(encoding="utf-8") + sides + " { text-align: right; }\n"

@@ -1,0 +1,176 @@
+"""The sections of the report: running free, one step ahead, the time, and where everything comes from."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+
+from modeling.doors.evaluation_blocks import Block, Column, Heading, Section, Words, in_seconds, table
+from modeling.doors.evaluation_drawn import Pictured
+from modeling.doors.evaluation_pictures import chosen as pictures
+from modeling.doors.evaluation_pictures import figure_block
+from modeling.textures import evaluation_words as words
+from modeling.textures.evaluation_tables import (
+    Row,
+    free_rows,
+    method_rows,
+    table_4_1,
+    table_4_2,
+    table_4_3,
+    texture_rows,
+)
+from modeling.textures.judging import LIMITS
+from modeling.textures.judging_default import Choice
+from modeling.textures.judging_whole import Judged
+from modeling.training.run_card import versions
+
+OVERALL = (
+    Column("title", "method"),
+    Column("limits", "limits kept", "text", "On how many textures all limits of running free are kept"),
+    Column("felt_dB", "felt off, dB", "2", "Mean over the textures", "low"),
+    Column("level_range", "level", "text", "Least and greatest of the textures; the truth is 1"),
+    Column("smoothed_gfc", "smoothed GFC", "3", "The worst texture", "high"),
+    Column("envelope", "envelope", "3", "Correlation with the truth's; the worst texture", "high"),
+    Column("cycle_excess", "repeats", "2", "Autocorrelation beyond 300 ms above the truth's; the worst", "low"),
+    Column("mae", "one step, MAE", "3", "SDs; mean over the textures", "low"),
+    Column("step_us", "step, µs", "1", "Median in the fastest runtime here", "low"),
+    Column("train_s", "training", "s", "Mean over the textures", "low"),
+)
+FREE = (
+    Column("title", "method"),
+    Column("level", "level", "3", "RMS over the truth's"),
+    Column("smoothed_gfc", "smoothed GFC", "3"),
+    Column("raw_gfc", "raw GFC, 1 s", "3", "Equation 4.11 over blocks of 1 s"),
+    Column("envelope", "envelope", "3", "Correlation with the truth's envelope"),
+    Column("with_speed", "with speed", "2", "Correlation of the envelope with the hand's speed"),
+    Column("with_force", "with force", "2", "Correlation of the envelope with the force"),
+    Column("cycle", "repeats", "2", "Greatest autocorrelation at 0.3 to 1 s"),
+    Column("felt_dB", "felt off, dB", "2"),
+    Column("greatest", "greatest", "2", "Greatest sample over the truth's"),
+    Column("limits", "beyond", "words", "The limits that are not kept"),
+)
+TIMES = (
+    Column("title", "method"),
+    Column("window", "window", "int"),
+    Column("runtime", "runtime"),
+    Column("median_us", "step, µs", "1"),
+    Column("p99_us", "99 %, µs", "1"),
+    Column("error", "error", "tiny", "Against the float64 reference, in SDs of the answers"),
+    Column("epoch_s", "an epoch, s", "2"),
+    Column("train_s", "training", "s"),
+    Column("thesis_cpu_ms", "thesis: CPU, ms", "2"),
+    Column("thesis_gpu_ms", "GPU, ms", "2"),
+    Column("thesis_epoch_s", "an epoch, s", "2"),
+)
+VARIANTS = (
+    Column("title", "features"),
+    Column("window", "window", "int"),
+    Column("mae", "MAE", "3", "SDs", "low"),
+    Column("gfc", "GFC, %", "2", "", "high"),
+    Column("thesis_window", "thesis: window", "int"),
+    Column("thesis_mae", "MAE", "3"),
+    Column("thesis_gfc", "GFC, %", "2"),
+)
+THEIRS = ("thesis_window", "thesis_mae", "thesis_gfc", "thesis_cpu_ms", "thesis_gpu_ms", "thesis_epoch_s")
+SHORT = {"level": "level", "smoothed_gfc": "GFC", "envelope": "envelope", "cycle_excess": "repeats", "greatest": "size"}
+
+
+def free_section(found: Judged, pictured: Sequence[Pictured], chosen: Choice) -> Section:
+    """What models make on their own output."""
+    rows = [_told(row) for row in method_rows(found)]
+    blocks: list[Block] = [Words(text) for text in _origin(found)]
+    note = f"{words.WORST} {'; '.join(LIMITS.values())[:1].upper()}{'; '.join(LIMITS.values())[1:]}."
+    blocks.append(table("All methods", rows, OVERALL, note=note, ours=chosen.method))
+    blocks.append(Words(words.MEASURES, "note"))
+    blocks += [figure_block(each) for each in pictures(pictured, "free_waves", "free_spectra", "free_envelopes")]
+    free = free_rows(found)
+    for texture in found.drives:
+        own = [{**row, "limits": _short(row["beyond"])} for row in free if row["texture"] == texture]
+        blocks.append(table(found.context.recordings[texture].label, own, FREE, folded=True, ours=chosen.method))
+    refused = [row for row in texture_rows(found) if row["refused"]]
+    if refused:
+        columns = [Column("texture", "texture"), Column("title", "method"), Column("refused", "why", "words")]
+        blocks.append(table("Not judged", refused, columns))
+    return Section("free", "Running free", tuple(blocks))
+
+
+def _origin(found: Judged) -> list[str]:
+    """Under which hand models ran, and what the ceiling is."""
+    if not found.drives:
+        return ["Nothing could be run free; why stands below the recordings at the end."]
+    origins = dict.fromkeys(drive.origin for drive in found.drives.values())
+    told = [words.FREE.format(origin=words.ORIGINS[each], seconds=found.context.seconds) for each in origins]
+    first = next(iter(found.drives.values()))
+    what = {"another exploration": "one more exploration", "test part": "the validation part"}.get(
+        first.origin, "the recording's first half against its second"
+    )
+    return [*told, words.SAME_HAND if first.same_hand else words.OTHER_HAND.format(what=what)]
+
+
+def _told(row: Row) -> Row:
+    low, high = row["level_low"], row["level_high"]
+    spread = None if low is None else f"{low:.2f} to {high:.2f}"
+    return {**row, "limits": f"{row['kept']} of {row['ran']}" if row["ran"] else None, "level_range": spread}
+
+
+def _short(beyond: str) -> str | None:
+    return ", ".join(SHORT[name] for name in beyond.split()) or None
+
+
+def step_section(found: Judged, pictured: Sequence[Pictured], chosen: Choice) -> Section:
+    """The next sample told from true ones: Tables 4.1 and 4.2, Figures 4.5 to 4.7."""
+    blocks: list[Block] = [Words(words.ONE_STEP), Words(words.BLIND)]
+    generators = [found.method(name).title for name in found.wanted.names if found.method(name).kind == "block"]
+    blocks += [Words(words.BLOCKS.format(titles=", ".join(generators)), "note")] if generators else []
+    titles = {name: each.label for name, each in found.context.recordings.items()}
+    rows = table_4_1(found)
+    for metric, title, form in (("mae", "Table 4.1, MAE", "2"), ("gfc", "Table 4.1, GFC, %", "2")):
+        columns = [Column("method", "method"), *(Column(name, label, form) for name, label in titles.items())]
+        own = [row for row in rows if row["metric"] == metric]
+        blocks.append(
+            table(title, own, [*columns, Column("mean", "mean", form)], note=words.PRIVATE, ours=chosen.method)
+        )
+    if variants := table_4_2(found):
+        blocks.append(table("Table 4.2, spectral features", variants, VARIANTS, ours=chosen.method, theirs=THEIRS))
+    blocks += [figure_block(each, _number(each.name)) for each in pictures(pictured, "figure_4_")]
+    if not pictures(pictured, "figure_4_5"):
+        blocks.append(Words(words.NO_GRID, "note"))
+    return Section("step", "One step ahead", tuple(blocks))
+
+
+def _number(name: str) -> str:
+    return "Figure " + name.removeprefix("figure_").replace("_", ".")
+
+
+def time_section(found: Judged, pictured: Sequence[Pictured], chosen: Choice) -> Section:
+    """Table 4.3, and error against time."""
+    blocks: list[Block] = [Words(words.TIMES)]
+    blocks.append(
+        table("Table 4.3, time", table_4_3(found), TIMES, note=words.PRIVATE, ours=chosen.method, theirs=THEIRS)
+    )
+    blocks += [figure_block(each) for each in pictures(pictured, "work_precision", "learning_")]
+    return Section("time", "Time", tuple(blocks))
+
+
+def provenance(found: Judged) -> Section:
+    """What everything comes from."""
+    software: list[Row] = [{"package": name, "version": told or "not installed"} for name, told in versions().items()]
+    run = (
+        f"Seed {found.wanted.seed}. {found.jobs} jobs, {found.taken} of them taken from an earlier, equal evaluation; "
+        f"the rest took {in_seconds(found.seconds)} here."
+    )
+    inputs: list[Row] = [{"input": line} for each in found.context.recordings.values() for line in each.made_from]
+    blocks: list[Block] = [Words(run), Words(words.UNROUNDED), Heading("Recordings")]
+    rows: list[Row] = [
+        {"texture": found.context.recordings[name].label, "seconds": found.context.recordings[name].seconds,
+         "notes": "; ".join(notes) or None}
+        for name, notes in found.notes.items()
+    ]  # fmt: skip
+    columns = [Column("texture", "texture"), Column("seconds", "seconds", "1"), Column("notes", "notes", "words")]
+    blocks.append(table("What was done to them", rows, columns))
+    blocks.append(
+        table("Inputs and their SHA-256", inputs, [Column("input", "input", "words")], folded=len(inputs) > 6)
+    )
+    sources = [Column("title", "method"), Column("method", "name"), Column("source", "source", "words")]
+    blocks.append(table("Methods and their sources", method_rows(found), sources))
+    blocks.append(table("Software", software, [Column("package", "package"), Column("version", "version")]))
+    return Section("provenance", "Provenance", tuple(blocks))

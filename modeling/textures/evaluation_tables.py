@@ -1,0 +1,193 @@
+"""An evaluation of textures as rows of plain values: every method on every texture, and over all of them."""
+
+from __future__ import annotations
+
+from collections.abc import Iterable, Mapping
+from typing import Any
+
+from modeling.textures.evaluation_thesis import SAID, printed_errors, printed_times, printed_variant
+from modeling.textures.judging import beyond
+from modeling.textures.judging_histories import history_of
+from modeling.textures.judging_jobs import Done, Fit, Play
+from modeling.textures.judging_whole import Judged
+from modeling.textures.metrics import mean_of
+
+Row = dict[str, Any]
+STEP = ("mae", "mae_m_s2", "gfc", "explained", "test_samples")
+FREE = (
+    "level", "smoothed_gfc", "raw_gfc", "envelope", "with_speed", "with_force", "cycle", "cycle_excess", "felt_dB",
+    "greatest", "played_s",
+)  # fmt: skip
+MEAN_ALONE = ", its mean alone"
+TRUTH, CEILING = "truth", "another realisation"
+VARIANTS = ("ten", "ten_mfcc", "ten_wavelet", "foten")
+PERCENT = 100.0
+
+
+def texture_rows(found: Judged) -> list[Row]:
+    """A row for each method on each texture: one step ahead and running free, and the limits that are not kept."""
+    return [_row(found, fit, done) for fit, done in found.fits.items() if not fit.of_the_grid]
+
+
+def _row(found: Judged, fit: Fit, done: Done) -> Row:
+    play = found.plays[Play(fit)]
+    numbers = {name: done.numbers.get(name) for name in ("window", "train_s", "epochs", "epoch_s", "bytes", *STEP)}
+    free = {name: play.numbers.get(name) for name in FREE}
+    return {
+        "texture": fit.texture,
+        "method": fit.method,
+        "title": found.method(fit.method).title,
+        **numbers,
+        **free,
+        "beyond": " ".join(beyond(play.numbers, found.ceilings.get(fit.texture, {}))),
+        "refused": done.refused or play.refused or None,
+    }
+
+
+def free_rows(found: Judged) -> list[Row]:
+    """What ran free, by texture: the truth, another realisation of it, every method, ours by its mean alone too."""
+    rows: list[Row] = []
+    for texture in found.drives:
+        beside = ((TRUTH, found.truths[texture]), (CEILING, found.ceilings[texture]))
+        rows += [_free(texture, name, name, numbers, {}) for name, numbers in beside if numbers]
+        for play, done in found.plays.items():
+            if play.fit.texture == texture and not done.refused:
+                alone = "" if play.sampled else MEAN_ALONE
+                title = found.method(play.fit.method).title + alone
+                again = found.ceilings[texture]
+                rows.append(_free(texture, play.fit.method + alone, title, done.numbers, again))
+    return rows
+
+
+def _free(
+    texture: str, method: str, title: str, numbers: Mapping[str, float | None], again: Mapping[str, float | None]
+) -> Row:
+    told = {name: numbers.get(name) for name in FREE}
+    return {"texture": texture, "method": method, "title": title, **told, "beyond": " ".join(beyond(numbers, again))}
+
+
+def method_rows(found: Judged) -> list[Row]:
+    """A row for each method over all textures: means, and the worst of what has a limit."""
+    rows = texture_rows(found)
+    return [_over([row for row in rows if row["method"] == name], found, name) for name in found.wanted.names]
+
+
+def _over(rows: list[Row], found: Judged, name: str) -> Row:
+    def mean(column: str) -> float | None:
+        return mean_of(row[column] for row in rows)
+
+    ran = [row for row in rows if row["level"] is not None]
+    runtime, step = fastest(found, name)
+    return {
+        "method": name,
+        "title": found.method(name).title,
+        "window": mean("window"),
+        "mae": mean("mae"),
+        "gfc": mean("gfc"),
+        "explained": mean("explained"),
+        "kept": sum(not row["beyond"] for row in ran),
+        "ran": len(ran),
+        "level_low": least(row["level"] for row in ran),
+        "level_high": most(row["level"] for row in ran),
+        "smoothed_gfc": least(row["smoothed_gfc"] for row in ran),
+        "envelope": least(row["envelope"] for row in ran),
+        "cycle_excess": most(row["cycle_excess"] for row in ran),
+        "felt_dB": mean("felt_dB"),
+        "train_s": mean("train_s"),
+        "epoch_s": mean("epoch_s"),
+        "bytes": mean("bytes"),
+        "runtime": runtime,
+        "step_us": step,
+        "refused": sum(row["refused"] is not None for row in rows),
+        "source": found.method(name).source,
+    }
+
+
+def fastest(found: Judged, method: str) -> tuple[str | None, float | None]:
+    """The runtime with the least median of a step, and that, in us."""
+    steps = found.steps.get(method)
+    if not steps:
+        return None, None
+    name = min(steps, key=lambda each: steps[each][0])
+    return name, steps[name][0]
+
+
+def least(values: Iterable[float | None]) -> float | None:
+    """The least of the numbers among them."""
+    return min((value for value in values if value is not None), default=None)
+
+
+def most(values: Iterable[float | None]) -> float | None:
+    """The greatest of the numbers among them."""
+    return max((value for value in values if value is not None), default=None)
+
+
+def table_4_1(found: Judged) -> list[Row]:
+    """MAE (SDs of the training part) and GFC (percent) by method and texture; the thesis' below each."""
+    rows: list[Row] = []
+    for name in found.wanted.names:
+        for metric, gain in (("mae", 1.0), ("gfc", PERCENT)):
+            cells = _cells(found, name, metric, gain)
+            rows.append({"method": name, "metric": metric, **cells, "mean": mean_of(cells.values())})
+            printed = printed_errors(name, metric)
+            if printed is not None:
+                theirs = {texture: printed[0].get(texture) for texture in found.textures}
+                rows.append({"method": f"{name}, {SAID}", "metric": metric, **theirs, "mean": printed[1]})
+    return rows
+
+
+def _cells(found: Judged, method: str, metric: str, gain: float) -> dict[str, float | None]:
+    values = {texture: found.fits[Fit(texture, method)].numbers.get(metric) for texture in found.textures}
+    return {texture: None if value is None else gain * value for texture, value in values.items()}
+
+
+def table_4_2(found: Judged) -> list[Row]:
+    """The variants of our network: window, mean MAE (SDs), mean GFC in percent, and the thesis' beside."""
+    rows: list[Row] = []
+    overall = {row["method"]: row for row in method_rows(found)}
+    for name in VARIANTS:
+        if name in overall:
+            row, theirs = overall[name], printed_variant(name) or {}
+            gfc = None if row["gfc"] is None else PERCENT * row["gfc"]
+            rows.append(
+                {"method": name, "title": row["title"], "window": row["window"], "mae": row["mae"], "gfc": gfc}
+                | {f"thesis_{key}": theirs.get(key) for key in ("window", "mae", "gfc")}
+            )
+    return rows
+
+
+def table_4_3(found: Judged) -> list[Row]:
+    """Times: a step by runtime (us), an epoch, and the thesis' beside; one row for each method and runtime."""
+    rows: list[Row] = []
+    for row in method_rows(found):
+        theirs = printed_times(row["method"]) or {}
+        known = {"window": row["window"], "epoch_s": row["epoch_s"], "train_s": row["train_s"]}
+        steps = found.steps.get(row["method"], {})
+        for runtime, (median, p99, error) in steps.items() or ((None, (None, None, None)),):
+            rows.append(
+                {"method": row["method"], "title": row["title"], **known, "runtime": runtime, "median_us": median}
+                | {"p99_us": p99, "error": error}
+                | {f"thesis_{key}": theirs.get(key) for key in ("window", "gpu_ms", "cpu_ms", "epoch_s")}
+            )
+    return rows
+
+
+def figure_4_5(found: Judged) -> list[Row]:
+    """The mean MAE over the textures (SDs) for each window and loss of our network; empty where they were not asked."""
+    cells: dict[tuple[int, str], list[float | None]] = {}
+    for fit, done in found.fits.items():
+        if fit.window is not None and fit.loss is not None:
+            cells.setdefault((fit.window, fit.loss), []).append(done.numbers.get("mae"))
+    return [
+        {"window": window, "loss": loss, "mae": mean_of(values), "textures": sum(each is not None for each in values)}
+        for (window, loss), values in cells.items()
+    ]
+
+
+def curve_rows(found: Judged) -> list[Row]:
+    """The learning curves, a row for each epoch."""
+    return [
+        {"texture": fit.texture, "method": fit.method, **epoch.plain()}
+        for fit, done in found.fits.items()
+        for epoch in history_of(done)
+    ]

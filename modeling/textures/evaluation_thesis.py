@@ -1,0 +1,45 @@
+"""The numbers that the thesis printed, to stand beside ours: other people's private recordings, never a target."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from functools import cache
+from pathlib import Path
+from typing import Any
+
+FILE = Path(__file__).parent / "thesis_numbers.yaml"
+SAID = "thesis"
+
+
+@cache
+def _read() -> Mapping[str, Any]:
+    import yaml
+
+    told: Mapping[str, Any] = yaml.safe_load(FILE.read_text(encoding="utf-8"))
+    return told
+
+
+def source() -> str:
+    """Where the numbers stand."""
+    return str(_read()["source"])
+
+
+def printed_errors(method: str, metric: str) -> tuple[dict[str, float], float] | None:
+    """Table 4.1: a method's "mae" or "gfc" (percent) by texture, and their printed mean; None where it has none."""
+    told = _read()["table_4_1"].get(method)
+    if told is None:
+        return None
+    cells = dict(zip(_read()["textures"], map(float, told[metric]), strict=True))
+    return cells, float(told[f"{metric}_mean"])
+
+
+def printed_variant(method: str) -> Mapping[str, float] | None:
+    """Table 4.2: a variant's window, mean MAE and mean GFC in percent; None where it has none."""
+    found: Mapping[str, float] | None = _read()["table_4_2"].get(method)
+    return found
+
+
+def printed_times(method: str) -> Mapping[str, float] | None:
+    """Table 4.3: window, inference on GPU and CPU in ms, seconds of one epoch; None where it has none."""
+    found: Mapping[str, float] | None = _read()["table_4_3"].get(method)
+    return found

@@ -1,0 +1,229 @@
+"""Texture networks as steps and float32 tensors: what the rig's own runtimes need to answer as the networks do.
+
+`pieces` knows the layers of FoTEN and plain ones. A network with layers of its own registers them in its own file:
+`@pieces.register`, then `def _(layer: Mine, name: str) -> Pieces`. A value is (channels, length), where torch's
+encoders have (batch, length, channels).
+"""
+
+from __future__ import annotations
+
+from collections.abc import Iterator, Mapping
+from functools import singledispatch
+
+import numpy as np
+from numpy.typing import NDArray
+from torch import Tensor, nn
+
+from modeling.files.exported import Exported
+from modeling.textures.foten import Foten
+from modeling.textures.foten_layers import Dropout, Embedding, EncoderLayer
+from modeling.textures.fourier import FourierBlock, SpectrumEncoder
+from modeling.textures.heads import LEAST_LOG_SD, Spread
+from modeling.textures.recording import Scale, TextureDataError
+from modeling.textures.spectral_features import MelBlock, WaveletBlock
+from protocols.model_card import Activation, Affine, Conv, Dense, Reshape, Step
+from protocols.signal_steps import Add, Attention, Cartesian, Join, Keep, Norm, Part, Polar, Recall
+
+Pieces = Iterator[tuple[Step, Mapping[str, Tensor]]]
+"""Steps, each with the tensors that it names."""
+
+
+def exported_windows(network: nn.Module, scale: Scale, window: int) -> Exported:
+    """A network as it answers, from a texture window (3 * window, units) to the mean, or mean and log SD (m/s^2).
+
+    Raises TextureDataError for a layer that model cards have no step for, and for weights that are not finite.
+    """
+    found = list(pieces(network, ""))
+    tensors: dict[str, NDArray[np.float32]] = {}
+    for _, named in found:
+        tensors |= {name: _float32(name, value) for name, value in named.items()}
+    down = Affine(gain="down.gain", offset="down.offset")
+    tensors["down.gain"] = (1.0 / scale.sd[:, None]).astype(np.float32)
+    tensors["down.offset"] = (-scale.mean / scale.sd)[:, None].astype(np.float32)
+    answers = _answers(network, window)
+    up, more = _up(scale, answers)
+    steps = (Reshape(shape=(3, window)), down, *(step for step, _ in found), up)
+    return Exported(steps, tensors | more)
+
+
+def _answers(network: nn.Module, window: int) -> int:
+    """How many numbers a network answers, by asking it."""
+    from modeling.textures.fitting import answers
+
+    return int(answers(network, np.zeros((1, 3, window))).shape[1])
+
+
+def _up(scale: Scale, answers: int) -> tuple[Step, dict[str, NDArray[np.float32]]]:
+    """From normalised answers to units: an SD is scaled, so its log is shifted."""
+    mean, sd = float(scale.mean[0]), float(scale.sd[0])
+    if answers == 1:
+        return Affine(gain=sd, offset=mean), {}
+    gain, offset = np.array([sd, 1.0], np.float32), np.array([mean, np.log(sd)], np.float32)
+    return Affine(gain="up.gain", offset="up.offset"), {"up.gain": gain, "up.offset": offset}
+
+
+@singledispatch
+def pieces(layer: nn.Module, name: str) -> Pieces:
+    """The steps of a layer called `name` ("" or ending in a dot)."""
+    raise TextureDataError(f"{name or 'network'}: model cards have no step for a layer of kind {type(layer).__name__}.")
+
+
+def each_place(layer: nn.Linear, name: str) -> Pieces:
+    """A dense layer of each place along the length: a convolution of width 1 over (channels, length)."""
+    named = {f"{name}weight": layer.weight[..., None], f"{name}bias": layer.bias}
+    yield Conv(weight=f"{name}weight", bias=f"{name}bias"), named
+
+
+@pieces.register
+def _(layer: nn.Sequential, name: str) -> Pieces:
+    for place, inner in layer.named_children():
+        yield from pieces(inner, f"{name}{place}.")
+
+
+@pieces.register
+def _(layer: nn.Linear, name: str) -> Pieces:
+    yield Dense(weight=f"{name}weight", bias=f"{name}bias"), {f"{name}weight": layer.weight, f"{name}bias": layer.bias}
+
+
+@pieces.register
+def _(_layer: nn.ReLU, _name: str) -> Pieces:
+    yield Activation(function="relu"), {}
+
+
+@pieces.register(nn.Dropout)
+@pieces.register(Dropout)
+def _(_layer: nn.Module, _name: str) -> Pieces:
+    yield from ()
+
+
+@pieces.register
+def _(layer: nn.LayerNorm, name: str) -> Pieces:
+    named = {f"{name}weight": layer.weight, f"{name}bias": layer.bias}
+    yield Norm(weight=f"{name}weight", bias=f"{name}bias", tiny=layer.eps), named
+
+
+@pieces.register
+def _(layer: Embedding, name: str) -> Pieces:
+    yield from each_place(layer.dense, f"{name}dense.")
+    if layer.place.numel():
+        yield Affine(offset=f"{name}place"), {f"{name}place": layer.place.T}
+
+
+@pieces.register
+def _(layer: EncoderLayer, name: str) -> Pieces:
+    before, between = f"{name}before", f"{name}between"
+    yield Keep(kept=before), {}
+    tensors = {"weight": layer.mix.weight, "bias": layer.mix.bias, "out": layer.out.weight, "out_bias": layer.out.bias}
+    named = {key: f"{name}attention.{key}" for key in tensors}
+    yield Attention(heads=layer.heads, **named), {named[key]: value for key, value in tensors.items()}
+    yield Add(kept=before), {}
+    yield from pieces(layer.after_attention, f"{name}after_attention.")
+    yield Keep(kept=between), {}
+    yield from each_place(layer.wide, f"{name}wide.")
+    yield Activation(function="relu"), {}
+    yield from each_place(layer.narrow, f"{name}narrow.")
+    yield Add(kept=between), {}
+    yield from pieces(layer.after_forward, f"{name}after_forward.")
+
+
+@pieces.register
+def _(layer: SpectrumEncoder, name: str) -> Pieces:
+    yield from pieces(layer.embedding, f"{name}embedding.")
+    yield from pieces(layer.encoder, f"{name}encoder.")
+    yield from each_place(layer.dense, f"{name}dense.")
+
+
+@pieces.register
+def _(layer: FourierBlock, name: str) -> Pieces:
+    length = layer.matrix.shape[1]
+    yield from fixed(layer.matrix, layer.offset, f"{name}transform.")
+    yield Reshape(shape=(2, length)), {}
+    yield Polar(), {}
+    yield Keep(kept=f"{name}polar"), {}
+    yield Part(start=1, stop=2), {}
+    yield from pieces(layer.phase, f"{name}phase.")
+    yield Keep(kept=f"{name}turned"), {}
+    yield Recall(kept=f"{name}polar"), {}
+    yield Part(start=0, stop=1), {}
+    yield from pieces(layer.magnitude, f"{name}magnitude.")
+    yield Join(kept=(f"{name}turned",)), {}
+    yield Cartesian(), {}
+    yield from fixed(layer.back, layer.back.new_zeros(length), f"{name}back.")
+    yield Reshape(shape=(1, length)), {}
+
+
+@pieces.register
+def _(layer: MelBlock, name: str) -> Pieces:
+    length = layer.spectrum.shape[1]
+    yield from fixed(layer.spectrum, layer.spectrum.new_zeros(len(layer.spectrum)), f"{name}spectrum.")
+    yield Activation(function="square"), {}
+    yield from fixed(layer.bands, layer.floor.expand(len(layer.bands)), f"{name}bands.")
+    yield Activation(function="log"), {}
+    yield from fixed(layer.cosines, layer.cosines.new_zeros(len(layer.cosines)), f"{name}cosines.")
+    yield Reshape(shape=(1, len(layer.cosines))), {}
+    yield from pieces(layer.encoder, f"{name}encoder.")
+    yield from pieces(layer.dense, f"{name}dense.")
+    yield Reshape(shape=(1, length)), {}
+
+
+@pieces.register
+def _(layer: WaveletBlock, name: str) -> Pieces:
+    coefficients, length = layer.matrix.shape
+    yield from fixed(layer.matrix, layer.matrix.new_zeros(coefficients), f"{name}transform.")
+    yield Reshape(shape=(1, coefficients)), {}
+    yield from pieces(layer.encoder, f"{name}encoder.")
+    yield from fixed(layer.back, layer.back.new_zeros(length), f"{name}back.")
+    yield Reshape(shape=(1, length)), {}
+
+
+def fixed(matrix: Tensor, offset: Tensor, name: str) -> Pieces:
+    """A product with a matrix that is never trained."""
+    yield Dense(weight=f"{name}weight", bias=f"{name}bias"), {f"{name}weight": matrix, f"{name}bias": offset}
+
+
+@pieces.register
+def _(layer: Spread, name: str) -> Pieces:
+    yield Keep(kept=f"{name}both"), {}
+    yield Part(start=1, stop=2), {}
+    yield Activation(function="softplus"), {}
+    yield Affine(offset=LEAST_LOG_SD + float(layer.log_gain)), {}
+    yield Keep(kept=f"{name}log_sd"), {}
+    yield Recall(kept=f"{name}both"), {}
+    yield Part(start=0, stop=1), {}
+    yield Join(kept=(f"{name}log_sd",)), {}
+
+
+@pieces.register
+def _(layer: Foten, name: str) -> Pieces:
+    window, past, block, hand = (f"{name}kept.{each}" for each in ("window", "past", "block", "hand"))
+    yield Keep(kept=window), {}
+    yield Part(start=1, stop=3), {}
+    yield Keep(kept=hand), {}
+    yield Recall(kept=window), {}
+    yield Part(start=0, stop=1), {}
+    if layer.spectral is not None:
+        yield Keep(kept=past), {}
+        yield from pieces(layer.spectral, f"{name}spectral.")
+        yield Keep(kept=block), {}
+        yield Recall(kept=past), {}
+    yield from pieces(layer.embedding, f"{name}embedding.")
+    yield from pieces(layer.encoder, f"{name}encoder.")
+    yield Join(kept=(hand,) if layer.spectral is None else (block, hand)), {}
+    yield from _head(layer, f"{name}head.")
+
+
+def _head(layer: Foten, name: str) -> Pieces:
+    """The first dense layer reads place after place in torch, channel after channel in a step."""
+    for place, inner in layer.head.named_children():
+        if place == "0" and isinstance(inner, nn.Linear):
+            turned = inner.weight.view(len(inner.weight), layer.window, -1).transpose(1, 2).flatten(1)
+            yield from fixed(turned, inner.bias, f"{name}0.")
+        else:
+            yield from pieces(inner, f"{name}{place}.")
+
+
+def _float32(name: str, value: Tensor) -> NDArray[np.float32]:
+    array = np.array(value.detach().numpy(), dtype=np.float32, order="C")
+    if not np.isfinite(array).all():
+        raise TextureDataError(f"{name}: holds values that are not finite; this network cannot be used.")
+    return array

@@ -1,0 +1,183 @@
+"""Networks that look at a window and answer the next acceleration: their rows, their training, their answers.
+
+A network takes (batch, 3, window) normalised by the training part and answers (batch, 1): the mean; or (batch, 2): mean
+and log SD.
+"""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Callable
+from dataclasses import dataclass, replace
+from typing import Any
+
+import numpy as np
+import torch
+from torch import Tensor, nn
+
+from modeling.files.exported import Exported
+from modeling.textures.cosine import cosine
+from modeling.textures.methods import Learning
+from modeling.textures.recording import Array, Scale, TextureDataError
+from modeling.textures.resting import with_rest
+from modeling.textures.windows import scale_of, windows
+from modeling.training.loop import Optimise, Trained, adam
+from modeling.training.loop import train as train_network
+from modeling.training.seeding import seeded, training_state
+from modeling.training.settings import Settings
+from modeling.training.sources import Given, Made, Pairs, Source, pairs
+from modeling.training.stepping import Loss
+
+AT_ONCE = 512
+"""Windows that a network answers at a time."""
+QUICK_EPOCHS = 2
+ASKED = ("epochs", "batch", "threads", "checkpoint", "stop_patience", "learning_rate")
+"""The settings of `Learning.settings` that go to the training as they are."""
+Make = Callable[[int], nn.Module]
+"""The window's length to a network with fresh weights."""
+
+
+@dataclass(frozen=True)
+class Rows:
+    """Normalised windows (n, 3, window) to train on and to watch, with the next acceleration (n, 1), and the scale."""
+
+    train: Pairs
+    held: Pairs
+    scale: Scale
+
+
+@dataclass(frozen=True)
+class Diet:
+    """What is done to the rows while training, and how the rate falls.
+
+    `noise` is the SD of white noise on the past acceleration, in its SDs (Bishop 1995); `rest` the share of rows at
+    rest, added to the training and validation rows: no speed, no force, and silence to follow. `cosine`: the rate falls
+    along a cosine over all epochs; by itself it stays as it is, or is lowered as the settings say.
+    """
+
+    noise: float = 0.0
+    rest: float = 0.0
+    cosine: bool = False
+
+
+@dataclass(frozen=True)
+class FittedWindows:
+    """A trained network and the scale that it sees the world by."""
+
+    network: nn.Module
+    scale: Scale
+    window: int
+    trained: Trained
+
+    def predict(self, given: Array) -> Array:
+        """The mean of the next acceleration (n,) in m/s^2 for windows (n, 3, window) in units.
+
+        Raises TextureDataError for another shape and for numbers that are not finite, given or answered.
+        """
+        found = answers(self.network, self.scale.down(checked(given, self.window)))
+        mean: Array = found[:, 0] * self.scale.sd[0] + self.scale.mean[0]
+        return mean
+
+    def exported(self) -> Exported:
+        """The network as steps from a texture window to one number (mean), or two (mean, log SD)."""
+        from modeling.textures.exporting_foten import exported_windows
+
+        return exported_windows(self.network, self.scale, self.window)
+
+
+def fit_windows(
+    make: Make,
+    learning: Learning,
+    loss: Loss,
+    settings: Settings,
+    *,
+    window: int,
+    diet: Diet = Diet(),
+    optimiser: Optimise | None = None,
+) -> FittedWindows:
+    """Train what `make` makes on the training part of a recording, stopped early by its validation part.
+
+    `window` is the method's own; `Learning.window` goes before it, and the settings named in `ASKED` before `settings`.
+    The optimiser is Adam; where `Diet.cosine` says so, its rate falls along a cosine over all epochs.
+    Raises TextureDataError for a recording that nothing can be learned from, TrainingError for a training that fails.
+    """
+    length = learning.window or window
+    asked = settings_for(learning, settings)
+    rows = rows_of(learning, length)
+    network = seeded(lambda: make(length), asked.seed)
+    held = with_rest(rows.held, diet.rest, rows.scale, asked.seed + 1)
+    data = fed(rows, diet, asked.seed)
+    steps = asked.epochs * math.ceil(len(data) / asked.batch)
+    how = optimiser or (cosine(steps) if diet.cosine else adam)
+    trained = train_network(network, data, held, loss, asked, optimiser=how, report=learning.report)
+    network.zero_grad(set_to_none=True)
+    return FittedWindows(network, rows.scale, length, trained)
+
+
+def rows_of(learning: Learning, window: int) -> Rows:
+    """The rows of a recording's training and validation part.
+
+    Raises TextureDataError where either has no window of that length, and where the acceleration of the training part
+    does not vary.
+    """
+    scale = scale_of(learning.recording, learning.parts)
+    train_part = windows(learning.recording, learning.parts.train, window)
+    held_part = windows(learning.recording, learning.parts.validation, window)
+    if not np.ptp(train_part.wanted) > 0:
+        raise TextureDataError(f"{learning.recording.texture}: its acceleration does not vary: nothing to learn from.")
+    train, held = (_pairs(part.given, part.wanted, scale) for part in (train_part, held_part))
+    return Rows(train, held, scale)
+
+
+def _pairs(given: Array, wanted: Array, scale: Scale) -> Pairs:
+    return pairs(scale.down(given), ((wanted - scale.mean[0]) / scale.sd[0])[:, None])
+
+
+def fed(rows: Rows, diet: Diet, seed: int) -> Source:
+    """The training rows with rest among them, and fresh noise on the past acceleration every time they are seen."""
+    whole = with_rest(rows.train, diet.rest, rows.scale, seed)
+    if not diet.noise:
+        return whole
+
+    def make(chosen: Tensor, chance: torch.Generator) -> tuple[Given, Given]:
+        inputs, targets = whole.batch(chosen, chance)
+        noisy = torch.as_tensor(inputs).clone()
+        noisy[:, 0] += diet.noise * torch.randn(noisy[:, 0].shape, generator=chance)
+        return noisy, targets
+
+    return Made(len(whole), make, f"{whole.digest} with noise of {diet.noise!r}")
+
+
+def settings_for(learning: Learning, default: Settings) -> Settings:
+    """A method's settings with the caller's wishes over them; `quick` trains for few epochs where none are asked for.
+
+    Raises TrainingError for a value without sense.
+    """
+    given = learning.settings
+    wished: dict[str, Any] = {"epochs": min(default.epochs, QUICK_EPOCHS)} if given.get("quick") else {}
+    wished |= {name: given[name] for name in ASKED if name in given}
+    return replace(default, seed=learning.seed, **wished)
+
+
+def checked(given: Array, window: int) -> Array:
+    """Windows (n, 3, window) as they are. Raises TextureDataError where they are none, or not finite."""
+    if given.ndim != 3 or given.shape[1:] != (3, window):
+        raise TextureDataError(f"windows of shape {given.shape}: (n, 3, {window}) is expected.")
+    if not np.isfinite(given).all():
+        raise TextureDataError("a window holds a number that is not finite: mend the recording, or leave it out.")
+    return given
+
+
+def answers(network: nn.Module, given: Array) -> Array:
+    """What a network answers to normalised windows, as float64, dropout off and on one thread: sums in one order.
+
+    Raises TextureDataError where an answer is not finite, as for values that 32 bits cannot hold.
+    """
+    with np.errstate(over="ignore"):
+        rows = torch.from_numpy(np.ascontiguousarray(given, dtype=np.float32))
+    with training_state(0, 1), torch.no_grad():
+        network.eval()
+        found = torch.cat([network(part) for part in torch.split(rows, AT_ONCE)])
+    if not bool(torch.isfinite(found).all()):
+        raise TextureDataError("the network's answer is not finite: it was given what is far beyond what it learned.")
+    return found.numpy().astype(np.float64)

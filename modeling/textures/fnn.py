@@ -1,0 +1,110 @@
+"""The frequency-decomposed neural network of Shin et al. 2015: a small network for each frequency band, and their sum.
+
+From the paper: the acceleration is decomposed by frequency, each band has a feed-forward network of its own that looks
+at its past and at speed and force, and what they give is added up; one model covers all speeds and forces. Ours, since
+neither the thesis nor the abstract says: three bands parted at 100 and 250 Hz, filters of 15 taps that add up to the
+signal itself, 32 tanh units, training of the sum, Adam.
+"""
+
+from __future__ import annotations
+
+import numpy as np
+import torch
+from scipy.signal import firwin
+from torch import Tensor, nn
+
+from modeling.textures.exporting_foten import Pieces, fixed, pieces
+from modeling.textures.fitting import FittedWindows, fit_windows
+from modeling.textures.heads import loss_named
+from modeling.textures.lasting import for_length
+from modeling.textures.methods import Learning, Method
+from modeling.textures.recording import RATE_HZ, Array
+from modeling.textures.shapes import shaped
+from modeling.training.settings import Settings
+from protocols.model_card import Activation, Reshape
+from protocols.signal_steps import Add, Join, Keep, Part, Recall
+
+WINDOW = 30
+BORDERS_HZ = (100.0, 250.0)
+TAPS = 15
+UNITS = 32
+LOSS = "mse"
+SETTINGS = Settings(epochs=100, batch=64, learning_rate=2e-3, plateau_patience=4, stop_patience=10, every_epochs=5)
+
+
+def bands(window: int) -> Array:
+    """(3 window, window): each band of a window, one below the other; together they are the window again.
+
+    Linear-phase filters (Hamming), centred, so that a band has no delay; beyond the window's ends stand zeros.
+    """
+    low = [_convolving(firwin(TAPS, border, fs=RATE_HZ), window) for border in BORDERS_HZ]
+    whole = np.eye(window)
+    return np.concatenate([low[0], low[1] - low[0], whole - low[1]])
+
+
+def _convolving(taps: Array, window: int) -> Array:
+    apart = np.arange(window)[:, None] - np.arange(window) + len(taps) // 2
+    within = (apart >= 0) & (apart < len(taps))
+    return np.where(within, taps[np.clip(apart, 0, len(taps) - 1)], 0.0)
+
+
+class Fnn(nn.Module):
+    """(batch, 3, window) normalised to (batch, 1).
+
+    The acceleration (window) is split into bands (3, window); each band with the newest speed and force (window + 2)
+    goes through two layers of 32 and one of 1; the answer is the sum.
+    """
+
+    split: Tensor
+
+    def __init__(self, window: int = WINDOW) -> None:
+        super().__init__()
+        self.window, self.count = window, len(BORDERS_HZ) + 1
+        self.register_buffer("split", torch.from_numpy(bands(window)).float())
+        self.bands = nn.ModuleList(_band(window + 2) for _ in range(self.count))
+
+    def forward(self, x: Tensor) -> Tensor:
+        """The sum of what the bands' networks answer."""
+        hand = shaped(x, 3, self.window)[:, 1:, -1]
+        parts = shaped(x[:, 0] @ self.split.T, self.count * self.window).chunk(self.count, dim=1)
+        answers = [band(torch.cat([part, hand], dim=1)) for band, part in zip(self.bands, parts, strict=True)]
+        return shaped(torch.stack(answers).sum(dim=0), 1)
+
+
+def _band(inputs: int) -> nn.Sequential:
+    return nn.Sequential(nn.Linear(inputs, UNITS), nn.Tanh(), nn.Linear(UNITS, UNITS), nn.Tanh(), nn.Linear(UNITS, 1))
+
+
+@pieces.register
+def _(layer: Fnn, name: str) -> Pieces:
+    window, signals, hand, parts = layer.window, f"{name}kept.signals", f"{name}kept.hand", f"{name}kept.parts"
+    yield Keep(kept=signals), {}
+    yield Part(start=1, stop=3), {}
+    yield Part(start=window - 1, stop=window, along="length"), {}
+    yield Reshape(shape=(2,)), {}
+    yield Keep(kept=hand), {}
+    yield Recall(kept=signals), {}
+    yield Part(start=0, stop=1), {}
+    yield from fixed(layer.split, layer.split.new_zeros(len(layer.split)), f"{name}split.")
+    yield Keep(kept=parts), {}
+    for number, band in enumerate(layer.bands):
+        yield Recall(kept=parts), {}
+        yield Part(start=number * window, stop=(number + 1) * window), {}
+        yield Join(kept=(hand,)), {}
+        yield from pieces(band, f"{name}bands.{number}.")
+        if number:
+            yield Add(kept=f"{name}kept.{number - 1}"), {}
+        yield Keep(kept=f"{name}kept.{number}"), {}
+
+
+@pieces.register
+def _(_layer: nn.Tanh, _name: str) -> Pieces:
+    yield Activation(function="tanh"), {}
+
+
+def _fit(learning: Learning) -> FittedWindows:
+    loss = loss_named(str(learning.settings.get("loss", LOSS)))
+    return fit_windows(Fnn, learning, loss, for_length(SETTINGS, learning), window=WINDOW)
+
+
+FNN = Method(name="fnn", title="Frequency-decomposed network (FNN)", fit=_fit, window=WINDOW, source="Shin et al. 2015")

@@ -1,0 +1,102 @@
+"""FoTEN, the Fourier-enhanced transformer encoder network of thesis 4.4, and the generative one, which is ours."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Callable
+from dataclasses import replace
+
+import torch
+from torch import Tensor, nn
+
+from modeling.textures.fitting import Diet, FittedWindows, fit_windows
+from modeling.textures.foten_layers import DROPOUT, WIDTH, Embedding, Encoder
+from modeling.textures.fourier import FourierBlock
+from modeling.textures.heads import head, loss_named, nll
+from modeling.textures.levelling import level_alike
+from modeling.textures.methods import Learning, Method
+from modeling.textures.recording import CHANNELS, TextureDataError
+from modeling.training.settings import Settings
+
+Spectral = Callable[[int, float], nn.Module]
+"""A window's length and a dropout to a block from (batch, window) to the same shape."""
+WINDOW = 20
+LAYERS = 3
+SETTINGS = Settings(epochs=100, batch=16, learning_rate=1e-3, plateau_patience=None, stop_patience=10, every_epochs=5)
+"""Thesis 4.4.5."""
+LOSS = "huber-1.6"
+"""The loss of thesis 4.6.2 (also set by `Learning.settings["loss"]`, one of `heads.LOSSES`)."""
+GENERATIVE_SETTINGS = Settings(
+    epochs=14, batch=128, learning_rate=2e-3, plateau_patience=None, stop_patience=None, every_epochs=4
+)
+GENERATIVE_DIET = Diet(noise=0.03, rest=0.05, cosine=True)
+STEPS, MOST_EPOCHS = 1550, 120
+"""A short recording is gone through more often: for as many steps as 14 epochs of 20 s are, in at most 120 epochs."""
+
+
+class Foten(nn.Module):
+    """(batch, 3, window) normalised to (batch, 1), or (batch, 2) where generative (thesis figure 4.3).
+
+    `spectral` makes the block beside the encoder from the window's length and the dropout; without one it is TEN.
+    """
+
+    def __init__(
+        self,
+        window: int = WINDOW,
+        spectral: Spectral | None = FourierBlock,
+        generative: bool = False,
+        dropout: float = DROPOUT,
+    ) -> None:
+        super().__init__()
+        self.window = window
+        self.embedding = Embedding(window, WIDTH)
+        self.encoder = Encoder(LAYERS, dropout=dropout)
+        self.spectral = None if spectral is None else spectral(window, dropout)
+        self.head = head(window * (WIDTH + 2 + (self.spectral is not None)), generative)
+
+    def forward(self, x: Tensor) -> Tensor:
+        """Encoder block and spectral block side by side, with speed and force beside them, and the head."""
+        if x.shape[1:] != (CHANNELS, self.window):
+            raise TextureDataError(f"windows of shape {tuple(x.shape)}: (batch, 3, {self.window}) is expected.")
+        past = x[:, 0]
+        beside = [] if self.spectral is None else [self.spectral(past)]
+        encoded = self.encoder(self.embedding(past))
+        hand = torch.stack([*beside, x[:, 1], x[:, 2]], dim=-1)
+        found: Tensor = self.head(torch.cat([encoded, hand], dim=-1).flatten(1))
+        return found
+
+
+def _fit(learning: Learning) -> FittedWindows:
+    loss = loss_named(str(learning.settings.get("loss", LOSS)))
+    return fit_windows(Foten, learning, loss, SETTINGS, window=WINDOW)
+
+
+def generative(window: int) -> Foten:
+    """The network with a conditional scale; without dropout, which would be learned as if it were the texture's."""
+    return Foten(window, generative=True, dropout=0.0)
+
+
+def _fit_generative(learning: Learning) -> FittedWindows:
+    settings = replace(GENERATIVE_SETTINGS, epochs=epochs_for(learning))
+    found = fit_windows(generative, learning, nll, settings, window=WINDOW, diet=GENERATIVE_DIET)
+    gain = level_alike(found.network, learning.recording, learning.parts, found.scale, found.window, learning.seed)
+    learning.report(f"gain of the SD for the recording's level: {gain:.3f}")
+    return found
+
+
+def epochs_for(learning: Learning) -> int:
+    """Epochs that come to `STEPS` steps, at least those of `GENERATIVE_SETTINGS`."""
+    samples = sum(stop - start for start, stop in learning.parts.train)
+    steps = max(1, math.ceil(samples / GENERATIVE_SETTINGS.batch))
+    return min(MOST_EPOCHS, max(GENERATIVE_SETTINGS.epochs, round(STEPS / steps)))
+
+
+FOTEN = Method(name="foten", title="FoTEN", fit=_fit, window=WINDOW, source="thesis 4.4")
+FOTEN_GENERATIVE = Method(
+    name="foten_generative",
+    title="Generative FoTEN",
+    fit=_fit_generative,
+    window=WINDOW,
+    sampled=True,
+    source="thesis 4.4, with a conditional scale that is sampled when it runs (ours)",
+)

@@ -1,0 +1,121 @@
+"""Layers of the Informer (Zhou et al. 2021): attention in which few places ask, and layers that halve the length."""
+
+from __future__ import annotations
+
+import math
+
+import torch
+from torch import Tensor, nn
+from torch.nn import functional
+
+from modeling.textures.foten_layers import Dropout, positions
+
+DROPOUT = 0.05
+
+
+class ProbSparse(nn.Module):
+    """Multi-head attention in which only `asking` places ask; the others answer the mean of the values.
+
+    Those ask whose greatest score stands out most from their mean (equation 4 there, over all keys instead of drawn
+    ones: as many answers to one input are one answer). Where `causal`, a place sees none after itself, and one that
+    does not ask answers the sum of the values up to there. `asking` None: every place asks.
+    """
+
+    def __init__(self, width: int, heads: int, asking: int | None = None, causal: bool = False) -> None:
+        super().__init__()
+        self.heads, self.asking, self.causal = heads, asking, causal
+        self.mix, self.out = nn.Linear(width, 3 * width), nn.Linear(width, width)
+
+    def forward(self, x: Tensor, memory: Tensor | None = None) -> Tensor:
+        """(batch, length, width) to the same shape; keys and values from the memory (batch, any, width) or from x."""
+        queries, keys, values = self._projected(x, x if memory is None else memory)
+        scores = queries @ keys.transpose(-1, -2) / math.sqrt(queries.shape[-1])
+        asks = self._asks(scores.detach())
+        if self.causal:
+            scores = scores.masked_fill(torch.ones(scores.shape[-2:], dtype=torch.bool).triu(1), -math.inf)
+        answers = scores.softmax(dim=-1) @ values
+        if asks is not None:
+            plain = values.cumsum(dim=2) if self.causal else values.mean(dim=2, keepdim=True)
+            answers = torch.where(asks[..., None], answers, plain)
+        joined: Tensor = self.out(answers.transpose(1, 2).flatten(2))
+        return joined
+
+    def _projected(self, x: Tensor, memory: Tensor) -> list[Tensor]:
+        """Queries, keys, values: (batch, heads, length, width / heads) each."""
+        weights, biases = self.mix.weight.chunk(3), self.mix.bias.chunk(3)
+        sources = (x, memory, memory)
+        rows = (functional.linear(*each) for each in zip(sources, weights, biases, strict=True))
+        return [each.view(*each.shape[:2], self.heads, -1).transpose(1, 2) for each in rows]
+
+    def _asks(self, scores: Tensor) -> Tensor | None:
+        """(batch, heads, length): which places ask; None where all do."""
+        if self.asking is None or self.asking >= scores.shape[2]:
+            return None
+        apart = scores.max(dim=-1).values - scores.mean(dim=-1)
+        first = apart.sort(dim=-1, descending=True, stable=True).indices[..., : self.asking]
+        return torch.zeros_like(apart, dtype=torch.bool).scatter(-1, first, True)
+
+
+class Embedded(nn.Module):
+    """Each place with its neighbours to `width` numbers, and its position added.
+
+    The paper's convolution is circular; ours has zeros beyond the ends, since a texture does not repeat.
+    """
+
+    place: Tensor
+
+    def __init__(self, length: int, width: int) -> None:
+        super().__init__()
+        self.conv = nn.Conv1d(3, width, 3, padding=1)
+        self.register_buffer("place", positions(length, width))
+
+    def forward(self, x: Tensor) -> Tensor:
+        """(batch, 3, length) to (batch, length, width)."""
+        found: Tensor = self.conv(x).transpose(1, 2) + self.place
+        return found
+
+
+class Forward(nn.Module):
+    """Two layers for each place with a GELU between them, a way around them, and a norm."""
+
+    def __init__(self, width: int, hidden: int) -> None:
+        super().__init__()
+        self.wide, self.narrow = nn.Linear(width, hidden), nn.Linear(hidden, width)
+        self.norm, self.dropout = nn.LayerNorm(width), Dropout(DROPOUT)
+
+    def forward(self, x: Tensor) -> Tensor:
+        """(batch, length, width) to the same shape."""
+        inner = self.dropout(functional.gelu(self.wide(x)))
+        found: Tensor = self.norm(x + self.dropout(self.narrow(inner)))
+        return found
+
+
+class Attended(nn.Module):
+    """Attention with a way around it, and a norm."""
+
+    def __init__(self, attention: ProbSparse) -> None:
+        super().__init__()
+        self.attention = attention
+        self.norm, self.dropout = nn.LayerNorm(attention.out.out_features), Dropout(DROPOUT)
+
+    def forward(self, x: Tensor, memory: Tensor | None = None) -> Tensor:
+        """(batch, length, width) to the same shape."""
+        found: Tensor = self.norm(x + self.dropout(self.attention(x, memory)))
+        return found
+
+
+class Distilled(nn.Module):
+    """Half the places: convolution, batch normalisation, ELU, and the greater of two neighbours.
+
+    The paper's pooling is over three places with a step of two; a card pools without overlap.
+    """
+
+    def __init__(self, width: int) -> None:
+        super().__init__()
+        self.conv = nn.Conv1d(width, width, 3, padding=1, bias=False)  # the norm has one
+        self.norm = nn.BatchNorm1d(width)
+
+    def forward(self, x: Tensor) -> Tensor:
+        """(batch, length, width) to (batch, length // 2, width)."""
+        inner = functional.elu(self.norm(self.conv(x.transpose(1, 2))))
+        return functional.max_pool1d(inner, 2).transpose(1, 2)

@@ -1,0 +1,124 @@
+"""A model that was run on its own output, and what is to be said of it, beside the truth and its ceiling."""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Mapping
+from types import MappingProxyType
+
+import numpy as np
+
+from modeling.textures.judging_drive import Drive
+from modeling.textures.metrics import SMOOTHED, level_ratio, raw_gfc, smoothed_gfc
+from modeling.textures.metrics_felt import felt_distance
+from modeling.textures.metrics_running import GREATEST, correlation, cycle, envelope, greatest_ratio, slow
+from modeling.textures.recording import Array, TextureDataError
+
+Numbers = dict[str, float | None]
+LEVEL, GFC, ENVELOPE, CYCLE = (0.85, 1.15), 0.98, 0.9, 0.1
+"""What the project set out to reach, of every texture."""
+NEAR = 0.95
+"""Of what another realisation of the truth reaches: more cannot be asked of a model where that is below a limit."""
+MANY = 2
+"""More windows than this have a correlation."""
+LIMITS: Mapping[str, str] = {
+    "level": f"level {LEVEL[0]:g} to {LEVEL[1]:g}",
+    "smoothed_gfc": f"smoothed GFC at least {GFC:g}",
+    "envelope": f"envelope correlation at least {ENVELOPE:g} (or {NEAR:.0%} of another realisation's, as for the GFC)",
+    "cycle_excess": f"autocorrelation at most {CYCLE:g} above the truth's",
+    "greatest": f"at most {GREATEST:g} times as great as the truth at its greatest",
+}
+"""The limits by what they are of, in words."""
+
+
+def judged(made: Array, drive: Drive) -> Numbers:
+    """Everything that is said of one minute (n,) in m/s^2 that a model made for this drive.
+
+    `level`, `smoothed_gfc`, `raw_gfc`, `envelope` (with the truth's), `with_speed`, `with_force`, `cycle`,
+    `cycle_excess` (over the truth's), `felt_dB`, `greatest`; None where it cannot be said. Raises TextureDataError
+    where what was made is not finite or of another length.
+    """
+    if made.shape != drive.truth.shape or not np.isfinite(made).all():
+        raise TextureDataError(
+            f"{drive.texture}: {made.shape} samples were made for {drive.truth.shape}, or some are not finite."
+        )
+    slowly = envelope(made)
+    found: Numbers = {
+        **_by_spectrum(made, drive.truth),
+        "raw_gfc": raw_gfc(drive.truth, made),
+        "envelope": _follows(slowly, envelope(drive.truth)),
+        "with_speed": correlation(slowly, slow(drive.speed)),
+        "with_force": correlation(slowly, slow(drive.force)),
+        "cycle": cycle(made),
+        "greatest": greatest_ratio(made, drive.truth),
+    }
+    return found | {"cycle_excess": _excess(found["cycle"], drive.cycle)}
+
+
+def ceiling(drive: Drive) -> Numbers:
+    """The same of another realisation of the truth; what takes the same hand is None where it had another one."""
+    if drive.again is None:
+        return {}
+    if drive.same_hand:
+        return judged(drive.again, drive)
+    truth = drive.truth[len(drive.again) : 2 * len(drive.again)] if drive.seen else drive.truth
+    truth = truth if len(truth) >= SMOOTHED else drive.truth
+    found: Numbers = {**_by_spectrum(drive.again, truth), "cycle": cycle(drive.again)}
+    return found | {
+        "greatest": greatest_ratio(drive.again, truth),
+        "cycle_excess": _excess(found["cycle"], drive.cycle),
+    }
+
+
+def truth_of(drive: Drive) -> Numbers:
+    """What the truth itself is like: how its envelope goes with the hand, how far it repeats itself."""
+    slowly = envelope(drive.truth)
+    return {
+        "with_speed": correlation(slowly, slow(drive.speed)),
+        "with_force": correlation(slowly, slow(drive.force)),
+        "cycle": drive.cycle,
+        "rms_m_s2": float(np.sqrt(np.mean(drive.truth**2))),
+    }
+
+
+def beyond(
+    numbers: Mapping[str, float | None], again: Mapping[str, float | None] = MappingProxyType({})
+) -> tuple[str, ...]:
+    """The limits that are not kept, by name; what cannot be said breaks none, but silence breaks the level's.
+
+    `again` is what another realisation of the truth has (`ceiling`): where that misses a limit itself, `NEAR` of it is
+    enough.
+    """
+    low, high = LEVEL
+    kept: dict[str, Callable[[float], bool]] = {
+        "level": lambda value: low <= value <= high,
+        "smoothed_gfc": lambda value: value >= at_least(GFC, again.get("smoothed_gfc")),
+        "envelope": lambda value: value >= at_least(ENVELOPE, again.get("envelope")),
+        "cycle_excess": lambda value: value <= CYCLE,
+        "greatest": lambda value: value <= GREATEST,
+    }
+    known = {name: value for name, value in numbers.items() if value is not None}
+    return tuple(name for name, within in kept.items() if name in known and not within(known[name]))
+
+
+def at_least(wanted: float, again: float | None) -> float:
+    """What a correlation or a GFC has to reach, given what another realisation of the truth does."""
+    return wanted if again is None or again >= wanted else NEAR * again
+
+
+def _follows(made: Array, truth: Array) -> float | None:
+    """The correlation of two envelopes; one that does not vary where the truth's does follows it not at all."""
+    found = correlation(made, truth)
+    return 0.0 if found is None and len(truth) > MANY and np.ptp(truth) > 0 else found
+
+
+def _by_spectrum(made: Array, truth: Array) -> Numbers:
+    short = min(len(made), len(truth)) < SMOOTHED
+    return {
+        "level": level_ratio(made, truth),
+        "smoothed_gfc": None if short else smoothed_gfc(truth, made),
+        "felt_dB": None if short else felt_distance(truth, made),
+    }
+
+
+def _excess(own: float | None, truth: float | None) -> float | None:
+    return None if own is None or truth is None else own - truth

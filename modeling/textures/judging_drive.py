@@ -1,0 +1,117 @@
+"""What a model is driven by when it runs free, and what it is compared with: a hand, the truth, and the truth again."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import dataclass
+from typing import Literal
+
+import numpy as np
+
+from modeling.textures.joined import pieces_of
+from modeling.textures.metrics_running import cycle
+from modeling.textures.recording import RATE_HZ, Array, Parts, Recording, TextureDataError
+from modeling.textures.side import TextureSide
+from modeling.textures.windows import Stretches, samples_of
+
+LEAST_S = 2.0
+"""A test part below this says too little of level and spectrum: the whole recording's hand is taken then."""
+MOVES = 0.1
+"""The share of the time that the hand has to move and press, or the renderer is silent nearly always."""
+SLOWEST_MM_S, FAINTEST_N = 10.0, 0.15
+"""Below these the renderer is silent (thesis 4.5.3)."""
+APART = 1000
+"""Between the seeds of the exploration that drives the models and of another one."""
+Origin = Literal["another exploration", "test part", "whole recording"]
+
+
+@dataclass(frozen=True)
+class Drive:
+    """A hand's speed (mm/s) and force (N), both (n,), and the true acceleration (n,) in m/s^2 for it.
+
+    `again` is another realisation of the truth: (n,) for the same hand elsewhere on the surface (`same_hand`), else of
+    any length; None where there is none. `cycle` is the truth's autocorrelation (metrics_running.cycle), taken where
+    samples follow one another. `seen`: the models were trained on this hand's movement, for want of another.
+    """
+
+    texture: str
+    origin: Origin
+    speed: Array
+    force: Array
+    truth: Array
+    again: Array | None = None
+    same_hand: bool = False
+    cycle: float | None = None
+    seen: bool = False
+
+    @property
+    def seconds(self) -> float:
+        """How long the models run."""
+        return float(len(self.truth) / RATE_HZ)
+
+
+def explored(side: TextureSide, texture: str, seconds: float, seed: int) -> Drive:
+    """Another free exploration of a simulated surface, and its ceiling: the same hand elsewhere on it where the side
+    has that (`again`), else one more exploration. Raises what the side raises."""
+    truth, speed, force = _three(texture, side.scene(texture, seconds, seed))
+    elsewhere = getattr(side, "again", None)
+    if elsewhere is not None:
+        again = _three(texture, elsewhere(texture, seconds, seed))[0]
+    else:
+        again = _three(texture, side.scene(texture, seconds, seed + APART))[0]
+    return Drive(texture, "another exploration", speed, force, truth, again, elsewhere is not None, cycle(truth))
+
+
+def from_recording(recording: Recording, parts: Parts, seconds: float) -> Drive:
+    """The test part's own hand, there and back until `seconds` are over; the whole recording's where the test part is
+    shorter than 2 s, which its models have seen. Its ceiling is the validation part, or one half against the other.
+
+    Raises TextureDataError where the hand hardly moves: the renderer would be silent.
+    """
+    signals = samples_of(recording, parts.test)
+    seen = signals.shape[1] < LEAST_S * RATE_HZ
+    signals = recording.signals if seen else signals
+    _demand_moves(recording, signals)
+    half = recording.signals.shape[1] // 2
+    again = recording.signals[0, :half] if seen else samples_of(recording, parts.validation)[0]
+    count = max(1, round(seconds * RATE_HZ))
+    truth, speed, force = (_there_and_back(each, count) for each in signals)
+    return Drive(
+        recording.texture, "whole recording" if seen else "test part", speed, force, truth,
+        again if len(again) else None, cycle=_cycle(recording, parts.test), seen=seen,
+    )  # fmt: skip
+
+
+def _there_and_back(signal: Array, count: int) -> Array:
+    """The signal forwards, backwards, forwards ..., `count` samples: continuous, and its spectrum is the same."""
+    whole = np.concatenate([signal, signal[::-1]])
+    return np.resize(whole, count)
+
+
+def _cycle(recording: Recording, test: Stretches) -> float | None:
+    """The truth's autocorrelation in the longest stretch of the test part, else of the whole, that holds one."""
+    for stretches in (test, pieces_of(recording)):
+        found = cycle(recording.signals[0, slice(*_longest(stretches))])
+        if found is not None:
+            return found
+    return None
+
+
+def _longest(stretches: Sequence[tuple[int, int]]) -> tuple[int, int]:
+    return max(stretches, key=lambda each: each[1] - each[0], default=(0, 0))
+
+
+def _demand_moves(recording: Recording, signals: Array) -> None:
+    moving = float(np.mean((signals[1] > SLOWEST_MM_S) & (signals[2] > FAINTEST_N)))
+    if moving < MOVES:
+        raise TextureDataError(
+            f"{recording.texture}: not run free, since the hand moves faster than {SLOWEST_MM_S:g} mm/s and presses "
+            f"with more than {FAINTEST_N:g} N in {moving:.0%} of the time only, and the renderer is silent elsewhere. "
+            "Check the units of speed and force."
+        )
+
+
+def _three(texture: str, found: Array) -> Array:
+    if found.ndim != 2 or len(found) != 3 or not np.isfinite(found).all():
+        raise TextureDataError(f"{texture}: an exploration of shape {found.shape}; (3, n) finite numbers are expected.")
+    return found

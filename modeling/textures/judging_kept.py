@@ -1,0 +1,177 @@
+"""Finished jobs on disk, so that an interrupted evaluation goes on: numbers as JSON, arrays as npz, never a pickle."""
+
+from __future__ import annotations
+
+import ast
+import hashlib
+import json
+import os
+import shutil
+import zipfile
+from functools import cache
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+
+import modeling
+from modeling.textures.judging_jobs import Context, Done, Explore, Fit, Job
+from modeling.textures.recording import Recording
+from modeling.training.run_card import versions
+
+ROOT = Path(modeling.__file__).resolve().parent.parent
+PLAYER = ("devices/render", "devices/models", "studies/texture_side.py")
+SURFACES = (
+    "devices/surfaces", "devices/scene.py", "studies/texture_capturing.py", "studies/texture_signals.py",
+    "studies/texture_side.py",
+)  # fmt: skip
+"""What a job's result also depends on beyond this room: read as bytes, never imported."""
+CHECKPOINTS, MODELS = "checkpoints", "models"
+
+
+def key(job: Job, context: Context) -> str:
+    """The digest of everything that decides a job's result: data, method, settings, seed, versions, sources."""
+    told = {"seed": context.seed, "versions": versions(), **_decides(job, context)}
+    return hashlib.sha256(json.dumps(told, sort_keys=True).encode()).hexdigest()[:32]
+
+
+def _decides(job: Job, context: Context) -> dict[str, Any]:
+    if isinstance(job, Explore):
+        side = type(context.side)
+        return {
+            "explore": [job.texture, context.seconds, f"{side.__module__}.{side.__qualname__}"],
+            "code": [module_digest("modeling.textures.judging_drive"), files_digest(SURFACES)],
+        }
+    if isinstance(job, Fit):
+        method = context.methods[job.method]
+        return {
+            "fit": [job.texture, job.method, job.window, job.loss, method.name],
+            "data": recording_digest(context.recordings[job.texture]),
+            "parts": repr(context.parts[job.texture]),
+            "settings": {name: str(value) for name, value in sorted(context.settings.items())},
+            "code": [module_digest(_home(method.fit)), module_digest("modeling.textures.judging_fit")],
+            "player": files_digest(PLAYER) if method.kind == "block" else "",
+        }
+    return {
+        "play": [key(job.fit, context), job.sampled, context.seconds, context.explore],
+        "drive": key(Explore(job.fit.texture), context) if context.explore else "",
+        "code": [module_digest("modeling.textures.judging"), files_digest(PLAYER)],
+    }
+
+
+def _home(call: Any) -> str:
+    return str(getattr(call, "__module__", "") or type(call).__module__)
+
+
+def recording_digest(recording: Recording) -> str:
+    """SHA-256 of a recording's name and samples."""
+    found = hashlib.sha256(f"{recording.texture} {recording.signals.shape}".encode())
+    found.update(np.ascontiguousarray(recording.signals, dtype="<f8").tobytes())
+    return found.hexdigest()
+
+
+@cache
+def module_digest(module: str) -> str:
+    """SHA-256 over the sources of a module and of all that it imports of this program, but the rigs' side."""
+    todo, seen = [module], set[str]()
+    while todo:
+        name = todo.pop()
+        path = _source(name)
+        if path is None or name in seen:
+            continue
+        seen.add(name)
+        todo += _imported(path)
+    return files_digest(tuple(sorted(str(path.relative_to(ROOT)) for name in seen if (path := _source(name)))))
+
+
+def _source(module: str) -> Path | None:
+    """Its file, where the module is one of these rooms'."""
+    if module.split(".", maxsplit=1)[0] not in ("modeling", "protocols"):
+        return None
+    path = ROOT.joinpath(*module.split("."))
+    found = path.with_suffix(".py") if path.with_suffix(".py").is_file() else path / "__init__.py"
+    return found if found.is_file() else None
+
+
+@cache
+def _imported(path: Path) -> tuple[str, ...]:
+    """The modules that a file names in its imports, within functions too."""
+    found: list[str] = []
+    for node in ast.walk(ast.parse(path.read_text(encoding="utf-8"))):
+        if isinstance(node, ast.Import):
+            found += [each.name for each in node.names]
+        elif isinstance(node, ast.ImportFrom) and node.module:
+            found += [node.module, *(f"{node.module}.{each.name}" for each in node.names)]
+    return tuple(found)
+
+
+@cache
+def files_digest(places: tuple[str, ...]) -> str:
+    """SHA-256 over files, and over all sources and tables in folders, by their paths from the program's root."""
+    found = hashlib.sha256()
+    for place in places:
+        path = ROOT / place
+        inside = sorted(each for each in path.rglob("*") if each.suffix in (".py", ".c", ".h", ".csv"))
+        for each in inside if path.is_dir() else [path] if path.is_file() else []:
+            found.update(each.relative_to(ROOT).as_posix().encode() + b"\0" + each.read_bytes())
+    return found.hexdigest()
+
+
+def checkpoint(job: Fit, context: Context) -> Path:
+    """Where a network of this job puts its checkpoints."""
+    return context.work / CHECKPOINTS / key(job, context)
+
+
+def model_folder(job: Fit, context: Context) -> Path:
+    """Where this job's model lies."""
+    return context.work / MODELS / key(job, context)
+
+
+def forget_checkpoints(job: Fit, context: Context) -> None:
+    """Remove a job's checkpoints."""
+    shutil.rmtree(checkpoint(job, context), ignore_errors=True)
+
+
+def load(job: Job, context: Context) -> Done | None:
+    """The kept result of an equal job; None where there is none, or where its files are damaged."""
+    place = context.work / key(job, context)
+    try:
+        told = json.loads(place.with_suffix(".json").read_text(encoding="utf-8"))
+        with place.with_suffix(".npz").open("rb") as raw, np.load(raw, allow_pickle=False) as file:
+            arrays = {name: file[name] for name in file.files}
+        numbers = {str(name): None if value is None else float(value) for name, value in told["numbers"].items()}
+        card = _whole_card(context.work, told["card"], told["sha256"])
+    except (OSError, ValueError, KeyError, EOFError, TypeError, AttributeError, zipfile.BadZipFile):
+        return None
+    return Done(job, numbers, arrays, card)
+
+
+def keep(done: Done, context: Context) -> None:
+    """Put a result down; the JSON last, so that what is there is whole. What was refused is not kept."""
+    if done.refused:
+        return
+    context.work.mkdir(parents=True, exist_ok=True)
+    place = context.work / key(done.job, context)
+    fresh = place.with_suffix(f".{os.getpid()}.new")
+    with fresh.open("wb") as file:
+        np.savez_compressed(file, **dict(done.arrays))  # type: ignore[arg-type]
+    fresh.replace(place.with_suffix(".npz"))
+    card = None if done.card is None else done.card.relative_to(context.work).as_posix()
+    told = {"job": done.job.name, "numbers": dict(done.numbers), "card": card, "sha256": _sha256s(done.card)}
+    fresh.write_text(json.dumps(told, sort_keys=True, allow_nan=False) + "\n", encoding="utf-8")
+    fresh.replace(place.with_suffix(".json"))
+
+
+def _whole_card(work: Path, card: str | None, sha256: list[str]) -> Path | None:
+    """The kept model. Raises ValueError where its files are not as they were written."""
+    if card is None:
+        return None
+    path = work / card
+    if _sha256s(path) != sha256:
+        raise ValueError("another model")
+    return path
+
+
+def _sha256s(card: Path | None) -> list[str]:
+    files = [] if card is None else [card, card.with_suffix(".safetensors")]
+    return [hashlib.sha256(path.read_bytes()).hexdigest() for path in files]

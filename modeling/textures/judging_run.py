@@ -1,0 +1,76 @@
+"""Running one job of an evaluation of textures, or taking it from those that are finished."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from typing import Any
+
+import numpy as np
+from numpy.typing import NDArray
+
+from modeling.textures.judging_drive import Drive, explored, from_recording
+from modeling.textures.judging_fit import fitted
+from modeling.textures.judging_jobs import Context, Done, Explore, Fit, Job, Play
+from modeling.textures.judging_kept import forget_checkpoints, keep, load
+from modeling.textures.recording import TextureDataError
+
+Arrays = dict[str, NDArray[Any]]
+
+
+def run(job: Job, context: Context) -> Done:
+    """The job's result: the kept one of an equal job, else computed and kept.
+
+    What refuses its data (a ValueError) is a result too: it says why, and the other jobs go on.
+    """
+    if (found := load(job, context)) is not None:
+        return found
+    try:
+        done = _computed(job, context)
+    except ValueError as refusal:
+        return Done(job, refused=str(refusal))
+    keep(done, context)
+    if isinstance(job, Fit):
+        forget_checkpoints(job, context)
+    return done
+
+
+def _computed(job: Job, context: Context) -> Done:
+    if isinstance(job, Explore):
+        return _explored(job, context)
+    return fitted(job, context) if isinstance(job, Fit) else _played(job, context)
+
+
+def _explored(job: Explore, context: Context) -> Done:
+    drive = explored(context.side, job.texture, context.seconds, context.seed)
+    arrays = {"speed": drive.speed, "force": drive.force, "truth": drive.truth}
+    arrays |= {} if drive.again is None else {"again": drive.again}
+    return Done(job, {"same_hand": float(drive.same_hand), "cycle": drive.cycle}, arrays)
+
+
+def drive_for(texture: str, context: Context) -> Drive:
+    """What the models of a texture are driven by. Raises TextureDataError, or what the rig's side raises."""
+    if not context.explore:
+        return from_recording(context.recordings[texture], context.parts[texture], context.seconds)
+    done = run(Explore(texture), context)
+    if done.refused:
+        raise TextureDataError(done.refused)
+    return Drive(
+        texture, "another exploration", done.array("speed"), done.array("force"), done.array("truth"),
+        done.arrays.get("again"), bool(done.numbers["same_hand"]), done.numbers["cycle"],
+    )  # fmt: skip
+
+
+def _played(job: Play, context: Context) -> Done:
+    from modeling.textures.judging import judged
+    from modeling.textures.metrics import density
+    from modeling.textures.metrics_running import envelope
+
+    model = run(job.fit, context)
+    if model.refused or model.card is None:
+        raise TextureDataError(model.refused or f"{job.fit.name}: there is no file of it.")
+    drive = drive_for(job.fit.texture, context)
+    start = context.clock()
+    made = np.asarray(context.side.played(model.card, drive.speed, drive.force, context.seed, job.sampled))
+    numbers: Mapping[str, float | None] = {"played_s": context.clock() - start, **judged(made, drive)}
+    arrays: Arrays = {"density": density(made)[1], "envelope": envelope(made), "made": made.astype(np.float32)}
+    return Done(job, numbers, arrays)

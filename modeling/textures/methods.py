@@ -1,0 +1,55 @@
+"""What all ways of continuing a texture have in common: to be fitted to a recording, to answer, to become a file."""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Mapping
+from dataclasses import dataclass, field
+from typing import Any, Literal, Protocol
+
+from modeling.files.exported import Exported
+from modeling.textures.recording import Array, Parts, Recording
+
+
+@dataclass(frozen=True)
+class Learning:
+    """What a method learns from; a method looks at the training and validation parts alone.
+
+    `window` in samples, None: the method's own. `settings` a method reads: epochs, batch, threads, checkpoint, quick,
+    stop_patience; unknown ones are left alone.
+    """
+
+    recording: Recording
+    parts: Parts
+    window: int | None = None
+    seed: int = 0
+    settings: Mapping[str, Any] = field(default_factory=dict)
+    report: Callable[[str], None] = lambda _line: None
+
+
+class Fitted(Protocol):
+    """A fitted method. One that was trained in epochs also has `trained` (modeling.training.loop.Trained)."""
+
+    @property
+    def window(self) -> int:
+        """Samples that it looks back."""
+
+    def predict(self, given: Array) -> Array:
+        """The mean of the next acceleration (n,) in m/s^2 for windows (n, 3, window) in units; a method that makes
+        spectra raises TextureDataError, since it does not look at the past."""
+
+    def exported(self) -> Exported:
+        """Steps from a texture window (3 * window in C order, units) to 1 number (m/s^2), or 2: mean, log of SD."""
+
+
+@dataclass(frozen=True)
+class Method:
+    """A way of continuing a texture. `kind`: the next sample from a window, or a block's spectrum from noise."""
+
+    name: str
+    title: str
+    fit: Callable[[Learning], Fitted]
+    window: int
+    kind: Literal["next", "block"] = "next"
+    sampled: bool = False
+    """Whether it gives a conditional scale, to be sampled when it runs."""
+    source: str = ""

@@ -1,0 +1,138 @@
+"""From what the sensors gave to what models learn from: 1 kHz, filtered, one axis, checked (thesis 4.3.3)."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import dataclass, replace
+
+import numpy as np
+from numpy.typing import NDArray
+
+from modeling.textures.hum import without_hum
+from modeling.textures.joined import joined
+from modeling.textures.plausible import TOLD, clipped_share, demand_alive, demand_plausible, oddities
+from modeling.textures.rates import Sampled, along, on_grid, speed_from
+from modeling.textures.recording import RATE_HZ, Array, Recording, TextureDataError
+from studies.one_axis import FRAME_S, one_axis
+from studies.texture_signals import BAND_HZ, HAND_HZ, band_pass, has_upper_edge, low_pass
+
+SHORTEST_S = 0.3
+"""A piece between two holes that is shorter is left out: its filters' ends would be most of it."""
+UP = (0.0, 0.0, 1.0)
+
+
+@dataclass(frozen=True)
+class Touched:
+    """What sensors recorded of one exploration.
+
+    Acceleration in m/s^2 on one axis or three, gravity in it or not; force in N, one axis (normal) or three; and either
+    a speed in mm/s on one axis or positions in mm on two or three. `normal` points out of the surface, in the axes of
+    force and positions; one that points into it does as well. `where` names it in messages.
+    """
+
+    where: str
+    acceleration: Sampled
+    force: Sampled
+    speed: Sampled | None = None
+    position: Sampled | None = None
+    normal: tuple[float, float, float] = UP
+    made_from: tuple[str, ...] = ()
+    notes: tuple[str, ...] = ()
+
+
+def prepared(texture: str, label: str, touched: Sequence[Touched], remove_hum: bool = True) -> Recording:
+    """One texture's explorations as one recording at 1 kHz.
+
+    Speed and force are low-passed at 25 Hz, each axis of acceleration is high-passed at 20 Hz (the upper edge of 1000
+    Hz is left out, as 1 kHz holds nothing there), mains hum is taken out, and DFT321 makes one axis of them. Long holes
+    and further explorations make a `Joined` recording. Raises TextureDataError on signals that are constant, clipped,
+    implausible or too short.
+    """
+    if not touched:
+        raise TextureDataError(f"{texture}: there is no recording of it")
+    pieces: list[Array] = []
+    notes: list[str] = []
+    for each in touched:
+        found, told = _pieces(each, remove_hum)
+        pieces += found
+        notes += told
+    recording = joined(
+        texture, label, pieces, tuple(name for each in touched for name in each.made_from),
+        tuple(dict.fromkeys(notes)),
+    )  # fmt: skip
+    demand_alive(recording)
+    return replace(recording, notes=(*recording.notes, *oddities(recording)))
+
+
+def _pieces(touched: Touched, remove_hum: bool) -> tuple[list[Array], list[str]]:
+    """The stretches of one exploration of which everything is known, as signals (3, n), and notes."""
+    demand_plausible(touched.acceleration)
+    demand_plausible(touched.force)
+    moved = _speed(touched)
+    (vibration, speed, force), known, told = on_grid([touched.acceleration, moved, touched.force])
+    pressed, turned = _pressed(along(force, touched.normal), known)
+    notes = [*touched.notes, *told, *turned, *_filters(touched.acceleration)]
+    stretches = [(a, b) for a, b in _runs(known) if b - a >= SHORTEST_S * RATE_HZ]
+    if not stretches:
+        raise TextureDataError(
+            f"{touched.where}: nowhere are acceleration, speed and force all known for {SHORTEST_S:g} s; record again"
+        )
+    kept = sum(b - a for a, b in stretches)
+    if kept < known.sum() or len(stretches) > 1:
+        notes.append(f"{len(stretches)} stretches between holes, {kept / RATE_HZ:.2f} of {len(known) / RATE_HZ:.2f} s")
+    found = []
+    for a, b in stretches:
+        signals, hum = _filtered(vibration[a:b], np.linalg.norm(speed[a:b], axis=1), pressed[a:b], remove_hum)
+        found.append(signals)
+        notes += hum
+    return found, notes
+
+
+def _speed(touched: Touched) -> Sampled:
+    if touched.speed is not None:
+        demand_plausible(touched.speed)
+        return touched.speed
+    if touched.position is None:
+        raise TextureDataError(f"{touched.where}: neither a speed nor positions to tell it from")
+    moved = speed_from(touched.position, touched.normal)
+    demand_plausible(moved)
+    return moved
+
+
+def _filtered(vibration: Array, speed: Array, force: Array, remove_hum: bool) -> tuple[Array, list[str]]:
+    """Signals (3, n) of one stretch at 1 kHz, and what its hum was."""
+    felt = band_pass(vibration, RATE_HZ)
+    clean, hum = without_hum(felt, RATE_HZ) if remove_hum else (felt, None)
+    hand = low_pass(np.stack([speed, force], axis=1), RATE_HZ)
+    signals = np.stack([one_axis(clean, RATE_HZ), np.maximum(hand[:, 0], 0.0), hand[:, 1]])
+    return signals, [hum.note()] if hum else []
+
+
+def _filters(acceleration: Sampled) -> list[str]:
+    """What is done to every recording, and what is odd about this acceleration."""
+    told = [f"speed and force low-passed at {HAND_HZ:g} Hz, without delay"]
+    if not has_upper_edge(RATE_HZ):
+        told.append(
+            f"acceleration high-passed at {BAND_HZ[0]:g} Hz: the upper edge of {BAND_HZ[1]:g} Hz is left out, as"
+            f" {RATE_HZ:g} Hz holds nothing from {RATE_HZ / 2:g} Hz on"
+        )
+    axes = acceleration.values.shape[1]
+    if axes > 1:
+        told.append(f"{axes} axes of acceleration on one by DFT321, in frames of {1e3 * FRAME_S:g} ms")
+    if (share := clipped_share(acceleration.values)) > TOLD:
+        told.append(f"{share:.2%} of the acceleration is clipped at the end of its sensor's range")
+    if acceleration.rate_hz < 0.99 * RATE_HZ:
+        told.append(f"acceleration recorded at {acceleration.rate_hz:.4g} Hz: nothing above half of that is known")
+    return told
+
+
+def _pressed(force: Array, known: NDArray[np.bool_]) -> tuple[Array, list[str]]:
+    """The normal force, positive where the tool presses; a sensor that counts the other way is turned, and said."""
+    if known.any() and np.median(force[known]) < 0 and abs(force[known].min()) > abs(force[known].max()):
+        return -force, ["force was negative where the tool pressed; its sign is changed"]
+    return force, []
+
+
+def _runs(known: NDArray[np.bool_]) -> list[tuple[int, int]]:
+    edges = np.flatnonzero(np.diff(np.r_[False, known, False].astype(int)))
+    return [(int(a), int(b)) for a, b in zip(edges[::2], edges[1::2], strict=True)]

@@ -1,0 +1,170 @@
+"""Signals of any rate on one grid of 1 kHz, and speed from positions (thesis 4.3.3)."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import dataclass, replace
+
+import numpy as np
+from numpy.typing import NDArray
+
+from analysis.aligning.aligned import Aligned, align, grid_points
+from analysis.aligning.methods import METHODS
+from analysis.aligning.refusals import AlignError
+from analysis.aligning.speed import slope, velocity
+from modeling.textures.recording import RATE_HZ, Array, TextureDataError
+
+SLOWEST_HZ = {"acceleration": 100.0, "force": 10.0, "position": 20.0, "speed": 10.0}
+"""Below this rate a signal does not tell what it is recorded for."""
+FASTEST_HZ = 250_000.0
+"""Faster than any sensor of touch: the times are in another unit."""
+LONGEST_GAP_S = {"acceleration": 0.0015, "force": 0.02, "position": 0.02, "speed": 0.15}
+"""Holes up to this are bridged: one sample of vibration, half a period of 25 Hz, a marker hidden for a moment."""
+JITTER = 0.05
+"""Times that are off an even clock by so much of a step, beside the rounding they were written with, are its own."""
+LOST = 1.5
+"""Times further apart than so many steps have lost samples between them."""
+SPEED_S = 0.05
+"""A parabola is fitted to so much of the positions: 7 samples at 120 Hz (docs/reference/alignment.md)."""
+DEGREE = 2
+
+
+@dataclass(frozen=True)
+class Sampled:
+    """One signal of a recording: `what` it is, values (n, channels) at times (n,) that rise, at about `rate_hz`.
+
+    `written_s` is the rounding that its times were written with. `where` names it in messages.
+    """
+
+    what: str
+    times_s: Array
+    values: Array
+    rate_hz: float
+    where: str
+    written_s: float = 0.0
+
+
+def evenly(what: str, values: Array, rate_hz: float, where: str) -> Sampled:
+    """A signal (n,) or (n, channels) that a clock of exactly that rate sampled from second 0 on."""
+    table = np.asarray(values, dtype=np.float64)
+    table = table[:, None] if table.ndim == 1 else table
+    return Sampled(what, np.arange(len(table)) / rate_hz, table, float(rate_hz), where)
+
+
+def on_grid(signals: Sequence[Sampled]) -> tuple[list[Array], NDArray[np.bool_], tuple[str, ...]]:
+    """The signals at 1 kHz over the time that all cover, as (m, channels); where all are known (m,); and notes.
+
+    Band-limited: what 1 kHz cannot hold is filtered off before the rate is lowered; holes that are short are bridged,
+    long ones stay unknown. Raises TextureDataError on rates that are too low, times that no clock has, no shared time.
+    """
+    evened = [_even(signal) for signal in signals]
+    try:
+        start = max(signal.times_s[0] for signal, _ in evened)
+        stop = min(signal.times_s[-1] for signal, _ in evened)
+        grid_s = grid_points(start, stop, RATE_HZ)
+    except AlignError as error:
+        raise TextureDataError(f"{signals[0].where}: its signals share no time: {error}") from None
+    found = [_aligned(signal, grid_s) for signal, _ in evened]
+    known = np.logical_and.reduce([np.isfinite(each.values).all(axis=1) for each in found])
+    notes = tuple(note for _, told in evened for note in told)
+    return [each.values for each in found], known, (*notes, *_bridged(signals, found))
+
+
+def speed_from(position: Sampled, normal: Sequence[float] = (0.0, 0.0, 1.0)) -> Sampled:
+    """The velocity (n, axes) in mm/s of positions in mm, in the plane with that normal; NaN where they do not tell it.
+
+    Of two axes the plane is their own. Its length is the speed: taken after it was brought to 1 kHz, where a turn's
+    sharp minimum survives. Raises TextureDataError.
+    """
+    even, _ = _even(position)
+    window = max(DEGREE + 1, 2 * (round(SPEED_S * even.rate_hz) // 2) + 1)
+    breaks = np.flatnonzero(np.diff(even.times_s) > LOST / even.rate_hz) + 1
+    try:
+        estimate = slope(window, DEGREE, even.rate_hz, "middle")
+        found = np.concatenate([velocity(each, estimate) for each in np.split(even.values, breaks)])
+    except AlignError as error:
+        raise TextureDataError(f"{position.where}: {error}") from None
+    return replace(even, what="speed", values=projected(found, normal))
+
+
+def projected(vectors: Array, normal: Sequence[float]) -> Array:
+    """Vectors (n, 3) in the plane with that normal; (n, 2) lie in it already."""
+    if vectors.shape[1] < len(normal):
+        return vectors
+    unit = _unit(normal)
+    return vectors - np.outer(vectors @ unit, unit)
+
+
+def along(vectors: Array, normal: Sequence[float]) -> Array:
+    """The part (n,) of vectors (n, 3) along a normal; (n, 1) is that part already."""
+    return vectors[:, 0] if vectors.shape[1] == 1 else vectors @ _unit(normal)
+
+
+def _unit(normal: Sequence[float]) -> Array:
+    given = np.asarray(normal, dtype=np.float64)
+    length = float(np.linalg.norm(given))
+    if given.shape != (3,) or not (np.isfinite(length) and length > 0):
+        raise TextureDataError(f"the normal {list(normal)} has no direction; three numbers are expected")
+    return given / length
+
+
+def _even(signal: Sampled) -> tuple[Sampled, tuple[str, ...]]:
+    """The signal at times of an even clock: as they are, of the clock they were written by, or interpolated."""
+    _demand_rate(signal)
+    steps = np.maximum(np.rint(np.diff(signal.times_s) * signal.rate_hz), 1.0)
+    for places in (np.arange(len(signal.times_s), dtype=np.float64), np.r_[0.0, np.cumsum(steps)]):
+        straight = _straight(signal, places)
+        if float(np.abs(signal.times_s - straight).max()) <= JITTER / signal.rate_hz + signal.written_s:
+            return replace(signal, times_s=straight), ()
+    return _interpolated(signal)
+
+
+def _straight(signal: Sampled, places: Array) -> Array:
+    middle = places.mean()
+    apart = places - middle
+    spread = float(apart @ apart)
+    pace = float(apart @ (signal.times_s - signal.times_s.mean())) / spread if spread else 0.0
+    return np.asarray(signal.times_s.mean() + pace * apart)
+
+
+def _interpolated(signal: Sampled) -> tuple[Sampled, tuple[str, ...]]:
+    """Samples of an uneven clock, at even times of its mean rate; holes stay."""
+    times_s = signal.times_s
+    wanted_s = times_s[0] + np.arange(int((times_s[-1] - times_s[0]) * signal.rate_hz) + 1) / signal.rate_hz
+    try:
+        found = align(
+            times_s, signal.values, wanted_s, METHODS["pchip"], rate_hz=signal.rate_hz, grid_hz=signal.rate_hz,
+            longest_gap_s=max(LONGEST_GAP_S[signal.what], LOST / signal.rate_hz),
+        )  # fmt: skip
+    except AlignError as error:
+        raise TextureDataError(f"{signal.where}: {signal.what}: {error}") from None
+    note = f"{signal.what}: its times are uneven; values between samples are interpolated (monotone cubics)"
+    return replace(signal, times_s=wanted_s, values=found.values), (note,)
+
+
+def _demand_rate(signal: Sampled) -> None:
+    least = SLOWEST_HZ[signal.what]
+    if not least <= signal.rate_hz <= FASTEST_HZ:
+        raise TextureDataError(
+            f"{signal.where}: {signal.what} at {signal.rate_hz:.4g} Hz: {least:g} to {FASTEST_HZ:g} Hz are expected;"
+            " is the unit of the times right?"
+        )
+    if len(signal.times_s) < 2 or len(signal.times_s) != len(signal.values):
+        raise TextureDataError(f"{signal.where}: {signal.what}: {len(signal.values)} samples: two or more are needed")
+    if not np.isfinite(signal.times_s).all() or (np.diff(signal.times_s) < 0).any():
+        raise TextureDataError(f"{signal.where}: {signal.what}: its times must be finite and rise")
+
+
+def _aligned(signal: Sampled, grid_s: Array) -> Aligned:
+    try:
+        return align(
+            signal.times_s, signal.values, grid_s, METHODS["bandlimited"], rate_hz=signal.rate_hz, grid_hz=RATE_HZ,
+            longest_gap_s=LONGEST_GAP_S[signal.what],
+        )  # fmt: skip
+    except AlignError as error:
+        raise TextureDataError(f"{signal.where}: {signal.what}: {error}") from None
+
+
+def _bridged(signals: Sequence[Sampled], found: Sequence[Aligned]) -> tuple[str, ...]:
+    told = [(signal.what, int(each.bridged.sum())) for signal, each in zip(signals, found, strict=True)]
+    return tuple(f"{what}: {count} samples bridged in short holes" for what, count in told if count)

@@ -1,0 +1,147 @@
+"""Textures from the ledgers of a lab: what sessions of texture_capture recorded, one recording for each texture."""
+
+from __future__ import annotations
+
+import hashlib
+from collections.abc import Collection, Iterator, Sequence
+from dataclasses import dataclass
+from pathlib import Path
+
+import numpy as np
+
+from analysis.streams.reading import Attempt, attempts_of, counting, streams_in
+from analysis.streams.recorded import Stream, StreamError
+from modeling.textures.preparing import UP, Touched, prepared
+from modeling.textures.rates import Sampled
+from modeling.textures.recording import Array, Recording, TextureDataError
+from modeling.textures.units import scale_of_unit
+from protocols.did_you_mean import nearest
+from studies.collect import ledgers_in
+from studies.record import LedgerError, Record, read
+
+STUDY = "texture_capture"
+AXES = ("x", "y", "z")
+CHANNELS = {"acceleration": (("ax", "ay", "az"), AXES), "force": (("Fx", "Fy", "Fz"),), "position": (AXES,)}
+"""Channels of the streams tool_acceleration, tool_force and tool_position; torque is left aside."""
+SEEN = "seen"
+"""A tracker's channel that is 0 where the marker was hidden."""
+
+
+@dataclass(frozen=True)
+class _Kept:
+    """One capture that counts."""
+
+    record: Record
+    attempt: Attempt
+    label: str
+    sha256: str
+
+
+def read_lab(
+    lab: Path, study: str = STUDY, textures: Collection[str] | None = None, *,
+    normal: tuple[float, float, float] = UP, remove_hum: bool = True,
+) -> tuple[Recording, ...]:  # fmt: skip
+    """The textures that a lab's sessions captured, in the order in which they were first met.
+
+    `lab` is the folder of a lab, or one session's file. Of each trial the attempt that counts is read: neither one that
+    was repeated, nor one that faulted. Several captures of a texture make one recording with borders (`Joined`). Read
+    are the streams tool_acceleration, tool_force and tool_position, of any rate, by their own clocks; `normal` points
+    out of the surface in the axes of force and position. `textures` are stimuli, all where it is None. Raises
+    TextureDataError where there is no capture, one without a stream, one that no texture can be learned from, and on
+    a damaged file.
+    """
+    by_texture: dict[str, list[_Kept]] = {}
+    for kept in _captures(lab, study):
+        if textures is None or kept.attempt.stimulus in textures:
+            by_texture.setdefault(kept.attempt.stimulus, []).append(kept)
+    _demand_all(lab, by_texture, textures)
+    return tuple(
+        prepared(texture, every[0].label, [each for one in every for each in _touched(one, normal)], remove_hum)
+        for texture, every in by_texture.items()
+    )
+
+
+def _captures(lab: Path, study: str) -> Iterator[_Kept]:
+    paths = [lab] if lab.is_file() else ledgers_in(lab, study)
+    if not paths:
+        raise TextureDataError(f"{lab}: no session of {study}; a lab's folder or a session's file is expected")
+    for path in paths:
+        try:
+            record = read(path)
+        except LedgerError as error:
+            raise TextureDataError(str(error)) from None
+        sha256 = hashlib.sha256(path.read_bytes()).hexdigest()
+        labels = {each["id"]: each.get("label") or each["id"] for each in _stimuli(record)}
+        for attempt in counting(attempts_of(record)).values():
+            yield _Kept(record, attempt, str(labels.get(attempt.stimulus, attempt.stimulus)), sha256)
+
+
+def _stimuli(record: Record) -> Sequence[dict[str, str]]:
+    """The stimulus table that the session was started with, as rows."""
+    found = record.header.get("study", {}).get("stimuli", ())
+    return [{"id": each["id"], **each.get("columns", {})} for each in found if isinstance(each, dict) and "id" in each]
+
+
+def _touched(kept: _Kept, normal: tuple[float, float, float]) -> Iterator[Touched]:
+    """Each recording of the attempt."""
+    where = f"{kept.record.path}: trial {kept.attempt.trial} ({kept.attempt.stimulus})"
+    try:
+        streams = streams_in(kept.attempt)
+    except StreamError as error:
+        raise TextureDataError(f"{kept.record.path}: {error}") from None
+    for act in dict.fromkeys(each.act for each in streams):
+        told = f"{kept.record.path.name} trial {kept.attempt.trial} {kept.sha256}"
+        of_act = {each.name: each for each in streams if each.act == act}
+        yield Touched(
+            where, _sampled("acceleration", of_act, where), _sampled("force", of_act, where),
+            position=_sampled("position", of_act, where), normal=normal, made_from=(told,), notes=_notes(kept.record),
+        )  # fmt: skip
+
+
+def _notes(record: Record) -> tuple[str, ...]:
+    rig = record.header.get("rig", {})
+    return ("simulated",) if rig.get("kind") == "simulated" or rig.get("twins") else ()
+
+
+def _sampled(what: str, streams: dict[str, Stream], where: str) -> Sampled:
+    """A stream's samples in m/s^2, N or mm at the times of its clock."""
+    name = f"tool_{what}"
+    if name not in streams:
+        raise TextureDataError(f"{where}: no stream {name!r} was recorded; there are {', '.join(streams) or 'none'}")
+    stream = streams[name]
+    try:
+        values, clock = stream.values(), stream.timing
+    except StreamError as error:
+        raise TextureDataError(f"{where}: {error}") from None
+    times_s = clock.t0_s + stream.numbers() / clock.rate_hz
+    return Sampled(what, times_s, _wanted(what, stream, values, where), float(clock.rate_hz), f"{where}: {name}")
+
+
+def _wanted(what: str, stream: Stream, values: Array, where: str) -> Array:
+    columns = _columns(what, stream, where)
+    scales = [scale_of_unit(what, stream.units[column], f"{where}: {stream.name}") for column in columns]
+    found = values[:, columns] * np.array(scales)
+    if SEEN in stream.channels:
+        found[values[:, stream.channels.index(SEEN)] == 0] = np.nan
+    return np.asarray(found)
+
+
+def _columns(what: str, stream: Stream, where: str) -> list[int]:
+    """Where the axes stand; an accelerometer, or a force sensor along the normal, may have one."""
+    for names in CHANNELS[what]:
+        if set(names) <= set(stream.channels):
+            return [stream.channels.index(name) for name in names]
+    if what != "position" and len(stream.channels) == 1:
+        return [0]
+    raise TextureDataError(
+        f"{where}: {stream.name} has the channels {', '.join(stream.channels)}; {', '.join(CHANNELS[what][0])} are"
+        " expected"
+    )
+
+
+def _demand_all(lab: Path, found: dict[str, list[_Kept]], textures: Collection[str] | None) -> None:
+    for texture in textures or ():
+        if texture not in found:
+            raise TextureDataError(f"{lab}: no capture of {texture!r} counts; {nearest(texture, found)}")
+    if not found:
+        raise TextureDataError(f"{lab}: no capture counts: every attempt was repeated, left or faulted")

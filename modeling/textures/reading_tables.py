@@ -1,0 +1,151 @@
+"""Textures from CSV tables: time, acceleration, speed and force at any rate, one file for each texture."""
+
+from __future__ import annotations
+
+import hashlib
+from collections.abc import Iterator, Mapping, Sequence
+from dataclasses import dataclass, replace
+from pathlib import Path
+
+import numpy as np
+
+from modeling.textures.preparing import UP, Touched, prepared
+from modeling.textures.rates import Sampled
+from modeling.textures.recording import Array, Recording, TextureDataError
+from modeling.textures.table_columns import Column, Table, read_columns
+
+KINDS = (".csv", ".tsv", ".txt")
+CHANNELS = {
+    "acceleration": (("acceleration",), ("ax", "ay", "az")),
+    "speed": (("speed",),),
+    "position": (("x", "y", "z"), ("x", "y")),
+    "force": (("force",), ("fx", "fy", "fz")),
+}
+"""The columns that a signal may stand in, the first set that is there whole."""
+
+
+@dataclass(frozen=True)
+class Held:
+    """What a table does not say and its reader knows: a rate where no times stand; a speed and force held still."""
+
+    rate_hz: float | None = None
+    speed_mm_s: float | None = None
+    force_N: float | None = None
+
+
+def read_tables(
+    paths: Path | Sequence[Path], *, held: Held | None = None, normal: tuple[float, float, float] = UP,
+    remove_hum: bool = True,
+) -> tuple[Recording, ...]:  # fmt: skip
+    """The textures in CSV files, or in all of a folder, named as the files are; by name.
+
+    Columns: `time` (or t, t_s); `acceleration`, or ax, ay, az; `speed`, or positions x, y (, z); `force`, or fx, fy,
+    fz; others are left alone. A unit stands in the header, as in `force (mN)`, `ax [g]` or `time_ms`; without one
+    numbers are in s, m/s^2, mm/s, mm and N. A cell that is empty was not sampled then, so that signals of different
+    rates share a table. `held` stands in for columns that are not there. Raises TextureDataError, with file and line,
+    on a table that cannot be read so, and on signals that no texture can be learned from.
+    """
+    files = list(_files([paths] if isinstance(paths, Path) else paths))
+    names = [file.stem for file in files]
+    for name in names:
+        if names.count(name) > 1:
+            raise TextureDataError(f"two files are named {name!r}: a texture has the name of its file, and one file")
+    return tuple(_read(file, held or Held(), normal, remove_hum) for file in files)
+
+
+def _files(paths: Sequence[Path]) -> Iterator[Path]:
+    for path in paths:
+        if path.is_dir():
+            found = sorted(each for each in path.iterdir() if each.suffix.lower() in KINDS and each.name[0] != ".")
+            if not found:
+                raise TextureDataError(f"{path}: no table in it; files named {', '.join(KINDS)} are expected")
+            yield from found
+        elif path.is_file():
+            yield path
+        else:
+            raise TextureDataError(f"{path}: no such file or folder; tables of textures are expected")
+
+
+def _read(file: Path, held: Held, normal: tuple[float, float, float], remove_hum: bool) -> Recording:
+    table = read_columns(file)
+    times_s, written_s = _times(table, held)
+    signals = {what: _signal(what, sets, table, times_s, written_s) for what, sets in CHANNELS.items()}
+    given, notes = _given(file, signals, held)
+    found = {**signals, **given}
+    acceleration, force = found["acceleration"], found["force"]
+    if acceleration is None or force is None or (found["speed"] is None and found["position"] is None):
+        raise TextureDataError(_lacking(file, table, found))
+    position = None if found["speed"] is not None else found["position"]
+    touched = Touched(
+        str(file), acceleration, force, found["speed"], position, normal,
+        (f"{file.name} {hashlib.sha256(file.read_bytes()).hexdigest()}",), (*table.notes, *notes),
+    )  # fmt: skip
+    return prepared(file.stem, file.stem.replace("_", " "), [touched], remove_hum)
+
+
+def _times(table: Table, held: Held) -> tuple[Array, float]:
+    """When each row was sampled, and how finely that was written."""
+    time = table.columns.get("time")
+    if time is not None:
+        if not np.isfinite(time.values).all():
+            line = int(np.flatnonzero(~np.isfinite(time.values))[0]) + table.first_line
+            raise TextureDataError(f"{table.where}, line {line}: the time is empty or not finite")
+        return time.values * time.scale, time.written * time.scale
+    if held.rate_hz is None:
+        raise TextureDataError(
+            f"{table.where}, line 1: no column of times (time, t or t_s); without one the rate must be said"
+        )
+    if not (np.isfinite(held.rate_hz) and held.rate_hz > 0):
+        raise TextureDataError(f"a rate of {held.rate_hz} Hz: a number above 0 is expected")
+    return np.arange(table.rows) / held.rate_hz, 0.0
+
+
+def _signal(what: str, sets: Sequence[Sequence[str]], table: Table, times_s: Array, written_s: float) -> Sampled | None:
+    """The samples of a signal at the rows in which they stand."""
+    names = next((each for each in sets if all(name in table.columns for name in each)), None)
+    if names is None:
+        return None
+    columns: list[Column] = [table.columns[name] for name in names]
+    values = np.stack([column.values * column.scale for column in columns], axis=1)
+    there = ~np.logical_or.reduce([column.empty for column in columns])
+    values, times_s = values[there], times_s[there]
+    where = f"{table.where}: column {names[0]}"
+    if len(values) < 2:
+        raise TextureDataError(f"{where}: {len(values)} samples; two or more are needed")
+    step_s = float(np.median(np.diff(times_s)))
+    if step_s <= written_s:  # times are written too coarsely to tell single steps
+        step_s = float((times_s[-1] - times_s[0]) / (len(times_s) - 1))
+    if not step_s > 0:
+        raise TextureDataError(f"{where}: its times do not rise: every sample needs its own")
+    return Sampled(what, times_s, values, 1 / _cleanly(step_s, times_s), where, written_s)
+
+
+def _cleanly(step_s: float, times_s: Array) -> float:
+    """The mean step where no samples lack: a median of rounded times may be off."""
+    mean = float((times_s[-1] - times_s[0]) / (len(times_s) - 1))
+    return mean if abs(mean - step_s) < 0.02 * step_s else step_s
+
+
+def _given(file: Path, signals: Mapping[str, Sampled | None], held: Held) -> tuple[dict[str, Sampled], list[str]]:
+    """Speed and force that the table lacks and the reader knows to have been held."""
+    like = signals["acceleration"]
+    found: dict[str, Sampled] = {}
+    notes = []
+    for what, value, unit in (("speed", held.speed_mm_s, "mm/s"), ("force", held.force_N, "N")):
+        lacks = signals[what] is None and not (what == "speed" and signals["position"] is not None)
+        if value is not None and lacks and like is not None:
+            if not (np.isfinite(value) and value >= 0):
+                raise TextureDataError(f"{file}: a {what} of {value} {unit}: a finite number of 0 or more is expected")
+            found[what] = replace(like, what=what, values=np.full((len(like.times_s), 1), float(value)))
+            notes.append(f"{what} was not recorded: it is said to have been {value:g} {unit} throughout")
+    return found, notes
+
+
+def _lacking(file: Path, table: Table, found: Mapping[str, Sampled | None]) -> str:
+    lacks = [name for name in ("acceleration", "force") if found[name] is None]
+    lacks += ["speed"] if found["speed"] is None and found["position"] is None else []
+    return (
+        f"{file}, line 1: no column for {' and '.join(lacks)}; found {', '.join(table.columns) or 'none known'};"
+        " expected time, acceleration (or ax, ay, az), speed (or x, y, z) and force (or fx, fy, fz); a speed or force"
+        " that was held still and not recorded can be said instead"
+    )

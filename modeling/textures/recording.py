@@ -1,0 +1,91 @@
+"""One texture's recording as models see it: acceleration on one axis, speed and force, all at 1 kHz (thesis 4.3.3)."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+import numpy as np
+from numpy.typing import NDArray
+
+Array = NDArray[np.float64]
+RATE_HZ = 1000.0
+CHANNELS = 3
+"""Acceleration in m/s^2, speed in mm/s, force in N: in this order wherever they stand together."""
+
+
+class TextureDataError(ValueError):
+    """Data that no texture can be learned from: the message says where, what was found and what to do."""
+
+
+@dataclass(frozen=True)
+class Recording:
+    """A recording that was filtered and brought to 1 kHz.
+
+    `signals` is (3, n): acceleration (DFT321 of the axes there are, band-passed), speed and force (low-passed). `notes`
+    say what was done to it that a reader should know; `made_from` names its inputs with their SHA-256.
+    """
+
+    texture: str
+    label: str
+    signals: Array
+    made_from: tuple[str, ...] = ()
+    notes: tuple[str, ...] = ()
+
+    def __post_init__(self) -> None:
+        if self.signals.ndim != 2 or len(self.signals) != CHANNELS:
+            raise TextureDataError(f"{self.texture}: signals of shape {self.signals.shape}; (3, n) are expected.")
+        if not np.isfinite(self.signals).all():
+            raise TextureDataError(f"{self.texture}: a sample is not finite; mend or leave out its stretch.")
+
+    @property
+    def acceleration_m_s2(self) -> Array:
+        """(n,)."""
+        found: Array = self.signals[0]
+        return found
+
+    @property
+    def speed_mm_s(self) -> Array:
+        """(n,), never below 0."""
+        found: Array = self.signals[1]
+        return found
+
+    @property
+    def force_N(self) -> Array:
+        """(n,), the normal force."""
+        found: Array = self.signals[2]
+        return found
+
+    @property
+    def seconds(self) -> float:
+        """How long it is."""
+        return float(self.signals.shape[1] / RATE_HZ)
+
+
+@dataclass(frozen=True)
+class Parts:
+    """Stretches [start, stop) of one recording, in order, none in two parts; no window reaches over a border."""
+
+    train: tuple[tuple[int, int], ...]
+    validation: tuple[tuple[int, int], ...]
+    test: tuple[tuple[int, int], ...]
+
+
+@dataclass(frozen=True)
+class Scale:
+    """Mean and SD (3,) of the training part; a channel that does not vary has SD 1."""
+
+    mean: Array
+    sd: Array
+
+    def down(self, signals: Array) -> Array:
+        """(..., 3, n) in units to numbers about 0."""
+        return (signals - self.mean[:, None]) / self.sd[:, None]
+
+
+@dataclass(frozen=True)
+class Windows:
+    """Windows (n, 3, window) in units, oldest first, the acceleration (n,) that follows each, and where that stands."""
+
+    given: NDArray[np.float64]
+    wanted: Array
+    at: NDArray[np.int64]

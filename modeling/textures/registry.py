@@ -1,0 +1,66 @@
+"""Every way of continuing a texture, by name; a method's libraries come with its first use."""
+
+from __future__ import annotations
+
+from collections.abc import Iterator, Mapping
+from dataclasses import dataclass
+from importlib import import_module
+from typing import cast
+
+from modeling.textures.methods import Method
+from modeling.textures.recording import TextureDataError
+
+
+@dataclass(frozen=True)
+class Methods(Mapping[str, Method]):
+    """Methods by name, in the order in which they are shown; each is imported when it is asked for."""
+
+    places: Mapping[str, str]
+
+    def __getitem__(self, name: str) -> Method:
+        module, _, attribute = self.places[name].partition(":")
+        return cast(Method, getattr(import_module(module), attribute))
+
+    def __iter__(self) -> Iterator[str]:
+        return iter(self.places)
+
+    def __len__(self) -> int:
+        return len(self.places)
+
+
+METHODS: Mapping[str, Method] = Methods(
+    {
+        "ar": "modeling.textures.ar:AR",
+        "fnn": "modeling.textures.fnn:FNN",
+        "gan": "modeling.textures.gan:GAN",
+        "dstn": "modeling.textures.dstn:DSTN",
+        "hapinf": "modeling.textures.hapinf:HAPINF",
+        "foten": "modeling.textures.foten:FOTEN",
+        "foten_generative": "modeling.textures.foten:FOTEN_GENERATIVE",
+        "ten": "modeling.textures.ten:TEN",
+        "ten_mfcc": "modeling.textures.ten:TEN_MFCC",
+        "ten_wavelet": "modeling.textures.ten:TEN_WAVELET",
+    }
+)
+"""Table 4.1's rivals first, then the thesis' network and ours, then the variants of Table 4.2."""
+DEFAULT = "foten_generative"
+"""What is trained where nothing was evaluated on the same recordings."""
+THESIS = "foten"
+"""The method that the thesis proposes (4.4)."""
+BASELINE = "ar"
+"""What has to be beaten: piecewise autoregression."""
+
+
+def method_named(name: str) -> Method:
+    """The method of this name. Raises TextureDataError with the nearest known name."""
+    demand_known((name,))
+    return METHODS[name]
+
+
+def demand_known(names: tuple[str, ...]) -> None:
+    """Raises TextureDataError for a name that is no method's; nothing is imported for it."""
+    for name in names:
+        if name not in METHODS:
+            from protocols.did_you_mean import nearest
+
+            raise TextureDataError(f"there is no texture method {name!r}; {nearest(name, METHODS)}")

@@ -1,0 +1,92 @@
+"""Six simulated textures, captured through the twins of a rig's sensors: the default that every model is tried on."""
+
+from __future__ import annotations
+
+import hashlib
+import time
+from collections.abc import Callable, Mapping, Sequence
+from pathlib import Path
+
+import numpy as np
+
+from modeling.textures.cached import content_key, read_cached, write_cached
+from modeling.textures.preparing import Touched, prepared
+from modeling.textures.rates import Sampled, evenly
+from modeling.textures.recording import Array, Recording, TextureDataError
+from modeling.textures.side import TextureSide
+
+SIX = ("textured_rubber", "artificial_grass", "steel_mesh", "cloth", "cardboard", "plastic_mesh")
+"""The textures that are rendered (thesis 4.3.2)."""
+SECONDS = 20.0
+SEEN = 3
+"""The column of a tracker's positions that is 0 where the marker was hidden."""
+STREAMS = ("tool_acceleration", "tool_force", "tool_position")
+
+
+def simulated(
+    side: TextureSide, textures: Sequence[str] = SIX, seconds: float = SECONDS, seed: int = 1,
+    cache: Path | None = None, report: Callable[[str], None] = lambda _line: None,
+    clock: Callable[[], float] = time.perf_counter,
+) -> tuple[Recording, ...]:  # fmt: skip
+    """A recording of each texture: a free exploration of a simulated surface, captured as a session records it.
+
+    The same texture, seconds and seed give the same recording. In a folder `cache` it is kept under the SHA-256 of all
+    that decides it, the program's own files included, and checked when it is read; `report` is told the seconds that
+    each took. Raises TextureDataError, and what `side` raises on a texture that it does not have.
+    """
+    found = []
+    for texture in textures:
+        began = clock()
+        recording, kept = _one(side, texture, seconds, seed, cache)
+        how = "read from the cache" if kept else "captured"
+        report(f"{texture}: {recording.seconds:.1f} s {how} in {clock() - began:.2f} s")
+        found.append(recording)
+    return tuple(found)
+
+
+def captured(side: TextureSide, texture: str, seconds: float = SECONDS, seed: int = 1) -> Recording:
+    """As `simulated`, of one texture and without a cache."""
+    streams = side.captured(texture, seconds, seed)
+    told = (f"simulated {texture}, {seconds:g} s, seed {seed} {_digest(streams)}",)
+    return prepared(texture, texture.replace("_", " "), [_touched(texture, streams, told)])
+
+
+def _one(side: TextureSide, texture: str, seconds: float, seed: int, cache: Path | None) -> tuple[Recording, bool]:
+    if cache is None:
+        return captured(side, texture, seconds, seed), False
+    kind = type(side)
+    file = cache / f"texture-{texture}-{content_key(texture, seconds, seed, f'{kind.__module__}.{kind.__qualname__}')}"
+    kept = read_cached(file)
+    if kept is not None:
+        return kept, True
+    made = captured(side, texture, seconds, seed)
+    write_cached(file, made)
+    return made, False
+
+
+def _touched(texture: str, streams: Mapping[str, tuple[float, Array]], told: tuple[str, ...]) -> Touched:
+    where = f"simulated {texture}"
+    missing = [name for name in STREAMS if name not in streams]
+    if missing:
+        raise TextureDataError(f"{where}: no stream {missing[0]!r}; {', '.join(STREAMS)} are expected")
+    return Touched(
+        where, _stream(where, "acceleration", streams), _stream(where, "force", streams),
+        position=_stream(where, "position", streams), made_from=told, notes=("simulated",),
+    )  # fmt: skip
+
+
+def _stream(where: str, what: str, streams: Mapping[str, tuple[float, Array]]) -> Sampled:
+    rate_hz, values = streams[f"tool_{what}"]
+    rows = np.array(values[:, :3], dtype=np.float64)
+    if what == "position" and values.shape[1] > SEEN:
+        rows[values[:, SEEN] == 0] = np.nan
+    return evenly(what, rows, rate_hz, where)
+
+
+def _digest(streams: Mapping[str, tuple[float, Array]]) -> str:
+    found = hashlib.sha256()
+    for name in sorted(streams):
+        rate_hz, values = streams[name]
+        found.update(f"{name} {rate_hz:.17g} {values.shape}".encode())
+        found.update(np.ascontiguousarray(values, dtype="<f8").tobytes())
+    return found.hexdigest()

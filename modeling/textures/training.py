@@ -1,0 +1,136 @@
+"""Training a lab's textures: one model file for each, with what the test part and a free run say of it in its card."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Callable, Mapping, Sequence
+from dataclasses import dataclass
+from pathlib import Path
+from typing import Any
+
+from modeling.textures.judging_histories import history_of
+from modeling.textures.judging_jobs import Context, Done, Fit, Play
+from modeling.textures.judging_kept import recording_digest
+from modeling.textures.judging_whole import Wanted, context_for, finished
+from modeling.textures.methods import Method
+from modeling.textures.recording import Recording, TextureDataError
+from modeling.textures.registry import METHODS
+from modeling.textures.side import TextureSide
+from modeling.training.run_card import run_card
+
+Report = Callable[[str], None]
+ONE_STEP = ("mae", "mae_m_s2", "gfc", "explained")
+FREE = ("level", "smoothed_gfc", "envelope", "cycle", "cycle_excess", "felt_dB")
+"""What a card holds of both; the latter as free_level and so on."""
+
+
+@dataclass(frozen=True)
+class Written:
+    """A model that was written: its texture, its method, the metrics of its card, its files."""
+
+    texture: str
+    method: str
+    card: Path
+    metrics: Mapping[str, float]
+    files: tuple[Path, ...]
+
+    def plain(self) -> dict[str, Any]:
+        """As JSON holds it."""
+        return {
+            "texture": self.texture, "method": self.method, "card": str(self.card), "metrics": dict(self.metrics),
+            "files": [str(path) for path in self.files],
+        }  # fmt: skip
+
+
+def train_textures(
+    recordings: Sequence[Recording], side: TextureSide, wanted: Wanted, folder: Path,
+    report: Report = lambda _line: None, methods: Mapping[str, Method] = METHODS,
+) -> tuple[Written, ...]:  # fmt: skip
+    """Fit the wanted methods to every texture, let each run free, and write texture-TEXTURE-METHOD into the folder.
+
+    A model learns from the training part and is stopped by the validation part; the card's metrics are those of the
+    test part (mae in SDs, mae_m_s2, gfc, explained) and of the free run (free_level, free_smoothed_gfc, ...). What an
+    earlier, equal command or an evaluation finished is taken from `wanted.work`. Raises TextureDataError for a
+    recording that cannot be split, or where a method refuses one.
+    """
+    context = context_for(recordings, side, wanted, methods)
+    for why in context.left_out.values():
+        raise TextureDataError(why)
+    fits = [Fit(texture, name) for texture in context.recordings for name in wanted.names]
+    done, _ = finished(fits, [Play(fit) for fit in fits], context, wanted, report)
+    for fit in fits:
+        if done[fit].refused:
+            raise TextureDataError(f"{fit.name}: {done[fit].refused}")
+    return tuple(_write(fit, done[fit], done[Play(fit)], context, folder) for fit in fits)
+
+
+def _write(fit: Fit, fitted: Done, played: Done, context: Context, folder: Path) -> Written:
+    """The model that was judged, its card told what was found."""
+    if fitted.card is None:
+        raise TextureDataError(f"{fit.name}: there is no file of it.")
+    metrics = _metrics(fitted, played)
+    card = _copied(fitted.card, folder, metrics, _run_card(fit, fitted, metrics, context), _notes(played, context))
+    files = (card, card.with_suffix(".safetensors"), *_history(fitted, card))
+    return Written(fit.texture, fit.method, card, metrics, files)
+
+
+def _copied(
+    card: Path, folder: Path, metrics: Mapping[str, float], training: Mapping[str, Any], notes: tuple[str, ...]
+) -> Path:
+    """The same model with what is known of it now."""
+    from safetensors.numpy import load_file
+
+    from modeling.files.exported import Exported
+    from modeling.files.writing import write_model
+    from protocols.model_card import Card
+
+    told = Card.model_validate_json(card.read_bytes(), strict=True)
+    exported = Exported(told.steps, load_file(card.with_suffix(".safetensors")))
+    folder.mkdir(parents=True, exist_ok=True)
+    return write_model(
+        folder, told.name, exported, title=told.title, method=told.method, takes=told.takes, gives=told.gives,
+        texture=told.texture, metrics=metrics, training=training, notes=(*told.notes, *notes),
+    )  # fmt: skip
+
+
+def _metrics(fitted: Done, played: Done) -> dict[str, float]:
+    """One step ahead, and running free, numbers only."""
+    named = {name: fitted.numbers.get(name) for name in ONE_STEP}
+    named |= {f"free_{name}": played.numbers.get(name) for name in FREE}
+    return {name: float(value) for name, value in named.items() if value is not None and math.isfinite(value)}
+
+
+def _run_card(fit: Fit, fitted: Done, metrics: Mapping[str, float], context: Context) -> dict[str, Any]:
+    recording, parts = context.recordings[fit.texture], context.parts[fit.texture]
+    settings = {
+        **context.settings, "seed": context.seed, "method": fit.method, "made_from": list(recording.made_from),
+        "parts": {name: [list(each) for each in getattr(parts, name)] for name in ("train", "validation", "test")},
+        **{name: fitted.numbers[name] for name in ("window", "epochs") if fitted.numbers.get(name) is not None},
+    }  # fmt: skip
+    seconds = fitted.numbers.get("train_s") or 0.0
+    return run_card({"data": recording_digest(recording)}, settings, metrics, seconds)
+
+
+def _notes(played: Done, context: Context) -> tuple[str, ...]:
+    told = ["The metrics are those of the test part, which it was not trained on."]
+    if played.refused:
+        told.append(f"It was not run free: {played.refused}")
+    elif context.explore:
+        told.append(f"It ran free for {context.seconds:g} s under the hand of another exploration.")
+    if context.settings.get("quick"):
+        told.append("A quick training, to try things out: few epochs. Its numbers are nothing to go by.")
+    return tuple(told)
+
+
+def _history(fitted: Done, card: Path) -> tuple[Path, ...]:
+    """The epochs as a table and as a picture; those of an older model of this name are removed."""
+    for kind in ("csv", "svg", "png"):
+        card.with_name(f"{card.stem}.history.{kind}").unlink(missing_ok=True)
+    history = history_of(fitted)
+    if not history:
+        return ()
+    from modeling.training.history import write_history
+    from modeling.training.learning_curve import save_learning_curve
+
+    table = write_history(history, card.with_name(f"{card.stem}.history.csv"))
+    return (table, *save_learning_curve({"": history}, card.parent, f"{card.stem}.history"))

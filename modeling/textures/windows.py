@@ -1,0 +1,71 @@
+"""Windows of the past and the sample that follows each, from stretches that no window leaves (thesis eq. 4.1)."""
+
+from __future__ import annotations
+
+from collections.abc import Iterator, Sequence
+
+import numpy as np
+from numpy.lib.stride_tricks import sliding_window_view
+
+from modeling.textures.recording import CHANNELS, Array, Parts, Recording, Scale, TextureDataError, Windows
+
+LENGTHS = (10, 15, 20, 25, 30)
+"""Window lengths that are compared (thesis 4.6.2; 4.4.5 says 14 and 26 instead of 15 and 25)."""
+
+Stretches = Sequence[tuple[int, int]]
+
+
+def windows(recording: Recording, stretches: Stretches, m: int) -> Windows:
+    """Every window of m samples within a stretch [start, stop), with the acceleration that follows it there.
+
+    given (n, 3, m) in units, oldest first; wanted (n,); at (n,), where the wanted sample stands in the recording. A
+    stretch of s samples gives s - m windows. Raises TextureDataError on m below 1, stretches that leave the recording,
+    and where no stretch is longer than m.
+    """
+    if m < 1:
+        raise TextureDataError(f"windows of {m} samples: at least 1 is expected")
+    pieces = list(_pieces(recording, stretches, m))
+    if not pieces:
+        longest = max((stop - start for start, stop in stretches), default=0)
+        raise TextureDataError(
+            f"{recording.texture}: no stretch is longer than a window of {m} samples (the longest has {longest}); "
+            "record longer, or choose a shorter window or fewer frames"
+        )
+    at = np.concatenate([np.arange(start + m, stop, dtype=np.int64) for start, stop in pieces])
+    of_all = sliding_window_view(recording.signals, m, axis=1)
+    given = np.ascontiguousarray(of_all[:, at - m].transpose(1, 0, 2))
+    return Windows(given, recording.signals[0, at], at)
+
+
+def samples_of(recording: Recording, stretches: Stretches) -> Array:
+    """The signals (3, n) of the stretches, one after another."""
+    found = [recording.signals[:, start:stop] for start, stop in stretches]
+    return np.concatenate(found, axis=1) if found else np.empty((CHANNELS, 0))
+
+
+def scale_of(recording: Recording, parts: Parts) -> Scale:
+    """Mean and SD of each channel over the training part; the SD of a channel that does not vary is 1 (4.3.3)."""
+    trained = samples_of(recording, parts.train)
+    if not trained.shape[1]:
+        raise TextureDataError(f"{recording.texture}: the training part is empty")
+    first = trained[:, :1]
+    offsets = trained - first  # a constant channel far from zero has an SD of exactly 0 so
+    sd = offsets.std(axis=1)
+    still = sd <= np.abs(trained).max(axis=1) * SAME
+    return Scale(first[:, 0] + offsets.mean(axis=1), np.where(still, 1.0, sd))
+
+
+SAME = 1e-12
+"""A channel that varies by less than this of its size varies by rounding alone."""
+
+
+def _pieces(recording: Recording, stretches: Stretches, m: int) -> Iterator[tuple[int, int]]:
+    """Stretches that hold a window and what follows it."""
+    n = recording.signals.shape[1]
+    for start, stop in stretches:
+        if not 0 <= start <= stop <= n:
+            raise TextureDataError(
+                f"{recording.texture}: a stretch [{start}, {stop}) of {n} samples; one within is due"
+            )
+        if stop - start > m:
+            yield start, stop

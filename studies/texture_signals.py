@@ -1,0 +1,89 @@
+"""Filters without delay for what a tool felt on a texture, and for the hand that moved it (thesis 4.3.3).
+
+They stand with the studies because both simulated surfaces here and the models' data in `modeling` use them.
+"""
+
+from __future__ import annotations
+
+import math
+
+import numpy as np
+from numpy.typing import NDArray
+
+Array = NDArray[np.float64]
+
+BAND_HZ = (20.0, 1000.0)
+"""Vibration: without gravity and the hand's movement below, without noise above."""
+HAND_HZ = 25.0
+"""Nothing faster in speed and force is the hand's."""
+NYQUIST_SHARE = 0.98
+"""An upper edge at or above so much of half the rate filters nothing that is there; it is left out."""
+BAND_ORDER, HAND_ORDER = 4, 2
+"""Of the Butterworth filters, each way. The hand's is low so that a step of force hardly overshoots (0.02 of it)."""
+PADS = 3.0
+"""Periods of an edge by which a signal is continued at its ends, mirrored about its last value."""
+
+
+class SignalError(ValueError):
+    """Signals that cannot be filtered, or put on one axis: the message says what was found and what is expected."""
+
+
+def demand_finite(signal: Array, least: int = 2) -> None:
+    """Raise SignalError on fewer than `least` samples and on a number that is not finite."""
+    if signal.shape[0] < least:
+        raise SignalError(f"{signal.shape[0]} samples: at least {least} are needed")
+    bad = np.argwhere(~np.isfinite(signal))
+    if bad.size:
+        place = tuple(bad[0])
+        raise SignalError(f"sample {int(place[0]) + 1} is {signal[place]}: finite numbers are needed")
+
+
+def low_pass(signal: Array, rate_hz: float, edge_hz: float = HAND_HZ, order: int = HAND_ORDER) -> Array:
+    """(n,) or (n, channels) without what is above an edge; no delay; 3 dB down at the edge, both ways together.
+
+    An edge at or above 0.98 of half the rate leaves the signal as it is. Raises SignalError.
+    """
+    demand_finite(signal)
+    _demand_rate(rate_hz, edge_hz)
+    if edge_hz >= NYQUIST_SHARE * rate_hz / 2:
+        return signal.copy()
+    start = np.asarray(signal[0], np.float64)  # far from zero no digits are lost
+    return np.asarray(_both_ways(signal - start, rate_hz, edge_hz, "low", order) + start)
+
+
+def band_pass(signal: Array, rate_hz: float, band_hz: tuple[float, float] = BAND_HZ, order: int = BAND_ORDER) -> Array:
+    """(n,) or (n, channels) between two edges; no delay; 3 dB down at each edge, both ways together.
+
+    The upper edge is left out where it is at or above 0.98 of half the rate (`has_upper_edge`): a high-pass then.
+    Raises SignalError, also where the lower edge is not below half the rate.
+    """
+    demand_finite(signal)
+    low, high = band_hz
+    _demand_rate(rate_hz, low)
+    if not 0 < low < min(high, NYQUIST_SHARE * rate_hz / 2):
+        raise SignalError(f"a band from {low:g} to {high:g} Hz at {rate_hz:g} Hz: there is no such band")
+    away = np.asarray(signal, np.float64) - signal[0]  # a constant is silent exactly, however far from zero
+    found = _both_ways(away - away.mean(axis=0), rate_hz, low, "high", order)
+    return _both_ways(found, rate_hz, high, "low", order) if has_upper_edge(rate_hz, high) else found
+
+
+def has_upper_edge(rate_hz: float, edge_hz: float = BAND_HZ[1]) -> bool:
+    """Whether an upper edge filters anything at that rate (the contradiction of thesis 3.4.1 and 4.3.3)."""
+    return edge_hz < NYQUIST_SHARE * rate_hz / 2
+
+
+def _both_ways(signal: Array, rate_hz: float, edge_hz: float, kind: str, order: int) -> Array:
+    from scipy.signal import butter, sosfiltfilt
+
+    warped = math.tan(math.pi * edge_hz / rate_hz)
+    # Each pass is 1.5 dB down at the edge, so that both are 3 dB down there: the design's own edge moves by this.
+    moved = (math.sqrt(2.0) - 1.0) ** (1 / (2 * order))
+    own = warped / moved if kind == "low" else warped * moved
+    sections = butter(order, 2 * math.atan(own) / math.pi, kind, output="sos")
+    pad = min(signal.shape[0] - 1, math.ceil(PADS * rate_hz / edge_hz))
+    return np.asarray(sosfiltfilt(sections, signal, axis=0, padlen=pad))
+
+
+def _demand_rate(rate_hz: float, edge_hz: float) -> None:
+    if not (math.isfinite(rate_hz) and rate_hz > 0 and edge_hz > 0):
+        raise SignalError(f"{rate_hz} samples a second and an edge of {edge_hz} Hz: numbers above 0 are expected")

@@ -1,0 +1,109 @@
+"""Small things to judge: recordings of a resonance that follows the hand, methods without torch, a side without rig."""
+
+from dataclasses import dataclass
+
+import numpy as np
+
+from modeling.files.exported import Exported
+from modeling.textures.judging_whole import Wanted, context_for
+from modeling.textures.methods import Method
+from modeling.textures.recording import TextureDataError
+from modeling.textures.windows import samples_of, windows
+from protocols.model_card import Dense
+from studies.texture_side import RigTextures
+from tests.modeling.textures.made_up_recording import recording
+
+ORDER = 12
+
+
+def recordings(seconds=8.0, names=("smooth", "rough")):
+    return tuple(recording(seconds, seed, name) for seed, name in enumerate(names))
+
+
+@dataclass(frozen=True)
+class SmallSide(RigTextures):
+    """The rig's own player and clock; surfaces that are made up."""
+
+    def scene(self, texture, seconds, seed):
+        return recording(seconds, 100 + seed, texture).signals
+
+    def again(self, texture, seconds, seed):
+        return recording(seconds, 900 + seed, texture).signals
+
+
+@dataclass(frozen=True)
+class OtherHands:
+    """A side without `again`, that plays what it is told to."""
+
+    made: np.ndarray | None = None
+
+    def scene(self, texture, seconds, seed):
+        return recording(seconds, seed, texture).signals
+
+    def played(self, _card, speed_mm_s, _force_N, _seed, sampled=True):
+        return np.zeros(len(speed_mm_s)) if self.made is None else np.resize(self.made, len(speed_mm_s))
+
+    def step_us(self, _card, _steps=2000):
+        return {"made up": (20.0, 30.0, 1e-7)}
+
+
+@dataclass(frozen=True)
+class FittedLinear:
+    weights: np.ndarray
+    log_sd: float
+    window: int = ORDER
+    sampled: bool = True
+
+    def predict(self, given):
+        return given[:, 0] @ self.weights
+
+    def exported(self):
+        weight = np.zeros((2 if self.sampled else 1, 3 * self.window))
+        weight[0, : self.window] = self.weights
+        bias = np.array([0.0, self.log_sd][: len(weight)])
+        return Exported((Dense(weight="w", bias="b"),), {"w": weight, "b": bias})
+
+
+def _fit(learning, sampled):
+    found = windows(learning.recording, learning.parts.train, learning.window or ORDER)
+    weights = np.linalg.lstsq(found.given[:, 0], found.wanted, rcond=None)[0]
+    off = found.wanted - found.given[:, 0] @ weights
+    return FittedLinear(weights, float(np.log(off.std())), learning.window or ORDER, sampled)
+
+
+def fit_sampled(learning):
+    return _fit(learning, True)
+
+
+def fit_plain(learning):
+    return _fit(learning, False)
+
+
+def fit_refusing(learning):
+    raise TextureDataError(f"{learning.recording.texture}: this method has had enough.")
+
+
+def fit_broken(_learning):
+    raise RuntimeError("a fault of the program")
+
+
+SAMPLED = Method(name="foten_generative", title="Ours", fit=fit_sampled, window=ORDER, sampled=True, source="a test")
+PLAIN = Method(name="foten", title="The thesis'", fit=fit_plain, window=ORDER)
+BASE = Method(name="ar", title="The baseline", fit=fit_plain, window=ORDER)
+REFUSING = Method(name="ten", title="Refusing", fit=fit_refusing, window=ORDER)
+METHODS = {"ar": BASE, "foten": PLAIN, "foten_generative": SAMPLED, "ten": REFUSING}
+
+
+def wanted(work, methods=("foten", "foten_generative"), explore=True, **more):
+    return Wanted(work=work, methods=methods, explore=explore, quick=True, workers=1, **more)
+
+
+def context(work, found=None, side=None, known=METHODS, methods_of=("foten", "foten_generative"), **more):
+    asked = wanted(work, methods_of, **more)
+    clock = iter(range(10**6)).__next__
+    return context_for(found or recordings(), side or SmallSide(), asked, known, clock=clock), asked
+
+
+def windows_of(judged, texture):
+    """The training part's acceleration."""
+    return samples_of(judged.context.recordings[texture], judged.context.parts[texture].train)[0]

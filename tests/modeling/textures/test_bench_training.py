@@ -1,0 +1,30 @@
+"""The training's figures compare like with like: the same weights, the same windows, one clock."""
+
+from itertools import count
+
+import pytest
+
+torch = pytest.importorskip("torch")
+
+from modeling.textures.bench_training import WAYS, cases  # noqa: E402
+from modeling.textures.foten import Foten  # noqa: E402
+from modeling.textures.stock_foten import StockFoten  # noqa: E402
+from tests.modeling.textures.made_up_recording import recording  # noqa: E402
+
+
+def test_the_plain_network_has_as_many_weights_and_the_same_shapes():
+    plain, ours = StockFoten(20), Foten(20)
+    assert sum(each.numel() for each in plain.parameters()) == sum(each.numel() for each in ours.parameters())
+    assert plain(torch.randn(3, 3, 20)).shape == (3, 1)
+
+
+def test_every_way_learns_from_the_same_windows_and_says_what_it_took():
+    ticks = count()
+    found = list(cases(True, None, recording(0.5), clock=lambda: float(next(ticks))))
+    assert len(found) == 2 * len(WAYS)
+    assert len({(case.input, case.n) for case in found}) == 1
+    assert {case.case for case in found} == {"training FoTEN, one epoch", "training FoTEN, equal CPU time"}
+    for case in found:
+        outcome = case.run()
+        assert 0.01 < case.error(outcome) < 2.0
+        assert case.seconds(outcome) > 0

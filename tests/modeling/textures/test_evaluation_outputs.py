@@ -1,0 +1,104 @@
+import csv
+import json
+import re
+
+import pytest
+
+from modeling.textures.evaluation_outputs import REPORT, RESULTS, default_of, tables, write_all
+from modeling.textures.evaluation_report import report_html
+from modeling.textures.evaluation_thesis import printed_errors, printed_times, printed_variant
+from modeling.textures.judging_whole import judge
+from tests.modeling.textures import judged_small as small
+
+
+@pytest.fixture(scope="module")
+def judged(tmp_path_factory):
+    found = small.recordings(5.0, ("cloth", "b <i>x</i>"))
+    context, asked = small.context(
+        tmp_path_factory.mktemp("work"), found=found, methods_of=("ar", "foten", "foten_generative")
+    )
+    return judge(context, asked)
+
+
+@pytest.fixture(scope="module")
+def folder(judged, tmp_path_factory):
+    place = tmp_path_factory.mktemp("evaluated")
+    write_all(judged, place)
+    return place
+
+
+def test_the_page_needs_nothing_else_and_escapes_names(folder):
+    page = (folder / REPORT).read_text(encoding="utf-8")
+    assert "b &lt;i&gt;x&lt;/i&gt;" in page
+    assert "b <i>x" not in page
+    assert not re.search(r'(src|href)="(?!#|data:)', page)
+    for told in (
+        "Running free",
+        "One step ahead",
+        "Table 4.1, MAE",
+        "Table 4.3, time",
+        "Figure 4.6",
+        "Figure 4.7",
+        "The rule",
+    ):
+        assert told in page
+
+
+def test_the_page_says_what_was_reached_and_how_the_one_step_network_failed(judged):
+    page = report_html(judged)
+    assert "nothing to go by" in page  # it was a quick run
+    assert "Keeps all limits on 0 of 2 textures" in page
+    assert re.search(r"Against AR</b><span>Nearer on \d of 2", page)
+
+
+def test_tables_json_and_figures_hold_the_same_numbers(judged, folder):
+    told = json.loads((folder / RESULTS).read_text())
+    for name, rows in tables(judged).items():
+        if name != "learning_curves":
+            assert len(told["tables"][name]) == len(rows)
+        with (folder / "tables" / f"{name}.csv").open(newline="") as lines:
+            assert len(list(csv.DictReader(lines))) == len(rows)
+    rows = {(row["texture"], row["method"]): row for row in told["tables"]["free_running"]}
+    assert rows["cloth", "truth"]["cycle"] is not None
+    assert rows["cloth", "another realisation"]["smoothed_gfc"] > 0.9
+    assert rows["cloth", "foten_generative"]["level"] > 2 * rows["cloth", "foten"]["level"]
+    assert "cloth" in {row["texture"] for row in told["tables"]["textures"]}
+    for name in told["files"]:
+        assert (folder / name).is_file()
+    assert "figures/free_waves.png" in told["files"]
+
+
+def test_what_an_earlier_evaluation_wrote_and_this_one_does_not_is_removed(judged, tmp_path):
+    write_all(judged, tmp_path, drawings=True)
+    (tmp_path / "mine.txt").write_text("kept")
+    paths = write_all(judged, tmp_path, drawings=False)
+    assert not list((tmp_path / "figures").glob("*"))
+    assert (tmp_path / "mine.txt").is_file()
+    assert paths[-1] == tmp_path / REPORT
+
+
+def test_a_lab_trains_what_its_own_whole_evaluation_of_the_same_recordings_chose(judged, tmp_path):
+    recordings = tuple(judged.context.recordings.values())
+    folder = tmp_path / "evaluated" / "textures"
+    write_all(judged, folder, drawings=False)
+    told = json.loads((folder / RESULTS).read_text())
+    told["default"]["method"] = "hapinf"
+
+    def chosen(**changed):
+        (folder / RESULTS).write_text(json.dumps({**told, **changed}))
+        return default_of(tmp_path, recordings)
+
+    assert chosen() == "foten_generative"  # a quick one says nothing
+    assert chosen(quick=False) == "hapinf"
+    assert chosen(quick=False, data={}) == "foten_generative"
+    assert chosen(quick=False, data=7) == "foten_generative"
+    assert default_of(tmp_path / "nowhere", recordings) == "foten_generative"
+
+
+def test_the_thesis_numbers_stand_beside_ours():
+    cells, mean = printed_errors("foten", "mae")
+    assert (cells["steel_mesh"], mean) == (0.16, 0.148)
+    assert printed_errors("ar", "gfc")[0]["plastic_mesh"] == 88.79
+    assert printed_variant("ten_mfcc")["mae"] == 0.276
+    assert printed_times("gan")["epoch_s"] == 85.71
+    assert printed_errors("foten_generative", "mae") is printed_times("ar") is None

@@ -1,0 +1,95 @@
+"""Rows at rest, noise on the past, and the rate of the steps: what a training is fed with and how it is led."""
+
+import numpy as np
+import pytest
+
+torch = pytest.importorskip("torch")
+
+from modeling.textures.cosine import Cosine, cosine, share_of  # noqa: E402
+from modeling.textures.fitting import Diet, fed, fit_windows, rows_of  # noqa: E402
+from modeling.textures.foten import Foten  # noqa: E402
+from modeling.textures.heads import mse  # noqa: E402
+from modeling.textures.methods import Learning  # noqa: E402
+from modeling.textures.recording import Parts, TextureDataError  # noqa: E402
+from modeling.textures.resting import with_rest  # noqa: E402
+from modeling.training.settings import Settings  # noqa: E402
+from tests.modeling.textures.made_up_recording import parts, recording  # noqa: E402
+
+
+def rows():
+    made = recording(1.5)
+    return rows_of(Learning(made, parts(made)), 10)
+
+
+def test_training_rows_are_centred_with_an_sd_of_one():
+    inputs = rows().train.inputs
+    assert inputs.shape[1:] == (3, 10)
+    assert torch.allclose(inputs.mean(dim=(0, 2)), torch.zeros(3), atol=0.1)
+    assert torch.allclose(inputs.std(dim=(0, 2)), torch.ones(3), atol=0.1)
+
+
+def test_rows_at_rest_have_no_speed_no_force_and_silence_to_follow():
+    found = rows()
+    more = with_rest(found.train, 0.1, found.scale, 3)
+    added = len(more) - len(found.train)
+    assert added == round(0.1 * len(found.train))
+    resting = more.inputs[-added:].double().numpy() * found.scale.sd[:, None] + found.scale.mean[:, None]
+    assert np.abs(resting[:, 1:]).max() < 1e-4
+    assert np.abs(resting[:, 0]).max() > 0.1 * found.scale.sd[0]
+    silence = more.targets[-added:].double().numpy() * found.scale.sd[0] + found.scale.mean[0]
+    assert np.abs(silence).max() < 0.05 * found.scale.sd[0]
+    assert with_rest(found.train, 0.1, found.scale, 3).digest == more.digest
+    assert with_rest(found.train, 0.1, found.scale, 4).digest != more.digest
+
+
+def test_noise_falls_on_the_past_acceleration_alone_and_anew_each_time():
+    found = rows()
+    source, chance = fed(found, Diet(noise=0.1), 1), torch.Generator().manual_seed(1)
+    chosen = torch.arange(200)
+    (one, wanted), (other, _) = source.batch(chosen, chance), source.batch(chosen, chance)
+    plain = found.train.inputs[:200]
+    assert (one[:, 0] - plain[:, 0]).std().item() == pytest.approx(0.1, rel=0.1)
+    assert torch.equal(one[:, 1:], plain[:, 1:])
+    assert torch.equal(wanted, found.train.targets[:200])
+    assert not torch.equal(one, other)
+
+
+def test_the_rate_rises_and_falls_along_a_cosine():
+    shares = [share_of(done, 200) for done in range(260)]
+    assert max(shares) == shares[10] == 1.0
+    assert shares[0] < 0.1
+    assert share_of(105, 200) == pytest.approx(0.5, abs=0.01)
+    assert shares[199] == shares[259] == 0.01
+
+
+def test_a_step_has_its_own_rate_and_leaves_the_trainers():
+    weight = torch.nn.Parameter(torch.zeros(1))
+    optimiser = Cosine([weight], 0.1, 40)
+    moves = []
+    for _ in range(40):
+        before = weight.item()
+        weight.grad = torch.ones(1)
+        optimiser.step()
+        moves.append(before - weight.item())
+        assert optimiser.param_groups[0]["lr"] == 0.1
+    assert moves[0] < moves[2] == pytest.approx(0.1, rel=0.02)
+    assert moves[-1] < 0.01
+
+
+def test_a_training_that_was_cut_off_goes_on_to_the_same_bits(tmp_path):
+    made = recording(0.4)
+
+    def fitted(epochs, checkpoint):
+        given = Learning(made, parts(made), settings={"epochs": epochs, "checkpoint": checkpoint})
+        how = Settings(batch=128, plateau_patience=None)
+        return fit_windows(Foten, given, mse, how, window=10, diet=Diet(0.05, 0.1), optimiser=cosine(6)).network
+
+    fitted(1, tmp_path / "cut")
+    one, other = fitted(2, tmp_path / "cut").state_dict(), fitted(2, tmp_path / "whole").state_dict()
+    assert all(torch.equal(one[name], other[name]) for name in one)
+
+
+def test_a_part_without_a_window_is_refused():
+    made = recording(1.2)
+    with pytest.raises(TextureDataError, match="window of 10 samples"):
+        rows_of(Learning(made, Parts(((0, 500),), ((500, 508),), ((600, 700),))), 10)

@@ -1,0 +1,168 @@
+"""FoTEN has the thesis' shapes, learns, is judged by the losses asked for, and becomes a file that answers the same."""
+
+import numpy as np
+import pytest
+
+torch = pytest.importorskip("torch")
+
+from devices.models.file import read_model  # noqa: E402
+from modeling.files.writing import write_model  # noqa: E402
+from modeling.textures.exporting_foten import exported_windows, pieces  # noqa: E402
+from modeling.textures.fitting import FittedWindows  # noqa: E402
+from modeling.textures.foten import FOTEN, FOTEN_GENERATIVE, Foten, epochs_for, generative  # noqa: E402
+from modeling.textures.heads import LEAST_LOG_SD, LOSSES, nll  # noqa: E402
+from modeling.textures.methods import Learning  # noqa: E402
+from modeling.textures.recording import Recording, Scale, TextureDataError  # noqa: E402
+from modeling.textures.spectral_features import MelBlock, WaveletBlock  # noqa: E402
+from modeling.textures.ten import TEN, TEN_MFCC, TEN_WAVELET  # noqa: E402
+from modeling.textures.windows import windows  # noqa: E402
+from modeling.training.seeding import seeded  # noqa: E402
+from protocols.model_card import Port  # noqa: E402
+from tests.modeling.textures.made_up_recording import parts, recording  # noqa: E402
+
+SCALE = Scale(np.array([0.01, 75.0, 1.0]), np.array([2.2, 36.0, 0.5]))
+
+
+def learning(seconds=2.0, seed=0, window=None, **settings):
+    made = recording(seconds)
+    wished = {"epochs": 1, "threads": 1, "batch": 64} | settings
+    return Learning(made, parts(made), window, seed, wished)
+
+
+def test_shapes_and_weights_are_those_of_the_thesis():
+    network = Foten(20)
+    assert sum(each.numel() for each in network.parameters()) == 471_235
+    x = torch.randn(5, 3, 20)
+    assert network.embedding(x[:, 0]).shape == (5, 20, 64)
+    assert network.spectral(x[:, 0]).shape == (5, 20)
+    assert network.head[0].weight.shape == (256, 20 * (64 + 3))
+    assert network.head[2].weight.shape == (64, 256)
+    assert network(x).shape == (5, 1)
+    assert generative(20)(x).shape == (5, 2)
+
+
+def test_a_window_of_another_length_is_refused():
+    with pytest.raises(TextureDataError, match=r"\(batch, 3, 20\) is expected"):
+        Foten(20)(torch.zeros(1, 3, 19))
+
+
+@pytest.mark.parametrize(("spectral", "window"), [(None, 25), (MelBlock, 30), (WaveletBlock, 30), (MelBlock, 10)])
+def test_the_variants_answer_one_number(spectral, window):
+    assert Foten(window, spectral)(torch.randn(4, 3, window)).shape == (4, 1)
+
+
+CASES = {
+    "foten": lambda: (Foten(20), 20), "foten 15": lambda: (Foten(15), 15), "generative": lambda: (generative(20), 20),
+    "ten": lambda: (Foten(25, None), 25), "mfcc": lambda: (Foten(30, MelBlock), 30),
+    "wavelet": lambda: (Foten(25, WaveletBlock), 25),
+}  # fmt: skip
+
+
+@pytest.mark.parametrize("case", CASES)
+def test_the_file_answers_as_the_network_does(case, tmp_path):
+    network, window = seeded(CASES[case], 4)
+    network.eval()
+    found = exported_windows(network, SCALE, window)
+    answers = network(torch.zeros(1, 3, window)).shape[1]
+    card = write_model(
+        tmp_path, "model", found, title="a texture", method="foten",
+        takes=Port(kind="texture_window", size=3 * window, unit="m/s^2, mm/s, N"),
+        gives=Port(kind="acceleration", size=answers, unit="m/s^2"),
+    )  # fmt: skip
+    model, chance = read_model(card), np.random.Generator(np.random.PCG64(1))
+    for size in (1.0, 0.01, 5.0):
+        given = chance.standard_normal((3, window)) * SCALE.sd[:, None] * size + SCALE.mean[:, None]
+        with torch.no_grad():
+            expected = network(torch.tensor(SCALE.down(given)[None], dtype=torch.float32)).double().numpy()[0]
+        expected[0] = expected[0] * SCALE.sd[0] + SCALE.mean[0]
+        expected[1:] += np.log(SCALE.sd[0])
+        assert np.allclose(model.run(given.reshape(-1)), expected, atol=1e-5)
+
+
+def test_a_layer_without_a_step_is_refused():
+    with pytest.raises(TextureDataError, match="no step for a layer of kind GRU"):
+        list(pieces(torch.nn.GRU(2, 2), "inner."))
+
+
+@pytest.mark.parametrize("method", [FOTEN, TEN, TEN_MFCC, TEN_WAVELET, FOTEN_GENERATIVE], ids=lambda each: each.name)
+def test_every_method_learns_and_answers_in_units(method):
+    given = learning(0.4, batch=128)
+    found = method.fit(given)
+    assert isinstance(found, FittedWindows)
+    assert found.window == method.window
+    whole = windows(given.recording, given.parts.validation, found.window)
+    assert found.predict(whole.given).shape == whole.wanted.shape
+    assert found.exported().steps
+
+
+def test_a_few_epochs_foretell_better_than_saying_nothing():
+    given = learning(1.6, window=10, epochs=3, batch=32)
+    found = FOTEN_GENERATIVE.fit(given)
+    whole = windows(given.recording, given.parts.test, 10)
+    error = np.abs(found.predict(whole.given) - whole.wanted).mean()
+    assert error < 0.7 * np.abs(whole.wanted).mean()
+
+
+def test_the_same_seed_gives_the_same_bits_and_another_another():
+    one, same, other = (
+        FOTEN_GENERATIVE.fit(learning(0.4, window=10, seed=seed)).exported().tensors for seed in (1, 1, 2)
+    )
+    assert all(np.array_equal(one[name], same[name]) for name in one)
+    assert not np.array_equal(one["head.0.weight"], other["head.0.weight"])
+
+
+def test_a_short_recording_is_gone_through_more_often():
+    long, short, tiny = (learning(seconds) for seconds in (20.0, 4.0, 0.5))
+    assert epochs_for(long) == 14
+    assert epochs_for(short) * 22 == pytest.approx(1550, rel=0.02)
+    assert epochs_for(tiny) == 120
+
+
+@pytest.mark.parametrize("loss", sorted(LOSSES))
+def test_window_and_loss_are_settings(loss):
+    found = FOTEN.fit(learning(0.4, window=10, loss=loss, batch=256))
+    assert found.window == 10
+
+
+def test_an_unknown_loss_is_refused_by_name():
+    with pytest.raises(TextureDataError, match=r"no loss 'hubber'.*huber-1\.6"):
+        FOTEN.fit(learning(1.2, loss="hubber"))
+
+
+def test_a_silent_recording_is_refused():
+    made = recording(1.2)
+    silent = Recording("silent", "silent", made.signals * np.array([[0.0], [1.0], [1.0]]))
+    with pytest.raises(TextureDataError, match="does not vary"):
+        FOTEN.fit(Learning(silent, parts(silent), settings={"quick": True}))
+
+
+@pytest.mark.parametrize("bad", [np.nan, np.inf, 1e300])
+def test_windows_that_no_answer_belongs_to_are_refused(bad):
+    found = FittedWindows(seeded(lambda: Foten(10), 1), SCALE, 10, None)
+    given = np.zeros((2, 3, 10))
+    given[1, 0, 4] = bad
+    with pytest.raises(TextureDataError, match="not finite"):
+        found.predict(given)
+    with pytest.raises(TextureDataError, match=r"\(n, 3, 10\) is expected"):
+        found.predict(np.zeros((2, 3, 9)))
+
+
+def test_a_spike_in_the_past_gives_a_bounded_answer():
+    found = FittedWindows(seeded(lambda: generative(20), 1), SCALE, 20, None)
+    given = np.zeros((1, 3, 20))
+    given[0, 0, 7] = 1e6
+    assert abs(found.predict(given)[0]) < 10 * SCALE.sd[0]
+
+
+def test_the_likelihood_is_that_of_the_normal_distribution():
+    answer, target = torch.tensor([[0.3, -1.0], [2.0, 0.5]]), torch.tensor([[0.1], [2.5]])
+    expected = -torch.distributions.Normal(answer[:, :1], answer[:, 1:].exp()).log_prob(target).mean()
+    assert nll(answer, target).item() == pytest.approx(expected.item() - 0.5 * np.log(2 * np.pi), abs=1e-6)
+
+
+def test_a_generative_head_has_a_least_sd_and_a_gradient_there():
+    network = seeded(lambda: generative(20), 1)
+    with torch.no_grad():
+        network.head[4].bias[1] = -30.0
+    assert network(torch.zeros(1, 3, 20))[0, 1].item() == pytest.approx(LEAST_LOG_SD, abs=1e-3)
+    assert seeded(lambda: generative(20), 1)(torch.zeros(1, 3, 20))[0, 1].item() == pytest.approx(0.0, abs=0.3)

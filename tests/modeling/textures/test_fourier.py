@@ -1,0 +1,89 @@
+"""The Fourier block is equations 4.6 to 4.8, and has a gradient everywhere, at silence too."""
+
+import pytest
+
+torch = pytest.importorskip("torch")
+
+from modeling.textures.fourier import IMPULSE, FourierBlock, inverse, transform  # noqa: E402
+from modeling.textures.spectral_features import MelBlock, WaveletBlock, wavelet  # noqa: E402
+from modeling.training.seeding import seeded  # noqa: E402
+
+LENGTHS = (10, 15, 20, 25, 30)
+
+
+def past(length):
+    return torch.randn(7, length, generator=torch.Generator().manual_seed(length))
+
+
+@pytest.mark.parametrize("length", LENGTHS)
+def test_the_matrix_is_the_discrete_fourier_transform(length):
+    matrix, offset = transform(length)
+    x = past(length)
+    found = torch.addmm(offset, x, matrix.T)
+    real, imaginary = found[:, :length], found[:, length:]
+    expected = torch.fft.fft(x)
+    assert torch.allclose(real, expected.real + IMPULSE, atol=1e-5)
+    assert torch.allclose(imaginary, expected.imag, atol=1e-5)
+
+
+@pytest.mark.parametrize("length", LENGTHS)
+def test_the_way_back_is_the_real_part_of_the_inverse(length):
+    bins = torch.complex(past(length), past(length).flip(0))
+    found = torch.cat([bins.real, bins.imag], dim=1) @ inverse(length).T
+    assert torch.allclose(found, torch.fft.ifft(bins).real, atol=1e-6)
+
+
+def test_bins_that_are_real_by_nature_lie_above_the_cut():
+    matrix, offset = transform(20)
+    spectrum = torch.addmm(offset, -torch.ones(1, 20) + 0.5 * (-1.0) ** torch.arange(20), matrix.T)
+    phase = torch.atan2(spectrum[0, 20:], spectrum[0, :20])
+    assert phase[0].item() == pytest.approx(torch.pi)  # never -pi: the imaginary part is 1e-30
+    assert phase[10].item() == pytest.approx(0.0)
+
+
+@pytest.mark.parametrize("kind", [FourierBlock, MelBlock, WaveletBlock])
+@pytest.mark.parametrize("size", [0.0, 1e-30, 1e-6, 1e6])
+def test_gradients_are_finite_from_silence_to_a_spike(kind, size):
+    block = seeded(lambda: kind(20, 0.0), 1)
+    x = torch.full((2, 20), size, requires_grad=True)
+    found = block(x)
+    assert found.shape == (2, 20)
+    found.square().sum().backward()
+    for tensor in (found, x.grad, *(each.grad for each in block.parameters())):
+        assert torch.isfinite(tensor).all()
+
+
+def test_the_phase_of_silence_is_zero_and_not_that_of_a_rounding_error():
+    block = seeded(lambda: FourierBlock(20, 0.0), 1).eval()
+    silence, nearly = torch.zeros(1, 20), torch.full((1, 20), 1e-9)
+    assert torch.allclose(block(silence), block(nearly), atol=1e-5)
+
+
+def test_a_phase_that_is_turned_changes_the_answer():
+    block = seeded(lambda: FourierBlock(20, 0.0), 1).eval()
+    x = past(20)
+    assert not torch.allclose(block(x), block(x.roll(1, dims=1)), atol=1e-3)
+
+
+@pytest.mark.parametrize("length", LENGTHS)
+def test_wavelets_go_there_and_back(length):
+    there, back = wavelet(length)
+    assert torch.allclose(back @ there, torch.eye(length), atol=1e-6)
+
+
+def test_wavelets_leave_no_detail_of_a_constant():
+    there, _ = wavelet(20)
+    found = there @ torch.ones(20)
+    assert torch.allclose(found[5:], torch.zeros(15), atol=1e-6)
+    assert torch.allclose(found[:5], torch.full((5,), 2.0), atol=1e-6)
+
+
+def test_cepstral_coefficients_tell_a_low_tone_from_a_high_one():
+    block = seeded(lambda: MelBlock(30, 0.0), 1)
+    time = torch.arange(30) / 1000
+    for hertz in (80.0, 400.0):
+        tone = torch.sin(2 * torch.pi * hertz * time)[None]
+        energy = ((tone @ block.spectrum.T).square() @ block.bands.T)[0]
+        band = int(energy.argmax())
+        low, high = (2595 * torch.log10(torch.tensor([1 + hertz / 700, 1 + 500 / 700]))).tolist()
+        assert abs(band - (low / high * 17 - 1)) <= 1.0

@@ -1,0 +1,70 @@
+"""Mains hum: found where it is, taken out, and nothing else taken."""
+
+import numpy as np
+import pytest
+
+from modeling.textures.hum import notched, without_hum
+from tests.modeling.textures.made_textures import hand, vibration
+
+
+def texture(n, seed):
+    return vibration(n, seed) * hand(n, seed=seed)[0] / 80
+
+
+def hum(n, mains_hz, sizes=(0.5, 0.0, 0.3), wander_hz=0.01):
+    t = np.arange(n) / 1000
+    phase = 2 * np.pi * np.cumsum(mains_hz + wander_hz * np.sin(2 * np.pi * 0.05 * t)) / 1000
+    return sum(size * np.sin((k + 1) * phase + k) for k, size in enumerate(sizes))
+
+
+@pytest.mark.parametrize("mains_hz", [49.9, 50.12, 60.05])
+@pytest.mark.parametrize("n", [1900, 20_000])
+def test_lines_of_mains_are_found_removed_and_told(mains_hz, n):
+    clean = 0.5 * texture(n, 1)
+    found, told = without_hum(clean + hum(n, mains_hz), 1000.0)
+    assert told is not None
+    assert told.mains_hz == round(mains_hz, -1)
+    resolution = 1000 / n
+    at = [line.frequency_hz for line in told.lines]
+    assert any(abs(each - mains_hz) < resolution / 2 for each in at)
+    assert any(abs(each - 3 * mains_hz) < resolution / 2 for each in at)
+    assert told.removed_rms_m_s2 == pytest.approx(np.hypot(0.5, 0.3) / np.sqrt(2), rel=0.2)
+    # What is left is the texture without what it had in the notches.
+    left = found - notched(clean[:, None], 1000.0, at)[:, 0]
+    assert np.sqrt((left**2).mean()) < 0.1 * told.removed_rms_m_s2
+    assert f"{told.mains_hz:g} Hz" in told.note() and "gone as well" in told.note()
+
+
+@pytest.mark.parametrize("n", [1900, 20_000])
+def test_a_texture_without_hum_is_left_as_it_is(n):
+    for seed in range(12):
+        clean = texture(n, seed)
+        found, told = without_hum(clean, 1000.0)
+        assert told is None
+        assert found is clean
+
+
+def test_a_steady_line_elsewhere_is_the_textures_own():
+    own = texture(20_000, 2) + 0.5 * np.sin(2 * np.pi * 77 * np.arange(20_000) / 1000)
+    assert without_hum(own, 1000.0)[1] is None
+
+
+def test_a_line_that_comes_and_goes_with_the_hand_is_not_hum():
+    t = np.arange(20_000) / 1000
+    pace_hz = 50 + 8 * np.sin(2 * np.pi * 0.4 * t) + 6 * np.sin(2 * np.pi * 0.27 * np.sqrt(2) * t + 1)
+    sweeping = texture(20_000, 3) + np.sin(2 * np.pi * np.cumsum(pace_hz) / 1000)
+    assert without_hum(sweeping, 1000.0)[1] is None
+
+
+def test_all_axes_are_cleaned_and_silence_and_short_pieces_are_left():
+    axes = np.stack([texture(4000, 4) + hum(4000, 50), texture(4000, 5), texture(4000, 6) - hum(4000, 50)], axis=1)
+    found, told = without_hum(axes, 1000.0)
+    assert found.shape == axes.shape and told is not None
+    assert without_hum(np.zeros(5000), 1000.0)[1] is None
+    assert without_hum(hum(900, 50), 1000.0)[1] is None
+
+
+def test_hum_alone_is_found():
+    found, told = without_hum(hum(3000, 50.0, wander_hz=0.0), 1000.0)
+    assert told is not None
+    assert np.abs(found).max() < 0.01

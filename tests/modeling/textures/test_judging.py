@@ -1,0 +1,115 @@
+from dataclasses import replace
+
+import numpy as np
+import pytest
+
+from modeling.textures.judging import LIMITS, beyond, ceiling, judged, truth_of
+from modeling.textures.judging_drive import explored, from_recording
+from modeling.textures.recording import Recording, TextureDataError
+from tests.modeling.textures.judged_small import OtherHands, SmallSide
+from tests.modeling.textures.made_up_recording import parts, recording
+
+
+@pytest.fixture(scope="module")
+def drive():
+    return explored(SmallSide(), "cloth", 20.0, 1)
+
+
+def test_the_truth_itself_is_without_fault(drive):
+    found = judged(drive.truth, drive)
+    assert found["level"] == found["greatest"] == pytest.approx(1.0)
+    assert found["smoothed_gfc"] == found["raw_gfc"] == found["envelope"] == pytest.approx(1.0)
+    assert found["felt_dB"] == 0
+    assert found["cycle_excess"] == 0
+    assert beyond(found) == ()
+
+
+def test_another_realisation_under_the_same_hand_is_near_but_for_the_raw_spectrum(drive):
+    found = ceiling(drive)
+    assert drive.same_hand
+    assert set(beyond(found)) <= {"envelope"}  # a narrow band's own envelope wavers
+    assert found["raw_gfc"] < 0.85
+    assert found["envelope"] > 0.7
+
+
+def test_a_dead_model_has_no_level_and_follows_no_hand(drive):
+    found = judged(np.zeros(len(drive.truth)), drive)
+    assert found["level"] == 0
+    assert found["smoothed_gfc"] is found["cycle"] is None
+    assert beyond(found) == ("level", "envelope")
+
+
+def test_a_limit_cycle_of_the_right_level_is_found_out(drive):
+    t = np.arange(len(drive.truth)) / 1000
+    tone = np.sin(2 * np.pi * 120 * t) * np.sqrt(2 * np.mean(drive.truth**2))
+    broken = beyond(judged(tone, drive))
+    assert "level" not in broken
+    assert {"smoothed_gfc", "envelope", "cycle_excess"} <= set(broken) <= set(LIMITS)
+
+
+def test_ten_times_too_loud_breaks_level_and_size_alone(drive):
+    assert beyond(judged(10 * drive.truth, drive)) == ("level", "greatest")
+
+
+def test_no_more_is_asked_than_another_realisation_reaches():
+    numbers = {"level": 1.0, "smoothed_gfc": 0.97, "envelope": 0.75}
+    assert beyond(numbers) == ("smoothed_gfc", "envelope")
+    assert beyond(numbers, {"smoothed_gfc": 0.999, "envelope": 0.95}) == ("smoothed_gfc", "envelope")
+    assert beyond(numbers, {"smoothed_gfc": 0.97, "envelope": 0.78}) == ()
+    assert beyond(numbers, {"smoothed_gfc": 0.97, "envelope": 0.80}) == ("envelope",)
+    assert beyond(numbers, {"smoothed_gfc": None, "envelope": None}) == ("smoothed_gfc", "envelope")
+
+
+@pytest.mark.parametrize("made", [np.ones(10), np.full(20_000, np.nan)])
+def test_what_does_not_fit_is_refused(drive, made):
+    with pytest.raises(TextureDataError, match="samples"):
+        judged(made, drive)
+
+
+def test_without_the_same_hand_there_is_no_ceiling_of_the_envelope():
+    drive = explored(OtherHands(), "cloth", 8.0, 1)
+    found = ceiling(drive)
+    assert not drive.same_hand
+    assert "envelope" not in found
+    assert found["smoothed_gfc"] > 0.95
+    assert ceiling(replace(drive, again=None)) == {}
+
+
+def test_a_recordings_own_test_part_is_driven_there_and_back():
+    found = recording(30.0)
+    drive = from_recording(found, parts(found), 9.0)
+    ((start, stop),) = parts(found).test
+    assert (drive.origin, drive.seen, drive.seconds) == ("test part", False, 9.0)
+    np.testing.assert_array_equal(drive.truth[: stop - start], found.acceleration_m_s2[start:stop])
+    np.testing.assert_array_equal(drive.speed[stop - start :][: stop - start], found.speed_mm_s[start:stop][::-1])
+    assert judged(drive.truth, drive)["level"] == pytest.approx(1.0)
+    assert ceiling(drive)["level"] is not None
+
+
+def test_a_recording_of_2_s_is_driven_whole_and_says_that_it_was_seen():
+    found = recording(1.9)
+    drive = from_recording(found, parts(found, 10), 9.0)
+    assert drive.seen
+    assert drive.origin == "whole recording"
+    assert drive.cycle is not None
+    assert set(ceiling(drive)) >= {"level", "smoothed_gfc", "felt_dB"}
+
+
+def test_a_hand_that_rests_cannot_drive_anything():
+    found = recording(30.0)
+    still = Recording("still", "still", np.stack([found.signals[0], 0 * found.signals[1], found.signals[2]]))
+    with pytest.raises(TextureDataError, match="units of speed"):
+        from_recording(still, parts(still), 9.0)
+
+
+def test_an_exploration_that_is_none_is_refused():
+    side = OtherHands()
+    object.__setattr__(side, "scene", lambda *_: np.full((3, 100), np.nan))
+    with pytest.raises(TextureDataError, match="finite"):
+        explored(side, "cloth", 1.0, 0)
+
+
+def test_the_truths_envelope_goes_with_the_hand(drive):
+    told = truth_of(drive)
+    assert told["with_speed"] > 0.7
+    assert told["rms_m_s2"] == pytest.approx(np.sqrt(np.mean(drive.truth**2)))

@@ -1,0 +1,41 @@
+from modeling.textures.judging_default import better, choice
+
+
+def row(method, kept, felt, ran=6):
+    return {"method": method, "title": method.upper(), "kept": kept, "ran": ran, "felt_dB": felt}
+
+
+def on(texture, method, beyond, felt):
+    return {"texture": texture, "method": method, "beyond": beyond, "felt_dB": felt}
+
+
+def test_the_limits_count_before_the_distance_and_then_the_distance():
+    rows = [row("dstn", 2, 0.1), row("foten_generative", 5, 1.0), row("hapinf", 5, 0.9)]
+    assert choice(rows, []).method == "hapinf"
+
+
+def test_a_method_that_ran_on_fewer_textures_is_judged_by_its_share():
+    assert choice([row("foten_generative", 3, 1.0, ran=6), row("ar", 2, 1.0, ran=2)], []).method == "ar"
+
+
+def test_a_baseline_that_wins_is_named_as_such():
+    told = choice([row("ar", 6, 0.5), row("foten_generative", 4, 1.0)], []).of_ours
+    assert any(line.startswith("A baseline wins: AR beats FOTEN_GENERATIVE") for line in told)
+    assert not any("baseline wins" in line for line in choice([row("foten_generative", 6, 0.5)], []).of_ours)
+
+
+def test_one_step_errors_alone_choose_nothing():
+    found = choice([{"method": "ar", "title": "AR", "kept": 0, "ran": 0, "felt_dB": None, "mae": 0.01}], [])
+    assert found.method == "foten_generative"
+    assert "shipped default stays" in found.why
+
+
+def test_nearer_is_fewer_limits_broken_and_then_less_off():
+    rows = [
+        on("a", "x", "", 2.0), on("a", "y", "level", 0.1),
+        on("b", "x", "level", 1.0), on("b", "y", "envelope", 2.0),
+        on("c", "x", "", 2.0), on("c", "y", "", 1.0),
+        on("d", "x", "", 1.0),
+    ]  # fmt: skip
+    assert better(rows, "x", "y") == (2, 3)
+    assert better(rows, "y", "x") == (1, 3)

@@ -1,0 +1,73 @@
+import numpy as np
+import pytest
+
+from devices.models.file import read_model
+from devices.render.voice import open_voice
+from modeling.textures.outputs import model_name, texture_of, write_texture
+from modeling.textures.recording import Parts, TextureDataError
+from tests.modeling.textures import judged_small as small
+from tests.modeling.textures.made_up_recording import parts, recording
+
+
+@pytest.fixture(scope="module")
+def found():
+    return recording(6.0, 1, "smooth")
+
+
+def fitted(found, method):
+    from modeling.textures.methods import Learning
+
+    return method.fit(Learning(found, parts(found)))
+
+
+def test_the_file_plays_and_holds_what_a_touch_begins_with(found, tmp_path):
+    model = fitted(found, small.SAMPLED)
+    card = write_texture(
+        tmp_path, found, parts(found), model, small.SAMPLED, side=small.SmallSide(), metrics={"mae": 1.0}
+    )
+    read = read_model(card)
+    start = read.tensors[read.card.texture.start]
+    assert card.name == "texture-smooth-foten_generative.json"
+    assert start.shape == (model.window,)
+    assert np.abs(start).max() > 0.1 * read.card.texture.rms_m_s2
+    assert open_voice(read, seed=0).card.metrics == {"mae": 1.0}
+    alone = write_texture(tmp_path, found, parts(found), model, small.SAMPLED)
+    assert read_model(alone).card.texture.start is None
+
+
+def test_the_start_is_the_models_own_at_45_mm_s_and_0_8_N_and_the_same_each_time(found, tmp_path):
+    asked = []
+
+    class Told(small.OtherHands):
+        def played(self, card, speed_mm_s, force_N, seed, sampled=True):
+            asked.append((set(speed_mm_s), set(force_N), len(speed_mm_s)))
+            return np.arange(float(len(speed_mm_s)))
+
+    model = fitted(found, small.PLAIN)
+    card = write_texture(tmp_path, found, parts(found), model, small.PLAIN, side=Told())
+    assert asked == [({45.0}, {0.8}, 1000 + model.window)]
+    read = read_model(card)
+    np.testing.assert_array_equal(read.tensors[read.card.texture.start], np.arange(1000.0, 1000.0 + model.window))
+
+
+def test_one_number_or_two_as_the_method_gives(found, tmp_path):
+    for method, size in ((small.PLAIN, 1), (small.SAMPLED, 2)):
+        card = read_model(write_texture(tmp_path, found, parts(found), fitted(found, method), method)).card
+        assert (card.takes.size, card.gives.size) == (3 * small.ORDER, size)
+
+
+def test_the_cards_texture_is_that_of_the_training_part_alone(found):
+    train = Parts(((0, 3000),), ((3000, 5000),), ((5000, 6000),))
+    told = texture_of(found, train, fitted(found, small.PLAIN), small.PLAIN)
+    acceleration, speed, force = found.signals[:, :3000]
+    assert told.rms_m_s2 == pytest.approx(np.sqrt(np.mean(acceleration**2)))
+    assert told.peak_m_s2 == pytest.approx(1.25 * np.abs(acceleration).max())
+    assert told.speed_mm_s == (pytest.approx(speed.min()), pytest.approx(speed.max()))
+    assert told.force_N == (pytest.approx(force.min()), pytest.approx(force.max()))
+    with pytest.raises(TextureDataError, match="empty"):
+        texture_of(found, Parts((), (), ()), fitted(found, small.PLAIN), small.PLAIN)
+
+
+def test_a_name_that_no_file_may_have_becomes_one_that_it_may():
+    assert model_name("rough / wet wood", "ar") == "texture-rough-wet-wood-ar"
+    assert len(model_name("x" * 200, "ar")) <= 64

@@ -1,0 +1,110 @@
+"""Textures from ledgers: which captures count, how several join, units and axes, what is refused."""
+
+import numpy as np
+import pytest
+
+from modeling.textures.joined import Joined
+from modeling.textures.reading_ledgers import read_lab
+from modeling.textures.recording import TextureDataError
+from tests.analysis.streams.ledgers import Written, block, told
+from tests.modeling.textures.made_textures import vibration
+
+SECONDS = 2.0
+AXES = {"channels": ("ax", "ay", "az"), "units": ("m/s^2",) * 3}
+WRENCH = {"channels": ("Fx", "Fy", "Fz", "Tx", "Ty", "Tz"), "units": ("N",) * 3 + ("N m",) * 3}
+PLACE = {"channels": ("x", "y", "z", "seen"), "units": ("mm",) * 3 + ("1",)}
+
+
+def capture(written, trial, attempt=1, as_="captured", level=1.0, lacks="", channels=AXES, hidden=slice(0)):
+    """One attempt of 2 s; the streams begin 1 s after one another's number 0 does not."""
+    t = np.arange(round(120 * SECONDS)) / 120
+    place = np.stack([40 * np.sin(3 * t), 40 * np.cos(3 * t), 0 * t, 1 + 0 * t], axis=1)
+    place[hidden, 3] = 0
+    felt = np.stack([level * vibration(round(3000 * SECONDS), trial + axis) for axis in range(3)], axis=1)
+    wrench = np.tile([0.1, 0.2, 1.5, 0, 0, 0], (round(8000 * SECONDS), 1))
+    start_s = 10.0 * trial
+    streams = [
+        block("tool_acceleration", felt + np.array([0, 0, 9.81]), 3000, t0_s=start_s, **channels),
+        block("tool_force", wrench, 8000, t0_s=start_s, **WRENCH),
+        block("tool_position", place, 120, t0_s=start_s, **PLACE),
+    ]
+    written.begin(trial, attempt)
+    written.chunk(*((each, told(0, each.count)) for each in streams if each.stream != lacks))
+    written.done()
+    written.end(as_)
+
+
+@pytest.fixture
+def lab(tmp_path):
+    (tmp_path / "sessions").mkdir()
+    return tmp_path
+
+
+def session(lab, number=1):
+    return Written(lab / "sessions" / f"texture_capture_P00{number}_s1.sqlite")
+
+
+def test_attempts_that_count_of_all_sessions_make_one_recording_of_a_texture(lab):
+    for number in (1, 2):
+        written = session(lab, number)
+        capture(written, 1, 1, "faulted", level=100.0)
+        capture(written, 1, 2)
+        written.record()
+    (found,) = read_lab(lab)
+    assert found.texture == "K8"
+    assert isinstance(found, Joined)
+    assert len(found.borders) == 1
+    assert found.signals.shape[1] == pytest.approx(2 * 1000 * SECONDS, abs=120)
+    assert found.acceleration_m_s2.std() == pytest.approx(np.sqrt(3) * vibration(6000).std(), rel=0.5)
+    np.testing.assert_allclose(found.speed_mm_s, 120, rtol=0.02)
+    np.testing.assert_allclose(found.force_N, 1.5, rtol=1e-6)
+    assert len(found.made_from) == 2
+    assert found.made_from[0].startswith("texture_capture_P001_s1.sqlite trial 1 ")
+    (one,) = read_lab(lab / "sessions" / "texture_capture_P001_s1.sqlite")
+    assert not isinstance(one, Joined)
+
+
+def test_acceleration_in_g_and_a_normal_along_another_axis(lab):
+    written = session(lab)
+    capture(written, 1, level=0.1, channels={"channels": ("x", "y", "z"), "units": ("g",) * 3})
+    written.record()
+    (found,) = read_lab(lab, normal=(0, 1, 0))
+    assert found.acceleration_m_s2.std() == pytest.approx(0.980665 * np.sqrt(3), rel=0.5)
+    np.testing.assert_allclose(found.force_N, 0.2, rtol=1e-6)
+
+
+def test_a_marker_that_was_hidden_for_long_cuts_the_recording(lab):
+    written = session(lab)
+    capture(written, 1, hidden=slice(100, 140))
+    written.record()
+    (found,) = read_lab(lab)
+    assert isinstance(found, Joined)
+    assert any("2 stretches between holes" in note for note in found.notes)
+
+
+@pytest.mark.parametrize(
+    ("how", "told"),
+    [({"lacks": "tool_force"}, "no stream 'tool_force' was recorded"), ({"as_": "faulted"}, "no capture counts"),
+     ({"channels": {"channels": ("p", "q", "r"), "units": ("m/s^2",) * 3}}, "has the channels p, q, r"),
+     ({"channels": {"channels": ("x", "y", "z"), "units": ("V",) * 3}}, "in 'V'; known are")],
+)  # fmt: skip
+def test_captures_that_cannot_be_used_are_refused_with_their_place(lab, how, told):
+    written = session(lab)
+    capture(written, 1, **how)
+    written.record()
+    with pytest.raises(TextureDataError, match=told):
+        read_lab(lab)
+
+
+def test_a_texture_or_a_session_that_is_not_there_is_refused(lab):
+    with pytest.raises(TextureDataError, match="no session of texture_capture"):
+        read_lab(lab)
+    written = session(lab)
+    capture(written, 1)
+    written.record()
+    with pytest.raises(TextureDataError, match="no capture of 'K9' counts"):
+        read_lab(lab, textures=("K9",))
+    file = next((lab / "sessions").glob("*.sqlite"))
+    file.write_bytes(file.read_bytes()[:5000])
+    with pytest.raises(TextureDataError):
+        read_lab(lab)

@@ -1,0 +1,80 @@
+"""The simulated default: deterministic, cached by what decides it, the cache checked and never trusted."""
+
+import numpy as np
+import pytest
+
+from modeling.textures.cached import content_key, read_cached, write_cached
+from modeling.textures.joined import joined
+from modeling.textures.recording import TextureDataError
+from modeling.textures.simulated import SIX, simulated
+from tests.modeling.textures.made_textures import MadeSide, recording
+
+
+def same(one, other):
+    return one.texture == other.texture and one.notes == other.notes and np.array_equal(one.signals, other.signals)
+
+
+def test_six_textures_by_default_and_each_says_how_it_was_made():
+    side = MadeSide()
+    found = simulated(side, seconds=1.0)
+    assert tuple(each.texture for each in found) == SIX
+    assert all(each.seconds == pytest.approx(1.0, abs=0.07) for each in found)
+    assert found[0].notes[0] == "simulated"
+    assert found[0].made_from[0].startswith("simulated textured_rubber, 1 s, seed 1 ")
+
+
+def test_the_cache_gives_the_same_and_only_for_the_same_question(tmp_path):
+    side, lines, ticks = MadeSide(), [], iter(range(100))
+    ask = {"textures": ("cloth",), "seconds": 1.0, "cache": tmp_path, "report": lines.append}
+    (first,) = simulated(side, **ask, clock=lambda: float(next(ticks)))
+    (again,) = simulated(side, **ask, clock=lambda: float(next(ticks)))
+    assert side.asked == 1
+    assert same(first, again)
+    assert lines == ["cloth: 0.9 s captured in 1.00 s", "cloth: 0.9 s read from the cache in 1.00 s"]
+    (other,) = simulated(side, **(ask | {"seconds": 1.2}), seed=1)
+    (seeded,) = simulated(side, **ask, seed=2)
+    assert side.asked == 3
+    assert not same(first, other) and not same(first, seeded)
+
+
+@pytest.mark.parametrize("harm", ["numbers", "cut", "words", "gone"])
+def test_a_damaged_cache_is_made_again(tmp_path, harm):
+    side = MadeSide()
+    (first,) = simulated(side, ("cloth",), 1.0, cache=tmp_path)
+    numbers, about = next(tmp_path.glob("*.npy")), next(tmp_path.glob("*.json"))
+    data = numbers.read_bytes()
+    if harm == "numbers":
+        numbers.write_bytes(data[:-1] + bytes([data[-1] ^ 1]))
+    elif harm == "cut":
+        numbers.write_bytes(data[:100])
+    elif harm == "words":
+        about.write_text("{")
+    else:
+        numbers.unlink()
+    (again,) = simulated(side, ("cloth",), 1.0, cache=tmp_path)
+    assert side.asked == 2
+    assert same(first, again)
+    simulated(side, ("cloth",), 1.0, cache=tmp_path)
+    assert side.asked == 2
+
+
+def test_a_joined_recording_keeps_its_borders(tmp_path):
+    made = joined("t", "T", [recording(100).signals, recording(50).signals], ("a",), ("b", "c"))
+    write_cached(tmp_path / "x", made)
+    found = read_cached(tmp_path / "x")
+    assert (found.borders, found.made_from, found.notes) == ((100,), ("a",), ("b", "c"))
+    np.testing.assert_array_equal(found.signals, made.signals)
+
+
+def test_the_key_changes_with_everything_that_decides():
+    keys = {content_key("cloth", 20.0, 1), content_key("cloth", 20.0, 2), content_key("cardboard", 20.0, 1)}
+    assert len(keys) == 3
+    assert content_key("cloth", 20.0, 1) in keys
+
+
+def test_a_stream_that_lacks_is_named():
+    side = MadeSide()
+    whole = side.captured
+    side.captured = lambda *asked: {name: each for name, each in whole(*asked).items() if name != "tool_force"}
+    with pytest.raises(TextureDataError, match="no stream 'tool_force'"):
+        simulated(side, ("cloth",), 1.0)
