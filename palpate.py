@@ -30,6 +30,7 @@ VERBS = {
     "streams": ("analysis.streams.commands:streams", "What a session recorded: streams, gaps, drift; aligned export."),
     "doors": ("devices.door.commands:doors", "Make car-door stimuli: normalise, simulate, augment."),
     "author": ("devices.author.commands:author", "Make a door that feels as wished, with seven sliders."),
+    "render": ("devices.render.commands:render", "Feel a texture; or play it for a recorded or simulated hand."),
     "import": ("analysis.commands:import_", "Read a foreign table of ratings into a lab."),
     "regenerate": ("analysis.regenerating.commands:regenerate", "Every number, table and figure that a plan asks for."),
     "export": ("analysis.exporting.commands:export", "Share a study's data: BIDS, Psych-DS, CSV or Parquet."),
@@ -58,6 +59,8 @@ AREAS = {
     "streams": "studies.bench_streams:cases",
     "alignment": "analysis.aligning.bench:cases",
     "doors": "palpate:doors_cases",
+    "render": "devices.render.bench:cases",
+    "synthesis": "palpate:synthesis_cases",
 }
 FIGURES = {"plant": "devices.door.plant.bench:figures", "alignment": "analysis.aligning.bench:figures"}
 """What an area shows beside its work-precision plots."""
@@ -206,6 +209,13 @@ def doors_cases(quick: bool) -> Iterator[Any]:
     yield from _named("modeling.doors.bench:cases")(quick, Sides().doors())
     yield from _named("modeling.keyswitch.bench:cases")(quick)
     yield from _named("devices.author.bench:cases")(quick)
+
+
+def synthesis_cases(quick: bool) -> Iterator[Any]:
+    """A texture model's step by runtime, other programs' runtimes beside; and training in two ways."""
+    others = _named("modeling.textures.bench_runtimes:other_runtimes")
+    yield from _named("devices.models.bench_steps:cases")(quick, others)
+    yield from _named("modeling.textures.bench_training:cases")(quick, Sides().textures())
 
 
 def main(arguments: Sequence[str] | None = None) -> None:

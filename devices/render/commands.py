@@ -1,0 +1,113 @@
+"""`palpate render`: feel a texture, or play it without a window."""
+
+from __future__ import annotations
+
+from importlib import import_module
+from pathlib import Path
+from typing import TYPE_CHECKING
+
+import click
+
+from devices.options import JSON, LAB
+from devices.render.found import DEFAULT_METHOD
+from devices.rig.options import RIG
+from devices.window.options import size_px
+
+if TYPE_CHECKING:
+    from devices.render.headless import Played
+    from devices.render.job import Sounds
+
+
+@click.command()
+@click.argument("texture")
+@click.option("--method", default=DEFAULT_METHOD, show_default=True, help="The method of the texture's model.")
+@click.option("--hand", metavar="FILE.csv|simulated", help="Play without a window for this hand: columns t_s, "
+              "speed_mm_s, force_N or t_s, x_mm, y_mm, pressure; or a simulated one.")  # fmt: skip
+@click.option("--seconds", type=click.FloatRange(0.1, 3600), help="With --hand: how much is played.  [default: all "
+              "of a file, 10 s of a simulated hand]")  # fmt: skip
+@click.option("--out", type=click.Path(dir_okay=False, path_type=Path), help="With --hand: write what was played, as "
+              ".csv or .npz.")  # fmt: skip
+@click.option("--paced", is_flag=True, help="With --hand: at 1 kHz into the actuator, not as fast as it goes.")
+@click.option("--real-time", is_flag=True, help="Ask the system for real-time priority.")
+@click.option("--ahead", type=click.IntRange(1, 10), default=10, show_default=True, help="Output buffer in ms.")
+@click.option("--seed", type=click.IntRange(0), default=0, show_default=True, help="What random numbers come from.")
+@click.option("--mean", is_flag=True, help="Take the mean of a model with a conditional scale, do not sample it.")
+@RIG
+@click.option("--twins", is_flag=True, help="A simulated stylus and actuator in place of the rig's.")
+@click.option("--language", default="en", show_default=True, help="The language of the window.")
+@click.option("--screen", type=click.IntRange(0, 15), help="The screen, from 0.  [default: as calibrated]")
+@click.option("--windowed", callback=size_px, metavar="WxH", help="A window of this size, not the full screen.")
+@LAB
+@JSON
+def render(
+    texture: str, method: str, hand: str | None, seconds: float | None, out: Path | None, paced: bool,
+    real_time: bool, ahead: int, seed: int, mean: bool, rig_file: Path | None, twins: bool, language: str,
+    screen: int | None, windowed: tuple[int, int] | None, lab: Path, as_json: bool,
+) -> None:  # fmt: skip
+    """Feel TEXTURE: a window with its picture, a stylus or mouse, the model's vibration at 1 kHz.
+
+    With --hand there is no window: a recorded or simulated hand is played, and the deadline statistics are printed.
+
+    \b
+    Example:
+      palpate render cloth
+      palpate render cloth --method ar --hand simulated --seconds 60 --paced
+      palpate render steel_mesh --hand strokes.csv --out felt.csv
+    """
+    _require_together(hand, {"--seconds": seconds, "--out": out, "--paced": paced, "--json": as_json})
+    if twins and rig_file is not None:
+        raise click.UsageError("--rig names devices to open, and with --twins none are: leave one out")
+    from devices.render.found import card_for
+
+    card = card_for(texture, method, lab)
+    if hand is None:
+        from devices.render.asked import Asked
+
+        asked = Asked(lab, texture, method, card, seed, not mean, ahead, real_time, rig_file, twins, language, screen,
+                      windowed)  # fmt: skip
+        import_module("devices.render.window.open").run_window(asked)
+        return
+    if rig_file is not None and not paced:
+        raise click.UsageError("--rig names an actuator, which is played at 1 kHz: give --paced too")
+    from devices.render.job import Sounds
+
+    played = _played(Sounds(card, seed, not mean), hand, seconds, out, paced, (rig_file, ahead, real_time))
+    _tell(played, texture, method, out, as_json)
+
+
+def _played(
+    sounds: Sounds, hand: str, seconds: float | None, out: Path | None, paced: bool, how: tuple[Path | None, int, bool]
+) -> Played:
+    from devices.render import headless
+
+    if out is not None:
+        headless.require_out(out)
+    script = headless.hand_of(hand, seconds, sounds.seed)
+    if paced:
+        played = headless.paced(headless.job_for(sounds, script, *how), script)
+    else:
+        played = headless.at_once(sounds, script)
+    if out is not None:
+        headless.write(out, played)
+    return played
+
+
+def _require_together(hand: str | None, others: dict[str, object]) -> None:
+    """Options that only make sense without a window."""
+    if hand is None and (odd := [name for name, value in others.items() if value]):
+        raise click.UsageError(f"{odd[0]} goes with --hand: without a hand there is a window")
+
+
+def _tell(played: Played, texture: str, method: str, out: Path | None, as_json: bool) -> None:
+    from devices.render.headless import level_m_s2
+    from devices.render.words import in_words
+    from protocols.canonical import canonical
+
+    level, seconds = level_m_s2(played.signals), played.signals.shape[1] / 1000
+    if as_json:
+        told = {"texture": texture, "method": method, "seconds": seconds, "level_m_s2": level, **played.record}
+        click.echo(canonical(told).decode())
+        return
+    click.echo("\n".join(in_words(played.record, seconds, level)))
+    if out is not None:
+        click.echo(f"wrote {out}")

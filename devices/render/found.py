@@ -1,0 +1,46 @@
+"""Which model's file a texture and a method mean: a lab's own first, then those that are shipped."""
+
+from __future__ import annotations
+
+from collections.abc import Iterator
+from pathlib import Path
+
+from devices.render.errors import RenderError
+from protocols.did_you_mean import nearest
+
+SHIPPED = Path(__file__).parent / "made"
+FOLDER = "models"
+PREFIX, SUFFIX = "texture-", ".json"
+DEFAULT_METHOD = "foten_generative"
+
+
+def folders(lab: Path) -> tuple[Path, Path]:
+    """Where models lie: the lab's and the shipped ones."""
+    return lab / FOLDER, SHIPPED
+
+
+def available(lab: Path) -> dict[str, dict[str, Path]]:
+    """{texture: {method: card}}; where a lab has a model of a shipped one's name, the lab's."""
+    found: dict[str, dict[str, Path]] = {}
+    for folder in reversed(folders(lab)):
+        for texture, method, path in _named(folder):
+            found.setdefault(texture, {})[method] = path
+    return {texture: dict(sorted(methods.items())) for texture, methods in sorted(found.items())}
+
+
+def card_for(texture: str, method: str, lab: Path) -> Path:
+    """The card of a texture's model by that method. Raises RenderError that names what there is."""
+    there = available(lab)
+    if not there:
+        raise RenderError(f"no texture has a model in {lab / FOLDER} or among the shipped ones: palpate train textures")
+    if texture not in there:
+        raise RenderError(f"no model of a texture {texture!r}; {nearest(texture, there)}")
+    if method not in there[texture]:
+        raise RenderError(f"{texture} has no model by the method {method!r}; {nearest(method, there[texture])}")
+    return there[texture][method]
+
+
+def _named(folder: Path) -> Iterator[tuple[str, str, Path]]:
+    for path in sorted(folder.glob(f"{PREFIX}*-*{SUFFIX}")):
+        texture, _, method = path.stem.removeprefix(PREFIX).rpartition("-")
+        yield texture, method, path

@@ -1,0 +1,107 @@
+"""A texture played without a window: as fast as it goes, or paced at 1 kHz."""
+
+from __future__ import annotations
+
+import time
+from collections.abc import Callable, Mapping
+from dataclasses import dataclass
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+from numpy.typing import NDArray
+
+from devices.render.deadlines import Deadlines
+from devices.render.errors import RenderError
+from devices.render.hand_files import read_hand
+from devices.render.hand_simulated import simulated_hand
+from devices.render.hands import RATE_HZ, Scripted
+from devices.render.job import Job, Sounds
+from devices.render.opened import told
+from devices.render.process import Rendering
+from devices.render.voice import open_voice
+
+Array = NDArray[np.float64]
+SIMULATED = "simulated"
+OVERTIME_S = 30.0
+OUT = (".csv", ".npz")
+
+
+@dataclass(frozen=True)
+class Played:
+    """(3, n) at 1 kHz: acceleration in m/s^2, speed in mm/s, force in N; and what is to be told of how it went."""
+
+    signals: Array
+    record: Mapping[str, Any]
+
+
+def hand_of(given: str, seconds: float | None, seed: int) -> Scripted:
+    """A simulated hand, or one from a file, cut or not. Raises RenderError, DeviceError."""
+    if given == SIMULATED:
+        return simulated_hand(10.0 if seconds is None else seconds, seed)
+    hand = read_hand(Path(given))
+    if seconds is None:
+        return hand
+    if not 0 < seconds <= hand.seconds:
+        raise RenderError(f"{given} holds {hand.seconds:g} s; {seconds:g} s of it cannot be played.")
+    count = round(seconds * RATE_HZ)
+    return Scripted(hand.speed_mm_s[:count], hand.force_N[:count])
+
+
+def at_once(sounds: Sounds, hand: Scripted, now_ns: Callable[[], int] = time.perf_counter_ns) -> Played:
+    """As fast as it goes; `record` says how long steps took (`took`), against 1000 us. Raises as `open_voice`."""
+    voice = open_voice(sounds.card, seed=sounds.seed, sampled=sounds.sampled)
+    made, took = np.empty(len(hand)), Deadlines()
+    for sample in range(len(hand)):
+        begun = now_ns()
+        made[sample] = voice.step(*hand.at(sample))
+        took.note(now_ns() - begun)
+    return Played(np.vstack([made, *_inputs(hand)]), {"paced": False, "took": took.record(), "voice": told(voice)})
+
+
+def paced(job: Job, hand: Scripted) -> Played:
+    """At 1 kHz, in a process of its own, into the rig's actuator or a twin. Raises RenderError."""
+    with Rendering(job) as running:
+        kept, first = [], 0
+        until_s = time.monotonic() + hand.seconds + OVERTIME_S
+        while running.running and time.monotonic() < until_s:
+            time.sleep(0.25)
+            first, part = running.trace.since(first)
+            kept.append(part)
+        record = running.wait(OVERTIME_S)
+        kept.append(running.trace.since(first)[1])
+    return Played(np.hstack(kept)[:, : len(hand)], {"paced": True, **record})
+
+
+def job_for(sounds: Sounds, hand: Scripted, rig: Path | None, ahead: int, real_time: bool) -> Job:
+    """The job of playing a whole hand."""
+    return Job(sounds, hand, rig, ahead, real_time, hand.seconds)
+
+
+def require_out(path: Path) -> None:
+    """Raises RenderError where it is neither a CSV nor an npz, or its folder is not there."""
+    if path.suffix not in OUT:
+        raise RenderError(f"{path}: what is played is written as {' or '.join(OUT)}.")
+    if not path.parent.is_dir():
+        raise RenderError(f"{path}: there is no folder {path.parent}.")
+
+
+def write(path: Path, played: Played) -> None:
+    """The signals, as a table (t_s, acceleration_m_s2, speed_mm_s, force_N) or as arrays of these names."""
+    times = np.arange(played.signals.shape[1]) / RATE_HZ
+    names = ("t_s", "acceleration_m_s2", "speed_mm_s", "force_N")
+    if path.suffix == ".npz":
+        np.savez(path, **dict(zip(names, (times, *played.signals), strict=True)))
+        return
+    rows = np.column_stack([times, *played.signals])
+    np.savetxt(path, rows, delimiter=",", header=",".join(names), comments="", fmt=("%.3f", "%.9g", "%.6g", "%.6g"))
+
+
+def level_m_s2(signals: Array) -> float:
+    """RMS of what sounded."""
+    heard = signals[0][signals[0] != 0.0]
+    return float(np.sqrt(np.mean(heard**2))) if heard.size else 0.0
+
+
+def _inputs(hand: Scripted) -> tuple[Array, Array]:
+    return np.asarray(hand.speed_mm_s, dtype=np.float64), np.asarray(hand.force_N, dtype=np.float64)

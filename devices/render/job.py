@@ -1,0 +1,60 @@
+"""What a rendering process is asked to do, and what it may be told meanwhile: plain data that crosses processes."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from pathlib import Path
+
+from devices.render.hands import Scripted
+from devices.tablet.pipeline import Shape
+from devices.tablet.reports import Report
+
+
+@dataclass(frozen=True)
+class Sounds:
+    """A texture to be played: its model's card, the seed, and whether a conditional scale is sampled."""
+
+    card: Path
+    seed: int = 0
+    sampled: bool = True
+
+
+@dataclass(frozen=True)
+class Job:
+    """How to render. `hand`: a script, the shape of a stylus whose reports are pushed, or the rig's own tablet (None).
+
+    `rig` is a rig file that provides texture_renderer; None: the twin of a voice coil. `ahead` in ms. `epoch_s` is the
+    time.monotonic() that pushed reports count from.
+    """
+
+    sounds: Sounds | None
+    hand: Scripted | Shape | None
+    rig: Path | None = None
+    ahead: int = 10
+    real_time: bool = False
+    seconds: float | None = None
+    epoch_s: float = 0.0
+
+
+@dataclass(frozen=True)
+class Switch:
+    """Go over to another texture, or to silence."""
+
+    sounds: Sounds | None
+
+
+@dataclass(frozen=True)
+class Reports:
+    """A stylus' or a mouse's reports, timed in seconds since `epoch_s`."""
+
+    reports: tuple[Report, ...]
+
+
+@dataclass(frozen=True)
+class Ask:
+    """Tell how it goes."""
+
+
+@dataclass(frozen=True)
+class End:
+    """Stop."""

@@ -1,0 +1,37 @@
+"""Random numbers for a loop: drawn a block at a time, each decided by its key and its number alone."""
+
+from __future__ import annotations
+
+import numpy as np
+
+BLOCK = 1024
+
+
+class Normals:
+    """Standard normal numbers, one after another; the n-th is the same however many were drawn at once.
+
+    Block k comes from a PCG64 of its own, keyed by (key, k): there is no stream whose state could be lost.
+    """
+
+    __slots__ = ("_at", "_block", "_drawn", "_key")
+
+    def __init__(self, *key: int) -> None:
+        """`key` are whole numbers of at least 0."""
+        self._key = key
+        self._block = 0
+        self._at = BLOCK
+        self._drawn: list[float] = []
+
+    def next(self) -> float:
+        """The next number."""
+        at = self._at
+        if at == BLOCK:
+            self._draw()
+            at = 0
+        self._at = at + 1
+        return self._drawn[at]
+
+    def _draw(self) -> None:
+        seeds = np.random.SeedSequence((*self._key, self._block))
+        self._drawn = np.random.Generator(np.random.PCG64(seeds)).standard_normal(BLOCK).tolist()
+        self._block += 1

@@ -1,0 +1,138 @@
+"""The devices of a job, opened and put together to a loop."""
+
+from __future__ import annotations
+
+import time
+from collections.abc import Iterator, Mapping
+from contextlib import contextmanager
+from dataclasses import dataclass, field
+from pathlib import Path
+from typing import Any
+
+from devices.actuator.device import Settings, VoiceCoil, make
+from devices.render.errors import RenderError
+from devices.render.hands import Hand, OnTablet, Pushed, Scripted
+from devices.render.job import Job, Sounds
+from devices.render.loop import Loop
+from devices.render.pace import AtOnce, Pace, Wall
+from devices.render.sinks import MOST_AHEAD, Coil, on_coil
+from devices.render.stages import Renderer
+from devices.render.trace import Trace
+from devices.render.voice import Voice, open_voice
+from devices.rig.file import read_rig
+from devices.rig.opened import open_rig
+from devices.tablet.device import Tablet
+
+NEED = "texture_renderer"
+WARM_MS = 50
+
+
+@dataclass
+class Playing:
+    """A job at work: its loop, and what its parts have to say."""
+
+    renderer: Renderer
+    hand: Hand
+    sink: Coil
+    loop: Loop
+    facts: dict[str, Any] = field(default_factory=dict)
+
+    def record(self) -> dict[str, Any]:
+        """Everything that a record keeps, as JSON data."""
+        voice = self.renderer.voice
+        return {
+            "ready": self.loop.ready.record(), "woken": self.loop.woken.record(), "output": dict(self.sink.record()),
+            "made": self.loop.made, "switches": self.renderer.switches,
+            "voice": None if voice is None else told(voice), **self.facts,
+        }  # fmt: skip
+
+
+def told(voice: Voice) -> dict[str, Any]:
+    """What a record keeps of a voice: its model's file by digest, what ran it, what it met."""
+    card = voice.card
+    return {
+        "model": card.name, "method": card.method, "weights_sha256": card.weights.sha256,
+        "runtime": voice.runs.runtime, "notes": list(voice.notes), **vars(voice.tally),
+    }  # fmt: skip
+
+
+def sounding(sounds: Sounds | None) -> Voice | None:
+    """The voice that is wanted. Raises ModelFileError, RenderError."""
+    return None if sounds is None else open_voice(sounds.card, seed=sounds.seed, sampled=sounds.sampled)
+
+
+def warm(voice: Voice | None) -> None:
+    """Play some silence and some strokes into a twin, as fast as it goes, so that nothing is done for the first time
+    in the loop: imports, first uses of libraries, memory. The voice is at rest afterwards; use a throwaway one.
+    """
+    pace = AtOnce()
+    coil = twin_coil(MOST_AHEAD, lambda: pace.now_ns() * 1e-9)
+    coil.start()
+    hand = Scripted([0.0] * WARM_MS + [100.0] * WARM_MS, [0.0] * WARM_MS + [1.0] * WARM_MS)
+    Loop(Renderer(voice), hand, on_coil(coil), pace, Trace.own()).run(2 * WARM_MS)
+    coil.close()
+
+
+@contextmanager
+def playing(job: Job, trace: Trace, pace: Pace | None = None) -> Iterator[Playing]:
+    """Open what the job names, ready to be run; afterwards everything is silent and let go of.
+
+    Raises ModelFileError, RenderError, DeviceError where something cannot be had.
+    """
+    warm(sounding(job.sounds))
+    renderer = Renderer(sounding(job.sounds))
+    with _devices(job) as (coil, tablet):
+        hand = _hand(job, tablet)
+        sink = on_coil(coil, job.ahead)
+        coil.start()
+        if tablet is not None:
+            tablet.start(time.monotonic_ns)
+        made = Playing(renderer, hand, sink, Loop(renderer, hand, sink, pace or Wall(), trace))
+        made.facts["devices"] = {each.name: dict(each.describe()) for each in (coil, tablet) if each is not None}
+        try:
+            yield made
+        finally:
+            coil.rest()
+            coil.safe()
+
+
+def twin_coil(ahead: int, elapsed_s: Any = time.monotonic) -> VoiceCoil:
+    """A voice coil that is none."""
+    made = make("actuator", Settings(kind="voice_coil", driver="twin", ahead_ms=max(5, ahead)), Path(), elapsed_s)
+    made.open()
+    return made
+
+
+@contextmanager
+def _devices(job: Job) -> Iterator[tuple[VoiceCoil, Tablet | None]]:
+    if job.rig is None:
+        coil = twin_coil(job.ahead)
+        try:
+            yield coil, None
+        finally:
+            coil.close()
+        return
+    file = read_rig(job.rig)
+    names = [name for name in file.names_for(NEED) if job.hand is None or file.kind(name) != "tablet"]
+    rig = open_rig(file, names)
+    try:
+        yield _of(rig.of(NEED) if job.hand is None else {file.kind(name): rig.devices[name] for name in names})
+    finally:
+        rig.close()
+
+
+def _of(kinds: Mapping[str, Any]) -> tuple[VoiceCoil, Tablet | None]:
+    coil, tablet = kinds["voice_coil"], kinds.get("tablet")
+    if not isinstance(coil, VoiceCoil) or not (tablet is None or isinstance(tablet, Tablet)):
+        raise RenderError("the rig's texture_renderer is no tablet and voice coil")
+    return coil, tablet
+
+
+def _hand(job: Job, tablet: Tablet | None) -> Hand:
+    if isinstance(job.hand, Scripted):
+        return job.hand
+    if job.hand is not None:
+        return Pushed(lambda: time.monotonic() - job.epoch_s, job.hand)
+    if tablet is None:
+        raise RenderError("no hand: a rig with a tablet, a recording or a simulated hand is needed")
+    return OnTablet(tablet)

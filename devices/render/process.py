@@ -1,0 +1,221 @@
+"""The loop in a process of its own: nothing that a window or a session does can hold it up."""
+
+from __future__ import annotations
+
+import multiprocessing
+import os
+import threading
+from collections.abc import Iterator, Mapping, Sequence
+from contextlib import contextmanager, suppress
+from multiprocessing.connection import Connection
+from multiprocessing.process import BaseProcess
+from multiprocessing.shared_memory import SharedMemory
+from typing import Any
+
+import numpy as np
+from numpy.typing import NDArray
+
+from devices.render.errors import RenderError
+from devices.render.hands import Pushed
+from devices.render.job import Ask, End, Job, Reports, Sounds, Switch
+from devices.render.opened import Playing, playing, sounding
+from devices.render.priority import in_front, undisturbed
+from devices.render.threaded import NEVER
+from devices.render.trace import BYTES, Trace
+from devices.signals import DeviceFault
+from devices.tablet.reports import Report
+
+READY_S, ANSWER_S, GONE_S = 60.0, 10.0, 5.0
+ONE_THREAD = ("OMP_NUM_THREADS", "OPENBLAS_NUM_THREADS", "MKL_NUM_THREADS")
+
+
+class Rendering:
+    """A job that runs in another process. Use it in a `with`; one thread talks to it.
+
+    Raises, on entering, what opening raises as RenderError.
+    """
+
+    def __init__(self, job: Job) -> None:
+        """Nothing is started yet."""
+        self.job = job
+        self._process: BaseProcess | None = None
+        self._memory: SharedMemory | None = None
+        self._talk: Connection | None = None
+        self.trace = Trace.own()
+        self._last: Mapping[str, Any] = {}
+
+    def __enter__(self) -> Rendering:
+        spawn = multiprocessing.get_context("spawn")
+        self._memory = SharedMemory(create=True, size=BYTES)
+        self.trace.memory = over(self._memory)
+        self.trace.memory[:] = 0.0
+        self._talk, theirs = spawn.Pipe()
+        self._process = spawn.Process(target=_serve, args=(self.job, self._memory.name, theirs), daemon=True)
+        try:
+            with _one_thread():
+                self._process.start()
+            theirs.close()
+            self._answer(READY_S)
+        except BaseException:
+            self.__exit__()
+            raise
+        return self
+
+    def __exit__(self, *_raised: object) -> None:
+        if self._process is not None:
+            self._end(self._process)
+        self.trace.memory = self.trace.memory.copy()
+        if self._memory is not None:
+            self._memory.close()
+            self._memory.unlink()
+        self._process = self._memory = None
+
+    @property
+    def running(self) -> bool:
+        """Whether it still plays."""
+        return self._process is not None and self._process.is_alive()
+
+    def switch(self, sounds: Sounds | None) -> None:
+        """Go over to another texture, or to silence. Raises RenderError where its model cannot be played."""
+        self._asked(Switch(sounds))
+
+    def push(self, reports: Sequence[Report]) -> None:
+        """The stylus' newest reports, timed in seconds since the job's `epoch_s`."""
+        self._send(Reports(tuple(reports)))
+
+    def record(self) -> Mapping[str, Any]:
+        """How it goes, as JSON data; the last word of one that has ended. Raises RenderError where it failed."""
+        if self.running:
+            with suppress(RenderError):
+                self._send(Ask())
+        if self._talk is not None and self._talk.poll(ANSWER_S if self.running else 0.0):
+            self._answer(ANSWER_S)
+        return self._last
+
+    def wait(self, timeout_s: float) -> Mapping[str, Any]:
+        """Until a job of limited length has ended: its record. Raises RenderError where it failed or takes longer."""
+        return self._answer(timeout_s)
+
+    def _asked(self, what: object) -> None:
+        self._send(what)
+        self._answer(ANSWER_S)
+
+    def _send(self, what: object) -> None:
+        if self._talk is None:
+            raise RenderError("the renderer is not running")
+        try:
+            self._talk.send(what)
+        except OSError:
+            raise RenderError("the renderer has ended") from None
+
+    def _answer(self, timeout_s: float) -> Mapping[str, Any]:
+        talk = self._talk
+        try:
+            if talk is None or not talk.poll(timeout_s):
+                raise RenderError(f"the renderer did not answer within {timeout_s:g} s")
+            said = talk.recv()
+        except (EOFError, OSError):
+            return self._last_word()
+        if isinstance(said, str):
+            raise RenderError(said)
+        self._last = said or self._last
+        return self._last
+
+    def _last_word(self) -> Mapping[str, Any]:
+        """What a process that has ended well said last. Raises RenderError where it did not end well."""
+        if self._process is not None:
+            self._process.join(GONE_S)
+            if self._process.exitcode == 0 and self._last:
+                return self._last
+        raise RenderError("the renderer ended without a word")
+
+    def _end(self, process: BaseProcess) -> None:
+        if process.is_alive():
+            with suppress(RenderError, OSError):
+                self._asked(End())
+        if process.pid is not None:
+            process.join(GONE_S)
+        if process.is_alive():
+            process.kill()
+            process.join()
+        if self._talk is not None:
+            self._talk.close()
+            self._talk = None
+
+
+@contextmanager
+def _one_thread() -> Iterator[None]:
+    """What is started meanwhile computes with one thread."""
+    before = {name: os.environ.get(name) for name in ONE_THREAD}
+    os.environ.update(dict.fromkeys(ONE_THREAD, "1"))
+    try:
+        yield
+    finally:
+        for name, value in before.items():
+            if value is None:
+                del os.environ[name]
+            else:
+                os.environ[name] = value
+
+
+def _serve(job: Job, memory: str, talk: Connection) -> None:
+    """The other process: opens, says so, plays until it is told to end; answers on a thread beside the loop."""
+    shared, trace = SharedMemory(name=memory), Trace.own()
+    trace.memory = over(shared)
+    try:
+        with playing(job, trace) as made:
+            talk.send({})
+            _play(job, made, talk)
+    except (ValueError, OSError, DeviceFault) as error:
+        with suppress(OSError):
+            talk.send(str(error))
+    finally:
+        trace.memory = Trace.own().memory
+        shared.close()
+
+
+def _play(job: Job, made: Playing, talk: Connection) -> None:
+    ending = threading.Event()
+    with undisturbed():
+        made.facts.update(in_front(job.real_time))
+        # After that: a listener of lower priority would, while it holds the interpreter, be held up with the loop.
+        threading.Thread(target=_listen, args=(made, talk, ending), daemon=True).start()
+        made.loop.run(NEVER if job.seconds is None else round(job.seconds * 1000), ending.is_set)
+    made.sink.coil.rest()
+    with suppress(OSError):
+        talk.send(made.record())
+
+
+def _listen(made: Playing, talk: Connection, ending: threading.Event) -> None:
+    """Do what is asked; end with whoever asks."""
+    while not ending.is_set():
+        try:
+            asked = talk.recv()
+        except (EOFError, OSError):
+            break
+        _heard(asked, made, talk, ending)
+    ending.set()
+
+
+def _heard(asked: object, made: Playing, talk: Connection, ending: threading.Event) -> None:
+    if isinstance(asked, Reports):
+        if isinstance(made.hand, Pushed):
+            for report in asked.reports:
+                made.hand.push(report)
+    elif isinstance(asked, Switch):
+        try:
+            made.renderer.switch(sounding(asked.sounds))
+            talk.send({})
+        except ValueError as error:
+            talk.send(str(error))
+    elif isinstance(asked, Ask):
+        talk.send(made.record())
+    else:
+        ending.set()
+
+
+def over(shared: SharedMemory) -> NDArray[np.float64]:
+    """The trace's memory in shared memory; let go of it before that is closed."""
+    if shared.buf is None:
+        raise RenderError("the trace's memory is gone")
+    return np.frombuffer(shared.buf, dtype=np.float64, count=BYTES // 8)

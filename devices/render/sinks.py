@@ -1,0 +1,90 @@
+"""Where the samples go: a voice coil, fed ahead by some milliseconds, or an array."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass, field
+from typing import Any, Protocol
+
+import numpy as np
+
+from devices.actuator.device import VoiceCoil
+from devices.actuator.outputs import Felt
+from devices.render.errors import RenderError
+
+WHEN_LATE = "the last sample, dying away with a time constant of 2 ms"
+"""What devices/actuator/queue.py plays where a sample is missing."""
+MOST_AHEAD = 10
+"""Milliseconds that are played ahead at most: more would be felt as delay."""
+
+
+class Sink(Protocol):
+    """Takes samples in m/s^2 at 1 kHz."""
+
+    def free(self) -> int:
+        """How many samples may be written now. Raises DeviceFault where the output failed."""
+
+    def write(self, samples: Sequence[float]) -> None:
+        """Play these after those that wait. Raises DeviceFault."""
+
+
+@dataclass
+class Coil:
+    """A voice coil that is open and started, kept `ahead` samples ahead.
+
+    Where it was not identified samples are multiplied by `gain_V` (V per m/s^2), and nothing is compensated.
+    """
+
+    coil: VoiceCoil
+    ahead: int = MOST_AHEAD
+    gain_V: float | None = None
+
+    def __post_init__(self) -> None:
+        """Raises RenderError."""
+        if not 1 <= self.ahead <= min(MOST_AHEAD, self.coil.queue.capacity):
+            most = min(MOST_AHEAD, self.coil.queue.capacity)
+            raise RenderError(f"{self.coil.name}: {self.ahead} ms ahead; 1 to {most} are expected.")
+
+    def free(self) -> int:
+        """How many samples may be written now."""
+        self.coil.check()
+        return self.ahead - (self.coil.queue.capacity - self.coil.room)
+
+    def write(self, samples: Sequence[float]) -> None:
+        """Limited, compensated, queued."""
+        if self.gain_V is None:
+            self.coil.write(samples)
+        else:
+            self.coil.drive(self.gain_V * np.asarray(samples))
+
+    def record(self) -> Mapping[str, Any]:
+        """Underruns, samples missing in them, samples limited, faults, how far ahead, compensated or not."""
+        told = {"ahead_ms": self.ahead, "compensated": self.gain_V is None, "when_late": WHEN_LATE}
+        return {**self.coil.record(), **told}
+
+
+def on_coil(coil: VoiceCoil, ahead: int = MOST_AHEAD) -> Coil:
+    """The sink of an open voice coil. Raises RenderError where a real one was never identified."""
+    if coil.compensation is not None:
+        return Coil(coil, ahead)
+    if isinstance(coil.output, Felt):
+        return Coil(coil, ahead, 1 / coil.output.shaken.coil.gain_m_s2_V)
+    raise RenderError(
+        f"{coil.name}: its response is not known, so an acceleration cannot be made volts. Identify it first: "
+        f"palpate rig calibrate {coil.name}"
+    )
+
+
+@dataclass
+class Kept:
+    """Keeps everything; one sample may be written at each step, so that it is paced as a hand is."""
+
+    samples: list[float] = field(default_factory=list)
+
+    def free(self) -> int:
+        """One."""
+        return 1
+
+    def write(self, samples: Sequence[float]) -> None:
+        """Keep."""
+        self.samples.extend(samples)

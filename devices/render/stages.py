@@ -1,0 +1,63 @@
+"""Switching what is played without a click: the old voice and the new one sound together for a moment."""
+
+from __future__ import annotations
+
+import math
+
+from devices.render.voice import Voice
+
+CROSS_MS = 20
+OLD = tuple(math.cos(math.pi * step / (2 * CROSS_MS)) for step in range(CROSS_MS + 1))
+NEW = tuple(math.sin(math.pi * step / (2 * CROSS_MS)) for step in range(CROSS_MS + 1))
+"""Gains of equal power: two voices know nothing of each other, so their squares add."""
+
+
+class Renderer:
+    """Plays one voice, and goes over to another one within 20 ms.
+
+    Any thread may ask for a switch; one steps it. A voice is made (read, checked, built) before it is handed over, so
+    that the step has nothing to wait for. Of several that are asked for within 20 ms the last one is played.
+    """
+
+    def __init__(self, voice: Voice | None = None) -> None:
+        """Begin with this voice, or with silence."""
+        self._now = self._asked = voice
+        self._old: Voice | None = None
+        self._place = CROSS_MS
+        self.switches = 0
+
+    @property
+    def voice(self) -> Voice | None:
+        """What is played, or will be as soon as a switch under way has ended."""
+        return self._asked
+
+    def switch(self, voice: Voice | None) -> None:
+        """Go over to another voice, or to silence."""
+        self._asked = voice
+
+    def step(self, speed_mm_s: float, force_N: float) -> float:
+        """The next sample in m/s^2."""
+        if self._asked is not self._now and self._place == CROSS_MS:
+            self._cross()
+        now = self._now
+        made = 0.0 if now is None else now.step(speed_mm_s, force_N)
+        if self._place == CROSS_MS:
+            return made
+        return self._mixed(made, speed_mm_s, force_N)
+
+    def _cross(self) -> None:
+        self._old, self._now, self._place = self._now, self._asked, 0
+        self.switches += 1
+        if self._now is not None:
+            self._now.join()
+
+    def _mixed(self, made: float, speed_mm_s: float, force_N: float) -> float:
+        self._place += 1
+        old, now, place = self._old, self._now, self._place
+        before = 0.0 if old is None else old.step(speed_mm_s, force_N)
+        if place == CROSS_MS:
+            self._old = None
+            if old is not None:
+                old.begin()
+        most = max(0.0 if one is None else one.peak for one in (old, now))
+        return max(-most, min(most, NEW[place] * made + OLD[place] * before))

@@ -1,0 +1,51 @@
+"""The last seconds of what was played, for whoever looks on: a ring that one thread or process writes."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+import numpy as np
+from numpy.typing import NDArray
+
+ROWS = 3
+ROOM = 8192
+"""Samples that are kept, 8 s."""
+BYTES = 8 * (1 + ROWS * ROOM)
+
+
+@dataclass
+class Trace:
+    """Acceleration (m/s^2), speed (mm/s), force (N), sample after sample, in `memory`: float64 of BYTES bytes.
+
+    Its first number counts the samples. It is written after them, so that a reader in another process takes no sample
+    for newer than it is; a reader that falls more than 4 s behind misses some.
+    """
+
+    memory: NDArray[np.float64]
+
+    @staticmethod
+    def own() -> Trace:
+        """In this process' own memory."""
+        return Trace(np.zeros(BYTES // 8))
+
+    @property
+    def count(self) -> int:
+        """Samples so far."""
+        return int(self.memory[0])
+
+    def note(self, acceleration_m_s2: float, speed_mm_s: float, force_N: float) -> None:
+        """One sample more."""
+        memory = self.memory
+        count = int(memory[0])
+        place = 1 + ROWS * (count % ROOM)
+        memory[place] = acceleration_m_s2
+        memory[place + 1] = speed_mm_s
+        memory[place + 2] = force_N
+        memory[0] = count + 1
+
+    def since(self, first: int) -> tuple[int, NDArray[np.float64]]:
+        """(number of the sample after the last, (3, n)): those from `first` on, the newest 4096 of them at most."""
+        count = self.count
+        begun = max(first, count - ROOM // 2, 0)
+        places = np.arange(begun, count) % ROOM
+        return count, self.memory[1:].reshape(ROOM, ROWS)[places].T.copy()

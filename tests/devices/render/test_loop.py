@@ -1,0 +1,174 @@
+from dataclasses import dataclass, field
+
+import numpy as np
+import pytest
+
+from devices.actuator.queue import DECAY
+from devices.render.deadlines import EDGES_US, Deadlines
+from devices.render.errors import RenderError
+from devices.render.hands import Scripted
+from devices.render.loop import Loop
+from devices.render.opened import twin_coil
+from devices.render.pace import AtOnce
+from devices.render.sinks import Coil, Kept, on_coil
+from devices.render.trace import ROOM, Trace
+from devices.render.voice import open_voice, play
+from tests.devices.render.made import model
+
+MS = 1_000_000
+
+
+@dataclass
+class Virtual:
+    """A clock of virtual time; `stalls` says how late a wait ends: {due in ms: ms}."""
+
+    stalls: dict = field(default_factory=dict)
+    ns: int = 0
+
+    def now_ns(self):
+        return self.ns
+
+    def until(self, at_ns):
+        self.ns = max(self.ns, at_ns) + round(self.stalls.get(at_ns // MS, 0) * MS)
+
+    def s(self):
+        return self.ns / 1e9
+
+
+@dataclass
+class Counting:
+    """Plays 1, 2, 3, ...; each takes so long of the clock."""
+
+    clock: Virtual
+    us: float = 50.0
+    n: int = 0
+
+    def step(self, _speed, _force):
+        self.n += 1
+        self.clock.ns += round(1000 * self.us)
+        return float(self.n)
+
+
+def at_work(stalls=(), us=50.0, ahead=10):
+    clock = Virtual(dict(stalls))
+    coil = twin_coil(ahead, clock.s)
+    coil.limiter.peak = coil.limiter.rms = 1e9
+    coil.start()
+    sink = Coil(coil, ahead, 1.0)
+    return Loop(Counting(clock, us), Scripted([], []), sink, clock), coil
+
+
+def played(coil):
+    return coil.output.whole()[0]
+
+
+def test_on_time_every_sample_is_played_once_in_order_and_none_is_missing():
+    loop, coil = at_work()
+    loop.run(500)
+    coil.check()
+    heard = played(coil)
+    np.testing.assert_array_equal(heard, np.arange(1.0, len(heard) + 1))
+    assert len(heard) >= 499
+    assert coil.queue.underruns == coil.queue.missing == loop.ready.late == 0
+    assert loop.ready.steps == 500
+    assert loop.ready.worst_us == pytest.approx(50.0)
+
+
+@pytest.mark.parametrize("stall", [2.0, 5.0, 8.2])
+def test_a_stall_shorter_than_the_buffer_is_late_and_not_felt(stall):
+    loop, coil = at_work({200: stall})
+    loop.run(500)
+    coil.check()
+    heard = played(coil)
+    np.testing.assert_array_equal(heard, np.arange(1.0, len(heard) + 1))
+    assert coil.queue.underruns == 0
+    assert loop.ready.late == int(stall)
+    assert loop.ready.skipped == int(stall) - 1
+    assert loop.ready.steps >= 500
+
+
+def test_after_a_stall_longer_than_the_buffer_the_last_sample_has_decayed_and_all_is_caught_up_in_one_turn():
+    loop, coil = at_work({200: 25.0}, us=1.0)
+    loop.run(500)
+    coil.check()
+    heard = played(coil)
+    gap = 200 + 10 - 1
+    np.testing.assert_array_equal(heard[:gap], np.arange(1.0, gap + 1))
+    missing = coil.queue.missing
+    assert 14 <= missing <= 16
+    np.testing.assert_allclose(heard[gap : gap + missing], gap * DECAY ** np.arange(1, missing + 1), rtol=1e-9)
+    np.testing.assert_array_equal(heard[gap + missing : gap + missing + 50], gap + np.arange(1.0, 51))
+    assert coil.queue.underruns == 1
+    assert coil.record()["underruns"] == 1
+    assert loop.ready.late == 25
+    assert loop.ready.worst_us == pytest.approx(25_000, rel=0.01)
+
+
+def test_steps_that_take_too_long_are_all_late():
+    loop, coil = at_work(us=1500.0)
+    loop.run(300)
+    assert loop.ready.late_share > 0.9
+    assert coil.queue.underruns > 0
+
+
+def test_what_is_played_at_a_pace_is_what_is_played_at_once_whatever_stalls():
+    made, n = model(), 400
+    hand = Scripted([100.0] * 300 + [0.0] * 100, [1.0] * n)
+    kept = []
+    for stalls in ({}, {50: 3.0, 90: 40.0}):
+        clock = Virtual(dict(stalls))
+        coil = twin_coil(10, clock.s)
+        coil.start()
+        trace = Trace.own()
+        Loop(open_voice(made, seed=5), hand, on_coil(coil), clock, trace).run(n)
+        kept.append(trace.since(0)[1][0, :300])
+    np.testing.assert_array_equal(kept[0], kept[1])
+    np.testing.assert_array_equal(kept[0], play(made, np.full(300, 100.0), np.ones(300), 5))
+
+
+def test_at_once_into_an_array_gives_one_sample_a_step():
+    sink = Kept()
+    Loop(Counting(Virtual()), Scripted([], []), sink, AtOnce()).run(9)
+    assert sink.samples == [float(n) for n in range(1, 11)]
+
+
+def test_a_twin_is_driven_by_its_own_gain_and_a_real_coil_must_be_identified():
+    coil = twin_coil(10)
+    sink = on_coil(coil, 5)
+    assert sink.gain_V == pytest.approx(1 / 20)
+    coil.output = object()
+    with pytest.raises(RenderError, match=r"Identify it first: palpate rig calibrate actuator"):
+        on_coil(coil)
+    with pytest.raises(RenderError, match=r"11 ms ahead; 1 to 10"):
+        Coil(twin_coil(10), 11)
+
+
+def test_a_trace_tells_the_newest_samples_and_how_many_there_were():
+    trace = Trace.own()
+    for n in range(ROOM + 5):
+        trace.note(float(n), 2.0 * n, 3.0 * n)
+    count, last = trace.since(ROOM + 2)
+    assert count == ROOM + 5
+    np.testing.assert_array_equal(last[:, 0], [ROOM + 2, 2 * (ROOM + 2), 3 * (ROOM + 2)])
+    assert trace.since(0)[1].shape == (3, ROOM // 2)
+    assert trace.since(count)[1].shape == (3, 0)
+
+
+def test_quantiles_of_deadlines_are_at_most_a_cell_too_large():
+    rng = np.random.default_rng(2)
+    times = rng.lognormal(5.0, 1.0, 20_000)
+    told = Deadlines()
+    for us in times:
+        told.note(round(1000 * us))
+    for share in (0.5, 0.9, 0.99, 0.999):
+        exact = np.quantile(times, share)
+        assert exact * 0.999 <= told.quantile_us(share) <= exact * 1.19
+    assert told.late == np.count_nonzero(np.round(1000 * times) > 1e6)
+    assert told.worst_us == pytest.approx(times.max(), rel=1e-4)
+    assert sum(told.record()["cells_us"].values()) == told.steps
+    assert EDGES_US[0] == 4.0
+
+
+def test_no_steps_are_no_statistics():
+    assert Deadlines().record()["late_share"] == 0.0
+    assert Deadlines().quantile_us(0.99) == 0.0
