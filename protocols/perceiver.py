@@ -15,18 +15,22 @@ from protocols.study import Attribute, Scale, Simulation, Stimulus
 
 GAIN_FLOOR = 0.1
 INTERCEPT = "intercept"
+Feels = Callable[[Stimulus], Mapping[str, float]]
+"""What of a stimulus is only known once it is presented, by the columns of the table that it takes the place of."""
 
 
 @dataclass(frozen=True)
 class Perceiver:
     """One person: own gain and bias per attribute, noise per answer, now and then a lapse or a second thought.
 
-    answer = gain x (sum of weight x z-score of the stimulus column) + bias + noise, put on the scale.
+    answer = gain x (sum of weight x z-score of the stimulus column) + bias + noise, put on the scale. What a device
+    made of a stimulus is felt in place of what its table says: `feels`.
     Every draw is keyed by seed, participant, trial, attempt and attribute: nothing depends on what came before.
     """
 
     plan: Plan
     reading_s: float = 20.0
+    feels: Feels | None = None
 
     @cached_property
     def simulation(self) -> Simulation:
@@ -50,6 +54,8 @@ class Perceiver:
 
     def latent(self, item: str, stimulus: Stimulus) -> float:
         """What everybody would feel: scale units around the middle of the scale, or logits of ticking a word."""
+        if self.feels is not None and (felt := self.feels(stimulus)):
+            return self.latent_of(item, {**self._columns_of(stimulus), **felt})
         return weighed(self.simulation.latents.get(item, {}), lambda column: self.z_scores[column][stimulus.id])
 
     def latent_of(self, item: str, columns: Mapping[str, float]) -> float:
@@ -61,6 +67,9 @@ class Perceiver:
         if missing := [column for column in weights if column != INTERCEPT and column not in columns]:
             raise ValueError(f"{item} is felt by {', '.join(missing)}, which this stimulus lacks")
         return weighed(weights, lambda column: z_score(columns[column], self.standings[column]))
+
+    def _columns_of(self, stimulus: Stimulus) -> dict[str, float]:
+        return {column: float(stimulus.columns[column]) for column in self.columns}
 
     def gain(self, attribute: Attribute) -> float:
         """The participant's own gain, at least 0.1."""

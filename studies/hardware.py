@@ -23,10 +23,8 @@ if TYPE_CHECKING:
 PRESENTING = ("door", "texture_renderer", "door_generator")
 RECORDING = ("tool", "door_sensors", "camera")
 BESIDE = ("masking_noise",)
-CHECKED = {"door", "door_generator"}
+CHECKED = {"door", "door_generator", "texture_renderer"}
 """Needs whose stimuli come from files, which may be wrong."""
-LATER = ("texture_renderer",)
-"""Needs whose devices have drivers, and which lack the program that plays them."""
 
 
 def driven(study: Study) -> list[str]:
@@ -118,12 +116,6 @@ def hardware_for(found: Found, lab: Path, options: LiveOptions) -> Hardware:
     needs = driven(found.study)
     if options.twins:
         return Hardware(found, lab, twins=[need for need in needs if need not in BESIDE])
-    if later := [need for need in needs if need in LATER]:
-        raise RigError(
-            f"{found.study.study} needs a {later[0].replace('_', ' ')}; this version of Palpate drives its devices, "
-            "and has no models to render with. Rehearse the procedure with a simulated one: --twins (every record says "
-            "so)"
-        )
     file = _rig_file(found.study, lab, options.rig)
     if file is None:
         return Hardware(found, lab)

@@ -6,7 +6,7 @@ import time
 from collections.abc import Callable, Mapping
 from contextlib import ExitStack
 from dataclasses import dataclass, field
-from typing import TYPE_CHECKING
+from typing import TYPE_CHECKING, Protocol
 
 from devices.acts import Act, going_on
 from devices.desk import Desk, Pages
@@ -62,7 +62,10 @@ class LiveWorld:
     def _act(self, request: Request) -> Came:
         if isinstance(request, Present | Sense):
             return self.device.perform(request, self.presenter, self.desk, self.clock)
-        return self.presenter.perform(request, self.desk, self.clock)
+        came = self.presenter.perform(request, self.desk, self.clock)
+        if isinstance(request, Ask) and (isinstance(came, Reply) or _gives_up(came)):
+            return self.device.after(came)
+        return came
 
 
 def _gives_up(came: Came) -> bool:
@@ -117,12 +120,23 @@ class Mounted:
         return _both(by_hand, came)
 
 
+class Beside(Protocol):
+    """A device that goes on while a form is answered."""
+
+    def after(self, came: Came) -> Came:
+        """What came of the form, with what the device did meanwhile; then it is at rest."""
+
+    def close(self) -> None:
+        """Let go of everything."""
+
+
 @dataclass
 class Station:
     """All devices of a study: what presents, and what records, by the name that a request has for it."""
 
     presents: Presents
     records: Mapping[str, Records] = field(default_factory=dict)
+    beside: Beside | None = None
 
     def perform(self, request: Present | Sense, window: Pages, desk: Desk, now_ns: Callable[[], int]) -> Came:
         """Hand the request to the device that it is for."""
@@ -132,9 +146,15 @@ class Station:
             raise RigError(f"{request.device} is to record, and the study's needs lack it")
         return self.records[request.device].perform(request, window, desk, now_ns)
 
+    def after(self, came: Came) -> Came:
+        """What came of a form, with what a device did while it was answered."""
+        return came if self.beside is None else self.beside.after(came)
+
     def stop(self) -> None:
         """End what is being recorded, all of it; the devices themselves are made safe by whoever opened them."""
         with ExitStack() as ends:
+            if self.beside is not None:
+                ends.callback(self.beside.close)
             for each in self.records.values():
                 if callable(end := getattr(each, "close", None)):
                     ends.callback(end)

@@ -62,15 +62,16 @@ def simulated(study: Study, folder: Path, lab: Path | None = None) -> RigPlan:
     A `lab` brings its own models, where it has any.
     """
     from studies.profiles import Profiles
-    from studies.twins import twin_for
+    from studies.twins import renderings_of, twin_for
 
     profiles = Profiles(folder)
+    renderings = renderings_of(folder, lab) if "texture_renderer" in study.needs else None
 
     def check(plan: Plan) -> None:
-        twin_for(study, plan, folder, profiles, lab).check(plan)
+        twin_for(study, plan, folder, profiles, lab, renderings).check(plan)
 
     def opened(plan: Plan, t_ns: int) -> Rig:
-        device = twin_for(study, plan, folder, profiles, lab)
-        return Rig(Simulated(Perceiver(plan), device, VirtualClock(t_ns)), _nothing_moves)
+        device = twin_for(study, plan, folder, profiles, lab, renderings)
+        return Rig(Simulated(Perceiver(plan, feels=device.feels), device, VirtualClock(t_ns)), _nothing_moves)
 
     return RigPlan({"kind": "simulated", "twins": list(study.needs)}, check, opened)

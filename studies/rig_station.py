@@ -23,6 +23,7 @@ from studies.scenes import pictures_of, scenes_for
 if TYPE_CHECKING:
     from devices.door.link.simulator import DoorSimulator
     from devices.scene import Scene
+    from studies.rig_renderer import RigRenderer
 
 CAPTURED = tuple(need for need in RECORDING if need != "camera")
 """Needs that sensors record together; a camera does so alone."""
@@ -35,7 +36,9 @@ def rig_station(rig: OpenRig, found: Found, plan: Plan, lab: Path) -> Station:
     records: dict[str, Records] = {need: _capture(rig, need, found, plan) for need in _needed(plan, CAPTURED)}
     if "camera" in plan.study.needs:
         records["camera"] = _camera(rig, lab)
-    made = composed(plan.study, _door(rig, found, plan, lab), records, lambda: _stage(rig, plan))
+    renderer = _renderer(rig, found, plan, lab)
+    presents = _door(rig, found, plan, lab) if renderer is None else renderer
+    made = replace(composed(plan.study, presents, records, lambda: _stage(rig, plan)), beside=renderer)
     return replace(made, presents=_masked(rig, made.presents)) if "masking_noise" in plan.study.needs else made
 
 
@@ -71,8 +74,22 @@ def _generator(door: Any, lab: Path) -> Presents:
     return PresentsMade(door, made)
 
 
+def _renderer(rig: OpenRig, found: Found, plan: Plan, lab: Path) -> RigRenderer | None:
+    """The renderer of virtual textures, where the study needs one."""
+    if "texture_renderer" not in plan.study.needs:
+        return None
+    from studies.rig_renderer import rig_renderer
+
+    return rig_renderer(rig, plan, found.folder, lab)
+
+
 def demand_within_limits(rig: OpenRig, found: Found, plan: Plan) -> None:
-    """The door can play every stimulus of the plan, and whatever may be wished for. Raises DeviceError naming which."""
+    """The door can play every stimulus of the plan, and whatever may be wished for; the renderer's devices are fit for
+    textures. Raises DeviceError naming which."""
+    if "texture_renderer" in plan.study.needs:
+        from studies.rig_renderer import demand_usable
+
+        demand_usable(rig)
     if "door_generator" in plan.study.needs:
         from devices.door.playable import hardest
 

@@ -11,7 +11,7 @@ from devices.door.twin import open_door
 from protocols.keyed import normal
 from protocols.plan import Plan, Trial
 from protocols.requests import Present, Reply, Request, Samples, Sense
-from protocols.study import Need, Study
+from protocols.study import Need, Stimulus, Study
 from protocols.worlds import Done
 from studies.profiles import Profiles, profile_of
 from studies.rig import RigError
@@ -20,6 +20,7 @@ from studies.scenes import Openings, Strokes, seed_of, surface_of
 if TYPE_CHECKING:
     from devices.scene import Scene
     from studies.made_doors import MadeDoors
+    from studies.renderings import Renderings
 
 DOOR_RATE_HZ = 100.0
 RECORDED = ("tool", "door_sensors", "camera")
@@ -43,6 +44,10 @@ class Twins:
     presents: DeviceTwin
     records: Mapping[str, DeviceTwin]
 
+    def feels(self, stimulus: Stimulus) -> Mapping[str, float]:
+        """What of a stimulus people feel by what is made of it, rather than by what its table says."""
+        return self.presents.renderings.feels(stimulus) if isinstance(self.presents, RendererTwin) else {}
+
     def check(self, plan: Plan) -> None:
         """Raise RigError, or a device's own error, if a stimulus of the plan cannot be had."""
         for trial in plan.trials:
@@ -59,11 +64,13 @@ class Twins:
 
 
 def twin_for(
-    study: Study, plan: Plan, folder: Path, profiles: Profiles | None = None, lab: Path | None = None
-) -> Twins:
-    """The twins of the devices that the study needs; `folder` holds its files, `profiles` what was read of them.
+    study: Study, plan: Plan, folder: Path, profiles: Profiles | None = None, lab: Path | None = None,
+    renderings: Renderings | None = None,
+) -> Twins:  # fmt: skip
+    """The twins of the devices that the study needs; `folder` holds its files, `profiles` what was read of them,
+    `renderings` what was rendered.
 
-    Doors are made by the models of the `lab`, where it has any, else by the shipped ones.
+    Doors and textures are made by the models of the `lab`, where it has any, else by the shipped ones.
     Samples need no twin: somebody hands them over, whatever else presents something with them.
     """
     profiles = profiles if profiles is not None else Profiles(folder)
@@ -73,11 +80,19 @@ def twin_for(
         "door_sensors": lambda: DoorSensorsTwin(plan, Openings(plan, profiles)),
         "tool": lambda: ToolTwin(plan, Strokes(plan)),
         "camera": CameraTwin,
+        "texture_renderer": lambda: RendererTwin(plan, renderings or renderings_of(folder, lab)),
     }
     here: dict[Need, DeviceTwin] = {need: made[need]() for need in study.needs if need in made}
-    presenting = [here[need] for need in here if need in ("door", "door_generator")]
+    presenting = [here[need] for need in here if need in ("door", "door_generator", "texture_renderer")]
     records: dict[str, DeviceTwin] = {need: here[need] for need in here if need in RECORDED}
     return Twins(presenting[0] if presenting else HandedOver(plan), records)
+
+
+def renderings_of(folder: Path, lab: Path | None) -> Renderings:
+    """The virtual textures of a study in `folder`, by a lab's models or the shipped ones."""
+    from studies.renderings import Renderings
+
+    return Renderings(folder, lab)
 
 
 def _generator(plan: Plan, lab: Path | None) -> GeneratorTwin:
@@ -122,6 +137,25 @@ class GeneratorTwin:
         force_N = self.made.force_N(request)
         done = opened(self.plan, request, force_N, t_ns)
         return replace(done, reply=self.made.on_record(force_N, done.reply))
+
+
+@dataclass(frozen=True)
+class RendererTwin:
+    """The simulated renderer: its models play for a simulated hand, by the same loop as at a rig (thesis 4.5)."""
+
+    plan: Plan
+    renderings: Renderings
+
+    def check(self, trial: Trial) -> None:
+        """The stimulus has a model."""
+        self.renderings.check(trial.stimulus)
+
+    def __call__(self, request: Request, t_ns: int) -> Done:  # noqa: ARG002
+        """Render the stimulus; the reply names the model, what ran it, its deadlines, and how alike it is."""
+        if not isinstance(request, Present):
+            raise RigError(f"the simulated texture renderer cannot do {request.body()['do']!r}")
+        made = self.renderings.of(request.trial.stimulus).record()
+        return Done(Reply({"presented": True, "rendered": made}), seconds_to_present(self.plan))
 
 
 @dataclass(frozen=True)

@@ -44,6 +44,13 @@ class Switch:
 
 
 @dataclass(frozen=True)
+class Volume:
+    """How loud, from 0 to 1: 1 as it was recorded."""
+
+    gain: float
+
+
+@dataclass(frozen=True)
 class Reports:
     """A stylus' or a mouse's reports, timed in seconds since `epoch_s`."""
 

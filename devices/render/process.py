@@ -17,7 +17,7 @@ from numpy.typing import NDArray
 
 from devices.render.errors import RenderError
 from devices.render.hands import Pushed
-from devices.render.job import Ask, End, Job, Reports, Sounds, Switch
+from devices.render.job import Ask, End, Job, Reports, Sounds, Switch, Volume
 from devices.render.opened import Playing, playing, sounding
 from devices.render.priority import in_front, undisturbed
 from devices.render.threaded import NEVER
@@ -78,6 +78,10 @@ class Rendering:
     def switch(self, sounds: Sounds | None) -> None:
         """Go over to another texture, or to silence. Raises RenderError where its model cannot be played."""
         self._asked(Switch(sounds))
+
+    def volume(self, gain: float) -> None:
+        """How loud, from 0 to 1: 1 as it was recorded."""
+        self._send(Volume(gain))
 
     def push(self, reports: Sequence[Report]) -> None:
         """The stylus' newest reports, timed in seconds since the job's `epoch_s`."""
@@ -202,6 +206,8 @@ def _heard(asked: object, made: Playing, talk: Connection, ending: threading.Eve
         if isinstance(made.hand, Pushed):
             for report in asked.reports:
                 made.hand.push(report)
+    elif isinstance(asked, Volume):
+        made.renderer.volume(asked.gain)
     elif isinstance(asked, Switch):
         try:
             made.renderer.switch(sounding(asked.sounds))

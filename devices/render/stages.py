@@ -7,6 +7,8 @@ import math
 from devices.render.voice import Voice
 
 CROSS_MS = 20
+MOST_CHANGE = 1 / CROSS_MS
+"""Of the volume, in a millisecond."""
 OLD = tuple(math.cos(math.pi * step / (2 * CROSS_MS)) for step in range(CROSS_MS + 1))
 NEW = tuple(math.sin(math.pi * step / (2 * CROSS_MS)) for step in range(CROSS_MS + 1))
 """Gains of equal power: two voices know nothing of each other, so their squares add."""
@@ -25,6 +27,7 @@ class Renderer:
         self._old: Voice | None = None
         self._place = CROSS_MS
         self.switches = 0
+        self._gain = self._wanted = 1.0
 
     @property
     def voice(self) -> Voice | None:
@@ -35,8 +38,20 @@ class Renderer:
         """Go over to another voice, or to silence."""
         self._asked = voice
 
+    def volume(self, gain: float) -> None:
+        """How loud from now on, 0 to 1; reached without a click."""
+        if math.isfinite(gain):
+            self._wanted = min(max(gain, 0.0), 1.0)
+
     def step(self, speed_mm_s: float, force_N: float) -> float:
         """The next sample in m/s^2."""
+        made = self._next(speed_mm_s, force_N)
+        gain, wanted = self._gain, self._wanted
+        if gain != wanted:
+            self._gain = gain = min(wanted, gain + MOST_CHANGE) if wanted > gain else max(wanted, gain - MOST_CHANGE)
+        return made if gain == 1.0 else gain * made
+
+    def _next(self, speed_mm_s: float, force_N: float) -> float:
         if self._asked is not self._now and self._place == CROSS_MS:
             self._cross()
         now = self._now

@@ -1,0 +1,239 @@
+"""What the window shows: every element as it looks now."""
+
+from __future__ import annotations
+
+from collections.abc import Iterator, Mapping
+from dataclasses import dataclass, field
+from functools import cached_property
+from pathlib import Path
+from typing import TYPE_CHECKING, Any
+
+from devices.author.typeset import LABEL_STEPS, SMALL_STEPS, TITLE_STEPS, WORD_STEPS, Typesetter
+from devices.models.file import read_card
+from devices.render.range import FASTEST_MM_S, FIRMEST_N
+from devices.render.window.choice import FIRMEST_N as FIRMEST_PRESS_N
+from devices.render.window.choice import LIGHTEST_N, Choice, Models, in_view
+from devices.render.window.elements import DECIBELS, HERTZ, Gauge, Spectrum, Touched, Wave
+from devices.render.window.heard import LEAST_DB, MOST_DB, Heard, scale_for
+from devices.render.window.layout import MOST_CHIPS, Layout, Slider, lay_out
+from devices.render.window.photo import Photo, at_true_size, photo_file, read_photo
+from devices.render.window.words import method_word, texture_word
+from devices.window.geometry import Box
+from devices.window.paint import ALERT, QUIET
+from devices.window.screen import Page
+from devices.window.screens.elements import Card, Element, Label, rounding
+from devices.window.screens.targets import Button, Track
+from protocols.model_card import Card as ModelCard
+
+if TYPE_CHECKING:
+    from PIL import Image
+
+MINUS = "\N{MINUS SIGN}"
+
+
+@dataclass(frozen=True)
+class Told:
+    """What is said beside the choice: how well time is kept (a rendering's record), and a notice."""
+
+    record: Mapping[str, Any] = field(default_factory=dict)
+    notice: str = ""
+    wrong: bool = False
+    silent: bool = False
+
+
+@dataclass
+class Board:
+    """Makes the elements. `by_mouse`: strokes come from the pointer, which presses as firmly as a slider says."""
+
+    page: Page
+    models: Models
+    by_mouse: bool = True
+    _cards: dict[Path, ModelCard] = field(default_factory=dict)
+    _pictures: dict[Path, tuple[Photo | None, Image.Image | None]] = field(default_factory=dict)
+
+    @cached_property
+    def layout(self) -> Layout:
+        """Where everything stands."""
+        return lay_out(self.page)
+
+    @cached_property
+    def setter(self) -> Typesetter:
+        """What lays texts out."""
+        return Typesetter(self.page)
+
+    def elements(self, choice: Choice, heard: Heard, told: Told) -> Iterator[Element]:
+        """Everything, from the ground up."""
+        place, radius = self.layout, rounding(self.page)
+        yield from self._head()
+        yield Card("touch", place.touch, radius=radius)
+        yield Card("played", place.played, radius=radius)
+        yield from self._picture(choice)
+        yield from self._sliders(choice, told.silent)
+        yield from self._plots(choice, heard)
+        yield from self._gauges(heard)
+        yield from self._figures(heard, told.record)
+        yield self._words(told)
+        yield from self._chips(choice)
+
+    def track(self, name: str, choice: Choice) -> Track:
+        """The slider of the volume, or of the mouse's force."""
+        place = getattr(self.layout, name)
+        span = FIRMEST_PRESS_N - LIGHTEST_N
+        share = choice.volume if name == "volume" else (choice.force_N - LIGHTEST_N) / span
+        return Track(name, place.track, "touch", line_px=place.track.width - self.page.metrics.unit(8), share=share)
+
+    def mm_at(self, x: float, y: float) -> tuple[float, float]:
+        """Where a point of the screen lies on the picture, in mm from its top left corner."""
+        box, per_mm = self.layout.picture, self.page.metrics.px_per_mm
+        return (x - box.left) / per_mm, (y - box.top) / per_mm
+
+    def _head(self) -> Iterator[Element]:
+        place, texts, unit = self.layout, self.page.texts, self.page.metrics.unit
+        title = self.setter.text(texts("title"), unit(90), place.head.height, TITLE_STEPS, bold=True)
+        yield Label("title", Box(place.head.left, place.head.top, title.width, place.head.height), laid=title)
+        left = place.head.left + title.width + unit(6)
+        box = Box(left, place.head.top, place.close.left - unit(5) - left, place.head.height)
+        hint = texts("hint_mouse" if self.by_mouse else "hint_stylus")
+        yield Label("hint", box, laid=self.setter.cut(hint, box.width, box.height, SMALL_STEPS), colour=QUIET,
+                    align="right")  # fmt: skip
+        yield Button("close", place.close, laid=self.setter.text(texts("close"), place.close.width, place.close.height))
+
+    def _picture(self, choice: Choice) -> Iterator[Element]:
+        photo, shown = self._photo(choice)
+        name = "" if photo is None else str(photo.path)
+        yield Touched("picture", self.layout.picture, "touch", shown=shown, of=f"{choice.texture} {name}")
+        if shown is None:
+            box = self.layout.picture.grown(-self.page.metrics.unit(6))
+            laid = self.setter.cut(self.page.texts("no_picture"), box.width, box.height, WORD_STEPS)
+            yield Label("no picture", box, "picture", laid, QUIET, "centre")
+
+    def _photo(self, choice: Choice) -> tuple[Photo | None, Image.Image | None]:
+        card = self.models[choice.texture][choice.method]
+        if card not in self._pictures:
+            self._pictures[card] = self._read(card)
+        return self._pictures[card]
+
+    def _read(self, card: Path) -> tuple[Photo | None, Image.Image | None]:
+        """Raises WindowError, ModelFileError."""
+        file = photo_file(self._card(card), card.parent)
+        if file is None:
+            return None, None
+        photo, room = read_photo(file), self.layout.picture
+        return photo, at_true_size(photo, self.page.metrics.px_per_mm, (room.width, room.height))
+
+    def _card(self, path: Path) -> ModelCard:
+        if path not in self._cards:
+            self._cards[path] = read_card(path)
+        return self._cards[path]
+
+    def _sliders(self, choice: Choice, silent: bool) -> Iterator[Element]:
+        texts = self.page.texts
+        volume = texts("silent") if silent else texts("volume_value", percent=f"{100 * choice.volume:.0f}")
+        yield from self._slider("volume", texts("volume"), volume, self.layout.volume)
+        yield self.track("volume", choice)
+        if self.by_mouse:
+            force = texts("force_value", force=f"{choice.force_N:.1f}")
+            yield from self._slider("press", texts("press"), force, self.layout.press)
+            yield self.track("press", choice)
+
+    def _slider(self, name: str, said: str, value: str, place: Slider) -> Iterator[Element]:
+        yield self.setter.label(f"{name} label", said, place.label, within="touch")
+        yield self.setter.label(f"{name} value", value, place.value, QUIET, "right", within="touch")
+
+    def _plots(self, choice: Choice, heard: Heard) -> Iterator[Element]:
+        texts, place = self.page.texts, self.layout
+        scale = self._scale(choice, heard)
+        yield self.setter.label("output", texts("output"), place.wave.name, QUIET, steps=SMALL_STEPS, within="played")
+        yield Wave("wave", place.wave.box, "played", heard.acceleration, scale)
+        yield from self._numbers("wave", {scale: 0.0, 0.0: 0.5, -scale: 1.0}, place.wave.numbers)
+        yield self.setter.label("spectrum name", texts("spectrum"), place.spectrum.name, QUIET, steps=SMALL_STEPS,
+                                within="played")  # fmt: skip
+        spectrum = Spectrum("spectrum", place.spectrum.box, "played", heard.acceleration)
+        yield spectrum
+        inner = DECIBELS[1:-1]
+        levels = {float(level): (MOST_DB - level) / (MOST_DB - LEAST_DB) for level in inner}
+        yield from self._numbers("spectrum", levels, place.spectrum.numbers)
+        yield from self._hertz(spectrum)
+
+    def _scale(self, choice: Choice, heard: Heard) -> float:
+        """The axis holds what the texture is recorded with, and what is played."""
+        texture = self._card(self.models[choice.texture][choice.method]).texture
+        usual = 0.0 if texture is None else 3 * texture.rms_m_s2
+        samples = heard.samples
+        return scale_for(max(usual, float(abs(samples).max()) if samples.size else 0.0))
+
+    def _numbers(self, name: str, places: Mapping[float, float], box: Box) -> Iterator[Element]:
+        line = round(1.42 * self.page.metrics.text(3.8))
+        for value, share in places.items():
+            row = box.top + round(share * (box.height - 1)) - line // 2
+            top = min(max(row, box.top), box.bottom - line)
+            said = f"{value:g}".replace("-", MINUS)
+            yield self.setter.label(f"{name} {value:g}", said, Box(box.left, top, box.width, line), QUIET, "right",
+                                    (3.8,), within="played")  # fmt: skip
+
+    def _hertz(self, spectrum: Spectrum) -> Iterator[Element]:
+        unit, place = self.page.metrics.unit, self.layout.hertz
+        for hertz in HERTZ:
+            half = unit(7)
+            left = min(spectrum.x(hertz) - half, place.right - 2 * half)
+            yield self.setter.label(f"{hertz} Hz", f"{hertz}", Box(left, spectrum.box.bottom + unit(0.5), 2 * half,
+                                    place.height), QUIET, "centre", (3.8,), within="played")  # fmt: skip
+
+    def _gauges(self, heard: Heard) -> Iterator[Element]:
+        texts = self.page.texts
+        speed = texts("speed_value", speed=f"{heard.speed_mm_s:.0f}")
+        force = texts("force_value", force=f"{heard.force_N:.2f}")
+        yield from self._gauge("speed", speed, heard.speed_mm_s / FASTEST_MM_S, self.layout.speed)
+        yield from self._gauge("force", force, heard.force_N / FIRMEST_N, self.layout.force)
+
+    def _gauge(self, name: str, value: str, share: float, place: Slider) -> Iterator[Element]:
+        said = self.page.texts(name)
+        yield self.setter.label(f"{name} label", said, place.label, QUIET, steps=SMALL_STEPS, within="played")
+        yield Gauge(f"{name} gauge", place.track, "played", share)
+        yield self.setter.label(f"{name} value", value, place.value, align="right", steps=SMALL_STEPS, within="played")
+
+    def _figures(self, heard: Heard, record: Mapping[str, Any]) -> Iterator[Element]:
+        for (name, value), box in zip(figures(self.page, heard, record), self.layout.cells, strict=True):
+            line = round(1.42 * self.page.metrics.text(SMALL_STEPS[-1]))
+            top = Box(box.left, box.top, box.width, line)
+            yield self.setter.label(f"{name} name", self.page.texts(name), top, QUIET, steps=SMALL_STEPS,
+                                    within="played")  # fmt: skip
+            below = Box(box.left, box.top + line, box.width - self.page.metrics.unit(1), line)
+            laid = self.setter.cut(value, below.width, below.height, SMALL_STEPS)
+            yield Label(f"{name} figure", below, "played", laid)
+
+    def _words(self, told: Told) -> Label:
+        box = self.layout.words
+        laid = self.setter.cut(told.notice, box.width, box.height, SMALL_STEPS)
+        return Label("words", box, "played", laid, ALERT if told.wrong else QUIET)
+
+    def _chips(self, choice: Choice) -> Iterator[Element]:
+        texts = self.page.texts
+        textures = in_view(tuple(self.models), choice.texture, MOST_CHIPS)
+        methods = in_view(tuple(self.models[choice.texture]), choice.method, MOST_CHIPS)
+        rows = (
+            ("texture", self.layout.textures, choice.texture, {name: texture_word(texts, name) for name in textures}),
+            ("method", self.layout.methods, choice.method, {name: method_word(texts, name) for name in methods}),
+        )
+        for kind, row, chosen, names in rows:
+            gap = self.page.metrics.unit(2.4)
+            width = (row.width - gap * (MOST_CHIPS - 1)) // MOST_CHIPS
+            for place, (name, said) in enumerate(names.items()):
+                box = Box(row.left + place * (width + gap), row.top, width, row.height)
+                laid = self.setter.cut(said, width - self.page.metrics.unit(4), row.height, LABEL_STEPS)
+                yield Button(f"{kind} {name}", box, laid=laid, chosen=name == chosen)
+
+
+def figures(page: Page, heard: Heard, record: Mapping[str, Any]) -> tuple[tuple[str, str], ...]:
+    """Names and values of the six figures: what a record says of time, and the level."""
+    ready, output, voice = (record.get(name) or {} for name in ("ready", "output", "voice"))
+    ahead, worst = output.get("ahead_ms"), page.texts("worst_value", worst=f"{ready.get('worst_us', 0.0) / 1000:.2g}")
+    texts, share = page.texts, f"{100 * ready.get('late_share', 0.0):.2g}"
+    return (
+        ("steps", f"{ready.get('steps', 0)}"),
+        ("late", texts("late_value", late=ready.get("late", 0), share=share)),
+        ("underruns", texts("underruns_value", underruns=output.get("underruns", 0), missing=output.get("missing", 0))),
+        ("level", texts("level_value", level=f"{heard.level_m_s2:.2g}")),
+        (("worst", worst) if ahead is None else ("worst_buffer", f"{worst} / {texts('buffer_value', ahead=ahead)}")),
+        ("runtime", str(voice.get("runtime", "–"))),
+    )  # fmt: skip

@@ -1,0 +1,48 @@
+"""What is chosen in the window: a texture, the method of its model, how loud, how firmly a mouse presses."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass, replace
+from pathlib import Path
+
+LIGHTEST_N, FIRMEST_N = 0.2, 3.0
+"""A mouse has no pressure: it presses as firmly as a slider says, within what hands do (thesis 4.5.3)."""
+USUAL_N = 0.8
+"""What hands begin with (thesis 4.5.1)."""
+Models = Mapping[str, Mapping[str, Path]]
+"""{texture: {method: card}}, as devices.render.found.available gives it."""
+
+
+@dataclass(frozen=True)
+class Choice:
+    """The choice; `volume` from 0 to 1, 1 as it was recorded."""
+
+    texture: str
+    method: str
+    volume: float = 1.0
+    force_N: float = USUAL_N
+
+    def of_texture(self, texture: str, models: Models) -> Choice:
+        """Another texture by the same method, or by its first one where it lacks that."""
+        methods = models[texture]
+        return replace(self, texture=texture, method=self.method if self.method in methods else next(iter(methods)))
+
+    def louder(self, volume: float) -> Choice:
+        """As loud as that, in whole hundredths."""
+        return replace(self, volume=round(min(max(volume, 0.0), 1.0), 2))
+
+    def firmer(self, force_N: float) -> Choice:
+        """As firm as that, in tenths of a newton."""
+        return replace(self, force_N=round(min(max(force_N, LIGHTEST_N), FIRMEST_N), 1))
+
+
+def beside(names: Sequence[str], name: str, by: int) -> str:
+    """The name so many places further, round and round."""
+    return names[(names.index(name) + by) % len(names)]
+
+
+def in_view(names: Sequence[str], name: str, most: int) -> tuple[str, ...]:
+    """At most so many neighbours of a name, it among them."""
+    first = min(max(0, names.index(name) - most // 2), max(0, len(names) - most))
+    return tuple(names[first : first + most])

@@ -1,0 +1,128 @@
+"""What only this window is made of: the picture, the course and the spectrum of the output, and gauges."""
+
+from __future__ import annotations
+
+from collections.abc import Iterator
+from dataclasses import dataclass, field
+from typing import TYPE_CHECKING
+
+import numpy as np
+
+from devices.author.elements import GRID
+from devices.render.window.heard import LEAST_DB, MOST_DB, Array, columns, spectrum_dB
+from devices.window.geometry import Box, Placed
+from devices.window.paint import ACCENT, CARD, HAIR, INK, TINT, Colour, plain
+from devices.window.screens.elements import Element, hair
+from devices.window.screens.targets import Target
+
+if TYPE_CHECKING:
+    from PIL import Image
+
+    from devices.window.screen import Page
+
+COURSE: Colour = ACCENT
+HERTZ = (0, 100, 200, 300, 400, 500)
+DECIBELS = (-60, -40, -20, 0, 20)
+
+
+@dataclass(frozen=True)
+class Touched(Target):
+    """The picture, which is stroked over. `shown` is painted in the box' middle; None: an empty ground."""
+
+    shown: Image.Image | None = field(default=None, compare=False, repr=False)
+    of: str = ""
+    held: bool = False
+
+    @property
+    def stops(self) -> bool:
+        return False
+
+    def paint(self, image: Image.Image, page: Page) -> None:
+        plain(image, self.box, TINT)
+        if self.shown is not None:
+            left = self.box.left + (self.box.width - self.shown.width) // 2
+            top = self.box.top + (self.box.height - self.shown.height) // 2
+            image.paste(self.shown, (left, top))
+        page.shapes.frame(image, self.box, 1, hair(page) * (3 if self.held else 1), ACCENT if self.held else INK)
+
+
+@dataclass(frozen=True)
+class Wave(Element):
+    """The last second of the output; `scale` is the end of the axis."""
+
+    acceleration: bytes = b""
+    scale: float = 1.0
+
+    def paint(self, image: Image.Image, page: Page) -> None:
+        box, thin = self.box, hair(page)
+        plain(image, box, CARD)
+        for tenth in range(0, 11, 2):
+            plain(image, Box(box.left + tenth * (box.width - 1) // 10, box.top, thin, box.height), GRID)
+        for row in (0, box.height - thin):
+            plain(image, Box(box.left, box.top + row, box.width, thin), GRID)
+        plain(image, Box(box.left, box.middle[1], box.width, thin), HAIR)
+        low, high = columns(np.frombuffer(self.acceleration), box.width)
+        _paste(image, box, self._rows(high), self._rows(low))
+
+    def _rows(self, values: Array) -> Array:
+        half = (self.box.height - 1) / 2
+        return np.asarray(half - np.clip(values / self.scale, -1, 1) * half)
+
+
+@dataclass(frozen=True)
+class Spectrum(Element):
+    """The spectrum of the last second, 0 to 500 Hz."""
+
+    acceleration: bytes = b""
+
+    def paint(self, image: Image.Image, page: Page) -> None:
+        box, thin = self.box, hair(page)
+        plain(image, box, CARD)
+        for hertz in HERTZ:
+            plain(image, Box(self.x(hertz), box.top, thin, box.height), GRID)
+        for level in DECIBELS:
+            plain(image, Box(box.left, self.y(level), box.width, thin), GRID)
+        levels = spectrum_dB(np.frombuffer(self.acceleration))
+        at = np.interp(np.arange(box.width), np.linspace(0, box.width - 1, len(levels)), levels)
+        rows = (MOST_DB - at) / (MOST_DB - LEAST_DB) * (box.height - 1)
+        _paste(image, box, rows, np.full(box.width, box.height - 1.0), TINT, floor=at <= LEAST_DB)
+        back = np.concatenate([rows[:1], rows[:-1]])
+        _paste(image, box, np.minimum(rows, back), np.maximum(rows, back), floor=at <= LEAST_DB)
+
+    def x(self, hertz: float) -> int:
+        """The column of a frequency."""
+        return self.box.left + round(hertz / HERTZ[-1] * (self.box.width - 1))
+
+    def y(self, level_dB: float) -> int:
+        """The row of a level."""
+        return self.box.top + round((MOST_DB - level_dB) / (MOST_DB - LEAST_DB) * (self.box.height - 1))
+
+
+@dataclass(frozen=True)
+class Gauge(Element):
+    """How much of what there may be."""
+
+    share: float = 0.0
+
+    def placed(self, _page: Page, /) -> Iterator[Placed]:
+        yield Placed(self.name, "mark", self.box, within=self.within)
+
+    def paint(self, image: Image.Image, _page: Page, /) -> None:
+        plain(image, self.box, HAIR)
+        width = round(min(max(self.share, 0.0), 1.0) * self.box.width)
+        if width:
+            plain(image, Box(self.box.left, self.box.top, width, self.box.height), ACCENT)
+
+
+def _paste(
+    image: Image.Image, box: Box, tops: Array, bottoms: Array, colour: Colour = COURSE, floor: Array | None = None
+) -> None:
+    """A column of colour from top to bottom at each place, smooth at both ends; none where `floor` holds."""
+    from PIL import Image
+
+    rows = np.arange(box.height, dtype=np.float32)[:, None]
+    cover = np.minimum(rows - (tops - 1.0), (bottoms + 1.0) - rows).clip(0.0, 1.0)
+    if floor is not None:
+        cover[:, floor.astype(bool)] = 0.0
+    mask = Image.fromarray((255 * cover).astype(np.uint8))
+    image.paste(colour, (box.left, box.top), mask)

@@ -1,0 +1,158 @@
+"""Putting the window together: its screen, the models, the rig's stylus and actuator or what stands in for them."""
+
+from __future__ import annotations
+
+import time
+from collections.abc import Callable, Sequence
+from dataclasses import dataclass, field, replace
+from pathlib import Path
+from typing import TYPE_CHECKING, Any
+
+from devices.render.asked import Asked
+from devices.render.found import available
+from devices.render.job import Job, Sounds
+from devices.render.opened import NEED
+from devices.render.process import Rendering
+from devices.render.window.board import Board
+from devices.render.window.choice import Choice
+from devices.render.window.words import render_texts
+from devices.tablet.device import Tablet
+from devices.tablet.pipeline import Shape
+from devices.tablet.pyglet_window import PygletTablet
+from devices.tablet.reports import Report
+from devices.window.calibration import Calibration, read_calibration, station_file
+
+if TYPE_CHECKING:
+    from devices.render.window.room import Plays, Room
+    from devices.window.geometry import Box
+    from devices.window.shell import Shell
+
+NEVER = "never: not measured"
+MOUSE = Shape(report_hz=60.0)
+"""A mouse as a stylus: windows report it once a frame at the slowest."""
+
+
+@dataclass(frozen=True)
+class Hands:
+    """Where strokes come from. `hand`: the shape of reports that the window pushes, None: the rig's tablet, read by
+    the loop itself. `tablet`: a pen tablet that only a window hears."""
+
+    rig: Path | None
+    hand: Shape | None
+    tablet: PygletTablet | None = None
+
+
+@dataclass
+class Begun:
+    """What was started, to be ended with the window."""
+
+    running: list[Rendering] = field(default_factory=list)
+
+    def begin(self, job: Job) -> Plays:
+        """Start to play. Raises RenderError."""
+        self.end()
+        made = Rendering(job)
+        made.__enter__()
+        self.running.append(made)
+        return made
+
+    def end(self) -> None:
+        """Silence, and no process left."""
+        while self.running:
+            self.running.pop().__exit__()
+
+
+def run_window(asked: Asked) -> None:
+    """Show the window until it is closed. Raises WindowError, RigFileError, DeviceError, ModelFileError."""
+    from devices.window.shell import open_shell
+
+    calibration, hands = calibration_for(asked), hands_for(asked)
+    screen = calibration.screen if asked.screen is None else asked.screen
+    shell, begun = open_shell(calibration, screen, asked.windowed is None), Begun()
+    try:
+        room = room_on(shell, calibration, asked, hands, begun)
+        room.stylus = _listening(hands, shell, room.board.layout.picture, calibration.px_per_mm, room.epoch_s)
+        room.run()
+    finally:
+        begun.end()
+        if hands.tablet is not None:
+            hands.tablet.close()
+        shell.close()
+
+
+def room_on(shell: Shell, calibration: Calibration, asked: Asked, hands: Hands, begun: Begun) -> Room:
+    """The window's room on an open shell."""
+    import sys
+
+    from PIL import Image
+
+    from devices.render.window.room import Room
+    from devices.window.fonts import find_fonts
+    from devices.window.hangul import needed
+    from devices.window.screen import Page
+
+    page = Page(calibration.metrics, render_texts(asked.language), find_fonts(asked.language),
+                hangul=needed(asked.language, sys.platform))  # fmt: skip
+    board = Board(page, available(asked.lab), by_mouse=hands.hand is not None and hands.tablet is None)
+    job = Job(None, hands.hand, hands.rig, asked.ahead, asked.real_time, epoch_s=time.monotonic())
+    notes = (("not_measured", calibration.confirmed_at == NEVER), ("twins", hands.rig is None))
+    return Room(
+        shell, page, Image.new("RGB", calibration.size_px, "white"), board, Choice(asked.texture, asked.method),
+        lambda sounds: begun.begin(replace(job, sounds=sounds)), lambda card: Sounds(card, asked.seed, asked.sampled),
+        shell.now_s(), " ".join(page.texts(key) for key, said in notes if said),
+        curve=hands.hand.force if hands.hand is not None else MOUSE.force,
+    )  # fmt: skip
+
+
+def calibration_for(asked: Asked) -> Calibration:
+    """The station's; where its screen was never measured, one by what the system says of it, which the window tells."""
+    if station_file(asked.lab).is_file():
+        found = read_calibration(asked.lab)
+        return found if asked.windowed is None else replace(found, size_px=asked.windowed)
+    from devices.window.commands_calibrate import USUAL_PX_PER_MM
+    from devices.window.shell import screen_sizes
+    from devices.window.shell_checks import demand_screen
+
+    sizes, screen = screen_sizes(), asked.screen or 0
+    demand_screen(sizes, screen, None)
+    return Calibration(asked.windowed or sizes[screen], USUAL_PX_PER_MM, screen, NEVER)
+
+
+def hands_for(asked: Asked) -> Hands:
+    """The rig's stylus and actuator; the mouse where the tablet is a twin, a twin's actuator where there is no rig.
+
+    Raises RigFileError, DeviceError.
+    """
+    from devices.rig.file import read_rig, rig_path
+    from devices.rig.kinds import made
+
+    path = asked.rig or rig_path(asked.lab)
+    if asked.twins or (asked.rig is None and not path.is_file()):
+        return Hands(None, MOUSE)
+    file = read_rig(path)
+    name = next(each for each in file.names_for(NEED) if file.kind(each) == "tablet")
+    tablet: Any = made(file.kind(name), name, file.devices[name], file.path.parent)
+    if not isinstance(tablet, Tablet) or tablet.settings.driver == "twin":
+        return Hands(path, MOUSE)
+    if isinstance(tablet.source, PygletTablet):
+        return Hands(path, tablet.shape, tablet.source)
+    return Hands(path, None)
+
+
+def _listening(
+    hands: Hands, shell: Any, picture: Box, px_per_mm: float, epoch_s: float
+) -> Callable[[], Sequence[Report]] | None:
+    """The reports of a tablet that only this window hears, those on the picture as touches. Raises DeviceError."""
+    tablet = hands.tablet
+    if tablet is None:
+        return None
+    tablet.window, tablet.px_per_mm = shell.window.winHandle, px_per_mm
+    tablet.open()
+    tablet.start(lambda: shell.now_s() - epoch_s)
+    return lambda: [on_picture(each, picture, px_per_mm) for each in tablet.pull(0.0).reports]
+
+
+def on_picture(report: Report, picture: Box, px_per_mm: float) -> Report:
+    """The report; off the picture nothing is touched (thesis 4.5.3)."""
+    inside = not report.away and picture.holds(report.x_mm * px_per_mm, report.y_mm * px_per_mm)
+    return report if inside else report._replace(pressure=0.0, touching=False)

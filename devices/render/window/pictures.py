@@ -1,0 +1,79 @@
+"""Pictures of the window for the documentation, painted without one: `python -m` this module FOLDER [LAB].
+
+What they show is played by the models, those of LAB first, for the simulated hand of `palpate render --hand`.
+"""
+
+from __future__ import annotations
+
+import sys
+from pathlib import Path
+from typing import TYPE_CHECKING, Any
+
+import numpy as np
+
+from devices.render.found import DEFAULT_METHOD, SHIPPED, available, card_for
+from devices.render.hand_simulated import simulated_hand
+from devices.render.headless import at_once
+from devices.render.job import Sounds
+from devices.render.window.board import Board, Told
+from devices.render.window.choice import Choice
+from devices.render.window.heard import SHOWN, Array, heard
+from devices.render.window.screen import RenderScreen
+from devices.render.window.words import method_word, render_texts, texture_word
+from devices.window.fonts import find_fonts
+from devices.window.geometry import Metrics
+from devices.window.screen import Page
+
+if TYPE_CHECKING:
+    from PIL import Image
+
+SIZE, PX_PER_MM, COLOURS = (1280, 720), 3.6, 256
+SECONDS = 6.0
+SHOWS = (("render.png", "steel_mesh", "en"), ("render-ko.png", "cloth", "ko"))
+
+
+def pictures(folder: Path, lab: Path) -> list[Path]:
+    """render.png and render-ko.png: strokes over steel mesh, and over cloth in Korean."""
+    folder.mkdir(parents=True, exist_ok=True)
+    return [saved(folder / name, lab, Choice(texture, DEFAULT_METHOD), language) for name, texture, language in SHOWS]
+
+
+def picture(
+    lab: Path, choice: Choice, last: Array, told: Told, language: str = "en", metrics: Metrics | None = None
+) -> Image.Image:
+    """The window as it shows (3, n): acceleration, speed and force of the last second."""
+    from PIL import Image
+
+    page = Page(metrics or Metrics(*SIZE, PX_PER_MM), render_texts(language), find_fonts(language))
+    screen = RenderScreen(page, Board(page, available(lab)), choice)
+    image = Image.new("RGB", (page.metrics.width_px, page.metrics.height_px))
+    screen.show(heard(last), told)
+    screen.paint(image)
+    return image
+
+
+def saved(path: Path, lab: Path, choice: Choice, language: str) -> Path:
+    """One picture as a file."""
+    from PIL import Image
+
+    last, record = strokes(card_for(choice.texture, choice.method, lab))
+    texts = render_texts(language)
+    names = {"texture": texture_word(texts, choice.texture), "method": method_word(texts, choice.method)}
+    made = picture(lab, choice, last, Told(record, texts("switched", **names) + "."), language)
+    made.quantize(COLOURS, dither=Image.Dither.FLOYDSTEINBERG).save(path, optimize=True)
+    return path
+
+
+def strokes(card: Path) -> tuple[Array, dict[str, Any]]:
+    """The liveliest second that a model plays for the simulated hand, and what a record says of the whole."""
+    played = at_once(Sounds(card), simulated_hand(SECONDS, 0))
+    power = np.convolve(played.signals[0] ** 2, np.ones(SHOWN), "valid")
+    first = int(power.argmax())
+    record = {"ready": played.record["took"], "voice": played.record["voice"]}
+    return played.signals[:, first : first + SHOWN], record
+
+
+if __name__ == "__main__":
+    _lab = Path(sys.argv[2]) if len(sys.argv) > 2 else SHIPPED
+    for _path in pictures(Path(sys.argv[1]), _lab):
+        print(_path)  # noqa: T201

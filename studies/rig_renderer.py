@@ -1,0 +1,179 @@
+"""Virtual textures at a rig: a study's models on the station's stylus and actuator, and what its record keeps of them.
+
+The loop runs in a process of its own, which opens both devices itself: neither the window nor the ledger can hold it
+up. A texture is there from its presentation until it is answered for, since people answer while they feel.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Mapping
+from dataclasses import dataclass, field, replace
+from pathlib import Path
+from typing import Any, Protocol
+
+from devices.actuator.device import VoiceCoil
+from devices.desk import Desk, Pages
+from devices.mending import Mending
+from devices.models.file import read_card
+from devices.render.errors import RenderError
+from devices.render.job import Job, Sounds
+from devices.render.process import Rendering
+from devices.render.sinks import MOST_AHEAD, on_coil
+from devices.rig.opened import OpenRig
+from devices.signals import DeviceError, DeviceFault
+from protocols.events import NS
+from protocols.keyed import keyed_bits
+from protocols.plan import Plan
+from protocols.requests import Came, Fault, Present, Reply
+from studies.renderings import Renderings, told_of
+from studies.scenes import drawn
+
+NEED = "texture_renderer"
+COUNTED = ("steps", "late", "skipped")
+OUTPUT = ("underruns", "missing", "limited")
+
+
+class Plays(Protocol):
+    """What renders: `devices.render.process.Rendering`, or something that stands for it."""
+
+    @property
+    def running(self) -> bool:
+        """Whether it plays."""
+
+    def switch(self, sounds: Sounds | None) -> None:
+        """Go over to another texture, or to silence. Raises RenderError."""
+
+    def record(self) -> Mapping[str, Any]:
+        """How it goes. Raises RenderError."""
+
+    def __exit__(self, *_raised: object) -> None:
+        """Be silent and let go of everything."""
+
+
+@dataclass
+class RigRenderer:
+    """Presents a study's virtual textures. Its replies name the model and count deadlines, at the beginning of a
+    texture and again with the answer, for the time between."""
+
+    plan: Plan
+    renderings: Renderings
+    begin: Callable[[], Plays]
+    plays: Plays | None = None
+    on: bool = False
+    mending: Mending = field(default_factory=Mending)
+    before: dict[str, Any] = field(default_factory=dict)
+    told: dict[str, Any] = field(default_factory=dict)
+
+    def perform(self, request: Present, window: Pages, desk: Desk, now_ns: Callable[[], int]) -> Came:
+        """Go over to the stimulus' texture; it is there when this returns. After a fault somebody mends it first."""
+        if aside := self.mending.asked("changing_sample", window, desk):
+            return aside
+        begun_ns = now_ns()
+        try:
+            self._put_on(request)
+        except (ValueError, OSError) as error:
+            return self._fault(error)
+        desk.tell({NEED: f"{self.told['model']}, {self.told['runtime']}"})
+        seconds = round((now_ns() - begun_ns) / NS, 3)
+        made = {**self.told, "deadlines": self.before}
+        return Reply({"presented": True, "by": "renderer", "seconds": seconds, "rendered": made})
+
+    def _put_on(self, request: Present) -> None:
+        """Raises RigError, RenderError, ModelFileError, DeviceError."""
+        card = self.renderings.card(request.trial.stimulus)
+        seed = keyed_bits("rendered", *drawn(self.plan, request.trial)) % 2**31
+        plays = self._running()
+        plays.switch(Sounds(card, seed))
+        self.on, record = True, plays.record()
+        self.before = counts_of(record)
+        self.told = {**told_of(card, read_card(card)), "runtime": runtime_of(record), "seed": seed}
+
+    def _running(self) -> Plays:
+        if self.plays is None or not self.plays.running:
+            self.close()
+            self.plays = self.begin()
+        return self.plays
+
+    def _fault(self, error: Exception) -> Fault:
+        """The trial is marked, and met again once somebody has seen to it."""
+        self.close()
+        return self.mending.fault(DeviceFault(NEED, "refused", str(error)))
+
+    def after(self, came: Came) -> Came:
+        """What came of the form that was answered meanwhile, with what the renderer did; then it is silent."""
+        if not self.on or self.plays is None:
+            return came
+        self.on = False
+        try:
+            if not self.plays.running:
+                raise RenderError("the renderer ended while the texture was felt")
+            counted = since(self.before, counts_of(self.plays.record()))
+            self.plays.switch(None)
+        except RenderError as error:
+            return self._fault(error)
+        if not isinstance(came, Reply):
+            return came
+        return replace(came, value={**came.value, "rendered": {**self.told, "deadlines": counted}})
+
+    def close(self) -> None:
+        """Silence; the process ends."""
+        plays, self.plays, self.on = self.plays, None, False
+        if plays is not None:
+            plays.__exit__()
+
+
+def rig_renderer(rig: OpenRig, plan: Plan, folder: Path, lab: Path) -> RigRenderer:
+    """The renderer at a rig's stylus and actuator, which this process lets go of for it.
+
+    Raises DeviceError where they cannot be had again, or cannot be used for a study.
+    """
+    coil = demand_usable(rig)
+    for device in rig.of(NEED).values():
+        device.close()
+    job = Job(None, None, rig.file.path, min(MOST_AHEAD, coil.settings.ahead_ms))
+    made = RigRenderer(plan, Renderings(folder, lab), lambda: begun(job))
+    made.plays = made.begin()
+    return made
+
+
+def begun(job: Job) -> Rendering:
+    """The loop in its process, silent. Raises DeviceError where the devices cannot be had."""
+    try:
+        return Rendering(job).__enter__()
+    except RenderError as error:
+        raise DeviceError(f"{NEED}: {error}") from None
+
+
+def demand_usable(rig: OpenRig) -> VoiceCoil:
+    """The rig's voice coil, identified; its tablet is one that another process can read. Raises DeviceError."""
+    devices = rig.of(NEED)
+    coil, tablet = devices["voice_coil"], devices["tablet"]
+    if not isinstance(coil, VoiceCoil):
+        raise DeviceError(f"{coil.name} is no voice coil")
+    try:
+        on_coil(coil, 1)
+    except RenderError as error:
+        raise DeviceError(str(error)) from None
+    if getattr(tablet, "settings", None) is not None and tablet.settings.driver == "pyglet":  # type: ignore[attr-defined]
+        raise DeviceError(
+            f"{tablet.name}: a study reads its tablet beside the window, and the driver pyglet only through one. Use "
+            "`evdev`; `palpate render` takes either."
+        )
+    return coil
+
+
+def runtime_of(record: Mapping[str, Any]) -> str:
+    """What runs the model that is on."""
+    return str((record.get("voice") or {}).get("runtime", "none"))
+
+
+def counts_of(record: Mapping[str, Any]) -> dict[str, Any]:
+    """The counts of a record, and what they are to be read with."""
+    ready, output = record.get("ready", {}), record.get("output", {})
+    counted = {**{name: ready.get(name, 0) for name in COUNTED}, **{name: output.get(name, 0) for name in OUTPUT}}
+    return {**counted, "ahead_ms": output.get("ahead_ms"), "priority": record.get("priority")}
+
+
+def since(before: Mapping[str, Any], now: Mapping[str, Any]) -> dict[str, Any]:
+    """What was counted between two looks."""
+    return {name: value - before[name] if name in (*COUNTED, *OUTPUT) else value for name, value in now.items()}

@@ -1,0 +1,135 @@
+"""Makes the files of texture_similarity that follow from the shipped models: `python -m studies.similarity_table`.
+
+felt/TEXTURE.csv: a hand on each simulated surface, and what its tool vibrates with. rendered.json: what each shipped
+model plays for that hand, and how alike that is. stimuli.csv: the same three figures, by stimulus. study.yaml: the
+weights that simulated people give them. What they then feel is printed. Run it again after the shipped models changed.
+With a LAB as argument it takes that lab's models where it has any; with --renew it makes the hands anew as well.
+"""
+
+from __future__ import annotations
+
+import csv
+import hashlib
+import json
+import sys
+from collections.abc import Iterator, Mapping
+from pathlib import Path
+from statistics import mean, pstdev
+from typing import Any
+
+from protocols.study import Stimulus
+from studies.felt_alike import friction_apart
+from studies.renderings import Renderings
+
+FOLDER = Path(__file__).parent / "texture_similarity"
+TEXTURES = ("textured_rubber", "artificial_grass", "steel_mesh", "cloth", "cardboard", "plastic_mesh")
+METHODS = {"AR": "ar", "DSTN": "dstn", "HapInf": "hapinf", "FoTEN": "foten_generative"}
+SECONDS, SEED = 4.0, 7
+PER_UNIT = {"level_dB": -2.5, "spectrum_dB": -5.0, "friction": -8.0}
+"""Points of 100 that people take off for each dB, and for each unit of friction: judgement."""
+SAME = 90.0
+"""What is answered on average where nothing differs: people scatter, and the scale ends at 100. Judgement too."""
+LATENT = "    Completely different: "
+HEAD = ("id", "label", "texture", "method", "model", "file", *PER_UNIT)
+
+
+def main(renew: bool, lab: Path | None = None) -> None:
+    """Write all files; the hands only where they are missing, or where they are to be made anew."""
+    for texture in TEXTURES:
+        file = FOLDER / "felt" / f"{texture}.csv"
+        if renew or not file.is_file():
+            write_felt(file, texture)
+    found = {key: made for stimulus in planned() for key, made in rendered(stimulus, lab)}
+    (FOLDER / "rendered.json").write_text(json.dumps(found, indent=1, sort_keys=True) + "\n", encoding="utf-8")
+    rows = [row(stimulus, lab) for stimulus in planned()]
+    write_table(rows)
+    write_weights(rows)
+    for line in told(rows):
+        print(line)  # noqa: T201 - what the page of the study says is copied from here
+
+
+def write_felt(file: Path, texture: str) -> None:
+    """A hand that strokes over the simulated surface, as `palpate render --hand` reads it too."""
+    from studies.texture_capturing import scene
+
+    acceleration, speed, force = scene(texture, SECONDS, SEED)
+    file.parent.mkdir(exist_ok=True)
+    with file.open("w", encoding="utf-8", newline="") as lines:
+        table = csv.writer(lines, lineterminator="\n")
+        table.writerow(["t_s", "acceleration_m_s2", "speed_mm_s", "force_N"])
+        for place, felt in enumerate(zip(acceleration, speed, force, strict=True)):
+            table.writerow([f"{place / 1000:.3f}", f"{felt[0]:.4g}", f"{felt[1]:.4g}", f"{felt[2]:.4g}"])
+
+
+def planned() -> Iterator[Stimulus]:
+    """Every virtual texture, as the study will plan it."""
+    for texture in TEXTURES:
+        file = f"felt/{texture}.csv"
+        sha256 = hashlib.sha256((FOLDER / file).read_bytes()).hexdigest()
+        friction = f"{round(friction_apart(kinetic(texture)), 3):g}"
+        for method, model in METHODS.items():
+            told = {
+                "label": texture.replace("_", " "), "texture": texture, "method": method, "model": model, "file": file,
+                "friction": friction,
+            }  # fmt: skip
+            yield Stimulus(id=f"{texture}_{method}", columns=told, sha256=sha256)
+
+
+def kinetic(texture: str) -> float:
+    """Kinetic friction of a simulated surface."""
+    from devices.surfaces.choice import surface_for
+    from studies.texture_capturing import STIMULI
+
+    with STIMULI.open(encoding="utf-8", newline="") as lines:
+        columns = next(row for row in csv.DictReader(lines) if row["id"] == texture)
+    return surface_for(texture, columns).kinetic_friction
+
+
+def rendered(stimulus: Stimulus, lab: Path | None) -> Iterator[tuple[str, Any]]:
+    """The stimulus' rendering by its model, made now, under its key."""
+    fresh = Renderings(FOLDER, lab, shipped=False, keeps=False)
+    made = fresh.of(stimulus)
+    yield from ((key, made.record()) for key in fresh.known)
+
+
+def row(stimulus: Stimulus, lab: Path | None) -> Mapping[str, str]:
+    """A line of the stimulus table."""
+    felt = Renderings(FOLDER, lab).feels(stimulus)
+    return {"id": stimulus.id, **stimulus.columns, **{name: f"{value:g}" for name, value in felt.items()}}
+
+
+def write_table(rows: list[Mapping[str, str]]) -> None:
+    """stimuli.csv."""
+    with (FOLDER / "stimuli.csv").open("w", encoding="utf-8", newline="") as lines:
+        table = csv.DictWriter(lines, HEAD, lineterminator="\n")
+        table.writeheader()
+        table.writerows(rows)
+
+
+def weights(rows: list[Mapping[str, str]]) -> dict[str, float]:
+    """The latents of study.yaml: points per SD of a column over the stimuli, around the middle of the scale."""
+    columns = {name: [float(each[name]) for each in rows] for name in PER_UNIT}
+    level = SAME - 50.0 + sum(weight * mean(columns[name]) for name, weight in PER_UNIT.items())
+    return {**{n: round(w * pstdev(columns[n]), 2) for n, w in PER_UNIT.items()}, "intercept": round(level, 2)}
+
+
+def write_weights(rows: list[Mapping[str, str]]) -> None:
+    """Their line in study.yaml."""
+    file, inner = FOLDER / "study.yaml", ", ".join(f"{name}: {value:.2f}" for name, value in weights(rows).items())
+    lines = file.read_text(encoding="utf-8").splitlines(keepends=True)
+    made = [f"{LATENT}{{{inner}}}\n" if line.startswith(LATENT) else line for line in lines]
+    file.write_text("".join(made), encoding="utf-8")
+
+
+def told(rows: list[Mapping[str, str]]) -> Iterator[str]:
+    """What is felt, of 100: each texture by each method, and the methods' means."""
+    felt = {(r["texture"], r["method"]): SAME + sum(w * float(r[n]) for n, w in PER_UNIT.items()) for r in rows}
+    yield "| texture | " + " | ".join(METHODS) + " |"
+    for texture in TEXTURES:
+        yield f"| {texture} | " + " | ".join(f"{felt[texture, method]:.0f}" for method in METHODS) + " |"
+    yield "| mean | " + " | ".join(f"{mean(felt[t, method] for t in TEXTURES):.1f}" for method in METHODS) + " |"
+
+
+if __name__ == "__main__":
+    named = [Path(each) for each in sys.argv[1:] if not each.startswith("--")]
+    main("--renew" in sys.argv[1:], named[0] if named else None)

@@ -1,0 +1,45 @@
+"""Makes the pictures of the renderer's window: each simulated surface under one light, at a known size.
+
+`python -m studies.texture_pictures`; about five seconds for each of the six.
+"""
+
+from __future__ import annotations
+
+import csv
+from pathlib import Path
+
+from studies.similarity_table import TEXTURES
+from studies.texture_capturing import STIMULI
+
+LIGHT, PX, QUALITY = 3, 800, 78
+
+
+def main() -> None:
+    """Write devices/render/window/pictures/TEXTURE.jpg."""
+    from devices.render.window.photo import PICTURES
+
+    with STIMULI.open(encoding="utf-8", newline="") as lines:
+        known = {row["id"]: row for row in csv.DictReader(lines)}
+    for texture in TEXTURES:
+        write(PICTURES / f"{texture}.jpg", texture, known[texture])
+
+
+def write(path: Path, texture: str, columns: dict[str, str]) -> None:
+    """One picture; its density says how large it is."""
+    from PIL import Image
+
+    from devices.surfaces.choice import surface_for
+    from devices.surfaces.fields import SIZE_MM
+    from devices.surfaces.photo import light, photograph
+    from devices.surfaces.relief import relief
+
+    surface = surface_for(texture, columns)
+    taken = Image.fromarray(photograph(surface, relief(surface), light(LIGHT)))
+    density = PX / SIZE_MM * 25.4
+    small = taken.resize((PX, PX), Image.Resampling.LANCZOS)
+    path.parent.mkdir(exist_ok=True)
+    small.save(path, quality=QUALITY, optimize=True, dpi=(density, density))
+
+
+if __name__ == "__main__":
+    main()

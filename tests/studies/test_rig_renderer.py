@@ -1,0 +1,181 @@
+"""Virtual textures at a rig: presented until they are answered for, named and counted in the record."""
+
+from dataclasses import dataclass, field
+
+import pytest
+
+from devices.render.errors import RenderError
+from devices.rig.file import read_rig
+from devices.rig.opened import open_rig
+from devices.signals import DeviceError
+from protocols.plan import compile_plan
+from protocols.requests import Aside, Fault, Present, Reply
+from studies.catalogue import Found
+from studies.hardware import Hardware
+from studies.live import Mounted, Station
+from studies.renderings import Renderings
+from studies.rig import RigError
+from studies.rig_renderer import RigRenderer, demand_usable
+from studies.rig_station import rig_station
+from tests.devices.window.shells_for_tests import FakeDesk
+from tests.protocols.every_task import LAB
+from tests.studies.small_textures import write
+from tests.studies.ten import plan_for
+from tests.studies.test_renderings import FOLDER, of_two
+
+RIG = """rig: twins
+devices:
+  stylus: {kind: tablet, driver: twin}
+  actuator: {kind: voice_coil, driver: twin}
+needs:
+  texture_renderer: [stylus, actuator]
+"""
+PLAN = compile_plan(of_two(), plan_for("texture_similarity").who, 1, LAB)
+TRIAL = PLAN.trials[0]
+
+
+@dataclass
+class FakePlays:
+    """Counts a step at every look; fails where it is told to."""
+
+    running: bool = True
+    fails: str = ""
+    steps: int = 0
+    sounds: list = field(default_factory=list)
+    ended: int = 0
+
+    def switch(self, sounds):
+        if self.fails:
+            raise RenderError(self.fails)
+        self.sounds.append(sounds)
+
+    def record(self):
+        self.steps += 100
+        ready = {"steps": self.steps, "late": self.steps // 100, "skipped": 0}
+        output = {"underruns": 0, "missing": 0, "limited": 0, "ahead_ms": 10}
+        return {"ready": ready, "output": output, "voice": {"runtime": "native"}, "priority": "normal"}
+
+    def __exit__(self, *_raised):
+        self.ended += 1
+        self.running = False
+
+
+@dataclass
+class Window:
+    pages: list = field(default_factory=list)
+
+    def wait_for(self, key, desk, ready):
+        self.pages.append(key)
+        return None if ready() else Aside({"do": "note", "text": "waits"})
+
+
+@pytest.fixture
+def lab(tmp_path):
+    for method in ("ar", "foten_generative"):
+        write(tmp_path / "models", "cloth", method)
+    return tmp_path
+
+
+def present(renderer, trial=TRIAL, desk=None):
+    times = iter(range(0, 10**12, 10**9))
+    return renderer.perform(Present(trial), Window(), desk or FakeDesk(), lambda: next(times))
+
+
+def fake(lab, **more):
+    made = [FakePlays(**more)]
+
+    def begin():
+        made.append(FakePlays())
+        return made[-1]
+
+    return RigRenderer(PLAN, Renderings(FOLDER, lab), begin, made[0]), made
+
+
+def test_replies_name_the_model_and_count_the_deadlines_of_the_texture_alone(lab):
+    renderer, (plays,) = fake(lab)
+    begun = present(renderer).value["rendered"]
+    model = TRIAL.stimulus.columns["model"]
+    assert (begun["model"], begun["method"], begun["runtime"]) == (f"texture-cloth-{model}", model, "native")
+    assert len(begun["sha256"]) == len(begun["weights_sha256"]) == 64
+    answered = renderer.after(Reply({"answers": {"a": 1}})).value
+    assert answered["answers"] == {"a": 1} and answered["rendered"]["model"] == begun["model"]
+    counted = answered["rendered"]["deadlines"]
+    assert (counted["steps"], counted["late"], counted["underruns"], counted["ahead_ms"]) == (100, 1, 0, 10)
+    assert plays.sounds[0].card.stem == begun["model"] and plays.sounds[-1] is None, "silent once it is answered for"
+    assert renderer.after(Reply({})) == Reply({}), "forms without a texture are left alone"
+
+
+def test_another_person_and_another_attempt_hear_other_noise(lab):
+    renderer, (plays,) = fake(lab)
+    present(renderer)
+    other = compile_plan(PLAN.study, plan_for("texture_similarity", "P002").who, 1, LAB)
+    RigRenderer(other, Renderings(FOLDER, lab), lambda: plays, plays).perform(
+        Present(TRIAL), Window(), FakeDesk(), lambda: 0
+    )
+    assert plays.sounds[0].seed != plays.sounds[1].seed
+
+
+def test_what_fails_is_a_fault_and_goes_on_once_somebody_has_mended_it(lab):
+    renderer, made = fake(lab, fails="the actuator is gone")
+    came = present(renderer)
+    assert isinstance(came, Fault) and came.value["message"] == "the actuator is gone" and made[0].ended == 1
+    desk = FakeDesk()
+    desk.answers.append(True)
+    assert isinstance(present(renderer, desk=desk), Reply) and len(made) == 2
+    assert "the actuator is gone. Put it right" in desk.demands[0].text
+    made[1].running = False
+    assert isinstance(renderer.after(Reply({"answers": {}})), Fault), "what was not felt to its end is met again"
+
+
+def test_a_renderer_is_part_of_the_station_and_ends_with_it(lab):
+    renderer, (plays,) = fake(lab)
+    Station(renderer, beside=renderer).stop()
+    assert plays.ended == 1
+
+
+def rig_file(lab, text=RIG):
+    path = lab / "rig.yaml"
+    path.write_text(text, encoding="utf-8")
+    return read_rig(path)
+
+
+def test_the_twins_of_stylus_and_actuator_render_in_a_process_of_their_own(lab):
+    rig = open_rig(rig_file(lab), ["stylus", "actuator"])
+    try:
+        station = rig_station(rig, Found(PLAN.study, FOLDER), PLAN, lab)
+        assert isinstance(station.presents, Mounted) and isinstance(station.beside, RigRenderer)
+        try:
+            assert isinstance(present(station.beside), Reply)
+            counted = station.after(Reply({})).value["rendered"]["deadlines"]
+            assert counted["ahead_ms"] == 10 and counted["steps"] >= 0 and counted["priority"]
+        finally:
+            station.stop()
+    finally:
+        rig.close()
+
+
+def test_what_cannot_render_is_refused_while_the_session_is_planned(lab):
+    real = RIG.replace("voice_coil, driver: twin", "voice_coil, driver: sound")
+    file = rig_file(lab, RIG.replace("tablet, driver: twin", "tablet, driver: pyglet, px_per_mm: 5"))
+    with pytest.raises(DeviceError, match="evdev"):
+        demand_usable(closed(file))
+    with pytest.raises(DeviceError, match="palpate rig calibrate actuator"):
+        demand_usable(closed(rig_file(lab, real)))
+
+
+def closed(file):
+    """The rig's devices, none of them open."""
+    from devices.rig.kinds import made
+    from devices.rig.opened import OpenRig
+
+    names = ("stylus", "actuator")
+    devices = {name: made(file.kind(name), name, file.devices[name], file.path.parent) for name in names}
+    return OpenRig(file, devices, lambda: None)
+
+
+def test_a_model_that_is_not_whole_is_refused_before_a_device_is_opened(lab):
+    (lab / "models" / "texture-cloth-ar.safetensors").unlink()
+    hardware = Hardware(Found(PLAN.study, FOLDER), lab, file=rig_file(lab))
+    with pytest.raises(RigError, match=r"texture-cloth-ar"):
+        hardware.open(PLAN)
+    assert hardware.opened is None
