@@ -49,16 +49,28 @@ def child(act: Callable[[], object]) -> int:
     return pid
 
 
-def usual_seconds(lab: Path, plan: Plan, rig: RigPlan) -> float:
-    """How long an undisturbed session takes here."""
+def usual_seconds(path: Path, act: Callable[[], object]) -> tuple[float, float]:
+    """How long an undisturbed session takes here: until its ledger is there, and from then on."""
     begun = time.perf_counter()
-    os.waitpid(child(lambda: start(lab, plan, rig)), 0)
-    return time.perf_counter() - begun
-
-
-def kill_after(seconds: float, act: Callable[[], object]) -> None:
-    """Do something in a process of its own, and kill it so many seconds later."""
     pid = child(act)
+    wait_for(path)
+    there = time.perf_counter()
+    os.waitpid(pid, 0)
+    return there - begun, time.perf_counter() - there
+
+
+def wait_for(path: Path, longest_s: float = 60.0) -> None:
+    """Until the file is there."""
+    end = time.perf_counter() + longest_s
+    while not path.exists() and time.perf_counter() < end:
+        time.sleep(0.0005)
+
+
+def kill_after(seconds: float, act: Callable[[], object], once: Path | None = None) -> None:
+    """Do something in a process of its own, and kill it so many seconds later, counted from when a file is there."""
+    pid = child(act)
+    if once is not None:
+        wait_for(once)
     time.sleep(seconds)
     os.kill(pid, signal.SIGKILL)
     os.waitpid(pid, 0)
@@ -67,16 +79,24 @@ def kill_after(seconds: float, act: Callable[[], object]) -> None:
 def main(labs: Path, seed: int, kills: int) -> None:
     """Kill `kills` sessions, each in a lab of its own at an instant drawn evenly over a usual session.
 
-    Every second one is taken up again and that is killed, too.
+    Every second one is taken up again and that is killed, too. Three in four are counted from when their ledger is
+    there: how long a busy machine takes until then decides nothing.
     """
     chance, plan, rig = random.Random(seed), the_plan(), the_rig()
-    usual = min(usual_seconds(labs / f"usual{number}", plan, rig) for number in range(3))
+
+    def ledger(lab: Path) -> Path:
+        return ledger_path(lab, plan.study.study, plan.who.participant)
+
+    usual = [labs / f"usual{number}" for number in range(3)]
+    before, after = map(
+        min, zip(*(usual_seconds(ledger(lab), lambda lab=lab: start(lab, plan, rig)) for lab in usual), strict=True)
+    )
     for number in range(kills):
-        lab = labs / str(number)
-        kill_after(chance.uniform(0, 1.1 * usual), lambda lab=lab: start(lab, plan, rig))
-        path = ledger_path(lab, plan.study.study, plan.who.participant)
+        lab, path = labs / str(number), ledger(labs / str(number))
+        latest, once = (1.1 * before, None) if number % 4 == 0 else (1.1 * after, path)
+        kill_after(chance.uniform(0, latest), lambda lab=lab: start(lab, plan, rig), once)
         if number % 2 and path.exists():
-            kill_after(chance.uniform(0, 0.5 * usual), lambda path=path: resume(path, rig))
+            kill_after(chance.uniform(0, 0.5 * (before + after)), lambda path=path: resume(path, rig))
 
 
 if __name__ == "__main__":
