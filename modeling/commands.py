@@ -117,7 +117,9 @@ def _told(way: Direction, metrics: Any) -> str:
 @QUICK
 @WORKERS
 @CLUSTER
-@click.option("--figures/--no-figures", default=True, help="Whether to draw the figures.")
+@click.option(
+    "--figures/--no-figures", default=None, help="Whether to draw the figures.  [default: drawn, but not with --quick]"
+)
 @click.option(
     "--to", type=click.Path(file_okay=False, path_type=Path), help="Where to.  [default: LAB/evaluated/doors]"
 )
@@ -125,7 +127,7 @@ def _told(way: Direction, metrics: Any) -> str:
 @click.pass_obj
 def evaluate_doors(
     handed: Handed, asked: Asked, names: tuple[str, ...], split: Any, seed: int, quick: bool, workers: int | None,
-    cluster: str | None, figures: bool, to: Path | None, as_json: bool,
+    cluster: str | None, figures: bool | None, to: Path | None, as_json: bool,
 ) -> None:  # fmt: skip
     """Judge every method of both directions on the same folds, and write tables, figures and a report.
 
@@ -153,7 +155,7 @@ def evaluate_doors(
     with going_on("what is left"), progress_lines() as report:
         data, individual = read(asked)
         found = evaluated(data, individual, handed.doors(), wanted, report)
-        paths = write_all(found, to or folder_for(asked.lab, split), report, figures)
+        paths = write_all(found, to or folder_for(asked.lab, split), report, not quick if figures is None else figures)
     if as_json:
         from modeling.doors.evaluation_results import as_json as results
 

@@ -18,8 +18,8 @@ LINEAR = (
 )
 QUICK = (
     "A quick run, to see that everything works: three folds; networks saw the stimuli alone, for four epochs (the one "
-    "from feeling to force: two); the generator had a small recipe; other splits, and the search, are left out. Its "
-    "numbers, and the default that they lead to, are nothing to go by."
+    "from feeling to force: two); the generator had a small recipe; other splits, the search and (unless asked "
+    "for) the figures are left out. Its numbers, and the default that they lead to, are nothing to go by."
 )
 LEAKY = "Leaky folds: variants of one stimulus lie on both sides. These errors say nothing about new doors."
 PRIVATE = "The thesis' numbers rest on private data of other people: its doors bear the same labels, but are others."
