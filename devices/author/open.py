@@ -4,21 +4,21 @@ from __future__ import annotations
 
 from collections.abc import Iterator
 from contextlib import contextmanager
-from dataclasses import dataclass, replace
+from dataclasses import dataclass
 from pathlib import Path
 from typing import TYPE_CHECKING
 
 from devices.author.designs import DesignError, designs_folder
 from devices.author.making import Maker
 from devices.author.words import author_texts
-from devices.window.calibration import Calibration, read_calibration, station_file
+from devices.window.at_hand import calibration_at_hand
+from devices.window.calibration import Calibration
 
 if TYPE_CHECKING:
     from devices.author.room import Room
     from devices.door.link.simulator import DoorSimulator
     from devices.window.shell import Shell
 
-NEVER = "never: not measured"
 LOCK = ".author.lock"
 
 
@@ -38,7 +38,7 @@ def run_window(maker: Maker, options: Options) -> None:
     """Show the window until it is closed. Raises WindowError, DesignError, RigFileError."""
     from devices.window.shell import open_shell
 
-    calibration = _calibration(options)
+    calibration = calibration_at_hand(options.lab, options.screen, options.windowed)
     door, why = _door(options)
     with _alone(options.lab):
         screen = calibration.screen if options.screen is None else options.screen
@@ -74,20 +74,6 @@ def room_on(
     if door is not None:
         room.player = Player(door, room, time.monotonic_ns)
     return room
-
-
-def _calibration(options: Options) -> Calibration:
-    """The station's; where its screen was never measured, one by what the system says of it: no length matters here."""
-    if station_file(options.lab).is_file():
-        found = read_calibration(options.lab)
-        return found if options.windowed is None else replace(found, size_px=options.windowed)
-    from devices.window.commands_calibrate import USUAL_PX_PER_MM
-    from devices.window.shell import screen_sizes
-    from devices.window.shell_checks import demand_screen
-
-    sizes, screen = screen_sizes(), options.screen or 0
-    demand_screen(sizes, screen, None)
-    return Calibration(options.windowed or sizes[screen], USUAL_PX_PER_MM, screen, NEVER)
 
 
 def _door(options: Options) -> tuple[DoorSimulator | None, str]:

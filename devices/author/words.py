@@ -5,23 +5,16 @@ from __future__ import annotations
 from pathlib import Path
 
 from devices.author.making import NEUTRAL, Array, Maker
-from devices.window.geometry import WindowError
-from devices.window.texts import Texts, load_texts, read_words
-from protocols.did_you_mean import nearest
+from devices.window.texts import MASTER, Texts, window_texts
 
 FOLDER = Path(__file__).parent / "texts"
-MASTER = "en"
 NAMED_OFF, NOTICED = 3, 10.0
 """So many of the wishes that cannot be had are named at most: those missed by more than people just notice."""
 
 
 def author_texts(language: str = MASTER) -> Texts:
     """The words of the window and of the pages that it shares with others. Raises WindowError."""
-    file = FOLDER / f"{language}.yaml"
-    if not file.is_file():
-        known = nearest(language, sorted(path.stem for path in FOLDER.glob("*.yaml")))
-        raise WindowError(f"the designer's window has no texts in language {language!r}; {known}")
-    return Texts(language, {**load_texts(language).words, **read_words(file)})
+    return window_texts(FOLDER, "designer", language)
 
 
 def word(texts: Texts, name: str) -> str:

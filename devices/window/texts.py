@@ -48,6 +48,15 @@ def load_texts(language: str = MASTER, extra: Path | None = None) -> Texts:
     return Texts(language, read_words(file))
 
 
+def window_texts(folder: Path, whose: str, language: str = MASTER) -> Texts:
+    """The words of a window with texts of its own in a folder, and of the pages that all share. Raises WindowError."""
+    file = folder / f"{language}.yaml"
+    if not file.is_file():
+        known = nearest(language, sorted(path.stem for path in folder.glob("*.yaml")))
+        raise WindowError(f"the {whose}'s window has no texts in language {language!r}; {known}")
+    return Texts(language, {**load_texts(language).words, **read_words(file)})
+
+
 def problems(file: Path) -> list[str]:
     """What is wrong with a language file, measured against the English one: for `palpate check`."""
     try:

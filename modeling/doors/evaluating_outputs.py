@@ -2,20 +2,17 @@
 
 from __future__ import annotations
 
-import json
-from collections.abc import Callable, Sequence
+from collections.abc import Callable
+from functools import partial
 from pathlib import Path
-from typing import Any
 
-from analysis.regenerating.files import readable_json
-from analysis.reporting.csv_files import csv_text, write_texts
 from modeling.doors.data import DoorData
 from modeling.doors.evaluating_whole import Evaluation
 from modeling.doors.evaluation_results import as_json, plain, tables
 from modeling.doors.folding import Kinds
 from modeling.doors.registry import DEFAULT, NO_FILE, Direction, methods_of
+from modeling.files.evaluation_folder import read_results, write_evaluation
 
-RESULTS, REPORT = "evaluation.json", "report.html"
 KEPT = ".jobs"
 
 
@@ -35,43 +32,17 @@ def write_all(
 ) -> list[Path]:
     """Write everything and give the paths, the report last; what an earlier evaluation wrote here and this one does
     not is removed, nothing else is touched."""
+    from modeling.doors.evaluation_drawn import Pictured
     from modeling.doors.evaluation_figures import figures
     from modeling.doors.evaluation_report import report_html
 
-    earlier = _earlier(folder)
-    texts = {f"tables/{name}.csv": csv_text([plain(row) for row in rows]) for name, rows in tables(found).items()}
-    paths = write_texts(texts, folder)
-    report("drawing")
-    drawn = list(figures(found, folder / "figures")) if drawings else []
-    paths += [folder / "figures" / f"{each.name}.{kind}" for each in drawn for kind in ("svg", "png")]
-    page = folder / REPORT
-    page.write_text(report_html(found, drawn), encoding="utf-8", newline="\n")
-    names = sorted(path.relative_to(folder).as_posix() for path in (*paths, page))
-    told = readable_json({**as_json(found), "files": names}) + "\n"
-    (folder / RESULTS).write_text(told, encoding="utf-8", newline="\n")
-    _remove(folder, [name for name in earlier if name not in names])
-    return [*paths, folder / RESULTS, page]
+    rows = {name: [plain(row) for row in each] for name, each in tables(found).items()}
 
+    def draw(place: Path) -> list[Pictured]:
+        report("drawing")
+        return list(figures(found, place)) if drawings else []
 
-def _earlier(folder: Path) -> list[str]:
-    """The files that the evaluation which lies here says that it wrote."""
-    names = _read(folder).get("files", [])
-    return [name for name in names if isinstance(name, str)] if isinstance(names, list) else []
-
-
-def _remove(folder: Path, names: Sequence[str]) -> None:
-    for name in names:
-        path = folder / name
-        if path.resolve().is_relative_to(folder.resolve()):
-            path.unlink(missing_ok=True)
-
-
-def _read(folder: Path) -> dict[str, Any]:
-    try:
-        told = json.loads((folder / RESULTS).read_text(encoding="utf-8"))
-    except (OSError, ValueError):
-        return {}
-    return told if isinstance(told, dict) else {}
+    return write_evaluation(folder, rows, draw, partial(report_html, found), lambda: as_json(found))
 
 
 def default_of(lab: Path, data: DoorData, direction: Direction) -> str:
@@ -79,7 +50,7 @@ def default_of(lab: Path, data: DoorData, direction: Direction) -> str:
 
     An evaluation without the shipped default among its methods says nothing against it.
     """
-    told = _read(folder_for(lab, "grouped"))
+    told = read_results(folder_for(lab, "grouped"))
     try:
         evaluated = {row["method"] for row in told["tables"][f"methods_{direction}"]}
         if told["data"]["digest"] == data.digest and not told["quick"] and DEFAULT[direction] in evaluated:

@@ -130,8 +130,9 @@ def _loop(found: Evaluation) -> list[Block]:
 
 def _judged_table(found: Evaluation, methods: Sequence[Gathered], name: str) -> Table | None:
     rows: list[Row] = [{"attribute": attribute} for attribute in (*found.data.attributes, "mean")]
+    within = attainable(methods)
     for each in methods:
-        values = [row[name] for row in loop_rows(each, attainable(methods))]
+        values = [row[name] for row in loop_rows(each, within)]
         if any(value is None for value in values):
             continue
         for row, value in zip(rows, [*values, sum(values) / len(values)], strict=True):

@@ -59,10 +59,10 @@ def forward_row(found: Gathered, method: Method) -> Row:
     }
 
 
-def inverse_row(found: Gathered, method: Method, attainable: Mask | None = None) -> Row:
+def inverse_row(found: Gathered, method: Method, within: Mask | None = None) -> Row:
     """One method that makes profiles: waveform error in percent of the range of forces, loop error on 0..100.
 
-    `attainable` (n,) are the wishes that can be had (see `attainable`); None: nobody looked.
+    `within` (n,) are the wishes that can be had (see `attainable`); None: nobody looked.
     """
     errors = waveform_errors(found)
     return {
@@ -71,7 +71,7 @@ def inverse_row(found: Gathered, method: Method, attainable: Mask | None = None)
         "waveform_mae": float(errors[0].mean()),
         "waveform_mae_sd": float(errors[0].std(ddof=1)) if len(errors[0]) > 1 else None,
         "waveform_rmse": float(errors[1].mean()),
-        **loop_numbers(found, attainable),
+        **loop_numbers(found, within),
         "unplayable": unplayable(found),
         "made": len(found.data),
         "corners_unplayable": found.total("corners_unplayable") if _has(found, "corners_unplayable") else None,
@@ -108,23 +108,26 @@ def loop_numbers(found: Gathered, within: Mask | None = None) -> Row:
 
     Also over the wishes `within` alone, by fresh people where there are any and else by the forward model.
     """
-    off = {f"loop_{by}": _off(found, by) for by in BY}
-    told: Row = {name: None if each is None else float(np.mean(each)) for name, each in off.items()}
-    counts = off["loop_judge"] if off["loop_fresh"] is None else off["loop_fresh"]
-    some = None if within is None or counts is None or not within.any() else float(np.mean(counts[within]))
-    return told | {"loop_attainable": some, "attainable": None if within is None else int(within.sum())}
+    told: Row = {name: None if each is None else float(np.mean(each)) for name, each in _all_off(found, within).items()}
+    return told | {"attainable": None if within is None else int(within.sum())}
 
 
 def loop_rows(found: Gathered, within: Mask | None = None) -> list[Row]:
     """`loop_numbers` by attribute."""
-    off = {f"loop_{by}": _off(found, by) for by in BY}
-    counts = off["loop_judge"] if off["loop_fresh"] is None else off["loop_fresh"]
-    off["loop_attainable"] = None if within is None or counts is None or not within.any() else counts[within]
+    off = _all_off(found, within)
     return [
         {"method": found.method, "attribute": attribute}
         | {name: None if each is None else float(np.mean(each[:, column])) for name, each in off.items()}
         for column, attribute in enumerate(found.data.attributes)
     ]
+
+
+def _all_off(found: Gathered, within: Mask | None) -> dict[str, Array | None]:
+    """How far from the wishes each judge finds what was made, and over the wishes `within` the one that counts."""
+    off = {f"loop_{by}": _off(found, by) for by in BY}
+    counts = off["loop_judge"] if off["loop_fresh"] is None else off["loop_fresh"]
+    off["loop_attainable"] = None if within is None or counts is None or not within.any() else counts[within]
+    return off
 
 
 def unplayable(found: Gathered) -> int | None:

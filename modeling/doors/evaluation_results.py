@@ -31,6 +31,7 @@ PLAUSIBLE = ("greatest_N", "steepest_N_deg", "work_J_m", "distance_N", "beyond")
 def tables(found: Evaluation) -> dict[str, list[Row]]:
     """Every table of the evaluation, by the name of its CSV; one that has no rows is left out."""
     forward, inverse = found.judged.methods("forward"), found.judged.methods("inverse")
+    within = attainable(inverse)
     every: dict[str, list[Row]] = {
         "methods_forward": list(found.forward),
         "methods_inverse": list(found.inverse),
@@ -44,7 +45,7 @@ def tables(found: Evaluation) -> dict[str, list[Row]]:
         "splits_inverse": splits_inverse(found),
         "floors": list(found.floors),
         "noise_ceiling": [row for each in found.ceilings for row in ceiling_rows(each)],
-        "loop": [row for each in inverse for row in loop_rows(each, attainable(inverse))],
+        "loop": [row for each in inverse for row in loop_rows(each, within)],
         "corners": corner_rows(inverse),
         "one_slider": [row for each in inverse for row in slider_rows(each)],
         "plausibility": [plausible_row(each) for each in inverse],

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from dataclasses import replace
-from typing import Any, Self
+from typing import Self
 
 import numpy as np
 import torch
@@ -12,7 +12,7 @@ from torch import Tensor, nn
 from modeling.doors.data import Array, ModelDataError
 from modeling.doors.methods import Learning
 from modeling.doors.preparing import CONSTANT, Rows, rows_of
-from modeling.training.seeding import training_state
+from modeling.training.asked import answers_of, wished_settings
 from modeling.training.settings import Settings
 
 AT_ONCE = 64
@@ -79,10 +79,7 @@ def settings_for(learning: Learning, default: Settings, quick_epochs: int = QUIC
 
     `quick` trains for so many epochs where no number is given. Raises TrainingError for a value without sense.
     """
-    given = learning.settings
-    wished: dict[str, Any] = {"epochs": min(default.epochs, quick_epochs)} if given.get("quick") else {}
-    wished |= {name: given[name] for name in ASKED if name in given}
-    return replace(default, seed=learning.seed, **wished)
+    return wished_settings(learning.settings, default, learning.seed, ASKED, quick_epochs)
 
 
 def answers(network: nn.Module, given: Array) -> Array:
@@ -90,11 +87,7 @@ def answers(network: nn.Module, given: Array) -> Array:
 
     Raises ModelDataError where an answer is not finite, as for values that 32 bits cannot hold.
     """
-    with np.errstate(over="ignore"):
-        rows = torch.from_numpy(np.ascontiguousarray(given, dtype=np.float32))
-    with training_state(0, 1), torch.no_grad():
-        network.eval()
-        found = torch.cat([network(part) for part in torch.split(rows, AT_ONCE)])
-    if not bool(torch.isfinite(found).all()):
+    found = answers_of(network, given, AT_ONCE)
+    if not np.isfinite(found).all():
         raise ModelDataError("the network's answer is not finite: what it was given is far beyond what it has learned.")
-    return found.numpy().astype(np.float64)
+    return found

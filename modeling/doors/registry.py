@@ -2,37 +2,17 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterator, Mapping
-from dataclasses import dataclass
-from importlib import import_module
-from typing import Literal, cast
+from collections.abc import Mapping
+from typing import Literal
 
 from modeling.doors.data import ModelDataError
 from modeling.doors.methods import Method
+from modeling.lazily import Lazily
 
 Direction = Literal["forward", "inverse"]
 
 
-@dataclass(frozen=True)
-class Methods(Mapping[str, Method]):
-    """Methods by name, in the order in which they are shown; each is imported when it is asked for."""
-
-    direction: Direction
-    places: Mapping[str, str]
-
-    def __getitem__(self, name: str) -> Method:
-        module, _, attribute = self.places[name].partition(":")
-        return cast(Method, getattr(import_module(module), attribute))
-
-    def __iter__(self) -> Iterator[str]:
-        return iter(self.places)
-
-    def __len__(self) -> int:
-        return len(self.places)
-
-
-FORWARD: Mapping[str, Method] = Methods(
-    "forward",
+FORWARD: Mapping[str, Method] = Lazily(
     {
         "mean": "modeling.doors.constant:MEAN",
         "ridge": "modeling.doors.ridge:RIDGE",
@@ -43,8 +23,7 @@ FORWARD: Mapping[str, Method] = Methods(
         "network": "modeling.doors.forward_network:NETWORK",
     },
 )
-INVERSE: Mapping[str, Method] = Methods(
-    "inverse",
+INVERSE: Mapping[str, Method] = Lazily(
     {
         "nearest": "modeling.doors.nearest:NEAREST",
         "pca_regression": "modeling.doors.pca_regression:PCA_REGRESSION",

@@ -2,14 +2,13 @@
 
 from __future__ import annotations
 
-import json
 import math
 from collections.abc import Callable, Mapping, Sequence
+from functools import partial
 from pathlib import Path
 from typing import Any
 
-from analysis.regenerating.files import readable_json
-from analysis.reporting.csv_files import csv_text, write_texts
+from modeling.files.evaluation_folder import read_results, write_evaluation
 from modeling.textures.evaluation_report import choice_of
 from modeling.textures.evaluation_tables import (
     Row,
@@ -29,7 +28,7 @@ from modeling.textures.recording import Recording
 from modeling.textures.registry import DEFAULT, METHODS
 from modeling.training.run_card import versions
 
-RESULTS, REPORT, KEPT = "evaluation.json", "report.html", ".jobs"
+KEPT = ".jobs"
 LONG = ("learning_curves",)
 """Tables of a row for each epoch: they stand in their CSV alone."""
 
@@ -96,22 +95,17 @@ def write_all(
 ) -> list[Path]:
     """Write everything and give the paths, the report last; what an earlier evaluation wrote here and this one does
     not is removed, nothing else is touched."""
+    from modeling.doors.evaluation_drawn import Pictured
     from modeling.textures.evaluation_figures import figures
     from modeling.textures.evaluation_report import report_html
 
-    earlier = _earlier(folder)
-    texts = {f"tables/{name}.csv": csv_text([plain(row) for row in rows]) for name, rows in tables(found).items()}
-    paths = write_texts(texts, folder)
-    report("drawing")
-    drawn = list(figures(found, folder / "figures")) if drawings else []
-    paths += [folder / "figures" / f"{each.name}.{kind}" for each in drawn for kind in ("svg", "png")]
-    page = folder / REPORT
-    page.write_text(report_html(found, drawn), encoding="utf-8", newline="\n")
-    names = sorted(path.relative_to(folder).as_posix() for path in (*paths, page))
-    told = readable_json({**as_json(found), "files": names}) + "\n"
-    (folder / RESULTS).write_text(told, encoding="utf-8", newline="\n")
-    _remove(folder, [name for name in earlier if name not in names])
-    return [*paths, folder / RESULTS, page]
+    rows = {name: [plain(row) for row in each] for name, each in tables(found).items()}
+
+    def draw(place: Path) -> list[Pictured]:
+        report("drawing")
+        return list(figures(found, place)) if drawings else []
+
+    return write_evaluation(folder, rows, draw, partial(report_html, found), lambda: as_json(found))
 
 
 def default_of(lab: Path, recordings: Sequence[Recording]) -> str:
@@ -119,7 +113,7 @@ def default_of(lab: Path, recordings: Sequence[Recording]) -> str:
 
     An evaluation without the shipped default among its methods says nothing against it.
     """
-    told = _read(folder_for(lab))
+    told = read_results(folder_for(lab))
     try:
         same = {each["digest"] for each in told["data"].values()} == set(map(recording_digest, recordings))
         evaluated = {row["method"] for row in told["tables"]["methods"]}
@@ -128,24 +122,3 @@ def default_of(lab: Path, recordings: Sequence[Recording]) -> str:
     except (KeyError, TypeError, AttributeError):
         pass
     return DEFAULT
-
-
-def _earlier(folder: Path) -> list[str]:
-    """The files that the evaluation which lies here says that it wrote."""
-    names = _read(folder).get("files", [])
-    return [name for name in names if isinstance(name, str)] if isinstance(names, list) else []
-
-
-def _remove(folder: Path, names: Sequence[str]) -> None:
-    for name in names:
-        path = folder / name
-        if path.resolve().is_relative_to(folder.resolve()):
-            path.unlink(missing_ok=True)
-
-
-def _read(folder: Path) -> dict[str, Any]:
-    try:
-        told = json.loads((folder / RESULTS).read_text(encoding="utf-8"))
-    except (OSError, ValueError):
-        return {}
-    return told if isinstance(told, dict) else {}

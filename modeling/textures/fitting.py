@@ -8,8 +8,7 @@ from __future__ import annotations
 
 import math
 from collections.abc import Callable
-from dataclasses import dataclass, replace
-from typing import Any
+from dataclasses import dataclass
 
 import numpy as np
 import torch
@@ -21,9 +20,10 @@ from modeling.textures.methods import Learning
 from modeling.textures.recording import Array, Scale, TextureDataError
 from modeling.textures.resting import with_rest
 from modeling.textures.windows import scale_of, windows
+from modeling.training.asked import answers_of, wished_settings
 from modeling.training.loop import Optimise, Trained, adam
 from modeling.training.loop import train as train_network
-from modeling.training.seeding import seeded, training_state
+from modeling.training.seeding import seeded
 from modeling.training.settings import Settings
 from modeling.training.sources import Given, Made, Pairs, Source, pairs
 from modeling.training.stepping import Loss
@@ -153,10 +153,7 @@ def settings_for(learning: Learning, default: Settings) -> Settings:
 
     Raises TrainingError for a value without sense.
     """
-    given = learning.settings
-    wished: dict[str, Any] = {"epochs": min(default.epochs, QUICK_EPOCHS)} if given.get("quick") else {}
-    wished |= {name: given[name] for name in ASKED if name in given}
-    return replace(default, seed=learning.seed, **wished)
+    return wished_settings(learning.settings, default, learning.seed, ASKED, QUICK_EPOCHS)
 
 
 def checked(given: Array, window: int) -> Array:
@@ -173,11 +170,7 @@ def answers(network: nn.Module, given: Array) -> Array:
 
     Raises TextureDataError where an answer is not finite, as for values that 32 bits cannot hold.
     """
-    with np.errstate(over="ignore"):
-        rows = torch.from_numpy(np.ascontiguousarray(given, dtype=np.float32))
-    with training_state(0, 1), torch.no_grad():
-        network.eval()
-        found = torch.cat([network(part) for part in torch.split(rows, AT_ONCE)])
-    if not bool(torch.isfinite(found).all()):
+    found = answers_of(network, given, AT_ONCE)
+    if not np.isfinite(found).all():
         raise TextureDataError("the network's answer is not finite: it was given what is far beyond what it learned.")
-    return found.numpy().astype(np.float64)
+    return found

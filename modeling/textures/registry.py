@@ -2,33 +2,13 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterator, Mapping
-from dataclasses import dataclass
-from importlib import import_module
-from typing import cast
+from collections.abc import Mapping
 
+from modeling.lazily import Lazily
 from modeling.textures.methods import Method
 from modeling.textures.recording import TextureDataError
 
-
-@dataclass(frozen=True)
-class Methods(Mapping[str, Method]):
-    """Methods by name, in the order in which they are shown; each is imported when it is asked for."""
-
-    places: Mapping[str, str]
-
-    def __getitem__(self, name: str) -> Method:
-        module, _, attribute = self.places[name].partition(":")
-        return cast(Method, getattr(import_module(module), attribute))
-
-    def __iter__(self) -> Iterator[str]:
-        return iter(self.places)
-
-    def __len__(self) -> int:
-        return len(self.places)
-
-
-METHODS: Mapping[str, Method] = Methods(
+METHODS: Mapping[str, Method] = Lazily(
     {
         "ar": "modeling.textures.ar:AR",
         "fnn": "modeling.textures.fnn:FNN",

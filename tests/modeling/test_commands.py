@@ -11,7 +11,7 @@ pytest.importorskip("torch")
 import palpate
 from devices.door.side import DoorSide
 from modeling.commands import evaluate, train
-from modeling.doors.evaluating_outputs import RESULTS
+from modeling.files.evaluation_folder import RESULTS
 from palpate import Sides
 from studies.catalogue import SHIPPED
 from tests.modeling.doors.evaluated_small import small_data

@@ -20,14 +20,14 @@ from devices.tablet.device import Tablet
 from devices.tablet.pipeline import Shape
 from devices.tablet.pyglet_window import PygletTablet
 from devices.tablet.reports import Report
-from devices.window.calibration import Calibration, read_calibration, station_file
+from devices.window.at_hand import NEVER, calibration_at_hand
+from devices.window.calibration import Calibration
 
 if TYPE_CHECKING:
     from devices.render.window.room import Plays, Room
     from devices.window.geometry import Box
     from devices.window.shell import Shell
 
-NEVER = "never: not measured"
 MOUSE = Shape(report_hz=60.0)
 """A mouse as a stylus: windows report it once a frame at the slowest."""
 
@@ -66,7 +66,7 @@ def run_window(asked: Asked) -> None:
     """Show the window until it is closed. Raises WindowError, RigFileError, DeviceError, ModelFileError."""
     from devices.window.shell import open_shell
 
-    calibration, hands = calibration_for(asked), hands_for(asked)
+    calibration, hands = calibration_at_hand(asked.lab, asked.screen, asked.windowed), hands_for(asked)
     screen = calibration.screen if asked.screen is None else asked.screen
     shell, begun = open_shell(calibration, screen, asked.windowed is None), Begun()
     try:
@@ -102,20 +102,6 @@ def room_on(shell: Shell, calibration: Calibration, asked: Asked, hands: Hands, 
         shell.now_s(), " ".join(page.texts(key) for key, said in notes if said),
         curve=hands.hand.force if hands.hand is not None else MOUSE.force,
     )  # fmt: skip
-
-
-def calibration_for(asked: Asked) -> Calibration:
-    """The station's; where its screen was never measured, one by what the system says of it, which the window tells."""
-    if station_file(asked.lab).is_file():
-        found = read_calibration(asked.lab)
-        return found if asked.windowed is None else replace(found, size_px=asked.windowed)
-    from devices.window.commands_calibrate import USUAL_PX_PER_MM
-    from devices.window.shell import screen_sizes
-    from devices.window.shell_checks import demand_screen
-
-    sizes, screen = screen_sizes(), asked.screen or 0
-    demand_screen(sizes, screen, None)
-    return Calibration(asked.windowed or sizes[screen], USUAL_PX_PER_MM, screen, NEVER)
 
 
 def hands_for(asked: Asked) -> Hands:

@@ -4,21 +4,14 @@ from __future__ import annotations
 
 from pathlib import Path
 
-from devices.window.geometry import WindowError
-from devices.window.texts import Texts, load_texts, read_words
-from protocols.did_you_mean import nearest
+from devices.window.texts import MASTER, Texts, window_texts
 
 FOLDER = Path(__file__).parent / "texts"
-MASTER = "en"
 
 
 def render_texts(language: str = MASTER) -> Texts:
     """The words of the window and of what it shares with others. Raises WindowError."""
-    file = FOLDER / f"{language}.yaml"
-    if not file.is_file():
-        known = nearest(language, sorted(path.stem for path in FOLDER.glob("*.yaml")))
-        raise WindowError(f"the renderer's window has no texts in language {language!r}; {known}")
-    return Texts(language, {**load_texts(language).words, **read_words(file)})
+    return window_texts(FOLDER, "renderer", language)
 
 
 def texture_word(texts: Texts, texture: str) -> str:

@@ -4,7 +4,8 @@ import re
 
 import pytest
 
-from modeling.textures.evaluation_outputs import REPORT, RESULTS, default_of, tables, write_all
+from modeling.files.evaluation_folder import REPORT, RESULTS
+from modeling.textures.evaluation_outputs import default_of, tables, write_all
 from modeling.textures.evaluation_report import report_html
 from modeling.textures.evaluation_thesis import printed_errors, printed_times, printed_variant
 from modeling.textures.judging_whole import judge
