@@ -235,6 +235,13 @@ class Texture(Strict):
     hop: int | None = Field(ge=1, default=None)
     picture: str | None = None
 
+    @model_validator(mode="after")
+    def _least_first(self) -> Self:
+        for name, (least, greatest) in (("speed_mm_s", self.speed_mm_s), ("force_N", self.force_N)):
+            if least > greatest:
+                raise ValueError(f"{name} goes from {least:g} to {greatest:g}; the least comes first")
+        return self
+
 
 class Card(Strict):
     """The card of one model. `training` is its run card; `metrics` are those of its evaluation, by name."""

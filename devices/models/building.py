@@ -18,6 +18,7 @@ from devices.models import (
     recurrence,
     sequence_layers,
 )
+from devices.models.errors import ModelFileError
 from devices.models.form import LARGEST, At, Built, Form, Kept, Run, Values
 from protocols import model_card as steps_of
 from protocols import signal_steps
@@ -29,6 +30,8 @@ __all__ = ["Form", "Run", "built"]
 
 def built(steps: Sequence[Step], tensors: Mapping[str, Values], form: Form) -> Built:
     """What these steps do to (n, *form.shape), and the form that comes out. Raises ModelFileError naming the step."""
+    if form.size > LARGEST:
+        raise ModelFileError(f"{form.size} numbers for one input; at most {LARGEST} are run. Export the model again.")
     return _chain(steps, form, At("", tensors))
 
 

@@ -10,8 +10,9 @@ from pathlib import Path
 import numpy as np
 from numpy.typing import NDArray
 
-from devices.models.comparing_textures import WINDOW, require_one_texture, rows_for
+from devices.models.comparing_textures import DRIVE, WINDOW, require_one_texture, rows_for
 from devices.models.errors import ModelInputError
+from devices.models.fastest import fastest
 from devices.models.given import NEUTRAL, TOP
 from devices.models.runtime import Model
 from protocols.model_card import Port
@@ -50,12 +51,12 @@ def require_alike(models: Sequence[Model]) -> None:
     Raises ModelInputError that says which does not.
     """
     first = models[0].card
-    if first.takes.kind == WINDOW:
+    if first.takes.kind in (WINDOW, DRIVE):
         require_one_texture(models)
-        return
     for model in models[1:]:
         for side, mine, other in (("takes", first.takes, model.card.takes), ("gives", first.gives, model.card.gives)):
-            if (mine.kind, mine.size, mine.names) != (other.kind, other.size, other.names):
+            sizes = (mine.size, other.size) if first.takes.kind != WINDOW else (0, 0)
+            if (mine.kind, sizes[0], mine.names) != (other.kind, sizes[1], other.names):
                 raise ModelInputError(
                     f"{first.name} {side} {_port(mine)}, {model.card.name} {_port(other)}: models that answer the same "
                     "question are compared."
@@ -82,13 +83,17 @@ def apart(models: Sequence[Model], labels: Sequence[str], inputs: Inputs) -> lis
 
 
 def milliseconds(model: Model, inputs: Inputs, clock: Callable[[], float]) -> float:
-    """The median time of one answer, over all inputs one by one, after one that does not count."""
+    """The median time of one answer, over all inputs one by one, after one that does not count.
+
+    Of a texture's model, by what plays it.
+    """
     rows = rows_for(model, inputs.rows)
-    model.run(rows[0])
+    run = model.run if model.card.texture is None else fastest(model).run
+    run(rows[0])
     times = []
     for row in rows:
         start = clock()
-        model.run(row)
+        run(row)
         times.append(clock() - start)
     return 1e3 * float(np.median(times))
 

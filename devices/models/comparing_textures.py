@@ -22,13 +22,17 @@ WARM_UP = 200
 
 
 def require_one_texture(models: Sequence[Model]) -> None:
-    """All continue the same texture. Raises ModelInputError that says which does not."""
-    first = models[0].card
-    for model in models[1:]:
-        if model.card.takes.kind != WINDOW or texture_of(model).id != texture_of(models[0]).id:
+    """All make the same texture. Raises ModelInputError that says which does not, or whose card is contradictory."""
+    first, made = models[0].card, texture_of(models[0]).id
+    for card in (model.card for model in models):
+        if card.texture is None or card.texture.id != made:
             raise ModelInputError(
-                f"{first.name} continues {texture_of(models[0]).id}, {model.card.name} does not: models that answer "
-                "the same question are compared."
+                f"{first.name} makes {made}, {card.name} does not: models that answer the same question are compared."
+            )
+        if card.takes.kind == WINDOW and card.takes.size != 3 * card.texture.window:
+            raise ModelInputError(
+                f"{card.name}: it takes {card.takes.size} numbers, and its window is {card.texture.window} samples of "
+                "acceleration, speed and force. Export it again."
             )
 
 

@@ -54,5 +54,5 @@ def find_model(name: str, lab: Path) -> Path:
             return path
     if Path(name).suffix in {CARD_SUFFIX, ".safetensors", *CODE} or Path(name).is_file():
         return Path(name)
-    names = dict.fromkeys(path.stem for _, folder in places(lab) for path in folder.glob(f"*{CARD_SUFFIX}"))
+    names = dict.fromkeys(path.stem for _, folder in places(lab) for path in sorted(folder.glob(f"*{CARD_SUFFIX}")))
     raise ModelFileError(f"no model {name!r} in {lab / FOLDER} or among the shipped ones; {nearest(name, names)}")

@@ -18,6 +18,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from devices.models.autoregression import predictor_of
+from devices.models.errors import ModelFileError
 from devices.models.hatt_file import Array, Hatt, read_hatt_file
 from devices.models.runtime import Model
 from protocols.model_card import Activation, Affine, Card, Port, Reshape, Step, Texture, Weights
@@ -63,19 +64,25 @@ def read_hatt(path: Path | str) -> Model:
     """
     path = Path(path)
     said, content = read_hatt_file(path)
-    found = _converted(said)
+    try:
+        found = _converted(said)
+    except ModelFileError as error:
+        raise ModelFileError(f"{path}: {error}") from None
     tensors = _tensors(found)
     window = found.filters.shape[1] - 1
     return Model(_card(path, said, found, content, window), {**tensors, "start": _start(tensors, window)})
 
 
 def _converted(said: Hatt) -> _Points:
-    """Each point's predictor; with a moving average, of more points between them."""
+    """Each point's predictor; with a moving average, of more points between them. Raises ModelFileError."""
     fine = said if not said.ma.shape[1] else _finer(said)
     if not said.ma.shape[1]:
         filters, error = _error_filters(fine.ar), np.ones(len(fine.ar))
     else:
-        filters, error = _without_average(fine)
+        with np.errstate(over="ignore", divide="ignore", invalid="ignore"):
+            filters, error = _without_average(fine)
+        if not (np.isfinite(filters).all() and (error >= 0).all()):
+            raise ModelFileError("ARlsf and MAlsf of a model lie too near the edge of what is stable to be converted.")
     return _Points(fine.points, _drawn_in(filters), error * fine.variance, fine.triangles)
 
 

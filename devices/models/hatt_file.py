@@ -25,6 +25,8 @@ MOST = 1000
 """Models of a texture, and triangles."""
 HIGHEST = 60
 """Order."""
+FURTHEST = 1e9
+"""Of a speed, force, variance or gain: what is beyond is none."""
 UNITS = {"AccelUnits": "m/s^2", "SpeedUnits": "mm/s", "ForceUnits": "N"}
 
 
@@ -149,6 +151,8 @@ def _demand(said: Hatt) -> None:
         raise _Odd(f"SampleRate is {said.rate_hz:g}")
     if said.variance.min() < 0 or said.points.min() < 0:
         raise _Odd("a variance, speed or force lies below 0")
+    if (most := max(each.max() for each in (said.points, said.variance, np.abs(said.gain)))) > FURTHEST:
+        raise _Odd(f"a speed, force, variance or gain is {most:g}; at most {FURTHEST:g} is expected")
     for name, rows in (("ARlsf", said.ar), ("MAlsf", said.ma)):
         if rows.size and not ((np.diff(rows, axis=1) > 0).all() and rows.min() > 0 and rows.max() < np.pi):
             raise _Odd(f"{name} does not rise from above 0 to below pi in every model, so it is not stable")

@@ -163,11 +163,16 @@ def _linear(rows: Values, matrix: Values, bias: Values) -> Values:
 
 
 def _lazy(scores: Values, asked: int) -> Values:
-    """(n, heads, queries): all but the `asked` places whose greatest score stands out most, of equals the first."""
+    """(n, heads, queries): all but the `asked` places whose greatest score stands out most, of equals the first.
+
+    A place whose scores overflowed is not among them, and its scores are made NaN.
+    """
     apart = scores.max(axis=2) - scores.mean(axis=2)
+    if not (known := np.isfinite(apart)).all():  # nobody knows whether a place whose scores overflowed would ask
+        scores += np.where(known, 0.0, np.nan).astype(scores.dtype)[:, :, None]
     lazy = np.ones(apart.shape, dtype=bool)
     np.put_along_axis(lazy, np.argsort(-apart, axis=2, kind="stable")[..., :asked], False, axis=2)
-    return lazy
+    return np.asarray(lazy & known)
 
 
 def _answer_plainly(answers: Values, values: Values, lazy: Values, causal: bool) -> None:

@@ -20,6 +20,7 @@ NAME_WIDTH, LINE, MOST_LISTED = 11, 110, 8
 def card_words(card: Card, tensors: Mapping[str, Values], file: str) -> str:
     """What a person wants to know of a model: what it takes and gives, how good it is, where it comes from."""
     count = sum(tensor.size for tensor in tensors.values())
+    training = {name: each for name, each in card.training.items() if name != "metrics" or each != card.metrics}
     parts: dict[str, Sequence[str]] = {
         "file": (file, f"{card.weights.file}, {size_words(card.weights.bytes)}, intact: {card.weights.sha256[:16]}..."),
         "method": (card.method,),
@@ -30,7 +31,7 @@ def card_words(card: Card, tensors: Mapping[str, Values], file: str) -> str:
         "metrics": [f"{name:<24} {value:.4g}" for name, value in card.metrics.items()] or ("none were written down",),
         "steps": tuple(step_words(card.steps, tensors)),
         "numbers": (f"{count} in {len(tensors)} arrays",),
-        "training": tuple(_flat(card.training)) or ("nothing was written down",),
+        "training": tuple(_flat(training)) or ("nothing was written down",),
         "notes": card.notes or ("none",),
     }
     lines = [f"{card.name}: {card.title}"]

@@ -37,8 +37,9 @@ static void N(product)(N(tile_of) t, int64_t m, int64_t n) {
     }
 }
 
-/* As many queries answer as have the largest max - mean of their scores; `chosen` is 1 for those (Zhou et al. 2021). */
-static void N(choose)(const op_attention *o, int64_t wide, const float *scores, float *chosen) {
+/* As many queries answer as have the largest max - mean of their scores; `chosen` is 1 for those (Zhou et al. 2021).
+   A query whose scores overflowed answers too, with what is no number: nobody knows whether it would be chosen. */
+static void N(choose)(const op_attention *o, int64_t wide, float *scores, float *chosen) {
     float *worth = chosen + (o->asked + LANES - 1) / LANES * LANES;
     for (int64_t i = 0; i < o->asked; i++) {
         float most = scores[i];
@@ -48,7 +49,8 @@ static void N(choose)(const op_attention *o, int64_t wide, const float *scores, 
             sum += scores[k * wide + i];
         }
         worth[i] = (float)(most - sum / (double)o->known);
-        chosen[i] = 0;
+        chosen[i] = worth[i] - worth[i] != 0;
+        if (chosen[i] != 0) scores[i] = worth[i] - worth[i];
     }
     for (int64_t picked = 0; picked < o->most; picked++) {
         int64_t best = -1;

@@ -19,9 +19,9 @@ static int inside(const palpate_program *p, const op_autoregression *o, double s
         for (int c = 0; c < 3; c++) {
             const double *of = shares + 3 * (c * o->triangles + t);
             share[c] = of[0] * speed + of[1] * force + of[2];
-            least = share[c] < least ? share[c] : least;
+            least = share[c] < least || share[c] != share[c] ? share[c] : least; /* what is no number stays so */
         }
-        if (least <= deepest) continue;
+        if (!(least > deepest)) continue;
         deepest = least;
         for (int c = 0; c < 3; c++) {
             found->row[c] = (int64_t)rows[3 * t + c];
@@ -34,15 +34,16 @@ static int inside(const palpate_program *p, const op_autoregression *o, double s
     return 1;
 }
 
-/* The nearest place on the rim, by its edge's two points. */
+/* The nearest place on the rim, by its edge's two points; shares are no numbers where all are too far to tell. */
 static void nearest(const palpate_program *p, const op_autoregression *o, double speed, double force, corners *found) {
     double least = HUGE_VAL;
+    *found = (corners){{0, 0, 0}, {NAN, NAN, NAN}};
     for (int64_t e = 0; e < o->rims; e++) {
         const double *edge = p->doubles + o->edges + 4 * e, *rows = p->doubles + o->rim + 2 * e;
         double dx = speed - edge[0], dy = force - edge[1], square = edge[2] * edge[2] + edge[3] * edge[3];
         double share = clipped((dx * edge[2] + dy * edge[3]) / (square > 1e-300 ? square : 1e-300));
         double rx = dx - share * edge[2], ry = dy - share * edge[3], far = rx * rx + ry * ry;
-        if (far >= least) continue;
+        if (!(far < least)) continue;
         least = far;
         *found = (corners){{(int64_t)rows[0], (int64_t)rows[1], (int64_t)rows[1]}, {1 - share, share, 0}};
     }
@@ -85,10 +86,10 @@ static void filter_of(const double *frequency, int64_t order, double *p, double 
 
 void palpate_autoregression(const palpate_program *p, const op_autoregression *o) {
     const int64_t order = o->order, last = o->length - 1;
-    const double *per = p->doubles + o->per, *log_sd = p->doubles + o->log_sd;
+    const double *per = p->doubles + o->per, *log_sd = p->doubles + o->log_sd, *gain = p->doubles + o->gain;
     double speed = p->x[o->length + last] / per[0], force = p->x[2 * o->length + last] / per[1];
     double *frequency = p->work64 + o->work, *one = frequency + order, *two = one + order + 4, mean = 0, level = 0;
-    corners at = {{0, 0, 0}, {0, 0, 0}};
+    corners at;
     if (!inside(p, o, speed, force, &at)) nearest(p, o, speed, force, &at);
     memset(frequency, 0, (size_t)order * sizeof *frequency);
     for (int c = 0; c < 3; c++) {
@@ -97,7 +98,7 @@ void palpate_autoregression(const palpate_program *p, const op_autoregression *o
         level += at.share[c] * log_sd[at.row[c]];
     }
     filter_of(frequency, order, one, two);
-    for (int64_t i = 1; i <= order; i++) mean -= 0.5 * (one[i] + two[i]) * p->x[last + 1 - i];
+    for (int64_t i = 1; i <= order; i++) mean -= 0.5 * (one[i] + two[i]) * gain[last + 1 - i] * p->x[last + 1 - i];
     p->work64[o->y64] = mean;
     p->work64[o->y64 + 1] = level;
     p->work[o->y] = (float)mean;

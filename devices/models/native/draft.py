@@ -10,8 +10,8 @@ import numpy as np
 from numpy.typing import NDArray
 
 from devices.models.native.library import InstructionSet
-from devices.models.native.packing import halves, packed
-from devices.models.native.values import Array, Product, Room, Spot, Value
+from devices.models.native.packing import halves, packed, single
+from devices.models.native.values import Array, NotCompiled, Product, Room, Spot, Value
 
 FIELDS = 24
 """Of an operation (kernel.h)."""
@@ -19,6 +19,8 @@ SPARE = 64
 """Numbers behind the last one that a vector may look at."""
 LINE = 16
 """Rooms begin at whole lines of the processor's cache."""
+MOST_LINES, MOST_WORK = 2000, 2**24
+"""Operations, and numbers of the workspace: a model with more is no model for a kernel."""
 KINDS = (
     "normalise", "linear", "polar", "cartesian", "gemm", "norm", "attention", "function", "affine", "add", "copy",
     "softmax", "pool", "repeat", "lstm", "autoregression", "clip",
@@ -71,8 +73,8 @@ class Draft:
         self.lines.append(product)
 
     def weight(self, numbers: Array) -> int:
-        """Numbers in single precision, as they are."""
-        return self.weights.put(np.asarray(numbers, dtype=np.float32), LINE)
+        """Numbers in single precision, as they are. Raises NotCompiled where that does not hold them."""
+        return self.weights.put(single(numbers), LINE)
 
     def panels(self, matrix: Array) -> int:
         """A matrix (k, n) in panels."""
@@ -91,14 +93,23 @@ class Finished:
 
 
 def finished(draft: Draft, last: Spot) -> Finished:
-    """The program, its rooms laid out so that those that are needed at different times share their place."""
+    """The program, its rooms laid out so that those that are needed at different times share their place.
+
+    Raises NotCompiled where it is too long, too wide, or where its numbers did not stay finite.
+    """
+    if len(draft.lines) > MOST_LINES:
+        raise NotCompiled(f"{len(draft.lines)} operations; at most {MOST_LINES} are run")
     lines = [_line(draft, each) for each in draft.lines]
     size = _lay_out([fields for _, fields in lines], last)
+    if size > MOST_WORK:
+        raise NotCompiled(f"a workspace of {size} numbers; at most {MOST_WORK} are held")
     ops = np.zeros((len(lines), FIELDS), dtype=np.int64)
     for row, (kind, fields) in enumerate(lines):
         ops[row, : len(fields) + 1] = (KINDS.index(kind), *(_place(each) for each in fields))
     weights = np.concatenate([*draft.weights.parts, np.zeros(SPARE, dtype=np.float32)])
     doubles = np.concatenate([*draft.doubles.parts, np.zeros(SPARE)])
+    if not np.isfinite(doubles).all():
+        raise NotCompiled("numbers beyond double precision")
     return Finished(ops, weights, doubles, size + SPARE, draft.wide + SPARE)
 
 
@@ -106,7 +117,7 @@ def _line(draft: Draft, line: Line) -> tuple[str, tuple[Field, ...]]:
     if not isinstance(line, Product):
         return line
     k, n = line.weight.shape
-    half = line.m == 1 and draft.instructions.lanes > 4 and halves(line.weight)
+    half = line.m == 1 and line.col_step == 1 and draft.instructions.lanes > 4 and halves(line.weight)
     weight = draft.weights.put(packed(line.weight, draft.instructions, half), LINE)
     plain = not line.bias.any()
     bias = -1 if plain else draft.weight(np.pad(line.bias, ((0, 0), (0, -n % LINE))))

@@ -7,20 +7,17 @@ typedef struct {
     int relu;
 } N(tile_of);
 
-/* Sums begin with the bias and with what is added; what lies beyond the last column is not stored. */
-INLINE void N(begin)(const int rows, const int vecs, const N(tile_of) * t, N(vec) *sum) {
-    UNROLL for (int i = 0; i < rows * vecs; i++) sum[i] = (N(vec)){0};
+/* The bias and what is added come last: sums of small products are not rounded as coarsely as those then are. What lies
+   beyond the last column is not stored. */
+INLINE void N(finish)(const int rows, const int vecs, const N(tile_of) * t, N(vec) *sum) {
     if (t->bias) {
         UNROLL for (int i = 0; i < rows * vecs; i++)
-            sum[i] = N(load)(t->bias + i / vecs * t->bias_rs + i % vecs * LANES);
+            sum[i] += N(load)(t->bias + i / vecs * t->bias_rs + i % vecs * LANES);
     }
     if (t->more) {
         UNROLL for (int i = 0; i < rows * vecs; i++)
             sum[i] += N(load)(t->more + i / vecs * t->more_rs + i % vecs * LANES);
     }
-}
-
-INLINE void N(finish)(const int rows, const int vecs, const N(tile_of) * t, N(vec) *sum) {
     if (t->relu) {
         UNROLL for (int i = 0; i < rows * vecs; i++) sum[i] = N(relu)(sum[i]);
     }
@@ -39,7 +36,7 @@ INLINE void N(tile)(const int rows, const int vecs, const int across, const N(ti
     N(vec) sum[ROWS * 2];
     const float *a = t->a, *b = t->b;
     const int64_t ars = across ? 1 : t->ars, step = across ? t->step : 1, ldb = t->ldb;
-    N(begin)(rows, vecs, t, sum);
+    UNROLL for (int i = 0; i < rows * vecs; i++) sum[i] = (N(vec)){0};
     for (int64_t k = 0; k < t->k; k++) {
         N(vec) w[2];
         UNROLL for (int v = 0; v < vecs; v++) w[v] = N(load)(b + v * LANES);
@@ -99,13 +96,12 @@ INLINE N(vec) N(load_half)(const uint16_t *p) {
 
 /* One row: four partial sums beside each other, since one alone would wait for itself. */
 INLINE void N(line)(const int vecs, const int half, const N(tile_of) * t) {
-    N(vec) sum[8], first[2] = {{0}, {0}};
+    N(vec) sum[8];
     const float *a = t->a, *b = t->b;
     const uint16_t *h = (const uint16_t *)t->b;
     const int width = vecs * LANES;
     int64_t k = 0;
     UNROLL for (int i = 0; i < 8; i++) sum[i] = (N(vec)){0};
-    N(begin)(1, vecs, t, first);
     for (; k + 4 <= t->k; k += 4) {
         UNROLL for (int u = 0; u < 4; u++) {
             N(vec) x = N(all)(a[k + u]);
@@ -121,7 +117,7 @@ INLINE void N(line)(const int vecs, const int half, const N(tile_of) * t) {
             sum[v] += a[k] * (half ? N(load_half)(h + place) : N(load)(b + place));
         }
     }
-    N(vec) y[2] = {(sum[0] + sum[2]) + (sum[4] + sum[6]) + first[0], (sum[1] + sum[3]) + (sum[5] + sum[7]) + first[1]};
+    N(vec) y[2] = {(sum[0] + sum[2]) + (sum[4] + sum[6]), (sum[1] + sum[3]) + (sum[5] + sum[7])};
     N(finish)(1, vecs, t, y);
 }
 

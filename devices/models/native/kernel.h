@@ -8,7 +8,7 @@
 
 #include <stdint.h>
 
-#define PALPATE_VERSION 1
+#define PALPATE_VERSION 2
 #define PALPATE_FIELDS 24
 #define PALPATE_MOST_LANES 16
 
@@ -54,10 +54,10 @@ typedef struct { int64_t kind; place x, y; int64_t rows, cols, size; } op_rows;
 typedef struct { int64_t kind; place x, y; int64_t rows, hidden, state, reverse, work; } op_lstm;
 /* From the input (3, length) itself; all but y in the doubles. shares: what turns (speed, force, 1) into the shares of
    the triangles' first, second, third corners (3 triangles, 3); full: their rows (triangles, 3); edges: start and
-   length (rims, 4) of the outermost, rim: their rows; work: 3 order + 16 of the double workspace. Mean,
-   log SD: at y, and at y64 of the double one. */
+   length (rims, 4) of the outermost, rim: their rows; gain: of each of the accelerations; work: 3 order + 16 of the
+   double workspace. Mean, log SD: at y, and at y64 of the double one. */
 typedef struct {
-    int64_t kind, y, y64, length, order, triangles, rims, shares, full, edges, rim, frequencies, log_sd, per, work;
+    int64_t kind, y, y64, length, order, triangles, rims, shares, full, edges, rim, frequencies, log_sd, per, gain, work;
 } op_autoregression;
 typedef struct { int64_t kind; place x, y; int64_t rows, cols, bounds; } op_clip;
 

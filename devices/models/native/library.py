@@ -9,7 +9,7 @@ from functools import cache
 from importlib.machinery import EXTENSION_SUFFIXES
 from pathlib import Path
 
-VERSION = 1
+VERSION = 2
 """Of the program's layout (kernel.h)."""
 NAME = "_kernel"
 ANSWERED = 0

@@ -55,7 +55,7 @@ class Native:
 
     def run(self, given: Array) -> Array:
         """As `Model.run`: what the kernel will not answer, NumPy answers or refuses."""
-        if type(given) is not np.ndarray or given.shape != self._size or given.dtype.kind not in "iuf":
+        if not _plain(given) or given.shape != self._size:
             return self._many(given)
         with self._lock:
             self._x[:] = given
@@ -64,15 +64,14 @@ class Native:
         return self._model.run(given)
 
     def _many(self, given: Any) -> Array:
-        rows = given if type(given) is np.ndarray else None
-        if rows is None or rows.dtype.kind not in "iuf" or rows.ndim != 2 or rows.shape[1] != self._inputs:
+        if not _plain(given) or given.ndim != 2 or given.shape[1] != self._inputs:
             return self._model.run(given)
-        rows = np.ascontiguousarray(rows, dtype=np.float64)
+        rows = np.ascontiguousarray(given, dtype=np.float64)
         answers = np.empty((len(rows), self.card.gives.size))
+        batch = Program.from_buffer_copy(self._program)  # nothing to put back where a Ctrl-C comes in between
+        batch.x, batch.y = rows.ctypes.data, answers.ctypes.data
         with self._lock:
-            self._program.x, self._program.y = rows.ctypes.data, answers.ctypes.data
-            done = self._library.many(self._at, len(rows))
-            self._program.x, self._program.y = self._x.ctypes.data, self._y.ctypes.data
+            done = self._library.many(ctypes.addressof(batch), len(rows))
         return answers if done == len(rows) else self._model.run(given)
 
     def __reduce__(self) -> tuple[Any, tuple[Model]]:
@@ -81,9 +80,16 @@ class Native:
         return fastest, (self._model,)
 
 
+def _plain(given: Any) -> bool:
+    """An array of real numbers that double precision holds."""
+    return type(given) is np.ndarray and given.dtype.kind in "iuf" and given.dtype.itemsize <= 8
+
+
 def _program(model: Model, instructions: InstructionSet, x: Array, y: Array) -> tuple[Program, tuple[Any, ...]]:
     """The program, and the arrays that it points into."""
-    made, takes = compiled(model.card, model.tensors, instructions), model.card.takes
+    takes = model.card.takes
+    with np.errstate(over="ignore", invalid="ignore"):  # what does not stay finite is not compiled
+        made = compiled(model.card, model.tensors, instructions)
     numbers = made.numbers
     within = np.array(takes.within or (-FURTHEST, FURTHEST))
     out = np.concatenate([made.out_gain, made.out_offset])

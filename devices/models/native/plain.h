@@ -13,7 +13,8 @@ static void N(norm)(const palpate_program *p, const op_norm *o) {
             N(vec) far = N(first)(N(load_part)(x + i, o->cols - i) - mean, o->cols - i);
             square += far * far;
         }
-        float scale = 1.0f / sqrtf(N(sum)(square) * share + tiny);
+        float variance = N(sum)(square) * share + tiny;
+        float scale = sqrtf(variance) / variance; /* no number where it overflowed: 1 / sqrt would hide that */
         for (int64_t i = 0; i < o->cols; i += LANES) {
             N(vec) far = (N(load_part)(x + i, o->cols - i) - mean) * scale;
             N(store_part)(y + i, far * N(load)(weight + i) + N(load)(bias + i), o->cols - i);

@@ -6,10 +6,11 @@ from dataclasses import replace
 
 import numpy as np
 
+from devices.models.form import LARGEST
 from devices.models.native.draft import Draft
 from devices.models.native.plain_steps import Tensors
 from devices.models.native.shapes import at, by_length, fresh, is_list, settled, sides, tight
-from devices.models.native.values import Array, Linear, Product, Spot, Value
+from devices.models.native.values import Array, Linear, NotCompiled, Product, Spot, Value
 from protocols.model_card import Conv, Dense
 from protocols.signal_steps import Attention, Lstm
 
@@ -39,6 +40,7 @@ def _as_list(draft: Draft, value: Value) -> Value:
 def dense_formula(step: Dense, linear: Linear, tensors: Tensors) -> Value:
     """A dense layer on what is still a formula of the input, for a step that wants it so."""
     weight, bias = _reals(tensors, step.weight), _reals(tensors, step.bias)
+    _require_small(len(bias), linear)
     return Value((len(bias),), linear=Linear(weight @ linear.matrix, weight @ linear.offset + bias))
 
 
@@ -46,9 +48,15 @@ def conv_formula(step: Conv, value: Value, linear: Linear, tensors: Tensors) -> 
     """The same for a convolution of width 1."""
     weight, bias = _reals(tensors, step.weight)[:, :, 0], _reals(tensors, step.bias)
     length = sides(value)[1]
+    _require_small(len(bias) * length, linear)
     matrix: Array = np.tensordot(weight, linear.matrix.reshape(weight.shape[1], length, -1), 1).astype(np.float64)
     offset = weight @ linear.offset.reshape(weight.shape[1], length) + bias[:, None]
     return Value((len(bias), length), linear=Linear(matrix.reshape(offset.size, -1), offset.reshape(-1)))
+
+
+def _require_small(rows: int, linear: Linear) -> None:
+    if rows * linear.matrix.shape[1] > LARGEST:
+        raise NotCompiled(f"a spectrum of {rows} numbers")
 
 
 def multiplied(

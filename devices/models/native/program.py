@@ -28,6 +28,8 @@ LOOK_AHEAD = 4
 """A spectrum's product, and what may stand between it and the step that takes it apart."""
 MOST_FORMULA = 512
 """Numbers of a spectrum, at most."""
+MOST_INPUTS = 1024
+"""A formula has as many numbers for each of its own; the widest input here is a force profile, of 621."""
 Handler = Callable[[Any, Value, Draft, Tensors], Value]
 
 
@@ -45,11 +47,14 @@ class Compiled:
 def compiled(card: Card, tensors: Tensors, instructions: InstructionSet) -> Compiled:
     """The program of a model whose steps fit (devices.models.runtime has seen to that). Raises NotCompiled."""
     draft, size = Draft(instructions), card.takes.size
+    if size > MOST_INPUTS:
+        raise NotCompiled(f"an input of {size} numbers; at most {MOST_INPUTS} are read")
     value = Value((size,), linear=Linear(np.eye(size), np.zeros(size)))
-    steps, last = (card.steps[:-1], card.steps[-1]) if isinstance(card.steps[-1], Affine) else (card.steps, None)
+    last = card.steps[-1] if card.steps else None
+    steps = card.steps[:-1] if isinstance(last, Affine) else card.steps
     value = settled(draft, _chain(steps, value, draft, tensors))
     gain, offset = np.ones(value.size), np.zeros(value.size)
-    if last is not None:
+    if isinstance(last, Affine):
         gain, offset = (_full(each, value, tensors) for each in (last.gain, last.offset))
     if not is_list(value):
         raise NotCompiled("an answer that is no list")

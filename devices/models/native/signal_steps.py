@@ -9,7 +9,7 @@ import numpy as np
 from devices.models.native.draft import Draft
 from devices.models.native.plain_steps import Tensors
 from devices.models.native.shapes import at, by_channel, by_length, fresh, is_list, settled
-from devices.models.native.values import Linear, NotCompiled, Value
+from devices.models.native.values import Array, Linear, NotCompiled, Value
 from devices.models.triangles import Triangles
 from protocols.signal_steps import Autoregression, Cartesian, Norm, Polar
 
@@ -61,9 +61,7 @@ def cartesian(_step: Cartesian, value: Value, draft: Draft, _tensors: Tensors) -
 
 def autoregression(step: Autoregression, value: Value, draft: Draft, tensors: Tensors) -> Value:
     """In double precision, from the input itself."""
-    linear = value.linear
-    if linear is None or linear.matrix.shape[0] != linear.matrix.shape[1] or not _untouched(linear):
-        raise NotCompiled("a predictor of anything but the input itself")
+    gains = _gains(value.linear)
     points, frequencies, log_sd = (
         np.asarray(tensors[name], dtype=np.float64) for name in (step.points, step.frequencies, step.log_sd)
     )
@@ -71,14 +69,21 @@ def autoregression(step: Autoregression, value: Value, draft: Draft, tensors: Te
     put, made = draft.doubles.put, fresh(draft, (2,), False)
     start = points[among._rim[:, 0]]
     edges = np.column_stack([start, points[among._rim[:, 1]] - start]) if len(among._rim) else np.zeros((0, 4))
-    order, wide = frequencies.shape[1], draft.wide_room(2)
+    order, length, wide = frequencies.shape[1], value.shape[1], draft.wide_room(2)
+    per = np.array(step.per) / gains[2 * length - 1 :: length]
     draft.say(
-        "autoregression", made.spot, wide, value.shape[1], order, len(among._full), len(among._rim),
+        "autoregression", made.spot, wide, length, order, len(among._full), len(among._rim),
         put(among._shares), put(among._full.astype(np.float64)), put(edges), put(among._rim.astype(np.float64)),
-        put(frequencies), put(log_sd), put(np.array(step.per)), draft.wide_room(3 * order + 16),
+        put(frequencies), put(log_sd), put(per), put(gains[:length]), draft.wide_room(3 * order + 16),
     )  # fmt: skip
     return replace(made, free=False, wide=wide)
 
 
-def _untouched(linear: Linear) -> bool:
-    return not linear.offset.any() and bool((linear.matrix == np.eye(len(linear.matrix))).all())
+def _gains(linear: Linear | None) -> Array:
+    """What the input's numbers are multiplied by, where nothing else was done to them."""
+    if linear is None or linear.matrix.shape[0] != linear.matrix.shape[1] or linear.offset.any():
+        raise NotCompiled("a predictor of anything but the input, each number by a factor")
+    gains: Array = np.diagonal(linear.matrix).copy()
+    if not gains.all() or (linear.matrix != np.diag(gains)).any():
+        raise NotCompiled("a predictor of anything but the input, each number by a factor")
+    return gains

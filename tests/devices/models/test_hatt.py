@@ -146,6 +146,7 @@ def test_poles_that_lie_too_far_out_are_drawn_in(tmp_path):
         ("<var>0.020000</var>", "", "there is no var in a model"),
         ("<var>0.020000</var>", "<var>-1</var>", "a variance, speed or force lies below 0"),
         ("<gain>2.000000</gain>", "", "there is no gain in a model"),
+        ("<gain>2.000000</gain>", "<gain>1e200</gain>", r"a speed, force, variance or gain is 1e\+200; at most 1e\+09"),
         ("<SampleRate>1000<", "<SampleRate>0<", "SampleRate is 0"),
         ("<value>5</value>", "<value>6</value>", "a triangle names a model that is not there; there are 1 to 5"),
         ("      <value>5</value>\n", "", "4 triangles .* found; one at least, of three model numbers each"),
@@ -159,6 +160,14 @@ def test_a_damaged_file_is_refused(tmp_path, old, new, words):
     with pytest.raises(ModelFileError, match=words) as refused:
         read_model(path)
     assert str(refused.value).startswith(str(path))
+
+
+def test_poles_that_lie_on_each_other_are_not_converted(tmp_path):
+    tiny = "".join(f"<value>{place}e-300</value>" for place in (1, 2, 3, 4))
+    written = re.sub("<ARlsf>.*?</ARlsf>", f"<ARlsf>{tiny}</ARlsf>", text(), count=1, flags=re.S)
+    with pytest.raises(ModelFileError, match="Models_x.xml: ARlsf and MAlsf .* too near the edge of what is stable"):
+        read_model(saved(tmp_path, written))
+    assert np.isfinite(asked(read_model(saved(tmp_path, without_average(written))), 45.0, 0.8)[0]).all()
 
 
 @pytest.mark.parametrize(

@@ -130,18 +130,38 @@ def test_models_of_a_spectrum_are_compared_on_the_same_noise(lab):
     told = json.loads(run(models, "compare", "one", "two", "--json").stdout)
     assert (told["inputs"], told["apart"][0]["mean"]) == (25, pytest.approx(1))
     assert "2 samples between spectra" in text(run(models, "card", "one"))
+    with pytest.raises(ValueError, match="one takes 5 numbers of texture_drive, texture-cloth-ar 12 .*texture_window"):
+        run(models, "compare", "one", "texture-cloth-ar")
+    tensors = {"w": np.ones((3, 5)), "b": np.zeros(3)}
+    other = texture(5, hop=2, id="steel_mesh")
+    saved(lab / "models", (Dense(weight="w", bias="b"),), tensors, takes, gives, "two", texture=other)
+    with pytest.raises(ValueError, match="one makes cloth, two does not"):
+        run(models, "compare", "one", "two")
 
 
 def test_models_of_other_textures_are_not_compared(lab):
     autoregressive(lab / "models", "other", id="steel_mesh")
-    with pytest.raises(ValueError, match="texture-cloth-ar continues cloth, other does not"):
+    with pytest.raises(ValueError, match="texture-cloth-ar makes cloth, other does not"):
         run(models, "compare", "texture-cloth-ar", "other")
     feeling(lab / "models")
-    with pytest.raises(ValueError, match="texture-cloth-ar continues cloth, feeling does not"):
+    with pytest.raises(ValueError, match="texture-cloth-ar makes cloth, feeling does not"):
         run(models, "compare", "texture-cloth-ar", "feeling")
     result = run(models, "compare", "texture-cloth-ar", "texture-cloth-fnn", "--on", lab / "models" / "feeling.json")
     assert result.exit_code == 2
     assert "these make a texture" in result.stderr
+
+
+def test_a_window_that_the_card_contradicts_is_not_compared(lab):
+    tensors = {"w": np.zeros((1, 8)), "b": np.zeros(1)}
+    port, gives = Port(kind="texture_window", size=8, unit=""), NEXT.model_copy(update={"size": 1})
+    saved(lab / "models", (Dense(weight="w", bias="b"),), tensors, port, gives, "odd", texture=texture(4))
+    with pytest.raises(ValueError, match="odd: it takes 8 numbers, and its window is 4 samples"):
+        run(models, "compare", "texture-cloth-ar", "odd")
+
+
+def test_a_range_whose_ends_are_turned_is_refused():
+    with pytest.raises(ValueError, match="force_N goes from 2 to 1; the least comes first"):
+        texture(4, force_N=(2.0, 1.0))
 
 
 def test_a_texture_is_not_predicted_but_rendered(lab):

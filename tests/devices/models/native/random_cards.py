@@ -45,6 +45,7 @@ class Draw:
         self.tensors: dict[str, np.ndarray] = {}
         self.shape = shape
         self.kept: dict[str, tuple[int, ...]] = {}
+        self.half = bool(self.chance.random() < 0.4)
 
     def size(self, most: int = 24) -> int:
         return int(self.chance.integers(1, most + 1))
@@ -52,13 +53,15 @@ class Draw:
     def put(self, *sides: int, about: float = 0.0) -> str:
         name = f"t{len(self.tensors)}"
         fan = max(int(np.prod(sides[1:])), 1)
-        self.tensors[name] = (about + self.chance.standard_normal(sides) / fan**0.5).astype(np.float32)
+        drawn = about + self.chance.standard_normal(sides) / fan**0.5
+        self.tensors[name] = drawn.astype(np.float16 if self.half else np.float32).astype(np.float32)
         return name
 
     def steps(self, count: int) -> list[object]:
         made: list[object] = []
         while len(made) < count:
             kinds = [self.affine, self.activation, self.dense, self.keep, self.part, self.reshape, self.clip, self.mean]
+            kinds += [self.recall] if self.kept else []
             if len(self.shape) == 2:
                 kinds += [self.conv, self.attention, self.lstm, self.turn, self.norm, self.add, self.join, self.polar]
                 kinds += [self.pool, self.upsample, self.residual, self.conv, self.attention]
