@@ -26,15 +26,23 @@ RANGE_V = 10.0
 
 @dataclass
 class SoundOut(Card):
-    """A sound card that plays volts at 1 kHz: full scale is `full_scale_V`, and the rate is raised on the way."""
+    """A sound card that plays volts at 1 kHz: full scale is `full_scale_V`, and the rate is raised on the way.
+
+    The limiter stands before the upsampling filter, which swings beyond its samples: `peak_V` is kept after it too.
+    """
 
     full_scale_V: float = 1.0
+    peak_V: float = 1.0
 
     def start(self, fill: Fill) -> None:
         """Begin to play; the upsampling filter adds 10 ms to the card's latency."""
-        raised = Upsampler(int(self.rate_hz), fill)
-        super().start(lambda count: raised.fill(count) / self.full_scale_V)
+        super().start(self.raised(fill))
         self.latency_s += DELAY_S
+
+    def raised(self, fill: Fill) -> Fill:
+        """Volts at 1 kHz to shares of the full scale at the card's rate."""
+        upsampler = Upsampler(int(self.rate_hz), fill)
+        return lambda count: upsampler.fill(count).clip(-self.peak_V, self.peak_V) / self.full_scale_V
 
 
 @dataclass
@@ -65,7 +73,13 @@ def output_of(name: str, settings: Settings, elapsed_s: Callable[[], float]) -> 
     if settings.driver == "nidaqmx":
         return AnalogOut(name, settings.channel, RANGE_V, settings.ahead_ms * RATE_HZ // 1000)
     if settings.driver == "sound":
-        return SoundOut(name, settings.device, settings.card_rate_hz, full_scale_V=settings.full_scale_V)
+        return SoundOut(
+            name,
+            settings.device,
+            settings.card_rate_hz,
+            full_scale_V=settings.full_scale_V,
+            peak_V=settings.peak_V,
+        )
     made = Felt(RATE_HZ, elapsed_s, lambda _volts: None, shaken=Shaken(seed=settings.seed))
     made.heard = made.shake
     return made

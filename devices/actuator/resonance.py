@@ -34,17 +34,19 @@ class Shaken:
 
     coil: Coil = field(default_factory=Coil)
     seed: int = 1
-    _state: Array | None = None
-    _noise: np.random.Generator | None = None
+    _weights: tuple[Array, Array] = field(init=False)
+    _state: Array = field(init=False)
+    _noise: np.random.Generator = field(init=False)
+
+    def __post_init__(self) -> None:
+        self._weights = b, a = self.coil.weights()
+        self._state = np.zeros(max(len(a), len(b)) - 1)
+        self._noise = np.random.Generator(np.random.PCG64(self.seed))
 
     def felt(self, volts: Array) -> Array:
         """Acceleration in m/s^2, as long as what was played."""
         from scipy.signal import lfilter
 
-        b, a = self.coil.weights()
-        if self._state is None or self._noise is None:
-            self._state = np.zeros(max(len(a), len(b)) - 1)
-            self._noise = np.random.Generator(np.random.PCG64(self.seed))
-        moved, self._state = lfilter(b, a, volts, zi=self._state)
+        moved, self._state = lfilter(*self._weights, volts, zi=self._state)
         felt: Array = moved + self.coil.noise_m_s2 * self._noise.standard_normal(len(volts))
         return felt

@@ -3,6 +3,7 @@
 import numpy as np
 import pytest
 
+from devices.actuator.outputs import SoundOut
 from devices.actuator.upsample import REACH, Upsampler, bank
 from tests.devices.sound.tapes import demand_portaudio, played
 
@@ -56,6 +57,13 @@ def test_the_filter_is_flat_to_400_hz_and_its_images_are_54_db_down(rate):
     assert np.abs(20 * np.log10(gain[hz <= 400])).max() < 0.02
     assert 20 * np.log10(gain[hz >= 600].max()) < -54
     assert np.allclose(weights.sum(axis=1), 1.0)
+
+
+def test_no_swing_between_two_samples_passes_the_peak():
+    edges = np.repeat([0.8, -0.8, 0.8], [40, 3, 40])
+    assert np.abs(Upsampler(48_000, source(edges)).fill(4_000)).max() > 0.85
+    out = SoundOut("coil", None, 48_000, full_scale_V=2.0, peak_V=0.8)
+    assert np.abs(out.raised(source(edges))(4_000)).max() == pytest.approx(0.4)
 
 
 @pytest.mark.parametrize("rate", [44_100, 48_000])
