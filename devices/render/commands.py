@@ -7,6 +7,7 @@ from pathlib import Path
 from typing import TYPE_CHECKING
 
 import click
+from click.core import ParameterSource
 
 from devices.options import JSON, LAB
 from devices.render.found import DEFAULT_METHOD
@@ -27,7 +28,8 @@ if TYPE_CHECKING:
               "of a file, 10 s of a simulated hand]")  # fmt: skip
 @click.option("--out", type=click.Path(dir_okay=False, path_type=Path), help="With --hand: write what was played, as "
               ".csv or .npz.")  # fmt: skip
-@click.option("--paced", is_flag=True, help="With --hand: at 1 kHz into the actuator, not as fast as it goes.")
+@click.option("--paced", is_flag=True, help="With --hand: at 1 kHz into the actuator of --rig or a "
+              "twin, not as fast as it goes.")  # fmt: skip
 @click.option("--real-time", is_flag=True, help="Ask the system for real-time priority.")
 @click.option("--ahead", type=click.IntRange(1, 10), default=10, show_default=True, help="Output buffer in ms.")
 @click.option("--seed", type=click.IntRange(0), default=0, show_default=True, help="What random numbers come from.")
@@ -54,7 +56,7 @@ def render(
       palpate render cloth --method ar --hand simulated --seconds 60 --paced
       palpate render steel_mesh --hand strokes.csv --out felt.csv
     """
-    _require_together(hand, {"--seconds": seconds, "--out": out, "--paced": paced, "--json": as_json})
+    _require_together(hand is not None, paced)
     if twins and rig_file is not None:
         raise click.UsageError("--rig names devices to open, and with --twins none are: leave one out")
     from devices.render.found import card_for
@@ -67,8 +69,6 @@ def render(
                       windowed)  # fmt: skip
         import_module("devices.render.window.open").run_window(asked)
         return
-    if rig_file is not None and not paced:
-        raise click.UsageError("--rig names an actuator, which is played at 1 kHz: give --paced too")
     from devices.render.job import Sounds
 
     played = _played(Sounds(card, seed, not mean), hand, seconds, out, paced, (rig_file, ahead, real_time))
@@ -92,10 +92,22 @@ def _played(
     return played
 
 
-def _require_together(hand: str | None, others: dict[str, object]) -> None:
-    """Options that only make sense without a window."""
-    if hand is None and (odd := [name for name, value in others.items() if value]):
-        raise click.UsageError(f"{odd[0]} goes with --hand: without a hand there is a window")
+def _require_together(by_hand: bool, paced: bool) -> None:
+    """No option is given in vain."""
+    if not by_hand and (odd := _given("seconds", "out", "paced", "as_json")):
+        raise click.UsageError(f"{odd} goes with --hand: without a hand there is a window")
+    if by_hand and (odd := _given("language", "screen", "windowed")):
+        raise click.UsageError(f"{odd} is for the window, and with --hand there is none: leave one out")
+    if by_hand and not paced and (odd := _given("rig_file", "ahead", "real_time")):
+        raise click.UsageError(f"{odd} is for what is played at 1 kHz: give --paced too")
+
+
+def _given(*names: str) -> str:
+    """The first of these parameters that was given, as it is written; "" for none."""
+    context = click.get_current_context()
+    by_user = (each for each in names if context.get_parameter_source(each) is ParameterSource.COMMANDLINE)
+    written = {each.name: each.opts[0] for each in context.command.params}
+    return next((written[each] for each in by_user), "")
 
 
 def _tell(played: Played, texture: str, method: str, out: Path | None, as_json: bool) -> None:

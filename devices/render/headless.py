@@ -60,7 +60,10 @@ def at_once(sounds: Sounds, hand: Scripted, now_ns: Callable[[], int] = time.per
 
 
 def paced(job: Job, hand: Scripted) -> Played:
-    """At 1 kHz, in a process of its own, into the rig's actuator or a twin. Raises RenderError."""
+    """At 1 kHz, in a process of its own, into the rig's actuator or a twin.
+
+    Raises RenderError; also where this process was held up so long that the trace ran away from it.
+    """
     with Rendering(job) as running:
         kept, first = [], 0
         until_s = time.monotonic() + hand.seconds + OVERTIME_S
@@ -70,7 +73,10 @@ def paced(job: Job, hand: Scripted) -> Played:
             kept.append(part)
         record = running.wait(OVERTIME_S)
         kept.append(running.trace.since(first)[1])
-    return Played(np.hstack(kept)[:, : len(hand)], {"paced": True, **record})
+    signals = np.hstack(kept)
+    if lost := record["made"] - signals.shape[1]:
+        raise RenderError(f"{lost} samples were played and not kept, since this process was held up: play them again.")
+    return Played(signals[:, : len(hand)], {"paced": True, **record})
 
 
 def job_for(sounds: Sounds, hand: Scripted, rig: Path | None, ahead: int, real_time: bool) -> Job:

@@ -12,6 +12,8 @@ from devices.render.pace import Pace
 from devices.render.sinks import Sink
 
 STEP_NS = 1_000_000
+NEVER = 2**62
+"""Milliseconds that nobody plays to the end."""
 
 
 class Steps(Protocol):
@@ -37,7 +39,8 @@ class Nobody:
 
 @dataclass
 class Loop:
-    """One turn each millisecond fills the sink's room. After a stall one turn makes up for all that was missed.
+    """One turn each millisecond fills the sink's room. After a stall one turn makes up for all that was missed, a
+    sample written as soon as it is made: where the turn itself is held up, what it made so far is played.
 
     `ready` counts from when a step was due to when it was written, `woken` to when its turn began.
     """
@@ -54,7 +57,7 @@ class Loop:
 
     def begin(self) -> None:
         """Fill the sink; the first step is due in a millisecond."""
-        self._fill()
+        self.sink.write([self._next() for _ in range(self.sink.free())])
         self._due_ns = self.pace.now_ns() + STEP_NS
 
     def turn(self) -> None:
@@ -81,13 +84,12 @@ class Loop:
             self.turn()
 
     def _fill(self) -> None:
-        hand, render, watch = self.hand, self.render, self.watch
-        samples = []
-        for sample in range(self.made, self.made + self.sink.free()):
-            speed, force = hand.at(sample)
-            made = render.step(speed, force)
-            watch.note(made, speed, force)
-            samples.append(made)
-        if samples:
-            self.sink.write(samples)
-            self.made += len(samples)
+        for _ in range(self.sink.free()):
+            self.sink.write((self._next(),))
+
+    def _next(self) -> float:
+        speed, force = self.hand.at(self.made)
+        made = self.render.step(speed, force)
+        self.watch.note(made, speed, force)
+        self.made += 1
+        return made

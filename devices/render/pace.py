@@ -5,9 +5,6 @@ from __future__ import annotations
 import time
 from typing import Protocol
 
-SPIN_NS = 60_000
-"""The last part of a wait is not slept: a sleep ends some tens of microseconds late."""
-
 
 class Pace(Protocol):
     """A clock that can be waited for."""
@@ -20,7 +17,11 @@ class Pace(Protocol):
 
 
 class Wall:
-    """The machine's monotonic clock: slept until shortly before, then looked at until it is time."""
+    """The machine's monotonic clock, slept on to the end.
+
+    A sleep ends some tens of microseconds late, which the buffer bears; whoever waits awake uses up the share of the
+    processor that the next step needs where others want it too.
+    """
 
     def now_ns(self) -> int:
         """Nanoseconds."""
@@ -28,11 +29,8 @@ class Wall:
 
     def until(self, at_ns: int) -> None:
         """Wait until then."""
-        left_ns = at_ns - time.monotonic_ns()
-        if left_ns > SPIN_NS:
-            time.sleep((left_ns - SPIN_NS) * 1e-9)  # an absolute clock_nanosleep on Linux
-        while time.monotonic_ns() < at_ns:
-            pass
+        while (left_ns := at_ns - time.monotonic_ns()) > 0:
+            time.sleep(left_ns * 1e-9)  # an absolute clock_nanosleep on Linux; elsewhere it may end early
 
 
 class AtOnce:

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import multiprocessing
 import os
+import signal
 import threading
 from collections.abc import Iterator, Mapping, Sequence
 from contextlib import contextmanager, suppress
@@ -18,9 +19,9 @@ from numpy.typing import NDArray
 from devices.render.errors import RenderError
 from devices.render.hands import Pushed
 from devices.render.job import Ask, End, Job, Reports, Sounds, Switch, Volume
+from devices.render.loop import NEVER
 from devices.render.opened import Playing, playing, sounding
-from devices.render.priority import in_front, undisturbed
-from devices.render.threaded import NEVER
+from devices.render.priority import by_itself, in_front, undisturbed
 from devices.render.trace import BYTES, Trace
 from devices.signals import DeviceFault
 from devices.tablet.reports import Report
@@ -52,7 +53,7 @@ class Rendering:
         self._talk, theirs = spawn.Pipe()
         self._process = spawn.Process(target=_serve, args=(self.job, self._memory.name, theirs), daemon=True)
         try:
-            with _one_thread():
+            with _one_thread(), _uninterrupted():
                 self._process.start()
             theirs.close()
             self._answer(READY_S)
@@ -92,8 +93,9 @@ class Rendering:
         if self.running:
             with suppress(RenderError):
                 self._send(Ask())
-        if self._talk is not None and self._talk.poll(ANSWER_S if self.running else 0.0):
-            self._answer(ANSWER_S)
+            return self._answer(ANSWER_S)
+        if self._talk is not None and self._talk.poll():
+            self._answer(0.0)
         return self._last
 
     def wait(self, timeout_s: float) -> Mapping[str, Any]:
@@ -131,7 +133,8 @@ class Rendering:
             self._process.join(GONE_S)
             if self._process.exitcode == 0 and self._last:
                 return self._last
-        raise RenderError("the renderer ended without a word")
+        code = None if self._process is None else self._process.exitcode
+        raise RenderError(f"the renderer's process ended {f'by signal {-code}' if code and code < 0 else 'unasked'}")
 
     def _end(self, process: BaseProcess) -> None:
         if process.is_alive():
@@ -162,9 +165,26 @@ def _one_thread() -> Iterator[None]:
                 os.environ[name] = value
 
 
+@contextmanager
+def _uninterrupted() -> Iterator[None]:
+    """What is started meanwhile hears no Ctrl-C, which a terminal sends to all: whoever started it will end it."""
+    if not hasattr(signal, "pthread_sigmask"):
+        yield
+        return
+    before = signal.pthread_sigmask(signal.SIG_BLOCK, {signal.SIGINT})
+    try:
+        yield
+    finally:
+        signal.pthread_sigmask(signal.SIG_SETMASK, before)
+
+
 def _serve(job: Job, memory: str, talk: Connection) -> None:
     """The other process: opens, says so, plays until it is told to end; answers on a thread beside the loop."""
-    shared, trace = SharedMemory(name=memory), Trace.own()
+    by_itself()
+    try:
+        shared, trace = SharedMemory(name=memory), Trace.own()
+    except FileNotFoundError:
+        return  # whoever began this has gone meanwhile
     trace.memory = over(shared)
     try:
         with playing(job, trace) as made:
@@ -173,6 +193,10 @@ def _serve(job: Job, memory: str, talk: Connection) -> None:
     except (ValueError, OSError, DeviceFault) as error:
         with suppress(OSError):
             talk.send(str(error))
+    except Exception as error:
+        with suppress(OSError):
+            talk.send(f"the renderer failed, which it never should: {type(error).__name__}: {error}.")
+        raise
     finally:
         trace.memory = Trace.own().memory
         shared.close()
@@ -180,6 +204,7 @@ def _serve(job: Job, memory: str, talk: Connection) -> None:
 
 def _play(job: Job, made: Playing, talk: Connection) -> None:
     ending = threading.Event()
+    signal.signal(signal.SIGTERM, lambda *_told: ending.set())
     with undisturbed():
         made.facts.update(in_front(job.real_time))
         # After that: a listener of lower priority would, while it holds the interpreter, be held up with the loop.

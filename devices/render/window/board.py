@@ -9,6 +9,7 @@ from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
 from devices.author.typeset import LABEL_STEPS, SMALL_STEPS, TITLE_STEPS, WORD_STEPS, Typesetter
+from devices.models.errors import ModelFileError
 from devices.models.file import read_card
 from devices.render.range import FASTEST_MM_S, FIRMEST_N
 from devices.render.window.choice import FIRMEST_N as FIRMEST_PRESS_N
@@ -18,7 +19,7 @@ from devices.render.window.heard import LEAST_DB, MOST_DB, Heard, scale_for
 from devices.render.window.layout import MOST_CHIPS, Layout, Slider, lay_out
 from devices.render.window.photo import Photo, at_true_size, photo_file, read_photo
 from devices.render.window.words import method_word, texture_word
-from devices.window.geometry import Box
+from devices.window.geometry import Box, WindowError
 from devices.window.paint import ALERT, QUIET
 from devices.window.screen import Page
 from devices.window.screens.elements import Card, Element, Label, rounding
@@ -41,6 +42,15 @@ class Told:
     silent: bool = False
 
 
+@dataclass(frozen=True)
+class Picture:
+    """A texture's picture as it is shown; or why there is none."""
+
+    photo: Photo | None = None
+    shown: Image.Image | None = None
+    why: str = ""
+
+
 @dataclass
 class Board:
     """Makes the elements. `by_mouse`: strokes come from the pointer, which presses as firmly as a slider says."""
@@ -48,8 +58,8 @@ class Board:
     page: Page
     models: Models
     by_mouse: bool = True
-    _cards: dict[Path, ModelCard] = field(default_factory=dict)
-    _pictures: dict[Path, tuple[Photo | None, Image.Image | None]] = field(default_factory=dict)
+    _cards: dict[Path, ModelCard | None] = field(default_factory=dict)
+    _pictures: dict[Path, Picture] = field(default_factory=dict)
 
     @cached_property
     def layout(self) -> Layout:
@@ -99,31 +109,40 @@ class Board:
         yield Button("close", place.close, laid=self.setter.text(texts("close"), place.close.width, place.close.height))
 
     def _picture(self, choice: Choice) -> Iterator[Element]:
-        photo, shown = self._photo(choice)
-        name = "" if photo is None else str(photo.path)
-        yield Touched("picture", self.layout.picture, "touch", shown=shown, of=f"{choice.texture} {name}")
-        if shown is None:
+        found = self._photo(choice)
+        name = "" if found.photo is None else str(found.photo.path)
+        yield Touched("picture", self.layout.picture, "touch", shown=found.shown, of=f"{choice.texture} {name}")
+        if found.shown is None:
             box = self.layout.picture.grown(-self.page.metrics.unit(6))
-            laid = self.setter.cut(self.page.texts("no_picture"), box.width, box.height, WORD_STEPS)
+            said = " ".join(filter(None, (self.page.texts("no_picture") + ".", found.why)))
+            laid = self.setter.cut(said, box.width, box.height, WORD_STEPS)
             yield Label("no picture", box, "picture", laid, QUIET, "centre")
 
-    def _photo(self, choice: Choice) -> tuple[Photo | None, Image.Image | None]:
+    def _photo(self, choice: Choice) -> Picture:
         card = self.models[choice.texture][choice.method]
         if card not in self._pictures:
             self._pictures[card] = self._read(card)
         return self._pictures[card]
 
-    def _read(self, card: Path) -> tuple[Photo | None, Image.Image | None]:
-        """Raises WindowError, ModelFileError."""
-        file = photo_file(self._card(card), card.parent)
+    def _read(self, path: Path) -> Picture:
+        card, room = self._card(path), self.layout.picture
+        file = None if card is None else photo_file(card, path.parent)
         if file is None:
-            return None, None
-        photo, room = read_photo(file), self.layout.picture
-        return photo, at_true_size(photo, self.page.metrics.px_per_mm, (room.width, room.height))
+            return Picture()
+        try:
+            photo = read_photo(file)
+            shown = at_true_size(photo, self.page.metrics.px_per_mm, (room.width, room.height))
+        except (WindowError, OSError) as error:
+            return Picture(why=str(error))
+        return Picture(photo, shown)
 
-    def _card(self, path: Path) -> ModelCard:
+    def _card(self, path: Path) -> ModelCard | None:
+        """None for one that cannot be read: whoever tries to play it says why."""
         if path not in self._cards:
-            self._cards[path] = read_card(path)
+            try:
+                self._cards[path] = read_card(path)
+            except ModelFileError:
+                self._cards[path] = None
         return self._cards[path]
 
     def _sliders(self, choice: Choice, silent: bool) -> Iterator[Element]:
@@ -157,8 +176,8 @@ class Board:
 
     def _scale(self, choice: Choice, heard: Heard) -> float:
         """The axis holds what the texture is recorded with, and what is played."""
-        texture = self._card(self.models[choice.texture][choice.method]).texture
-        usual = 0.0 if texture is None else 3 * texture.rms_m_s2
+        card = self._card(self.models[choice.texture][choice.method])
+        usual = 0.0 if card is None or card.texture is None else 3 * card.texture.rms_m_s2
         samples = heard.samples
         return scale_for(max(usual, float(abs(samples).max()) if samples.size else 0.0))
 

@@ -165,9 +165,9 @@ class Room:
         try:
             self._told = replace(self._told, record=plays.record())
             if not plays.running:
-                raise RenderError("it ended without a word.")
+                raise RenderError("its process is over.")
         except RenderError as error:
-            self._say(self.page.texts("ended", why=str(error)), wrong=True)
+            self._say_ended(error)
 
     def _look(self) -> None:
         if self.plays is None:
@@ -183,7 +183,10 @@ class Room:
         try:
             act(self.plays)
         except RenderError as error:
-            self._say(self.page.texts("ended", why=str(error)), wrong=True)
+            self._say_ended(error)
+
+    def _say_ended(self, error: RenderError) -> None:
+        self._say(self.page.texts("ended", why=str(error).rstrip(".") + "."), wrong=True)
 
     def _say(self, notice: str, wrong: bool = False) -> None:
         self._told = replace(self._told, notice=notice, wrong=wrong)

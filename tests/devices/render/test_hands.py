@@ -65,10 +65,36 @@ def test_files_that_cannot_be_read_are_refused(tmp_path):
     with pytest.raises(RenderError, match=r"nobody\.csv: cannot be read as a hand's recording: No such file"):
         read_hand(tmp_path / "nobody.csv")
     (tmp_path / "hand.csv").write_bytes(b"\xff\xfe\x00\x81")
-    with pytest.raises(RenderError, match=r"it is no text"):
+    with pytest.raises(RenderError, match=r"it is no table in UTF-8"):
         read_hand(tmp_path / "hand.csv")
     with pytest.raises(DeviceError, match=r"numbers are expected"):
         read_hand(written(tmp_path, "t_s,x_mm,y_mm,pressure\n0,1,1,1\n1,x,1,1\n"))
+
+
+def test_tables_that_are_none_further_down_are_refused_too(tmp_path):
+    for content in (b"t_s,speed_mm_s,force_N\n" + b"1,1,1\n" * 5000 + b"\xe9", b"[" + b"1" * 200_000):
+        (tmp_path / "hand.csv").write_bytes(content)
+        with pytest.raises(RenderError, match=r"hand\.csv: cannot be read as a hand's recording: it is no table"):
+            read_hand(tmp_path / "hand.csv")
+
+
+def test_spaces_about_names_and_numbers_mean_nothing(tmp_path):
+    hand = read_hand(written(tmp_path, "t_s , speed_mm_s,force_N \n0, 100 ,1\n\n0.001,100,1\n"))
+    assert (hand.speed_mm_s, hand.force_N) == ([100.0] * 2, [1.0] * 2)
+
+
+@pytest.mark.parametrize(
+    ("spoil", "told"),
+    [
+        (lambda n, r: r._replace(t_s=0.1) if n == 50 else r, r"time stamps that run backwards, in 1 of 133 rows"),
+        (lambda n, r: r._replace(pressure=7.0) if n else r, r"pressures outside 0 to 1.* in 13. of 133 rows"),
+    ],
+)
+def test_reports_that_no_tablet_gives_are_refused(tmp_path, spoil, told):
+    reports = [spoil(n, report) for n, report in enumerate(strokes())]
+    rows = "".join(f"{r.t_s},{r.x_mm},{r.y_mm},{r.pressure}\n" for r in reports)
+    with pytest.raises(RenderError, match=told):
+        read_hand(written(tmp_path, "t_s,x_mm,y_mm,pressure\n" + rows))
 
 
 def test_missing_values_reach_the_voice_as_what_they_are(tmp_path):

@@ -104,6 +104,13 @@ def test_after_a_stall_longer_than_the_buffer_the_last_sample_has_decayed_and_al
     assert loop.ready.worst_us == pytest.approx(25_000, rel=0.01)
 
 
+def test_where_a_turn_itself_is_held_up_what_it_made_before_is_played():
+    loop, coil = at_work({200: 6.0}, us=900.0)
+    loop.run(220)
+    coil.check()
+    assert coil.queue.underruns == 0  # making all six first would have taken longer than the 4 ms that were left
+
+
 def test_steps_that_take_too_long_are_all_late():
     loop, coil = at_work(us=1500.0)
     loop.run(300)

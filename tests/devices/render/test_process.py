@@ -1,20 +1,32 @@
+import gc
+import os
+import signal
+import subprocess
+import sys
+import threading
+from contextlib import suppress
+from pathlib import Path
+
 import numpy as np
 import pytest
 
 from devices.render.errors import RenderError
 from devices.render.hands import Scripted
 from devices.render.job import Job, Sounds
-from devices.render.loop import Loop
-from devices.render.opened import twin_coil
-from devices.render.pace import AtOnce, Wall
+from devices.render.priority import in_front, undisturbed
 from devices.render.process import Rendering
-from devices.render.sinks import Kept, on_coil
-from devices.render.threaded import Threaded
 from devices.render.voice import open_voice, play
-from devices.signals import DeviceFault
 from tests.devices.render.made import model, write
 
 HAND = Scripted([100.0] * 400, [1.0] * 400)
+HERE = {**os.environ, "PYTHONPATH": str(Path(__file__).parents[3])}
+
+
+class Breaks(Scripted):
+    """Fails as no hand should."""
+
+    def at(self, _sample):
+        raise ZeroDivisionError("by the hand")
 
 
 def test_another_process_plays_what_is_played_at_once_and_tells_how_it_went(tmp_path):
@@ -52,8 +64,10 @@ def test_a_process_that_dies_is_told(tmp_path):
         assert running.record()["ready"]["steps"] >= 0
         running._process.kill()
         running._process.join()
-        with pytest.raises(RenderError, match=r"ended without a word|has ended"):
+        with pytest.raises(RenderError, match=r"process ended by signal 9|has ended"):
             running.switch(None)
+        with pytest.raises(RenderError, match=r"process ended by signal 9"):
+            running.wait(0.0)
         assert not running.running
 
 
@@ -64,27 +78,73 @@ def test_what_cannot_be_opened_is_told_by_the_one_who_asked(tmp_path):
         pass
 
 
-def test_a_thread_plays_until_it_is_ended_and_tells_what_failed():
-    coil = twin_coil(10)
-    coil.start()
-    thread = Threaded(Loop(open_voice(model(), seed=1), HAND, on_coil(coil), Wall()))
-    thread.start()
-    thread.end()
-    assert thread.record()["ready"]["steps"] >= 0
-    coil.safe()
-    thread = Threaded(Loop(open_voice(model(), seed=1), HAND, on_coil(coil), Wall()))
-    thread.start()
-    with pytest.raises(DeviceFault, match=r"before start"):
-        thread.end()
-    assert not thread.running
+def test_what_the_renderer_fails_of_is_told_in_words(tmp_path, capfd):
+    with Rendering(Job(Sounds(write(tmp_path, model())), Breaks([1.0], [1.0]))) as running:
+        with pytest.raises(RenderError, match=r"the renderer failed.*ZeroDivisionError: by the hand"):
+            running.wait(60.0)
+        running._process.join()
+        assert not running.running
+    assert "ZeroDivisionError" in capfd.readouterr().err  # a fault of ours: where it was stays to be seen
 
 
-def test_garbage_is_collected_again_once_a_thread_has_ended():
-    import gc
-    import sys
+@pytest.mark.skipif(not hasattr(signal, "pthread_sigmask"), reason="signals of a terminal")
+def test_what_a_terminal_sends_to_all_does_not_tear_it_off_and_who_ends_it_has_its_last_word(tmp_path):
+    with Rendering(Job(Sounds(write(tmp_path, model())), HAND)) as running:
+        pid = running._process.pid
+        assert os.getsid(pid) == pid
+        os.kill(pid, signal.SIGINT)
+        assert running.record()["ready"]["steps"] >= 0
+        assert running.running
+        os.kill(pid, signal.SIGTERM)
+        running._process.join(60.0)
+        assert running._process.exitcode == 0
+        assert running.record()["made"] > 0
 
+
+OWNER = """
+import os, sys
+from devices.render.hands import Scripted
+from devices.render.job import Job
+from devices.render.process import Rendering
+if __name__ == "__main__":
+    with Rendering(Job(None, Scripted([], []))) as running:
+        print(running._process.pid, flush=True)
+        os.kill(os.getpid(), 9)
+"""
+
+
+def test_it_ends_with_a_process_that_is_killed(tmp_path):
+    script = tmp_path / "owner.py"
+    script.write_text(OWNER)
+    with subprocess.Popen([sys.executable, str(script)], stdout=subprocess.PIPE, env=HERE) as owner:
+        renderer = int(owner.stdout.readline())
+        try:
+            owner.communicate(timeout=60)  # until nobody holds the other end of the pipe, which the renderer does
+        finally:
+            with suppress(ProcessLookupError):
+                os.kill(renderer, signal.SIGKILL)
+    assert owner.returncode == -signal.SIGKILL
+
+
+def test_garbage_is_collected_again_afterwards():
     before = gc.isenabled(), sys.getswitchinterval()
-    thread = Threaded(Loop(open_voice(model(), seed=1), HAND, Kept(), AtOnce()))
-    thread.start()
-    thread.end()
+    with undisturbed():
+        assert not gc.isenabled()
+        assert sys.getswitchinterval() < 0.001
     assert (gc.isenabled(), sys.getswitchinterval()) == before
+
+
+@pytest.mark.skipif(sys.platform != "linux", reason="Linux' scheduler")
+def test_what_was_granted_by_the_system_is_told():
+    told, shown = {}, []
+
+    def look():
+        told.update(in_front(real_time=False))
+        lines = Path("/proc/thread-self/sched").read_text().splitlines()
+        shown.extend(int(line.split(":")[1]) for line in lines if line.startswith("se.slice "))
+
+    thread = threading.Thread(target=look)
+    thread.start()
+    thread.join()
+    assert (told["priority"], told["memory"]) == ("normal", "not locked")
+    assert (told["slices"] == "100 us") == (shown == [100_000])

@@ -68,6 +68,12 @@ def test_paced_it_plays_the_same_and_tells_its_deadlines(lab):
         (("cloth", "--method", "ar", "--hand", "simulated", "--out", "no/felt.csv"), "there is no folder no"),
         (("cloth", "--method", "ar", "--out", "felt.csv"), "--out goes with --hand"),
         (("cloth", "--method", "ar", "--hand", "simulated", "--rig", "rig.yaml"), "give --paced too"),
+        (
+            ("cloth", "--method", "ar", "--hand", "simulated", "--real-time"),
+            "--real-time is for what is played at 1 kHz",
+        ),
+        (("cloth", "--method", "ar", "--hand", "simulated", "--ahead", 5), "--ahead is for what is played at 1 kHz"),
+        (("cloth", "--method", "ar", "--hand", "simulated", "--windowed", "640x480"), "--windowed is for the window"),
         (("cloth", "--method", "ar", "--twins", "--rig", "rig.yaml"), "leave one out"),
     ],
 )

@@ -167,11 +167,26 @@ def test_what_cannot_be_played_is_said_and_the_last_texture_goes_on(lab):
     assert not room.main.told.wrong
 
 
+def test_a_damaged_card_or_picture_does_not_end_the_window(lab):
+    room, (plays,) = room_in(lab)
+    (lab / "models" / "texture-cloth-hapinf.json").write_text("{")
+    plays.fails = "the card is damaged"
+    click(room, "method hapinf")
+    do(room)
+    assert "the card is damaged" in room.main.told.notice
+    rubber = write(lab / "models", model(name="texture-rubber-ar", id="rubber", label="Rubber", picture="rubber.png"))
+    rubber.with_name("rubber.png").write_bytes(b"none")
+    plays.fails = ""
+    click(room, "texture rubber")
+    said = next(each.text for each in room.main.placed() if each.name == "no picture")
+    assert said.startswith("No picture of this texture. ") and "rubber.png" in said
+
+
 def test_a_renderer_that_has_ended_is_said_and_begun_anew_with_the_next_choice(lab):
     room, made = room_in(lab)
-    made[0].running, made[0].fails = False, "the actuator is gone."
+    made[0].running, made[0].fails = False, "the actuator is gone"
     do(room, *[Moved(0, 0, 0.0)] * 60)
-    assert "the actuator is gone." in room.main.told.notice
+    assert "the actuator is gone. Choose" in room.main.told.notice
     click(room, "texture rubber")
     assert len(made) == 2 and made[1].sounds[0].card.stem == "texture-rubber-ar"
 
