@@ -62,6 +62,8 @@ class LiveWorld:
     def _act(self, request: Request) -> Came:
         if isinstance(request, Present | Sense):
             return self.device.perform(request, self.presenter, self.desk, self.clock)
+        if isinstance(request, Ask) and (instead := self.device.before(request)) is not None:
+            return instead
         came = self.presenter.perform(request, self.desk, self.clock)
         if isinstance(request, Ask) and (isinstance(came, Reply) or _gives_up(came)):
             return self.device.after(came)
@@ -123,6 +125,9 @@ class Mounted:
 class Beside(Protocol):
     """A device that goes on while a form is answered."""
 
+    def before(self, request: Ask) -> Came | None:
+        """Be at work while the form is answered, also where another process presented; what came where it cannot."""
+
     def after(self, came: Came) -> Came:
         """What came of the form, with what the device did meanwhile; then it is at rest."""
 
@@ -145,6 +150,10 @@ class Station:
         if request.device not in self.records:
             raise RigError(f"{request.device} is to record, and the study's needs lack it")
         return self.records[request.device].perform(request, window, desk, now_ns)
+
+    def before(self, request: Ask) -> Came | None:
+        """A device is at work before a form is answered; None, or what came instead."""
+        return None if self.beside is None else self.beside.before(request)
 
     def after(self, came: Came) -> Came:
         """What came of a form, with what a device did while it was answered."""

@@ -10,7 +10,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from studies.felt_alike import alike
-from studies.renderings import Rendered, told_of
+from studies.renderings import MET, SEED, Rendered, told_of
 from studies.rig import RigError
 
 if TYPE_CHECKING:
@@ -32,7 +32,9 @@ def rendered(voice: Voice, card: Path, felt: Array, friction: float | None) -> R
     loop.run(len(hand) - 1)  # one more was made as it began
     found = None if friction is None else alike(felt[0], np.array(sink.samples), felt[1:], friction)
     late = {"steps": loop.made, "late": loop.ready.late, "underruns": 0, "clock": "virtual"}
-    return Rendered({**told_of(card, voice.card), "runtime": voice.runs.runtime, "deadlines": late}, found)
+    met = {name: getattr(voice.tally, name) for name in MET}
+    how = {"runtime": voice.runs.runtime, "seed": SEED, "deadlines": late, "met": met}
+    return Rendered({**told_of(card, voice.card), **how}, found)
 
 
 def read_felt(file: Path) -> Array:

@@ -8,6 +8,7 @@ from __future__ import annotations
 
 import hashlib
 import json
+import math
 import os
 from collections.abc import Mapping
 from dataclasses import dataclass, field
@@ -26,6 +27,8 @@ VERSION = 1
 """Of what is kept: another one where the player or the comparison changes what comes out."""
 SEED = 0
 KEPT, SHIPPED = "compared", "rendered.json"
+MET = ("sounding", "held", "restarts", "quiet", "muted")
+"""What a record tells of how a model fared, in steps; what each is: devices.render.voice.Tally."""
 
 
 @dataclass(frozen=True)
@@ -66,8 +69,6 @@ class Renderings:
     known: dict[str, Rendered] = field(default_factory=dict)
     shipped: bool = True
     """Whether what is kept beside the study's table is used."""
-    keeps: bool = True
-    """Whether the lab keeps what is rendered."""
 
     def card(self, stimulus: Stimulus) -> Path:
         """The model's card of a stimulus. Raises RigError where there is none."""
@@ -84,8 +85,9 @@ class Renderings:
     def check(self, stimulus: Stimulus) -> None:
         """The stimulus has a whole model, and its hand is the planned one. Raises RigError."""
         card = self.card(stimulus)
+        _friction(stimulus)
         demand_whole(card)
-        if (key := self._key(stimulus, card)) not in self.known and key not in self._shipped():
+        if (key := self._key(stimulus, card)) not in self.known and self._kept(key, card) is None:
             self._voice(card)
             self._felt(stimulus)
 
@@ -94,7 +96,7 @@ class Renderings:
         card = self.card(stimulus)
         key = self._key(stimulus, card)
         if key not in self.known:
-            self.known[key] = self._kept(key) or self._fresh(key, stimulus, card)
+            self.known[key] = self._kept(key, card) or self._fresh(key, stimulus, card)
         return self.known[key]
 
     def feels(self, stimulus: Stimulus) -> Mapping[str, float]:
@@ -104,27 +106,27 @@ class Renderings:
 
     def _key(self, stimulus: Stimulus, card: Path) -> str:
         """What decides a rendering: the card, which names the digest of its numbers; the hand's file; the seed."""
-        parts = [hashlib.sha256(card.read_bytes()).hexdigest(), stimulus.sha256, stimulus.columns.get("friction")]
+        made = [card.stem, hashlib.sha256(card.read_bytes()).hexdigest()]
+        parts = [*made, stimulus.sha256, stimulus.columns.get("friction")]
         return digest({"rendering": VERSION, "seed": SEED, "of": parts})
 
-    def _kept(self, key: str) -> Rendered | None:
-        told = self._shipped().get(key)
-        if told is None and self.keeps and self.lab is not None and (file := _kept_file(self.lab, key)).is_file():
-            told = json.loads(file.read_bytes())
-        return None if told is None else restored(told)
+    def _kept(self, key: str, card: Path) -> Rendered | None:
+        """What was kept of this rendering; None where nobody did. Raises RigError on a file that is damaged."""
+        if (told := self._shipped().get(key)) is not None:
+            return restored(told, card, self.folder / SHIPPED)
+        if self.lab is not None and (file := _kept_file(self.lab, key)).is_file():
+            return restored(read_kept(file), card, file)
+        return None
 
     def _shipped(self) -> Mapping[str, Any]:
-        if not self.shipped:
-            return {}
         file = self.folder / SHIPPED
-        found: dict[str, Any] = json.loads(file.read_bytes()) if file.is_file() else {}
-        return found
+        return read_kept(file) if self.shipped and file.is_file() else {}
 
     def _fresh(self, key: str, stimulus: Stimulus, card: Path) -> Rendered:
         from studies.played_textures import rendered
 
         made = rendered(self._voice(card), card, self._felt(stimulus), _friction(stimulus))
-        if self.keeps and self.lab is not None:
+        if self.lab is not None:
             keep(_kept_file(self.lab, key), made)
         return made
 
@@ -174,11 +176,33 @@ def told_of(card: Path, read: Any) -> dict[str, Any]:
     }  # fmt: skip
 
 
-def restored(told: Mapping[str, Any]) -> Rendered:
-    """The inverse of `Rendered.record`."""
-    compared = told.get("compared")
-    rest = {name: value for name, value in told.items() if name != "compared"}
-    return Rendered(rest, None if compared is None else Alike(**compared))
+def read_kept(file: Path) -> Mapping[str, Any]:
+    """What a file of renderings holds. Raises RigError."""
+    try:
+        found = json.loads(file.read_bytes())
+    except (OSError, ValueError) as error:
+        raise _damaged(file, error) from None
+    if not isinstance(found, dict):
+        raise _damaged(file, "an object is expected")
+    return found
+
+
+def restored(told: Mapping[str, Any], card: Path, file: Path) -> Rendered:
+    """The inverse of `Rendered.record`, as `file` holds it of this card. Raises RigError."""
+    try:
+        rest = {name: value for name, value in told.items() if name != "compared"}
+        compared = None if "compared" not in told else Alike(**told["compared"])
+        if (told["model"], told["sha256"]) != (card.stem, hashlib.sha256(card.read_bytes()).hexdigest()):
+            raise ValueError("it is of another card")
+        if compared is not None and not all(map(math.isfinite, compared.columns().values())):
+            raise ValueError("finite numbers are expected")
+    except (AttributeError, KeyError, TypeError, ValueError) as error:
+        raise _damaged(file, error) from None
+    return Rendered(rest, compared)
+
+
+def _damaged(file: Path, error: object) -> RigError:
+    return RigError(f"{file}: not what was kept of a rendering ({error}). Remove it: the models are then rendered anew")
 
 
 def keep(file: Path, made: Rendered) -> None:
@@ -196,9 +220,15 @@ def _kept_file(lab: Path, key: str) -> Path:
 
 
 def _friction(stimulus: Stimulus) -> float | None:
-    """The table's; None where it says nothing."""
+    """The table's; None where it says nothing. Raises RigError."""
     told = stimulus.columns.get("friction", "")
-    return float(told) if told else None
+    try:
+        found = float(told) if told else None
+    except ValueError:
+        found = math.nan
+    if found is not None and not math.isfinite(found):
+        raise RigError(f"stimulus {stimulus.id!r}: its friction is {told!r}; a number is expected")
+    return found
 
 
 def _column(stimulus: Stimulus, name: str) -> str:

@@ -23,9 +23,9 @@ from devices.rig.opened import OpenRig
 from devices.signals import DeviceError, DeviceFault
 from protocols.events import NS
 from protocols.keyed import keyed_bits
-from protocols.plan import Plan
-from protocols.requests import Came, Fault, Present, Reply
-from studies.renderings import Renderings, told_of
+from protocols.plan import Plan, Trial
+from protocols.requests import Ask, Came, Fault, Present, Reply
+from studies.renderings import MET, Renderings, told_of
 from studies.scenes import drawn
 
 NEED = "texture_renderer"
@@ -61,7 +61,7 @@ class RigRenderer:
     plays: Plays | None = None
     on: bool = False
     mending: Mending = field(default_factory=Mending)
-    before: dict[str, Any] = field(default_factory=dict)
+    counted: dict[str, Any] = field(default_factory=dict)
     told: dict[str, Any] = field(default_factory=dict)
 
     def perform(self, request: Present, window: Pages, desk: Desk, now_ns: Callable[[], int]) -> Came:
@@ -70,22 +70,35 @@ class RigRenderer:
             return aside
         begun_ns = now_ns()
         try:
-            self._put_on(request)
+            self._put_on(request.trial)
         except (ValueError, OSError) as error:
             return self._fault(error)
         desk.tell({NEED: f"{self.told['model']}, {self.told['runtime']}"})
         seconds = round((now_ns() - begun_ns) / NS, 3)
-        made = {**self.told, "deadlines": self.before}
+        made = {**self.told, "deadlines": self.counted}
         return Reply({"presented": True, "by": "renderer", "seconds": seconds, "rendered": made})
 
-    def _put_on(self, request: Present) -> None:
+    def before(self, request: Ask) -> Came | None:
+        """Before a form: what is rated sounds, also where the session was taken up again within the trial.
+
+        None; or what came instead. Where an answer is only revised nothing is felt again.
+        """
+        if self.on or request.trial is None or request.trial.previous is not None:
+            return None
+        try:
+            self._put_on(request.trial)
+        except (ValueError, OSError) as error:
+            return self._fault(error)
+        return None
+
+    def _put_on(self, trial: Trial) -> None:
         """Raises RigError, RenderError, ModelFileError, DeviceError."""
-        card = self.renderings.card(request.trial.stimulus)
-        seed = keyed_bits("rendered", *drawn(self.plan, request.trial)) % 2**31
+        card = self.renderings.card(trial.stimulus)
+        seed = keyed_bits("rendered", *drawn(self.plan, trial)) % 2**31
         plays = self._running()
         plays.switch(Sounds(card, seed))
         self.on, record = True, plays.record()
-        self.before = counts_of(record)
+        self.counted = counts_of(record)
         self.told = {**told_of(card, read_card(card)), "runtime": runtime_of(record), "seed": seed}
 
     def _running(self) -> Plays:
@@ -105,15 +118,17 @@ class RigRenderer:
             return came
         self.on = False
         try:
+            record = self.plays.record()
             if not self.plays.running:
                 raise RenderError("the renderer ended while the texture was felt")
-            counted = since(self.before, counts_of(self.plays.record()))
             self.plays.switch(None)
         except RenderError as error:
-            return self._fault(error)
+            fault = self._fault(error)
+            return fault if isinstance(came, Reply) else came
         if not isinstance(came, Reply):
             return came
-        return replace(came, value={**came.value, "rendered": {**self.told, "deadlines": counted}})
+        made = {**self.told, "deadlines": since(self.counted, counts_of(record)), "met": met_in(record)}
+        return replace(came, value={**came.value, "rendered": made})
 
     def close(self) -> None:
         """Silence; the process ends."""
@@ -165,6 +180,12 @@ def demand_usable(rig: OpenRig) -> VoiceCoil:
 def runtime_of(record: Mapping[str, Any]) -> str:
     """What runs the model that is on."""
     return str((record.get("voice") or {}).get("runtime", "none"))
+
+
+def met_in(record: Mapping[str, Any]) -> dict[str, Any]:
+    """How the model fared that is on: for how long it sounded, was begun anew, was dead or given a pause."""
+    voice = record.get("voice") or {}
+    return {name: voice.get(name, 0) for name in MET}
 
 
 def counts_of(record: Mapping[str, Any]) -> dict[str, Any]:

@@ -1,21 +1,16 @@
-"""Makes the files of texture_similarity that follow from the shipped models: `python -m studies.similarity_table`.
-
-felt/TEXTURE.csv: a hand on each simulated surface, and what its tool vibrates with. rendered.json: what each shipped
-model plays for that hand, and how alike that is. stimuli.csv: the same three figures, by stimulus. study.yaml: the
-weights that simulated people give them. What they then feel is printed. Run it again after the shipped models changed.
-With a LAB as argument it takes that lab's models where it has any; with --renew it makes the hands anew as well.
-"""
+"""Makes the files of texture_similarity that follow from the shipped models: `python -m studies.similarity_table`."""
 
 from __future__ import annotations
 
 import csv
 import hashlib
 import json
-import sys
 from collections.abc import Iterator, Mapping
 from pathlib import Path
 from statistics import mean, pstdev
 from typing import Any
+
+import click
 
 from protocols.study import Stimulus
 from studies.felt_alike import friction_apart
@@ -33,19 +28,31 @@ LATENT = "    Completely different: "
 HEAD = ("id", "label", "texture", "method", "model", "file", *PER_UNIT)
 
 
-def main(renew: bool, lab: Path | None = None) -> None:
-    """Write all files; the hands only where they are missing, or where they are to be made anew."""
+@click.command(context_settings={"help_option_names": ["-h", "--help"]})
+@click.option("--renew", is_flag=True, help="Make the hands anew, too: if the simulated surfaces have changed.")
+def main(renew: bool) -> None:
+    """Make what texture_similarity holds of the shipped models. Run it when they have changed: tests fail until then.
+
+    \b
+    felt/TEXTURE.csv  a hand on each simulated surface, and what its tool vibrates with (only where it is missing)
+    rendered.json     what each shipped model plays for that hand, and how alike that is
+    stimuli.csv       the same three figures, by stimulus
+    study.yaml        the weights that simulated people give them
+
+    Everything goes to studies/texture_similarity. What people then feel, of 100, is printed. About 15 seconds; 30 more
+    with --renew.
+    """
     for texture in TEXTURES:
         file = FOLDER / "felt" / f"{texture}.csv"
         if renew or not file.is_file():
             write_felt(file, texture)
-    found = {key: made for stimulus in planned() for key, made in rendered(stimulus, lab)}
+    found = {key: made for stimulus in planned() for key, made in rendered(stimulus)}
     (FOLDER / "rendered.json").write_text(json.dumps(found, indent=1, sort_keys=True) + "\n", encoding="utf-8")
-    rows = [row(stimulus, lab) for stimulus in planned()]
+    rows = [row(stimulus) for stimulus in planned()]
     write_table(rows)
     write_weights(rows)
     for line in told(rows):
-        print(line)  # noqa: T201 - what the page of the study says is copied from here
+        click.echo(line)
 
 
 def write_felt(file: Path, texture: str) -> None:
@@ -85,16 +92,16 @@ def kinetic(texture: str) -> float:
     return surface_for(texture, columns).kinetic_friction
 
 
-def rendered(stimulus: Stimulus, lab: Path | None) -> Iterator[tuple[str, Any]]:
+def rendered(stimulus: Stimulus) -> Iterator[tuple[str, Any]]:
     """The stimulus' rendering by its model, made now, under its key."""
-    fresh = Renderings(FOLDER, lab, shipped=False, keeps=False)
+    fresh = Renderings(FOLDER, shipped=False)
     made = fresh.of(stimulus)
     yield from ((key, made.record()) for key in fresh.known)
 
 
-def row(stimulus: Stimulus, lab: Path | None) -> Mapping[str, str]:
+def row(stimulus: Stimulus) -> Mapping[str, str]:
     """A line of the stimulus table."""
-    felt = Renderings(FOLDER, lab).feels(stimulus)
+    felt = Renderings(FOLDER).feels(stimulus)
     return {"id": stimulus.id, **stimulus.columns, **{name: f"{value:g}" for name, value in felt.items()}}
 
 
@@ -131,5 +138,4 @@ def told(rows: list[Mapping[str, str]]) -> Iterator[str]:
 
 
 if __name__ == "__main__":
-    named = [Path(each) for each in sys.argv[1:] if not each.startswith("--")]
-    main("--renew" in sys.argv[1:], named[0] if named else None)
+    main()

@@ -1,12 +1,11 @@
-"""Makes the pictures of the renderer's window: each simulated surface under one light, at a known size.
-
-`python -m studies.texture_pictures`; about five seconds for each of the six.
-"""
+"""Makes the pictures of the renderer's window: `python -m studies.texture_pictures`."""
 
 from __future__ import annotations
 
 import csv
 from pathlib import Path
+
+import click
 
 from studies.similarity_table import TEXTURES
 from studies.texture_capturing import STIMULI
@@ -14,8 +13,12 @@ from studies.texture_capturing import STIMULI
 LIGHT, PX, QUALITY = 3, 800, 78
 
 
+@click.command(context_settings={"help_option_names": ["-h", "--help"]})
 def main() -> None:
-    """Write devices/render/window/pictures/TEXTURE.jpg."""
+    """Write devices/render/window/pictures/TEXTURE.jpg: each simulated surface under one light, at a known size.
+
+    About five seconds for each of the six. Run it when the simulated surfaces have changed.
+    """
     from devices.render.window.photo import PICTURES
 
     with STIMULI.open(encoding="utf-8", newline="") as lines:

@@ -24,10 +24,11 @@ def write_all(lab: Path, textures=TEXTURES, methods=tuple(ORDERS)):
     return [write(lab / "models", texture, method) for texture in textures for method in methods]
 
 
-def write(folder: Path, texture: str, method: str) -> Path:
-    """The card's path."""
+def write(folder: Path, texture: str, method: str, louder: float = 1.0) -> Path:
+    """The card's path. `louder`: by how much its noise is than what it was fitted to."""
     signal, speed, force = read_felt(FOLDER / "felt" / f"{texture}.csv")
     weight, bias = fitted(signal, speed, force, ORDERS[method])
+    bias[1] += np.log(louder)
     start = 0.5 * signal.std() * np.sin(np.arange(M))
     content = save({"w": weight, "b": bias, "start": start})
     name = f"texture-{texture}-{method}"

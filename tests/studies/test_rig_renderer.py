@@ -1,6 +1,6 @@
 """Virtual textures at a rig: presented until they are answered for, named and counted in the record."""
 
-from dataclasses import dataclass, field
+from dataclasses import dataclass, field, replace
 
 import pytest
 
@@ -9,7 +9,7 @@ from devices.rig.file import read_rig
 from devices.rig.opened import open_rig
 from devices.signals import DeviceError
 from protocols.plan import compile_plan
-from protocols.requests import Aside, Fault, Present, Reply
+from protocols.requests import Aside, Ask, Fault, Present, Reply
 from studies.catalogue import Found
 from studies.hardware import Hardware
 from studies.live import Mounted, Station
@@ -34,12 +34,16 @@ PLAN = compile_plan(of_two(), plan_for("texture_similarity").who, 1, LAB)
 TRIAL = PLAN.trials[0]
 
 
+VOICE = {"runtime": "native", "steps": 90, "sounding": 80, "held": 1, "restarts": 7, "quiet": 20, "muted": 40}
+
+
 @dataclass
 class FakePlays:
     """Counts a step at every look; fails where it is told to."""
 
     running: bool = True
     fails: str = ""
+    dead: str = ""
     steps: int = 0
     sounds: list = field(default_factory=list)
     ended: int = 0
@@ -50,10 +54,12 @@ class FakePlays:
         self.sounds.append(sounds)
 
     def record(self):
+        if self.dead:
+            raise RenderError(self.dead)
         self.steps += 100
         ready = {"steps": self.steps, "late": self.steps // 100, "skipped": 0}
         output = {"underruns": 0, "missing": 0, "limited": 0, "ahead_ms": 10}
-        return {"ready": ready, "output": output, "voice": {"runtime": "native"}, "priority": "normal"}
+        return {"ready": ready, "output": output, "voice": VOICE, "priority": "normal"}
 
     def __exit__(self, *_raised):
         self.ended += 1
@@ -101,6 +107,8 @@ def test_replies_name_the_model_and_count_the_deadlines_of_the_texture_alone(lab
     assert answered["answers"] == {"a": 1} and answered["rendered"]["model"] == begun["model"]
     counted = answered["rendered"]["deadlines"]
     assert (counted["steps"], counted["late"], counted["underruns"], counted["ahead_ms"]) == (100, 1, 0, 10)
+    assert begun["seed"] == plays.sounds[0].seed == answered["rendered"]["seed"]
+    assert answered["rendered"]["met"] == {"sounding": 80, "held": 1, "restarts": 7, "quiet": 20, "muted": 40}
     assert plays.sounds[0].card.stem == begun["model"] and plays.sounds[-1] is None, "silent once it is answered for"
     assert renderer.after(Reply({})) == Reply({}), "forms without a texture are left alone"
 
@@ -125,6 +133,34 @@ def test_what_fails_is_a_fault_and_goes_on_once_somebody_has_mended_it(lab):
     assert "the actuator is gone. Put it right" in desk.demands[0].text
     made[1].running = False
     assert isinstance(renderer.after(Reply({"answers": {}})), Fault), "what was not felt to its end is met again"
+
+
+def test_a_fault_while_the_texture_is_felt_says_what_failed(lab):
+    renderer, (plays,) = fake(lab)
+    present(renderer)
+    plays.running, plays.dead = False, "stylus: unplugged"
+    assert renderer.after(Reply({"answers": {}})).value["message"] == "stylus: unplugged"
+
+
+def test_what_the_experimenter_wants_is_done_though_the_renderer_has_ended(lab):
+    renderer, (plays,) = fake(lab)
+    present(renderer)
+    plays.running = False
+    abort = Aside({"do": "abort"})
+    assert renderer.after(abort) is abort and plays.ended == 1
+
+
+def test_a_session_taken_up_within_a_trial_is_not_rated_in_silence(lab):
+    """The presentation is on record, and was another process'."""
+    renderer, (plays,) = fake(lab)
+    ask = Ask(TRIAL.form, TRIAL)
+    assert renderer.before(ask) is None and plays.sounds[0].card.stem.startswith("texture-cloth")
+    assert renderer.before(ask) is None and len(plays.sounds) == 1, "it goes on"
+    assert renderer.after(Reply({"answers": {}})).value["rendered"]["seed"] == plays.sounds[0].seed
+    assert renderer.before(Ask(TRIAL.form, replace(TRIAL, previous={"a": 1}))) is None and len(plays.sounds) == 2
+    assert renderer.before(Ask(PLAN.opening[0])) is None and len(plays.sounds) == 2
+    renderer, _ = fake(lab, fails="the actuator is gone")
+    assert isinstance(renderer.before(ask), Fault)
 
 
 def test_a_renderer_is_part_of_the_station_and_ends_with_it(lab):

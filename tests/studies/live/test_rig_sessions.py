@@ -15,7 +15,8 @@ from devices.rig.file import rig_path
 from devices.rig.opened import OpenRig
 from protocols.perceiver import Perceiver
 from protocols.plan import ParticipantRow, compile_plan
-from studies.catalogue import SHIPPED, read_study
+from protocols.requests import Ask
+from studies.catalogue import SHIPPED, Found, read_study
 from studies.hardware import hardware_for
 from studies.interrupts import Interrupted
 from studies.live import Station
@@ -239,3 +240,44 @@ def test_a_rig_of_twins_is_no_stand_in_of_this_process(lab, rooms):
     assert "settings" in rig.description
     with_twins = replace(LiveOptions(), twins=True)
     assert "settings" not in live_plan(doors(1), lab, with_twins).description
+
+
+TEXTURES = """rig: twins
+devices:
+  stylus: {kind: tablet, driver: twin}
+  actuator: {kind: voice_coil, driver: twin}
+needs:
+  texture_renderer: [stylus, actuator]
+"""
+
+
+def textures(count=1) -> Found:
+    found = read_study(SHIPPED / "texture_similarity" / "study.yaml")
+    some = tuple(each for each in found.study.stimuli if each.columns["method"] == "AR")[:count]
+    given = {"stimuli": some, "opening": (), "instructions": None}
+    return Found(found.study.model_copy(update=given), found.folder)
+
+
+def test_a_texture_session_taken_up_while_an_answer_is_asked_for_is_answered_with_the_texture_on(
+    lab, rooms, experimenter, monkeypatch
+):
+    def quits(room, request, desk, now_ns):
+        if isinstance(request, Ask):
+            raise Interrupted("QUIT")
+        return asked(room, request, desk, now_ns)
+
+    rig_path(lab).write_text(TEXTURES, encoding="utf-8")
+    found, asked = textures(), Room.perform
+    experimenter(4)
+    with monkeypatch.context() as first:
+        first.setattr(Room, "perform", quits)
+        assert not begun(found, lab).complete
+    path = next((lab / "sessions").glob("*.sqlite"))
+    rig, _ = plan_to_go_on(found, lab, LiveOptions(), read(path).header)
+    assert resume(path, rig).complete
+    presented, answered = (e.value["rendered"] for e in read(path).events if e.kind == "reply")
+    assert {name: answered[name] for name in ("model", "weights_sha256", "seed")} == {
+        name: presented[name] for name in ("model", "weights_sha256", "seed")
+    }
+    assert answered["met"].keys() >= {"restarts", "quiet", "muted"} and "steps" in answered["deadlines"]
+    replay(path)

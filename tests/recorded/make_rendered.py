@@ -1,0 +1,41 @@
+"""Records two sessions of texture_similarity with what was rendered in them: `python -m tests.recorded.make_rendered`.
+
+Only for a new ledger format beside the old one: a recorded session is there to stay as it is, also when the shipped
+models have changed. What was felt stands in the replies.
+"""
+
+from __future__ import annotations
+
+import shutil
+import tempfile
+from pathlib import Path
+
+from studies.rig import simulated
+from studies.session import resume, start
+from tests.studies.labs import stopping
+from tests.studies.small_textures import write_all
+from tests.studies.ten import found_study, plan_for
+
+RENDERED = Path(__file__).resolve().parent / "rendered"
+STUDY, SEED = "texture_similarity", 7
+STOPPED = {"P001": None, "P002": 20}
+"""The act at which a signal stops a session, which is then taken up again."""
+OWN = "P002"
+"""Who feels small models of the lab's own, so that what is felt is not what the study's table says."""
+
+
+def main() -> None:
+    """Run the sessions and put the ledgers here."""
+    found = found_study(STUDY)
+    RENDERED.mkdir(exist_ok=True)
+    with tempfile.TemporaryDirectory() as lab:
+        for who, at in STOPPED.items():
+            if who == OWN:
+                write_all(Path(lab))
+            rig = simulated(found.study, found.folder, Path(lab))
+            sat = start(Path(lab), plan_for(STUDY, who, SEED), rig if at is None else stopping(rig, at))
+            shutil.copy((sat if sat.complete else resume(sat.path, rig)).path, RENDERED)
+
+
+if __name__ == "__main__":
+    main()
