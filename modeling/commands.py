@@ -191,8 +191,8 @@ def _show(found: Evaluation, page: Path) -> None:
     from rich.console import Console
     from rich.table import Table
 
-    from modeling.doors.evaluation_blocks import written
     from modeling.doors.evaluation_parts import banners, reached
+    from modeling.report.blocks import written
 
     console = Console(highlight=False)
     for line in banners(found):

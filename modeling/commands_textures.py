@@ -87,10 +87,11 @@ def texture_options(command: Callable[..., None]) -> Callable[..., None]:
         own = {name: given.pop(name) for name in OWN}
         if own["tables"] and own["simulated"]:
             raise click.UsageError("--tables and --simulated: one of the two is expected, or neither for the lab's own")
-        rate_hz, speed_mm_s, force_N = (given.pop(name) for name in HELD)
+        rate_hz, speed_mm_s, force_N = held = tuple(given.pop(name) for name in HELD)
+        if any(each is not None for each in held) and not own["tables"]:
+            raise click.UsageError("--rate-hz, --speed-mm-s and --force-n say what tables lack: --tables is expected")
         textures, methods = (_names(given.pop(name)) for name in ("textures", "methods"))
-        held = (rate_hz, speed_mm_s, force_N)
-        command(Asked(textures=textures, methods=methods, held=held, **own), **given)
+        command(Asked(textures=textures, methods=methods, held=(rate_hz, speed_mm_s, force_N), **own), **given)
 
     asking: Callable[..., None] = with_asked
     for option in reversed(OPTIONS):
@@ -226,7 +227,7 @@ def _show(found: Judged, page: Path) -> None:
     from rich.console import Console
     from rich.table import Table
 
-    from modeling.doors.evaluation_blocks import written
+    from modeling.report.blocks import written
     from modeling.textures.evaluation_reached import reached
     from modeling.textures.evaluation_report import banners, choice_of
     from modeling.textures.evaluation_tables import method_rows

@@ -1,26 +1,26 @@
-"""Finished jobs on disk, so that an interrupted evaluation goes on: numbers as JSON, arrays as npz, never a pickle."""
+"""Finished jobs, so that an interrupted evaluation goes on: what decides a result, and where it lies."""
 
 from __future__ import annotations
 
 import hashlib
 import json
 import math
-import os
 import shutil
-import zipfile
 from collections.abc import Mapping
-from functools import cache
+from functools import cache, partial
 from pathlib import Path
 from typing import Any
 
 import numpy as np
+from numpy.typing import NDArray
 
 from modeling.doors.evaluating_jobs import Context, Done, Job
+from modeling.files.finished import put_down, taken_up
 from modeling.training.run_card import versions
 
 CHECKPOINTS = "checkpoints"
-ELSEWHERE = ("keyswitch", "textures")
-"""Folders of models that no door is judged with."""
+ELSEWHERE = ("keyswitch", "report", "textures")
+"""Folders that no door is judged with."""
 
 
 @cache
@@ -70,42 +70,31 @@ def load(job: Job, context: Context) -> Done | None:
     """The kept result of an equal job; None where there is none, or where its files are damaged."""
     if context.kept is None:
         return None
-    place = context.kept / key(job, context)
-    try:
-        told = json.loads(place.with_suffix(".json").read_text(encoding="utf-8"))
-        with place.with_suffix(".npz").open("rb") as raw, np.load(raw, allow_pickle=False) as file:
-            arrays = {name: file[name] for name in file.files}
-        numbers = {name: math.nan if value is None else float(value) for name, value in told["numbers"].items()}
-        return Done(job, arrays, numbers, tuple(told["notes"])) if {"test", "predicted"} <= set(arrays) else None
-    except (OSError, ValueError, KeyError, EOFError, TypeError, AttributeError, zipfile.BadZipFile):
-        return None
+    return taken_up(context.kept / key(job, context), partial(_done, job))
+
+
+def _done(job: Job, told: Mapping[str, Any], arrays: dict[str, NDArray[Any]]) -> Done:
+    """Raises KeyError for a result without what was tested and predicted."""
+    if not {"test", "predicted"} <= set(arrays):
+        raise KeyError("test or predicted")
+    numbers = {name: math.nan if value is None else float(value) for name, value in told["numbers"].items()}
+    return Done(job, arrays, numbers, tuple(told["notes"]))
 
 
 def keep(done: Done, context: Context) -> None:
-    """Put a result down; the JSON last, so that what is there is whole."""
+    """Put a result down."""
     if context.kept is None:
         return
-    context.kept.mkdir(parents=True, exist_ok=True)
-    place = context.kept / key(done.job, context)
-    fresh = place.with_suffix(f".{os.getpid()}.new")
-    with fresh.open("wb") as file:
-        np.savez_compressed(file, **dict(done.arrays))  # type: ignore[arg-type]
-    fresh.replace(place.with_suffix(".npz"))
-    fresh.write_text(_text(done), encoding="utf-8")
-    fresh.replace(place.with_suffix(".json"))
+    job = done.job
+    told = {
+        "job": [job.direction, job.method, job.split, job.fold],
+        "numbers": {name: value if math.isfinite(value) else None for name, value in done.numbers.items()},
+        "notes": list(done.notes),
+    }
+    put_down(context.kept / key(job, context), done.arrays, told)
 
 
 def forget_checkpoints(job: Job, context: Context) -> None:
     """Remove a job's checkpoints."""
     if (folder := checkpoint(job, context)) is not None:
         shutil.rmtree(folder, ignore_errors=True)
-
-
-def _text(done: Done) -> str:
-    job = done.job
-    told: Mapping[str, Any] = {
-        "job": [job.direction, job.method, job.split, job.fold],
-        "numbers": {name: value if math.isfinite(value) else None for name, value in done.numbers.items()},
-        "notes": list(done.notes),
-    }
-    return json.dumps(told, sort_keys=True, allow_nan=False) + "\n"

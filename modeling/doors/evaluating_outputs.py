@@ -32,9 +32,9 @@ def write_all(
 ) -> list[Path]:
     """Write everything and give the paths, the report last; what an earlier evaluation wrote here and this one does
     not is removed, nothing else is touched."""
-    from modeling.doors.evaluation_drawn import Pictured
     from modeling.doors.evaluation_figures import figures
     from modeling.doors.evaluation_report import report_html
+    from modeling.report.drawn import Pictured
 
     rows = {name: [plain(row) for row in each] for name, each in tables(found).items()}
 

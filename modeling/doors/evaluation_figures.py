@@ -11,12 +11,12 @@ from analysis.figures.drawn import FigureKind, Shown
 from analysis.figures.style import drawing, save
 from modeling.doors.evaluating_gathered import Gathered
 from modeling.doors.evaluating_whole import Evaluation
-from modeling.doors.evaluation_drawn import Pictured, drawn_figure
 from modeling.doors.evaluation_overall import widths
 from modeling.doors.evaluation_profiles import made_profiles, measured_door
 from modeling.doors.evaluation_results import curve_rows
 from modeling.doors.evaluation_tables import prediction_rows, waveform_error_rows
 from modeling.doors.evaluation_words import CURVES, WORK_PRECISION
+from modeling.report.drawn import Pictured, drawn_figure
 
 if TYPE_CHECKING:
     from modeling.training.history import Epoch

@@ -7,14 +7,14 @@ from collections.abc import Sequence
 from modeling.doors import evaluation_words as words
 from modeling.doors.evaluating_gathered import Gathered
 from modeling.doors.evaluating_whole import Evaluation
-from modeling.doors.evaluation_blocks import Block, Column, Heading, Section, Table, Words, table
-from modeling.doors.evaluation_drawn import Pictured
-from modeling.doors.evaluation_pictures import chosen, figure_block
 from modeling.doors.evaluation_results import ceiling_rows, splits_forward
 from modeling.doors.evaluation_tables import AVERAGE, Row, cell_rows, thesis_rows, variant_rows
 from modeling.doors.evaluation_thesis import printed
 from modeling.doors.intervals import COVERAGE
 from modeling.doors.registry import THESIS
+from modeling.report.blocks import Block, Column, Heading, Section, Table, Words, table
+from modeling.report.drawn import Pictured
+from modeling.report.pictures import chosen, figure_block
 
 TABLES = (("mae", "5.3", "MAE", "2"), ("rmse", "5.4", "RMSE", "2"), ("r2", "5.5", "R²", "3"))
 ERRORS = (

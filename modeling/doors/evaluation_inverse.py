@@ -7,15 +7,15 @@ from collections.abc import Sequence
 from modeling.doors import evaluation_words as words
 from modeling.doors.evaluating_gathered import Gathered
 from modeling.doors.evaluating_whole import Evaluation
-from modeling.doors.evaluation_blocks import Block, Column, Heading, Section, Table, Words, table
-from modeling.doors.evaluation_drawn import Pictured
 from modeling.doors.evaluation_forward import with_refusals
 from modeling.doors.evaluation_overall import attainable, loop_rows
-from modeling.doors.evaluation_pictures import chosen, figure_block
 from modeling.doors.evaluation_results import corner_rows, plausible_row, slider_rows, splits_inverse
 from modeling.doors.evaluation_tables import OVERALL, Row, waveform_rows
 from modeling.doors.evaluation_thesis import printed_waveforms
 from modeling.doors.registry import THESIS
+from modeling.report.blocks import Block, Column, Heading, Section, Table, Words, table
+from modeling.report.drawn import Pictured
+from modeling.report.pictures import chosen, figure_block
 
 ERRORS = (
     Column("title", "method"),

@@ -7,7 +7,8 @@ from collections.abc import Sequence
 from modeling.doors import evaluation_words as words
 from modeling.doors.evaluating_measured import Recovered
 from modeling.doors.evaluating_whole import Evaluation
-from modeling.doors.evaluation_blocks import (
+from modeling.doors.evaluation_tables import Row
+from modeling.report.blocks import (
     NONE,
     Block,
     Column,
@@ -19,9 +20,8 @@ from modeling.doors.evaluation_blocks import (
     table,
     written,
 )
-from modeling.doors.evaluation_drawn import Pictured
-from modeling.doors.evaluation_pictures import chosen, figure_block
-from modeling.doors.evaluation_tables import Row
+from modeling.report.drawn import Pictured
+from modeling.report.pictures import chosen, figure_block
 from modeling.training.run_card import versions
 
 TARGETS = {"mae": 3.5, "rmse": 5.0, "r2": 0.85, "loop": 5.0, "waveform": 1.0}

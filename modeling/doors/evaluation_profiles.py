@@ -13,10 +13,10 @@ from modeling.doors.data import POINTS, POINTS_PER_DEG, Array
 from modeling.doors.evaluating_gathered import Gathered
 from modeling.doors.evaluating_scores import by_level
 from modeling.doors.evaluating_whole import Evaluation
-from modeling.doors.evaluation_drawn import Pictured, drawn_figure
 from modeling.doors.evaluation_tables import waveform_errors
 from modeling.doors.evaluation_words import PROFILES
 from modeling.doors.registry import THESIS
+from modeling.report.drawn import Pictured, drawn_figure
 
 if TYPE_CHECKING:
     from matplotlib.axes import Axes

@@ -4,9 +4,10 @@ from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
-from functools import cache
 from pathlib import Path
 from typing import Any
+
+from modeling.report.printed import printed_numbers
 
 FILE = Path(__file__).parent / "thesis_numbers.yaml"
 SAID = "thesis (private data, other people)"
@@ -40,17 +41,8 @@ class PrintedWaveforms:
         return sum(door[measure] for door in self.by_door.values()) / len(self.by_door)
 
 
-@cache
 def _read() -> Mapping[str, Any]:
-    import yaml
-
-    told: Mapping[str, Any] = yaml.safe_load(FILE.read_text(encoding="utf-8"))
-    return told
-
-
-def source() -> str:
-    """Where the numbers stand."""
-    return str(_read()["source"])
+    return printed_numbers(FILE)
 
 
 def printed(measure: str) -> Printed:

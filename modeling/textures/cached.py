@@ -23,7 +23,7 @@ DECIDES = (
 """The files that a simulated recording is made by: read as bytes, never imported."""
 NOT_IN = ("modeling/textures",)
 """Of these folders only the files of `PREPARES`: a network that changes does not change its data."""
-PREPARES = ("cached", "hum", "joined", "plausible", "preparing", "rates", "recording", "simulated")
+PREPARES = ("cached", "hum", "joined", "mains", "plausible", "preparing", "rates", "recording", "simulated")
 
 
 def content_key(*decides: object) -> str:

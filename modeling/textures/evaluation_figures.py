@@ -1,4 +1,4 @@
-"""Figures 4.5 to 4.7 of the thesis, error against time, and learning curves."""
+"""Figures 4.5 to 4.7 of the thesis, and learning curves; those of running free and of time with them."""
 
 from __future__ import annotations
 
@@ -9,11 +9,12 @@ from typing import TYPE_CHECKING
 import numpy as np
 
 from analysis.figures.style import INK, OKABE_ITO, drawing
-from modeling.doors.evaluation_drawn import Pictured, drawn_figure
+from modeling.report.drawn import Pictured, drawn_figure
 from modeling.textures import evaluation_words as words
 from modeling.textures.evaluation_figures_free import free_figures
+from modeling.textures.evaluation_figures_time import time_figures
 from modeling.textures.evaluation_panels import keyed, named, panels, spectrum
-from modeling.textures.evaluation_tables import Row, figure_4_5, method_rows
+from modeling.textures.evaluation_tables import Row, figure_4_5
 from modeling.textures.judging_histories import history_of
 from modeling.textures.judging_jobs import Fit
 from modeling.textures.judging_whole import Judged
@@ -25,7 +26,6 @@ if TYPE_CHECKING:
     from matplotlib.axes import Axes
     from matplotlib.figure import Figure
 
-    from analysis.measuring.rows import Row as Measured
     from modeling.training.history import Epoch
 
 FIRST = 400
@@ -37,7 +37,7 @@ def figures(found: Judged, folder: Path) -> Iterator[Pictured]:
     yield from free_figures(found, folder)
     yield from _grid(found, folder)
     yield from _one_step(found, folder)
-    yield from _work_precision(found, folder)
+    yield from time_figures(found, folder)
     yield from _curves(found, folder)
 
 
@@ -75,7 +75,7 @@ def _one_step(found: Judged, folder: Path) -> Iterator[Pictured]:
     if name is None:
         return
     told, title = _told(found, name), found.method(name).title
-    colours = {"recorded": INK, title: OKABE_ITO[1]}
+    colours = {"recorded": INK, title: OKABE_ITO[0 if name == DEFAULT else 1]}  # as where it runs free
     labels = {texture: found.context.recordings[texture].label for texture in told}
     errors = {texture: found.fits[Fit(texture, name)].numbers.get("mae") for texture in told}
     titles = {texture: f"{labels[texture]} ({error:.2f})" for texture, error in errors.items() if error is not None}
@@ -105,31 +105,6 @@ def _told(found: Judged, method: str) -> dict[str, tuple[Array, Array]]:
     """By texture: the test part, and what a method says of it."""
     done = {texture: found.fits[Fit(texture, method)] for texture in found.textures}
     return {name: (each.array("actual"), each.array("answered")) for name, each in done.items() if not each.refused}
-
-
-def _work_precision(found: Judged, folder: Path) -> Iterator[Pictured]:
-    """Felt levels off against the time of a step, and of training."""
-    from analysis.measuring.work_precision_plot import work_precision_figure
-
-    rows = [*_timed(found, "step_us", 1e-6, "a step"), *_timed(found, "train_s", 1.0, "training a texture")]
-    if rows:
-        with drawing("work_precision"):
-            figure = work_precision_figure(rows)
-            yield drawn_figure("work_precision", "Error against time", words.WORK_PRECISION, figure, folder)
-
-
-def _timed(found: Judged, column: str, unit: float, case: str) -> list[Measured]:
-    from analysis.measuring.rows import MEASURED
-    from analysis.measuring.rows import Row as Measured
-
-    return [
-        Measured(
-            "textures", case, row["method"], "mean of the textures", 0, "felt levels off, dB", row["felt_dB"], MEASURED,
-            row[column] * unit, 1, None,
-        )
-        for row in method_rows(found)
-        if row[column] and row["felt_dB"] is not None
-    ]  # fmt: skip
 
 
 def _curves(found: Judged, folder: Path) -> Iterator[Pictured]:

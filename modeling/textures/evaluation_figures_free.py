@@ -10,7 +10,7 @@ from typing import TYPE_CHECKING
 import numpy as np
 
 from analysis.figures.style import INK, OKABE_ITO, SOFT, drawing
-from modeling.doors.evaluation_drawn import Pictured, drawn_figure
+from modeling.report.drawn import Pictured, drawn_figure
 from modeling.textures import evaluation_words as words
 from modeling.textures.evaluation_panels import Draw, keyed, named, panels, spectrum
 from modeling.textures.evaluation_tables import TRUTH
@@ -27,6 +27,8 @@ if TYPE_CHECKING:
 
 MOST = 3
 """Methods in one figure beside the truth."""
+FIRST_S = 20.0
+"""Seconds of the envelopes that are shown."""
 SHOWN = 250
 """Samples of the waves that are shown."""
 
@@ -57,8 +59,9 @@ def free_figures(found: Judged, folder: Path) -> Iterator[Pictured]:
 
     def envelopes(axes: Axes, texture: str) -> None:
         for signal, colour, width in shown.lines(texture):
-            slowly = envelope(signal)
+            slowly = envelope(signal[: round(FIRST_S * RATE_HZ)])
             axes.plot(np.arange(len(slowly)) * ENVELOPE_MS / 1000, slowly, color=colour, linewidth=0.7 * width)
+        axes.locator_params(axis="x", nbins=5, integer=True)
         named(axes, "s", "m/s²")
 
     yield _panelled("free_spectra", ("Running free: spectra", words.FREE_SPECTRA), shown, spectra, folder)

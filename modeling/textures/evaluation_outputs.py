@@ -95,7 +95,7 @@ def write_all(
 ) -> list[Path]:
     """Write everything and give the paths, the report last; what an earlier evaluation wrote here and this one does
     not is removed, nothing else is touched."""
-    from modeling.doors.evaluation_drawn import Pictured
+    from modeling.report.drawn import Pictured
     from modeling.textures.evaluation_figures import figures
     from modeling.textures.evaluation_report import report_html
 

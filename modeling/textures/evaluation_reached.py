@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Sequence
+from collections.abc import Callable, Iterable, Sequence
 
 from modeling.textures.evaluation_tables import Row, least, most, texture_rows
 from modeling.textures.judging import CYCLE, ENVELOPE, GFC, LEVEL
@@ -21,9 +21,9 @@ def reached(found: Judged) -> list[tuple[str, str]]:
     if not ours:
         return []
     told = [_said(found, name, ours, column, within, wanted) for name, column, within, wanted in _LIMITS]
-    if baseline := _ran(rows, BASELINE):
-        won, of = better([*ours, *baseline], DEFAULT, BASELINE)
-        wanted = max(1, round(of * BEATEN / 6))
+    if _ran(rows, BASELINE):
+        won, of = better(rows, DEFAULT, BASELINE)
+        wanted = -(-of * BEATEN // 6)
         told.append(("Against AR", f"Nearer on {won} of {of} textures (wanted: {wanted}): {_word(won >= wanted)}."))
     if plain := _ran(rows, THESIS):
         told.append(("One-step FoTEN", _failure(plain)))
@@ -41,15 +41,23 @@ _LIMITS: tuple[tuple[str, str, Callable[[float], bool], str], ...] = (
 def _said(
     found: Judged, name: str, rows: Sequence[Row], column: str, within: Callable[[float], bool], wanted: str
 ) -> tuple[str, str]:
-    known = [row for row in rows if row[column] is not None]
-    if not known:
+    values = {row["texture"]: row[column] for row in rows if row[column] is not None}
+    if not values:
         return name, "Cannot be said of these recordings."
-    values = [row[column] for row in known]
-    met = sum(map(within, values))
-    low, high = min(values), max(values)
-    off = ", ".join(row["texture"].replace("_", " ") for row in known if not within(row[column]))
+    silent = [row["texture"] for row in rows if row["level"] == 0]
+    off = dict.fromkeys([*(texture for texture, value in values.items() if not within(value)), *silent])
+    blank = [texture for texture in found.textures if texture not in {**values, **off}]
+    low, high = least(values.values()), most(values.values())
     told = f"{low:.3f} to {high:.3f} over the textures (wanted: {wanted}{_again(found, column)})".replace("-", "−")
-    return name, f"{told}: {f'reached on {met} of {len(values)}, not on {off}' if off else 'reached'}."
+    met = f"reached on {len(values.keys() - off.keys())} of {len(found.textures)}"
+    missed = "".join(
+        f", {what} {_listed(which)}" for what, which in (("not on", off), ("not judged on", blank)) if which
+    )
+    return name, f"{told}: {f'{met}{missed}' if missed else 'reached'}."
+
+
+def _listed(textures: Iterable[str]) -> str:
+    return ", ".join(texture.replace("_", " ") for texture in textures)
 
 
 def _again(found: Judged, column: str) -> str:

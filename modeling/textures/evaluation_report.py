@@ -1,15 +1,13 @@
-"""The report of an evaluation of textures: one HTML file that needs nothing else and lets no other script run."""
+"""The report of an evaluation of textures: one HTML file."""
 
 from __future__ import annotations
 
-import base64
 import hashlib
 from collections.abc import Sequence
-from pathlib import Path
 
-from modeling.doors import evaluation_blocks
-from modeling.doors.evaluation_blocks import Block, Points, Section
-from modeling.doors.evaluation_drawn import Pictured
+from modeling.report.blocks import Block, Points, Section
+from modeling.report.drawn import Pictured
+from modeling.report.page import Page, page_html
 from modeling.textures import evaluation_words as words
 from modeling.textures.evaluation_reached import reached
 from modeling.textures.evaluation_sections import free_section, provenance, step_section, time_section
@@ -18,38 +16,15 @@ from modeling.textures.judging_default import RULE, Choice, choice
 from modeling.textures.judging_kept import recording_digest
 from modeling.textures.judging_whole import Judged
 
-PAGE = Path(evaluation_blocks.__file__).parent
-"""Where the page's template and look are: those of the doors' report."""
-MOST_COLUMNS = 40
-
 
 def report_html(found: Judged, pictured: Sequence[Pictured] = ()) -> str:
     """The whole page as one text. Every name in it is escaped."""
-    from markupsafe import Markup
-
-    from analysis.figures.interactive import script
-    from analysis.reporting import templates
-
-    code = script()
     chosen = choice_of(found)
     sections = (
         in_short(found, chosen), free_section(found, pictured, chosen), step_section(found, pictured, chosen),
         time_section(found, pictured, chosen), provenance(found),
     )  # fmt: skip
-    return (
-        templates.environment(PAGE)
-        .get_template("evaluation.html")
-        .render(
-            title=words.TITLE,
-            lead=words.LEAD,
-            banners=banners(found),
-            facts=facts(found),
-            sections=sections,
-            css=Markup(_css(Path(templates.__file__).parent)),
-            script=Markup(code),
-            script_hash=base64.b64encode(hashlib.sha256(code.encode()).digest()).decode(),
-        )
-    )
+    return page_html(Page(words.TITLE, words.LEAD, banners(found), facts(found), sections))
 
 
 def choice_of(found: Judged) -> Choice:
@@ -90,10 +65,3 @@ def in_short(found: Judged, chosen: Choice) -> Section:
     points += reached(found)
     blocks: tuple[Block, ...] = (Points(tuple(points)),)
     return Section("short", "In short", blocks)
-
-
-def _css(reporting: Path) -> str:
-    """The look of every report, this page's own, and on which side each column of a table stands."""
-    sides = ",".join(f".n{place} td:nth-child({place})" for place in range(1, MOST_COLUMNS + 1))
-    shared = (reporting / "templates" / "report.css").read_text(encoding="utf-8")
-    return shared + (PAGE / "evaluation.css").read_text(encoding="utf-8") + sides + " { text-align: right; }\n"

@@ -128,11 +128,14 @@ def table_4_1(found: Judged) -> list[Row]:
     for name in found.wanted.names:
         for metric, gain in (("mae", 1.0), ("gfc", PERCENT)):
             cells = _cells(found, name, metric, gain)
-            rows.append({"method": name, "metric": metric, **cells, "mean": mean_of(cells.values())})
+            title = found.method(name).title
+            own = {"method": name, "title": title, "metric": metric, "printed": False}
+            rows.append({**own, **cells, "mean": mean_of(cells.values())})
             printed = printed_errors(name, metric)
             if printed is not None:
                 theirs = {texture: printed[0].get(texture) for texture in found.textures}
-                rows.append({"method": f"{name}, {SAID}", "metric": metric, **theirs, "mean": printed[1]})
+                said = {"method": f"{name}, {SAID}", "title": f"{title}, {SAID}", "metric": metric, "printed": True}
+                rows.append({**said, **theirs, "mean": printed[1]})
     return rows
 
 
@@ -157,11 +160,12 @@ def table_4_2(found: Judged) -> list[Row]:
 
 
 def table_4_3(found: Judged) -> list[Row]:
-    """Times: a step by runtime (us), an epoch, and the thesis' beside; one row for each method and runtime."""
+    """Times and errors: a step by runtime (us), an epoch, felt levels (dB) and MAE (SDs) over the textures, and the
+    thesis' times beside; one row for each method and runtime."""
     rows: list[Row] = []
     for row in method_rows(found):
         theirs = printed_times(row["method"]) or {}
-        known = {"window": row["window"], "epoch_s": row["epoch_s"], "train_s": row["train_s"]}
+        known = {name: row[name] for name in ("window", "felt_dB", "mae", "epoch_s", "train_s")}
         steps = found.steps.get(row["method"], {})
         for runtime, (median, p99, error) in steps.items() or ((None, (None, None, None)),):
             rows.append(

@@ -3,25 +3,17 @@
 from __future__ import annotations
 
 from collections.abc import Mapping
-from functools import cache
 from pathlib import Path
 from typing import Any
+
+from modeling.report.printed import printed_numbers
 
 FILE = Path(__file__).parent / "thesis_numbers.yaml"
 SAID = "thesis"
 
 
-@cache
 def _read() -> Mapping[str, Any]:
-    import yaml
-
-    told: Mapping[str, Any] = yaml.safe_load(FILE.read_text(encoding="utf-8"))
-    return told
-
-
-def source() -> str:
-    """Where the numbers stand."""
-    return str(_read()["source"])
+    return printed_numbers(FILE)
 
 
 def printed_errors(method: str, metric: str) -> tuple[dict[str, float], float] | None:

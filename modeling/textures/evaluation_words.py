@@ -44,6 +44,8 @@ OTHER_HAND = (
     "Another realisation is {what}: it says how far level, spectrum and repetition of the truth differ from itself. "
     "Its envelope follows another hand, so there is no ceiling of the envelope correlation."
 )
+HALVES = "the recording's first half against its second"
+VALIDATION = "the validation part"
 ONE_STEP = (
     "The next sample is told from true ones: no error can build up. MAE is in standard deviations of the training "
     "part's acceleration (the thesis does not say in which unit its own is; the tables also have m/s²), GFC is "
@@ -72,13 +74,16 @@ FIGURE_4_6 = (
 FIGURE_4_7 = "Power spectral density of the whole test part and of what {title} says of it, one step ahead."
 FREE_SPECTRA = "Power spectral density of the truth and of what each model made on its own output."
 FREE_WAVES = (
-    "A quarter of a second, where the hand moves, of the truth and of what models made on their own output under the "
-    "same hand: no model sees the truth, so waves differ, and level and character should not."
+    "A quarter of a second in m/s², where the hand moves, of the truth and of what models made on their own output "
+    "under the same hand: no model sees the truth, so waves differ, and level and character should not."
 )
-ENVELOPES = "RMS in windows of 250 ms, in m/s², of the truth and of what each model made on its own output."
+ENVELOPES = (
+    "RMS in windows of 250 ms of the truth and of what each model made on its own output, over the first 20 s; the "
+    "correlations in the tables are over the whole."
+)
 WORK_PRECISION = (
-    "How far off the felt levels are (mean over the textures, dB) against the time of a step in the fastest runtime "
-    "and of a texture's training. Lower and farther left is better."
+    "How far off the felt levels are (mean over the textures, dB) against the time of a step (filled: the fastest "
+    "runtime; open: the others) and of a texture's training. Lower and farther left is better."
 )
 CURVES = "Loss against seconds of training, a colour for each texture; the point is the epoch whose weights were kept."
 UNROUNDED = "Every number stands unrounded in evaluation.json and in the folder tables."

@@ -11,6 +11,7 @@ from collections.abc import Iterator, Mapping
 from functools import singledispatch
 
 import numpy as np
+import torch
 from numpy.typing import NDArray
 from torch import Tensor, nn
 
@@ -19,6 +20,7 @@ from modeling.textures.foten import Foten
 from modeling.textures.foten_layers import Dropout, Embedding, EncoderLayer
 from modeling.textures.fourier import FourierBlock, SpectrumEncoder
 from modeling.textures.heads import LEAST_LOG_SD, Spread
+from modeling.textures.matching import Matched
 from modeling.textures.recording import Scale, TextureDataError
 from modeling.textures.spectral_features import MelBlock, WaveletBlock
 from protocols.model_card import Activation, Affine, Conv, Dense, Reshape, Step
@@ -182,11 +184,11 @@ def fixed(matrix: Tensor, offset: Tensor, name: str) -> Pieces:
 
 
 @pieces.register
-def _(layer: Spread, name: str) -> Pieces:
+def _(_layer: Spread, name: str) -> Pieces:
     yield Keep(kept=f"{name}both"), {}
     yield Part(start=1, stop=2), {}
     yield Activation(function="softplus"), {}
-    yield Affine(offset=LEAST_LOG_SD + float(layer.log_gain)), {}
+    yield Affine(offset=LEAST_LOG_SD), {}
     yield Keep(kept=f"{name}log_sd"), {}
     yield Recall(kept=f"{name}both"), {}
     yield Part(start=0, stop=1), {}
@@ -210,6 +212,23 @@ def _(layer: Foten, name: str) -> Pieces:
     yield from pieces(layer.encoder, f"{name}encoder.")
     yield Join(kept=(hand,) if layer.spectral is None else (block, hand)), {}
     yield from _head(layer, f"{name}head.")
+
+
+@pieces.register
+def _(layer: Matched, name: str) -> Pieces:
+    seen, answer = f"{name}seen", f"{name}answer"
+    yield Keep(kept=seen), {}
+    yield from pieces(layer.network, f"{name}network.")
+    yield Keep(kept=answer), {}
+    yield Recall(kept=seen), {}
+    yield Part(start=0, stop=1), {}
+    yield Reshape(shape=(len(layer.weight),)), {}
+    yield from fixed(
+        torch.stack([layer.weight, torch.zeros_like(layer.weight)]),
+        torch.stack([torch.zeros_like(layer.log_gain), layer.log_gain]),
+        f"{name}more.",
+    )
+    yield Add(kept=answer), {}
 
 
 def _head(layer: Foten, name: str) -> Pieces:

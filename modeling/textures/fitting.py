@@ -8,7 +8,7 @@ from __future__ import annotations
 
 import math
 from collections.abc import Callable
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 
 import numpy as np
 import torch
@@ -30,7 +30,7 @@ from modeling.training.stepping import Loss
 
 AT_ONCE = 512
 """Windows that a network answers at a time."""
-QUICK_EPOCHS = 2
+QUICK_EPOCHS, QUICK_BATCH = 2, 128
 ASKED = ("epochs", "batch", "threads", "checkpoint", "stop_patience", "learning_rate")
 """The settings of `Learning.settings` that go to the training as they are."""
 Make = Callable[[int], nn.Module]
@@ -50,12 +50,15 @@ class Rows:
 class Diet:
     """What is done to the rows while training, and how the rate falls.
 
-    `noise` is the SD of white noise on the past acceleration, in its SDs (Bishop 1995); `rest` the share of rows at
-    rest, added to the training and validation rows: no speed, no force, and silence to follow. `cosine`: the rate falls
-    along a cosine over all epochs; by itself it stays as it is, or is lowered as the settings say.
+    `noise` is the SD of white noise on the past acceleration, in its SDs (Bishop 1995); `mirrored`: half of the rows,
+    others every time, have the sign of their acceleration turned, since it only tells how a sensor was mounted; `rest`
+    is the share of rows at rest, added to the training and validation rows: no speed, no force, and silence to follow.
+    `cosine`: the rate falls along a cosine over all epochs; by itself it stays as it is, or is lowered as the settings
+    say.
     """
 
     noise: float = 0.0
+    mirrored: bool = False
     rest: float = 0.0
     cosine: bool = False
 
@@ -134,25 +137,34 @@ def _pairs(given: Array, wanted: Array, scale: Scale) -> Pairs:
 
 
 def fed(rows: Rows, diet: Diet, seed: int) -> Source:
-    """The training rows with rest among them, and fresh noise on the past acceleration every time they are seen."""
+    """The training rows with rest among them; noise and signs are drawn afresh every time that they are seen."""
     whole = with_rest(rows.train, diet.rest, rows.scale, seed)
-    if not diet.noise:
+    if not (diet.noise or diet.mirrored):
         return whole
 
     def make(chosen: Tensor, chance: torch.Generator) -> tuple[Given, Given]:
-        inputs, targets = whole.batch(chosen, chance)
-        noisy = torch.as_tensor(inputs).clone()
-        noisy[:, 0] += diet.noise * torch.randn(noisy[:, 0].shape, generator=chance)
-        return noisy, targets
+        given, wanted = whole.batch(chosen, chance)
+        inputs, targets = torch.as_tensor(given).clone(), torch.as_tensor(wanted)
+        if diet.noise:
+            inputs[:, 0] += diet.noise * torch.randn(inputs[:, 0].shape, generator=chance)
+        if diet.mirrored:
+            sign = torch.randint(0, 2, (len(inputs), 1), generator=chance, dtype=inputs.dtype).mul_(2).sub_(1)
+            inputs[:, 0] *= sign
+            targets = targets * sign
+        return inputs, targets
 
-    return Made(len(whole), make, f"{whole.digest} with noise of {diet.noise!r}")
+    mirrored = ", mirrored" if diet.mirrored else ""
+    return Made(len(whole), make, f"{whole.digest} with noise of {diet.noise!r}{mirrored}")
 
 
 def settings_for(learning: Learning, default: Settings) -> Settings:
-    """A method's settings with the caller's wishes over them; `quick` trains for few epochs where none are asked for.
+    """A method's settings with the caller's wishes over them; `quick` trains for few epochs, many rows at a time, where
+    nothing else is asked for.
 
     Raises TrainingError for a value without sense.
     """
+    if learning.settings.get("quick"):
+        default = replace(default, batch=max(default.batch, QUICK_BATCH))
     return wished_settings(learning.settings, default, learning.seed, ASKED, QUICK_EPOCHS)
 
 

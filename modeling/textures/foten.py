@@ -13,7 +13,7 @@ from modeling.textures.fitting import Diet, FittedWindows, fit_windows
 from modeling.textures.foten_layers import DROPOUT, WIDTH, Embedding, Encoder
 from modeling.textures.fourier import FourierBlock
 from modeling.textures.heads import head, loss_named, nll
-from modeling.textures.levelling import level_alike
+from modeling.textures.matching import QUICK_ROUNDS, ROUNDS, Matched, match
 from modeling.textures.methods import Learning, Method
 from modeling.textures.recording import CHANNELS, TextureDataError
 from modeling.training.settings import Settings
@@ -21,6 +21,8 @@ from modeling.training.settings import Settings
 Spectral = Callable[[int, float], nn.Module]
 """A window's length and a dropout to a block from (batch, window) to the same shape."""
 WINDOW = 20
+GENERATIVE_WINDOW = 30
+"""In 20 ms there is no whole period of what is felt below 50 Hz."""
 LAYERS = 3
 SETTINGS = Settings(epochs=100, batch=16, learning_rate=1e-3, plateau_patience=None, stop_patience=10, every_epochs=5)
 """Thesis 4.4.5."""
@@ -29,7 +31,7 @@ LOSS = "huber-1.6"
 GENERATIVE_SETTINGS = Settings(
     epochs=14, batch=128, learning_rate=2e-3, plateau_patience=None, stop_patience=None, every_epochs=4
 )
-GENERATIVE_DIET = Diet(noise=0.03, rest=0.05, cosine=True)
+GENERATIVE_DIET = Diet(noise=0.01, mirrored=True, rest=0.05, cosine=True)
 STEPS, MOST_EPOCHS = 1550, 120
 """A short recording is gone through more often: for as many steps as 14 epochs of 20 s are, in at most 120 epochs."""
 
@@ -78,10 +80,13 @@ def generative(window: int) -> Foten:
 
 def _fit_generative(learning: Learning) -> FittedWindows:
     settings = replace(GENERATIVE_SETTINGS, epochs=epochs_for(learning))
-    found = fit_windows(generative, learning, nll, settings, window=WINDOW, diet=GENERATIVE_DIET)
-    gain = level_alike(found.network, learning.recording, learning.parts, found.scale, found.window, learning.seed)
-    learning.report(f"gain of the SD for the recording's level: {gain:.3f}")
-    return found
+    found = fit_windows(generative, learning, nll, settings, window=GENERATIVE_WINDOW, diet=GENERATIVE_DIET)
+    matched = Matched(found.network, found.window)
+    rounds = QUICK_ROUNDS if learning.settings.get("quick") else ROUNDS
+    distance = match(matched, learning.recording, learning.parts, found.scale, learning.seed, rounds)
+    gain = math.exp(float(matched.log_gain))
+    learning.report(f"matched on its own output: {distance:.2f} dB off, gain of the SD {gain:.3f}")
+    return replace(found, network=matched)
 
 
 def epochs_for(learning: Learning) -> int:
@@ -96,7 +101,7 @@ FOTEN_GENERATIVE = Method(
     name="foten_generative",
     title="Generative FoTEN",
     fit=_fit_generative,
-    window=WINDOW,
+    window=GENERATIVE_WINDOW,
     sampled=True,
     source="thesis 4.4, with a conditional scale that is sampled when it runs (ours)",
 )

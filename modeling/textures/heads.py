@@ -19,20 +19,11 @@ LEAST_LOG_SD = math.log(0.003)
 
 
 class Spread(nn.Module):
-    """(batch, 2) to mean and log SD: the second number is kept above the least one, smoothly (softplus).
-
-    `log_gain` is added to the log SD; it is 0 while training, and set afterwards (levelling.py).
-    """
-
-    log_gain: Tensor
-
-    def __init__(self) -> None:
-        super().__init__()
-        self.register_buffer("log_gain", torch.zeros(()))
+    """(batch, 2) to mean and log SD: the second number is kept above the least one, smoothly (softplus)."""
 
     def forward(self, x: Tensor) -> Tensor:
         """(batch, 2) to the same shape."""
-        return torch.cat([x[:, :1], LEAST_LOG_SD + self.log_gain + functional.softplus(x[:, 1:])], dim=1)
+        return torch.cat([x[:, :1], LEAST_LOG_SD + functional.softplus(x[:, 1:])], dim=1)
 
 
 def head(inputs: int, generative: bool = False) -> nn.Sequential:

@@ -18,6 +18,8 @@ LEVEL, GFC, ENVELOPE, CYCLE = (0.85, 1.15), 0.98, 0.9, 0.1
 """What the project set out to reach, of every texture."""
 NEAR = 0.95
 """Of what another realisation of the truth reaches: more cannot be asked of a model where that is below a limit."""
+SILENT = {"smoothed_gfc": 0.0, "envelope": 0.0}
+"""What silence counts as where the truth sounds: it breaks more limits than a model that lives."""
 MANY = 2
 """More windows than this have a correlation."""
 LIMITS: Mapping[str, str] = {
@@ -48,7 +50,7 @@ def judged(made: Array, drive: Drive) -> Numbers:
         "envelope": _follows(slowly, envelope(drive.truth)),
         "with_speed": correlation(slowly, slow(drive.speed)),
         "with_force": correlation(slowly, slow(drive.force)),
-        "cycle": cycle(made),
+        "cycle": cycle(made, drive.cycle_window),
         "greatest": greatest_ratio(made, drive.truth),
     }
     return found | {"cycle_excess": _excess(found["cycle"], drive.cycle)}
@@ -62,7 +64,7 @@ def ceiling(drive: Drive) -> Numbers:
         return judged(drive.again, drive)
     truth = drive.truth[len(drive.again) : 2 * len(drive.again)] if drive.seen else drive.truth
     truth = truth if len(truth) >= SMOOTHED else drive.truth
-    found: Numbers = {**_by_spectrum(drive.again, truth), "cycle": cycle(drive.again)}
+    found: Numbers = {**_by_spectrum(drive.again, truth), "cycle": cycle(drive.again, drive.cycle_window)}
     return found | {
         "greatest": greatest_ratio(drive.again, truth),
         "cycle_excess": _excess(found["cycle"], drive.cycle),
@@ -83,7 +85,7 @@ def truth_of(drive: Drive) -> Numbers:
 def beyond(
     numbers: Mapping[str, float | None], again: Mapping[str, float | None] = MappingProxyType({})
 ) -> tuple[str, ...]:
-    """The limits that are not kept, by name; what cannot be said breaks none, but silence breaks the level's.
+    """The limits that are not kept, by name. What cannot be said breaks none; silence has no likeness to the truth.
 
     `again` is what another realisation of the truth has (`ceiling`): where that misses a limit itself, `NEAR` of it is
     enough.
@@ -96,7 +98,8 @@ def beyond(
         "cycle_excess": lambda value: value <= CYCLE,
         "greatest": lambda value: value <= GREATEST,
     }
-    known = {name: value for name, value in numbers.items() if value is not None}
+    silent = SILENT if numbers.get("level") == 0 else {}
+    known = {**silent, **{name: value for name, value in numbers.items() if value is not None}}
     return tuple(name for name, within in kept.items() if name in known and not within(known[name]))
 
 

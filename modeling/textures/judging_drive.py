@@ -9,7 +9,7 @@ from typing import Literal
 import numpy as np
 
 from modeling.textures.joined import pieces_of
-from modeling.textures.metrics_running import cycle
+from modeling.textures.metrics_running import CYCLE, cycle
 from modeling.textures.recording import RATE_HZ, Array, Parts, Recording, TextureDataError
 from modeling.textures.side import TextureSide
 from modeling.textures.windows import Stretches, samples_of
@@ -20,8 +20,6 @@ MOVES = 0.1
 """The share of the time that the hand has to move and press, or the renderer is silent nearly always."""
 SLOWEST_MM_S, FAINTEST_N = 10.0, 0.15
 """Below these the renderer is silent (thesis 4.5.3)."""
-APART = 1000
-"""Between the seeds of the exploration that drives the models and of another one."""
 Origin = Literal["another exploration", "test part", "whole recording"]
 
 
@@ -31,7 +29,8 @@ class Drive:
 
     `again` is another realisation of the truth: (n,) for the same hand elsewhere on the surface (`same_hand`), else of
     any length; None where there is none. `cycle` is the truth's autocorrelation (metrics_running.cycle), taken where
-    samples follow one another. `seen`: the models were trained on this hand's movement, for want of another.
+    samples follow one another, within windows of `cycle_window` samples. `seen`: the models were trained on this hand's
+    movement, for want of another.
     """
 
     texture: str
@@ -42,6 +41,7 @@ class Drive:
     again: Array | None = None
     same_hand: bool = False
     cycle: float | None = None
+    cycle_window: int = CYCLE
     seen: bool = False
 
     @property
@@ -51,15 +51,13 @@ class Drive:
 
 
 def explored(side: TextureSide, texture: str, seconds: float, seed: int) -> Drive:
-    """Another free exploration of a simulated surface, and its ceiling: the same hand elsewhere on it where the side
-    has that (`again`), else one more exploration. Raises what the side raises."""
+    """Another free exploration of a simulated surface, and its ceiling: the same hand elsewhere on it.
+
+    Raises what the side raises, TextureDataError for what is no exploration.
+    """
     truth, speed, force = _three(texture, side.scene(texture, seconds, seed))
-    elsewhere = getattr(side, "again", None)
-    if elsewhere is not None:
-        again = _three(texture, elsewhere(texture, seconds, seed))[0]
-    else:
-        again = _three(texture, side.scene(texture, seconds, seed + APART))[0]
-    return Drive(texture, "another exploration", speed, force, truth, again, elsewhere is not None, cycle(truth))
+    again = _three(texture, side.again(texture, seconds, seed))[0]
+    return Drive(texture, "another exploration", speed, force, truth, again, same_hand=True, cycle=cycle(truth))
 
 
 def from_recording(recording: Recording, parts: Parts, seconds: float) -> Drive:
@@ -76,9 +74,10 @@ def from_recording(recording: Recording, parts: Parts, seconds: float) -> Drive:
     again = recording.signals[0, :half] if seen else samples_of(recording, parts.validation)[0]
     count = max(1, round(seconds * RATE_HZ))
     truth, speed, force = (_there_and_back(each, count) for each in signals)
+    repeats, window = _cycle(recording, parts.test)
     return Drive(
         recording.texture, "whole recording" if seen else "test part", speed, force, truth,
-        again if len(again) else None, cycle=_cycle(recording, parts.test), seen=seen,
+        again if len(again) else None, cycle=repeats, cycle_window=window, seen=seen,
     )  # fmt: skip
 
 
@@ -88,13 +87,14 @@ def _there_and_back(signal: Array, count: int) -> Array:
     return np.resize(whole, count)
 
 
-def _cycle(recording: Recording, test: Stretches) -> float | None:
-    """The truth's autocorrelation in the longest stretch of the test part, else of the whole, that holds one."""
+def _cycle(recording: Recording, test: Stretches) -> tuple[float | None, int]:
+    """The truth's autocorrelation in the longest stretch of the test part, else of the whole, that holds one, and the
+    window that it was found in."""
     for stretches in (test, pieces_of(recording)):
-        found = cycle(recording.signals[0, slice(*_longest(stretches))])
-        if found is not None:
-            return found
-    return None
+        stretch = recording.signals[0, slice(*_longest(stretches))]
+        if (found := cycle(stretch)) is not None:
+            return found, min(CYCLE, len(stretch))
+    return None, CYCLE
 
 
 def _longest(stretches: Sequence[tuple[int, int]]) -> tuple[int, int]:

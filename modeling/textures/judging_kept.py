@@ -1,20 +1,21 @@
-"""Finished jobs on disk, so that an interrupted evaluation goes on: numbers as JSON, arrays as npz, never a pickle."""
+"""Finished jobs, so that an interrupted evaluation goes on: what decides a result, and where it lies."""
 
 from __future__ import annotations
 
 import ast
 import hashlib
 import json
-import os
 import shutil
-import zipfile
-from functools import cache
+from collections.abc import Mapping
+from functools import cache, partial
 from pathlib import Path
 from typing import Any
 
 import numpy as np
+from numpy.typing import NDArray
 
 import modeling
+from modeling.files.finished import put_down, taken_up
 from modeling.textures.judging_jobs import Context, Done, Explore, Fit, Job
 from modeling.textures.recording import Recording
 from modeling.training.run_card import versions
@@ -134,32 +135,21 @@ def forget_checkpoints(job: Fit, context: Context) -> None:
 
 def load(job: Job, context: Context) -> Done | None:
     """The kept result of an equal job; None where there is none, or where its files are damaged."""
-    place = context.work / key(job, context)
-    try:
-        told = json.loads(place.with_suffix(".json").read_text(encoding="utf-8"))
-        with place.with_suffix(".npz").open("rb") as raw, np.load(raw, allow_pickle=False) as file:
-            arrays = {name: file[name] for name in file.files}
-        numbers = {str(name): None if value is None else float(value) for name, value in told["numbers"].items()}
-        card = _whole_card(context.work, told["card"], told["sha256"])
-    except (OSError, ValueError, KeyError, EOFError, TypeError, AttributeError, zipfile.BadZipFile):
-        return None
-    return Done(job, numbers, arrays, card)
+    return taken_up(context.work / key(job, context), partial(_done, job, context.work))
+
+
+def _done(job: Job, work: Path, told: Mapping[str, Any], arrays: dict[str, NDArray[Any]]) -> Done:
+    numbers = {str(name): None if value is None else float(value) for name, value in told["numbers"].items()}
+    return Done(job, numbers, arrays, _whole_card(work, told["card"], told["sha256"]))
 
 
 def keep(done: Done, context: Context) -> None:
-    """Put a result down; the JSON last, so that what is there is whole. What was refused is not kept."""
+    """Put a result down. What was refused is not kept."""
     if done.refused:
         return
-    context.work.mkdir(parents=True, exist_ok=True)
-    place = context.work / key(done.job, context)
-    fresh = place.with_suffix(f".{os.getpid()}.new")
-    with fresh.open("wb") as file:
-        np.savez_compressed(file, **dict(done.arrays))  # type: ignore[arg-type]
-    fresh.replace(place.with_suffix(".npz"))
     card = None if done.card is None else done.card.relative_to(context.work).as_posix()
     told = {"job": done.job.name, "numbers": dict(done.numbers), "card": card, "sha256": _sha256s(done.card)}
-    fresh.write_text(json.dumps(told, sort_keys=True, allow_nan=False) + "\n", encoding="utf-8")
-    fresh.replace(place.with_suffix(".json"))
+    put_down(context.work / key(done.job, context), done.arrays, told)
 
 
 def _whole_card(work: Path, card: str | None, sha256: list[str]) -> Path | None:

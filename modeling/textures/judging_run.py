@@ -15,6 +15,8 @@ from modeling.textures.judging_kept import forget_checkpoints, keep, load
 from modeling.textures.recording import TextureDataError
 
 Arrays = dict[str, NDArray[Any]]
+HEARD = ("speed", "force", "truth", "again")
+"""What is kept of another exploration."""
 
 
 def run(job: Job, context: Context) -> Done:
@@ -42,9 +44,8 @@ def _computed(job: Job, context: Context) -> Done:
 
 def _explored(job: Explore, context: Context) -> Done:
     drive = explored(context.side, job.texture, context.seconds, context.seed)
-    arrays = {"speed": drive.speed, "force": drive.force, "truth": drive.truth}
-    arrays |= {} if drive.again is None else {"again": drive.again}
-    return Done(job, {"same_hand": float(drive.same_hand), "cycle": drive.cycle}, arrays)
+    arrays = {name: getattr(drive, name) for name in HEARD}
+    return Done(job, {"cycle": drive.cycle}, arrays)
 
 
 def drive_for(texture: str, context: Context) -> Drive:
@@ -54,10 +55,10 @@ def drive_for(texture: str, context: Context) -> Drive:
     done = run(Explore(texture), context)
     if done.refused:
         raise TextureDataError(done.refused)
+    speed, force, truth, again = map(done.array, HEARD)
     return Drive(
-        texture, "another exploration", done.array("speed"), done.array("force"), done.array("truth"),
-        done.arrays.get("again"), bool(done.numbers["same_hand"]), done.numbers["cycle"],
-    )  # fmt: skip
+        texture, "another exploration", speed, force, truth, again, same_hand=True, cycle=done.numbers["cycle"]
+    )
 
 
 def _played(job: Play, context: Context) -> Done:

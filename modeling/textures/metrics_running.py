@@ -9,8 +9,8 @@ from modeling.textures.recording import RATE_HZ, Array, TextureDataError
 
 ENVELOPE_MS = 250
 """RMS in consecutive windows of so many milliseconds."""
-CYCLE_MS, LAGS_MS = 2000, (300, 1000)
-"""Autocorrelation within windows of 2 s, at lags from 0.3 to 1 s."""
+CYCLE, LAGS_MS = 2000, (300, 1000)
+"""Autocorrelation within windows of so many samples (2 s), at lags from 0.3 to 1 s."""
 SHORTEST_MS = 900
 """A window shorter than this holds no autocorrelation at such lags worth the name."""
 SOUNDS = 0.1
@@ -49,15 +49,16 @@ SAME = 1e-9
 """What varies by less than this of its size varies by rounding alone."""
 
 
-def cycle(signal: Array) -> float | None:
+def cycle(signal: Array, window: int = CYCLE) -> float | None:
     """How far a signal (n,) repeats itself: the greatest autocorrelation at lags of 0.3 to 1 s, 0 to 1.
 
-    Within windows of 2 s (half overlapped, shorter for a shorter signal): at each lag the products of samples so far
-    apart over the root of both stretches' energies. The median over the windows that sound. A limit cycle comes near 1
-    even where its frequency moves with the hand; noise of a bandwidth B stays about (B * 1 s)^-1/2. None for less than
-    0.9 s of signal, and for silence.
+    Within windows of 2 s (half overlapped, shorter for a shorter signal): at each lag, up to half the window, the
+    products of samples so far apart over the root of both stretches' energies. The median over the windows that sound.
+    A limit cycle comes near 1 even where its frequency moves with the hand; noise of a bandwidth B stays about
+    (B * 1 s)^-1/2, and higher in shorter windows: compare what was found in equal ones. None for less than 0.9 s of
+    signal, and for silence.
     """
-    size = min(round(CYCLE_MS * RATE_HZ / 1000), len(signal))
+    size = min(window, len(signal))
     whole = level(signal) if len(signal) else 0.0
     if size < round(SHORTEST_MS * RATE_HZ / 1000) or whole <= 0:
         return None

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import hashlib
 import re
 from collections.abc import Mapping, Sequence
 from dataclasses import replace
@@ -23,6 +24,7 @@ START_S = 1.0
 HEADROOM = 1.25
 """What is played may go beyond the greatest acceleration of the training part by this."""
 LEAST_PEAK_M_S2 = 1e-3
+LONGEST_NAME = 64
 START = "start"
 WINDOW_UNIT = "m/s^2, mm/s, N"
 
@@ -74,8 +76,12 @@ def write_texture(
 
 
 def model_name(texture: str, method: str) -> str:
-    """texture-TEXTURE-METHOD; what no file name may hold is a hyphen there."""
-    return f"texture-{re.sub(r'[^A-Za-z0-9_.-]+', '-', texture)}-{method}"[:64]
+    """texture-TEXTURE-METHOD. A name that no file may have is changed, and a part of its hash tells it from others."""
+    plain = re.sub(r"[^A-Za-z0-9_.-]+", "-", texture)[: LONGEST_NAME - len(f"texture--{method}")]
+    if plain != texture:
+        digest = hashlib.sha256(texture.encode()).hexdigest()[:6]
+        plain = f"{plain[: LONGEST_NAME - len(f'texture---{method}{digest}')].strip('-')}-{digest}"
+    return f"texture-{plain}-{method}"
 
 
 def texture_of(recording: Recording, parts: Parts, fitted: Fitted, method: Method) -> Texture:

@@ -8,7 +8,7 @@ from dataclasses import dataclass, replace
 import numpy as np
 from numpy.typing import NDArray
 
-from modeling.textures.hum import without_hum
+from modeling.textures.hum import before_filter, without_hum
 from modeling.textures.joined import joined
 from modeling.textures.plausible import TOLD, clipped_share, demand_alive, demand_plausible, oddities
 from modeling.textures.rates import Sampled, along, on_grid, speed_from
@@ -102,7 +102,8 @@ def _speed(touched: Touched) -> Sampled:
 def _filtered(vibration: Array, speed: Array, force: Array, remove_hum: bool) -> tuple[Array, list[str]]:
     """Signals (3, n) of one stretch at 1 kHz, and what its hum was."""
     felt = band_pass(vibration, RATE_HZ)
-    clean, hum = without_hum(felt, RATE_HZ) if remove_hum else (felt, None)
+    hum = without_hum(felt, RATE_HZ)[1] if remove_hum else None
+    clean = before_filter(vibration, felt, hum, RATE_HZ, lambda axes: band_pass(axes, RATE_HZ)) if hum else felt
     hand = low_pass(np.stack([speed, force], axis=1), RATE_HZ)
     signals = np.stack([one_axis(clean, RATE_HZ), np.maximum(hand[:, 0], 0.0), hand[:, 1]])
     return signals, [hum.note()] if hum else []

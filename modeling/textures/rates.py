@@ -115,7 +115,8 @@ def _even(signal: Sampled) -> tuple[Sampled, tuple[str, ...]]:
     for places in (np.arange(len(signal.times_s), dtype=np.float64), np.r_[0.0, np.cumsum(steps)]):
         straight = _straight(signal, places)
         if float(np.abs(signal.times_s - straight).max()) <= JITTER / signal.rate_hz + signal.written_s:
-            return replace(signal, times_s=straight), ()
+            paced_hz = float((places[-1] - places[0]) / (straight[-1] - straight[0]))
+            return replace(signal, times_s=straight, rate_hz=paced_hz), ()
     return _interpolated(signal)
 
 

@@ -64,7 +64,8 @@ def read_lab(
 def _captures(lab: Path, study: str) -> Iterator[_Kept]:
     paths = [lab] if lab.is_file() else ledgers_in(lab, study)
     if not paths:
-        raise TextureDataError(f"{lab}: no session of {study}; a lab's folder or a session's file is expected")
+        where = "a lab's folder or a session's file is expected (or --tables, --simulated)"
+        raise TextureDataError(f"{lab}: no session of {study}; {where}")
     for path in paths:
         try:
             record = read(path)

@@ -1,4 +1,4 @@
-"""Textures from CSV tables: time, acceleration, speed and force at any rate, one file for each texture."""
+"""Textures from text tables: time, acceleration, speed and force at any rate, one file for each texture."""
 
 from __future__ import annotations
 
@@ -16,12 +16,18 @@ from modeling.textures.table_columns import Column, Table, read_columns
 
 KINDS = (".csv", ".tsv", ".txt")
 CHANNELS = {
-    "acceleration": (("acceleration",), ("ax", "ay", "az")),
+    "acceleration": (
+        ("acceleration",), ("ax", "ay", "az"), ("ax", "ay"), ("ax", "az"), ("ay", "az"), ("ax",), ("ay",), ("az",),
+    ),
     "speed": (("speed",),),
     "position": (("x", "y", "z"), ("x", "y")),
-    "force": (("force",), ("fx", "fy", "fz")),
-}
+    "force": (("force",), ("fx", "fy", "fz"), ("fz",)),
+}  # fmt: skip
 """The columns that a signal may stand in, the first set that is there whole."""
+COARSE = 0.01
+"""Where more neighbours have the same time, times are written too coarsely to tell single steps."""
+SLOWEST_MM_S = 1.0
+"""Of a speed whose unit the table does not say: one that never gets there is in m/s."""
 
 
 @dataclass(frozen=True)
@@ -37,13 +43,14 @@ def read_tables(
     paths: Path | Sequence[Path], *, held: Held | None = None, normal: tuple[float, float, float] = UP,
     remove_hum: bool = True,
 ) -> tuple[Recording, ...]:  # fmt: skip
-    """The textures in CSV files, or in all of a folder, named as the files are; by name.
+    """The textures in tables, or in all of a folder, named as the files are; by name.
 
-    Columns: `time` (or t, t_s); `acceleration`, or ax, ay, az; `speed`, or positions x, y (, z); `force`, or fx, fy,
-    fz; others are left alone. A unit stands in the header, as in `force (mN)`, `ax [g]` or `time_ms`; without one
-    numbers are in s, m/s^2, mm/s, mm and N. A cell that is empty was not sampled then, so that signals of different
-    rates share a table. `held` stands in for columns that are not there. Raises TextureDataError, with file and line,
-    on a table that cannot be read so, and on signals that no texture can be learned from.
+    Columns: `time` (or t, t_s); `acceleration`, or of ax, ay, az those that there are; `speed`, or positions x, y (,
+    z); `force`, or fz, or fx, fy, fz; others are left alone. A unit stands in the header, as in `force (mN)`, `ax [g]`
+    or `time_ms`; without one numbers are in s, m/s^2, mm/s, mm and N. A cell that is empty was not sampled then, so
+    that signals of different rates share a table. `held` stands in for columns that are not there. Raises
+    TextureDataError, with file and line, on a table that cannot be read so, and on signals that no texture can be
+    learned from.
     """
     files = list(_files([paths] if isinstance(paths, Path) else paths))
     names = [file.stem for file in files]
@@ -88,16 +95,18 @@ def _times(table: Table, held: Held) -> tuple[Array, float]:
     time = table.columns.get("time")
     if time is not None:
         if not np.isfinite(time.values).all():
-            line = int(np.flatnonzero(~np.isfinite(time.values))[0]) + table.first_line
+            line = table.lines[int(np.flatnonzero(~np.isfinite(time.values))[0])]
             raise TextureDataError(f"{table.where}, line {line}: the time is empty or not finite")
-        return time.values * time.scale, time.written * time.scale
+        # From the first row on: times since 1970 have too few digits left to tell one sample's place from another's.
+        return (time.values - time.values[0]) * time.scale, time.written * time.scale
     if held.rate_hz is None:
         raise TextureDataError(
-            f"{table.where}, line 1: no column of times (time, t or t_s); without one the rate must be said"
+            f"{table.where}: no column of times (time, t or t_s) among {_headed(table)}; without one the rate must be"
+            " said (--rate-hz)"
         )
     if not (np.isfinite(held.rate_hz) and held.rate_hz > 0):
         raise TextureDataError(f"a rate of {held.rate_hz} Hz: a number above 0 is expected")
-    return np.arange(table.rows) / held.rate_hz, 0.0
+    return np.arange(len(table.lines)) / held.rate_hz, 0.0
 
 
 def _signal(what: str, sets: Sequence[Sequence[str]], table: Table, times_s: Array, written_s: float) -> Sampled | None:
@@ -112,18 +121,29 @@ def _signal(what: str, sets: Sequence[Sequence[str]], table: Table, times_s: Arr
     where = f"{table.where}: column {names[0]}"
     if len(values) < 2:
         raise TextureDataError(f"{where}: {len(values)} samples; two or more are needed")
-    step_s = float(np.median(np.diff(times_s)))
-    if step_s <= written_s:  # times are written too coarsely to tell single steps
-        step_s = float((times_s[-1] - times_s[0]) / (len(times_s) - 1))
+    _demand_moved(what, columns[0], values, where)
+    return Sampled(what, times_s, values, 1 / _step_s(times_s, written_s, where), where, written_s)
+
+
+def _step_s(times_s: Array, written_s: float, where: str) -> float:
+    """The clock's step, told from all samples, whatever lacks between them."""
+    apart = np.diff(times_s)
+    step_s = float(np.median(apart))
+    coarse = step_s < 0.999 * written_s or float((apart <= 0).mean()) > COARSE
+    steps = np.ones(len(apart)) if coarse else np.maximum(np.rint(apart / step_s), 1.0)
+    step_s = float((times_s[-1] - times_s[0]) / steps.sum())
     if not step_s > 0:
         raise TextureDataError(f"{where}: its times do not rise: every sample needs its own")
-    return Sampled(what, times_s, values, 1 / _cleanly(step_s, times_s), where, written_s)
+    return step_s
 
 
-def _cleanly(step_s: float, times_s: Array) -> float:
-    """The mean step where no samples lack: a median of rounded times may be off."""
-    mean = float((times_s[-1] - times_s[0]) / (len(times_s) - 1))
-    return mean if abs(mean - step_s) < 0.02 * step_s else step_s
+def _demand_moved(what: str, column: Column, values: Array, where: str) -> None:
+    fastest = float(np.nanmax(np.abs(values), initial=0.0))
+    if what == "speed" and not column.said and 0 < fastest < SLOWEST_MM_S:
+        raise TextureDataError(
+            f"{where}: never above {fastest:.3g}, and no unit is said; is it in m/s? Write it in the header, as in"
+            " 'speed (m/s)' or 'speed (mm/s)'"
+        )
 
 
 def _given(file: Path, signals: Mapping[str, Sampled | None], held: Held) -> tuple[dict[str, Sampled], list[str]]:
@@ -145,7 +165,11 @@ def _lacking(file: Path, table: Table, found: Mapping[str, Sampled | None]) -> s
     lacks = [name for name in ("acceleration", "force") if found[name] is None]
     lacks += ["speed"] if found["speed"] is None and found["position"] is None else []
     return (
-        f"{file}, line 1: no column for {' and '.join(lacks)}; found {', '.join(table.columns) or 'none known'};"
-        " expected time, acceleration (or ax, ay, az), speed (or x, y, z) and force (or fx, fy, fz); a speed or force"
-        " that was held still and not recorded can be said instead"
+        f"{file}: no column for {' and '.join(lacks)} among {_headed(table)}; expected are time, acceleration (or ax,"
+        " ay, az), speed (or x, y, z) and force (or fx, fy, fz); a speed or force that was held still and not recorded"
+        " can be said instead (--speed-mm-s, --force-n)"
     )
+
+
+def _headed(table: Table) -> str:
+    return ", ".join(repr(name) for name in table.header)

@@ -1,10 +1,10 @@
-"""The columns of a CSV table as numbers, by the names and units in its header."""
+"""The columns of a text table as numbers, by the names and units in its header."""
 
 from __future__ import annotations
 
 import csv
 import re
-from collections.abc import Iterator, Sequence
+from collections.abc import Callable, Iterator, Sequence
 from dataclasses import dataclass
 from pathlib import Path
 
@@ -12,133 +12,192 @@ import numpy as np
 from numpy.typing import NDArray
 
 from modeling.textures.recording import Array, TextureDataError
-from modeling.textures.units import PLAIN, UNITS, scale_of_unit
+from modeling.textures.table_headers import Heading, headings
+from modeling.textures.units import PLAIN
 
-NAMES = {
-    "time": "time", "t": "time", "acceleration": "acceleration", "acc": "acceleration", "accel": "acceleration",
-    "ax": "acceleration", "ay": "acceleration", "az": "acceleration", "speed": "speed", "velocity": "speed",
-    "x": "position", "y": "position", "z": "position", "force": "force", "fx": "force", "fy": "force", "fz": "force",
-}  # fmt: skip
-"""What a column of that name is; small and capital letters are the same."""
-ONE = {"t": "time", "acc": "acceleration", "accel": "acceleration", "velocity": "speed"}
-"""Names that mean another."""
-HEADER = re.compile(r"\s*(?P<name>[A-Za-z]+)\s*(?:[\[(](?P<within>[^\])]*)[\])]|_(?P<after>[A-Za-z0-9_/^²]+))?\s*")
+COMMENT = "#%"
+"""A line that begins so is none of the table's; but the last one above a table without a header is its header."""
 SEPARATORS = ",;\t"
+SPACED = re.compile(r"[^\s\[(]+(?:\s*[\[(][^\])]*[\])])?")
+"""A cell of a header between spaces: a name, and a unit in brackets."""
 DECIMALS = 1000
 """So many rows tell how finely times are written."""
 
 
 @dataclass(frozen=True)
 class Column:
-    """Values as they stand, what turns them into our units, which cells are empty, and how finely they are written."""
+    """Values as they stand, what turns them into our units, which cells are empty, and how finely they are written.
+
+    `said`: whether the table says its unit.
+    """
 
     values: Array
     scale: float
     empty: NDArray[np.bool_]
     written: float = 0.0
+    said: bool = True
 
 
 @dataclass(frozen=True)
 class Table:
-    """The columns that are known, by name; `first_line` is that of the first row."""
+    """The columns that are known, by name; the header as it stands; the line of each row."""
 
     where: str
     columns: dict[str, Column]
-    rows: int
-    first_line: int
+    header: tuple[str, ...]
+    lines: Sequence[int]
     notes: tuple[str, ...]
 
 
-def read_columns(file: Path) -> Table:
-    """The columns of a table: UTF-8, separated by commas, semicolons or tabs, decimal points, one header.
+@dataclass(frozen=True)
+class _Lines:
+    """The header's line and number, the rows' lines and numbers, and what separates their cells; "": spaces."""
 
-    A cell that is empty is not a sample; "nan" is one that a sensor failed at, and is not finite. Raises
-    TextureDataError with file and line.
+    header: str
+    at: int
+    rows: list[str]
+    numbers: list[int]
+    separator: str
+
+
+def read_columns(file: Path) -> Table:
+    """The columns of a table: UTF-8, separated by commas, semicolons, tabs or spaces, one header.
+
+    Lines that begin with # or % are left alone, as are empty ones; but a header may stand behind a #. Where commas do
+    not separate they may be decimal. A cell that is empty is not a sample; "nan" is one that a sensor failed at, and is
+    not finite. Raises TextureDataError with file and line.
     """
     lines = _lines(file)
-    header, *rows = csv.reader(lines, delimiter=_separator(lines[0]))
-    named, notes = _named(file, header)
+    header = [cell.strip() for cell in _split(file, [lines.header], lines.separator, SPACED.findall)[0]]
+    named = headings(f"{file}, line {lines.at}", header)
+    notes = _plain(named)
+    whole = _of_numbers(lines, len(header))
+    if whole is not None:
+        first = _cells(file, lines, len(header), DECIMALS)
+        columns = {name: _whole(whole[:, each.place], each, first[each.place]) for name, each in named.items()}
+        return Table(str(file), columns, tuple(header), lines.numbers, notes)
+    every = _cells(file, lines, len(header))
+    cells = {name: every[heading.place] for name, heading in named.items()}
+    if lines.separator != "," and any("," in cell for column in cells.values() for cell in column):
+        cells = _with_points(file, cells)
+        notes = (*notes, "decimal commas")
+    columns = {name: _column(file, heading, cells[name], lines.numbers) for name, heading in named.items()}
+    return Table(str(file), columns, tuple(header), lines.numbers, notes)
+
+
+def _of_numbers(lines: _Lines, count: int) -> Array | None:
+    """(rows, count) of a table that holds nothing but finite numbers, read at once; None: it must be looked at."""
+    try:
+        found = np.loadtxt(lines.rows, delimiter=lines.separator or None, comments=None, quotechar='"', ndmin=2)
+    except ValueError:
+        return None
+    return found if found.shape == (len(lines.rows), count) and np.isfinite(found).all() else None
+
+
+def _whole(values: Array, heading: Heading, first: Sequence[str]) -> Column:
+    return Column(values, heading.scale, np.zeros(len(values), dtype=np.bool_), _written(first), heading.said)
+
+
+def _lines(file: Path) -> _Lines:
+    above: list[tuple[int, str]] = []
+    numbered: list[tuple[int, str]] = []
+    for number, line in enumerate(_text(file).splitlines(), start=1):
+        if line.lstrip()[:1] in COMMENT and line.strip():
+            above += [] if numbered else [(number, line.lstrip(COMMENT + " "))]
+        elif line.strip():
+            numbered.append((number, line))
+    if above and numbered and _numbers(numbered[0][1]):
+        numbered.insert(0, above[-1])
+    if not numbered:
+        raise TextureDataError(f"{file}: empty; a header and rows are expected")
+    (at, header), *rows = numbered
+    if _numbers(header):
+        raise TextureDataError(
+            f"{file}, line {at}: numbers, where a header with the columns' names is expected, as in"
+            " 'time,acceleration,speed,force'"
+        )
     if not rows:
         raise TextureDataError(f"{file}: no row stands under the header")
-    for number, row in enumerate(rows, start=2):
-        if len(row) != len(header):
-            raise TextureDataError(f"{file}, line {number}: {len(row)} cells found, {len(header)} are expected")
-    cells = list(zip(*rows, strict=True))
-    columns = {name: _column(file, name, cells[place], scale) for name, (place, scale) in named.items()}
-    return Table(str(file), columns, len(rows), 2, notes)
+    return _Lines(header, at, [line for _, line in rows], [number for number, _ in rows], _separator(header))
 
 
-def _lines(file: Path) -> list[str]:
+def _text(file: Path) -> str:
     try:
-        text = file.read_bytes().decode("utf-8-sig")
+        return file.read_bytes().decode("utf-8-sig")
     except OSError as error:
         raise TextureDataError(f"{file}: cannot be read ({error.strerror})") from None
     except UnicodeDecodeError as error:
         raise TextureDataError(f"{file}: byte {error.start} is not UTF-8; save the table as UTF-8") from None
-    lines = text.rstrip().splitlines()
-    if not lines or not lines[0].strip():
-        raise TextureDataError(f"{file}: empty; a header and rows are expected")
-    return lines
+
+
+def _numbers(line: str) -> bool:
+    """Whether a line holds nothing but numbers."""
+    try:
+        return [float(cell) for cell in re.split(r"[,;\s]+", line.strip(" ,;\t"))] != []
+    except ValueError:
+        return False
 
 
 def _separator(header: str) -> str:
-    return max(SEPARATORS, key=header.count)
+    most = max(SEPARATORS, key=header.count)
+    return most if most in header else ""
 
 
-def _named(file: Path, header: Sequence[str]) -> tuple[dict[str, tuple[int, float]], tuple[str, ...]]:
-    """Place and scale of each known column, and notes on units that are taken as given."""
-    found: dict[str, tuple[int, float]] = {}
-    plain = []
-    for place, text in enumerate(header):
-        read = _known(text)
-        if read is None:
-            continue
-        name, what, unit = read
-        if name in found:
-            raise TextureDataError(f"{file}, line 1: the column {name!r} stands there twice")
-        if unit is None:
-            plain.append(f"{name} in {PLAIN[what]}")
-        found[name] = place, scale_of_unit(what, unit or PLAIN[what], f"{file}, line 1, column {text.strip()!r}")
-    notes = (f"units that the table does not say: {', '.join(plain)}",) if plain else ()
-    return found, notes
+def _cells(file: Path, lines: _Lines, count: int, most: int | None = None) -> list[tuple[str, ...]]:
+    """The cells of each column, of so many rows; empty ones beyond the header's last column are nothing."""
+    rows = _split(file, lines.rows[:most], lines.separator, str.split)
+    for place, row in enumerate(rows):
+        while len(row) > count and not row[-1].strip():
+            row.pop()
+        if len(row) != count:
+            raise TextureDataError(
+                f"{file}, line {lines.numbers[place]}: {len(row)} cells found, {count} are expected, as in the header"
+            )
+    return list(zip(*rows, strict=True))
 
 
-def _known(text: str) -> tuple[str, str, str | None] | None:
-    """Name, kind and unit of a header's cell; None where it is no column of ours."""
-    match = HEADER.fullmatch(text)
-    if match is None:
-        return None
-    name = match["name"].lower()
-    what = NAMES.get(name)
-    after = match["after"]
-    if what is None or (after is not None and after not in UNITS[what]):
-        return None
-    return ONE.get(name, name), what, match["within"] if match["within"] is not None else after
+def _split(file: Path, lines: list[str], separator: str, spaced: Callable[[str], list[str]]) -> list[list[str]]:
+    """The cells of lines; `spaced` splits those in which spaces separate."""
+    try:
+        return list(csv.reader(lines, delimiter=separator)) if separator else [spaced(line) for line in lines]
+    except csv.Error as error:
+        raise TextureDataError(f"{file}: {error}; is this a table?") from None
 
 
-def _column(file: Path, name: str, cells: Sequence[str], scale: float) -> Column:
+def _plain(named: dict[str, Heading]) -> tuple[str, ...]:
+    """A note on units that are taken as given."""
+    plain = [f"{name} in {PLAIN[heading.what]}" for name, heading in named.items() if not heading.said]
+    return (f"units that the table does not say: {', '.join(plain)}",) if plain else ()
+
+
+def _with_points(file: Path, cells: dict[str, tuple[str, ...]]) -> dict[str, tuple[str, ...]]:
+    if any("." in cell for column in cells.values() for cell in column):
+        raise TextureDataError(f"{file}: points and commas in its numbers: which of them is decimal cannot be told")
+    return {name: tuple(cell.replace(",", ".") for cell in column) for name, column in cells.items()}
+
+
+def _column(file: Path, heading: Heading, cells: Sequence[str], numbers: Sequence[int]) -> Column:
     empty = np.array([not cell or cell.isspace() for cell in cells])
     try:
         values = np.array([cell if cell.strip() else "nan" for cell in cells], dtype=object).astype(np.float64)
     except ValueError:
-        raise TextureDataError(_no_number(file, name, cells)) from None
+        raise TextureDataError(_no_number(file, heading.name, cells, numbers)) from None
     bad = np.flatnonzero(~np.isfinite(values) & ~empty)
     if bad.size:
-        line = int(bad[0]) + 2
         raise TextureDataError(
-            f"{file}, line {line}: {name} is {cells[bad[0]].strip()!r}, a finite number is expected; leave the cell"
-            " empty where nothing was sampled"
+            f"{file}, line {numbers[bad[0]]}: {heading.name} is {cells[bad[0]].strip()!r}, a finite number is expected;"
+            " leave the cell empty where nothing was sampled"
         )
-    return Column(values, scale, empty, _written(cells[:DECIMALS]))
+    return Column(values, heading.scale, empty, _written(cells[:DECIMALS]), heading.said)
 
 
-def _no_number(file: Path, name: str, cells: Sequence[str]) -> str:
-    for line, cell in enumerate(cells, start=2):
+def _no_number(file: Path, name: str, cells: Sequence[str], numbers: Sequence[int]) -> str:
+    for number, cell in zip(numbers, cells, strict=True):
         try:
-            float(cell or "0")
+            float(cell if cell.strip() else "0")
         except ValueError:
-            comma = "; decimal commas are not read" if "," in cell else ""
-            return f"{file}, line {line}: {name} is {cell!r}, a number is expected{comma}"
+            unit = "; units stand in the header, as in 'time (ms)'" if number == numbers[0] else ""
+            return f"{file}, line {number}: {name} is {cell.strip()!r}, a number is expected{unit}"
     return f"{file}: {name}: a number is expected"
 
 

@@ -102,6 +102,12 @@ def test_two_sources_at_once_are_refused(tables):
     assert "one of the two" in result.output
 
 
+def test_a_hand_held_still_without_tables_is_refused():
+    result = CliRunner().invoke(train_textures, ["--simulated", "--force-n", "1"], obj=Front())
+    assert result.exit_code == 2
+    assert "--tables is expected" in result.output
+
+
 def test_an_empty_lab_is_refused(tmp_path):
     with pytest.raises(TextureDataError, match="no session"):
         done(train_textures, "--lab", tmp_path)

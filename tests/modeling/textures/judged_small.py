@@ -33,12 +33,15 @@ class SmallSide(RigTextures):
 
 @dataclass(frozen=True)
 class OtherHands:
-    """A side without `again`, that plays what it is told to."""
+    """A side that plays what it is told to."""
 
     made: np.ndarray | None = None
 
     def scene(self, texture, seconds, seed):
         return recording(seconds, seed, texture).signals
+
+    def again(self, texture, seconds, seed):
+        return recording(seconds, 900 + seed, texture).signals
 
     def played(self, _card, speed_mm_s, _force_N, _seed, sampled=True):
         return np.zeros(len(speed_mm_s)) if self.made is None else np.resize(self.made, len(speed_mm_s))

@@ -52,6 +52,22 @@ def test_the_page_says_what_was_reached_and_how_the_one_step_network_failed(judg
     assert re.search(r"Against AR</b><span>Nearer on \d of 2", page)
 
 
+def test_the_thesis_numbers_are_set_apart_and_are_the_best_of_nothing(folder):
+    page = (folder / REPORT).read_text(encoding="utf-8")
+    line = re.search(r"<tr>(<td[^>]*>The baseline, thesis</td>.*?)</tr>", page)[1]
+    assert "0.410" in line
+    assert set(re.findall(r'class="([^"]*)"', line)) == {"text theirs", "number theirs"}
+    assert re.search(r'<td class="number best">0\.\d{3}</td>', page)
+
+
+def test_table_4_3_holds_errors_and_times_side_by_side(judged):
+    for row in tables(judged)["table_4_3"]:
+        assert row["felt_dB"] is not None
+        assert row["mae"] is not None
+        assert row["median_us"] > 0
+    assert {row["runtime"] for row in tables(judged)["table_4_3"]} >= {"NumPy"}
+
+
 def test_tables_json_and_figures_hold_the_same_numbers(judged, folder):
     told = json.loads((folder / RESULTS).read_text())
     for name, rows in tables(judged).items():

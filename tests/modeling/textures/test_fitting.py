@@ -6,7 +6,7 @@ import pytest
 torch = pytest.importorskip("torch")
 
 from modeling.textures.cosine import Cosine, cosine, share_of  # noqa: E402
-from modeling.textures.fitting import Diet, fed, fit_windows, rows_of  # noqa: E402
+from modeling.textures.fitting import Diet, fed, fit_windows, rows_of, settings_for  # noqa: E402
 from modeling.textures.foten import Foten  # noqa: E402
 from modeling.textures.heads import mse  # noqa: E402
 from modeling.textures.methods import Learning  # noqa: E402
@@ -52,6 +52,32 @@ def test_noise_falls_on_the_past_acceleration_alone_and_anew_each_time():
     assert torch.equal(one[:, 1:], plain[:, 1:])
     assert torch.equal(wanted, found.train.targets[:200])
     assert not torch.equal(one, other)
+
+
+def test_mirrored_rows_turn_the_sign_of_the_acceleration_before_and_after_and_of_nothing_else():
+    found = rows()
+    source, chance = fed(found, Diet(mirrored=True), 1), torch.Generator().manual_seed(1)
+    plain, chosen = found.train.inputs[:400], torch.arange(400)
+    (given, wanted), (again, _) = source.batch(chosen, chance), source.batch(chosen, chance)
+    turned = (given[:, 0] != plain[:, 0]).all(dim=1)
+    sign = torch.where(turned, -1.0, 1.0)[:, None]
+    assert torch.equal(given[:, 0], sign * plain[:, 0])
+    assert torch.equal(wanted, sign * found.train.targets[:400])
+    assert torch.equal(given[:, 1:], plain[:, 1:])
+    assert 150 < int(turned.sum()) < 250
+    assert not torch.equal(given, again)
+    assert source.digest != fed(found, Diet(), 1).digest
+
+
+def test_a_quick_training_takes_few_epochs_and_many_rows_at_a_time_unless_asked_otherwise():
+    default = Settings(epochs=100, batch=16)
+
+    def asked(**given):
+        return settings_for(Learning(recording(), parts(recording()), settings=given), default)
+
+    assert (asked(quick=True).epochs, asked(quick=True).batch) == (2, 128)
+    assert (asked(quick=True, epochs=5, batch=8).epochs, asked(quick=True, batch=8).batch) == (5, 8)
+    assert (asked().epochs, asked().batch) == (100, 16)
 
 
 def test_the_rate_rises_and_falls_along_a_cosine():

@@ -11,6 +11,7 @@ from modeling.textures.exporting_foten import exported_windows, pieces  # noqa: 
 from modeling.textures.fitting import FittedWindows  # noqa: E402
 from modeling.textures.foten import FOTEN, FOTEN_GENERATIVE, Foten, epochs_for, generative  # noqa: E402
 from modeling.textures.heads import LEAST_LOG_SD, LOSSES, nll  # noqa: E402
+from modeling.textures.matching import Matched  # noqa: E402
 from modeling.textures.methods import Learning  # noqa: E402
 from modeling.textures.recording import Recording, Scale, TextureDataError  # noqa: E402
 from modeling.textures.spectral_features import MelBlock, WaveletBlock  # noqa: E402
@@ -51,10 +52,17 @@ def test_the_variants_answer_one_number(spectral, window):
     assert Foten(window, spectral)(torch.randn(4, 3, window)).shape == (4, 1)
 
 
+def corrected():
+    found = Matched(generative(20), 20)
+    found.weight.copy_(torch.linspace(-0.1, 0.2, 20))
+    found.log_gain.fill_(0.15)
+    return found
+
+
 CASES = {
     "foten": lambda: (Foten(20), 20), "foten 15": lambda: (Foten(15), 15), "generative": lambda: (generative(20), 20),
     "ten": lambda: (Foten(25, None), 25), "mfcc": lambda: (Foten(30, MelBlock), 30),
-    "wavelet": lambda: (Foten(25, WaveletBlock), 25),
+    "wavelet": lambda: (Foten(25, WaveletBlock), 25), "matched": lambda: (corrected(), 20),
 }  # fmt: skip
 
 
@@ -108,7 +116,7 @@ def test_the_same_seed_gives_the_same_bits_and_another_another():
         FOTEN_GENERATIVE.fit(learning(0.4, window=10, seed=seed)).exported().tensors for seed in (1, 1, 2)
     )
     assert all(np.array_equal(one[name], same[name]) for name in one)
-    assert not np.array_equal(one["head.0.weight"], other["head.0.weight"])
+    assert not np.array_equal(one["network.head.0.weight"], other["network.head.0.weight"])
 
 
 def test_a_short_recording_is_gone_through_more_often():

@@ -3,7 +3,8 @@
 import numpy as np
 import pytest
 
-from modeling.textures.hum import notched, without_hum
+from modeling.textures.hum import before_filter, notched, without_hum
+from studies.texture_signals import band_pass
 from tests.modeling.textures.made_textures import hand, vibration
 
 
@@ -30,14 +31,47 @@ def test_lines_of_mains_are_found_removed_and_told(mains_hz, n):
     assert any(abs(each - 3 * mains_hz) < resolution / 2 for each in at)
     assert told.removed_rms_m_s2 == pytest.approx(np.hypot(0.5, 0.3) / np.sqrt(2), rel=0.2)
     # What is left is the texture without what it had in the notches.
-    left = found - notched(clean[:, None], 1000.0, at)[:, 0]
+    left = found - notched(clean[:, None], 1000.0, told.cycles, [line.multiple for line in told.lines])[:, 0]
     assert np.sqrt((left**2).mean()) < 0.1 * told.removed_rms_m_s2
     assert f"{told.mains_hz:g} Hz" in told.note() and "gone as well" in told.note()
 
 
+def of_multiples(felt, n):
+    """Its power within 3 Hz of a multiple of 50 Hz, and what lies between 25 and 440 Hz elsewhere."""
+    hz = np.fft.rfftfreq(n, 1e-3)
+    power = np.abs(np.fft.rfft(felt * np.hanning(n))) ** 2
+    near = np.abs(hz - 50 * np.rint(hz / 50)) < 3
+    within = (hz > 25) & (hz < 440)
+    return power[near & within].sum(), power[~near & within].sum()
+
+
+@pytest.mark.parametrize("n", [1900, 20_000])
+def test_hum_that_wanders_and_drowns_the_texture_leaves_the_texture_alone(n):
+    clean = texture(n, 1)
+    t = np.arange(n) / 1000
+    phase = 2 * np.pi * np.cumsum(49.95 + 0.1 * np.sin(2 * np.pi * 0.05 * t + 1)) / 1000
+    drowned = clean + sum(size * np.sin(k * phase + k) for k, size in ((1, 8), (2, 2), (3, 5), (5, 3), (7, 2)))
+    found, told = without_hum(drowned, 1000.0)
+    assert {line.multiple for line in told.lines} >= {1, 2, 3, 5, 7}
+    (at, beside), (own, all_beside) = of_multiples(found, n), of_multiples(clean, n)
+    assert 0.4 < at / own < 1.1
+    assert beside / all_beside == pytest.approx(1, abs=0.03)
+    assert ("wander" in told.note()) == (n > 1900)
+
+
+def test_a_filter_does_not_ring_with_hum_at_the_ends():
+    clean, steady = texture(1900, 2), hum(1900, 50.07, (10.0, 0.0, 4.0), wander_hz=0.0)
+    raw = (clean + steady)[:, None]
+    felt = band_pass(raw, 1000.0)
+    rung, told = without_hum(felt, 1000.0)
+    found = before_filter(raw, felt, told, 1000.0, lambda axes: band_pass(axes, 1000.0))
+    wanted = notched(band_pass(clean, 1000.0)[:, None], 1000.0, told.cycles, [line.multiple for line in told.lines])
+    assert np.abs(found - wanted).max() < 0.1 * np.abs(rung - wanted).max()
+
+
 @pytest.mark.parametrize("n", [1900, 20_000])
 def test_a_texture_without_hum_is_left_as_it_is(n):
-    for seed in range(12):
+    for seed in range(12 if n < 5000 else 4):
         clean = texture(n, seed)
         found, told = without_hum(clean, 1000.0)
         assert told is None

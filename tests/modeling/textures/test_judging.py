@@ -5,7 +5,7 @@ import pytest
 
 from modeling.textures.judging import LIMITS, beyond, ceiling, judged, truth_of
 from modeling.textures.judging_drive import explored, from_recording
-from modeling.textures.recording import Recording, TextureDataError
+from modeling.textures.recording import Parts, Recording, TextureDataError
 from tests.modeling.textures.judged_small import OtherHands, SmallSide
 from tests.modeling.textures.made_up_recording import parts, recording
 
@@ -36,7 +36,7 @@ def test_a_dead_model_has_no_level_and_follows_no_hand(drive):
     found = judged(np.zeros(len(drive.truth)), drive)
     assert found["level"] == 0
     assert found["smoothed_gfc"] is found["cycle"] is None
-    assert beyond(found) == ("level", "envelope")
+    assert beyond(found) == ("level", "smoothed_gfc", "envelope")
 
 
 def test_a_limit_cycle_of_the_right_level_is_found_out(drive):
@@ -67,7 +67,8 @@ def test_what_does_not_fit_is_refused(drive, made):
 
 
 def test_without_the_same_hand_there_is_no_ceiling_of_the_envelope():
-    drive = explored(OtherHands(), "cloth", 8.0, 1)
+    felt = recording(30.0)
+    drive = from_recording(felt, parts(felt), 20.0)
     found = ceiling(drive)
     assert not drive.same_hand
     assert "envelope" not in found
@@ -113,3 +114,13 @@ def test_the_truths_envelope_goes_with_the_hand(drive):
     told = truth_of(drive)
     assert told["with_speed"] > 0.7
     assert told["rms_m_s2"] == pytest.approx(np.sqrt(np.mean(drive.truth**2)))
+
+
+def test_a_recordings_repetition_is_compared_within_windows_of_one_length():
+    felt, made = recording(20.0), recording(30.0, 4).acceleration_m_s2
+    frames = [(at, at + 1000) for at in range(0, 20_000, 1000)]
+    drive = from_recording(felt, Parts(tuple(frames[:14]), tuple(frames[14:18]), tuple(frames[18:])), 30.0)
+    assert drive.cycle_window == 1000
+    alike = judged(made, drive)["cycle_excess"]
+    assert abs(alike) < 0.1
+    assert judged(made, replace(drive, cycle_window=2000))["cycle_excess"] < alike - 0.01  # short windows repeat more

@@ -14,14 +14,23 @@ def test_the_limits_count_before_the_distance_and_then_the_distance():
     assert choice(rows, []).method == "hapinf"
 
 
-def test_a_method_that_ran_on_fewer_textures_is_judged_by_its_share():
-    assert choice([row("foten_generative", 3, 1.0, ran=6), row("ar", 2, 1.0, ran=2)], []).method == "ar"
+def test_a_method_that_refuses_most_textures_is_no_default():
+    assert choice([row("foten_generative", 3, 1.0, ran=6), row("ar", 2, 0.5, ran=2)], []).method == "foten_generative"
+    assert choice([row("foten_generative", 0, 1.0, ran=6), row("ar", 0, 0.5, ran=2)], []).method == "foten_generative"
+    assert choice([row("foten_generative", 2, 1.0), row("ar", 2, 0.5)], []).method == "ar"
 
 
 def test_a_baseline_that_wins_is_named_as_such():
     told = choice([row("ar", 6, 0.5), row("foten_generative", 4, 1.0)], []).of_ours
     assert any(line.startswith("A baseline wins: AR beats FOTEN_GENERATIVE") for line in told)
     assert not any("baseline wins" in line for line in choice([row("foten_generative", 6, 0.5)], []).of_ours)
+
+
+def test_where_the_shipped_default_was_not_evaluated_it_stays_and_that_is_said():
+    assert "foten_generative, was not evaluated" in choice([row("ar", 6, 0.5)], []).of_ours[-1]
+    assert not any(
+        "not evaluated" in line for line in choice([row("ar", 6, 0.5), row("foten_generative", 1, 1)], []).of_ours
+    )
 
 
 def test_one_step_errors_alone_choose_nothing():
@@ -37,5 +46,5 @@ def test_nearer_is_fewer_limits_broken_and_then_less_off():
         on("c", "x", "", 2.0), on("c", "y", "", 1.0),
         on("d", "x", "", 1.0),
     ]  # fmt: skip
-    assert better(rows, "x", "y") == (2, 3)
-    assert better(rows, "y", "x") == (1, 3)
+    assert better(rows, "x", "y") == (3, 4)  # on d the other one did not run
+    assert better(rows, "y", "x") == (1, 4)

@@ -1,3 +1,5 @@
+import re
+
 import numpy as np
 import pytest
 
@@ -69,5 +71,12 @@ def test_the_cards_texture_is_that_of_the_training_part_alone(found):
 
 
 def test_a_name_that_no_file_may_have_becomes_one_that_it_may():
-    assert model_name("rough / wet wood", "ar") == "texture-rough-wet-wood-ar"
-    assert len(model_name("x" * 200, "ar")) <= 64
+    assert re.fullmatch("texture-rough-wet-wood-[0-9a-f]{6}-ar", model_name("rough / wet wood", "ar"))
+    assert model_name("steel_mesh", "ar") == "texture-steel_mesh-ar"
+
+
+def test_textures_have_names_of_their_own_however_long_or_strange():
+    textures = ["Ünter", "Änter", "-nter", "x" * 200, "x" * 201, "x" * 50, "素材", "材料"]
+    names = {model_name(texture, "foten_generative") for texture in textures}
+    assert len(names) == len(textures)
+    assert all(len(name) <= 64 and name.endswith("-foten_generative") for name in names)

@@ -71,6 +71,44 @@ def test_times_that_are_written_coarsely_are_read(tmp_path):
     assert np.abs(one.signals[:, :n] - other.signals[:, :n])[:, 100:-100].max() < 0.05
 
 
+@pytest.mark.parametrize(
+    "header",
+    [
+        "Time (s),Acceleration (m/s^2),Speed [mm/s],Normal Force (N)", "time_s,acc_x,vel,f_n", "t,az,speed,Fz",
+        "Time/s,Acceleration/(m/s²),Speed/(mm/s),Force/N", "timestamp,accX (m s^-2),speed_mm_s,Fn",
+        "time (sec),acceleration in m/s^2,velocity,force_N", "# time,acceleration_m_s2,speed,force",
+        "t,a_x [ms⁻²],vel,force",
+    ],
+)  # fmt: skip
+def test_headers_of_one_channel_are_understood_as_they_are_met(tmp_path, header):
+    t, felt, speed, force = columns(3000, 3000.0)
+    one = read_tables(table(tmp_path / "one.csv", header, [t, felt, speed, force]))[0]
+    other = read_tables(table(tmp_path / "other.csv", HEAD, [t, felt, speed, force]))[0]
+    np.testing.assert_array_equal(one.signals, other.signals)
+
+
+def test_spaces_comments_decimal_commas_and_times_since_1970_are_read(tmp_path):
+    t, felt, speed, force = columns(3000, 10_000.0)
+    wanted = read_tables(table(tmp_path / "t.csv", HEAD, [t, felt, speed, force], form="%.6f"))[0].signals
+    np.savetxt(tmp_path / "a.txt", np.round([t, felt, speed, force], 6).T, header="made\ntime acceleration speed force")
+    lines = (tmp_path / "t.csv").read_text().replace(",", ";").replace(".", ",").splitlines()
+    (tmp_path / "b.tsv").write_text("\r\n".join(f"{line};" if at else line for at, line in enumerate(lines)) + "\r\n")
+    table(tmp_path / "c.csv", HEAD, [t + 1.7e9, felt, speed, force], form=["%.4f", "%.6f", "%.6f", "%.6f"])
+    for name in ("a.txt", "b.tsv", "c.csv"):
+        np.testing.assert_allclose(read_tables(tmp_path / name)[0].signals, wanted, atol=1e-3)
+
+
+def test_samples_that_lack_do_not_slow_the_clock(tmp_path):
+    t, felt, speed, force = columns(19_000)
+    rows = [f"{a:.4f},{b:.6f},{c:.4f},{d:.4f}" for a, b, c, d in zip(t, felt, speed, force, strict=True)]
+    (tmp_path / "t.csv").write_text("\n".join(["time,acceleration,speed,force", *rows[:9000], *rows[9300:]]))
+    (found,) = read_tables(tmp_path)
+    assert found.borders == (900,)
+    assert not any("uneven" in note for note in found.notes)
+    (whole,) = read_tables(table(tmp_path / "whole.csv", HEAD, [t, felt, speed, force]))
+    np.testing.assert_allclose(found.acceleration_m_s2[100:800], whole.acceleration_m_s2[100:800], atol=0.01)
+
+
 HEAD = "time,acceleration,speed,force"
 GOOD = "\n".join(f"{k / 1000:.3f},{k * 37 % 19},50,1" for k in range(500))
 
@@ -84,7 +122,13 @@ GOOD = "\n".join(f"{k / 1000:.3f},{k * 37 % 19},50,1" for k in range(500))
         (f"{HEAD}\n0,1,x,1\n{GOOD}", "line 2: speed is 'x'"),
         (f"{HEAD}\n{GOOD}\n0.500,nan,50,1", "line 502: acceleration is 'nan'"),
         (f"{HEAD}\n{GOOD}\n,1,50,1", "line 502: the time is empty"),
-        (f"time;acceleration;speed;force\n{GOOD.replace(',', ';').replace('.', ',')}", "decimal commas"),
+        (f"time;acceleration;speed;force\n{GOOD.replace(',', ';')}\n0,5;1;50;1", "which of them is decimal"),
+        (GOOD, "line 1: numbers, where a header"),
+        (f"{HEAD}\ns,m/s^2,mm/s,N\n{GOOD}", "line 2: time is 's'.*units stand in the header"),
+        (f"# made\n\n{HEAD}\n{GOOD}\n\n0.5,1,2", "line 505: 3 cells"),
+        (f"{HEAD},{'x' * 200_000}\n{GOOD}", "is this a table"),
+        (f"{HEAD}\n{GOOD.replace(',50,', ',0.05,')}", "never above 0.05, and no unit is said; is it in m/s"),
+        (f"time,acceleration (V),speed,force\n{GOOD}", "in 'V'; known are"),
         (f"time,acceleration (furlong),speed,force\n{GOOD}", "in 'furlong'; known are"),
         (f"time,force,speed,force\n{GOOD}", "'force' stands there twice"),
         (f"time,acc,speed,power\n{GOOD}", "no column for force"),

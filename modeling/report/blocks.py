@@ -9,9 +9,9 @@ from typing import Any, ClassVar
 
 from analysis.regenerating.grid import Grid, Head
 from analysis.regenerating.page_words import Caption
-from modeling.doors.evaluation_tables import Row
 
 NONE = "–"
+Row = Mapping[str, Any]
 
 
 @dataclass(frozen=True)
@@ -42,11 +42,12 @@ class Points:
 
 @dataclass(frozen=True)
 class Strong:
-    """What stands out in a table: rows (the default method), cells (the best of a column), others' columns."""
+    """What stands out in a table: rows (the default method), cells (the best of a column), others' columns and rows."""
 
     rows: frozenset[int] = frozenset()
     cells: frozenset[tuple[int, int]] = frozenset()
     columns: frozenset[int] = frozenset()
+    others: frozenset[int] = frozenset()
 
 
 @dataclass(frozen=True)
@@ -101,7 +102,10 @@ def table(
     title: str, rows: Sequence[Row], columns: Sequence[Column], *, note: str = "", folded: bool = False,
     ours: str | None = None, theirs: Sequence[str] = (),
 ) -> Table:  # fmt: skip
-    """The rows as a table; `ours` is the method whose rows stand out, `theirs` others' columns."""
+    """The rows as a table; `ours` is the method whose rows stand out, `theirs` others' columns.
+
+    A row that is `printed` holds somebody else's numbers: it is drawn as such and is the best of nothing.
+    """
     kept = [column for column in columns if any(row.get(column.name) is not None for row in rows)]
     heads = tuple(Head(c.heading, c.form if c.form in ("text", "words") else "number", c.name, c.told) for c in kept)
     cells = tuple(tuple(written(row.get(c.name), c.form) for c in kept) for row in rows)
@@ -109,12 +113,14 @@ def table(
         frozenset(i for i, row in enumerate(rows) if ours is not None and row.get("method") == ours),
         frozenset(place for j, column in enumerate(kept) for place in _best(rows, column, j)),
         frozenset(j for j, column in enumerate(kept) if column.name in theirs),
+        frozenset(i for i, row in enumerate(rows) if row.get("printed")),
     )
     return Table(title, Grid(heads, cells), note, folded, strong)
 
 
 def _best(rows: Sequence[Row], column: Column, place: int) -> list[tuple[int, int]]:
-    values = {i: row[column.name] for i, row in enumerate(rows) if column.better and row.get(column.name) is not None}
+    own = [(i, row.get(column.name)) for i, row in enumerate(rows) if column.better and not row.get("printed")]
+    values = {i: value for i, value in own if value is not None}
     if len(values) < 2:
         return []
     best = (min if column.better == "low" else max)(values.values())

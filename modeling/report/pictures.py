@@ -7,8 +7,8 @@ from collections.abc import Sequence
 from analysis.figures.interactive import figure_markup
 from analysis.figures.style import inline_svg
 from analysis.regenerating.page_words import caption
-from modeling.doors.evaluation_blocks import Picture
-from modeling.doors.evaluation_drawn import Pictured
+from modeling.report.blocks import Picture
+from modeling.report.drawn import Pictured
 
 
 def figure_block(each: Pictured, numbered: str = "") -> Picture:

@@ -1,0 +1,159 @@
+"""What a sampled model comes to on its own output, and a linear correction that makes it sound as the recording does.
+
+One step ahead a likelihood is content with a mean and an SD that are a little off; on the model's own output such
+errors come back with every step, most of all at frequencies of which a window holds less than a period.
+"""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Sequence
+
+import numpy as np
+import torch
+from numpy.random import PCG64, Generator, SeedSequence
+from scipy.linalg import solve_toeplitz
+from torch import Tensor, nn
+
+from modeling.textures.judging_drive import FAINTEST_N, SLOWEST_MM_S
+from modeling.textures.metrics import SMOOTHED, level
+from modeling.textures.metrics_felt import felt_distance
+from modeling.textures.recording import Array, Parts, Recording, Scale
+from modeling.textures.windows import Stretches
+from modeling.training.seeding import training_state
+
+ROUNDS, QUICK_ROUNDS, DRAWS = 6, 1, 2
+"""Corrections that are tried, one after another; runs of each, with random numbers of their own."""
+SHARE, SHARE_OF_GAIN = 0.6, 0.3
+"""Of what lacks, so much is corrected at once: of the predictor, and of the log of the SD."""
+MOST_GAIN = 1.25
+"""A gain of the SD beyond this, or below its inverse, would hide a model that is wrong."""
+LONGEST = 1000
+"""Samples of a stretch that is run freely: longer ones are cut, so that all run side by side."""
+RIDGE = 1e-6
+"""White noise, as a share of the power, that keeps the normal equations of a smooth signal solvable."""
+_USE = 72
+"""Tells this use of a seed from the others."""
+
+
+class Matched(nn.Module):
+    """A network (batch, 3, window) to (batch, 2), mean and log SD, with a linear function of the past added to its mean
+    and a number to its log SD. Both are 0 until `match` sets them."""
+
+    weight: Tensor
+    log_gain: Tensor
+
+    def __init__(self, network: nn.Module, window: int) -> None:
+        super().__init__()
+        self.network = network
+        self.register_buffer("weight", torch.zeros(window))
+        self.register_buffer("log_gain", torch.zeros(()))
+
+    def forward(self, x: Tensor) -> Tensor:
+        """(batch, 3, window) to (batch, 2)."""
+        answer = self.network(x)
+        more = (x[:, 0] * self.weight).sum(dim=1, keepdim=True)
+        return torch.cat([answer[:, :1] + more, answer[:, 1:] + self.log_gain], dim=1)
+
+
+def match(network: Matched, recording: Recording, parts: Parts, scale: Scale, seed: int, rounds: int = ROUNDS) -> float:
+    """Set the correction with which the network, on its own output, feels most like the recording; the distance left.
+
+    It runs freely along the speeds and forces of the training and validation parts, from what was recorded before each
+    stretch. The linear predictors of what was recorded and of what was made (the autocorrelation method, of the
+    window's order; Makhoul 1975) tell what to add: their difference, a share of it at a time. Of the corrections that
+    were tried that with the least distance is taken: felt distance, and the level's, in dB. The test part is not looked
+    at, nor what is made at rest, where the renderer is silent. Equal seeds give equal bits. nan, and no correction,
+    where too little is recorded to go by.
+    """
+    window = len(network.weight)
+    stretches = _cut((*parts.train, *parts.validation), window)
+    truth, heard = _recorded(recording, stretches, window)
+    if heard.sum() < SMOOTHED or not truth.any():
+        return math.nan
+    wanted, power = predictor(_between(truth, stretches, window), window)
+    best = (math.inf, network.weight.clone(), network.log_gain.clone())
+    for _ in range(rounds + 1):
+        runs = heard * free_run(network, recording, stretches, scale, seed, DRAWS)
+        distance = _distance(np.tile(truth, DRAWS), runs.reshape(-1))
+        if distance < best[0]:
+            best = (distance, network.weight.clone(), network.log_gain.clone())
+        found, own = predictor([part for run in runs for part in _between(run, stretches, window)], window)
+        if not own > 0:
+            break
+        _correct(network, SHARE * (wanted - found), SHARE_OF_GAIN * math.log(power / own))
+    distance, weight, gain = best
+    network.weight.copy_(weight)
+    network.log_gain.copy_(gain)
+    return distance
+
+
+def free_run(
+    network: Matched,
+    recording: Recording,
+    stretches: Stretches,
+    scale: Scale,
+    seed: int,
+    draws: int = 1,
+) -> Array:
+    """What the network makes of each stretch after its first window, one after another: (draws, n) in m/s^2."""
+    window = len(network.weight)
+    longest = max(stop - start for start, stop in stretches)
+    hand = torch.zeros(len(stretches), 3, longest)
+    for row, (start, stop) in zip(hand, stretches, strict=True):
+        row[:, : stop - start] = torch.from_numpy(scale.down(recording.signals[:, start:stop]).astype(np.float32))
+    hand = hand.repeat(draws, 1, 1)
+    chance = Generator(PCG64(SeedSequence([seed, _USE])))
+    drawn = torch.from_numpy(chance.standard_normal((longest, len(hand))).astype(np.float32))
+    with training_state(0, 1), torch.no_grad():
+        network.eval()
+        for at in range(window, longest):
+            mean, log_sd = network(hand[:, :, at - window : at]).unbind(dim=1)
+            hand[:, 0, at] = mean + log_sd.exp() * drawn[at]
+    ends = [stop - start for start, stop in stretches] * draws
+    made = torch.cat([row[0, window:end] for row, end in zip(hand, ends, strict=True)]).reshape(draws, -1)
+    found: Array = made.numpy().astype(np.float64) * scale.sd[0] + scale.mean[0]
+    return found
+
+
+def predictor(stretches: Sequence[Array], order: int) -> tuple[Array, float]:
+    """The linear predictor (order,) of stretches, oldest sample's weight first, and the power of its error."""
+    lags = np.zeros(order + 1)
+    for each in stretches:
+        lags += np.correlate(each, each, "full")[len(each) - 1 :][: order + 1]
+    lags[0] *= 1 + RIDGE
+    if not lags[0] > 0:
+        return np.zeros(order), 0.0
+    found = solve_toeplitz(lags[:-1], lags[1:])
+    return found[::-1], float(lags[0] - found @ lags[1:]) / sum(map(len, stretches))
+
+
+def _correct(network: Matched, weight: Array, log_gain: float) -> None:
+    network.weight += torch.from_numpy(weight.astype(np.float32))
+    network.log_gain.add_(log_gain).clamp_(-math.log(MOST_GAIN), math.log(MOST_GAIN))
+
+
+def _distance(truth: Array, made: Array) -> float:
+    """Felt and level's, in dB."""
+    made = np.nan_to_num(made, nan=0.0, posinf=0.0, neginf=0.0)
+    ratio = level(made) / level(truth)
+    return felt_distance(truth, made) + abs(20 * math.log10(ratio)) if ratio > 0 else math.inf
+
+
+def _recorded(recording: Recording, stretches: Stretches, window: int) -> tuple[Array, Array]:
+    """The acceleration of all stretches after their first window, 0 at rest; and where it is heard."""
+    pieces = [recording.signals[:, start + window : stop] for start, stop in stretches]
+    acceleration, speed, force = np.concatenate(pieces or [np.zeros((3, 0))], axis=1)
+    heard = (speed > SLOWEST_MM_S) & (force > FAINTEST_N)
+    return acceleration * heard, heard
+
+
+def _between(signal: Array, stretches: Stretches, window: int) -> list[Array]:
+    """A signal made by `free_run`, stretch by stretch."""
+    return np.split(signal, np.cumsum([stop - start - window for start, stop in stretches])[:-1])
+
+
+def _cut(stretches: Stretches, window: int) -> list[tuple[int, int]]:
+    """Parts of at most `LONGEST` samples that hold more than a window."""
+    cut = [(at, min(at + LONGEST, stop)) for start, stop in stretches for at in range(start, stop, LONGEST)]
+    return [(start, stop) for start, stop in cut if stop - start > 2 * window]

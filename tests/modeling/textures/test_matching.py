@@ -1,0 +1,118 @@
+"""A linear correction brings a sampled model to the recording's level and spectrum on its own output, within limits."""
+
+import math
+
+import numpy as np
+import pytest
+
+torch = pytest.importorskip("torch")
+
+from modeling.textures.matching import MOST_GAIN, Matched, free_run, match, predictor  # noqa: E402
+from modeling.textures.recording import Parts, Recording, Scale  # noqa: E402
+
+PARTS = Parts(((0, 3000), (3500, 5000)), ((5000, 6000),), ((3000, 3500),))
+SCALE = Scale(np.array([0.0, 80.0, 1.0]), np.array([2.0, 1.0, 1.0]))
+WINDOW = 5
+
+
+class Recursion(torch.nn.Module):
+    """a[n] = pull a[n - 1] + SD e; the recording is made so too, with a pull of 0.9 and an SD of 0.4."""
+
+    def __init__(self, sd, pull=0.9):
+        super().__init__()
+        self.log_sd, self.pull = math.log(sd), pull
+
+    def forward(self, x):
+        return torch.stack([self.pull * x[:, 0, -1], torch.full((len(x),), self.log_sd)], dim=1)
+
+
+def network(sd=0.4, pull=0.9):
+    return Matched(Recursion(sd, pull), WINDOW)
+
+
+def made(sd=0.4, n=6000):
+    noise = np.random.Generator(np.random.PCG64(2)).standard_normal(n)
+    signal = np.zeros(n)
+    for at in range(1, n):
+        signal[at] = 0.9 * signal[at - 1] + sd * noise[at]
+    return Recording("made", "made", np.stack([2 * signal, np.full(n, 80.0), np.ones(n)]))
+
+
+def newest(found):
+    return found.weight[-1].item() + found.network.pull
+
+
+@pytest.mark.parametrize("off", [0.87, 1.0, 1.12])
+def test_an_sd_that_is_off_is_put_right(off):
+    found = network(0.4 * off)
+    left = match(found, made(), PARTS, SCALE, 0)
+    assert math.exp(found.log_gain) * off == pytest.approx(1.0, abs=0.06)
+    assert newest(found) == pytest.approx(0.9, abs=0.05)
+    assert left < 1.0
+
+
+@pytest.mark.parametrize("pull", [0.7, 0.95])
+def test_a_predictor_that_is_off_is_put_right(pull):
+    found, spoilt = network(pull=pull), network(pull=pull)
+    left, before = match(found, made(), PARTS, SCALE, 0), match(spoilt, made(), PARTS, SCALE, 0, rounds=0)
+    assert newest(found) == pytest.approx(0.9, abs=0.05)
+    assert not spoilt.weight.any()
+    assert left < before / 2
+
+
+def test_a_gain_has_limits():
+    for sd, most in ((0.1, MOST_GAIN), (2.0, 1 / MOST_GAIN)):
+        found = network(sd)
+        match(found, made(), PARTS, SCALE, 0)
+        assert math.exp(found.log_gain) == pytest.approx(most)
+
+
+def corrections(*recordings):
+    for each in recordings:
+        found = network(0.35, 0.85)
+        match(found, each, PARTS, SCALE, 0)
+        yield found
+
+
+def test_what_is_made_at_rest_does_not_count_and_rest_alone_is_left_as_it_is():
+    plain, loud_at_rest = made(), made()
+    for each in (plain, loud_at_rest):
+        each.signals[2, 1000:2000] = 0.05
+    loud_at_rest.signals[0, 1010:2000] *= 50
+    one, other = corrections(plain, loud_at_rest)
+    assert one.log_gain.item() == pytest.approx(other.log_gain.item(), abs=0.03)
+    assert torch.allclose(one.weight, other.weight, atol=0.05)
+    plain.signals[2] = 0.05
+    (left,) = corrections(plain)
+    assert not left.weight.any()
+    assert math.isnan(match(network(), plain, PARTS, SCALE, 0))
+
+
+def test_the_test_part_is_not_looked_at():
+    plain, loud = made(), made()
+    loud.signals[0, 3000:3500] *= 50
+    one, other = corrections(plain, loud)
+    assert torch.equal(one.weight, other.weight)
+    assert torch.equal(one.log_gain, other.log_gain)
+
+
+def test_a_network_that_runs_away_is_left_as_it_is():
+    found = network(pull=1.5)
+    match(found, made(), PARTS, SCALE, 0)
+    assert torch.isfinite(found.weight).all()
+    assert torch.isfinite(found.log_gain)
+
+
+def test_a_free_run_begins_with_what_was_recorded_and_is_repeatable():
+    one, same, other = (free_run(network(), made(), [(0, 400), (400, 900)], SCALE, seed, 2) for seed in (1, 1, 2))
+    assert one.shape == (2, 395 + 495)
+    assert np.array_equal(one, same)
+    assert not np.array_equal(one, other)
+    assert not np.array_equal(*one)
+
+
+def test_the_predictor_of_a_recursion_is_its_own():
+    found, power = predictor([made(0.5).signals[0]], 3)
+    assert found == pytest.approx([0.0, 0.0, 0.9], abs=0.03)
+    assert power == pytest.approx(1.0, rel=0.05)
+    assert predictor([np.zeros(100)], 3)[1] == 0.0
