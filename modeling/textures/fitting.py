@@ -50,7 +50,9 @@ class Rows:
 class Diet:
     """What is done to the rows while training, and how the rate falls.
 
-    `noise` is the SD of white noise on the past acceleration, in its SDs (Bishop 1995); `mirrored`: half of the rows,
+    `noise` is the SD of white noise on the past acceleration, in its SDs (Bishop 1995); `hand` that of what is added to
+    a whole window's speed, and to its force, in theirs: within a recording they tell the moment, which is not to be
+    learned by heart; `mirrored`: half of the rows,
     others every time, have the sign of their acceleration turned, since it only tells how a sensor was mounted; `rest`
     is the share of rows at rest, added to the training and validation rows: no speed, no force, and silence to follow.
     `cosine`: the rate falls along a cosine over all epochs; by itself it stays as it is, or is lowered as the settings
@@ -58,6 +60,7 @@ class Diet:
     """
 
     noise: float = 0.0
+    hand: float = 0.0
     mirrored: bool = False
     rest: float = 0.0
     cosine: bool = False
@@ -139,7 +142,7 @@ def _pairs(given: Array, wanted: Array, scale: Scale) -> Pairs:
 def fed(rows: Rows, diet: Diet, seed: int) -> Source:
     """The training rows with rest among them; noise and signs are drawn afresh every time that they are seen."""
     whole = with_rest(rows.train, diet.rest, rows.scale, seed)
-    if not (diet.noise or diet.mirrored):
+    if not (diet.noise or diet.hand or diet.mirrored):
         return whole
 
     def make(chosen: Tensor, chance: torch.Generator) -> tuple[Given, Given]:
@@ -147,14 +150,15 @@ def fed(rows: Rows, diet: Diet, seed: int) -> Source:
         inputs, targets = torch.as_tensor(given).clone(), torch.as_tensor(wanted)
         if diet.noise:
             inputs[:, 0] += diet.noise * torch.randn(inputs[:, 0].shape, generator=chance)
+        if diet.hand:
+            inputs[:, 1:] += diet.hand * torch.randn((len(inputs), 2, 1), generator=chance)
         if diet.mirrored:
             sign = torch.randint(0, 2, (len(inputs), 1), generator=chance, dtype=inputs.dtype).mul_(2).sub_(1)
             inputs[:, 0] *= sign
             targets = targets * sign
         return inputs, targets
 
-    mirrored = ", mirrored" if diet.mirrored else ""
-    return Made(len(whole), make, f"{whole.digest} with noise of {diet.noise!r}{mirrored}")
+    return Made(len(whole), make, f"{whole.digest} by {diet!r}")
 
 
 def settings_for(learning: Learning, default: Settings) -> Settings:

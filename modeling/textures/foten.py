@@ -31,7 +31,7 @@ LOSS = "huber-1.6"
 GENERATIVE_SETTINGS = Settings(
     epochs=14, batch=128, learning_rate=2e-3, plateau_patience=None, stop_patience=None, every_epochs=4
 )
-GENERATIVE_DIET = Diet(noise=0.01, mirrored=True, rest=0.05, cosine=True)
+GENERATIVE_DIET = Diet(noise=0.01, hand=0.15, mirrored=True, rest=0.05, cosine=True)
 STEPS, MOST_EPOCHS = 1550, 120
 """A short recording is gone through more often: for as many steps as 14 epochs of 20 s are, in at most 120 epochs."""
 

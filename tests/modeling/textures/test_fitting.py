@@ -54,6 +54,17 @@ def test_noise_falls_on_the_past_acceleration_alone_and_anew_each_time():
     assert not torch.equal(one, other)
 
 
+def test_a_windows_speed_and_force_are_moved_as_a_whole():
+    found = rows()
+    source, chance = fed(found, Diet(hand=0.2), 1), torch.Generator().manual_seed(1)
+    (given, wanted), plain = source.batch(torch.arange(400), chance), found.train.inputs[:400]
+    moved = given[:, 1:] - plain[:, 1:]
+    assert torch.allclose(moved, moved[..., :1].expand_as(moved), atol=1e-5)
+    assert moved[..., 0].std(dim=0).numpy() == pytest.approx([0.2, 0.2], rel=0.15)
+    assert torch.equal(given[:, 0], plain[:, 0])
+    assert torch.equal(wanted, found.train.targets[:400])
+
+
 def test_mirrored_rows_turn_the_sign_of_the_acceleration_before_and_after_and_of_nothing_else():
     found = rows()
     source, chance = fed(found, Diet(mirrored=True), 1), torch.Generator().manual_seed(1)
