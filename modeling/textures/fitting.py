@@ -52,11 +52,10 @@ class Diet:
 
     `noise` is the SD of white noise on the past acceleration, in its SDs (Bishop 1995); `hand` that of what is added to
     a whole window's speed, and to its force, in theirs: within a recording they tell the moment, which is not to be
-    learned by heart; `mirrored`: half of the rows,
-    others every time, have the sign of their acceleration turned, since it only tells how a sensor was mounted; `rest`
-    is the share of rows at rest, added to the training and validation rows: no speed, no force, and silence to follow.
-    `cosine`: the rate falls along a cosine over all epochs; by itself it stays as it is, or is lowered as the settings
-    say.
+    learned by heart; `mirrored`: half of the rows, others every time, have the sign of their acceleration turned, since
+    it only tells how a sensor was mounted; `rest` is the share of rows at rest, added to the training and validation
+    rows: no speed, no force, and silence to follow. `cosine`: the rate falls along a cosine over all epochs; by itself
+    it stays as it is, or is lowered as the settings say.
     """
 
     noise: float = 0.0
@@ -140,7 +139,7 @@ def _pairs(given: Array, wanted: Array, scale: Scale) -> Pairs:
 
 
 def fed(rows: Rows, diet: Diet, seed: int) -> Source:
-    """The training rows with rest among them; noise and signs are drawn afresh every time that they are seen."""
+    """The training rows with rest among them; noise, moves and signs are drawn afresh every time that they are seen."""
     whole = with_rest(rows.train, diet.rest, rows.scale, seed)
     if not (diet.noise or diet.hand or diet.mirrored):
         return whole

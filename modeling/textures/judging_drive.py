@@ -7,6 +7,7 @@ from dataclasses import dataclass
 from typing import Literal
 
 import numpy as np
+from numpy.typing import NDArray
 
 from modeling.textures.joined import pieces_of
 from modeling.textures.metrics_running import CYCLE, cycle
@@ -101,8 +102,13 @@ def _longest(stretches: Sequence[tuple[int, int]]) -> tuple[int, int]:
     return max(stretches, key=lambda each: each[1] - each[0], default=(0, 0))
 
 
+def sounds(speed: Array, force: Array) -> NDArray[np.bool_]:
+    """Where a hand (n,) in mm/s and N moves and presses enough for the renderer to sound."""
+    return (speed > SLOWEST_MM_S) & (force > FAINTEST_N)
+
+
 def _demand_moves(recording: Recording, signals: Array) -> None:
-    moving = float(np.mean((signals[1] > SLOWEST_MM_S) & (signals[2] > FAINTEST_N)))
+    moving = float(np.mean(sounds(signals[1], signals[2])))
     if moving < MOVES:
         raise TextureDataError(
             f"{recording.texture}: not run free, since the hand moves faster than {SLOWEST_MM_S:g} mm/s and presses "

@@ -12,11 +12,12 @@ from collections.abc import Sequence
 import numpy as np
 import torch
 from numpy.random import PCG64, Generator, SeedSequence
+from numpy.typing import NDArray
 from scipy.linalg import solve_toeplitz
 from torch import Tensor, nn
 
-from modeling.textures.judging_drive import FAINTEST_N, SLOWEST_MM_S
-from modeling.textures.metrics import SMOOTHED, level
+from modeling.textures.judging_drive import sounds
+from modeling.textures.metrics import SMOOTHED, level_ratio
 from modeling.textures.metrics_felt import felt_distance
 from modeling.textures.recording import Array, Parts, Recording, Scale
 from modeling.textures.windows import Stretches
@@ -136,15 +137,15 @@ def _correct(network: Matched, weight: Array, log_gain: float) -> None:
 def _distance(truth: Array, made: Array) -> float:
     """Felt and level's, in dB."""
     made = np.nan_to_num(made, nan=0.0, posinf=0.0, neginf=0.0)
-    ratio = level(made) / level(truth)
-    return felt_distance(truth, made) + abs(20 * math.log10(ratio)) if ratio > 0 else math.inf
+    ratio = level_ratio(made, truth)
+    return felt_distance(truth, made) + abs(20 * math.log10(ratio)) if ratio else math.inf
 
 
-def _recorded(recording: Recording, stretches: Stretches, window: int) -> tuple[Array, Array]:
+def _recorded(recording: Recording, stretches: Stretches, window: int) -> tuple[Array, NDArray[np.bool_]]:
     """The acceleration of all stretches after their first window, 0 at rest; and where it is heard."""
     pieces = [recording.signals[:, start + window : stop] for start, stop in stretches]
     acceleration, speed, force = np.concatenate(pieces or [np.zeros((3, 0))], axis=1)
-    heard = (speed > SLOWEST_MM_S) & (force > FAINTEST_N)
+    heard = sounds(speed, force)
     return acceleration * heard, heard
 
 
