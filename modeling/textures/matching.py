@@ -8,6 +8,7 @@ from __future__ import annotations
 
 import math
 from collections.abc import Sequence
+from dataclasses import dataclass
 
 import numpy as np
 import torch
@@ -23,10 +24,11 @@ from modeling.textures.recording import Array, Parts, Recording, Scale
 from modeling.textures.windows import Stretches
 from modeling.training.seeding import training_state
 
-ROUNDS, QUICK_ROUNDS, DRAWS = 6, 1, 2
+ROUNDS, QUICK_ROUNDS, DRAWS = 8, 1, 2
 """Corrections that are tried, one after another; runs of each, with random numbers of their own."""
-SHARE, SHARE_OF_GAIN = 0.6, 0.3
-"""Of what lacks, so much is corrected at once: of the predictor, and of the log of the SD."""
+SHARE, SHARE_OF_GAIN = 0.6, 0.5
+"""Of what lacks, so much is corrected at first, and half as much after a correction that led away; of the log of the
+SD half of what its power lacks."""
 MOST_GAIN = 1.25
 """A gain of the SD beyond this, or below its inverse, would hide a model that is wrong."""
 LONGEST = 1000
@@ -73,20 +75,40 @@ def match(network: Matched, recording: Recording, parts: Parts, scale: Scale, se
     if heard.sum() < SMOOTHED or not truth.any():
         return math.nan
     wanted, power = predictor(_between(truth, stretches, window), window)
-    best = (math.inf, network.weight.clone(), network.log_gain.clone())
+    best = _Tried(math.inf, network.weight.clone(), network.log_gain.clone())
+    share = SHARE
     for _ in range(rounds + 1):
         runs = heard * free_run(network, recording, stretches, scale, seed, DRAWS)
         distance = _distance(np.tile(truth, DRAWS), runs.reshape(-1))
-        if distance < best[0]:
-            best = (distance, network.weight.clone(), network.log_gain.clone())
-        found, own = predictor([part for run in runs for part in _between(run, stretches, window)], window)
-        if not own > 0:
-            break
-        _correct(network, SHARE * (wanted - found), SHARE_OF_GAIN * math.log(power / own))
-    distance, weight, gain = best
-    network.weight.copy_(weight)
-    network.log_gain.copy_(gain)
-    return distance
+        if distance < best.distance:
+            found, own = predictor([part for run in runs for part in _between(run, stretches, window)], window)
+            lacks = (wanted - found, math.log(power / own)) if own > 0 else (np.zeros(window), 0.0)
+            best = _Tried(distance, network.weight.clone(), network.log_gain.clone(), *lacks)
+        else:
+            share /= 2
+        best.beyond(network, share)
+    best.beyond(network, 0.0)
+    return best.distance
+
+
+@dataclass(frozen=True)
+class _Tried:
+    """A correction, how far off the network is with it, and what its predictor and the log of its power still lack."""
+
+    distance: float
+    weight: Tensor
+    log_gain: Tensor
+    lacks: Array | None = None
+    lacks_gain: float = 0.0
+
+    def beyond(self, network: Matched, share: float) -> None:
+        """Set it, and a share of what it lacks."""
+        network.weight.copy_(self.weight)
+        network.log_gain.copy_(self.log_gain)
+        if self.lacks is not None and share:
+            network.weight += torch.from_numpy((share * self.lacks).astype(np.float32))
+            most = math.log(MOST_GAIN)
+            network.log_gain.add_(share * SHARE_OF_GAIN * self.lacks_gain).clamp_(-most, most)
 
 
 def free_run(
@@ -127,11 +149,6 @@ def predictor(stretches: Sequence[Array], order: int) -> tuple[Array, float]:
         return np.zeros(order), 0.0
     found = solve_toeplitz(lags[:-1], lags[1:])
     return found[::-1], float(lags[0] - found @ lags[1:]) / sum(map(len, stretches))
-
-
-def _correct(network: Matched, weight: Array, log_gain: float) -> None:
-    network.weight += torch.from_numpy(weight.astype(np.float32))
-    network.log_gain.add_(log_gain).clamp_(-math.log(MOST_GAIN), math.log(MOST_GAIN))
 
 
 def _distance(truth: Array, made: Array) -> float:

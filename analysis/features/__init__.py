@@ -1,0 +1,1 @@
+"""Recordings and pictures of textures as numbers: what models of attributes learn from (thesis 3.4)."""

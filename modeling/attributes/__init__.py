@@ -1,0 +1,1 @@
+"""Textures that can be described: predicted attributes from touch and sight (thesis 3)."""

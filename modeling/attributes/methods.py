@@ -1,0 +1,50 @@
+"""What all ways of predicting attributes have in common: to be fitted to textures, and to be asked about one."""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Mapping
+from dataclasses import dataclass, field
+from typing import Any, Protocol
+
+from modeling.attributes.material import SIGHT, TOUCH, Array, Modality, Pair, Texture
+
+BOTH: frozenset[Modality] = frozenset(("touch", "sight"))
+
+
+@dataclass(frozen=True)
+class Learning:
+    """What a method may learn from in one fit.
+
+    `train` are textures to learn from, `held` others that a network watches to stop early (empty where the method does
+    not ask for them); all rated. `touch` and `sight` name the features to be looked at. `settings`: epochs, batch,
+    threads, checkpoint, quick, learning_rate, stop_patience; unknown ones are left alone.
+    """
+
+    train: tuple[Texture, ...]
+    held: tuple[Texture, ...]
+    attributes: tuple[Pair, ...]
+    touch: tuple[str, ...] = TOUCH
+    sight: tuple[str, ...] = SIGHT
+    seed: int = 0
+    settings: Mapping[str, Any] = field(default_factory=dict)
+    report: Callable[[str], None] = lambda _line: None
+
+
+class Fitted(Protocol):
+    """A fitted method. One that was trained in epochs also has `trained` (modeling.training.loop.Trained)."""
+
+    def predict(self, texture: Texture) -> Array:
+        """(n, attributes) on 0..100, not clipped: one row for each of its segments, pictures or pairs of them; the
+        texture's prediction is their mean. Raises MaterialError for features that it was not fitted to."""
+
+
+@dataclass(frozen=True)
+class Method:
+    """A way to predict attributes. `sees`: what it looks at; `holds_out`: whether it wants `held`."""
+
+    name: str
+    title: str
+    fit: Callable[[Learning], Fitted]
+    sees: frozenset[Modality] = BOTH
+    holds_out: bool = False
+    source: str = ""

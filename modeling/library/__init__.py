@@ -1,0 +1,1 @@
+"""A library of textures to search by feel (thesis 1.2)."""
