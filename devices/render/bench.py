@@ -59,10 +59,12 @@ class Once:
 
 
 def _deadlines(card: Path, seconds: float) -> Iterator[Case]:
-    looks: tuple[tuple[str, str, Callable[[Record], float], str], ...] = (
+    looks: tuple[tuple[str, str, Callable[[Record], float | None], str], ...] = (
         ("underruns", "underruns", lambda told: float(told["output"]["underruns"]), "p99_us"),
         ("late without a buffer", "share later than 1 ms", lambda told: float(told["ready"]["late_share"]), "p99_us"),
         ("longest wait", "ms from due to ready", lambda told: told["ready"]["worst_us"] / 1e3, "worst_us"),
+        ("taken by the host", "s of all processors", lambda told: told["outside"]["stolen_s"], "worst_us"),
+        ("kept waiting by others", "s of the loop", lambda told: told["outside"]["waited_s"], "worst_us"),
     )
     for real_time in (False, True):
         once = Once(lambda real_time=real_time: paced(card, seconds, real_time))  # type: ignore[misc]
@@ -75,7 +77,7 @@ def _deadlines(card: Path, seconds: float) -> Iterator[Case]:
             )  # fmt: skip
 
 
-def _allowed(error: Callable[[Record], float], real_time: bool) -> Callable[[Record], float | None]:
+def _allowed(error: Callable[[Record], float | None], real_time: bool) -> Callable[[Record], float | None]:
     """No figure for a priority that was refused."""
     return lambda told: None if real_time and not told["priority"].startswith("real-time") else error(told)
 

@@ -21,6 +21,7 @@ from devices.render.hands import Pushed
 from devices.render.job import Ask, End, Job, Reports, Sounds, Switch, Volume
 from devices.render.loop import NEVER
 from devices.render.opened import Playing, playing, sounding
+from devices.render.outside import outside
 from devices.render.priority import by_itself, in_front, undisturbed
 from devices.render.trace import BYTES, Trace
 from devices.signals import DeviceFault
@@ -209,7 +210,9 @@ def _play(job: Job, made: Playing, talk: Connection) -> None:
         made.facts.update(in_front(job.real_time))
         # After that: a listener of lower priority would, while it holds the interpreter, be held up with the loop.
         threading.Thread(target=_listen, args=(made, talk, ending), daemon=True).start()
+        before = outside()
         made.loop.run(NEVER if job.seconds is None else round(job.seconds * 1000), ending.is_set)
+        made.facts["outside"] = outside().since(before)
     made.sink.coil.rest()
     with suppress(OSError):
         talk.send(made.record())

@@ -11,6 +11,8 @@ WORDS = {
     "quiet": "steps at under 1 % of the texture's level",
     "muted": "steps of silence, since the model would not stay within its bounds",
 }
+TOLD_S = 0.001
+"""Less is not told of."""
 
 
 def in_words(record: Mapping[str, Any], seconds: float, level_m_s2: float) -> Iterator[str]:
@@ -33,10 +35,18 @@ def _deadlines(record: Mapping[str, Any]) -> Iterator[str]:
     yield f"underruns: {output['underruns']} ({output['missing']} samples; the last one dies away meanwhile)"
     yield f"later than 1 ms, as without a buffer: {late}"
     yield f"ready after it was due: {_times(ready)}"
+    yield from _outside(record.get("outside") or {})
     if output["limited"]:
         yield f"{output['limited']} samples were limited to what the actuator bears"
     if not output["compensated"]:
         yield "played on a twin that is not identified: not compensated"
+
+
+def _outside(told: Mapping[str, Any]) -> Iterator[str]:
+    if (waited := told.get("waited_s") or 0.0) > TOLD_S:
+        yield f"{waited:.3g} s kept waiting by other programs"
+    if (stolen := told.get("stolen_s") or 0.0) > TOLD_S:
+        yield f"{stolen:.3g} s of this machine's processors were taken away by its host: no priority helps against that"
 
 
 def _times(told: Mapping[str, Any]) -> str:

@@ -13,7 +13,7 @@ def test_the_bench_names_what_is_to_be_reached(tmp_path):
     named = {(each.case, each.method, each.error_kind) for each in cases(quick=True)}
     assert ("underruns", "normal priority", "underruns") in named
     assert ("late without a buffer", "real-time priority", "share later than 1 ms") in named
-    assert len(named) == 12
+    assert len(named) == 16
 
 
 def test_its_predictor_has_the_level_that_its_card_says(tmp_path):
