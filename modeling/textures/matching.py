@@ -24,7 +24,7 @@ from modeling.textures.recording import Array, Parts, Recording, Scale
 from modeling.textures.windows import Stretches
 from modeling.training.seeding import training_state
 
-ROUNDS, QUICK_ROUNDS, DRAWS = 8, 1, 2
+ROUNDS, QUICK_ROUNDS, DRAWS = 6, 1, 6
 """Corrections that are tried, one after another; runs of each, with random numbers of their own."""
 SHARE, SHARE_OF_GAIN = 0.6, 0.5
 """Of what lacks, so much is corrected at first, and half as much after a correction that led away; of the log of the

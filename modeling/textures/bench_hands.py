@@ -1,0 +1,95 @@
+"""Figures of the shipped texture models on their own output, under hands that neither training nor choosing saw."""
+
+from __future__ import annotations
+
+import statistics
+import time
+from collections.abc import Callable, Iterator, Mapping, Sequence
+from dataclasses import dataclass, field
+from functools import partial
+from pathlib import Path
+
+from modeling.textures.judging import CYCLE, ENVELOPE, GFC, LEVEL, Numbers, ceiling, judged
+from modeling.textures.judging_drive import explored
+from modeling.textures.side import TextureSide
+from protocols.bench import Case
+
+AREA = "free running"
+AGAIN, METHODS = "another realisation", ("foten_generative", "ar")
+"""What perfect would be, the default, and what it has to be nearer than."""
+HANDS, QUICK_HANDS = range(201, 209), range(201, 202)
+"""Seeds of explorations; 0 and 101 to 106 were looked at while models were chosen."""
+SECONDS, QUICK_SECONDS = 60.0, 10.0
+Clock = Callable[[], float]
+Cards = Mapping[str, Mapping[str, Path]]
+Summary = Callable[[Sequence[float]], float]
+
+
+def _off_one(every: Sequence[float]) -> float:
+    return 1 - statistics.fmean(every)
+
+
+LOOKS: tuple[tuple[str, str, Summary], ...] = (
+    ("felt_dB", "felt distance, dB, mean of the hands", statistics.fmean),
+    ("level", f"level off by, worst (at most {LEVEL[1] - 1:.2f})", lambda every: max(abs(each - 1) for each in every)),
+    ("smoothed_gfc", f"1 - smoothed GFC, worst (at most {1 - GFC:.2f})", lambda every: 1 - min(every)),
+    ("envelope", f"1 - envelope correlation, mean (at most {1 - ENVELOPE:.2f})", _off_one),
+    ("cycle_excess", f"repeats above the truth's, worst (at most {CYCLE:.1f})", lambda every: max(0.0, *every)),
+)
+
+
+@dataclass
+class Hands:
+    """One texture under all hands: judged once, whatever is asked of it first. `models` are cards by method."""
+
+    side: TextureSide
+    texture: str
+    models: Mapping[str, Path]
+    seeds: Sequence[int]
+    seconds: float
+    clock: Clock = time.perf_counter
+    numbers: dict[str, list[Numbers]] = field(default_factory=dict)
+    took: dict[str, list[float]] = field(default_factory=dict)
+
+    def of(self, method: str) -> tuple[list[Numbers], list[float]]:
+        """What is said of each hand's run, and the seconds that the run took."""
+        if not self.numbers:
+            for seed in self.seeds:
+                self._play(seed)
+        return self.numbers[method], self.took[method]
+
+    def _play(self, seed: int) -> None:
+        began = self.clock()
+        drive = explored(self.side, self.texture, self.seconds, seed)
+        self._keep(AGAIN, ceiling(drive), began)
+        for method, card in self.models.items():
+            began = self.clock()
+            self._keep(method, judged(self.side.played(card, drive.speed, drive.force, seed), drive), began)
+
+    def _keep(self, method: str, found: Numbers, began: float) -> None:
+        self.took.setdefault(method, []).append(self.clock() - began)
+        self.numbers.setdefault(method, []).append(found)
+
+
+def cases(quick: bool, side: TextureSide, cards: Cards, clock: Clock = time.perf_counter) -> Iterator[Case]:
+    """Each texture under each look, the default method beside autoregression and the truth made again."""
+    seeds, seconds = (QUICK_HANDS, QUICK_SECONDS) if quick else (HANDS, SECONDS)
+    for texture, models in cards.items():
+        chosen = {method: models[method] for method in METHODS if method in models}
+        hands = Hands(side, texture, chosen, seeds, seconds, clock)
+        told = f"{texture}, {len(seeds)} hands of {seconds:g} s"
+        for name, kind, summary in LOOKS:
+            for method in (AGAIN, *chosen):
+                yield Case(
+                    AREA, f"{texture}: {name}", method, told, len(seeds), kind, partial(hands.of, method),
+                    partial(_summary, name, summary), 1, _median_s,
+                )  # fmt: skip
+
+
+def _summary(name: str, summary: Summary, found: tuple[list[Numbers], list[float]]) -> float | None:
+    known = [value for each in found[0] if (value := each.get(name)) is not None]
+    return summary(known) if known else None
+
+
+def _median_s(found: tuple[list[Numbers], list[float]]) -> float:
+    return statistics.median(found[1])

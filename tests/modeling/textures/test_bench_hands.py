@@ -1,0 +1,45 @@
+"""Shipped models under fresh hands: every look at every method, judged once, and the truth made again beside them."""
+
+from dataclasses import dataclass, field
+from pathlib import Path
+
+import numpy as np
+import pytest
+
+from modeling.textures.bench_hands import AGAIN, LOOKS, METHODS, cases
+from tests.modeling.textures.made_up_recording import recording
+
+CARDS = {"rough": {"ar": Path("rough-ar.json"), "foten_generative": Path("rough-foten.json"), "gan": Path("gan.json")}}
+
+
+@dataclass
+class Side:
+    """Another realisation of the truth as autoregression, and half of it as the generative network."""
+
+    asked: list = field(default_factory=list)
+
+    def scene(self, texture, seconds, seed):
+        return recording(seconds, seed, texture).signals
+
+    def again(self, texture, seconds, seed):
+        found = self.scene(texture, seconds, seed).copy()
+        found[0] = recording(seconds, 900 + seed, texture).signals[0]
+        return found
+
+    def played(self, card, speed, _force, seed, sampled=True):
+        self.asked.append((card.stem, seed))
+        share = 1.0 if "ar" in card.stem else 0.5
+        return share * recording(len(speed) / 1000, seed, "rough").signals[0]
+
+
+def test_every_look_at_every_method_from_one_run_of_each():
+    side = Side()
+    found = list(cases(True, side, CARDS, clock=iter(np.arange(100.0)).__next__))
+    assert [each.method for each in found] == [AGAIN, *METHODS] * len(LOOKS)
+    errors = {(each.case, each.method): each.error(each.run()) for each in found}
+    assert errors["rough: level", "foten_generative"] == pytest.approx(0.5)
+    assert errors["rough: felt_dB", "ar"] == pytest.approx(0.0, abs=1e-9)
+    assert 0 < errors["rough: felt_dB", AGAIN] < errors["rough: felt_dB", "foten_generative"]
+    assert errors["rough: smoothed_gfc", "foten_generative"] == pytest.approx(0.0, abs=1e-9)
+    assert [name for name, _ in side.asked] == ["rough-foten", "rough-ar"]
+    assert found[0].seconds(found[0].run()) == 1.0
