@@ -50,6 +50,8 @@ class Asked:
     batch: int | None
     workers: int | None
     cluster: str | None
+    hatt: Path | None = None
+    cluster_data: Path | None = None
 
 
 OPTIONS = (
@@ -57,6 +59,14 @@ OPTIONS = (
     click.option(
         "--tables", type=click.Path(exists=True, path_type=Path), multiple=True,
         help="Tables with time, acceleration, speed, force instead of the lab's captures: a folder, or files.",
+    ),
+    click.option(
+        "--hatt", type=click.Path(exists=True, path_type=Path), metavar="PATH",
+        help="Recordings of the Penn Haptic Texture Toolkit instead: a file, or a folder.",
+    ),
+    click.option(
+        "--cluster-data", type=click.Path(exists=True, file_okay=False, path_type=Path), metavar="FOLDER",
+        help="The Cluster Haptic Texture Dataset instead; its textures are called cluster_0 and so on.",
     ),
     click.option("--simulated", is_flag=True, help="Six simulated surfaces, 20 s each, instead of the lab's captures."),
     click.option("--textures", metavar="NAMES", multiple=True, help="Only these: cloth,cardboard.  [default: all]"),
@@ -75,7 +85,8 @@ OPTIONS = (
     ),
 )  # fmt: skip
 """What both verbs ask."""
-OWN = ("lab", "tables", "simulated", "seed", "quick", "epochs", "batch", "workers", "cluster")
+SOURCES = ("tables", "hatt", "cluster_data", "simulated")
+OWN = ("lab", *SOURCES, "seed", "quick", "epochs", "batch", "workers", "cluster")
 HELD = ("rate_hz", "speed_mm_s", "force_n")
 
 
@@ -85,8 +96,8 @@ def texture_options(command: Callable[..., None]) -> Callable[..., None]:
     @wraps(command)
     def with_asked(**given: Any) -> None:
         own = {name: given.pop(name) for name in OWN}
-        if own["tables"] and own["simulated"]:
-            raise click.UsageError("--tables and --simulated: one of the two is expected, or neither for the lab's own")
+        if len(said := [f"--{name.replace('_', '-')}" for name in SOURCES if own[name]]) > 1:
+            raise click.UsageError(f"{' and '.join(said)}: one of them is expected, or none for the lab's own")
         rate_hz, speed_mm_s, force_N = held = tuple(given.pop(name) for name in HELD)
         if any(each is not None for each in held) and not own["tables"]:
             raise click.UsageError("--rate-hz, --speed-mm-s and --force-n say what tables lack: --tables is expected")
@@ -131,6 +142,14 @@ def _recorded(asked: Asked) -> tuple[Recording, ...]:
 
         paths = asked.tables[0] if len(asked.tables) == 1 else asked.tables
         return read_tables(paths, held=Held(*asked.held))
+    if asked.hatt is not None:
+        from modeling.textures.reading_hatt import read_hatt
+
+        return read_hatt(asked.hatt, asked.textures)
+    if asked.cluster_data is not None:
+        from modeling.textures.reading_cluster import read_cluster
+
+        return read_cluster(asked.cluster_data, asked.textures)
     from modeling.textures.reading_ledgers import read_lab
 
     return read_lab(asked.lab)

@@ -57,18 +57,27 @@ def _crowding(axis: Array) -> float:
 
 def demand_alive(recording: Recording) -> None:
     """Raise TextureDataError where the acceleration is silent or constant."""
-    level = float(recording.acceleration_m_s2.std())
-    if not level > STILL_M_S2:
+    demand_level(recording.texture, float(recording.acceleration_m_s2.std()))
+
+
+def demand_level(texture: str, level_m_s2: float) -> None:
+    """Raise TextureDataError where acceleration of that RMS is silence."""
+    if not level_m_s2 > STILL_M_S2:
         raise TextureDataError(
-            f"{recording.texture}: the acceleration between 20 and 500 Hz is silent ({level:.2g} m/s^2 RMS); was the"
+            f"{texture}: the acceleration between 20 and 500 Hz is silent ({level_m_s2:.2g} m/s^2 RMS); was the"
             " accelerometer connected, and the tool moved?"
         )
 
 
 def oddities(recording: Recording) -> tuple[str, ...]:
     """Notes on speed or force that never vary: no model learns from them what they do."""
+    return steady(recording.speed_mm_s, recording.force_N)
+
+
+def steady(speed_mm_s: Array, force_N: Array) -> tuple[str, ...]:
+    """As `oddities`, of speed and force (n,)."""
     told = []
-    for name, values, unit in (("speed", recording.speed_mm_s, "mm/s"), ("force", recording.force_N, "N")):
+    for name, values, unit in (("speed", speed_mm_s, "mm/s"), ("force", force_N, "N")):
         if np.ptp(values) <= 1e-6 * max(1.0, float(np.abs(values).max())):
             told.append(f"{name} never varies ({values.mean():.3g} {unit}): what it does cannot be learned")
     return tuple(told)

@@ -2,12 +2,13 @@
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from collections.abc import Iterable, Sequence
 from dataclasses import dataclass, replace
 
 import numpy as np
 from numpy.typing import NDArray
 
+from analysis.features.touch import Stretch
 from modeling.textures.hum import before_filter, without_hum
 from modeling.textures.joined import joined
 from modeling.textures.plausible import TOLD, clipped_share, demand_alive, demand_plausible, oddities
@@ -40,52 +41,99 @@ class Touched:
     notes: tuple[str, ...] = ()
 
 
-def prepared(texture: str, label: str, touched: Sequence[Touched], remove_hum: bool = True) -> Recording:
-    """One texture's explorations as one recording at 1 kHz.
+@dataclass(frozen=True)
+class Filtering:
+    """How an exploration is filtered: without hum or with it, in which band, how much is trimmed at both ends.
+
+    `frames` says in the notes of what DFT321 is to see one spectrum at a time.
+    """
+
+    remove_hum: bool = True
+    band_hz: tuple[float, float] = BAND_HZ
+    trim_s: float = 0.0
+    frames: str = f"frames of {1e3 * FRAME_S:g} ms"
+
+    def __post_init__(self) -> None:
+        if not 0 <= self.trim_s < np.inf:
+            raise TextureDataError(f"{self.trim_s} s to be trimmed at both ends: a number from 0 on is expected")
+
+
+WHOLE = Filtering()
+
+
+def prepared(texture: str, label: str, touched: Iterable[Touched], remove_hum: bool = True) -> Recording:
+    """One texture's explorations, taken one at a time, as one recording at 1 kHz.
 
     Speed and force are low-passed at 25 Hz, each axis of acceleration is high-passed at 20 Hz (the upper edge of 1000
     Hz is left out, as 1 kHz holds nothing there), mains hum is taken out, and DFT321 makes one axis of them. Long holes
     and further explorations make a `Joined` recording. Raises TextureDataError on signals that are constant, clipped,
     implausible or too short.
     """
-    if not touched:
-        raise TextureDataError(f"{texture}: there is no recording of it")
     pieces: list[Array] = []
     notes: list[str] = []
+    made_from: list[str] = []
     for each in touched:
-        found, told = _pieces(each, remove_hum)
-        pieces += found
+        found, told = filtered(each, Filtering(remove_hum=remove_hum))
+        pieces += [_on_one_axis(stretch) for stretch in found]
         notes += told
-    recording = joined(
-        texture, label, pieces, tuple(name for each in touched for name in each.made_from),
-        tuple(dict.fromkeys(notes)),
-    )  # fmt: skip
+        made_from += each.made_from
+    if not pieces:
+        raise TextureDataError(f"{texture}: there is no recording of it")
+    recording = joined(texture, label, pieces, tuple(made_from), tuple(dict.fromkeys(notes)))
     demand_alive(recording)
     return replace(recording, notes=(*recording.notes, *oddities(recording)))
 
 
-def _pieces(touched: Touched, remove_hum: bool) -> tuple[list[Array], list[str]]:
-    """The stretches of one exploration of which everything is known, as signals (3, n), and notes."""
+def filtered(touched: Touched, way: Filtering = WHOLE) -> tuple[list[Stretch], list[str]]:
+    """The stretches of one exploration of which everything is known, at 1 kHz, filtered, axes apart; and notes.
+
+    What is trimmed goes last, and the ends of the filters with it. Raises TextureDataError on signals that are
+    constant, clipped, implausible or too short.
+    """
     demand_plausible(touched.acceleration)
     demand_plausible(touched.force)
     moved = _speed(touched)
     (vibration, speed, force), known, told = on_grid([touched.acceleration, moved, touched.force])
     pressed, turned = _pressed(along(force, touched.normal), known)
-    notes = [*touched.notes, *told, *turned, *_filters(touched.acceleration)]
-    stretches = [(a, b) for a, b in _runs(known) if b - a >= SHORTEST_S * RATE_HZ]
-    if not stretches:
-        raise TextureDataError(
-            f"{touched.where}: nowhere are acceleration, speed and force all known for {SHORTEST_S:g} s; record again"
-        )
-    kept = sum(b - a for a, b in stretches)
-    if kept < known.sum() or len(stretches) > 1:
-        notes.append(f"{len(stretches)} stretches between holes, {kept / RATE_HZ:.2f} of {len(known) / RATE_HZ:.2f} s")
+    notes = [*touched.notes, *told, *turned, *_filters(touched.acceleration, way)]
+    runs = [(a, b) for a, b in _runs(known) if b - a >= SHORTEST_S * RATE_HZ]
+    notes += _holes(touched.where, runs, known)
     found = []
-    for a, b in stretches:
-        signals, hum = _filtered(vibration[a:b], np.linalg.norm(speed[a:b], axis=1), pressed[a:b], remove_hum)
-        found.append(signals)
+    for a, b in runs:
+        stretch, hum = _filtered(vibration[a:b], np.linalg.norm(speed[a:b], axis=1), pressed[a:b], way)
+        found.append((a, stretch))
         notes += hum
-    return found, notes
+    return _trimmed(found, len(known), way.trim_s, touched.where), notes
+
+
+def _holes(where: str, runs: Sequence[tuple[int, int]], known: NDArray[np.bool_]) -> list[str]:
+    """What is lost to holes. Raises TextureDataError where it is everything."""
+    if not runs:
+        raise TextureDataError(
+            f"{where}: nowhere are acceleration, speed and force all known for {SHORTEST_S:g} s; record again"
+        )
+    kept = sum(b - a for a, b in runs)
+    if kept == known.sum() and len(runs) == 1:
+        return []
+    return [f"{len(runs)} stretches between holes, {kept / RATE_HZ:.2f} of {len(known) / RATE_HZ:.2f} s"]
+
+
+def _trimmed(found: Sequence[tuple[int, Stretch]], length: int, trim_s: float, where: str) -> list[Stretch]:
+    """Without what lies within `trim_s` of the exploration's start or end; `found` says where each stretch begins."""
+    first = round(trim_s * RATE_HZ)
+    cut = [each.cut(max(0, first - a), max(0, length - first - a)) for a, each in found]
+    kept = [each for each in cut if len(each.axes)]
+    if not kept:
+        raise TextureDataError(
+            f"{where}: nothing of its {length / RATE_HZ:.2f} s is left where {trim_s:g} s are trimmed at both ends:"
+            " record longer, or trim less"
+        )
+    return kept
+
+
+def _on_one_axis(stretch: Stretch) -> Array:
+    """Signals (3, n)."""
+    return np.stack([one_axis(stretch.axes, RATE_HZ), stretch.speed_mm_s, stretch.force_N])
 
 
 def _speed(touched: Touched) -> Sampled:
@@ -99,27 +147,33 @@ def _speed(touched: Touched) -> Sampled:
     return moved
 
 
-def _filtered(vibration: Array, speed: Array, force: Array, remove_hum: bool) -> tuple[Array, list[str]]:
-    """Signals (3, n) of one stretch at 1 kHz, and what its hum was."""
-    felt = band_pass(vibration, RATE_HZ)
-    hum = without_hum(felt, RATE_HZ)[1] if remove_hum else None
-    clean = before_filter(vibration, felt, hum, RATE_HZ, lambda axes: band_pass(axes, RATE_HZ)) if hum else felt
+def _filtered(vibration: Array, speed: Array, force: Array, way: Filtering) -> tuple[Stretch, list[str]]:
+    """One stretch at 1 kHz, and what its hum was."""
+
+    def banded(axes: Array) -> Array:
+        return band_pass(axes, RATE_HZ, way.band_hz)
+
+    felt = banded(vibration)
+    hum = without_hum(felt, RATE_HZ)[1] if way.remove_hum else None
+    clean = before_filter(vibration, felt, hum, RATE_HZ, banded) if hum else felt
     hand = low_pass(np.stack([speed, force], axis=1), RATE_HZ)
-    signals = np.stack([one_axis(clean, RATE_HZ), np.maximum(hand[:, 0], 0.0), hand[:, 1]])
-    return signals, [hum.note()] if hum else []
+    return Stretch(clean, np.maximum(hand[:, 0], 0.0), hand[:, 1]), [hum.note()] if hum else []
 
 
-def _filters(acceleration: Sampled) -> list[str]:
+def _filters(acceleration: Sampled, way: Filtering) -> list[str]:
     """What is done to every recording, and what is odd about this acceleration."""
     told = [f"speed and force low-passed at {HAND_HZ:g} Hz, without delay"]
-    if not has_upper_edge(RATE_HZ):
+    low_hz, high_hz = way.band_hz
+    if not has_upper_edge(RATE_HZ, high_hz):
         told.append(
-            f"acceleration high-passed at {BAND_HZ[0]:g} Hz: the upper edge of {BAND_HZ[1]:g} Hz is left out, as"
+            f"acceleration high-passed at {low_hz:g} Hz: the upper edge of {high_hz:g} Hz is left out, as"
             f" {RATE_HZ:g} Hz holds nothing from {RATE_HZ / 2:g} Hz on"
         )
     axes = acceleration.values.shape[1]
     if axes > 1:
-        told.append(f"{axes} axes of acceleration on one by DFT321, in frames of {1e3 * FRAME_S:g} ms")
+        told.append(f"{axes} axes of acceleration on one by DFT321, in {way.frames}")
+    if way.trim_s:
+        told.append(f"the first and last {way.trim_s:g} s are left out")
     if (share := clipped_share(acceleration.values)) > TOLD:
         told.append(f"{share:.2%} of the acceleration is clipped at the end of its sensor's range")
     if acceleration.rate_hz < 0.99 * RATE_HZ:

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import hashlib
-from collections.abc import Collection, Iterator, Sequence
+from collections.abc import Collection, Iterator, Mapping, Sequence
 from dataclasses import dataclass
 from pathlib import Path
 
@@ -28,13 +28,19 @@ SEEN = "seen"
 
 
 @dataclass(frozen=True)
-class _Kept:
-    """One capture that counts."""
+class Capture:
+    """One capture that counts: its samples stay in the ledger until they are asked for (`touched_in`)."""
 
-    record: Record
+    path: Path
     attempt: Attempt
     label: str
-    sha256: str
+    category: str = ""
+    notes: tuple[str, ...] = ()
+
+    @property
+    def where(self) -> str:
+        """Its place, for messages."""
+        return f"{self.path}: trial {self.attempt.trial} ({self.attempt.stimulus})"
 
 
 def read_lab(
@@ -50,18 +56,31 @@ def read_lab(
     TextureDataError where there is no capture, one without a stream, one that no texture can be learned from, and on
     a damaged file.
     """
-    by_texture: dict[str, list[_Kept]] = {}
-    for kept in _captures(lab, study):
-        if textures is None or kept.attempt.stimulus in textures:
-            by_texture.setdefault(kept.attempt.stimulus, []).append(kept)
-    _demand_all(lab, by_texture, textures)
+    by_texture = captures_by_texture(lab, study, textures)
+    files = {each.path: _sha256(each.path) for every in by_texture.values() for each in every}
     return tuple(
-        prepared(texture, every[0].label, [each for one in every for each in _touched(one, normal)], remove_hum)
+        prepared(texture, every[0].label, _touched(every, normal, files), remove_hum)
         for texture, every in by_texture.items()
     )
 
 
-def _captures(lab: Path, study: str) -> Iterator[_Kept]:
+def captures_by_texture(
+    lab: Path, study: str = STUDY, textures: Collection[str] | None = None, without: Collection[str] = ()
+) -> dict[str, list[Capture]]:
+    """The captures that count of each texture, in the order in which the textures were first met; no sample is held.
+
+    `without` are participants whose sessions are left out. Raises TextureDataError where there is no capture, and on a
+    damaged file.
+    """
+    found: dict[str, list[Capture]] = {}
+    for capture in _captures(lab, study, without):
+        if textures is None or capture.attempt.stimulus in textures:
+            found.setdefault(capture.attempt.stimulus, []).append(capture)
+    _demand_all(lab, found, textures, bool(without))
+    return found
+
+
+def _captures(lab: Path, study: str, without: Collection[str]) -> Iterator[Capture]:
     paths = [lab] if lab.is_file() else ledgers_in(lab, study)
     if not paths:
         where = "a lab's folder or a session's file is expected (or --tables, --simulated)"
@@ -71,10 +90,19 @@ def _captures(lab: Path, study: str) -> Iterator[_Kept]:
             record = read(path)
         except LedgerError as error:
             raise TextureDataError(str(error)) from None
-        sha256 = hashlib.sha256(path.read_bytes()).hexdigest()
-        labels = {each["id"]: each.get("label") or each["id"] for each in _stimuli(record)}
+        if record.header.get("participant") in without:
+            continue
+        rows = {each["id"]: each for each in _stimuli(record)}
         for attempt in counting(attempts_of(record)).values():
-            yield _Kept(record, attempt, str(labels.get(attempt.stimulus, attempt.stimulus)), sha256)
+            row = rows.get(attempt.stimulus, {})
+            label = str(row.get("label") or attempt.stimulus)
+            yield Capture(path, attempt, label, str(row.get("class") or ""), _notes(record))
+
+
+def _sha256(path: Path) -> str:
+    """Of a file that may be larger than memory."""
+    with path.open("rb") as file:
+        return hashlib.file_digest(file, "sha256").hexdigest()
 
 
 def _stimuli(record: Record) -> Sequence[dict[str, str]]:
@@ -83,19 +111,25 @@ def _stimuli(record: Record) -> Sequence[dict[str, str]]:
     return [{"id": each["id"], **each.get("columns", {})} for each in found if isinstance(each, dict) and "id" in each]
 
 
-def _touched(kept: _Kept, normal: tuple[float, float, float]) -> Iterator[Touched]:
-    """Each recording of the attempt."""
-    where = f"{kept.record.path}: trial {kept.attempt.trial} ({kept.attempt.stimulus})"
+def _touched(
+    captures: Sequence[Capture], normal: tuple[float, float, float], files: Mapping[Path, str]
+) -> Iterator[Touched]:
+    for each in captures:
+        yield from touched_in(each, normal, f"{each.path.name} trial {each.attempt.trial} {files[each.path]}")
+
+
+def touched_in(capture: Capture, normal: tuple[float, float, float], made_from: str) -> Iterator[Touched]:
+    """Each recording of a capture, its samples read from the ledger. Raises TextureDataError."""
+    where = capture.where
     try:
-        streams = streams_in(kept.attempt)
+        streams = streams_in(capture.attempt)
     except StreamError as error:
-        raise TextureDataError(f"{kept.record.path}: {error}") from None
+        raise TextureDataError(f"{capture.path}: {error}") from None
     for act in dict.fromkeys(each.act for each in streams):
-        told = f"{kept.record.path.name} trial {kept.attempt.trial} {kept.sha256}"
         of_act = {each.name: each for each in streams if each.act == act}
         yield Touched(
             where, _sampled("acceleration", of_act, where), _sampled("force", of_act, where),
-            position=_sampled("position", of_act, where), normal=normal, made_from=(told,), notes=_notes(kept.record),
+            position=_sampled("position", of_act, where), normal=normal, made_from=(made_from,), notes=capture.notes,
         )  # fmt: skip
 
 
@@ -140,9 +174,12 @@ def _columns(what: str, stream: Stream, where: str) -> list[int]:
     )
 
 
-def _demand_all(lab: Path, found: dict[str, list[_Kept]], textures: Collection[str] | None) -> None:
+def _demand_all(
+    lab: Path, found: Mapping[str, Sequence[Capture]], textures: Collection[str] | None, gone: bool
+) -> None:
     for texture in textures or ():
         if texture not in found:
             raise TextureDataError(f"{lab}: no capture of {texture!r} counts; {nearest(texture, found)}")
     if not found:
-        raise TextureDataError(f"{lab}: no capture counts: every attempt was repeated, left or faulted")
+        also = ", or is of somebody who withdrew" if gone else ""
+        raise TextureDataError(f"{lab}: no capture counts: every attempt was repeated, left or faulted{also}")

@@ -99,7 +99,7 @@ def test_a_name_that_is_none_is_refused_with_the_nearest(tables, tmp_path, argum
 def test_two_sources_at_once_are_refused(tables):
     result = CliRunner().invoke(evaluate_textures, ["--tables", str(tables), "--simulated"], obj=Front())
     assert result.exit_code == 2
-    assert "one of the two" in result.output
+    assert "--tables and --simulated: one of them" in result.output
 
 
 def test_a_hand_held_still_without_tables_is_refused():

@@ -1,0 +1,111 @@
+"""Figures of touch: what each way of making features of a recording of 60 s errs and takes, on one core."""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Iterator
+
+import numpy as np
+
+from analysis.features.hand import hand
+from analysis.features.mfcc import COEFFICIENTS, FRAME, frames, mfcc
+from analysis.features.segments import SEGMENT, segments
+from analysis.features.spectra import FLOOR, spectrum
+from analysis.features.tactile import touch_features
+from analysis.features.touch import RATE_HZ, Array, Stretch, Touch
+from analysis.features.wavelets import wavelets
+from protocols.bench import Case
+from studies.one_axis import dft321, one_axis
+
+AREA = "features of touch"
+SECONDS, QUICK_SECONDS = 60.0, 10.0
+CEPSTRA_ERROR = "largest difference from librosa's own, dB"
+ENERGY_ERROR = "energy of a segment, largest relative error"
+FINITE_ERROR = "numbers that are not finite"
+
+
+def cases(quick: bool) -> Iterator[Case]:
+    """Cepstra beside librosa's, three axes on one, every kind of feature: 60 s, 10 s if `quick`."""
+    seconds, repeats = (QUICK_SECONDS, 3) if quick else (SECONDS, 5)
+    made = strokes(seconds)
+    yield from _cepstra(made, repeats)
+    yield from _on_one_axis(made, repeats)
+    yield from _kinds(made, repeats)
+
+
+def strokes(seconds: float, seed: int = 0) -> Touch:
+    """Noise on three axes whose level follows a hand that strokes, at 1 kHz."""
+    chance = np.random.Generator(np.random.PCG64(seed))
+    t = np.arange(round(seconds * RATE_HZ)) / RATE_HZ
+    speed = 80 + 70 * np.sin(2 * np.pi * 0.7 * t)
+    axes = chance.standard_normal((len(t), 3)) * (speed / 80)[:, None] * np.array([1.0, 0.6, 1.4])
+    return Touch("made up", (Stretch(axes, speed, 1.2 + 0.5 * np.cos(3 * t)),))
+
+
+def _told(made: Touch) -> tuple[str, int]:
+    return f"{made.seconds:g} s", round(made.seconds * RATE_HZ)
+
+
+def _cepstra(made: Touch, repeats: int) -> Iterator[Case]:
+    vibration = segments(made).vibration
+    wanted = by_librosa(vibration)
+    ways: dict[str, Callable[[], Array]] = {
+        "palpate, all segments at once": lambda: mfcc(vibration),
+        "librosa, segment by segment": lambda: by_librosa(vibration),
+    }
+    for name, run in ways.items():
+        yield Case(
+            AREA, "cepstral coefficients", name, *_told(made), CEPSTRA_ERROR, run,
+            lambda found: float(np.abs(found - wanted).max()), repeats,
+        )  # fmt: skip
+
+
+def by_librosa(vibration: Array) -> Array:
+    """Segments (s, 500) to (s, 40, 13) by librosa alone, each from the waveform of its frames on."""
+    import librosa
+
+    found = []
+    for cut in frames(vibration):
+        bands = librosa.feature.melspectrogram(
+            y=cut.ravel(), sr=RATE_HZ, n_fft=FRAME, hop_length=FRAME, window="boxcar", center=False, n_mels=COEFFICIENTS
+        )
+        level = librosa.power_to_db(bands, amin=FLOOR, top_db=None)
+        found.append(librosa.feature.mfcc(S=level, n_mfcc=COEFFICIENTS).T)
+    return np.stack(found)
+
+
+def _on_one_axis(made: Touch, repeats: int) -> Iterator[Case]:
+    (stretch,) = made.stretches
+    axes = stretch.axes[: len(stretch.axes) // SEGMENT * SEGMENT]
+    wanted = _energy((axes**2).sum(axis=1))
+    ways: dict[str, Callable[[], Array]] = {
+        "DFT321, segment by segment": lambda: np.ravel(segments(made).vibration),
+        "DFT321 in frames, as for rendering": lambda: one_axis(axes, RATE_HZ),
+        "DFT321 of the whole recording": lambda: dft321(axes),
+        "sum of the axes": lambda: np.asarray(axes.sum(axis=1)),
+    }
+    for name, run in ways.items():
+        yield Case(
+            AREA, "three axes on one", name, *_told(made), ENERGY_ERROR, run,
+            lambda found: float(np.abs(_energy(found**2) / wanted - 1).max()), repeats,
+        )  # fmt: skip
+
+
+def _energy(power: Array) -> Array:
+    """Of each segment."""
+    return np.asarray(power.reshape(-1, SEGMENT).sum(axis=1))
+
+
+def _kinds(made: Touch, repeats: int) -> Iterator[Case]:
+    cut = segments(made)
+    ways: dict[str, Callable[[], Array]] = {
+        "mfcc": lambda: mfcc(cut.vibration),
+        "hand": lambda: hand(cut.speed_mm_s, cut.force_N),
+        "dft": lambda: spectrum(cut.vibration),
+        "dwt": lambda: wavelets(cut.vibration),
+        "all of them, from filtered axes on": lambda: np.concatenate(list(touch_features(made).values()), axis=1),
+    }
+    for name, run in ways.items():
+        yield Case(
+            AREA, "features of a recording", name, *_told(made), FINITE_ERROR, run,
+            lambda found: float((~np.isfinite(found)).sum()), repeats,
+        )  # fmt: skip

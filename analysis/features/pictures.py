@@ -1,0 +1,162 @@
+"""A picture of a surface as what is looked at: its middle as a gray square, and patches of it (thesis 3.4.2)."""
+
+from __future__ import annotations
+
+import io
+import struct
+import warnings
+from dataclasses import dataclass
+from typing import TYPE_CHECKING
+
+import numpy as np
+from numpy.typing import NDArray
+
+if TYPE_CHECKING:
+    from PIL.Image import Image
+
+Gray = NDArray[np.float32]
+SIDE, PATCH = 1568, 224
+"""Pixels: of the square that is cut out of a picture, and of a patch of it (thesis 3.4.2)."""
+LEAST = PATCH
+"""A picture whose shorter side has fewer pixels shows less than one patch should."""
+WHITE_16, WHITE_8 = 65535.0, 255.0
+RAW = b"FOVb"
+"""How Sigma's raw format begins, which is recorded but not decoded."""
+
+
+class PictureError(ValueError):
+    """A picture that shows nothing that can be looked at: the message says where, what was found and what to do."""
+
+
+@dataclass(frozen=True)
+class Looking:
+    """Where a square is looked at: patches of `patch` pixels whose corners lie `stride` pixels apart.
+
+    The thesis says 49 "partially overlapping" patches of 224 pixels in 1568; 7 x 224 is 1568, so the default is its
+    7 x 7 without overlap. `grid`: only so many along each side, spread evenly over all (1: the middle one).
+    """
+
+    side: int = SIDE
+    patch: int = PATCH
+    stride: int = PATCH
+    grid: int | None = None
+
+    def __post_init__(self) -> None:
+        if not 1 <= self.patch <= self.side or self.stride < 1:
+            found = f"side {self.side}, patch {self.patch}, stride {self.stride}"
+            raise PictureError(f"{found}: patches of 1 pixel or more that fit into the side, 1 or more apart")
+        most = len(self._all())
+        if self.grid is not None and not 1 <= self.grid <= most:
+            raise PictureError(f"grid {self.grid}: from 1 to {most} patches along each side are there")
+
+    @property
+    def starts(self) -> tuple[int, ...]:
+        """Where patches begin along each side."""
+        every = self._all()
+        if self.grid is None:
+            return every
+        chosen = np.linspace(0, len(every) - 1, self.grid) if self.grid > 1 else np.array([(len(every) - 1) / 2])
+        return tuple(every[round(float(place))] for place in chosen)
+
+    def _all(self) -> tuple[int, ...]:
+        return tuple(range(0, self.side - self.patch + 1, self.stride))
+
+
+@dataclass(frozen=True)
+class Square:
+    """The middle of a picture: (side, side) of brightness from 0 to 1, and what is odd about it."""
+
+    values: Gray
+    notes: tuple[str, ...] = ()
+
+
+def square(data: bytes, where: str, side: int = SIDE) -> Square:
+    """The middle of the picture in the bytes of a file, cut to a square, of `side` pixels, in gray.
+
+    Colours are weighed as ITU-R 601 does (0.299, 0.587, 0.114); 16 bits stay 16 bits; a square of another size is
+    resampled (Lanczos). Raises PictureError on what is no picture or ends too soon, on one with fewer than 224 pixels
+    on its shorter side, with transparent parts, or whose white is not known.
+    """
+    cut = _gray(_cut(data, where), where)
+    notes = []
+    if min(cut.shape) < side:
+        notes.append(f"{where}: {cut.shape[0]} pixels made {side}: nothing finer than that was seen")
+    if float(np.ptp(cut)) == 0.0:
+        notes.append(f"{where}: of one brightness ({float(cut[0, 0]):.2f}): it shows nothing")
+    return Square(_sized(cut, side), tuple(notes))
+
+
+def patches(values: Gray, looking: Looking) -> Gray:
+    """(patches, patch, patch) of a square, row after row."""
+    size, starts = looking.patch, looking.starts
+    if values.shape != (looking.side, looking.side):
+        raise PictureError(f"a square of {values.shape} pixels: {looking.side} x {looking.side} are expected")
+    return np.stack([values[top : top + size, left : left + size] for top in starts for left in starts])
+
+
+def _cut(data: bytes, where: str) -> Image:
+    """The middle square, every pixel read. Raises PictureError."""
+    from PIL import Image, ImageOps, UnidentifiedImageError
+
+    if data.startswith(RAW):
+        raise PictureError(f"{where}: Sigma's raw format is not decoded here; develop it to TIFF, PNG or JPEG")
+    try:
+        with warnings.catch_warnings():
+            warnings.simplefilter("ignore")  # large pictures, and odd tags: what they show is judged below
+            with Image.open(io.BytesIO(data)) as picture:
+                picture.load()
+                return _middle(ImageOps.exif_transpose(picture), where)
+    except UnidentifiedImageError:
+        raise PictureError(f"{where}: no picture in a format that is known here; JPEG, PNG or TIFF do") from None
+    except PictureError:
+        raise
+    except (OSError, SyntaxError, ValueError, EOFError, struct.error, Image.DecompressionBombError) as error:
+        told = str(error) or type(error).__name__
+        raise PictureError(f"{where}: the picture cannot be read to its end ({told}); take it again") from None
+
+
+def _middle(picture: Image, where: str) -> Image:
+    side = min(picture.size)
+    if side < LEAST:
+        found = f"{picture.width} x {picture.height} pixels"
+        raise PictureError(f"{where}: {found}: {LEAST} on the shorter side are the least, {SIDE} or more are wanted")
+    left, top = (picture.width - side) // 2, (picture.height - side) // 2
+    return picture.crop((left, top, left + side, top + side))
+
+
+def _gray(cut: Image, where: str) -> Gray:
+    """Brightness from 0 to 1."""
+    if cut.mode.startswith("I"):
+        return _of_16_bits(cut, where)
+    if cut.mode == "F":
+        raise PictureError(f"{where}: brightness as fractions, whose white is not known; save it with 8 or 16 bits")
+    if cut.has_transparency_data:
+        cut = _opaque(cut, where)
+    rgb = cut if cut.mode in ("1", "L", "RGB") else cut.convert("RGB")
+    return np.asarray(rgb.convert("L"), dtype=np.float32) * np.float32(1 / WHITE_8)
+
+
+def _of_16_bits(cut: Image, where: str) -> Gray:
+    values = np.asarray(cut)
+    low, high = int(values.min()), int(values.max())
+    if low < 0 or high > WHITE_16:
+        raise PictureError(f"{where}: brightness from {low} to {high}: 16 bits, 0 to 65535, are expected")
+    return values.astype(np.float32) * np.float32(1 / WHITE_16)
+
+
+def _opaque(cut: Image, where: str) -> Image:
+    """Without an alpha channel that hides nothing."""
+    whole = cut.convert("RGBA")
+    low, _high = whole.getchannel("A").getextrema()
+    if not isinstance(low, int | float) or low < 255:
+        raise PictureError(f"{where}: parts of its middle are transparent, which no photo of a surface is; fill them")
+    return whole.convert("RGB")
+
+
+def _sized(values: Gray, side: int) -> Gray:
+    from PIL import Image
+
+    if values.shape == (side, side):
+        return values
+    made = Image.fromarray(values).resize((side, side), Image.Resampling.LANCZOS)
+    return np.clip(np.asarray(made, dtype=np.float32), 0.0, 1.0)

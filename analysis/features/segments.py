@@ -1,0 +1,49 @@
+"""Half seconds of touch, each on one axis by its own spectrum (thesis 3.4.1)."""
+
+from __future__ import annotations
+
+from collections.abc import Iterator
+from dataclasses import dataclass
+
+import numpy as np
+
+from analysis.features.touch import RATE_HZ, Array, FeatureError, Stretch, Touch
+from studies.one_axis import dft321
+
+SEGMENT_S = 0.5
+SEGMENT = round(SEGMENT_S * RATE_HZ)
+"""Samples of a segment; what is left over at the end of a stretch is in none."""
+
+
+@dataclass(frozen=True)
+class Segments:
+    """Acceleration on one axis in m/s^2, speed in mm/s and force in N, each (segments, 500)."""
+
+    vibration: Array
+    speed_mm_s: Array
+    force_N: Array
+
+
+def segments(touch: Touch) -> Segments:
+    """The segments of every stretch, one after another, none over a hole.
+
+    DFT321 sees one segment at a time: its spectrum is exactly the root of the summed spectra of the axes, and its
+    energy stays in the segment. Raises FeatureError where no stretch is as long as a segment.
+    """
+    found = [each for stretch in touch.stretches for each in _cut(stretch)]
+    if not found:
+        longest = max((len(each.axes) for each in touch.stretches), default=0) / RATE_HZ
+        raise FeatureError(
+            f"{touch.where}: the longest stretch is {longest:.3g} s; a segment takes {SEGMENT_S:g} s: record longer, or"
+            " trim less"
+        )
+    return Segments(
+        np.stack([dft321(each.axes) for each in found]),
+        np.stack([each.speed_mm_s for each in found]),
+        np.stack([each.force_N for each in found]),
+    )
+
+
+def _cut(stretch: Stretch) -> Iterator[Stretch]:
+    for start in range(0, len(stretch.axes) - SEGMENT + 1, SEGMENT):
+        yield stretch.cut(start, start + SEGMENT)

@@ -1,0 +1,63 @@
+"""What a tool felt of one texture, filtered and at 1 kHz, its axes still apart (thesis 3.4.1)."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+import numpy as np
+from numpy.typing import NDArray
+
+Array = NDArray[np.float64]
+RATE_HZ = 1000.0
+TRIM_S = 2.5
+"""Taken off both ends of an exploration: the tool is put down and lifted there."""
+BAND_HZ = (20.0, 500.0)
+"""Of acceleration; at 1 kHz the upper edge lies at half the rate and is left out (studies.texture_signals)."""
+
+
+class FeatureError(ValueError):
+    """Signals that have no features: the message says where, what was found and what is expected."""
+
+
+@dataclass(frozen=True)
+class Stretch:
+    """Samples that follow one another at 1 kHz: acceleration (n, axes) in m/s^2, speed (n,) in mm/s, force (n,) in N.
+
+    Acceleration is band-passed and free of gravity, speed and force are low-passed. Raises FeatureError where lengths
+    differ, where there is no axis, and on a number that is not finite.
+    """
+
+    axes: Array
+    speed_mm_s: Array
+    force_N: Array
+
+    def __post_init__(self) -> None:
+        n = len(self.axes)
+        if self.axes.ndim != 2 or not self.axes.shape[1] or self.speed_mm_s.shape != (n,) or self.force_N.shape != (n,):
+            shapes = f"{self.axes.shape}, {self.speed_mm_s.shape} and {self.force_N.shape}"
+            raise FeatureError(
+                f"acceleration, speed and force of shapes {shapes}: (n, axes), (n,) and (n,) are expected"
+            )
+        for what, values in (("acceleration", self.axes), ("speed", self.speed_mm_s), ("force", self.force_N)):
+            bad = np.argwhere(~np.isfinite(values))
+            if bad.size:
+                raise FeatureError(
+                    f"{what}, sample {int(bad[0][0]) + 1}, is {values[tuple(bad[0])]}: finite numbers only"
+                )
+
+    def cut(self, start: int, stop: int) -> Stretch:
+        """Its samples [start, stop)."""
+        return Stretch(self.axes[start:stop], self.speed_mm_s[start:stop], self.force_N[start:stop])
+
+
+@dataclass(frozen=True)
+class Touch:
+    """All that was felt of one texture, in stretches between which something lacks. `where` names it in messages."""
+
+    where: str
+    stretches: tuple[Stretch, ...]
+
+    @property
+    def seconds(self) -> float:
+        """How long all stretches are together."""
+        return sum(len(each.axes) for each in self.stretches) / RATE_HZ

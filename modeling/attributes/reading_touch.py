@@ -1,0 +1,167 @@
+"""What a lab's captures feel like, one texture in memory at a time (thesis 3.4.1).
+
+A ledger of fifty textures of 60 s holds 700 MB of samples in one file. It is read once, event by event, to verify it;
+after that each texture's blocks are read from it when they are needed, here or in a job of its own.
+"""
+
+from __future__ import annotations
+
+import hashlib
+from collections.abc import Collection, Iterable, Iterator
+from dataclasses import dataclass, field
+from pathlib import Path
+
+import numpy as np
+from numpy.typing import NDArray
+
+from analysis.features.tactile import touch_features
+from analysis.features.touch import Touch
+from modeling.attributes.touching import filtering, touch_of
+from modeling.textures.preparing import UP, Filtering, Touched
+from modeling.textures.reading_ledgers import STUDY, Capture, captures_by_texture, touched_in
+from studies.ledger_schema import event_hash
+from studies.participants.registry import withdrawn
+
+STREAMS = ("tool_acceleration", "tool_force", "tool_position")
+
+
+@dataclass(frozen=True)
+class Felt:
+    """What was felt of one texture.
+
+    `made_from` are the SHA-256 of the samples of each capture: textures that share one are one group in any split.
+    """
+
+    id: str
+    label: str
+    category: str
+    touch: Touch
+    made_from: frozenset[str]
+    notes: tuple[str, ...]
+
+
+@dataclass(frozen=True)
+class FeltRows:
+    """One texture's features, a row for each segment, by kind."""
+
+    id: str
+    label: str
+    category: str
+    touch: dict[str, NDArray[np.float32]]
+    made_from: frozenset[str]
+    notes: tuple[str, ...]
+
+
+@dataclass(frozen=True)
+class Recorded:
+    """All captures of one texture, and how they are to be read: no sample in it, so that it can be sent to a job."""
+
+    id: str
+    label: str
+    category: str
+    captures: tuple[Capture, ...]
+    way: Filtering = field(default_factory=filtering)
+    normal: tuple[float, float, float] = UP
+
+    @property
+    def name(self) -> str:
+        """As a job is called."""
+        return self.id
+
+    @property
+    def made_from(self) -> frozenset[str]:
+        """SHA-256 of the samples of each capture, whatever the session, trial and time they stand at."""
+        return frozenset(_samples_sha256(each) for each in self.captures)
+
+    @property
+    def key(self) -> str:
+        """SHA-256 of all that decides what is felt, but for the program: known before a sample is read again."""
+        found = hashlib.sha256(f"{self.way} {self.normal}".encode())
+        for capture in self.captures:
+            for event in (event for act in capture.attempt.acts for event in act):
+                found.update(event_hash(event.kind, event).encode())
+            found.update("\0".join(capture.notes).encode())
+        return found.hexdigest()
+
+
+def recorded(
+    lab: Path, textures: Collection[str] | None = None, *, study: str = STUDY, way: Filtering | None = None,
+    normal: tuple[float, float, float] = UP,
+) -> tuple[Recorded, ...]:  # fmt: skip
+    """The textures that a lab's sessions, or one session's file, captured: verified, their samples left where they are.
+
+    Sessions of people who withdrew are left out. Raises TextureDataError where no capture counts, where one of
+    `textures` was not captured, and on a damaged file.
+    """
+    without = withdrawn(lab.parent.parent if lab.is_file() else lab)
+    found = captures_by_texture(lab, study, textures, without)
+    return tuple(
+        Recorded(texture, every[0].label, every[0].category, tuple(every), way or filtering(), normal)
+        for texture, every in found.items()
+    )
+
+
+def felt(texture: Recorded) -> Felt:
+    """What was felt of one texture, its samples read now. Raises TextureDataError as `touch_of` does."""
+    touch, notes = touch_of(texture.id, _touched(texture), texture.way)
+    return Felt(texture.id, texture.label, texture.category, touch, texture.made_from, notes)
+
+
+def felt_of(
+    texture: str, label: str, category: str, touched: Iterable[Touched], way: Filtering | None = None
+) -> Felt:  # fmt: skip
+    """What was felt of one texture in recordings of another source than a lab (tables, HaTT, the Cluster data).
+
+    They are taken one at a time. Raises TextureDataError as `touch_of` does.
+    """
+    made_from: set[str] = set()
+
+    def passing() -> Iterator[Touched]:
+        for each in touched:
+            made_from.add(_values_sha256(each))
+            yield each
+
+    touch, notes = touch_of(texture, passing(), way)
+    return Felt(texture, label, category, touch, frozenset(made_from), notes)
+
+
+def touches(
+    lab: Path, textures: Collection[str] | None = None, *, study: str = STUDY, way: Filtering | None = None,
+    normal: tuple[float, float, float] = UP,
+) -> Iterator[Felt]:  # fmt: skip
+    """What was felt of each texture of a lab, one at a time: only the one that is being looked at is in memory.
+
+    `way` is `touching.filtering(...)`: how much is trimmed, and whether hum is taken out. Raises TextureDataError as
+    `recorded` and `felt` do.
+    """
+    return map(felt, recorded(lab, textures, study=study, way=way, normal=normal))
+
+
+def rows_of(texture: Recorded) -> FeltRows:
+    """One texture's features, as a job for `modeling.training.jobs.run_jobs`: small, whatever was recorded."""
+    found = felt(texture)
+    rows = touch_features(found.touch)
+    return FeltRows(found.id, found.label, found.category, rows, found.made_from, found.notes)
+
+
+def _touched(texture: Recorded) -> Iterator[Touched]:
+    for each in texture.captures:
+        yield from touched_in(each, texture.normal, f"{each.path.name} trial {each.attempt.trial}")
+
+
+def _samples_sha256(capture: Capture) -> str:
+    found = hashlib.sha256()
+    for act in capture.attempt.acts:
+        for block in (block for event in act for block in event.samples if block.stream in STREAMS):
+            told = (block.stream, block.channels, block.units, float(block.rate_hz), block.first)
+            found.update(repr(told).encode() + block.sha256())
+    return found.hexdigest()
+
+
+def _values_sha256(touched: Touched) -> str:
+    found = hashlib.sha256()
+    for each in (touched.acceleration, touched.force, touched.speed, touched.position):
+        if each is not None:
+            found.update(f"{each.what} {each.values.shape} {each.rate_hz:.9g}".encode())
+            found.update(np.ascontiguousarray(each.values, dtype="<f8").tobytes())
+    return found.hexdigest()

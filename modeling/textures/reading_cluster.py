@@ -1,0 +1,188 @@
+"""The Cluster Haptic Texture Dataset (Eguchi, Hayase, Hiroi and Hiraki, arXiv 2407.16206; figshare 29438288).
+
+A rubber finger slides over 118 surfaces, in eight directions, at five speeds and under two forces, twice. Its layout
+and what of it is checked: docs/reference/texture-data.md, Loaders.
+"""
+
+from __future__ import annotations
+
+import hashlib
+import re
+from collections.abc import Iterator, Sequence
+from dataclasses import dataclass
+from pathlib import Path
+
+import numpy as np
+
+from modeling.textures.preparing import Touched, prepared
+from modeling.textures.rates import Sampled
+from modeling.textures.recording import Array, Recording, TextureDataError
+from modeling.textures.table_columns import read_columns
+from modeling.textures.units import G_M_S2
+from protocols.did_you_mean import nearest
+
+NAME = re.compile(r"(?P<texture>\d+)_(?P<direction>\d+)_(?P<velocity>\d+)_(?P<force>\d+)_(?P<repeat>\d+)")
+"""texture id, direction (degrees, clockwise), velocity (mm/s), force (mN), repeat."""
+RATES_HZ = {"acceleration": 6000.0, "force": 6000.0, "position": 100.0}
+FOLDERS = {"acceleration": "accel", "force": "force", "position": "position"}
+COLUMNS = {"acceleration": ("x", "y", "z"), "force": ("force",), "position": ("x", "y")}
+HEADERS = {"acceleration": "time,X,Y,Z", "force": "time,force", "position": "time,X,Y"}
+RATE_OFF = 0.1
+"""How far the mean rate of a time column may be from the documented one."""
+GRAVITY_G = (0.5, 1.5)
+"""The median length of acceleration: gravity is in it."""
+FORCE_OFF, SPEED_OFF = 4.0, 2.0
+"""How many times the force and the speed may be more or less than a file's name says."""
+
+
+@dataclass(frozen=True)
+class Slide:
+    """One recorded slide; its file name says what it was."""
+
+    root: Path
+    stem: str
+    direction_deg: int
+    velocity_mm_s: float
+    force_N: float
+    files: dict[str, Path]
+
+
+def read_cluster(
+    folder: Path, textures: Sequence[str] = (), *, remove_hum: bool = True
+) -> tuple[Recording, ...]:  # fmt: skip
+    """The textures of the data set in a folder, by number; each slide is a piece of its texture's recording.
+
+    `folder` holds sensor_data/accel, force and position (or these three). `textures` are names as cluster_0, all where
+    there is none.
+    Raises TextureDataError: a file that is missing or cut short, a rate, a unit, a speed or a force that are not those
+    documented, and signals that no texture can be learned from.
+    """
+    return tuple(
+        prepared(texture, texture.replace("_", " "), (touched(each) for each in every), remove_hum)
+        for texture, every in slides(folder, textures).items()
+    )
+
+
+def slides(folder: Path, textures: Sequence[str] = ()) -> dict[str, list[Slide]]:
+    """The slides of each texture (cluster_0), in the order of textures, directions, speeds; nothing is read yet.
+
+    Raises TextureDataError where there is none, or of a texture that was asked for, or a file of one lacks.
+    """
+    root = folder / "sensor_data" if (folder / "sensor_data").is_dir() else folder
+    accel = root / FOLDERS["acceleration"]
+    if not accel.is_dir():
+        raise TextureDataError(f"{folder}: no folder sensor_data/accel; the Cluster Haptic Texture Dataset is expected")
+    found: dict[str, list[Slide]] = {}
+    for match, file in sorted(_named(accel), key=lambda each: [int(number) for number in each[0].groups()]):
+        name = f"cluster_{match['texture']}"
+        if not textures or name in textures:
+            found.setdefault(name, []).append(_slide(root, match, file.relative_to(accel)))
+    missing = [name for name in textures if name not in found]
+    if missing:
+        raise TextureDataError(f"{folder}: no slide over the texture {missing[0]!r}; {nearest(missing[0], found)}")
+    if not found:
+        raise TextureDataError(
+            f"{accel}: no file named as 0_135_40_500_0.csv (texture_direction_velocity_force_repeat)"
+        )
+    return found
+
+
+def touched(slide: Slide) -> Touched:
+    """What the sensors recorded of one slide: g to m/s^2, N, mm. Raises TextureDataError as `read_cluster` does."""
+    acceleration, force, position = (_sampled(slide, what) for what in FOLDERS)
+    _demand_g(acceleration)
+    _demand_force(slide, force)
+    _demand_speed(slide, position)
+    scaled = Sampled(
+        "acceleration", acceleration.times_s, G_M_S2 * acceleration.values, acceleration.rate_hz, acceleration.where,
+        acceleration.written_s,
+    )  # fmt: skip
+    made_from = tuple(f"{file.parent.name}/{file.name} {_sha256(file)}" for file in slide.files.values())
+    told = f"Cluster Haptic Texture Dataset: {slide.velocity_mm_s:g} mm/s, {slide.force_N:g} N are wished for"
+    return Touched(f"{slide.root}: {slide.stem}", scaled, force, position=position, made_from=made_from, notes=(told,))
+
+
+def _named(accel: Path) -> Iterator[tuple[re.Match[str], Path]]:
+    for file in accel.rglob("*.csv"):
+        match = NAME.fullmatch(file.stem)
+        if match is not None:
+            yield match, file
+
+
+def _slide(root: Path, match: re.Match[str], place: Path) -> Slide:
+    files = {what: root / name / place for what, name in FOLDERS.items()}
+    missing = [file for file in files.values() if not file.is_file()]
+    if missing:
+        raise TextureDataError(f"{missing[0]}: no such file; every slide has one in accel, force and position")
+    velocity, force = float(match["velocity"]), 1e-3 * float(match["force"])
+    return Slide(root, match[0], int(match["direction"]), velocity, force, files)
+
+
+def _sampled(slide: Slide, what: str) -> Sampled:
+    """A signal as its table says it, at its own times."""
+    file = slide.files[what]
+    table = read_columns(file)
+    lacks = [name for name in ("time", *COLUMNS[what]) if name not in table.columns]
+    if lacks:
+        raise TextureDataError(
+            f"{file}: no column {lacks[0]!r} among {', '.join(table.header)}; {HEADERS[what]} is expected"
+        )
+    time = table.columns["time"]
+    columns = [table.columns[name] for name in COLUMNS[what]]
+    for column in (time, *columns):
+        if column.empty.any():
+            line = table.lines[int(np.flatnonzero(column.empty)[0])]
+            raise TextureDataError(f"{file}, line {line}: an empty cell; is the file cut short?")
+    rate_hz = _rate(file, what, time.values)
+    values = np.stack([column.values for column in columns], axis=1)
+    return Sampled(what, time.values, values, rate_hz, str(file), time.written)
+
+
+def _rate(file: Path, what: str, times_s: Array) -> float:
+    """The mean rate of the time column, which must be about the documented one."""
+    lasts = float(times_s[-1] - times_s[0]) if len(times_s) > 1 else 0.0
+    if not lasts > 0 or (np.diff(times_s) < 0).any():
+        raise TextureDataError(f"{file}: {len(times_s)} samples whose times do not rise; two or more are needed")
+    rate_hz, wanted_hz = (len(times_s) - 1) / lasts, RATES_HZ[what]
+    if abs(rate_hz - wanted_hz) > RATE_OFF * wanted_hz:
+        raise TextureDataError(
+            f"{file}: {what} at {rate_hz:.4g} Hz by its times; {wanted_hz:g} Hz are documented: are the times in"
+            " seconds, and are all rows there?"
+        )
+    return rate_hz
+
+
+def _demand_g(acceleration: Sampled) -> None:
+    length = float(np.median(np.linalg.norm(acceleration.values, axis=1)))
+    low, high = GRAVITY_G
+    if not low <= length <= high:
+        raise TextureDataError(
+            f"{acceleration.where}: the acceleration's median length is {length:.3g}; about 1 is expected, as gravity"
+            " is in it: is it in g?"
+        )
+
+
+def _demand_force(slide: Slide, force: Sampled) -> None:
+    pressed = abs(float(np.median(force.values)))
+    if not slide.force_N / FORCE_OFF <= pressed <= slide.force_N * FORCE_OFF:
+        raise TextureDataError(
+            f"{force.where}: the median force is {pressed:.3g}, and the file's name says {slide.force_N:g} N: is it in"
+            " N?"
+        )
+
+
+def _demand_speed(slide: Slide, position: Sampled) -> None:
+    """How fast the finger is while it moves."""
+    steps = np.linalg.norm(np.diff(position.values, axis=0), axis=1) * position.rate_hz
+    moving = steps[steps > 0.1 * steps.max(initial=0.0)]
+    speed = float(np.median(moving)) if moving.size else 0.0
+    if not slide.velocity_mm_s / SPEED_OFF <= speed <= slide.velocity_mm_s * SPEED_OFF:
+        raise TextureDataError(
+            f"{position.where}: the finger moves at {speed:.3g} mm/s, and the file's name says"
+            f" {slide.velocity_mm_s:g} mm/s: are the positions in mm?"
+        )
+
+
+def _sha256(file: Path) -> str:
+    with file.open("rb") as opened:
+        return hashlib.file_digest(opened, "sha256").hexdigest()

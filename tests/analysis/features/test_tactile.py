@@ -1,0 +1,47 @@
+"""All kinds of features of a touch: their sizes, that they are the same again, and that extremes are finite."""
+
+import numpy as np
+import pytest
+
+from analysis.features.mfcc import mfcc
+from analysis.features.segments import segments
+from analysis.features.tactile import SIZES, touch_features
+from analysis.features.touch import FeatureError, Stretch, Touch
+from tests.analysis.features.made_touch import noise, touch
+
+
+def test_the_documented_sizes_in_single_precision():
+    found = touch_features(touch(2700, 500))
+    assert {kind: rows.shape for kind, rows in found.items()} == {
+        "mfcc": (6, 520), "hand": (6, 6), "dft": (6, 250), "dwt": (6, 24)
+    }  # fmt: skip
+    assert {kind: rows.shape[1] for kind, rows in found.items()} == SIZES
+    assert SIZES["mfcc"] + SIZES["hand"] == 526
+    assert all(rows.dtype == np.float32 for rows in found.values())
+
+
+def test_a_row_of_cepstra_is_time_by_coefficient():
+    made = touch(1000)
+    rows = touch_features(made)["mfcc"].reshape(2, 40, 13)
+    np.testing.assert_array_equal(rows, mfcc(segments(made).vibration).astype(np.float32))
+
+
+def test_the_same_again_bit_for_bit():
+    first, second = touch_features(touch(3000)), touch_features(touch(3000))
+    assert all(np.array_equal(first[kind], second[kind]) for kind in SIZES)
+
+
+@pytest.mark.parametrize(
+    "axes",
+    [np.zeros((1000, 3)), np.full((1000, 3), 2.5), np.clip(noise(1000), -0.1, 0.1), 1e-9 * noise(1000),
+     2000 * noise(1000), np.zeros((1000, 3)) + (np.arange(1000) == 700)[:, None]],
+    ids=["silent", "constant", "clipped", "faint", "loud", "one sample"],
+)  # fmt: skip
+def test_extremes_are_finite(axes):
+    made = Touch("made", (Stretch(axes, np.zeros(1000), np.zeros(1000)),))
+    assert all(np.isfinite(rows).all() for rows in touch_features(made).values())
+
+
+def test_too_little_is_refused():
+    with pytest.raises(FeatureError, match=r"made: the longest stretch is 0\.001 s"):
+        touch_features(touch(1))

@@ -1,0 +1,66 @@
+"""Ledgers of texture_capture as a session leaves them, of several textures of made-up signals."""
+
+import numpy as np
+
+from studies.ledger import create, take_up
+from studies.record import read
+from tests.analysis.streams.ledgers import DOOR, Written, block, told
+from tests.modeling.textures.made_textures import vibration
+
+WRENCH = {"channels": ("Fx", "Fy", "Fz", "Tx", "Ty", "Tz"), "units": ("N",) * 3 + ("N m",) * 3}
+AXES = {"channels": ("ax", "ay", "az"), "units": ("m/s^2",) * 3}
+PLACE = {"channels": ("x", "y", "z", "seen"), "units": ("mm",) * 3 + ("1",)}
+GRAVITY = np.array([0, 0, 9.81])
+CHUNK_S = 0.5
+"""As recorders write: acceleration and force lie in the file, positions are small enough to be kept."""
+
+
+def streams(seed, seconds, first_s):
+    """The streams of one exploration in chunks: a list of [(block, what the recorder says of it)]."""
+    t = np.arange(round(120 * seconds)) / 120
+    place = np.stack([40 * np.sin(3 * t), 40 * np.cos(3 * t), 0 * t, 1 + 0 * t], axis=1)
+    felt = np.stack([vibration(round(3000 * seconds), seed + axis) for axis in range(3)], axis=1) + GRAVITY
+    force = 1.5 + 0.3 * np.sin(np.arange(round(8000 * seconds)) / 9000)
+    wrench = np.stack([0 * force, 0 * force, force, 0 * force, 0 * force, 0 * force], axis=1)
+    kinds = (("tool_acceleration", felt, 3000, AXES), ("tool_force", wrench, 8000, WRENCH),
+             ("tool_position", place, 120, PLACE))  # fmt: skip
+    for chunk in range(round(seconds / CHUNK_S)):
+        pieces = []
+        for name, rows, rate_hz, form in kinds:
+            a, b = (round(k * CHUNK_S * rate_hz) for k in (chunk, chunk + 1))
+            pieces.append((block(name, rows[a:b], rate_hz, a, first_s + a / rate_hz, **form), told(a, b - a)))
+        yield pieces
+
+
+def capture(written, trial, stimulus, seconds=6.0, seed=None, as_="captured"):
+    """One trial, whose streams begin where its number says."""
+    written.trial, written.attempt = trial, 1
+    written.note("trial_started", {"stimulus": stimulus, "block": "main"})
+    written.ask_for("sense")
+    for pieces in streams(trial if seed is None else seed, seconds, 100.0 * trial):
+        written.chunk(*pieces)
+    written.done()
+    written.end(as_)
+
+
+def session(lab, participant, captures):
+    """A session's ledger with these captures: keyword arguments of `capture`."""
+    path = lab / "sessions" / f"texture_capture_{participant}_s1.sqlite"
+    path.parent.mkdir(parents=True, exist_ok=True)
+    written = Written(path)
+    for number, each in enumerate(captures, start=1):
+        capture(written, **{"trial": number, **each})
+    header = read(DOOR).header
+    stimuli = [
+        {"id": f"T0{n}", "columns": {"label": f"wood {n} of 9", "class": "wood" if n < 3 else "foam"}}
+        for n in range(1, 10)
+    ]
+    header = {**header, "participant": participant, "study": {**header["study"], "stimuli": stimuli}}
+    create(path, header, {"at": "2026-01-01T00:00:00+00:00"})
+    ledger = take_up(path, {"at": "2026-01-01T00:00:00+00:00"})
+    try:
+        for event in written.events:
+            ledger.append(event)
+    finally:
+        ledger.close({"because": "complete"})
+    return path

@@ -1,0 +1,140 @@
+"""What a lab's captures feel like: read one texture at a time, known by their content, sent to jobs without samples."""
+
+import pickle
+import tracemalloc
+
+import numpy as np
+import pytest
+
+from analysis.features.tactile import touch_features
+from modeling.attributes.reading_touch import felt, recorded, rows_of, touches
+from modeling.attributes.touching import filtering
+from modeling.textures.reading_ledgers import read_lab
+from modeling.textures.recording import TextureDataError
+from modeling.training.jobs import run_jobs
+from studies.participants.people import add as enter
+from studies.participants.registry import open_registry
+from studies.participants.withdrawal import withdraw
+from tests.modeling.attributes.captured_textures import session
+
+
+def test_each_texture_with_its_class_in_the_order_of_the_session(tmp_path):
+    session(tmp_path, "P001", [{"stimulus": "T03"}, {"stimulus": "T01"}])
+    first, second = touches(tmp_path)
+    assert (first.id, first.label, first.category) == ("T03", "wood 3 of 9", "foam")
+    assert (second.id, second.category) == ("T01", "wood")
+    (stretch,) = first.touch.stretches
+    assert stretch.axes.shape == (pytest.approx(1000, abs=15), 3)
+    np.testing.assert_allclose(stretch.speed_mm_s, 120, rtol=0.02)
+    np.testing.assert_allclose(stretch.force_N, 1.5, atol=0.31)
+    assert touch_features(first.touch)["mfcc"].shape == (1, 520)
+    assert any("upper edge of 500 Hz" in note for note in first.notes)
+
+
+def test_what_is_felt_has_the_energy_that_rendering_reads_in_the_same_ledger(tmp_path):
+    path = session(tmp_path, "P001", [{"stimulus": "T01"}])
+    (mine,) = touches(path, way=filtering(trim_s=0))
+    (other,) = read_lab(path)
+    np.testing.assert_allclose(
+        sum((each.axes**2).sum() for each in mine.touch.stretches), (other.acceleration_m_s2**2).sum(), rtol=1e-9
+    )
+
+
+def test_captures_of_two_people_are_one_texture_and_only_those_that_count(tmp_path):
+    session(tmp_path, "P001", [{"stimulus": "T01"}, {"stimulus": "T02", "as_": "faulted"}])
+    session(tmp_path, "P002", [{"stimulus": "T01", "seed": 9}])
+    (found,) = touches(tmp_path)
+    assert len(found.touch.stretches) == len(found.made_from) == 2
+
+
+def test_who_withdrew_is_not_felt(tmp_path):
+    session(tmp_path, "P001", [{"stimulus": "T01"}])
+    session(tmp_path, "P002", [{"stimulus": "T01", "seed": 9}, {"stimulus": "T02"}])
+    registry = open_registry(tmp_path)
+    for name in ("P001", "P002"):
+        enter(registry, name)
+    withdraw(registry, "P002", "asked to")
+    (found,) = touches(tmp_path)
+    assert len(found.touch.stretches) == 1
+    withdraw(registry, "P001", "asked to")
+    with pytest.raises(TextureDataError, match="or is of somebody who withdrew"):
+        list(touches(tmp_path))
+    with pytest.raises(TextureDataError, match="or is of somebody who withdrew"):
+        list(touches(tmp_path / "sessions" / "texture_capture_P002_s1.sqlite"))
+
+
+def test_the_same_samples_are_known_wherever_they_stand(tmp_path):
+    for lab, trials in (("a", {"T01": 1, "T02": 2}), ("b", {"T03": 5, "T04": 6})):
+        session(tmp_path / lab, "P001", [
+            {"stimulus": name, "trial": trial, "seed": place} for place, (name, trial) in enumerate(trials.items())
+        ])  # fmt: skip
+    one, two = recorded(tmp_path / "a")
+    again, other = recorded(tmp_path / "b")
+    assert one.made_from == again.made_from
+    assert two.made_from == other.made_from
+    assert one.made_from != two.made_from
+    assert len({one.key, two.key, again.key, other.key}) == 4
+    (trimmed,) = recorded(tmp_path / "a", ["T01"], way=filtering(trim_s=1))
+    assert trimmed.key != one.key == recorded(tmp_path / "a", ["T01"])[0].key
+
+
+def test_jobs_get_no_samples_and_give_the_same_rows(tmp_path):
+    path = session(tmp_path, "P001", [{"stimulus": f"T0{n}"} for n in (1, 2)])
+    sent = [pickle.loads(pickle.dumps(each)) for each in recorded(tmp_path)]
+    assert len(pickle.dumps(sent)) < 0.05 * path.stat().st_size
+    rows = run_jobs(rows_of, sent, workers=1)
+    for each, found in zip(touches(tmp_path), rows, strict=True):
+        wanted = touch_features(each.touch)
+        assert (found.id, found.made_from, found.notes) == (each.id, each.made_from, each.notes)
+        assert all(np.array_equal(found.touch[kind], wanted[kind]) for kind in wanted)
+
+
+def peak_bytes(call):
+    """The least of two runs: now and then the interpreter's own tables grow, which is nobody's texture."""
+
+    def traced():
+        tracemalloc.start()
+        try:
+            call()
+            return tracemalloc.get_traced_memory()[1]
+        finally:
+            tracemalloc.stop()
+
+    return min(traced(), traced())
+
+
+@pytest.fixture
+def one_and_six(tmp_path):
+    """Two labs, of one texture and of six, 3 s each; and how large the second's file is."""
+    session(tmp_path / "one", "P001", [{"stimulus": "T01", "seconds": 3.0}])
+    path = session(tmp_path / "six", "P001", [{"stimulus": f"T0{n}", "seconds": 3.0} for n in range(1, 7)])
+    return tmp_path / "one", tmp_path / "six", path.stat().st_size
+
+
+def test_only_one_texture_is_in_memory(one_and_six):
+    one, six, size = one_and_six
+
+    def read(lab):
+        for each in recorded(lab, way=filtering(trim_s=0.5)):
+            felt(each)
+
+    read(one)  # What is imported and kept for the next time is no texture's.
+    assert peak_bytes(lambda: read(six)) < peak_bytes(lambda: read(one)) + 0.1 * size
+    assert peak_bytes(lambda: recorded(six)) < 0.15 * size
+
+
+def test_rendering_reads_no_file_whole(one_and_six):
+    one, six, size = one_and_six
+    read_lab(one)
+    assert peak_bytes(lambda: read_lab(six)) < peak_bytes(lambda: read_lab(one)) + 0.2 * size
+
+
+def test_a_texture_or_session_that_is_not_there_and_a_recording_too_short_are_refused(tmp_path):
+    with pytest.raises(TextureDataError, match="no session of texture_capture"):
+        touches(tmp_path)
+    session(tmp_path, "P001", [{"stimulus": "T01", "seconds": 3.0}])
+    with pytest.raises(TextureDataError, match="no capture of 'T09' counts"):
+        touches(tmp_path, ["T09"])
+    with pytest.raises(TextureDataError, match=r"trial 1 \(T01\): nothing of its .* s is left"):
+        next(touches(tmp_path))
+    assert next(touches(tmp_path, way=filtering(trim_s=0.5))).touch.seconds == pytest.approx(2, abs=0.02)

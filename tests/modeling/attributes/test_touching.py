@@ -1,0 +1,145 @@
+"""From sensors to what was felt: what is trimmed, filtered and told, and what is refused."""
+
+from dataclasses import replace
+
+import numpy as np
+import pytest
+
+from analysis.features.segments import segments
+from modeling.attributes.reading_touch import felt_of
+from modeling.attributes.touching import filtering, touch_of
+from modeling.textures.preparing import Touched, prepared
+from modeling.textures.rates import evenly
+from modeling.textures.recording import TextureDataError
+from tests.modeling.textures.made_textures import vibration
+
+N = 8000
+AXES = np.stack([vibration(N, axis) for axis in range(3)], axis=1)
+
+
+def touched(acceleration=AXES, force=None, rate_hz=1000.0, n=N):
+    felt = np.asarray(acceleration)[:n]
+    return Touched(
+        "made", evenly("acceleration", felt, rate_hz, "made"),
+        evenly("force", np.linspace(0.5, 2, n) if force is None else force, 1000.0, "made"),
+        evenly("speed", np.linspace(20, 90, n), 1000.0, "made"),
+    )  # fmt: skip
+
+
+def without(given, first, last):
+    """Its force was not recorded there."""
+    there = np.ones(len(given.force.times_s), dtype=bool)
+    there[first:last] = False
+    force = replace(given.force, times_s=given.force.times_s[there], values=given.force.values[there])
+    return replace(given, force=force)
+
+
+def lengths(touch):
+    return [len(each.axes) for each in touch.stretches]
+
+
+def test_two_and_a_half_seconds_go_at_both_ends_after_filtering():
+    trimmed, notes = touch_of("t", [touched()])
+    whole, _ = touch_of("t", [touched()], filtering(trim_s=0))
+    assert lengths(trimmed) == [3000]
+    for what in ("axes", "speed_mm_s", "force_N"):
+        np.testing.assert_array_equal(getattr(trimmed.stretches[0], what), getattr(whole.stretches[0], what)[2500:5500])
+    assert "the first and last 2.5 s are left out" in notes
+
+
+def test_the_axes_are_filtered_and_still_apart():
+    t = np.arange(N) / 1000
+    slow = 3 * np.sin(2 * np.pi * 5 * t)
+    gravity = np.array([0, 0, 9.81])
+    plain, notes = touch_of("t", [touched()])
+    held, _ = touch_of("t", [touched(AXES + gravity + slow[:, None])])
+    assert plain.stretches[0].axes.shape == (3000, 3)
+    np.testing.assert_allclose(held.stretches[0].axes, plain.stretches[0].axes, atol=0.02)  # 5 Hz: -96 dB
+    np.testing.assert_allclose(held.stretches[0].speed_mm_s, np.linspace(20, 90, N)[2500:5500], atol=1e-3)
+    assert any("the upper edge of 500 Hz is left out" in note for note in notes)
+    assert any("3 axes of acceleration on one by DFT321, in segments of 0.5 s" in note for note in notes)
+
+
+def test_the_energy_is_that_of_the_recording_for_rendering():
+    mine, _ = touch_of("t", [touched()], filtering(trim_s=0))
+    other = prepared("t", "T", [touched()])
+    np.testing.assert_allclose((segments(mine).vibration ** 2).sum(), (other.acceleration_m_s2**2).sum(), rtol=1e-9)
+
+
+def test_a_faster_accelerometer_and_a_slower_force_meet_at_1_khz():
+    fine = np.repeat(AXES, 3, axis=0)
+    given = replace(
+        touched(), acceleration=evenly("acceleration", fine, 3000.0, "made"),
+        force=evenly("force", np.linspace(0.5, 2, N // 10), 100.0, "made"),
+    )  # fmt: skip
+    found, _ = touch_of("t", [given])
+    assert lengths(found)[0] == pytest.approx(3000, abs=12)
+
+
+@pytest.mark.parametrize(
+    ("hole", "left"),
+    [((3000, 3400), [500, 2100]), ((1000, 1300), [3000]), ((2400, 2700), [2800]), ((5200, 8000), [200])],
+    ids=["within", "in what is trimmed", "over the border", "to the end"],
+)
+def test_holes_cut_and_trimming_counts_from_the_explorations_own_ends(hole, left):
+    given = without(touched(), *hole)
+    if left == [200]:
+        with pytest.raises(TextureDataError, match=r"longest stretch without a hole is 0\.2 s"):
+            touch_of("t", [given])
+    else:
+        assert lengths(touch_of("t", [given])[0]) == left
+
+
+def test_several_explorations_are_each_trimmed():
+    found, notes = touch_of("t", iter([touched(), touched(n=7000)]))
+    assert lengths(found) == [3000, 2000]
+    assert len(notes) == len(set(notes))
+
+
+def test_recordings_of_any_source_are_known_by_their_samples():
+    def felt(*given, label="a"):
+        return felt_of("t", label, "wood", iter(given))
+
+    one = felt(touched())
+    assert (one.id, one.label, one.category) == ("t", "a", "wood")
+    assert one.made_from == felt(replace(touched(), where="elsewhere"), label="b").made_from
+    both = felt(touched(), touched(2 * AXES))
+    assert one.made_from < both.made_from
+    assert len(both.touch.stretches) == len(both.made_from) == 2
+
+
+def test_what_never_varies_is_told():
+    _, notes = touch_of("t", [touched(force=np.full(N, 0.8))])
+    assert any("force never varies (0.8 N)" in note for note in notes)
+
+
+def test_too_short_is_refused_and_may_be_trimmed_less():
+    for n, told in ((4000, r"nothing of its 4\.00 s is left"), (5300, r"longest stretch without a hole is 0\.3 s")):
+        with pytest.raises(TextureDataError, match=told):
+            touch_of("t", [touched(n=n, force=np.linspace(0.5, 2, n))])
+    found, _ = touch_of("t", [touched(n=4000, force=np.linspace(0.5, 2, 4000))], filtering(trim_s=0.25))
+    assert lengths(found) == [3500]
+
+
+SPIKED = AXES.copy()
+SPIKED[4000] = 1e6
+
+
+@pytest.mark.parametrize(
+    ("given", "told"),
+    [([], "there is no recording"), ([touched(np.zeros((N, 3)))], "acceleration is constant"),
+     ([touched(1e-9 * AXES)], "is silent"), ([touched(np.clip(AXES, -0.3, 0.3))], "clipped at the end"),
+     ([touched(np.full((N, 3), np.nan))], "0 of 8000 samples of acceleration are finite"),
+     ([touched(AXES[:1])], "1 of 1 samples of acceleration are finite"), ([touched(SPIKED)], "at most 2000 can be"),
+     ([touched(rate_hz=40.0)], "100 to 250000 Hz are expected"), ([touched(rate_hz=1e6)], "unit of the times")],
+    ids=["none", "constant", "silent", "clipped", "NaN", "one sample", "a spike", "too slow", "too fast"],
+)  # fmt: skip
+def test_signals_that_tell_nothing_are_refused(given, told):
+    with pytest.raises(TextureDataError, match=told):
+        touch_of("t", given)
+
+
+@pytest.mark.parametrize("trim_s", [-1.0, float("nan"), float("inf")])
+def test_so_much_cannot_be_trimmed(trim_s):
+    with pytest.raises(TextureDataError, match="to be trimmed at both ends"):
+        filtering(trim_s)
