@@ -6,6 +6,7 @@ from typing import TYPE_CHECKING, Protocol
 
 if TYPE_CHECKING:
     from modeling.doors.side import DoorSide
+    from modeling.textures.set_side import TextureSetSide
     from modeling.textures.side import TextureSide
 
 
@@ -17,3 +18,6 @@ class Handed(Protocol):
 
     def textures(self) -> TextureSide:
         """The rig's side of textures."""
+
+    def texture_set(self) -> TextureSetSide:
+        """What makes sets of simulated textures."""

@@ -211,7 +211,7 @@ def _to_go_on(
     found, real = Found(declared, file.parent), header["rig"]["kind"] != "simulated"
     admit(lab, declared, plan.who.participant, live=False)
     if not real:
-        return found, simulated(declared, file.parent, lab), accepted or None
+        return found, simulated(declared, file.parent, lab, header["rig"].get("pictures")), accepted or None
     rig, of_screen = plan_to_go_on(found, lab, live, header)
     readmit(lab, declared, plan.who.participant)
     return found, rig, {**accepted, **(of_screen or {})} or None

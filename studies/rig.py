@@ -56,10 +56,11 @@ class RigPlan:
     """Lets go of what `check` opened, where it comes to no `open`."""
 
 
-def simulated(study: Study, folder: Path, lab: Path | None = None) -> RigPlan:
+def simulated(study: Study, folder: Path, lab: Path | None = None, pictures: int | None = None) -> RigPlan:
     """A simulated participant at the twins of the devices that the study needs; `folder` holds its stimulus files.
 
-    A `lab` brings its own models, where it has any.
+    A `lab` brings its own models, where it has any; a camera keeps so many `pictures` of each stimulus there, none
+    where it is None.
     """
     from studies.profiles import Profiles
     from studies.twins import renderings_of, twin_for
@@ -68,10 +69,11 @@ def simulated(study: Study, folder: Path, lab: Path | None = None) -> RigPlan:
     renderings = renderings_of(folder, lab) if "texture_renderer" in study.needs else None
 
     def check(plan: Plan) -> None:
-        twin_for(study, plan, folder, profiles, lab, renderings).check(plan)
+        twin_for(study, plan, folder, profiles, lab, renderings, pictures).check(plan)
 
     def opened(plan: Plan, t_ns: int) -> Rig:
-        device = twin_for(study, plan, folder, profiles, lab, renderings)
+        device = twin_for(study, plan, folder, profiles, lab, renderings, pictures)
         return Rig(Simulated(Perceiver(plan, feels=device.feels), device, VirtualClock(t_ns)), _nothing_moves)
 
-    return RigPlan({"kind": "simulated", "twins": list(study.needs)}, check, opened)
+    kept = {} if pictures is None else {"pictures": pictures}
+    return RigPlan({"kind": "simulated", "twins": list(study.needs), **kept}, check, opened)

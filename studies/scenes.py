@@ -5,6 +5,7 @@ from __future__ import annotations
 from collections import OrderedDict
 from collections.abc import Callable, Iterator, Sequence
 from dataclasses import dataclass, field
+from io import BytesIO
 from typing import TYPE_CHECKING, Any
 
 from protocols.keyed import Key, keyed_bits
@@ -14,11 +15,15 @@ from protocols.study import Stimulus
 from studies.profiles import Profiles, profile_of
 
 if TYPE_CHECKING:
+    from PIL.Image import Image
+
     from devices.scene import Scene
     from devices.surfaces.table import Surface
 
 GROUNDS = 2
 """Surfaces whose relief is kept, 10 MB each: people repeat a trial, and go from one to the next."""
+WHOLE = 16
+"""Batches (6.4 s each) that are kept where one sensor is recorded after the other: a minute is computed once."""
 
 
 def drawn(plan: Plan, trial: Trial) -> tuple[Key, ...]:
@@ -40,18 +45,20 @@ def surface_of(stimulus: Stimulus) -> Surface:
 
 @dataclass
 class Strokes:
-    """A hand that strokes over the trial's texture."""
+    """A hand that strokes over the trial's texture; `kept` batches of a scene are kept, None: its own number."""
 
     plan: Plan
+    kept: int | None = None
     grounds: OrderedDict[str, Any] = field(default_factory=OrderedDict)
 
     def __call__(self, request: Sense) -> Scene:
         """The scene of a request to record."""
+        from devices.surfaces.act import KEPT
         from devices.surfaces.scene import SurfaceScene
 
         surface = surface_of(request.trial.stimulus)
         key = drawn(self.plan, request.trial)
-        return SurfaceScene(surface, request.seconds, *key, under=self._ground(surface))
+        return SurfaceScene(surface, request.seconds, *key, under=self._ground(surface), kept=self.kept or KEPT)
 
     def _ground(self, surface: Surface) -> Any:
         from devices.surfaces.scene import ground_of
@@ -85,16 +92,19 @@ def scenes_for(need: str, plan: Plan, profiles: Profiles) -> Callable[[Sense], S
 
 def pictures_of(request: Sense) -> Iterator[bytes]:
     """The trial's texture under one light after the other, each as the bytes of a PNG file."""
-    from io import BytesIO
+    for photo in photos_of(request):
+        taken = BytesIO()
+        photo.save(taken, "PNG", compress_level=3)
+        yield taken.getvalue()
 
+
+def photos_of(request: Sense) -> Iterator[Image]:
+    """The trial's texture under one light after the other, 1568 x 1568 pixels."""
     from PIL import Image
 
-    from devices.surfaces.photo import LIGHTS, light, photograph
+    from devices.surfaces.photo import LIGHTS, light, photographs
     from devices.surfaces.relief import relief
 
     surface = surface_of(request.trial.stimulus)
-    field_ = relief(surface)
-    for number in range(LIGHTS):
-        taken = BytesIO()
-        Image.fromarray(photograph(surface, field_, light(number))).save(taken, "PNG", compress_level=3)
-        yield taken.getvalue()
+    for photo in photographs(surface, relief(surface), map(light, range(LIGHTS))):
+        yield Image.fromarray(photo)

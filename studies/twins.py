@@ -15,7 +15,7 @@ from protocols.study import Need, Stimulus, Study
 from protocols.worlds import Done
 from studies.profiles import Profiles, profile_of
 from studies.rig import RigError
-from studies.scenes import Openings, Strokes, seed_of, surface_of
+from studies.scenes import WHOLE, Openings, Strokes, seed_of, surface_of
 
 if TYPE_CHECKING:
     from devices.scene import Scene
@@ -65,10 +65,10 @@ class Twins:
 
 def twin_for(
     study: Study, plan: Plan, folder: Path, profiles: Profiles | None = None, lab: Path | None = None,
-    renderings: Renderings | None = None,
+    renderings: Renderings | None = None, pictures: int | None = None,
 ) -> Twins:  # fmt: skip
     """The twins of the devices that the study needs; `folder` holds its files, `profiles` what was read of them,
-    `renderings` what was rendered.
+    `renderings` what was rendered. So many `pictures` of each stimulus are kept in the lab, none where it is None.
 
     Doors and textures are made by the models of the `lab`, where it has any, else by the shipped ones.
     Samples need no twin: somebody hands them over, whatever else presents something with them.
@@ -78,8 +78,8 @@ def twin_for(
         "door": lambda: DoorTwin(plan, profiles),
         "door_generator": lambda: _generator(plan, lab),
         "door_sensors": lambda: DoorSensorsTwin(plan, Openings(plan, profiles)),
-        "tool": lambda: ToolTwin(plan, Strokes(plan)),
-        "camera": CameraTwin,
+        "tool": lambda: ToolTwin(plan, Strokes(plan, WHOLE)),
+        "camera": lambda: _camera(lab, pictures),
         "texture_renderer": lambda: RendererTwin(plan, renderings or renderings_of(folder, lab)),
     }
     here: dict[Need, DeviceTwin] = {need: made[need]() for need in study.needs if need in made}
@@ -93,6 +93,14 @@ def renderings_of(folder: Path, lab: Path | None) -> Renderings:
     from studies.renderings import Renderings
 
     return Renderings(folder, lab)
+
+
+def _camera(lab: Path | None, pictures: int | None) -> DeviceTwin:
+    if lab is None or pictures is None:
+        return CameraTwin()
+    from studies.pictured import KeptCameraTwin
+
+    return KeptCameraTwin(lab, pictures)
 
 
 def _generator(plan: Plan, lab: Path | None) -> GeneratorTwin:

@@ -129,12 +129,13 @@ class Folder:
 
 @dataclass
 class Simulated:
-    """Pictures that a simulated camera takes, one at each look."""
+    """Pictures that a simulated camera takes, one at each look; `suffix` is that of their files."""
 
     device: str
     pictures_of: PicturesOf | None = None
     coming: Iterator[bytes] = field(default_factory=lambda: iter(()))
     count: int = 0
+    suffix: str = ".png"
 
     def begin(self, request: Sense) -> None:
         """Start over. Raises DeviceError where nobody said what it sees."""
@@ -148,7 +149,7 @@ class Simulated:
         if data is None:
             return ()
         self.count += 1
-        return (Arrived(f"simulated-{self.count:02d}.png", data),)
+        return (Arrived(f"simulated-{self.count:02d}{self.suffix}", data),)
 
     def refuse(self, name: str, why: str) -> None:
         """A simulated picture does not get better."""

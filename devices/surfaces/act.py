@@ -25,7 +25,7 @@ BATCH = BLOCKS * BLOCK
 LETS_GO_S = 0.3
 """How long the tool is followed after the act; then it is still."""
 KEPT = 3
-"""Batches that are kept for the sensors that read side by side."""
+"""Batches that are kept for the sensors that read side by side, 4.6 MB each."""
 
 
 @dataclass(frozen=True)
@@ -54,6 +54,7 @@ class Act:
     hand: Hand
     seconds: float
     sway: tuple[Wave, Wave]
+    kept: int = KEPT
     starts: list[Start] = field(default_factory=list)
     made: OrderedDict[int, Batch] = field(default_factory=OrderedDict)
     lock: Lock = field(default_factory=Lock)
@@ -76,7 +77,7 @@ class Act:
         ridden = ride(drive, start.state, self.law, BLOCKS)
         batch, memory = self._felt(times, motion, drive, ridden, start)
         self.made[number] = Batch(*(_filled(each) for each in vars(batch).values()))
-        if len(self.made) > KEPT:
+        if len(self.made) > self.kept:
             self.made.popitem(last=False)
         if len(self.starts) == number + 1:
             self.starts.append(Start(ridden.states[:, -1].copy(), memory))

@@ -9,7 +9,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from devices.scene import PIECE_S
-from devices.surfaces.act import Act, Batch
+from devices.surfaces.act import KEPT, Act, Batch
 from devices.surfaces.body import SWAYS, torque
 from devices.surfaces.contact import INTERNAL_HZ, law
 from devices.surfaces.hand import Hand, free_hand, slow_wave
@@ -34,13 +34,14 @@ class SurfaceScene:
     """One exploration of a surface, as `devices.scene.Scene` wants it. The id decides the relief, the key the hand.
 
     All sensors see one hand and one contact, computed at 10 kHz in batches of 6.4 s whenever one is asked for, and
-    band-limited below 2 kHz. Three batches are kept; one that was dropped is computed again, the same. After `seconds`
-    the tool is held still off the surface.
+    band-limited below 2 kHz. `kept` batches are kept; one that was dropped is computed again, the same. After
+    `seconds` the tool is held still off the surface.
     """
 
     def __init__(
-        self, texture: Surface, seconds: float, *key: Key, hand: Hand | None = None, under: Ground | None = None
-    ) -> None:
+        self, texture: Surface, seconds: float, *key: Key, hand: Hand | None = None, under: Ground | None = None,
+        kept: int = KEPT,
+    ) -> None:  # fmt: skip
         """Make the ground, unless it is given as `under`. Raises SurfaceDataError on less than 0.1 s or over a day."""
         if not 0.1 <= seconds <= LONGEST_S:
             raise SurfaceDataError(f"{seconds} s of exploration: from 0.1 to {LONGEST_S:g} s are expected")
@@ -48,7 +49,7 @@ class SurfaceScene:
         sway = (slow_wave(2 * SWAYS, SWAY_HZ, "sway", "x", *key), slow_wave(2 * SWAYS, SWAY_HZ, "sway", "y", *key))
         self._act = Act(
             under if under is not None else ground_of(texture), law(texture),
-            hand if hand is not None else free_hand(seconds, "hand", *key), seconds, sway,
+            hand if hand is not None else free_hand(seconds, "hand", *key), seconds, sway, kept,
         )  # fmt: skip
 
     def acceleration_m_s2(self, rate_hz: float) -> Iterator[Numbers]:

@@ -1,0 +1,69 @@
+"""`palpate textures simulate`: a lab full of simulated textures."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from pathlib import Path
+from typing import TYPE_CHECKING, Any
+
+import click
+
+from modeling.commands_data import going_on, progress_lines
+from modeling.handed import Handed
+from studies.options import JSON, LAB, echo_json
+
+if TYPE_CHECKING:
+    from modeling.textures.set_side import SetSession
+
+
+@click.command()
+@LAB
+@click.option("--textures", metavar="IDS", multiple=True, help="Only these: T01,T02.  [default: all 50]")
+@click.option("--seconds", type=click.FloatRange(1, 3600), help="How long each is stroked.  [default: 60]")
+@click.option("--pictures", type=click.IntRange(1, 10), help="Of each texture, one under each light.  [default: 10]")
+@click.option("--raters", type=click.IntRange(1, 999), help="Simulated people who rate all textures.  [default: 20]")
+@click.option("--seed", type=click.IntRange(0, 10**6), default=0, show_default=True, help="For everything drawn.")
+@click.option("--workers", type=click.IntRange(1, 64), default=1, show_default=True, help="Processes that compute.")
+@click.option("--quick", is_flag=True, help="8 textures x 8 s, 2 pictures, 6 raters: to try everything out.")
+@JSON
+@click.pass_obj
+def simulate(sides: Handed, /, lab: Path, textures: tuple[str, ...], as_json: bool, **asked: Any) -> None:
+    """Fill a lab with simulated textures: touched, photographed and rated, in real ledgers.
+
+    Runs texture_capture (50 textures x 60 s), texture_photos (10 pictures of each) and texture_ratings (20 people)
+    through the twins of the rig's devices; LAB becomes a lab where it is none. Fewer textures or other seconds are
+    studies of the lab's own, in LAB/studies. No measurement of a material or of a person. Nothing is written
+    over: what is complete is kept, and stopped (Ctrl-C), the same command goes on.
+
+    \b
+    Examples:
+      palpate textures simulate --lab LAB
+      palpate textures simulate --lab LAB --quick
+      palpate textures simulate --lab LAB --textures T01,T15,T33 --seconds 20 --workers 2
+    """
+    named = tuple(name.strip() for part in textures for name in part.split(",") if name.strip())
+    with going_on("what is left"), progress_lines() as report:
+        made = sides.texture_set().make(lab, report, textures=named, **asked)
+    if as_json:
+        echo_json([_plain(each) for each in made])
+    else:
+        _show(made, lab)
+    if not all(each.complete for each in made):
+        raise click.exceptions.Exit(1)
+
+
+def _plain(session: SetSession) -> dict[str, Any]:
+    told = ("study", "participant", "done", "complete", "events", "ended")
+    return {"ledger": str(session.ledger), **{name: getattr(session, name) for name in told}}
+
+
+def _show(made: Sequence[SetSession], lab: Path) -> None:
+    for study in dict.fromkeys(each.study for each in made):
+        whole = [each for each in made if each.study == study and each.complete]
+        done = ", ".join(f"{sum(e.done == how for e in whole)} {how}" for how in dict.fromkeys(e.done for e in whole))
+        if whole:
+            click.echo(f"{study}: {len(whole)} session{'s' if len(whole) > 1 else ''} complete ({done})")
+    if made and not made[-1].complete:
+        click.echo(f"{made[-1].study}: {made[-1].ended}. What is finished is kept: the same command goes on.", err=True)
+        return
+    click.echo(f"Simulated: no measurement of a material or of a person. Then: palpate evaluate attributes --lab {lab}")

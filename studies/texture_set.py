@@ -1,0 +1,241 @@
+"""A lab full of simulated textures: touched, photographed and rated by simulated people, in real ledgers."""
+
+from __future__ import annotations
+
+import shutil
+from collections.abc import Callable, Iterator
+from dataclasses import dataclass
+from pathlib import Path
+from typing import Literal
+
+from protocols.events import Event
+from protocols.plan import Plan
+from protocols.study import Study
+from studies.catalogue import Found
+from studies.changes import study_change
+from studies.collect import ledgers_in
+from studies.launch import plans_of
+from studies.participants.lab import SIDECAR
+from studies.participants.making import make_lab
+from studies.record import Record, read
+from studies.rig import RigPlan
+from studies.session import Sat, ledger_path, resume, start
+from studies.texture_set_rig import rig_for
+from studies.texture_set_studies import (
+    GROUPS,
+    SECONDS,
+    STUDIES,
+    Chosen,
+    TextureSetError,
+    chosen,
+    planned,
+    told,
+    written,
+)
+
+Report = Callable[[str], None]
+Done = Literal["made", "gone on", "kept"]
+PICTURES, RATERS = 10, 20
+QUICK = ("T02", "T11", "T17", "T33", "T36", "T39", "T43", "T48")
+"""Wood, paper, sandpaper, carpet, foam, rubber, plastic and mesh: each attribute goes from low to high."""
+QUICK_S, QUICK_PICTURES, QUICK_RATERS = 8.0, 2, 6
+MOST_RATERS = 999
+BYTES_A_SECOND, BYTES_A_PICTURE, BYTES_A_RATER = 231_000, 850_000, 200_000
+CPU_A_SECOND, CPU_A_TEXTURE, CPU_A_PICTURE, CPU_A_RATER = 0.04, 0.75, 0.21, 0.6
+"""Bytes and processor seconds, measured: docs/how-to/describe-textures.md."""
+SPARE = 1.2
+"""How much more room there must be than the set is going to take."""
+
+
+@dataclass(frozen=True)
+class SetWanted:
+    """What is to be made: pictures of each texture, simulated raters; the workers compute, one writes."""
+
+    chosen: Chosen
+    pictures: int = PICTURES
+    raters: int = RATERS
+    seed: int = 0
+    workers: int = 1
+
+
+@dataclass(frozen=True)
+class Made:
+    """One session of the set: what was done of it now, and whether it is complete."""
+
+    study: str
+    participant: str
+    ledger: Path
+    done: Done
+    complete: bool
+    events: int
+    ended: str
+
+
+@dataclass(frozen=True)
+class TextureSet:
+    """Makes sets of simulated textures; what the front door hands to the verbs that may not import a device."""
+
+    def make(
+        self, lab: Path, report: Report, *, textures: tuple[str, ...] = (), seconds: float | None = None,
+        pictures: int | None = None, raters: int | None = None, seed: int = 0, workers: int = 1, quick: bool = False,
+    ) -> list[Made]:  # fmt: skip
+        """Make the set in a lab, or go on with it: see `make_set`. What is None is 60 s, 10 pictures, 20 raters;
+        `quick`: a small set, where nothing else is said."""
+        some = QUICK if quick and not textures else textures
+        given = chosen(some, seconds or (QUICK_S if quick else SECONDS))
+        shown = pictures if pictures is not None else (QUICK_PICTURES if quick else PICTURES)
+        people = raters if raters is not None else (QUICK_RATERS if quick else RATERS)
+        return make_set(lab, SetWanted(given, shown, people, seed, workers), report)
+
+
+def make_set(lab: Path, wanted: SetWanted, report: Report) -> list[Made]:
+    """Make LAB a lab where it is none, and have its sessions of texture_capture, texture_photos and texture_ratings.
+
+    A session that is complete is kept, one that was interrupted is gone on with; the list ends with the first that is
+    not complete (Ctrl-C). Raises TextureSetError, before anything is written, where the lab has sessions or studies by
+    these names that are not of this set, and where the disk has no room.
+    """
+    _demand_sizes(wanted)
+    _demand_no_others(lab, wanted)
+    _demand_room(lab, wanted)
+    studies = planned(lab, wanted.chosen)
+    before = {
+        (name, who): _before(lab, study, who, wanted)
+        for name, study in studies.items()
+        for who in _people(name, wanted)
+    }
+    report(estimate(wanted))
+    if not (lab / SIDECAR).is_file():
+        make_lab(lab)
+    made: list[Made] = []
+    for name, found in written(lab, wanted.chosen).items():
+        people = _people(name, wanted)
+        for plan in plans_of(found.study, lab, people, wanted.seed, False, group=GROUPS[name]):
+            made.append(_made(lab, found, plan, before[name, plan.who.participant], wanted, report))
+            if not made[-1].complete:
+                return made
+    return made
+
+
+def estimate(wanted: SetWanted) -> str:
+    """What the set is, and what room and processor time it takes, in words."""
+    said = f"{told(wanted.chosen)}, {wanted.pictures} pictures of each, {wanted.raters} simulated raters"
+    minutes = _cpu_s(wanted) / 60
+    return f"{said}: about {room_bytes(wanted) / 1e9:.2g} GB and {minutes:.2g} minutes of processor time from nothing"
+
+
+def room_bytes(wanted: SetWanted) -> int:
+    """How much room the set takes on the disk, about."""
+    count = len(wanted.chosen.textures)
+    touched = round(count * wanted.chosen.seconds * BYTES_A_SECOND)
+    return touched + count * wanted.pictures * BYTES_A_PICTURE + wanted.raters * BYTES_A_RATER
+
+
+def _cpu_s(wanted: SetWanted) -> float:
+    count = len(wanted.chosen.textures)
+    touched = count * (CPU_A_TEXTURE + CPU_A_SECOND * wanted.chosen.seconds)
+    rated = CPU_A_RATER * wanted.raters * count / 50
+    return touched + count * (CPU_A_TEXTURE + CPU_A_PICTURE * wanted.pictures) + rated
+
+
+def _demand_sizes(wanted: SetWanted) -> None:
+    if not 1 <= wanted.pictures <= PICTURES:
+        raise TextureSetError(f"{wanted.pictures} pictures of each texture: from 1 to {PICTURES} are expected")
+    if not 1 <= wanted.raters <= MOST_RATERS:
+        raise TextureSetError(f"{wanted.raters} raters: from 1 to {MOST_RATERS} are expected")
+    if wanted.workers < 1:
+        raise TextureSetError(f"{wanted.workers} workers: 1 or more are expected")
+
+
+def _people(study: str, wanted: SetWanted) -> list[str]:
+    return [f"P{number:03d}" for number in range(1, 1 + (wanted.raters if study == "texture_ratings" else 1))]
+
+
+def _demand_no_others(lab: Path, wanted: SetWanted) -> None:
+    """Raise where the lab has sessions by these names that the set does not."""
+    for study in STUDIES:
+        ours = {ledger_path(lab, study, who).name for who in _people(study, wanted)}
+        others = [path for path in ledgers_in(lab, study) if path.name not in ours]
+        if others:
+            more = f" and {len(others) - 1} more" if len(others) > 1 else ""
+            raise TextureSetError(
+                f"{others[0]}{more}: a session of {study} that is not of {len(ours)} simulated participants; a set of"
+                " simulated textures wants a lab of its own, or as many raters as it was made with"
+            )
+
+
+def _demand_room(lab: Path, wanted: SetWanted) -> None:
+    there = next(folder for folder in (lab.resolve(), *lab.resolve().parents) if folder.exists())
+    free, taken = shutil.disk_usage(there).free, sum(each.stat().st_size for each in _there(lab))
+    lacks = SPARE * room_bytes(wanted) - taken - free
+    if lacks > 0:
+        raise TextureSetError(
+            f"{there}: {free / 1e9:.2g} GB free, and the set takes {room_bytes(wanted) / 1e9:.2g} GB; give a lab on"
+            " another disk, or fewer textures (--textures), seconds or pictures"
+        )
+
+
+def _there(lab: Path) -> Iterator[Path]:
+    """Files that a set begun before has there already."""
+    for study in STUDIES:
+        yield from ledgers_in(lab, study)
+    yield from (lab / "pictures").glob("*/*.jpg")
+
+
+def _before(lab: Path, study: Study, who: str, wanted: SetWanted) -> Record | None:
+    """The session as far as it was had before; raises where it is another one, or cannot be gone on with."""
+    path = ledger_path(lab, study.study, who)
+    if not path.exists():
+        return None
+    record = read(path)
+    if other := _other(record, study, wanted):
+        raise TextureSetError(
+            f"{path}: {other}: it is left as it is. Ask for what it was made with, or give another lab"
+        )
+    if record.status not in ("complete", "interrupted"):
+        raise TextureSetError(f"{path}: the session was {record.status}; give another lab")
+    return record
+
+
+def _other(record: Record, study: Study, wanted: SetWanted) -> str:
+    """What makes a session another than the set's, in words; "" where nothing does."""
+    header = record.header
+    if header["rig"]["kind"] != "simulated":
+        return "a person's session, none of a simulated set"
+    if changed := study_change(header["study"], study):
+        return f"it has another study ({changed})"
+    if header["seed"] != wanted.seed:
+        return f"it has seed {header['seed']}, not {wanted.seed}"
+    if "camera" in study.needs and header["rig"].get("pictures") != wanted.pictures:
+        return f"it keeps {header['rig'].get('pictures', 'no')} pictures of each texture, not {wanted.pictures}"
+    return "" if header["group"] == GROUPS[study.study] else f"it is of the group {header['group']}"
+
+
+def _made(lab: Path, found: Found, plan: Plan, record: Record | None, wanted: SetWanted, report: Report) -> Made:
+    who, study = plan.who.participant, found.study.study
+    path = ledger_path(lab, study, who)
+    if record is not None and record.complete:
+        return Made(study, who, path, "kept", True, len(record.events), "complete")
+    seen = 0 if record is None else len(record.events)
+    rig = rig_for(found, lab, wanted.pictures, wanted.workers, _telling(plan, seen, report))
+    sat = _sat(lab, path, plan, rig, record)
+    return Made(study, who, path, "made" if record is None else "gone on", sat.complete, sat.events, sat.reason)
+
+
+def _sat(lab: Path, path: Path, plan: Plan, rig: RigPlan, record: Record | None) -> Sat:
+    return start(lab, plan, rig) if record is None else resume(path, rig)
+
+
+def _telling(plan: Plan, seen: int, report: Report) -> Callable[[Event], None]:
+    """Tell how far a session has come: of a recording each texture, of ratings the end. `seen` is known already."""
+    study, count = plan.study.study, len(plan.trials)
+
+    def watch(event: Event) -> None:
+        if event.seq < seen:
+            return
+        if event.kind == "trial_ended" and plan.study.task == "capture":
+            report(f"{study}: {plan.trials[(event.trial or 1) - 1].stimulus.id}, {event.trial} of {count}")
+        elif event.kind == "session_ended" and plan.study.task != "capture":
+            report(f"{study}: {plan.who.participant}, {count} textures rated")
+
+    return watch

@@ -1,0 +1,78 @@
+"""`palpate textures simulate` on a side that makes nothing: what is asked, what is told, how it ends."""
+
+import json
+from dataclasses import dataclass, field
+from pathlib import Path
+
+import pytest
+from click.testing import CliRunner
+
+from modeling.commands_texture_set import simulate
+from modeling.commands_textures import evaluate_textures
+from modeling.textures.recording import TextureDataError
+
+
+@dataclass
+class Session:
+    study: str
+    participant: str
+    done: str = "made"
+    complete: bool = True
+    events: int = 7
+    ended: str = "complete"
+    ledger: Path = Path("a.sqlite")
+
+
+@dataclass
+class Front:
+    made: list
+    asked: dict = field(default_factory=dict)
+
+    def texture_set(self):
+        return self
+
+    def make(self, lab, report, **asked):
+        report("50 textures")
+        self.asked = {"lab": lab, **asked}
+        return self.made
+
+
+def test_what_is_asked_and_told(tmp_path):
+    front = Front([Session("texture_capture", "P001", "kept"), Session("texture_ratings", "P001"),
+                   Session("texture_ratings", "P002", "gone on")])  # fmt: skip
+    result = CliRunner().invoke(
+        simulate, ["--lab", str(tmp_path), "--textures", "T01, T02", "--textures", "T03", "--seed", "4"], obj=front
+    )
+    assert result.exit_code == 0, result.output
+    assert front.asked == {
+        "lab": tmp_path, "textures": ("T01", "T02", "T03"), "seconds": None, "pictures": None, "raters": None,
+        "seed": 4, "workers": 1, "quick": False,
+    }  # fmt: skip
+    assert "texture_capture: 1 session complete (1 kept)" in result.output
+    assert "texture_ratings: 2 sessions complete (1 made, 1 gone on)" in result.output
+    assert "no measurement" in result.output and "50 textures" in result.stderr
+
+
+def test_stopped_it_says_how_to_go_on_and_fails(tmp_path):
+    front = Front([Session("texture_capture", "P001", complete=False, ended="interrupted by SIGINT")])
+    result = CliRunner().invoke(simulate, ["--lab", str(tmp_path)], obj=front)
+    assert result.exit_code == 1
+    assert "texture_capture: interrupted by SIGINT. What is finished is kept: the same command goes on" in result.stderr
+
+
+def test_as_json(tmp_path):
+    result = CliRunner().invoke(simulate, ["--lab", str(tmp_path), "--json"], obj=Front([Session("a", "P001")]))
+    assert json.loads(result.stdout)[0]["participant"] == "P001"
+
+
+@pytest.mark.parametrize(("option", "words"), [("--hatt", "no XML file"), ("--cluster-data", "sensor_data/accel")])
+def test_foreign_data_can_be_trained_on(tmp_path, option, words):
+    with pytest.raises(TextureDataError, match=words):
+        CliRunner().invoke(evaluate_textures, [option, str(tmp_path)], obj=Side(), catch_exceptions=False)
+    result = CliRunner().invoke(evaluate_textures, [option, str(tmp_path), "--simulated"], obj=Side())
+    assert result.exit_code == 2 and "one of them is expected" in result.output
+
+
+class Side:
+    def textures(self):
+        return self

@@ -1,0 +1,204 @@
+"""A small set of simulated textures, from nothing to ledgers; stopped, gone on with, and never written over."""
+
+import hashlib
+import os
+import signal
+
+import pytest
+from PIL import Image
+
+from devices.surfaces.photo import light, photograph, photographs
+from devices.surfaces.relief import relief
+from devices.surfaces.table import read_surfaces
+from modeling.textures.reading_ledgers import read_lab
+from protocols.plan import ParticipantRow, compile_plan
+from studies import texture_set
+from studies.catalogue import SHIPPED, read_study
+from studies.participants.lab import demand_lab
+from studies.record import read
+from studies.replay import replay
+from studies.rig import simulated
+from studies.session import ledger_path, resume, start
+from studies.texture_set import QUICK, SetWanted, TextureSet, estimate, make_set, room_bytes
+from studies.texture_set_rig import rig_for
+from studies.texture_set_studies import STUDIES, TextureSetError, all_textures, chosen, planned
+
+SMALL = {"textures": ("T46", "T15"), "seconds": 1.0, "pictures": 1, "raters": 2}
+ALL = ("texture_capture P001", "texture_photos P001", "texture_ratings P001", "texture_ratings P002")
+
+
+def make(lab, report=lambda _line: None, **changed):
+    return TextureSet().make(lab, report, **{**SMALL, **changed})
+
+
+def events(lab, study, who="P001"):
+    """All but the first, which says when and on what."""
+    return read(ledger_path(lab, study, who)).events[1:]
+
+
+@pytest.fixture(scope="module")
+def small(tmp_path_factory):
+    lab, lines = tmp_path_factory.mktemp("set") / "lab", []
+    return lab, make(lab, lines.append), lines
+
+
+def test_the_sessions_are_real_complete_and_repeat(small):
+    lab, made, lines = small
+    demand_lab(lab)
+    assert [f"{each.study} {each.participant}" for each in made] == list(ALL)
+    assert {each.done for each in made} == {"made"} and all(each.complete for each in made)
+    assert all(replay(each.ledger).complete for each in made)
+    assert "about" in lines[0] and "texture_photos: T46, 2 of 2" in lines
+    assert "texture_ratings: P002, 2 textures rated" in lines
+    assert read(made[0].ledger).header["rig"] == {"kind": "simulated", "twins": ["samples", "tool", "window"]}
+    assert read(made[1].ledger).header["rig"]["pictures"] == 1
+
+
+def test_what_was_felt_can_be_learned_from_and_says_that_it_is_simulated(small):
+    found = read_lab(small[0])
+    assert [each.texture for each in found] == ["T15", "T46"]  # in the study's order
+    assert all(0.9 < each.seconds < 1.01 and "simulated" in each.notes for each in found)
+    assert found[0].acceleration_m_s2.std() > 2 * found[1].acceleration_m_s2.std()  # sandpaper and aluminum
+
+
+def test_pictures_are_kept_as_a_camera_s_are(small):
+    lab = small[0]
+    replies = [
+        each.value for each in events(lab, "texture_photos") if each.kind == "reply" and "pictures" in each.value
+    ]
+    for reply, texture in zip(replies, ("T15", "T46"), strict=True):
+        (picture,) = reply["pictures"]
+        file = lab / "pictures" / picture["file"]
+        assert file.parent.name == texture and reply["by"] == "twin" and picture["light"] == 1
+        assert hashlib.sha256(file.read_bytes()).hexdigest() == picture["sha256"]
+        with Image.open(file) as image:
+            assert (image.format, image.size, image.mode) == ("JPEG", (1568, 1568), "RGB")
+
+
+def test_a_smaller_set_is_a_study_of_the_lab_s_own(small):
+    lab = small[0]
+    shipped, own = (read_study(root / "texture_capture" / "study.yaml").study for root in (SHIPPED, lab / "studies"))
+    seconds = {each.id: each.columns["seconds"] for each in own.stimuli if "perception" in each.columns["set"]}
+    assert seconds == {"T15": "1", "T46": "1"}
+    assert own.model_copy(update={"stimuli": shipped.stimuli}).definition() == shipped.definition()
+    assert {"pilot", "rendering"} <= {each.columns["set"] for each in own.stimuli}
+    assert "50" not in (lab / "studies" / "texture_ratings" / "study.yaml").read_text("utf-8")
+    assert not (lab / ".drafts").exists()
+
+
+def test_what_is_complete_is_kept(small):
+    lab = small[0]
+    before = {file: file.stat().st_mtime_ns for file in lab.rglob("*") if file.is_file()}
+    assert {each.done for each in make(lab)} == {"kept"}
+    assert {file: file.stat().st_mtime_ns for file in lab.rglob("*") if file.is_file()} == before
+
+
+def test_stopped_it_goes_on_and_two_processes_make_the_same(small, tmp_path):
+    def stop(line):
+        if line == "texture_capture: T15, 1 of 2":
+            os.kill(os.getpid(), signal.SIGINT)
+
+    (stopped,) = make(tmp_path / "lab", stop, workers=2)
+    assert not stopped.complete and stopped.ended == "interrupted by SIGINT"
+    again = make(tmp_path / "lab", workers=2)
+    assert [each.done for each in again] == ["gone on", "made", "made", "made"]
+    for study in STUDIES:
+        assert events(tmp_path / "lab", study) == events(small[0], study)
+
+
+def test_palpate_resume_goes_on_with_pictures_too(tmp_path):
+    wanted = chosen(("T46", "T15"), 1.0)
+    found = read_study(SHIPPED / "texture_photos" / "study.yaml")
+    few = found.study.model_copy(update={"stimuli": planned(tmp_path, wanted)["texture_photos"].stimuli})
+    plan = compile_plan(few, ParticipantRow("P001", "all"))
+
+    def stop(event):
+        if event.kind == "trial_started":
+            os.kill(os.getpid(), signal.SIGINT)
+
+    rig = rig_for(type(found)(few, found.folder), tmp_path, 1, 1, stop)
+    sat = start(tmp_path, plan, rig)
+    assert sat.status == "interrupted" and not (tmp_path / "pictures").exists()
+    lights = read(sat.path).header["rig"]["pictures"]
+    assert resume(sat.path, simulated(few, found.folder, tmp_path, lights)).complete
+    assert len(list((tmp_path / "pictures").glob("*/light01-*.jpg"))) == 2
+
+
+@pytest.mark.parametrize(
+    ("changed", "words"),
+    [
+        ({"seed": 1}, "it has seed 0, not 1"),
+        ({"pictures": 2}, "it keeps 1 pictures of each texture, not 2"),
+        ({"seconds": 2.0}, "texture_capture of its own, which is not of 2 textures x 2 s"),
+        ({"textures": ("T46", "T15", "T01")}, "which is not of 3 textures x 1 s"),
+        ({"textures": (), "seconds": None}, "which is not of 50 textures x 60 s"),
+        ({"raters": 1}, "P002_s1.sqlite: a session of texture_ratings that is not of 1 simulated"),
+    ],
+)
+def test_another_set_is_refused_and_nothing_is_written(small, changed, words):
+    lab = small[0]
+    before = sorted(lab.rglob("*"))
+    with pytest.raises(TextureSetError, match=words):
+        make(lab, **changed)
+    assert sorted(lab.rglob("*")) == before
+
+
+def test_more_raters_are_added(small):
+    made = make(small[0], raters=3)
+    assert [each.done for each in made] == ["kept"] * 4 + ["made"]
+    ledger_path(small[0], "texture_ratings", "P003").unlink()
+
+
+def test_a_lab_s_sessions_are_left_alone(tmp_path):
+    found = read_study(SHIPPED / "texture_ratings" / "study.yaml")
+    lab = tmp_path / "lab"
+    plan = compile_plan(found.study, ParticipantRow("P007"), 0, texture_set.plans_of(
+        found.study, lab, ["P007"], 0, False)[0].lab_forms)  # fmt: skip
+    start(lab, plan, simulated(found.study, found.folder, lab))
+    with pytest.raises(TextureSetError, match="P007_s1.sqlite: a session of texture_ratings that is not of 2"):
+        make(lab)
+    assert not (lab / "studies").exists() and not (lab / "participants.json").exists()
+
+
+@pytest.mark.parametrize(
+    ("changed", "words"),
+    [
+        ({"textures": ("T99",)}, "no texture is called 'T99'; did you mean"),
+        ({"textures": ("T01",)}, "2 or more are needed"),
+        ({"seconds": 0.5}, "0.5 s of each texture: from 1 to 3600"),
+        ({"pictures": 11}, "11 pictures of each texture: from 1 to 10"),
+        ({"raters": 0}, "0 raters"),
+        ({"workers": 0}, "0 workers"),
+    ],
+)
+def test_what_cannot_be_made_is_told(tmp_path, changed, words):
+    with pytest.raises(TextureSetError, match=words):
+        make(tmp_path / "lab", **changed)
+    assert not (tmp_path / "lab").exists()
+
+
+def test_a_full_disk_is_told_before_it_begins(tmp_path, monkeypatch):
+    monkeypatch.setattr(texture_set.shutil, "disk_usage", lambda _path: type("Usage", (), {"free": 10**6})())
+    with pytest.raises(TextureSetError, match=r"0.001 GB free, and the set takes 1.* GB"):
+        make_set(tmp_path / "lab", SetWanted(chosen()), lambda _line: None)
+    assert not (tmp_path / "lab").exists()
+
+
+def test_the_sets_and_their_size():
+    assert len(all_textures()) == 50 and chosen().whole and not chosen(QUICK, 8.0).whole
+    assert 0.8e9 < room_bytes(SetWanted(chosen())) < 2e9
+    assert "50 textures x 60 s, 10 pictures of each, 20 simulated raters" in estimate(SetWanted(chosen()))
+    classes = {each.id: each.columns["class"] for each in planned_ratings().stimuli}
+    assert len({classes[name] for name in QUICK}) == len(QUICK)
+
+
+def planned_ratings():
+    return read_study(SHIPPED / "texture_ratings" / "study.yaml").study
+
+
+def test_photos_taken_together_are_those_taken_alone():
+    surface = read_surfaces()["T33"]
+    field = relief(surface, pixels=196)
+    together = list(photographs(surface, field, (light(0), light(6)), "key"))
+    assert (together[0] == photograph(surface, field, light(0), "key")).all()
+    assert (together[1] == photograph(surface, field, light(6), "key")).all()
