@@ -5,9 +5,10 @@ from __future__ import annotations
 from collections.abc import Mapping
 from dataclasses import dataclass
 
+from modeling.columns import Standard, standard_of
 from modeling.doors.data import Array
 from modeling.doors.methods import Learning
-from modeling.doors.preparing import Rows, Standard, checked_forces, furthest_N, standard_of
+from modeling.doors.preparing import Rows, checked_forces, furthest_N
 from modeling.doors.side import DoorSide
 from protocols.model_card import Affine, DoorFeatures, Step
 

@@ -8,10 +8,11 @@ from dataclasses import dataclass
 import numpy as np
 from scipy.optimize import minimize_scalar
 
+from modeling.columns import standard_of
 from modeling.doors.data import Array
 from modeling.doors.featured import Featured, featured
 from modeling.doors.methods import Learning, Method
-from modeling.doors.preparing import on_one_thread, rows_of, standard_of
+from modeling.doors.preparing import on_one_thread, rows_of
 from modeling.files.exported import Exported
 from protocols.model_card import Affine, Kernel
 

@@ -6,10 +6,10 @@ from dataclasses import dataclass
 
 import numpy as np
 
+from modeling.columns import Standard, standard_of
 from modeling.doors.data import Array
 from modeling.doors.generator_shapes import Code
 from modeling.doors.methods import Fitted
-from modeling.doors.preparing import Standard, standard_of
 from modeling.doors.side import DoorSide
 
 SHRINK = 0.1

@@ -9,9 +9,10 @@ import numpy as np
 import torch
 from torch import Tensor, nn
 
+from modeling.columns import CONSTANT
 from modeling.doors.data import Array, ModelDataError
 from modeling.doors.methods import Learning
-from modeling.doors.preparing import CONSTANT, Rows, rows_of
+from modeling.doors.preparing import Rows, rows_of
 from modeling.training.asked import answers_of, wished_settings
 from modeling.training.settings import Settings
 

@@ -7,11 +7,12 @@ from functools import partial
 
 import numpy as np
 
+from modeling.columns import standard_of
 from modeling.doors.components import components_of
 from modeling.doors.data import Array, Indices
 from modeling.doors.linear import PENALTIES, Linear, path_of
 from modeling.doors.methods import Learning, Method
-from modeling.doors.preparing import Rows, checked_wishes, inner_folds, on_one_thread, rows_of, standard_of
+from modeling.doors.preparing import Rows, checked_wishes, inner_folds, on_one_thread, rows_of
 from modeling.doors.side import DoorSide
 from modeling.files.exported import Exported
 from protocols.model_card import Playable

@@ -20,8 +20,6 @@ LIMITS = 10.0
 """A profile with a force beyond this many times what the door may be told to play is refused: it was never felt."""
 WISH = (-100.0, 200.0)
 """Ratings beyond these are refused: the scale is 0..100."""
-CONSTANT = 1e-9
-"""What has an SD below this share of its greatest value differs by rounding only."""
 STIMULI = ("measured", "train")
 Model = TypeVar("Model")
 
@@ -94,26 +92,6 @@ def checked_wishes(rating: Array, attributes: int) -> Array:
             f"ratings: row {row + 1} holds {wish[row, place]:g} at place {place + 1}; 0..100 is asked."
         )
     return wish
-
-
-@dataclass(frozen=True)
-class Standard:
-    """z = gain * x + offset: mean 0 and SD 1 on the training rows; a column that is constant there becomes 0."""
-
-    gain: Array
-    offset: Array
-
-    def __call__(self, x: Array) -> Array:
-        """(n, columns) to the same shape."""
-        return x * self.gain + self.offset
-
-
-def standard_of(x: Array) -> Standard:
-    """The standardisation of these columns (n, columns)."""
-    mean, sd = x.mean(axis=0), x.std(axis=0)
-    varies = sd > CONSTANT * np.max(np.abs(x), axis=0)
-    gain = np.divide(1.0, sd, out=np.zeros_like(sd), where=varies)
-    return Standard(gain, -mean * gain)
 
 
 def inner_folds(group: Indices, folds: int = INNER_FOLDS) -> Iterator[tuple[Indices, Indices]]:
