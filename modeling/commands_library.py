@@ -1,0 +1,256 @@
+"""The verb `textures`: a library of textures to search by feel."""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+from functools import wraps
+from pathlib import Path
+from typing import TYPE_CHECKING, Any
+
+import click
+
+from modeling.commands_texture_set import simulate
+from studies.options import JSON, LAB, echo_json
+
+if TYPE_CHECKING:
+    from modeling.library.answer import Asked, Opened
+    from modeling.library.asking import Wish
+
+FILE = click.Path(dir_okay=False, path_type=Path)
+COUNT = click.option(
+    "-n", "count", type=click.IntRange(1, 9999), default=10, show_default=True, help="At most so many."
+)
+SHEET = click.option("--sheet", type=FILE, help="Write a contact sheet of them: FILE.png or FILE.jpg.")
+AT = click.option(
+    "--at", "at", metavar="WORD=VALUE", multiple=True,
+    help="A value from 0 to 100: Smooth=80, Smooth=60-80, Rough-Smooth=20 (0 is Rough).",
+)  # fmt: skip
+OPTIONS = (
+    LAB,
+    click.option("--class", "classes", metavar="NAME", multiple=True, help="Only this class; may be given again."),
+    click.option("--rated-only", is_flag=True, help="Only what people rated."),
+    click.option("--predicted", is_flag=True, help="Only what the model predicted, also where people rated."),
+    JSON,
+)
+
+
+@click.group(options_metavar="", subcommand_metavar="WHAT [OPTIONS]")
+def textures() -> None:
+    """A library of textures to search by feel: by words, by values, by likeness.
+
+    \b
+    Example:
+      palpate textures index --lab LAB
+      palpate textures find "rough, a bit sticky, not bumpy" --lab LAB --sheet found.png
+    """
+
+
+def asked_of_textures(command: Callable[..., None]) -> Callable[..., None]:
+    """The options that the questions share; the command receives them as one `Asked`."""
+
+    @wraps(command)
+    def with_asked(
+        *, lab: Path, classes: tuple[str, ...], rated_only: bool, predicted: bool, as_json: bool, **others: Any
+    ) -> None:
+        from modeling.library.answer import Asked
+
+        if rated_only and predicted:
+            raise click.UsageError("--rated-only and --predicted: one of the two is expected, or neither for both")
+        command(Asked(lab, classes, "rated" if rated_only else "predicted" if predicted else None, as_json), **others)
+
+    asking: Callable[..., None] = with_asked
+    for option in reversed(OPTIONS):
+        asking = option(asking)
+    return asking
+
+
+textures.add_command(simulate)
+
+
+@textures.command("index")
+@LAB
+@click.option("--study", default="texture_ratings", show_default=True, help="Of the ratings: sessions, or imported.")
+@click.option("--folder", type=click.Path(exists=True, file_okay=False, path_type=Path),
+              help="A folder of images with a table of ratings instead of the lab's sessions.")  # fmt: skip
+@click.option("--ratings", type=FILE, help="The table that goes with --folder.  [default: FOLDER/ratings.csv]")
+@click.option("--model", type=FILE, help="A model's card.  [default: LAB/models/texture-attributes.json, if any]")
+@click.option("--without-model", is_flag=True, help="What people rated, and nothing predicted.")
+@click.option("--weights", type=FILE, help="Weights of ResNet-50, where the model learned from features with a file.")
+@click.option("--pictures", type=click.Path(file_okay=False, path_type=Path),
+              help="Images named as the textures.  [default: those of texture_photos, or of --folder]")  # fmt: skip
+@click.option("--sessions", type=click.Choice(["real", "simulated"]), help="Take only these, where the lab has both.")
+@click.option("--workers", type=click.IntRange(1, 256), help="Processes at once.  [default: one for each core]")
+@JSON
+def index_command(as_json: bool, sessions: str | None, **given: Any) -> None:
+    """Make the library of a lab: what people rated, what the model predicts, a small picture of each texture.
+
+    Writes LAB/library/index.json and pictures beside it. Of a rating it keeps mean, SD between people, their number; of
+    a prediction what holds 90 % of new ratings, from textures that were left out of a training. Made again from the
+    same sources, it is the same file.
+
+    Example: palpate textures index --lab LAB
+    """
+    from modeling.commands_data import going_on, progress_lines
+    from modeling.library.answer import tell_index
+    from modeling.library.lab import index
+    from modeling.library.sources import Wanted
+
+    if given["ratings"] is not None and given["folder"] is None:
+        raise click.UsageError("--ratings goes with --folder: a folder of images is expected")
+    wanted = Wanted(**given, simulated=None if sessions is None else sessions == "simulated")
+    with going_on("what is left"), progress_lines() as report:
+        found = index(wanted, report)
+    if as_json:
+        left_out = dict(found.told.left_out)
+        echo_json({**found.counts, "file": str(found.path), "changed": found.changed, "gone": found.gone,
+                   "left_out": left_out, "notes": found.told.library.notes})  # fmt: skip
+        return
+    tell_index(found)
+
+
+@textures.command("find")
+@click.argument("wish", nargs=-1)
+@AT
+@COUNT
+@SHEET
+@click.option("--map", "plane", type=FILE, help="Mark them on the map of the library: FILE.png, with FILE.svg.")
+@asked_of_textures
+def find_command(
+    asked: Asked, wish: tuple[str, ...], at: tuple[str, ...], count: int, sheet: Path | None, plane: Path | None
+) -> None:
+    """Find the textures that feel as WISH says, the best first.
+
+    Words of the attributes, or other words for them, with how much of each: very, a bit, not, neither ... nor, or a
+    number from 0 to 100. A texture whose attributes are not known for sure ranks behind one that surely fits.
+
+    \b
+    Example:
+      palpate textures find "rough, a bit sticky, not bumpy" --lab LAB
+      palpate textures find "neither hard nor soft" --at Smooth=80 --class leather --lab LAB
+    """
+    from modeling.library.answer import Beside, opened
+    from modeling.library.finding import find, fitting
+    from modeling.library.shown import percent, plain_found, wish_words
+
+    here = opened(asked)
+    wishes = _wishes(here, wish, at)
+    every = find(here.entries, wishes, asked.kind)
+    found = fitting(every, count)
+    entries, said = [each.entry for each in found], [wish_words(each, here.library) for each in wishes]
+    fits = {each.entry.id: (percent(each.fit), each.fit) for each in found}
+    files = here.sheet(sheet, entries, Beside(", ".join(each.said for each in wishes), said, fits, wishes))
+    files += here.map(plane, fits)
+    if asked.as_json:
+        echo_json({**plain_found(found, wishes, here.library, asked.kind), "files": list(map(str, files))})
+        return
+    click.echo("\n".join(said))
+    if found:
+        here.show(entries, {"fit": [text for text, _ in fits.values()]})
+    else:
+        _none_fits(here, every, wishes)
+    here.close(files)
+
+
+@textures.command("nearest")
+@click.argument("texture")
+@COUNT
+@SHEET
+@asked_of_textures
+def nearest_command(asked: Asked, texture: str, count: int, sheet: Path | None) -> None:
+    """Find the textures that feel most like TEXTURE (its id or label).
+
+    Distances are the root of the mean square of the attributes' differences in JNDs (10 of 100). `alike` is how likely
+    no attribute differs by a JND.
+
+    Example: palpate textures nearest T17 --lab LAB
+    """
+    from modeling.library.answer import Beside, name_of, opened
+    from modeling.library.finding import named
+    from modeling.library.nearest import near
+    from modeling.library.shown import description, far, percent, plain_near
+
+    here = opened(asked)
+    one = named(here.library, texture)
+    found = near(one, here.entries, len(here.library.attributes), asked.kind)[:count]
+    entries = [each.entry for each in found]
+    texts: dict[str, tuple[str, float | None]] = {each.entry.id: (f"{far(each)} JND", None) for each in found}
+    files = here.sheet(sheet, [one, *entries], Beside(f"What feels most like {name_of(one)}", (), texts))
+    if asked.as_json:
+        echo_json({**plain_near(found, one, here.library, asked.kind), "files": list(map(str, files))})
+        return
+    click.echo(f"{name_of(one)}: {description(one, here.library, asked.kind)}")
+    here.show(entries, {"JND": [far(each) for each in found], "alike": [percent(each.alike) for each in found]})
+    here.close(files)
+
+
+@textures.command("show")
+@click.argument("texture", required=False)
+@SHEET
+@asked_of_textures
+def show_command(asked: Asked, texture: str | None, sheet: Path | None) -> None:
+    """Show TEXTURE (its id or label): what people and the model say of it; without one, the whole library.
+
+    Example: palpate textures show T17 --lab LAB
+    """
+    from modeling.library.answer import Beside, name_of, opened
+    from modeling.library.finding import named
+    from modeling.library.shown_whole import plain_library, plain_whole, whole_words
+
+    here = opened(asked)
+    if texture is None:
+        files = here.sheet(sheet, here.entries, Beside("The library"))
+        if asked.as_json:
+            echo_json({**plain_library(here.entries, here.library, asked.kind), "files": list(map(str, files))})
+            return
+        here.show(here.entries)
+    else:
+        one = named(here.library, texture)
+        files = here.sheet(sheet, [one], Beside(name_of(one)))
+        if asked.as_json:
+            echo_json({**plain_whole(one, here.library, asked.kind), "files": list(map(str, files))})
+            return
+        click.echo("\n".join(whole_words(one, here.library, here.folder)))
+    here.close(files)
+
+
+@textures.command("map")
+@click.argument("wish", nargs=-1)
+@AT
+@COUNT
+@click.option("--to", type=FILE, help="Where to: FILE.png, with FILE.svg.  [default: LAB/library/map.png]")
+@asked_of_textures
+def map_command(asked: Asked, wish: tuple[str, ...], at: tuple[str, ...], count: int, to: Path | None) -> None:
+    """Draw the library as a plane (thesis Figure 3.3c); with a WISH, what fits it is marked.
+
+    From left to right hard to soft, upwards flat to bumpy; a larger bubble is rougher, its colour says how sticky.
+
+    Example: palpate textures map "very soft, not slippery" --lab LAB
+    """
+    from modeling.library.answer import opened
+    from modeling.library.finding import find, fitting
+
+    here = opened(asked)
+    found = fitting(find(here.entries, _wishes(here, wish, at), asked.kind), count) if wish or at else []
+    marked = [each.entry.id for each in found]
+    files = here.map(to or here.folder / "map.png", marked)
+    if asked.as_json:
+        echo_json({"marked": marked, "files": list(map(str, files))})
+        return
+    if wish or at:
+        click.echo(f"marked: {', '.join(marked) or 'none, since none fits'}")
+    here.close(files)
+
+
+def _wishes(here: Opened, wish: tuple[str, ...], at: tuple[str, ...]) -> tuple[Wish, ...]:
+    """What is wished for in the words and in the values."""
+    from modeling.library.finding import wishes_of
+
+    if not wish and not at:
+        raise click.UsageError('what is wished for? Say it in words, as "rough, a bit sticky", or with --at Smooth=80')
+    return wishes_of(here.library, (*([" ".join(wish)] if wish else []), *at))
+
+
+def _none_fits(here: Opened, every: Any, wishes: tuple[Wish, ...]) -> None:
+    from modeling.library.finding import hardest
+
+    click.echo(f"None of {len(here.entries)} textures fits. Hardest to meet: {hardest(every, wishes).said!r}.")

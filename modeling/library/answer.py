@@ -1,0 +1,121 @@
+"""What goes with every answer about textures: a table on the terminal, a contact sheet, a map."""
+
+from __future__ import annotations
+
+from collections.abc import Collection, Mapping, Sequence
+from dataclasses import dataclass
+from pathlib import Path
+from typing import TYPE_CHECKING
+
+import click
+
+from modeling.library.asking import Wish
+from modeling.library.entries import Entry, Kind, Library
+from modeling.library.files import place_of, read_library
+from modeling.library.finding import chosen
+from modeling.library.shown import SURE, table
+
+if TYPE_CHECKING:
+    from modeling.library.lab import Indexed
+
+WIDTH = 130
+"""Of a table that no terminal shows."""
+SIMULATED = "These textures are simulated: no person rated them, no material was touched."
+
+
+@dataclass(frozen=True)
+class Asked:
+    """Which textures were asked about on the command line, and how the answer is wanted."""
+
+    lab: Path
+    classes: tuple[str, ...]
+    kind: Kind | None
+    as_json: bool
+
+
+@dataclass(frozen=True)
+class Beside:
+    """What stands on a contact sheet beside the textures themselves: over them, and by texture a text and its fit."""
+
+    title: str
+    below: Sequence[str] = ()
+    texts: Mapping[str, tuple[str, float | None]] | None = None
+    wishes: Sequence[Wish] = ()
+
+
+@dataclass(frozen=True)
+class Opened:
+    """A lab's library, and those of its textures that were asked about."""
+
+    asked: Asked
+    library: Library
+    entries: tuple[Entry, ...]
+
+    @property
+    def folder(self) -> Path:
+        """Where the index lies, and the pictures beside it."""
+        return place_of(self.asked.lab).parent
+
+    def show(self, entries: Sequence[Entry], extra: Mapping[str, Sequence[str]] | None = None) -> None:
+        """Print textures as a table."""
+        from rich.console import Console
+
+        console = Console(highlight=False)
+        if not console.is_terminal:
+            console = Console(highlight=False, width=WIDTH)
+        console.print(table(entries, self.library, self.asked.kind, extra))
+        console.print(SURE, style="dim", soft_wrap=True)
+
+    def close(self, files: Sequence[Path]) -> None:
+        """What must be said of all answers, and the files that were written."""
+        if self.library.simulated:
+            click.echo(SIMULATED)
+        for path in files:
+            click.echo(f"Look at {path}")
+
+    def sheet(self, path: Path | None, entries: Sequence[Entry], beside: Beside) -> list[Path]:
+        """Write a contact sheet, where one is wanted."""
+        if path is None or not entries:
+            return []
+        from modeling.library.sheet import demand_kind, pictures_of, sheet, tiles_of, write_sheet
+
+        demand_kind(path)
+        below = "   ".join((*beside.below, *(("simulated",) if self.library.simulated else ())))
+        tiles = tiles_of(entries, self.library, beside.wishes, self.asked.kind, beside.texts)
+        write_sheet(path, sheet(tiles, pictures_of(entries, self.folder), beside.title, below))
+        return [path]
+
+    def map(self, path: Path | None, found: Collection[str]) -> list[Path]:
+        """Write the map with these marked, where one is wanted."""
+        if path is None:
+            return []
+        from modeling.library.map import map_data, write_map
+
+        return write_map(path, map_data(self.entries, self.library, self.asked.kind), found)
+
+
+def opened(asked: Asked) -> Opened:
+    """The library that was asked. Raises LibraryError."""
+    library = read_library(asked.lab)
+    return Opened(asked, library, chosen(library, asked.classes, asked.kind))
+
+
+def tell_index(found: Indexed) -> None:
+    """Print what was indexed, what is no longer there, and what could not be taken."""
+    counts, library = found.counts, found.told.library
+    each = f"{counts['rated']} rated, {counts['predicted']} predicted, {counts['pictures']} with a picture"
+    click.echo(f"{counts['textures']} textures: {each}")
+    for line in library.notes:
+        click.echo(f"note: {line}")
+    for name, why in found.told.left_out.items():
+        click.echo(f"left out: {name}: {why}")
+    if found.gone:
+        click.echo(f"no longer there: {', '.join(found.gone)}")
+    if library.simulated:
+        click.echo(SIMULATED)
+    click.echo(f"{found.path}{'' if found.changed else ' (as it was)'}")
+
+
+def name_of(entry: Entry) -> str:
+    """A texture's id and label."""
+    return entry.id if entry.label in ("", entry.id) else f"{entry.id} ({entry.label})"

@@ -1,0 +1,256 @@
+"""What is wished for, in words: `rough, a bit sticky, not bumpy, soft 60-80` becomes soft ranges of attributes."""
+
+from __future__ import annotations
+
+import re
+from collections.abc import Collection, Mapping, Sequence
+from dataclasses import dataclass, field
+from functools import reduce
+from itertools import groupby
+from typing import TypeVar
+
+from modeling.library.entries import LibraryError
+from modeling.library.ranges import Soft, both, trapezoid, turned
+from modeling.library.terms import Phrase, Vocabulary, Word, known_words
+from protocols.did_you_mean import nearest
+
+TOKEN = re.compile(r"[0-9]+(?:\.[0-9]+)?|[^\W\d_]+(?:[-'’][^\W\d_]+)*|>=|<=|\.\.+|\S")
+SEPARATORS = frozenset((",", ";", ".", "and", "but", "yet", "also", "with", "&"))
+RANGE = frozenset(("-", "–", "to", "..", "...", "and"))
+DIGITS = "0123456789"
+HALF_MET, ROUNDING = 0.5, 1e-9
+"""Wishes about one attribute that no value meets by more than half contradict each other."""
+NEAR, EDGE = 5.0, 10.0
+"""About a number means half a JND to either side; all edges beside numbers fall within one JND."""
+T = TypeVar("T")
+
+
+@dataclass(frozen=True)
+class Wish:
+    """One thing that was said: which attribute it is about, and its values that fit."""
+
+    said: str
+    pair: int
+    soft: Soft
+
+
+@dataclass
+class _Reader:
+    """Words one after another."""
+
+    text: str
+    words: Sequence[str]
+    known: Vocabulary
+    at: int = 0
+    said_from: int = 0
+    wishes: list[Wish] = field(default_factory=list)
+
+    def peek(self, ahead: int = 0) -> str:
+        """A word further on; nothing at the end."""
+        return self.words[self.at + ahead] if self.at + ahead < len(self.words) else ""
+
+    def match(self, phrases: Collection[Phrase]) -> Phrase | None:
+        """The longest of the phrases that stands here."""
+        longest = max(map(len, phrases), default=0)
+        for size in range(min(longest, len(self.words) - self.at), 0, -1):
+            if (found := tuple(self.words[self.at : self.at + size])) in phrases:
+                return found
+        return None
+
+    def take(self, phrases: Mapping[Phrase, T]) -> T | None:
+        """What the longest phrase that stands here means; it is passed."""
+        found = self.match(phrases)
+        self.at += len(found or ())
+        return None if found is None else phrases[found]
+
+    def wish(self, pair: int, soft: Soft) -> None:
+        """Note a wish, from where its first word stood to here."""
+        self.wishes.append(Wish(" ".join(self.words[self.said_from : self.at]), pair, soft))
+
+
+def wishes_in(texts: Sequence[str], known: Vocabulary) -> tuple[Wish, ...]:
+    """What is wished for in all these texts.
+
+    Raises LibraryError for a word that is not known, a number outside 0..100, and wishes that contradict each other.
+    """
+    found = tuple(wish for text in texts for wish in _read(text, known))
+    if not found:
+        raise LibraryError(f"{' '.join(texts)!r}: nothing is wished for. {known_words(known)}")
+    for pair in combined(found):
+        _demand_possible([wish for wish in found if wish.pair == pair[0]], known)
+    return found
+
+
+def combined(wishes: Sequence[Wish]) -> list[tuple[int, Soft]]:
+    """What is wished for of each attribute: all that was said of it at once."""
+    ordered = sorted(wishes, key=lambda wish: (wish.pair, wish.soft.knots))
+    return [(pair, reduce(both, (each.soft for each in every))) for pair, every in groupby(ordered, lambda w: w.pair)]
+
+
+def _demand_possible(wishes: Sequence[Wish], known: Vocabulary) -> None:
+    if len(wishes) > 1 and combined(wishes)[0][1].best < HALF_MET + ROUNDING:
+        low, high = known.pairs[wishes[0].pair]
+        said = " and ".join(dict.fromkeys(repr(wish.said) for wish in wishes))
+        raise LibraryError(
+            f"{said} contradict each other: they are about one attribute, {low}-{high}, and no value fits both. Leave "
+            f"one out, or say 'neither {low.lower()} nor {high.lower()}' for the middle."
+        )
+
+
+def _read(text: str, known: Vocabulary) -> list[Wish]:
+    reader = _Reader(text, [each.replace("’", "'") for each in TOKEN.findall(text.lower())], known)
+    while reader.at < len(reader.words):
+        reader.said_from = reader.at
+        if reader.peek() in SEPARATORS:
+            reader.at += 1
+        elif reader.peek() == "neither":
+            _neither(reader)
+        elif reader.peek() == "between":
+            _between(reader)
+        elif reader.match(reader.known.degrees) or not (silent := reader.match(reader.known.silent)):
+            _clause(reader)
+        else:
+            reader.at += len(silent)
+    return reader.wishes
+
+
+def _neither(reader: _Reader) -> None:
+    """Neither rough nor smooth, nor ...: each word is denied."""
+    reader.at += 1
+    denied = [_word(reader)]
+    while reader.peek() in ("nor", "or"):
+        reader.at += 1
+        denied.append(_word(reader))
+    if len(denied) < 2:
+        raise LibraryError(f"{reader.text!r}: 'neither' is followed by a word, 'nor' and another word.")
+    for word in denied:
+        reader.wish(word.pair, reader.known.soft("not", _end(reader, word)))
+
+
+def _between(reader: _Reader) -> None:
+    """Between rough and smooth: the middle of the attribute."""
+    reader.at += 1
+    if _is_number(reader.peek()):
+        raise LibraryError(f"{reader.text!r}: the numbers stand after the word: 'rough between 20 and 40'.")
+    first = _end(reader, _word(reader))
+    reader.at += reader.peek() == "and"
+    second = _end(reader, _word(reader))
+    if first.pair != second.pair or first.high == second.high:
+        low, high = reader.known.pairs[first.pair]
+        raise LibraryError(
+            f"{reader.text!r}: 'between' stands before the two ends of one attribute, as 'between {low.lower()} and "
+            f"{high.lower()}'."
+        )
+    reader.wish(first.pair, reader.known.soft("medium", first))
+
+
+def _clause(reader: _Reader) -> None:
+    """[degree] word, word number, or number word."""
+    degree = _degree(reader)
+    while silent := reader.match(reader.known.silent):
+        reader.at += len(silent)
+    before = _number(reader) if degree is None else None
+    word = _word(reader)
+    number = before or _number(reader)
+    if number is not None:
+        if degree is not None:
+            raise LibraryError(f"{reader.text!r}: {degree!r} and a number are both said; say one of them.")
+        reader.wish(word.pair, turned(number) if word.high is False else number)
+    elif degree == "medium":
+        reader.wish(word.pair, reader.known.ranges["medium"])
+    else:
+        reader.wish(word.pair, reader.known.soft(degree or "", _end(reader, word)))
+
+
+def _degree(reader: _Reader) -> str | None:
+    """All degrees that stand here as one: not + very is `not very`, very + very `extremely`."""
+    found = reader.take(reader.known.degrees)
+    while found is not None and (further := reader.take(reader.known.degrees)) is not None:
+        together = "extremely" if (found, further) == ("very", "very") else f"{found} {further}"
+        if together not in reader.known.ranges:
+            raise LibraryError(
+                f"{reader.text!r}: what is meant by {together!r}? Known: "
+                f"{', '.join(name for name in reader.known.ranges if name)}."
+            )
+        found = together
+    return found
+
+
+def _word(reader: _Reader) -> Word:
+    """The attribute's word that stands here. Raises LibraryError where there is none."""
+    found = reader.take(reader.known.words)
+    if found is not None:
+        return found
+    said = reader.peek()
+    if not said or said in SEPARATORS:
+        raise LibraryError(f"{reader.text!r}: a word is missing{f' before {said!r}' if said else ' at the end'}.")
+    if said in reader.known.foreign:
+        have = ", ".join(f"{low}-{high}" for low, high in reader.known.pairs)
+        of = reader.known.foreign[said]
+        raise LibraryError(f"{said!r}: these textures are not known as {of} or not, only by {have}.")
+    if said == "or":
+        raise LibraryError(f"{reader.text!r}: 'or' cannot be asked; ask once for each.")
+    if said in reader.known.classes:
+        raise LibraryError(f"{said!r} is a class, not a feeling: say --class {said}.")
+    every = [" ".join(phrase) for phrase in (*reader.known.words, *reader.known.degrees)]
+    close = nearest(said, every)
+    hint = f" {close[0].upper()}{close[1:]}" if close.startswith("did") else ""
+    raise LibraryError(f"{said!r} is not known.{hint} {known_words(reader.known)}")
+
+
+def _end(reader: _Reader, word: Word) -> Word:
+    """A word that is one end of its attribute, not the attribute's name."""
+    if word.high is None:
+        low, high = reader.known.pairs[word.pair]
+        raise LibraryError(
+            f"{reader.text!r}: {low}-{high} names the attribute: a number is expected after it, 0 for {low.lower()} to "
+            f"100 for {high.lower()}, or one of the two words alone."
+        )
+    return word
+
+
+def _number(reader: _Reader) -> Soft | None:
+    """A number, or a range of numbers, as values towards the word."""
+    start = reader.at
+    if reader.peek() == "between" and _is_number(reader.peek(1)):
+        reader.at += 1
+        low, high = _value(reader), None
+    else:
+        how = reader.take(reader.known.numbers)
+        while how == "about" and (further := reader.take(reader.known.numbers)):
+            how = further
+        if not _is_number(reader.peek()):
+            reader.at = start
+            return None
+        low = _value(reader)
+        if how == "at least":
+            return trapezoid((low - EDGE, low, None, None))
+        if how == "at most":
+            return trapezoid((None, None, low, low + EDGE))
+        high = low
+    if reader.peek() in RANGE and _is_number(reader.peek(1)):
+        reader.at += 1
+        high = _value(reader)
+    return _range(reader, low, high)
+
+
+def _range(reader: _Reader, low: float, high: float | None) -> Soft:
+    if high is None or high < low:
+        raise LibraryError(f"{reader.text!r}: a range goes from the lesser number to the greater, as in 60-80.")
+    about = NEAR if high == low else 0.0
+    below = (low - about - EDGE, low - about) if low - about > 0 else (None, None)
+    above = (high + about, high + about + EDGE) if high + about < 100 else (None, None)
+    return trapezoid((*below, *above))
+
+
+def _is_number(word: str) -> bool:
+    return word[:1] in DIGITS and bool(word)
+
+
+def _value(reader: _Reader) -> float:
+    found = float(reader.peek())
+    reader.at += 1
+    reader.at += reader.peek() == "%"
+    if not 0 <= found <= 100:
+        raise LibraryError(f"{reader.text!r}: {found:g} is not on the scale, 0 to 100.")
+    return found

@@ -1,0 +1,142 @@
+"""What stands in a library of textures, as LAB/library/index.json holds it."""
+
+from __future__ import annotations
+
+from typing import Annotated, Literal, Self
+
+from pydantic import Field, model_validator
+
+from protocols.strict import Strict
+
+FORMAT = "palpate-library/1"
+Kind = Literal["rated", "predicted"]
+KINDS: tuple[Kind, ...] = ("rated", "predicted")
+Z90 = 1.6448536269514722
+"""A normal distribution has 90 % within so many SDs."""
+NOTHING_KNOWN = (50.0, 28.867513459481287)
+"""Mean and SD of what may lie anywhere on 0..100."""
+Sha256 = Annotated[str, Field(pattern="[0-9a-f]{64}")]
+Spread = Annotated[float, Field(ge=0, le=1000)]
+Value = Annotated[float, Field(ge=-1000, le=1000)]
+
+
+class LibraryError(ValueError):
+    """A library that is not there or cannot be used, or a question that it cannot answer."""
+
+
+class Source(Strict):
+    """A file that the attributes come from."""
+
+    what: str
+    file: str
+    sha256: Sha256
+
+
+class Rated(Strict):
+    """How people rated a texture on 0..100, by attribute: the mean, the SD between them, the SE of the mean.
+
+    None where an attribute was not rated; `sd` also where one person cannot have any, or it was not told.
+    """
+
+    mean: tuple[Value | None, ...]
+    sd: tuple[Spread | None, ...]
+    se: tuple[Spread, ...]
+    raters: int = Field(ge=0)
+
+
+class Predicted(Strict):
+    """What a model says of a texture on 0..100, by attribute, and what holds its rating in 90 of 100 cases.
+
+    `learned`: the model was shown how this texture was rated, so that what it says of it proves nothing.
+    """
+
+    value: tuple[Value, ...]
+    low: tuple[Value, ...]
+    high: tuple[Value, ...]
+    learned: bool = False
+
+    @model_validator(mode="after")
+    def _in_order(self) -> Self:
+        if any(low > high for low, high in zip(self.low, self.high, strict=False)):
+            raise ValueError("an interval ends before it begins")
+        return self
+
+
+class Entry(Strict):
+    """One texture. `picture` lies beside the index; `made_from` are the SHA-256 of its recordings and pictures."""
+
+    id: str = Field(min_length=1)
+    label: str
+    category: str
+    rated: Rated | None = None
+    predicted: Predicted | None = None
+    picture: str | None = None
+    made_from: tuple[str, ...] = ()
+
+
+class Felt(Strict):
+    """One attribute of a texture: where it lies on 0..100, and the SD of what is known about that."""
+
+    value: float
+    sd: Spread
+    kind: Kind
+
+
+class Library(Strict):
+    """Textures with their attributes: 0 is the first word of a pair, 100 the second."""
+
+    format: Literal["palpate-library/1"] = "palpate-library/1"
+    attributes: tuple[tuple[str, str], ...] = Field(min_length=1)
+    textures: tuple[Entry, ...]
+    simulated: bool = False
+    sources: tuple[Source, ...] = ()
+    notes: tuple[str, ...] = ()
+
+    @model_validator(mode="after")
+    def _one_of_each(self) -> Self:
+        names = [each.id for each in self.textures]
+        if twice := next((name for name in names if names.count(name) > 1), None):
+            raise ValueError(f"texture {twice!r} stands twice")
+        for each in self.textures:
+            if _lengths(each) - {len(self.attributes)}:
+                raise ValueError(f"texture {each.id!r} does not tell {len(self.attributes)} attributes")
+        return self
+
+
+def _lengths(entry: Entry) -> set[int]:
+    """How many attributes each part of a texture tells."""
+    rated, predicted = entry.rated, entry.predicted
+    told = [len(each) for each in (rated.mean, rated.sd, rated.se)] if rated else []
+    return {*told, *(map(len, (predicted.value, predicted.low, predicted.high)) if predicted else ())}
+
+
+def felt(entry: Entry, at: int, kind: Kind | None = None) -> Felt | None:
+    """An attribute of a texture; without a kind as people rated it, else as it was predicted. None: not known."""
+    for each in KINDS if kind is None else (kind,):
+        found = _rated(entry, at) if each == "rated" else _predicted(entry, at)
+        if found is not None:
+            return found
+    return None
+
+
+def known(entry: Entry, kind: Kind | None = None) -> bool:
+    """Whether anything is known of the texture in this way."""
+    return bool(entry.rated or entry.predicted) if kind is None else getattr(entry, kind) is not None
+
+
+def belief(found: Felt | None) -> tuple[float, float]:
+    """Where an attribute is believed to lie: mean and SD. What is not known may lie anywhere."""
+    return NOTHING_KNOWN if found is None else (found.value, found.sd)
+
+
+def _rated(entry: Entry, at: int) -> Felt | None:
+    told = entry.rated
+    value = None if told is None else told.mean[at]
+    return None if told is None or value is None else Felt(value=value, sd=told.se[at], kind="rated")
+
+
+def _predicted(entry: Entry, at: int) -> Felt | None:
+    told = entry.predicted
+    if told is None:
+        return None
+    return Felt(value=told.value[at], sd=(told.high[at] - told.low[at]) / (2 * Z90), kind="predicted")

@@ -1,0 +1,97 @@
+"""The library as a file: LAB/library/index.json, written whole or not at all; what is newer or damaged is refused."""
+
+from __future__ import annotations
+
+import os
+from pathlib import Path
+from typing import Any
+
+from pydantic import ValidationError
+
+from modeling.library.entries import FORMAT, Library, LibraryError
+from protocols.canonical import digest, parse
+from protocols.model_card import complaint
+
+FOLDER, INDEX = "library", "index.json"
+AGAIN = "`palpate textures index` makes it anew from the lab's ratings and recordings."
+FAMILY = FORMAT.rpartition("/")[0]
+
+
+class NewerLibrary(LibraryError):
+    """A library that a later version wrote: it is neither read nor overwritten."""
+
+
+def place_of(lab: Path) -> Path:
+    """Where a lab's library lies; the file itself where one was given."""
+    return lab if lab.suffix == ".json" else lab / FOLDER / INDEX
+
+
+def read_library(lab: Path) -> Library:
+    """A lab's library, or the one in a file.
+
+    Raises LibraryError for a file that is missing, newer, foreign, cut short, or was changed since it was written.
+    """
+    path = place_of(lab)
+    told = _told(path)
+    written = told.pop("digest", None) if isinstance(told, dict) else None
+    if not isinstance(told, dict) or not isinstance(told.get("format"), str):
+        raise LibraryError(f"{path}: this is no library of textures ({FORMAT} is expected). {AGAIN}")
+    if told["format"] != FORMAT:
+        raise _other_format(path, told["format"])
+    if written != digest(told):
+        raise LibraryError(f"{path}: its content is not what was written (a digest tells): damaged or edited. {AGAIN}")
+    try:
+        return Library.model_validate(told)
+    except ValidationError as error:
+        raise LibraryError(f"{path}: {complaint(error)}. {AGAIN}") from None
+
+
+def write_library(lab: Path, library: Library) -> tuple[Path, bool]:
+    """Write a lab's library, readable and with a digest; the path, and whether anything changed.
+
+    Until the last moment the earlier one is there; equal content is left alone.
+    """
+    path, content = place_of(lab), _text(library).encode()
+    if path.is_file() and path.read_bytes() == content:
+        return path, False
+    path.parent.mkdir(parents=True, exist_ok=True)
+    part = path.with_name(f"{path.name}.{os.getpid()}.part")
+    with part.open("wb") as file:
+        file.write(content)
+        file.flush()
+        os.fsync(file.fileno())
+    part.replace(path)
+    return path, True
+
+
+def earlier_in(lab: Path) -> Library | None:
+    """The library that a lab has, where it can be read. Raises NewerLibrary: that one must not be overwritten."""
+    try:
+        return read_library(lab)
+    except NewerLibrary:
+        raise
+    except LibraryError:
+        return None
+
+
+def _told(path: Path) -> Any:
+    if not path.is_file():
+        raise LibraryError(f"{path}: there is no library of textures yet. `palpate textures index` makes it.")
+    try:
+        return parse(path.read_bytes())
+    except (ValueError, RecursionError) as error:
+        raise LibraryError(f"{path}: it cannot be read ({error}): cut short or damaged. {AGAIN}") from None
+
+
+def _other_format(path: Path, found: str) -> LibraryError:
+    if found.startswith(f"{FAMILY}/"):
+        return NewerLibrary(f"{path}: format {found!r}; this version reads {FORMAT!r}. Update palpate to use it.")
+    return LibraryError(f"{path}: format {found[:40]!r}; a library of textures has {FORMAT!r}. {AGAIN}")
+
+
+def _text(library: Library) -> str:
+    """JSON in which the plain values of a texture stand on one line."""
+    from analysis.regenerating.files import readable_json
+
+    told = library.model_dump(mode="json")
+    return readable_json({**told, "digest": digest(told)}) + "\n"

@@ -1,0 +1,131 @@
+"""Making a library from what is known of textures: how people rated them, and what a model says of them."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Callable, Mapping, Sequence
+from dataclasses import dataclass, field
+
+import numpy as np
+
+from modeling.attributes import material as attributes
+from modeling.attributes.material import Array, Material, Pair, Texture
+from modeling.library.entries import Entry, Library, LibraryError, Predicted, Rated, Source
+
+UNKNOWN_SD = 20.0
+"""The SD between people where nothing tells it: wider than raters of textures commonly are (judgement)."""
+DIGITS = 3
+
+
+@dataclass(frozen=True)
+class Predictor:
+    """A trained model as the library asks it.
+
+    `predict` gives (n, attributes) of a texture, whose mean counts; it raises MaterialError for a texture without the
+    features that it wants. `low` and `high` (attributes,) are what is added to a prediction to hold the rating in 90 of
+    100 cases. `learned` are the textures that it was shown with their ratings.
+    """
+
+    attributes: tuple[Pair, ...]
+    predict: Callable[[Texture], Array]
+    low: Array
+    high: Array
+    learned: frozenset[str] = frozenset()
+    sources: tuple[Source, ...] = ()
+    notes: tuple[str, ...] = ()
+
+
+@dataclass(frozen=True)
+class Told:
+    """A library, and the textures that are not in it since nothing is known of them, each with why."""
+
+    library: Library
+    left_out: Mapping[str, str] = field(default_factory=dict)
+
+
+def library_of(material: Material, model: Predictor | None = None, *, sources: Sequence[Source] = ()) -> Told:
+    """The library of these textures, in the order of their names.
+
+    Raises LibraryError where nothing is known of any, and where the model tells of other attributes than people rated.
+    """
+    pairs = _pairs(material, model)
+    usual, entries, left_out = _usual_sd(material), [], {}
+    for texture in sorted(material.textures, key=lambda each: each.id):
+        rated = None if texture.rated is None else _rated(texture.rated, usual)
+        predicted, why = _predicted(texture, model)
+        if rated is None and predicted is None:
+            left_out[texture.id] = f"nobody rated it, and {why}"
+            continue
+        entries.append(
+            Entry(id=texture.id, label=texture.label, category=texture.category, rated=rated, predicted=predicted,
+                  made_from=tuple(sorted(texture.made_from)))
+        )  # fmt: skip
+    if not entries:
+        first = next(iter(left_out.items()), ("no texture", "there is none"))
+        raise LibraryError(f"nothing is known of any texture ({first[0]}: {first[1]}).")
+    notes = tuple(dict.fromkeys((*material.notes, *(model.notes if model else ()))))
+    return Told(
+        Library(attributes=tuple((each.low, each.high) for each in pairs), textures=tuple(entries), notes=notes,
+                simulated=material.simulated, sources=(*sources, *(model.sources if model else ()))),
+        left_out,
+    )  # fmt: skip
+
+
+def _pairs(material: Material, model: Predictor | None) -> tuple[Pair, ...]:
+    """The attributes of ratings and model, which are the same ones."""
+    rated = any(each.rated is not None for each in material.textures)
+    if model is None or (rated and material.attributes == model.attributes):
+        return material.attributes
+    if not rated:
+        return model.attributes
+    told = ["; ".join(each.name for each in every) for every in (material.attributes, model.attributes)]
+    raise LibraryError(f"people rated {told[0]}, and the model tells {told[1]}: train it on these ratings.")
+
+
+def _usual_sd(material: Material) -> tuple[float, ...]:
+    """How far people are apart on each attribute (root mean square SD), where two at least rated a texture."""
+    found = []
+    for at in range(len(material.attributes)):
+        known = [sd for each in material.textures if each.rated and (sd := _sd(each.rated, at)) is not None]
+        found.append(math.sqrt(sum(sd * sd for sd in known) / len(known)) if known else UNKNOWN_SD)
+    return tuple(found)
+
+
+def _sd(rated: attributes.Rated, at: int) -> float | None:
+    sd = float(rated.sd[at])
+    return sd if rated.raters > 1 and math.isfinite(sd) else None
+
+
+def _rated(rated: attributes.Rated, usual: Sequence[float]) -> Rated:
+    """One person, or people of whom only the mean is told, differ as much as those who rated the others."""
+    mean = [float(each) for each in rated.mean]
+    sd = [_sd(rated, at) for at in range(len(mean))]
+    people = math.sqrt(max(1, rated.raters))
+    se = [(other if one is None else one) / people for one, other in zip(sd, usual, strict=True)]
+    return Rated(
+        mean=tuple(round(each, DIGITS) if math.isfinite(each) else None for each in mean),
+        sd=tuple(None if each is None else round(each, DIGITS) for each in sd),
+        se=tuple(round(each, DIGITS) for each in se), raters=rated.raters,
+    )  # fmt: skip
+
+
+def _predicted(texture: Texture, model: Predictor | None) -> tuple[Predicted | None, str]:
+    """What the model says of a texture, and otherwise why it says nothing."""
+    if model is None:
+        return None, "there is no model"
+    try:
+        rows = np.asarray(model.predict(texture), dtype=np.float64)
+    except attributes.MaterialError as error:
+        return None, f"the model says nothing: {error}"
+    value = np.clip(rows.reshape(-1, len(model.attributes)).mean(axis=0), 0.0, 100.0)
+    if not np.isfinite(value).all():
+        raise LibraryError(f"{texture.id}: the model's answer is no number; train it anew.")
+    low, high = (tuple(np.round(value + offset, DIGITS).tolist()) for offset in (model.low, model.high))
+    told = tuple(np.round(value, DIGITS).tolist())
+    return Predicted(value=told, low=low, high=high, learned=texture.id in model.learned), ""
+
+
+def gone(earlier: Library | None, now: Library) -> tuple[str, ...]:
+    """The textures that an earlier library had and this one has not."""
+    names = {each.id for each in now.textures}
+    return tuple(each.id for each in (earlier.textures if earlier else ()) if each.id not in names)

@@ -1,0 +1,73 @@
+"""The library of a lab: from its ratings, its model of attributes and its pictures to LAB/library."""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Mapping
+from dataclasses import dataclass, replace
+from pathlib import Path
+
+from modeling.library.entries import LibraryError
+from modeling.library.files import earlier_in, place_of, write_library
+from modeling.library.indexing import Told, gone, library_of
+from modeling.library.sources import Wanted, first_pictures, material_of, model_of, predictor_of, rating_sources
+from modeling.library.thumbnails import drop, keep
+
+Report = Callable[[str], None]
+
+
+@dataclass(frozen=True)
+class Indexed:
+    """What was written. `gone` are textures of the library before that are not in it any more."""
+
+    path: Path
+    changed: bool
+    told: Told
+    gone: tuple[str, ...]
+
+    @property
+    def counts(self) -> dict[str, int]:
+        """How many textures there are, rated, predicted, with a picture, and left out."""
+        textures = self.told.library.textures
+        return {
+            "textures": len(textures), "rated": sum(each.rated is not None for each in textures),
+            "predicted": sum(each.predicted is not None for each in textures),
+            "pictures": sum(each.picture is not None for each in textures), "left_out": len(self.told.left_out),
+        }  # fmt: skip
+
+
+def index(wanted: Wanted, report: Report = lambda _line: None) -> Indexed:
+    """Make a lab's library anew and write it; the same sources give the same bytes.
+
+    Raises LibraryError where there is nothing to make it from, NewerLibrary where a later version wrote the one that is
+    there, and what reading ratings, features, models and pictures raises.
+    """
+    folder, earlier = place_of(wanted.lab).parent, earlier_in(wanted.lab)
+    model = model_of(wanted)
+    material = material_of(wanted, model, report)
+    if not material.textures:
+        raise LibraryError(
+            f"{wanted.lab}: no texture was rated, and there is no model that predicts how one feels: run "
+            f"{wanted.study}, or make a simulated lab (`palpate textures simulate`)."
+        )
+    sources = tuple(rating_sources(wanted)) if any(each.rated for each in material.textures) else ()
+    told = library_of(material, None if model is None else predictor_of(model), sources=sources)
+    report("reading pictures")
+    told = _with_thumbnails(told, first_pictures(wanted, [each.id for each in told.library.textures]), folder)
+    path, changed = write_library(wanted.lab, told.library)
+    before = {each.picture for each in earlier.textures if each.picture} if earlier else set()
+    drop(folder, before - {each.picture for each in told.library.textures})
+    return Indexed(path, changed, told, gone(earlier, told.library))
+
+
+def _with_thumbnails(told: Told, shown: Mapping[str, Path], folder: Path) -> Told:
+    """The same library, each texture with its thumbnail beside the index."""
+    names = {texture: keep(folder, texture, _read(path), str(path)) for texture, path in shown.items()}
+    textures = tuple(each.model_copy(update={"picture": names.get(each.id)}) for each in told.library.textures)
+    return replace(told, library=told.library.model_copy(update={"textures": textures}))
+
+
+def _read(path: Path) -> bytes:
+    try:
+        return path.read_bytes()
+    except OSError as error:
+        raise LibraryError(f"{path}: cannot be read ({error.strerror}); a picture is expected.") from None

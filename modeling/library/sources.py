@@ -1,0 +1,167 @@
+"""What a lab's library is made from: its textures with ratings and features, its model of attributes, its pictures."""
+
+from __future__ import annotations
+
+import hashlib
+from collections.abc import Callable, Iterator, Mapping, Sequence
+from dataclasses import dataclass
+from pathlib import Path
+
+import numpy as np
+
+from modeling.attributes.material import Material, Texture
+from modeling.attributes.model_file import NAME, AttributeModel, Card, read_model
+from modeling.attributes.reading_ratings import STUDY, RatedTextures, read_ratings
+from modeling.library.entries import NOTHING_KNOWN, Z90, LibraryError, Source
+from modeling.library.indexing import Predictor
+from studies.collect import ledgers_in
+
+Report = Callable[[str], None]
+PICTURES = frozenset((".png", ".jpg", ".jpeg", ".tif", ".tiff", ".webp", ".bmp"))
+BETWEEN = "_- ."
+"""What may stand between a texture's name and the number of its picture."""
+
+
+@dataclass(frozen=True)
+class Wanted:
+    """What a library is made from.
+
+    `model`: a card; None: the lab's own, where it has one and `without_model` is not said. `weights`: those of
+    ResNet-50, where the model's features were made with a file. `folder`: one of images with a table of ratings
+    (`ratings`, else its own) instead of the lab's sessions. `pictures`: a folder of images named as the textures; None:
+    `folder`, else those that texture_photos took. `simulated`: only such sessions, or only real ones, where there are
+    both.
+    """
+
+    lab: Path
+    study: str = STUDY
+    model: Path | None = None
+    without_model: bool = False
+    weights: Path | None = None
+    folder: Path | None = None
+    ratings: Path | None = None
+    pictures: Path | None = None
+    simulated: bool | None = None
+    workers: int | None = None
+
+
+def model_of(wanted: Wanted) -> AttributeModel | None:
+    """The model that was named, else the lab's own where it has one. Raises ModelFileError for a damaged one."""
+    own = wanted.lab / "models" / f"{NAME}.json"
+    if wanted.without_model or (wanted.model is None and not own.is_file()):
+        return None
+    return read_model(wanted.model or own)
+
+
+def material_of(wanted: Wanted, model: AttributeModel | None, report: Report) -> Material:
+    """The lab's textures: with the features that a model looks at, else with their ratings alone.
+
+    Raises LibraryError where ResNet-50 has other weights than the model learned from, and what reading a lab raises.
+    """
+    if wanted.folder is not None:
+        found = _of_folder(wanted, wanted.folder, model, report)
+    elif model is None:
+        report("reading ratings")
+        return _rated_only(read_ratings(wanted.lab, wanted.study, wanted.simulated))
+    else:
+        found = _of_sessions(wanted, model.card, report)
+    if model is not None and "resnet" in model.card.sight and found.weights != model.card.weights:
+        raise LibraryError(
+            f"{model.path}: it learned from ResNet-50 with {model.card.weights or 'other weights'}, and these features "
+            f"have {found.weights or 'none'}: give the same file with --weights, or train the model anew."
+        )
+    return found
+
+
+def _of_sessions(wanted: Wanted, card: Card, report: Report) -> Material:
+    from modeling.attributes.reading import read_material
+
+    report("making features")
+    return read_material(
+        wanted.lab, study_ratings=wanted.study, weights=wanted.weights, quick=_hurried(card), variants=0,
+        workers=wanted.workers, touch=bool(card.touch), sight=bool(card.sight), simulated=wanted.simulated,
+        report=report,
+    )  # fmt: skip
+
+
+def _of_folder(wanted: Wanted, folder: Path, model: AttributeModel | None, report: Report) -> Material:
+    """A folder's textures; where nobody looks at their features, these are made in a hurry."""
+    from modeling.attributes.reading_folder import read_folder
+
+    report("making features")
+    return read_folder(
+        folder, wanted.lab, table=wanted.ratings, weights=wanted.weights, quick=model is None or _hurried(model.card),
+        variants=0, workers=wanted.workers, report=report,
+    )  # fmt: skip
+
+
+def _hurried(card: Card) -> bool:
+    """Whether the model learned from features that were made in a hurry (--quick): it is asked about such ones."""
+    configuration = card.training.get("configuration")
+    return isinstance(configuration, Mapping) and bool(configuration.get("quick"))
+
+
+def predictor_of(model: AttributeModel) -> Predictor:
+    """A trained model as the library asks it; one without an interval leaves anything possible."""
+    half, notes = model.half_width, model.card.notes
+    if half is None:
+        half = np.full(len(model.attributes), Z90 * NOTHING_KNOWN[1])
+        notes = (*notes, f"{model.card.name} has no intervals (too few textures): what it predicts counts as unsure.")
+    told = hashlib.sha256(model.path.read_bytes()).hexdigest()
+    source = Source(what=f"model: {model.card.method}", file=f"models/{model.path.name}", sha256=told)
+    learned = frozenset(model.card.learned)
+    return Predictor(model.attributes, model.predict, -half, half, learned, (source,), tuple(notes))
+
+
+def rating_sources(wanted: Wanted) -> Iterator[Source]:
+    """The sessions that the ratings come from, without those of people who withdrew, or the tables of an import."""
+    from analysis.reporting.sources import IMPORTED
+    from modeling.attributes.reading_folder import TABLE
+    from studies.participants.registry import withdrawn
+
+    if wanted.folder is not None:
+        table = wanted.ratings or wanted.folder / TABLE
+        if table.is_file():
+            yield Source(what="ratings", file=table.name, sha256=hashlib.sha256(table.read_bytes()).hexdigest())
+        return
+    gone = withdrawn(wanted.lab)
+    paths = [each for each in ledgers_in(wanted.lab, wanted.study) if each.stem.rsplit("_", 2)[1] not in gone]
+    imported = sorted(each for each in (wanted.lab / IMPORTED / wanted.study).glob("*") if each.is_file())
+    for path in (*paths, *imported):
+        with path.open("rb") as file:
+            told = hashlib.file_digest(file, "sha256").hexdigest()
+        yield Source(what="ratings", file=path.relative_to(wanted.lab).as_posix(), sha256=told)
+
+
+def first_pictures(wanted: Wanted, names: Sequence[str]) -> dict[str, Path]:
+    """The first picture of each texture that has one."""
+    if folder := wanted.pictures or wanted.folder:
+        return dict(pictures_in(folder, names))
+    from modeling.attributes.reading_pictures import photographed
+
+    found = photographed(wanted.lab, simulated=wanted.simulated)
+    return {each.id: each.pictures[0].path for each in found if each.pictures}
+
+
+def pictures_in(folder: Path, names: Sequence[str]) -> Iterator[tuple[str, Path]]:
+    """The first file of each name: NAME.png, NAME_1.jpg, NAME/anything.png. Raises LibraryError for no folder."""
+    if not folder.is_dir():
+        raise LibraryError(f"{folder}: there is no such folder; one with pictures named as the textures is expected.")
+    files = sorted(path for path in folder.rglob("*") if path.suffix.lower() in PICTURES)
+    for name in names:
+        for path in files:
+            rest = path.stem.removeprefix(name)
+            if path.relative_to(folder).parts[0] == name or (rest != path.stem and rest[:1] in BETWEEN):
+                yield name, path
+                break
+
+
+def _rated_only(ratings: RatedTextures) -> Material:
+    textures = tuple(_texture(name, ratings) for name in ratings.rated)
+    notes = (*ratings.notes, *(f"{name}: {why}" for name, why in ratings.incomplete.items()))
+    return Material(textures, ratings.attributes, simulated=ratings.simulated, notes=notes)
+
+
+def _texture(name: str, ratings: RatedTextures) -> Texture:
+    columns: Mapping[str, str] = ratings.columns.get(name, {})
+    return Texture(name, columns.get("label") or name, columns.get("class") or "", rated=ratings.rated[name])

@@ -1,0 +1,140 @@
+"""The language of wishes: what is understood, as which values, and what is said of what is not."""
+
+import pytest
+from hypothesis import given
+from hypothesis import strategies as st
+
+from modeling.library.asking import combined, wishes_in
+from modeling.library.entries import LibraryError
+from modeling.library.terms import vocabulary
+from tests.modeling.library.made_library import PAIRS
+
+KNOWN = vocabulary(PAIRS, ("wood", "foam"))
+ROUGH, BUMPY, STICKY, SOFT = range(4)
+
+
+def met(text):
+    """By attribute, the values that fit at least by half."""
+    return [(pair, soft.met) for pair, soft in combined(wishes_in([text], KNOWN))]
+
+
+@pytest.mark.parametrize(
+    ("text", "expected"),
+    [
+        ("rough", [(ROUGH, (0, 37.5))]),
+        ("Rough!", None),
+        ("smooth", [(ROUGH, (62.5, 100))]),
+        ("very smooth", [(ROUGH, (77.5, 100))]),
+        ("very, smooth", None),
+        ("really smooth", [(ROUGH, (77.5, 100))]),
+        ("extremely hard", [(SOFT, (0, 10))]),
+        ("very very hard", [(SOFT, (0, 10))]),
+        ("quite soft", [(SOFT, (55, 85))]),
+        ("a bit sticky", [(STICKY, (25, 50))]),
+        ("A LITTLE BIT sticky", [(STICKY, (25, 50))]),
+        ("somewhat grippy", [(STICKY, (25, 50))]),
+        ("not bumpy", [(BUMPY, (0, 62.5))]),
+        ("isn’t bumpy", [(BUMPY, (0, 62.5))]),
+        ("not very bumpy", [(BUMPY, (0, 77.5))]),
+        ("not too bumpy", [(BUMPY, (0, 77.5))]),
+        ("not at all bumpy", [(BUMPY, (0, 27.5))]),
+        ("not a bit bumpy", [(BUMPY, (0, 27.5))]),
+        ("medium rough", [(ROUGH, (37.5, 62.5))]),
+        ("medium rough-smooth", [(ROUGH, (37.5, 62.5))]),
+        ("between rough and smooth", [(ROUGH, (37.5, 62.5))]),
+        ("neither rough nor smooth", [(ROUGH, (37.5, 62.5))]),
+        ("neither rough nor sticky", [(ROUGH, (37.5, 100)), (STICKY, (37.5, 100))]),
+        ("not rough nor sticky", [(ROUGH, (37.5, 100)), (STICKY, (37.5, 100))]),
+        ("smooth 80", [(ROUGH, (70, 90))]),
+        ("80 smooth", [(ROUGH, (70, 90))]),
+        ("Smooth=80", [(ROUGH, (70, 90))]),
+        ("smooth about 80 %", [(ROUGH, (70, 90))]),
+        ("rough 80", [(ROUGH, (10, 30))]),
+        ("Rough-Smooth=20", [(ROUGH, (10, 30))]),
+        ("smooth 100", [(ROUGH, (90, 100))]),
+        ("soft 60-80", [(SOFT, (55, 85))]),
+        ("soft between 60 and 80", [(SOFT, (55, 85))]),
+        ("soft from 60 to 80", None),
+        ("soft at least 60", [(SOFT, (55, 100))]),
+        ("soft >= 60", [(SOFT, (55, 100))]),
+        ("hard at least 60", [(SOFT, (0, 45))]),
+        ("up to 30 soft", [(SOFT, (0, 35))]),
+        ("it should feel rough and a bit sticky but not bumpy",
+         [(ROUGH, (0, 37.5)), (BUMPY, (0, 62.5)), (STICKY, (25, 50))]),
+        ("squishy; coarse, no bumps", [(ROUGH, (0, 37.5)), (BUMPY, (0, 62.5)), (SOFT, (62.5, 100))]),
+        ("roughness 80, softness 20", [(ROUGH, (10, 30)), (SOFT, (10, 30))]),
+    ],
+)  # fmt: skip
+def test_what_is_said_means_these_values(text, expected):
+    if expected is None:
+        with pytest.raises(LibraryError):
+            met(text)
+    else:
+        assert met(text) == expected
+
+
+def test_a_wish_keeps_the_words_that_it_was_said_with():
+    assert [each.said for each in wishes_in(["rough, a bit sticky", "Soft=20-40"], KNOWN)] == [
+        "rough", "a bit sticky", "soft = 20 - 40",
+    ]  # fmt: skip
+
+
+@pytest.mark.parametrize(
+    ("text", "told"),
+    [
+        ("ruogh", "'ruogh' is not known. Did you mean 'rough'?"),
+        ("xyzzy", "Words: rough (coarse"),
+        ("very", "a word is missing at the end"),
+        ("very, rough", "a word is missing before ','"),
+        ("wood", "--class wood"),
+        ("warm and soft", "these textures are not known as warm or not, only by Rough-Smooth"),
+        ("chilly", "not known as cold"),
+        ("rough or bumpy", "ask once for each"),
+        ("not fairly rough", "'not fairly'"),
+        ("quite hard 70", "say one of them"),
+        ("smooth 120", "120 is not on the scale, 0 to 100"),
+        ("soft 80-60", "from the lesser number to the greater"),
+        ("Hard-Soft", "a number is expected after it, 0 for hard to 100 for soft"),
+        ("very hard-soft", "names the attribute"),
+        ("neither bumpy", "'neither' is followed by"),
+        ("between rough and sticky", "the two ends of one attribute"),
+        ("between 20 and 40 rough", "'rough between 20 and 40'"),
+        ("", "nothing is wished for"),
+        (" , and ", "nothing is wished for"),
+        ("rough ☃", "'☃' is not known"),
+    ],
+)
+def test_what_is_not_understood_is_told_with_what_is(text, told):
+    with pytest.raises(LibraryError) as error:
+        wishes_in([text], KNOWN)
+    assert told in str(error.value)
+
+
+@pytest.mark.parametrize(
+    "text", ["rough and smooth", "very rough, a bit rough", "smooth 80, rough", "soft 20, soft 60", "rough, not rough"]
+)
+def test_wishes_that_no_value_meets_are_told_apart(text):
+    with pytest.raises(LibraryError, match="contradict each other: they are about one attribute"):
+        wishes_in([text], KNOWN)
+
+
+@pytest.mark.parametrize(
+    "text", ["rough, very rough", "not rough, not smooth", "rough, rough", "fairly rough, very rough"]
+)
+def test_wishes_that_a_value_meets_are_not(text):
+    assert len(wishes_in([text], KNOWN)) == 2
+
+
+@given(st.permutations(["rough", "a bit sticky", "not bumpy", "soft 60-80", "not very rough"]))
+def test_the_order_of_wishes_does_not_matter(said):
+    ordered = combined(wishes_in(["rough, a bit sticky, not bumpy, soft 60-80, not very rough"], KNOWN))
+    assert combined(wishes_in([", ".join(said)], KNOWN)) == ordered
+    assert combined(wishes_in(said, KNOWN)) == ordered
+
+
+@given(st.text(max_size=40))
+def test_any_text_is_understood_or_refused_by_name(text):
+    try:
+        assert wishes_in([text], KNOWN)
+    except LibraryError as error:
+        assert str(error)

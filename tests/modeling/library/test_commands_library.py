@@ -1,0 +1,156 @@
+"""`palpate textures`: what is asked on the command line, and what is answered."""
+
+import io
+import json
+import subprocess
+import sys
+
+import pytest
+from click.testing import CliRunner
+from PIL import Image
+
+import palpate
+from modeling.commands_library import textures
+from modeling.library.files import place_of, write_library
+from modeling.library.thumbnails import keep
+from tests.modeling.library.made_library import made_library
+
+HEAVY = "torch pandas sqlalchemy sklearn scipy librosa"
+
+
+def picture(colour):
+    content = io.BytesIO()
+    Image.new("RGB", (30, 30), colour).save(content, "PNG")
+    return content.getvalue()
+
+
+@pytest.fixture
+def lab(tmp_path):
+    """A lab with a library; T01 has a picture."""
+    library = made_library(simulated=True)
+    name = keep(place_of(tmp_path).parent, "T01", picture((200, 30, 40)), "x")
+    first = library.textures[0].model_copy(update={"picture": name})
+    write_library(tmp_path, library.model_copy(update={"textures": (first, *library.textures[1:])}))
+    return tmp_path
+
+
+def said(lab, *arguments):
+    result = CliRunner().invoke(textures, [*map(str, arguments), "--lab", str(lab)], catch_exceptions=False)
+    assert result.exit_code == 0, result.output
+    return result.stdout
+
+
+def told(lab, *arguments):
+    return json.loads(said(lab, *arguments, "--json"))
+
+
+def refused(capsys, *arguments):
+    """What the front door says of a mistake."""
+    with pytest.raises(SystemExit) as ended:
+        palpate.main(["textures", *map(str, arguments)])
+    assert ended.value.code == 2
+    return capsys.readouterr().err
+
+
+def test_find_prints_what_was_understood_and_a_table(lab):
+    lines = said(lab, "find", "rough, a bit sticky, not bumpy").splitlines()
+    assert lines[:3] == [
+        "rough: Rough-Smooth 0 to 38", "a bit sticky: Sticky-Slippery 25 to 50", "not bumpy: Flat-Bumpy 0 to 62",
+    ]  # fmt: skip
+    rows = [line.split() for line in lines if line.strip()[:1].isdigit()]
+    assert [row[:3] for row in rows[:2]] == [["1", "T01", "sandpaper"], ["2", "T02", "sandpaper"]]
+    assert (
+        "16 people" in lines[5] and "predicted" in " ".join(rows[2]) and lines[-1].startswith("These textures are sim")
+    )
+
+
+def test_find_as_json_holds_the_wishes_and_every_number(lab):
+    answer = told(lab, "find", "rough, soft 60-80", "-n", "1", "--predicted")
+    assert [each["said"] for each in answer["wished"]] == ["rough", "soft 60 - 80"]
+    (found,) = answer["found"]
+    assert found["id"] == "T06" and found["fit"] == pytest.approx(found["fits"][0] * found["fits"][1])
+    assert found["attributes"]["Rough-Smooth"] == pytest.approx(
+        {"value": 12, "sd": 15 / 1.6448536, "low": -3, "high": 27, "from": "predicted"}
+    )
+
+
+def test_values_and_words_and_classes_go_together(lab):
+    by_value = told(lab, "find", "--at", "Rough-Smooth=10", "--at", "Hard=85")
+    by_words = told(lab, "find", "rough 90, hard 85")
+    assert [each["id"] for each in by_value["found"]] == ["T01", "T05", "T02"]
+    assert by_words["found"] == by_value["found"]
+    assert [each["id"] for each in told(lab, "find", "rough", "--class", "mesh")["found"]] == ["T05"]
+    assert [each["id"] for each in told(lab, "find", "rough", "--rated-only")["found"]] == ["T01", "T05", "T02"]
+
+
+def test_where_nothing_fits_the_hardest_wish_is_told(lab):
+    assert "None of 6 textures fits. Hardest to meet: 'extremely slippery'." in said(
+        lab, "find", "very soft, extremely slippery", "--sheet", lab / "none.png"
+    )
+    assert not (lab / "none.png").exists()
+
+
+def test_nearest_and_show(lab):
+    answer = told(lab, "nearest", "t01", "-n", "2")
+    assert [each["id"] for each in answer["nearest"]] == ["T02", "T06"] and answer["texture"]["id"] == "T01"
+    apart = answer["nearest"][0]["apart"]
+    assert apart == {"Rough-Smooth": 1.0, "Flat-Bumpy": -1.0, "Sticky-Slippery": 0.5, "Hard-Soft": 0.5}
+    assert said(lab, "nearest", "T01").startswith("T01 (sandpaper 01): extremely rough, a bit flat, sticky, very hard")
+    shown = said(lab, "show", "T02")
+    assert "20.0 (17 to 23, SD 8.0)" in shown and "35.0 (20 to 50)" in shown and "most like it: T01" in shown
+    whole = told(lab, "show", "T02")
+    assert whole["words"] == "very rough, flat, a bit sticky, very hard" and whole["predicted"]["high"][0] == 50
+    assert len(told(lab, "show")["textures"]) == 6 and "T06" in said(lab, "show")
+
+
+def test_sheets_and_maps_are_written_and_named(lab):
+    files = told(lab, "find", "rough", "--sheet", lab / "found.png", "--map", lab / "plane.png")["files"]
+    assert [name.rsplit("/", 1)[1] for name in files] == ["found.png", "plane.svg", "plane.png"]
+    with Image.open(lab / "found.png") as sheet:
+        assert max(abs(a - b) for a, b in zip(sheet.getpixel((100, 200)), (200, 30, 40), strict=True)) < 6
+    assert f"Look at {lab / 'near.jpg'}" in said(lab, "nearest", "T01", "--sheet", lab / "near.jpg")
+    assert told(lab, "show", "T01", "--sheet", lab / "one.png")["files"] == [str(lab / "one.png")]
+    assert "marked: T01, T05, T06, T02" in said(lab, "map", "very rough")
+    assert (lab / "library" / "map.png").is_file() and told(lab, "map")["marked"] == []
+
+
+@pytest.mark.parametrize(
+    ("arguments", "expected"),
+    [
+        (["find"], "what is wished for?"),
+        (["find", "ruogh"], "did you mean 'rough'"),
+        (["find", "rough and smooth"], "contradict each other"),
+        (["find", "rough", "--class", "meshes"], "did you mean 'mesh'"),
+        (["find", "rough", "--rated-only", "--predicted"], "one of the two is expected"),
+        (["find", "rough", "--sheet", "x.gif"], ".png or .jpg"),
+        (["nearest", "T99"], "no texture 'T99'"),
+        (["show", "T99"], "no texture 'T99'"),
+        (["map", "--to", "x.pdf"], ".svg and .png"),
+    ],
+)
+def test_a_mistake_is_told_without_a_traceback(lab, capsys, arguments, expected):
+    assert expected.lower() in refused(capsys, *arguments, "--lab", lab).lower()
+
+
+def test_a_lab_without_a_library_is_told_how_to_make_one(tmp_path, capsys):
+    assert "`palpate textures index` makes it" in refused(capsys, "find", "rough", "--lab", tmp_path)
+
+
+@pytest.mark.parametrize("asked", [("find", "rough"), ("nearest", "T01"), ("show", "T01"), ("show",)])
+def test_the_questions_load_nothing_heavy(lab, asked):
+    code = (
+        (
+            f"import sys, palpate\ntry: palpate.main(['textures', *{asked!r}, '--lab', {str(lab)!r}])\n"
+            f"except SystemExit as ended: assert not ended.code\n"
+            f"sys.exit(' '.join(sorted({HEAVY.split()!r} & {{n.partition('.')[0] for n in sys.modules}})) or 0)"
+        )
+        .replace("['torch'", "{'torch'")
+        .replace("'librosa']", "'librosa'}")
+    )
+    done = subprocess.run([sys.executable, "-c", code], capture_output=True, text=True, check=False)
+    assert done.returncode == 0, done.stderr
+
+
+def test_the_verb_stands_at_the_front_door_with_the_maker_of_simulated_ones():
+    assert palpate.VERBS["textures"][0] == "modeling.commands_library:textures"
+    assert set(textures.commands) == {"index", "find", "nearest", "show", "map", "simulate"}

@@ -1,0 +1,99 @@
+"""The library as a file: whole or not at all, and refused where it is not what was written."""
+
+import json
+
+import pytest
+from pydantic import ValidationError
+
+from modeling.library.entries import Library, LibraryError
+from modeling.library.files import NewerLibrary, earlier_in, place_of, read_library, write_library
+from protocols.canonical import digest
+from tests.modeling.library.made_library import entry, made_library, rated
+
+
+@pytest.fixture
+def lab(tmp_path):
+    write_library(tmp_path, made_library())
+    return tmp_path
+
+
+def changed(lab, **parts):
+    path = place_of(lab)
+    told = {**json.loads(path.read_text()), **parts}
+    told.pop("digest")
+    path.write_text(json.dumps({**told, "digest": digest(told)}))
+
+
+def test_it_reads_back_from_the_lab_or_the_file_and_is_written_once(lab):
+    assert read_library(lab) == made_library() == read_library(place_of(lab))
+    before = place_of(lab).stat().st_mtime_ns
+    assert write_library(lab, made_library()) == (place_of(lab), False)
+    assert place_of(lab).stat().st_mtime_ns == before
+    assert write_library(lab, made_library(simulated=True))[1] and read_library(lab).simulated
+    assert [path.name for path in place_of(lab).parent.iterdir()] == ["index.json"]
+
+
+def test_none_is_told_with_how_to_make_it(tmp_path):
+    with pytest.raises(LibraryError, match="there is no library of textures yet. `palpate textures index` makes it"):
+        read_library(tmp_path)
+    assert earlier_in(tmp_path) is None
+
+
+def test_a_newer_one_is_neither_read_nor_taken_for_none(lab):
+    changed(lab, format="palpate-library/2", more="of it")
+    for reading in (read_library, earlier_in):
+        with pytest.raises(
+            NewerLibrary, match="format 'palpate-library/2'; this version reads 'palpate-library/1'. Up"
+        ):
+            reading(lab)
+
+
+@pytest.mark.parametrize("share", [0.0, 0.3, 0.99])
+def test_one_that_was_cut_short_is_refused(lab, share):
+    path = place_of(lab)
+    path.write_bytes(path.read_bytes()[: int(share * path.stat().st_size)])
+    with pytest.raises(LibraryError, match="cut short or damaged. `palpate textures index` makes it anew"):
+        read_library(lab)
+    assert earlier_in(lab) is None
+
+
+@pytest.mark.parametrize(
+    ("old", "new"), [("sandpaper", "sandpager"), ("97.0", "79.0"), ('"simulated": false', '"simulated": true')]
+)
+def test_one_that_was_edited_is_refused(lab, old, new):
+    path = place_of(lab)
+    text = path.read_text()
+    assert old in text
+    path.write_text(text.replace(old, new, 1))
+    with pytest.raises(LibraryError, match="not what was written"):
+        read_library(lab)
+
+
+@pytest.mark.parametrize("content", [b"[]", b"{}", b"null", b'{"format": 3}', b'{"format": "other/1"}', b"\xff\xfe"])
+def test_another_file_is_refused(lab, content):
+    place_of(lab).write_bytes(content)
+    with pytest.raises(LibraryError):
+        read_library(lab)
+
+
+@pytest.mark.parametrize(
+    ("parts", "told"),
+    [
+        ({"attributes": []}, "attributes"),
+        ({"attributes": [["a", "b"]]}, "does not tell 1 attributes"),
+        ({"unknown": 1}, "unknown"),
+        ({"textures": [{"id": "", "label": "", "category": ""}]}, "textures.0.id"),
+    ],
+)
+def test_one_that_contradicts_itself_is_refused(lab, parts, told):
+    changed(lab, **parts)
+    with pytest.raises(LibraryError, match=told):
+        read_library(lab)
+
+
+def test_numbers_that_are_none_and_names_that_stand_twice_are_refused():
+    with pytest.raises(ValidationError):
+        rated(float("nan"), 1, 2, 3)
+    with pytest.raises(ValidationError, match="stands twice"):
+        made_library(entry("T01", rated=rated(1, 2, 3, 4)), entry("T01", rated=rated(1, 2, 3, 4)))
+    assert Library.model_validate(made_library().model_dump()) == made_library()

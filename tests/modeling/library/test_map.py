@@ -1,0 +1,77 @@
+"""The map: thesis Figure 3.3c of a library, and what was found on it."""
+
+import pytest
+from matplotlib.patches import Circle
+
+from analysis.figures.bubbles import RADII
+from analysis.figures.style import drawing
+from modeling.library.entries import LibraryError
+from modeling.library.map import FADED, FOUND, draw_map, map_data, roles_of, write_map
+from tests.modeling.library.made_library import PAIRS, entry, made_library, rated
+
+LIBRARY = made_library(
+    entry("T01", rated=rated(0, 0, 0, 0)), entry("T02", rated=rated(100, 100, 100, 100)),
+    entry("T03", rated=rated(50, 50, 50, 50)),
+)  # fmt: skip
+
+
+def circles(found=()):
+    with drawing("test"):
+        drawn = draw_map(map_data(LIBRARY.textures, LIBRARY), found)
+    by_gid = {mark.gid: mark.key for mark in drawn.marks}
+    patches = [each for each in drawn.figure.axes[0].patches if isinstance(each, Circle)]
+    return {by_gid[each.get_gid()]: each for each in patches}, drawn.figure.axes[0]
+
+
+def test_the_axes_are_those_of_figure_3_3c():
+    roles = {role: (each["low"], each["high"]) for role, each in roles_of(PAIRS).items()}
+    assert roles == {"x": ("Hard", "Soft"), "y": ("Flat", "Bumpy"), "size": ("Smooth", "Rough"),
+                     "colour": ("Slippery", "Sticky")}  # fmt: skip
+
+
+def test_a_rough_flat_hard_texture_is_large_and_below_on_the_left():
+    found, _ = circles()
+    assert found["T01"].radius == pytest.approx(RADII[1]) and found["T02"].radius == pytest.approx(RADII[0])
+    assert found["T01"].center[0] < found["T03"].center[0] < found["T02"].center[0]
+    assert found["T01"].center[1] < found["T03"].center[1] < found["T02"].center[1]
+    assert [row["0-"] for row in map_data(LIBRARY.textures, LIBRARY).rows] == [100, -100, 0]
+
+
+def test_what_was_found_stands_out_with_its_name():
+    from matplotlib.colors import to_hex
+
+    found, axes = circles(["T03"])
+    assert to_hex(found["T03"].get_edgecolor()).upper() == FOUND and found["T03"].get_alpha() == 1
+    assert found["T01"].get_alpha() == FADED and "T03" in {text.get_text() for text in axes.texts}
+
+
+def test_what_was_found_has_its_name_also_where_there_is_no_room():
+    crowd = [entry(f"T{k:02d}", rated=rated(30, 50, 50, 50)) for k in range(12)]
+    library = made_library(*crowd)
+    with drawing("test"):
+        axes = draw_map(map_data(crowd, library), [each.id for each in crowd]).figure.axes[0]
+    assert {each.id for each in crowd} <= {text.get_text() for text in axes.texts}
+
+
+def test_equal_libraries_are_equal_files(tmp_path):
+    data = map_data(LIBRARY.textures, LIBRARY)
+    first = [path.read_bytes() for path in write_map(tmp_path / "map.png", data, ["T01"])]
+    again = [path.read_bytes() for path in write_map(tmp_path / "map.svg", data, ["T01"])]
+    assert first == again and sorted(path.name for path in tmp_path.iterdir()) == ["map.png", "map.svg"]
+    with pytest.raises(LibraryError, match="written as .svg and .png"):
+        write_map(tmp_path / "map.pdf", data)
+
+
+def test_other_attributes_take_the_places_that_are_free():
+    roles = roles_of([("Dry", "Wet"), ("Soft", "Hard"), ("Cold", "Warm")])
+    assert {role: each["high"] for role, each in roles.items()} == {"x": "Soft", "y": "Wet", "size": "Warm"}
+    assert roles["x"]["name"] == "1-" and roles["y"]["name"] == "0+"
+    with pytest.raises(LibraryError, match="a plane needs two attributes; this library has 1"):
+        roles_of([("Dry", "Wet")])
+
+
+def test_what_lacks_an_attribute_is_not_drawn():
+    lacking = entry("T09", rated=rated(1, 2, 3, 4).model_copy(update={"mean": (None, 2.0, 3.0, 4.0)}))
+    assert len(map_data([*LIBRARY.textures, lacking], LIBRARY).rows) == 3
+    with pytest.raises(LibraryError, match="nothing to draw"):
+        map_data([lacking], LIBRARY)
