@@ -37,6 +37,7 @@ VERBS = {
     "power": ("analysis.power.commands:power", "How many participants an effect needs, by simulated sessions."),
     "train": ("modeling.commands:train", "Train the models that predict a feeling and make a profile."),
     "evaluate": ("modeling.commands:evaluate", "Judge every method side by side: error and time."),
+    "textures": ("modeling.commands_library:textures", "A library of textures, searched by how they feel."),
     "predict": ("devices.models.commands:predict", "How a profile would feel; a profile for a wished feeling."),
     "models": ("devices.models.commands:models", "List trained models, show their cards, compare them."),
     "analyse": ("analysis.commands:analyse", "Compute a study's tables and statistics."),
@@ -61,6 +62,8 @@ AREAS = {
     "doors": "palpate:doors_cases",
     "render": "devices.render.bench:cases",
     "synthesis": "palpate:synthesis_cases",
+    "textures": "palpate:textures_cases",
+    "free-running": "palpate:free_running_cases",
 }
 FIGURES = {"plant": "devices.door.plant.bench:figures", "alignment": "analysis.aligning.bench:figures"}
 """What an area shows beside its work-precision plots."""
@@ -140,6 +143,10 @@ class Sides:
         """That of textures."""
         return _named("studies.texture_side:RigTextures")()
 
+    def texture_set(self) -> Any:
+        """What makes sets of simulated textures."""
+        return _named("studies.texture_set:TextureSet")()
+
 
 @click.command()
 @click.option("--lab", type=click.Path(file_okay=False, path_type=Path), default=Path("demo-lab"), show_default=True)
@@ -216,6 +223,20 @@ def synthesis_cases(quick: bool) -> Iterator[Any]:
     others = _named("modeling.textures.bench_runtimes:other_runtimes")
     yield from _named("devices.models.bench_steps:cases")(quick, others)
     yield from _named("modeling.textures.bench_training:cases")(quick, Sides().textures())
+
+
+def free_running_cases(quick: bool) -> Iterator[Any]:
+    """The shipped texture models under hands of their own: modeling judges them, and may not know where they lie."""
+    folder = _named("devices.render.found:SHIPPED")
+    cards = _named("devices.render.found:available")(folder)
+    yield from _named("modeling.textures.bench_hands:cases")(quick, Sides().textures(), cards)
+
+
+def textures_cases(quick: bool) -> Iterator[Any]:
+    """Features of recordings and pictures, and the attributes that are predicted from them: two rooms' cases."""
+    yield from _named("analysis.features.bench:cases")(quick)
+    yield from _named("modeling.attributes.bench_touch:cases")(quick)
+    yield from _named("modeling.attributes.bench:cases")(quick)
 
 
 def main(arguments: Sequence[str] | None = None) -> None:

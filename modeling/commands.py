@@ -7,6 +7,7 @@ from typing import TYPE_CHECKING, Any
 
 import click
 
+from modeling.commands_attributes import evaluate_attributes, train_attributes
 from modeling.commands_data import Asked, data_options, going_on, progress_lines, read
 from modeling.commands_textures import evaluate_textures, train_textures
 from studies.options import JSON, echo_json
@@ -214,4 +215,6 @@ def _show(found: Evaluation, page: Path) -> None:
 
 
 train.add_command(train_textures)
+train.add_command(train_attributes)
 evaluate.add_command(evaluate_textures)
+evaluate.add_command(evaluate_attributes)

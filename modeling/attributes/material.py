@@ -1,4 +1,4 @@
-"""Textures as models of attributes see them: what was felt, what was seen, and how people rated it (thesis 3.3, 3.4)."""
+"""Textures as models of attributes see them: what was felt and seen, and how people rated it (thesis 3.3, 3.4)."""
 
 from __future__ import annotations
 

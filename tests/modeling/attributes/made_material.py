@@ -1,4 +1,4 @@
-"""Made-up textures: roughness is felt, bumps are seen, and friction and compliance are felt only; ratings follow them."""
+"""Made-up textures: roughness is felt, bumps seen, friction and compliance felt only; ratings follow them."""
 
 import numpy as np
 

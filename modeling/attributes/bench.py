@@ -1,0 +1,134 @@
+"""Figures of predicted attributes: every method's error on textures left out, beside the time of training and answer.
+
+On textures that are made up, in small. Everything is judged once, before the first row, by as many processes as there
+are cores; the rows of the trainings hold the seconds that were taken while they ran.
+"""
+
+from __future__ import annotations
+
+import tempfile
+from collections.abc import Callable, Iterator, Mapping, Sequence
+from dataclasses import dataclass, replace
+from functools import partial
+from pathlib import Path
+from typing import Any, cast
+
+from modeling.attributes.bench_material import made_up
+from modeling.attributes.evaluation_tables import Row, features_of, method_rows
+from modeling.attributes.folds import all_of_them
+from modeling.attributes.judging_entries import PROPOSED, Own
+from modeling.attributes.judging_jobs import Entry
+from modeling.attributes.judging_run import answer, learning
+from modeling.attributes.judging_whole import Judged, Wanted, judge
+from modeling.attributes.material import Array, Material, Texture
+from modeling.attributes.methods import Fitted, Method
+from modeling.attributes.model_file import Kept, read_model, write_model
+from modeling.training.threads import limited
+from protocols.bench import Case
+
+AREA = "textures"
+QUICK_TEXTURES, TEXTURES, SEGMENTS, PICTURES = 8, 16, 24, 4
+EPOCHS = 40
+ASKED = 50
+"""So many predictions are asked for at once: of one segment and one picture of each of so many textures."""
+WHOLE_SEGMENTS, WHOLE_PICTURES = 110, 10
+"""Of a texture of the study: 60 s less 5 s of ends, and its pictures; a network answers for each pair of them."""
+
+
+@dataclass(frozen=True)
+class Found:
+    """What was judged once, and the textures that the models are asked about."""
+
+    judged: Judged
+    folder: Path
+    asked: Material
+    whole: Material
+
+    @property
+    def given(self) -> str:
+        """The data, as a row names them."""
+        textures, left_out = len(self.judged.material.textures), len(self.judged.tested)
+        return f"{textures} made-up textures, {left_out} left out, {self.judged.wanted.epochs or 'few'} epochs"
+
+
+def cases(
+    quick: bool, methods: Mapping[str, Method] | None = None, own: Own | None = None, workers: int | None = None
+) -> Iterator[Case]:
+    """Every figure of this area; `quick` leaves five textures out and trains the networks for few epochs."""
+    from modeling.attributes.registry import METHODS, OWN_FEATURES
+
+    every, features = METHODS if methods is None else methods, OWN_FEATURES if own is None else own
+    with tempfile.TemporaryDirectory() as folder:
+        material = made_up(QUICK_TEXTURES if quick else TEXTURES, SEGMENTS, PICTURES)
+        wanted = Wanted(Path(folder), ablations=False, quick=quick, epochs=None if quick else EPOCHS, workers=workers)
+        judged = judge(material, wanted, every, features)
+        whole = made_up(1, WHOLE_SEGMENTS, WHOLE_PICTURES, seed=1)
+        found = Found(judged, Path(folder), made_up(ASKED, 1, 1, seed=1), whole)
+        yield from _trainings(found)
+        yield from _answers(found)
+
+
+def named(method: str) -> str:
+    """A method's name in the table; the proposed one says so."""
+    return f"palpate, {method}" if method == PROPOSED else method
+
+
+def _trainings(found: Found) -> Iterator[Case]:
+    kind = "MAE of textures left out, 0 to 100; time of a fold's training"
+    for row in method_rows(found.judged):
+        seconds = partial(_taken, row["train_s"] or 0.0)
+        yield _case(found, "attributes of a texture left out", row, kind, _nothing, seconds)
+
+
+def _answers(found: Found) -> Iterator[Case]:
+    """Features to attributes, each method from its file: 50 rows, and one whole texture."""
+    judged, kind = found.judged, "MAE of textures left out, 0 to 100"
+    rows = [(row, judged.main(row["method"])) for row in method_rows(judged) if row["mae"] is not None]
+    models = [(row, _from_file(found, entry)) for row, entry in rows if entry is not None]
+    whole = f"a texture of {WHOLE_SEGMENTS} segments and {WHOLE_PICTURES} pictures"
+    for case, of in (("50 predictions, of a segment and a picture", found.asked), (whole, found.whole)):
+        for row, model in models:
+            run = partial(asked, model, of.textures, len(of.attributes))
+            yield replace(_case(found, case, row, kind, run), n=len(of.textures))
+
+
+def asked(model: Fitted, textures: Sequence[Texture], attributes: int) -> list[Array]:
+    """Every texture's prediction, as the library makes it: one after another, with one thread."""
+    with limited(1):
+        return [answer(model, texture, attributes)[0] for texture in textures]
+
+
+def _from_file(found: Found, entry: Entry) -> Fitted:
+    """The method fitted to all, written and read back."""
+    judged, methods = found.judged, found.judged.context.methods
+    method, settings = judged.method(entry), judged.wanted.settings
+    with limited(1):
+        fold = all_of_them(judged.material)
+        fitted = method.fit(learning(judged.material, fold, method, entry, judged.wanted.seed, settings))
+    card: dict[str, Any] = {
+        "name": f"bench-{entry.method}", "title": features_of(entry), "method": entry.method,
+        "attributes": tuple((pair.low, pair.high) for pair in judged.material.attributes),
+    }  # fmt: skip
+    return read_model(write_model(found.folder, cast(Kept, fitted), card, methods), methods)
+
+
+def _case(
+    found: Found, case: str, row: Row, kind: str, run: Callable[[], object],
+    seconds: Callable[[object], float] | None = None,
+) -> Case:  # fmt: skip
+    told = partial(_told, row["mae"])
+    return Case(
+        AREA, case, named(row["method"]), found.given, len(found.judged.tested), kind, run, told, seconds=seconds
+    )
+
+
+def _told(error: float | None, _answer: object) -> float | None:
+    return error
+
+
+def _nothing() -> None:
+    """Nothing is run again."""
+
+
+def _taken(seconds: float, _answer: object) -> float:
+    return seconds

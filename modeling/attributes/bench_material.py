@@ -1,0 +1,43 @@
+"""Textures that are made up for the bench: what is felt and what is seen are known, and so is what nobody can tell."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping, Sequence
+
+import numpy as np
+
+from modeling.attributes.material import Array, Material, Pair, Rated, Rows, Texture
+
+PAIRS = (Pair("Rough", "Smooth"), Pair("Flat", "Bumpy"), Pair("Sticky", "Slippery"), Pair("Hard", "Soft"))
+SIZES: Mapping[str, int] = {"mfcc": 520, "hand": 6, "dft": 250, "dwt": 24, "resnet": 2048, "glcm": 256}
+FELT, SEEN = np.array([1.0, 0.0, 1.0, 1.0]), np.array([0.4, 1.0, 0.0, 0.0])
+"""How much of roughness, bumps, slipperiness and softness is in what is felt, and in what is seen."""
+CLASSES = ("wood", "foam", "mesh", "paper")
+RATING_SD, PEOPLE_SD, PEOPLE = 18.0, 8.0, 20
+
+
+def made_up(textures: int, segments: int, pictures: int, seed: int = 0, noise: float = 1.0) -> Material:
+    """Features are four latent numbers in drawn directions, and noise; mean ratings are the latents, with theirs."""
+    chance = np.random.Generator(np.random.PCG64(seed))
+    ways = {kind: chance.standard_normal((4, size)) for kind, size in SIZES.items()}
+    found = []
+    for place, own in enumerate(chance.standard_normal((textures, 4))):
+
+        def rows(kinds: Sequence[str], count: int, told: Array) -> dict[str, Rows]:
+            return {
+                kind: (told @ ways[kind] + noise * chance.standard_normal((count, SIZES[kind]))).astype(np.float32)
+                for kind in kinds
+            }
+
+        off = PEOPLE_SD / np.sqrt(PEOPLE) * chance.standard_normal(4)
+        found.append(
+            Texture(
+                f"M{place + 1:02d}", f"made up {place + 1}", CLASSES[place % len(CLASSES)],
+                touch=rows(("mfcc", "hand", "dft", "dwt"), segments, own * FELT),
+                sight=rows(("resnet", "glcm"), pictures, own * SEEN),
+                variants=rows(("resnet", "glcm"), pictures, own * SEEN),
+                rated=Rated(np.clip(50 + RATING_SD * own + off, 0, 100), np.full(4, PEOPLE_SD), PEOPLE),
+                made_from=frozenset({f"made up {seed} {place}"}),
+            )
+        )  # fmt: skip
+    return Material(tuple(found), PAIRS, weights="made up: no network looked at anything", simulated=True)

@@ -1,0 +1,62 @@
+"""A ConvLSTM over places in a row (Shi et al. 2015, without peepholes, as Keras' ConvLSTM1D)."""
+
+from __future__ import annotations
+
+import torch
+from torch import Tensor, nn
+
+from modeling.attributes.material import MaterialError
+
+KERNEL = 3
+GAIN = 4.0
+"""How much larger than Glorot's the weights from the input begin. A sigmoid times a tanh quarters a small signal; six
+layers of it would hand over a 4000th, and nothing would be learned in the first hundreds of steps."""
+
+
+class ConvLSTM1D(nn.Module):
+    """One layer: a long short-term memory at each place, whose gates see the neighbouring places too.
+
+    (i, f, g, o) = W * x_t + U * h_(t-1) + b;  c_t = s(f) c_(t-1) + s(i) tanh(g);  h_t = s(o) tanh(c_t)
+
+    where * is a convolution over places with zeros beyond the ends, s the logistic function, h_0 = c_0 = 0. Gates stand
+    in torch.nn.LSTM's order: with a kernel of one and a single place it is that layer.
+    """
+
+    def __init__(self, channels: int, filters: int, kernel: int = KERNEL) -> None:
+        super().__init__()
+        if kernel < 1 or kernel % 2 == 0:
+            raise MaterialError(f"a kernel of {kernel} places has no middle: an odd number is expected.")
+        self.channels, self.filters = channels, filters
+        self.given = nn.Conv1d(channels, 4 * filters, kernel, padding=kernel // 2)
+        self.kept = nn.Conv1d(filters, 4 * filters, kernel, padding=kernel // 2, bias=False)
+        self._begin()
+
+    def forward(self, x: Tensor) -> Tensor:
+        """(batch, steps, channels, places) to the hidden state of every step (batch, steps, filters, places).
+
+        Raises MaterialError for another shape.
+        """
+        if x.ndim != 4 or x.shape[2] != self.channels or not x.shape[1]:
+            raise MaterialError(f"a ConvLSTM came to {tuple(x.shape)}: (batch, steps, {self.channels}, places) needed.")
+        given = self.given(x.flatten(0, 1)).unflatten(0, x.shape[:2])
+        found: list[Tensor] = []
+        cell: Tensor | None = None
+        for step in given.unbind(1):
+            gates = step + self.kept(found[-1]) if found else step  # before the first step there is nothing kept
+            enter, stay, new, leave = gates.chunk(4, dim=1)
+            entering = torch.sigmoid(enter) * torch.tanh(new)
+            cell = entering if cell is None else torch.sigmoid(stay) * cell + entering
+            found.append(torch.sigmoid(leave) * torch.tanh(cell))
+        return torch.stack(found, dim=1)
+
+    def _begin(self) -> None:
+        """Weights to begin with: Glorot's from the input, orthogonal ones from the past, a forget gate that stays."""
+        with torch.no_grad():
+            for weights in self.given.weight.chunk(4):
+                nn.init.xavier_uniform_(weights, gain=GAIN)
+            for weights in self.kept.weight.chunk(4):
+                weights.zero_()
+                nn.init.orthogonal_(weights[:, :, weights.shape[2] // 2])
+            if self.given.bias is not None:
+                self.given.bias.zero_()
+                self.given.bias[self.filters : 2 * self.filters] = 1.0

@@ -1,0 +1,147 @@
+"""Figures 3.8 and 3.9 of the thesis, error against time, learning curves."""
+
+from __future__ import annotations
+
+from collections.abc import Iterator, Sequence
+from pathlib import Path
+from typing import TYPE_CHECKING, Any
+
+from analysis.figures.drawn import FigureKind, Shown
+from analysis.figures.style import INK, OKABE_ITO, SOFT, drawing, save
+from modeling.attributes import evaluation_words as words
+from modeling.attributes.evaluation_figures_time import time_figures
+from modeling.attributes.evaluation_tables import Row, attribute_rows, method_rows, names_of, prediction_rows
+from modeling.attributes.judging_default import choice
+from modeling.attributes.judging_entries import PROPOSED
+from modeling.attributes.judging_jobs import MAIN, Entry
+from modeling.attributes.judging_whole import Judged
+from modeling.report.drawn import Pictured, drawn_figure
+
+if TYPE_CHECKING:
+    from matplotlib.axes import Axes
+
+    from modeling.training.history import Epoch
+
+UNIT = "-100 to 100"
+MOST = 8
+"""Learning curves of so many textures can be told apart."""
+
+
+def figures(found: Judged, folder: Path) -> Iterator[Pictured]:
+    """Draw every figure that the evaluation has something for, and write NAME.svg and NAME.png into the folder.
+
+    Figures 3.8 and 3.9 are of the best method, and of the thesis' network where that is another one.
+    """
+    rows = method_rows(found)
+    judged = [row["method"] for row in rows if row["mae"] is not None]
+    shown = [name for name in dict.fromkeys((choice(rows).method, PROPOSED)) if name in judged]
+    for place, name in enumerate(shown):
+        end, title = "" if place == 0 else f"_{name}", next(row["title"] for row in rows if row["method"] == name)
+        own = _centred([row for row in prediction_rows(found) if row["method"] == name])
+        yield _by_texture(found, own, title, f"figure_3_8{end}", folder)
+        yield _against(found, own, name, title, f"scatter_3_8{end}", folder)
+        yield _by_class(found, name, title, f"figure_3_9{end}", folder)
+    yield from time_figures(rows, folder)
+    yield from _curves(found, folder)
+
+
+def _centred(rows: Sequence[Row]) -> list[Row]:
+    """Predictions and ratings on -100..100 (thesis 3.3.3)."""
+    return [{**row, "actual": 2 * row["rated"] - 100, "predicted": 2 * row["predicted"] - 100,
+             "sd": None if row["rated_sd"] is None else 2 * row["rated_sd"]} for row in rows]  # fmt: skip
+
+
+def _by_texture(found: Judged, rows: Sequence[Row], title: str, name: str, folder: Path) -> Pictured:
+    """Figure 3.8: a panel for each attribute, a place for each texture."""
+    from matplotlib.figure import Figure
+
+    names, tested = names_of(found), found.tested
+    with drawing(name):
+        figure = Figure(figsize=(max(6.4, 0.19 * len(tested) + 1.2), 1.75 * len(names) + 0.9), layout="constrained")
+        grid = figure.subplots(len(names), 1, sharex=True, squeeze=False)[:, 0]
+        for axes, attribute in zip(grid, names, strict=True):
+            _panel(axes, [row for row in rows if row["attribute"] == attribute], attribute)
+        grid[-1].set_xticks(range(len(tested)), tested, rotation=90, fontsize=7)
+        handles, labels = grid[0].get_legend_handles_labels()
+        figure.legend(handles, labels, loc="outside upper right", ncols=2, frameon=False)
+        caption = words.FIGURE_3_8.format(title=title)
+        return drawn_figure(name, f"Predicted and rated, by texture: {title}", caption, figure, folder)
+
+
+def _panel(axes: Axes, rows: Sequence[Row], attribute: str) -> None:
+    low, _, high = attribute.partition("-")
+    for place, row in enumerate(rows):
+        axes.plot([place, place], [row["actual"], row["predicted"]], color=SOFT, linewidth=0.8, zorder=1)
+        if row["sd"] is not None:
+            ends = [max(-100.0, row["actual"] - row["sd"]), min(100.0, row["actual"] + row["sd"])]
+            axes.plot([place, place], ends, color=INK, linewidth=2.5, alpha=0.18, zorder=0)
+    for key, label, colour, shape in (("actual", "rated", INK, "o"), ("predicted", "predicted", OKABE_ITO[0], "D")):
+        axes.plot(range(len(rows)), [row[key] for row in rows], shape, color=colour, markersize=3.5, label=label)
+    axes.set(ylim=(-105, 105), xlim=(-0.8, len(rows) - 0.2), yticks=(-100, 0, 100))
+    axes.set_yticklabels([f"{low} -100", "0", f"{high} 100"], fontsize=7.5)
+    axes.grid(visible=True, axis="y")
+
+
+def _against(found: Judged, rows: Sequence[Row], method: str, title: str, name: str, folder: Path) -> Pictured:
+    """Figure 3.8 as predicted against rated, with 90 % intervals."""
+    from analysis.figures.predicted import PREDICTED
+
+    wide = {row["attribute"]: row["half_width"] for row in attribute_rows(found) if row["method"] == method}
+    told = [_with_interval(row, wide[row["attribute"]]) for row in rows]
+    asked: dict[str, Any] = {"name": name, "figure": "predicted", "panels": "attribute", "unit": UNIT,
+                             "title": f"Predicted against rated: {title}"}  # fmt: skip
+    asked |= {} if any(row["sd"] is not None for row in rows) else {"sd": 20.0}
+    return _shown(PREDICTED, asked, told, found, folder)
+
+
+def _with_interval(row: Row, wide: float | None) -> Row:
+    kept = {name: row[name] for name in ("attribute", "class", "actual", "predicted", "sd")} | {
+        "stimulus": row["texture"]
+    }
+    if wide is None:
+        return kept
+    return {**kept, "low": max(-100.0, row["predicted"] - 2 * wide), "high": min(100.0, row["predicted"] + 2 * wide)}
+
+
+def _by_class(found: Judged, method: str, title: str, name: str, folder: Path) -> Pictured:
+    """Figure 3.9: the MAE of each class, 0 to 100."""
+    from analysis.figures.class_heatmap import CLASS_HEATMAP
+
+    rows = [{"stimulus": row["texture"], "class": row["class"], "attribute": row["attribute"], "actual": row["rated"],
+             "predicted": row["predicted"]} for row in prediction_rows(found) if row["method"] == method]  # fmt: skip
+    asked = {"name": name, "figure": "class_heatmap", "unit": "0 to 100", "title": words.CLASSES.format(title=title)}
+    return _shown(CLASS_HEATMAP, {**asked, "order": "error"}, rows, found, folder)
+
+
+def _shown(kind: FigureKind, asked: dict[str, Any], rows: Sequence[Row], found: Judged, folder: Path) -> Pictured:
+    """A figure of an analysis plan, from rows of ours."""
+    import pandas as pd
+
+    from analysis.plans.answers import Selected
+
+    table = pd.DataFrame(list(rows))
+    levels = {"attribute": tuple(names_of(found)), "class": tuple(dict.fromkeys(table["class"]))}
+    settings = kind.settings.model_validate(asked)
+    shown = kind.data(Shown(Selected(table, table.iloc[:0], tuple(names_of(found)), levels)), settings)
+    with drawing(settings.name):
+        drawn = kind.draw(shown)
+        svg, _ = save(drawn.figure, folder, settings.name)
+    return Pictured(settings.name, shown.title, shown.caption, svg.read_text(encoding="utf-8"), drawn.marks)
+
+
+def _curves(found: Judged, folder: Path) -> Iterator[Pictured]:
+    """The learning curves of every method that is trained in epochs, a line for each texture left out."""
+    from modeling.training.learning_curve import learning_curve
+
+    for entry in found.of(MAIN):
+        if histories := _histories(found, entry):
+            name, title = f"learning_{entry.method}", f"Learning curves: {found.method(entry).title}"
+            with drawing(name):
+                yield drawn_figure(name, title, words.CURVES, learning_curve(histories), folder)
+
+
+def _histories(found: Judged, entry: Entry) -> dict[str, list[Epoch]]:
+    from modeling.attributes.judging_histories import history_of
+
+    own = {f"without {done.job.test}": history_of(done) for done in found.done(entry)[:MOST] if not done.refused}
+    return {name: told for name, told in own.items() if told}

@@ -1,0 +1,132 @@
+"""An evaluation of predicted attributes as files: tables, one JSON with every number, figures and the report."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Callable, Mapping
+from functools import partial
+from pathlib import Path
+from typing import Any
+
+from modeling.attributes.evaluation_report import choice_of, reached
+from modeling.attributes.evaluation_tables import (
+    Row,
+    attribute_rows,
+    class_rows,
+    curve_rows,
+    fold_rows,
+    method_rows,
+    prediction_rows,
+    table_rows,
+)
+from modeling.attributes.judging_default import DEFAULT, RULE
+from modeling.attributes.judging_material import digest_of
+from modeling.attributes.judging_whole import Judged, usable
+from modeling.attributes.material import Material
+from modeling.doors.intervals import COVERAGE
+from modeling.files.evaluation_folder import read_results, write_evaluation
+from modeling.training.run_card import versions
+
+NAME, KEPT = "attributes", ".jobs"
+LONG = ("learning_curves", "predictions")
+"""Tables of many rows: they stand in their CSV alone."""
+
+
+def folder_for(lab: Path) -> Path:
+    """Where a lab's evaluation lies."""
+    return lab / "evaluated" / NAME
+
+
+def kept_in(lab: Path) -> Path:
+    """Where a lab keeps finished jobs."""
+    return folder_for(lab) / KEPT
+
+
+def tables(found: Judged) -> dict[str, list[Row]]:
+    """Every table of the evaluation, by the name of its CSV; one that has no rows is left out."""
+    every = {
+        "methods": method_rows(found),
+        "attributes": attribute_rows(found),
+        "classes": class_rows(found),
+        "table_3_2": table_rows(found, "mae"),
+        "table_3_3": table_rows(found, "rmse"),
+        "table_3_4": table_rows(found, "same_features"),
+        "table_3_5": table_rows(found, "kinds"),
+        "folds": fold_rows(found),
+        "predictions": prediction_rows(found),
+        "learning_curves": curve_rows(found),
+    }
+    return {name: rows for name, rows in every.items() if rows}
+
+
+def as_json(found: Judged) -> dict[str, Any]:
+    """Every number with what it rests on; what is no number is null."""
+    chosen, material = choice_of(found), found.material
+    return {
+        "data": {
+            "digest": found.context.digest, "textures": list(material.ids), "weights": material.weights,
+            "attributes": [[pair.low, pair.high] for pair in material.attributes], "notes": list(material.notes),
+        },
+        "simulated": material.simulated,
+        "tested": list(found.tested),
+        "not_used": dict(found.left_out),
+        "quick": found.wanted.quick,
+        "epochs": found.wanted.epochs,
+        "seed": found.wanted.seed,
+        "software": versions(),
+        "seconds": found.seconds,
+        "jobs": len(found.results),
+        "jobs_kept": found.taken,
+        "feature_seconds": dict(found.times),
+        "default": {"method": chosen.method, "why": chosen.why, "of_ours": list(chosen.of_ours), "rule": RULE},
+        "reached": [list(each) for each in reached(found)],
+        "intervals": {"coverage": COVERAGE, "half_width": intervals(found)},
+        "tables": {name: [plain(row) for row in rows] for name, rows in tables(found).items() if name not in LONG},
+    }  # fmt: skip
+
+
+def intervals(found: Judged) -> dict[str, dict[str, float]]:
+    """Half widths of the 90 % intervals by method and attribute, on 0..100; empty with too few textures."""
+    told: dict[str, dict[str, float]] = {}
+    for row in attribute_rows(found):
+        if row["half_width"] is not None:
+            told.setdefault(row["method"], {})[row["attribute"]] = row["half_width"]
+    return told
+
+
+def plain(row: Mapping[str, Any]) -> Row:
+    """A row as JSON holds it."""
+    return {name: None if isinstance(v, float) and not math.isfinite(v) else v for name, v in row.items()}
+
+
+def write_all(
+    found: Judged, folder: Path, report: Callable[[str], None] = lambda _line: None, drawings: bool = True
+) -> list[Path]:
+    """Write everything and give the paths, the report last; what an earlier evaluation wrote here and this one does
+    not is removed, nothing else is touched."""
+    from modeling.attributes.evaluation_figures import figures
+    from modeling.attributes.evaluation_report import report_html
+    from modeling.report.drawn import Pictured
+
+    rows = {name: [plain(row) for row in each] for name, each in tables(found).items()}
+
+    def draw(place: Path) -> list[Pictured]:
+        report("drawing")
+        return list(figures(found, place)) if drawings else []
+
+    return write_evaluation(folder, rows, draw, partial(report_html, found), lambda: as_json(found))
+
+
+def default_of(lab: Path, material: Material) -> str:
+    """The method that a lab's own evaluation of the very same textures chose, else the shipped default.
+
+    An evaluation without the shipped default among its methods says nothing against it.
+    """
+    told = read_results(folder_for(lab))
+    try:
+        evaluated = {row["method"] for row in told["tables"]["methods"] if row["mae"] is not None}
+        if told["data"]["digest"] == digest_of(usable(material)[0]) and not told["quick"] and DEFAULT in evaluated:
+            return str(told["default"]["method"])
+    except (KeyError, TypeError, AttributeError):
+        pass
+    return DEFAULT

@@ -1,0 +1,135 @@
+"""The sections of the report: all methods, features, classes, uncertainty, time, and where everything comes from."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+
+from modeling.attributes import evaluation_words as words
+from modeling.attributes.evaluation_tables import (
+    Row,
+    attribute_rows,
+    class_rows,
+    fold_rows,
+    method_rows,
+    names_of,
+    table_rows,
+)
+from modeling.attributes.evaluation_thesis import Which, number_of
+from modeling.attributes.judging_default import Choice
+from modeling.attributes.judging_whole import Judged
+from modeling.report.blocks import Block, Column, Heading, Section, Words, in_seconds, table
+from modeling.report.drawn import Pictured
+from modeling.report.pictures import chosen as pictures
+from modeling.report.pictures import figure_block
+from modeling.training.run_card import versions
+
+OVERALL = (
+    Column("title", "method"),
+    Column("mae", "MAE", "2", "Mean over textures and attributes, 0 to 100", "low"),
+    Column("rmse", "RMSE", "2", "Mean over the attributes, 0 to 100", "low"),
+    Column("within_jnd", "within JND", "share", "Predictions no more than 10 off, what people just notice", "high"),
+    Column("best_more", "more than the best", "text", "Paired difference of MAE, with its interval"),
+    Column("ours_more", "than the thesis' network", "text", "Paired difference of MAE, with its interval"),
+    Column("half_width", "± width", "2", "Of 90 % intervals, mean over the attributes", "low"),
+    Column("coverage", "coverage", "share", "Ratings within their 90 % interval"),
+    Column("features_s", "features", "s", "Of one texture"),
+    Column("train_s", "training", "s", "Of one fold", "low"),
+    Column("answer_s", "answer", "s", "Of one texture", "low"),
+)
+FOUND = (Column("attribute", "attribute"), Column("mae", "MAE", "2"), Column("rmse", "RMSE", "2"),
+         Column("within_jnd", "within JND", "share"), Column("half_width", "± 90 %", "2"))  # fmt: skip
+FOLDS = (Column("test", "left out"), Column("train", "learned from", "int"), Column("held", "watched", "words"),
+         Column("apart", "kept apart", "words"))  # fmt: skip
+SOURCES = (Column("title", "method"), Column("method", "name"), Column("features", "features", "words"),
+           Column("source", "source", "words"), Column("refused", "refused", "words"))  # fmt: skip
+
+
+def methods_section(found: Judged, chosen: Choice) -> Section:
+    """All methods side by side, Tables 3.2 and 3.3."""
+    rows = [_told(row) for row in method_rows(found)]
+    blocks: list[Block] = [
+        Words(words.FOLDS),
+        table("Error and time", rows, OVERALL, ours=chosen.method, note=f"{words.DIFFERENCES} {words.TIMES}"),
+        *([] if found.times else [Words(words.NO_FEATURE_TIMES, "note")]),
+        _numbered(found, "mae", "MAE", words.MAE_NOTE, chosen),
+        _numbered(found, "rmse", "RMSE", words.RMSE_NOTE, chosen),
+    ]
+    refused = [row for row in rows if row["refused"]]
+    if refused:
+        blocks.append(table("Not judged", refused, [Column("title", "method"), Column("refused", "why", "words")]))
+    return Section("methods", "All methods", tuple(blocks))
+
+
+def _told(row: Row) -> Row:
+    """The row with its differences as a reader sees them."""
+    return {**row, **{f"{name}_more": _more(row, name) for name in ("best", "ours")}}
+
+
+def _more(row: Row, name: str) -> str | None:
+    mean, low, high = (row[f"{name}_{end}"] for end in ("less", "low", "high"))
+    if mean is None:
+        return None
+    if low is None or high is None:
+        return f"{mean:+.2f}".replace("-", "−")
+    ends = f"{low:+.2f} to {high:+.2f}"
+    return f"{mean:+.2f} ({ends}){', chance?' if row[f'{name}_chance'] else ''}".replace("-", "−")
+
+
+def _numbered(found: Judged, which: Which, measure: str, note: str, chosen: Choice) -> Block:
+    rows = table_rows(found, which)
+    cells = [Column(name, name, "2", "", "low") for name in (*names_of(found), "mean")]
+    first = [Column("title", "method")]
+    if which == "kinds":
+        first.append(Column("features", "features"))
+    title = f"Table {number_of(which)}, {measure}"
+    return table(title, rows, [*first, *cells], note=note.format(count=len(found.tested)), ours=chosen.method)
+
+
+def features_section(found: Judged, chosen: Choice) -> Section | None:
+    """Tables 3.4 and 3.5; None where they were not asked for."""
+    if not found.wanted.ablations:
+        return None
+    blocks = (
+        Words(words.BRANCHES),
+        _numbered(found, "same_features", "RMSE", words.SAME, chosen),
+        _numbered(found, "kinds", "RMSE", words.KINDS, chosen),
+    )
+    return Section("features", "Methods and features apart", blocks)
+
+
+def textures_section(found: Judged, pictured: Sequence[Pictured], chosen: Choice) -> Section:
+    """Figures 3.8 and 3.9, by attribute and class, and the intervals."""
+    rows = [row for row in attribute_rows(found) if row["method"] == chosen.method]
+    classes = [row for row in class_rows(found) if row["method"] == chosen.method and row["attribute"] == "all"]
+    by_class = (Column("class", "class"), Column("textures", "textures", "int"), *FOUND[1:4])
+    drawn = pictures(pictured, "figure_3_8", "scatter_3_8", "figure_3_9")
+    blocks: tuple[Block, ...] = (
+        table(f"{chosen.method} by attribute", rows, FOUND, note=words.INTERVALS),
+        *(figure_block(each, "Figure 3.9" if each.name.startswith("figure_3_9") else "Figure 3.8") for each in drawn),
+        table(f"{chosen.method} by class", classes, by_class, folded=True),
+    )
+    return Section("textures", "Textures and classes", blocks)
+
+
+def time_section(pictured: Sequence[Pictured]) -> Section | None:
+    """Error against time, and learning curves; None where nothing was drawn."""
+    blocks = tuple(figure_block(each) for each in pictures(pictured, "work_precision", "learning_"))
+    return Section("time", "Time", blocks) if blocks else None
+
+
+def provenance(found: Judged) -> Section:
+    """What everything comes from."""
+    software: list[Row] = [{"package": name, "version": told or "not installed"} for name, told in versions().items()]
+    notes: list[Row] = [{"texture": each.label, "notes": "; ".join(each.notes) or None}
+                        for each in found.material.textures if each.notes]  # fmt: skip
+    jobs, taken = len(found.results), found.taken
+    told = f"Seed {found.wanted.seed}. {jobs} trainings, {taken} of them taken from earlier, equal evaluations; "
+    blocks: list[Block] = [Words(f"{told}{in_seconds(found.seconds)} here."), Words(words.UNROUNDED)]
+    blocks += [Words(note) for note in found.material.notes]
+    blocks.append(table("Methods and their sources", method_rows(found), SOURCES))
+    blocks.append(table("Folds", fold_rows(found), FOLDS, folded=True))
+    if notes:
+        columns = [Column("texture", "texture"), Column("notes", "notes", "words")]
+        blocks += [Heading("Textures"), table("What was noticed", notes, columns, folded=len(notes) > 6)]
+    blocks.append(table("Software", software, [Column("package", "package"), Column("version", "version")]))
+    return Section("provenance", "Provenance", tuple(blocks))

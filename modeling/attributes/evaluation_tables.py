@@ -1,0 +1,204 @@
+"""An evaluation of predicted attributes as rows of plain values."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Iterator, Sequence
+from typing import Any
+
+import numpy as np
+
+from modeling.attributes.evaluation_thesis import SAID, Which, printed
+from modeling.attributes.judging_entries import PROPOSED
+from modeling.attributes.judging_jobs import KINDS, MAIN, SAME, Entry, Job
+from modeling.attributes.judging_run import named
+from modeling.attributes.judging_whole import Judged
+from modeling.attributes.scores import Difference, Errors, by_class, difference, errors
+from modeling.doors.intervals import COVERAGE, half_widths, needed, nested_coverage
+from modeling.training.history import COLUMNS
+
+Row = dict[str, Any]
+
+
+def names_of(found: Judged) -> list[str]:
+    """The attributes, as tables name them."""
+    return [pair.name for pair in found.context.attributes]
+
+
+def scored(found: Judged, entry: Entry) -> Errors | None:
+    """An entry's errors; None where it was refused."""
+    return None if found.refused(entry) else errors(found.predicted(entry), found.rated())
+
+
+def method_rows(found: Judged) -> list[Row]:
+    """A row for each method with its own features: errors, intervals, times, and differences from others.
+
+    `best_*` is the paired difference of MAE from the best method, `ours_*` from the thesis' network: positive means
+    that the row's method errs more. Each interval holds with 95 % together with those of the other methods.
+    """
+    main = found.of(MAIN)
+    judged = {entry: told for entry in main if (told := scored(found, entry)) is not None}
+    best = min(judged, key=lambda entry: judged[entry].mean_mae, default=None)
+    ours = next((entry for entry in judged if entry.method == PROPOSED), None)
+    rows = []
+    for entry in main:
+        own = judged.get(entry)
+        beside = {name: None if other is None else judged[other] for name, other in (("best", best), ("ours", ours))}
+        of = {"method": entry.method, "title": found.method(entry).title, "features": features_of(entry)}
+        rows.append({**of, **_errors(own), **_interval(found, entry, own is not None), **_times(found, entry),
+                     **_against(found, own, beside, len(judged) - 1), "refused": found.refused(entry) or None,
+                     "source": found.method(entry).source})  # fmt: skip
+    return rows
+
+
+def features_of(entry: Entry) -> str:
+    """The kinds of features, "mfcc+hand+resnet+glcm"."""
+    return "+".join((*entry.touch, *entry.sight))
+
+
+def _errors(told: Errors | None) -> Row:
+    if told is None:
+        return dict.fromkeys(("mae", "rmse", "within_jnd"))
+    return {"mae": told.mean_mae, "rmse": told.mean_rmse, "within_jnd": told.all_within}
+
+
+def _against(found: Judged, own: Errors | None, beside: dict[str, Errors | None], compared: int) -> Row:
+    row: Row = {}
+    for name, other in beside.items():
+        same = own is None or other is None or own is other
+        off = None if same else _difference(found, own, other, compared)
+        ends = (None, None, None) if off is None else (off.mean, off.low, off.high)
+        row |= dict(zip((f"{name}_less", f"{name}_low", f"{name}_high"), ends, strict=True))
+        row[f"{name}_chance"] = None if off is None else off.chance
+    return row
+
+
+def _difference(found: Judged, own: Errors | None, other: Errors | None, compared: int) -> Difference | None:
+    if own is None or other is None:
+        return None
+    return difference(own.texture_mae, other.texture_mae, found.groups(), compared)
+
+
+def _interval(found: Judged, entry: Entry, answered: bool) -> Row:
+    """Half widths of 90 % intervals (mean over the attributes), and how many ratings such intervals hold.
+
+    For `coverage` each group of textures is left out of the residuals that its own intervals are taken from.
+    """
+    blank: Row = {"half_width": None, "coverage": None}
+    if not answered or len(found.tested) < needed(COVERAGE):
+        return blank
+    residual = found.predicted(entry) - found.rated()
+    row = {**blank, "half_width": float(half_widths(residual).mean())}
+    groups = found.groups()
+    if min(sum(each != own for each in groups) for own in groups) < needed(COVERAGE):
+        return row
+    return {**row, "coverage": nested_coverage(residual, groups).overall}
+
+
+def _times(found: Judged, entry: Entry) -> Row:
+    """Seconds: of all features that the method looks at, for one texture; of one training; of one answer."""
+    done = [each.numbers for each in found.done(entry) if not each.refused]
+    kinds = (*entry.touch, *entry.sight)
+    features = sum(found.times[kind] for kind in kinds) if all(kind in found.times for kind in kinds) else None
+    return {
+        "features_s": features,
+        "train_s": float(np.median([each["train_s"] for each in done])) if done else None,
+        "all_train_s": float(np.sum([each["train_s"] for each in done])) if done else None,
+        "answer_s": float(np.median([each["asked_s"] for each in done])) if done else None,
+    }
+
+
+def attribute_rows(found: Judged) -> list[Row]:
+    """MAE, RMSE, share within the JND and half width of the 90 % interval, by method and attribute."""
+    return [row for entry in found.of(MAIN) for row in _by_attribute(found, entry)]
+
+
+def _by_attribute(found: Judged, entry: Entry) -> Iterator[Row]:
+    told = scored(found, entry)
+    if told is None:
+        return
+    wide: Sequence[float | None] = [None] * len(told.mae)
+    if len(found.tested) >= needed(COVERAGE):
+        wide = half_widths(found.predicted(entry) - found.rated()).tolist()
+    for name, *values in zip(names_of(found), told.mae, told.rmse, told.within, wide, strict=True):
+        numbers = dict(zip(("mae", "rmse", "within_jnd", "half_width"), values, strict=True))
+        yield {"method": entry.method, "title": found.method(entry).title, "attribute": name, **numbers}
+
+
+def class_rows(found: Judged) -> list[Row]:
+    """MAE, RMSE and share within the JND by method, class and attribute, with a row over all attributes."""
+    rows: list[Row] = []
+    classes = [each.category for each in named(found.material, found.tested)]
+    for entry in found.of(MAIN):
+        if found.refused(entry):
+            continue
+        for name, (count, told) in by_class(found.predicted(entry), found.rated(), classes).items():
+            own = {"method": entry.method, "class": name, "textures": count}
+            for place, attribute in enumerate(names_of(found)):
+                rows.append({**own, "attribute": attribute, "mae": told.mae[place], "rmse": told.rmse[place],
+                             "within_jnd": told.within[place]})  # fmt: skip
+            rows.append({**own, "attribute": "all", "mae": told.mean_mae, "rmse": told.mean_rmse,
+                         "within_jnd": told.all_within})  # fmt: skip
+    return rows
+
+
+def table_rows(found: Judged, which: Which) -> list[Row]:
+    """Table 3.2 ("mae"), 3.3 ("rmse"), 3.4 ("same_features") or 3.5 ("kinds"): a row for each entry, and the thesis'
+    below it where it printed one."""
+    table = {"same_features": SAME, "kinds": KINDS}.get(which, MAIN)
+    rows: list[Row] = []
+    for entry in found.of(table):
+        told = scored(found, entry)
+        values = None if told is None else told.mae if which == "mae" else told.rmse
+        title, names = found.method(entry).title, names_of(found)
+        own = {"method": entry.method, "title": title, "features": features_of(entry), "printed": False}
+        cells = dict.fromkeys((*names, "mean")) if values is None else {**dict(zip(names, values, strict=True)),
+                                                                         "mean": float(np.mean(values))}  # fmt: skip
+        rows.append({**own, **cells})
+        theirs = printed(which, entry.method, features_of(entry))
+        if theirs is not None and all(name in theirs for name in names):
+            said = {"method": f"{entry.method}, {SAID}", "title": f"{title}, {SAID}", "printed": True}
+            rows.append({**own, **said, **{name: theirs[name] for name in (*names, "mean")}})
+    return rows
+
+
+def prediction_rows(found: Judged) -> list[Row]:
+    """Every prediction with its rating, both on 0..100, by method, texture and attribute."""
+    rows: list[Row] = []
+    for entry in found.of(MAIN):
+        if found.refused(entry):
+            continue
+        for texture in named(found.material, found.tested):
+            rows += _predictions(found, entry, texture.id, texture.category)
+    return rows
+
+
+def _predictions(found: Judged, entry: Entry, texture: str, category: str) -> Iterator[Row]:
+    done = found.results[Job(entry, texture)]
+    rated = named(found.material, (texture,))[0].rated
+    for place, attribute in enumerate(names_of(found)):
+        yield {
+            "method": entry.method, "texture": texture, "class": category, "attribute": attribute,
+            "rated": None if rated is None else float(rated.mean[place]),
+            "rated_sd": None if rated is None or not math.isfinite(rated.sd[place]) else float(rated.sd[place]),
+            "predicted": float(done.predicted[place]), "spread": float(done.arrays["spread"][place]),
+        }  # fmt: skip
+
+
+def curve_rows(found: Judged) -> list[Row]:
+    """The learning curves of the methods with their own features, a row for each epoch."""
+    rows: list[Row] = []
+    for entry in found.of(MAIN):
+        for done in found.done(entry):
+            columns = [done.arrays[f"curve_{name}"].tolist() for name in COLUMNS if f"curve_{name}" in done.arrays]
+            rows += [{"method": entry.method, "without": done.job.test, **dict(zip(COLUMNS, values, strict=True))}
+                     for values in zip(*columns, strict=True)]  # fmt: skip
+    return rows
+
+
+def fold_rows(found: Judged) -> list[Row]:
+    """Who was left out, held and kept apart, fold by fold."""
+    return [
+        {"test": each.test, "train": len(each.train), "held": " ".join(each.held), "apart": " ".join(each.apart)}
+        for each in found.context.folds.values()
+    ]

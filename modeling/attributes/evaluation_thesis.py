@@ -1,0 +1,33 @@
+"""The numbers that the thesis printed, to stand beside ours: other people's private data, never a target."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping, Sequence
+from pathlib import Path
+from typing import Any, Literal
+
+from modeling.report.printed import printed_numbers
+
+FILE = Path(__file__).parent / "thesis_numbers.yaml"
+SAID = "thesis"
+Which = Literal["mae", "rmse", "same_features", "kinds"]
+
+
+def printed(which: Which, method: str, features: str = "") -> Mapping[str, float] | None:
+    """A line of Table 3.2 ("mae"), 3.3 ("rmse"), 3.4 or 3.5 by attribute ("Rough-Smooth"), with the `mean` over them,
+    which the thesis does not print; None where it has none. Of "kinds", `features` are named as our entries are."""
+    told: Mapping[str, Any] = printed_numbers(FILE)
+    line = told[which]["cells"].get(method)
+    if isinstance(line, Mapping):
+        line = line.get(features)
+    return None if line is None else _named(told["attributes"], line)
+
+
+def number_of(which: Which) -> str:
+    """The table's number in the thesis."""
+    return str(printed_numbers(FILE)[which]["table"])
+
+
+def _named(attributes: Sequence[str], line: Sequence[float]) -> dict[str, float]:
+    cells = {name: float(value) for name, value in zip(attributes, line, strict=True)}
+    return {**cells, "mean": sum(cells.values()) / len(cells)}

@@ -1,0 +1,128 @@
+"""HV-Net: what a picture's features say, by a convolutional autoencoder and two dense layers (thesis 3.5.1)."""
+
+from __future__ import annotations
+
+from typing import NamedTuple
+
+import torch
+from torch import Tensor, nn
+from torch.nn import functional
+
+from modeling.attributes.material import MaterialError
+
+FILTERS = (256, 256, 128, 64, 32)
+KERNELS = (4, 4, 3, 3, 3)
+DENSE = (512, 128)
+LEAST = 2 ** len(FILTERS)
+"""The shortest row that can be halved after each layer."""
+
+
+class Seen(NamedTuple):
+    """What HV-Net answers: 128 numbers a picture (batch, 128), and its features made anew (batch, length)."""
+
+    embedded: Tensor
+    rebuilt: Tensor
+
+
+class HVNet(nn.Module):
+    """(batch, length) features of pictures to 128 numbers each, and to the features made anew.
+
+    Encoder: five convolutions over the row of features, ReLU and a halving (max pooling 2) after each: of 2304 numbers
+    (32, 72) is left, the code. Decoder: the same filters and kernels the other way round, ReLU and a doubling after
+    each (to the length that was halved there, where it was odd), and one filter that joins 256 into the row.
+
+    The dense layers 512 and 128 are given the code, and the row that is made anew stands in the loss. The thesis has
+    them "after reconstruction", which can also mean that they are given that row; then ten layers stand between the
+    features and the answer, and one channel. That way it errs more after the same training, and prediction needs the
+    decoder (docs/reference/attribute-models.md has the numbers).
+
+    It is computed as pictures one number high, channels last: that is faster than a one-dimensional convolution.
+    """
+
+    def __init__(self, length: int) -> None:
+        super().__init__()
+        if length < LEAST:
+            raise MaterialError(f"HV-Net halves a row {len(FILTERS)} times: {length} features, {LEAST} are expected.")
+        self.length = length
+        self.encoder = nn.ModuleList(map(_conv, (1, *FILTERS[:-1]), FILTERS, KERNELS))
+        back = FILTERS[::-1]
+        self.decoder = nn.ModuleList(map(_conv, (back[0], *back[:-1]), back, KERNELS[::-1]))
+        self.join = _conv(back[-1], 1, KERNELS[0])
+        self.first, self.second = dense(FILTERS[-1] * (length // LEAST), DENSE[0]), dense(*DENSE)
+
+    def forward(self, rows: Tensor) -> Seen:
+        """Encode, embed, rebuild. Raises MaterialError for rows of another length."""
+        code = self.encode(rows)
+        return Seen(self.embed(code), self.decode(code))
+
+    def looked(self, rows: Tensor) -> Tensor:
+        """(batch, length) to (batch, 128), without making the features anew."""
+        return self.embed(self.encode(rows))
+
+    def encode(self, rows: Tensor) -> Tensor:
+        """(batch, length) to (batch, 32, length halved five times). Raises MaterialError for rows of another length."""
+        if rows.ndim != 2 or rows.shape[1] != self.length:
+            raise MaterialError(f"HV-Net came to {tuple(rows.shape)}: (batch, {self.length}) is expected.")
+        x = rows[:, None, None, :].contiguous(memory_format=torch.channels_last)
+        for layer in self.encoder:
+            x = torch.relu(functional.max_pool2d(layer(x)[..., : x.shape[3]], (1, 2)))  # the same as ReLU first
+        return x.squeeze(2)
+
+    def decode(self, code: Tensor) -> Tensor:
+        """What `encode` gives to (batch, length)."""
+        x = code[:, :, None, :].contiguous(memory_format=torch.channels_last)
+        for layer, length in zip(self.decoder, _lengths(self.length)[::-1], strict=True):
+            x = _stretched(torch.relu(layer(x)[..., : x.shape[3]]), length)
+        found: Tensor = self.join(x)[:, 0, 0, : self.length]
+        return found
+
+    def embed(self, code: Tensor) -> Tensor:
+        """What `encode` gives to (batch, 128)."""
+        return torch.relu(self.second(torch.relu(self.first(code.flatten(1)))))
+
+
+def shapes(network: HVNet, rows: Tensor) -> dict[str, tuple[int, ...]]:
+    """The shape of every stage for rows (batch, length), by name; channels before length."""
+    with torch.no_grad():
+        code = network.encode(rows)
+        hidden, seen = network.first(code.flatten(1)), network(rows)
+    stages = {"code": code, "rebuilt": seen.rebuilt, "hidden": hidden, "embedded": seen.embedded}
+    return {name: tuple(stage.shape[1:]) for name, stage in stages.items()}
+
+
+def dense(inputs: int, outputs: int, gain: float = 2.0) -> nn.Linear:
+    """A dense layer that begins as `_begun` says."""
+    layer = nn.Linear(inputs, outputs)
+    _begun(layer.weight, layer.bias, gain / inputs)
+    return layer
+
+
+def _conv(inputs: int, filters: int, kernel: int) -> nn.Conv2d:
+    """A convolution of this width. An even kernel gives one place too many, which is cut off at the end."""
+    layer = nn.Conv2d(inputs, filters, (1, kernel), padding=(0, kernel // 2))
+    _begun(layer.weight, layer.bias, 2.0 / (inputs * kernel))
+    return layer
+
+
+def _begun(weight: Tensor, bias: Tensor | None, variance: float) -> None:
+    """Weights begin as He et al. 2015 have it for ReLU, and so that each unit's sum is nothing.
+
+    What comes out of a ReLU has a mean; summed up, layer after layer, it would drown what differs between two rows. Of
+    a single channel all is kept.
+    """
+    with torch.no_grad():
+        weight.normal_(0.0, variance**0.5)
+        if weight.shape[1] > 1:
+            weight -= weight.flatten(1).mean(dim=1).view(-1, *[1] * (weight.ndim - 1))
+        if bias is not None:
+            bias.zero_()
+
+
+def _lengths(length: int) -> tuple[int, ...]:
+    """How long the row is before each halving."""
+    return tuple(length >> times for times in range(len(FILTERS)))
+
+
+def _stretched(x: Tensor, length: int) -> Tensor:
+    """Every place twice; the last one once more where an odd length was halved."""
+    return functional.interpolate(x, size=(1, length), mode="nearest")

@@ -1,0 +1,79 @@
+"""Textures joined by their ids: what was felt, what was seen, how it was rated; what lacks is noted."""
+
+from __future__ import annotations
+
+from collections.abc import Iterator, Mapping, Sequence
+from dataclasses import dataclass, field
+from typing import TYPE_CHECKING
+
+from modeling.attributes.material import Texture
+from modeling.attributes.reading_pictures import Photographed
+from modeling.attributes.reading_ratings import RatedTextures
+from modeling.attributes.seeing import Seen
+
+if TYPE_CHECKING:
+    from modeling.attributes.reading_touch import FeltRows
+
+LABEL, CATEGORY = "label", "class"
+"""Columns of a stimulus table."""
+
+
+@dataclass(frozen=True)
+class Parts:
+    """What was read of a lab; `touch` and `sight` say whether recordings and pictures were asked for."""
+
+    rated: RatedTextures
+    felt: Mapping[str, FeltRows] = field(default_factory=dict)
+    photos: Mapping[str, Photographed] = field(default_factory=dict)
+    looked: Mapping[str, Seen] = field(default_factory=dict)
+    touch: bool = True
+    sight: bool = True
+
+    @property
+    def ids(self) -> tuple[str, ...]:
+        """All textures, in the order in which they were first met."""
+        return tuple(dict.fromkeys((*self.felt, *self.photos, *self.rated.rated, *self.rated.incomplete)))
+
+
+def joined(parts: Parts) -> tuple[Texture, ...]:
+    """Every texture with what there is of it."""
+    return tuple(_texture(name, parts) for name in parts.ids)
+
+
+def _texture(name: str, parts: Parts) -> Texture:
+    felt, photo, looked = parts.felt.get(name), parts.photos.get(name), parts.looked.get(name)
+    label, category = _named(name, parts)
+    pictures = photo.pictures if photo else ()
+    return Texture(
+        name,
+        label,
+        category,
+        touch=felt.touch if felt else {},
+        sight=looked.sight if looked else {},
+        variants=looked.variants if looked else {},
+        rated=parts.rated.rated.get(name),
+        made_from=(felt.made_from if felt else frozenset()) | {each.sha256 for each in pictures},
+        notes=tuple(dict.fromkeys(_notes(name, parts))),
+    )
+
+
+def _named(name: str, parts: Parts) -> tuple[str, str]:
+    """Label and category, of whichever study says them."""
+    known: Sequence[FeltRows | Photographed] = [each[name] for each in (parts.felt, parts.photos) if name in each]
+    columns = parts.rated.columns.get(name, {})
+    labels = [*(each.label for each in known), columns.get(LABEL, "")]
+    categories = [*(each.category for each in known), columns.get(CATEGORY, "")]
+    return next((each for each in labels if each and each != name), name), next(filter(None, categories), "")
+
+
+def _notes(name: str, parts: Parts) -> Iterator[str]:
+    felt, photo, looked = parts.felt.get(name), parts.photos.get(name), parts.looked.get(name)
+    yield from felt.notes if felt else ()
+    yield from photo.notes if photo else ()
+    yield from looked.notes if looked else ()
+    if parts.touch and not (felt and felt.touch):
+        yield "no recording of it can be used" if felt else "not recorded"
+    if parts.sight and not (looked and looked.sight):
+        yield "no picture of it can be used" if photo else "not photographed"
+    if name not in parts.rated.rated:
+        yield parts.rated.incomplete.get(name, "not rated")

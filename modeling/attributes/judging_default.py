@@ -1,0 +1,74 @@
+"""Which method a lab should train for its textures' attributes, and why, in words."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass
+from typing import Any
+
+from modeling.attributes.judging_entries import FEELING, PROPOSED, SEEING
+
+Row = Mapping[str, Any]
+DEFAULT = PROPOSED
+"""What is trained where no evaluation of the same textures chose another one."""
+RULE = (
+    "The default is the method with the least MAE, mean over textures and attributes, of those that answered for every "
+    "texture; of equals, the one that is trained faster."
+)
+
+
+@dataclass(frozen=True)
+class Choice:
+    """The default method, why it is, and how the proposed network stands against it."""
+
+    method: str
+    why: str
+    of_ours: tuple[str, ...] = ()
+
+
+def choice(rows: Sequence[Row]) -> Choice:
+    """The default by `RULE`. `rows` are those of all methods with `mae`, `train_s`, and against the best `best_*`.
+
+    Where none answered for every texture it is the shipped default.
+    """
+    judged = [row for row in rows if row["mae"] is not None]
+    if not judged:
+        return Choice(DEFAULT, "No method answered for every texture: the shipped default stays.")
+    best = min(judged, key=lambda row: (row["mae"], row["train_s"]))
+    return Choice(
+        best["method"], f"{best['title']} has the least MAE: {best['mae']:.2f} (0 to 100).", _ours(best, judged)
+    )
+
+
+def _ours(best: Row, rows: Sequence[Row]) -> tuple[str, ...]:
+    ours = next((row for row in rows if row["method"] == PROPOSED), None)
+    if ours is None:
+        return ("The thesis' network was not evaluated, or did not answer for every texture.",)
+    if best["method"] != PROPOSED:
+        more = f"{ours['mae'] - best['mae']:.2f} more than that of {best['title']}{_chance(ours)}"
+        return (f"The MAE of the thesis' network is not the lowest: {ours['mae']:.2f}, {more}.",)
+    close = [row["title"] for row in rows if row["method"] != PROPOSED and row["best_chance"]]
+    told = f"Its lead over {', '.join(close)} may be chance." if close else "No lead of it is chance."
+    return ("The MAE of the thesis' network is the lowest.", told)
+
+
+def _chance(row: Row) -> str:
+    return ", which may be chance" if row["best_chance"] else ", which is no chance"
+
+
+def fusion(rows: Sequence[Row]) -> tuple[str, str] | None:
+    """Whether the proposed network errs less than each of its branches, as a label and a sentence; None where they
+    were not all judged. `rows` hold the difference from the proposed one in `ours_*`."""
+    judged = {row["method"]: row for row in rows if row["mae"] is not None}
+    if not {PROPOSED, SEEING, FEELING} <= set(judged):
+        return None
+    ours = judged[PROPOSED]["mae"]
+    parts = [f"{judged[name]['title']} {judged[name]['mae']:.2f}{_surely(judged[name])}" for name in (SEEING, FEELING)]
+    met = all(ours < judged[name]["mae"] for name in (SEEING, FEELING))
+    told = f"Both senses {ours:.2f}, {' and '.join(parts)} (MAE; wanted: less than each branch by itself)"
+    return "Fusion", f"{told}: {'reached' if met else 'not reached'}."
+
+
+def _surely(row: Row) -> str:
+    """Whether the difference from the proposed one may be chance."""
+    return " (a difference that may be chance)" if row["ours_chance"] else ""

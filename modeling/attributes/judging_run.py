@@ -1,0 +1,97 @@
+"""Running one job of leaving one texture out, or taking it from those that are finished."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping, Sequence
+from typing import Any
+
+import numpy as np
+from numpy.typing import NDArray
+
+from modeling.attributes.folds import Fold
+from modeling.attributes.judging_jobs import Context, Done, Entry, Job
+from modeling.attributes.judging_kept import keep, load
+from modeling.attributes.judging_material import reread
+from modeling.attributes.material import Array, Material, MaterialError, Texture
+from modeling.attributes.methods import Fitted, Learning, Method
+from modeling.training.history import COLUMNS
+
+LOW, HIGH = 0.0, 100.0
+Arrays = dict[str, NDArray[Any]]
+
+
+def run(job: Job, context: Context) -> Done:
+    """The job's result: the kept one of an equal job, else computed and kept.
+
+    What refuses its textures (a ValueError) is a result too: it says why, and the other jobs go on.
+    """
+    if (found := load(job, context)) is not None:
+        return found
+    try:
+        done = _computed(job, context)
+    except ValueError as refusal:
+        return Done(job, refused=str(refusal))
+    keep(done, context)
+    return done
+
+
+def _computed(job: Job, context: Context) -> Done:
+    material, method = reread(context.stored), context.methods[job.entry.method]
+    given = learning(material, context.folds[job.test], method, job.entry, context.seed, context.settings)
+    tested = named(material, (job.test,))[0]
+    start = context.clock()
+    model = method.fit(given)
+    fitted = context.clock()
+    predicted, spread, rows = answer(model, tested, len(material.attributes))
+    asked = context.clock() - fitted
+    took = getattr(getattr(model, "trained", None), "seconds", fitted - start)
+    numbers = {"train_s": float(took), "asked_s": asked, "rows": float(rows)}
+    return Done(job, numbers, {"predicted": predicted, "spread": spread, **curve(model)})
+
+
+def learning(
+    material: Material, fold: Fold, method: Method, entry: Entry, seed: int, settings: Mapping[str, Any]
+) -> Learning:
+    """What the method may learn from in this fold; one that does not watch `held` learns from these too."""
+    train, held = (fold.train, fold.held) if method.holds_out else (fold.known, ())
+    return Learning(
+        train=named(material, train),
+        held=named(material, held),
+        attributes=material.attributes,
+        touch=entry.touch,
+        sight=entry.sight,
+        seed=seed,
+        settings=settings,
+    )
+
+
+def named(material: Material, names: Sequence[str]) -> tuple[Texture, ...]:
+    """The textures of these names, in their order."""
+    known = {each.id: each for each in material.textures}
+    return tuple(known[name] for name in names)
+
+
+def answer(model: Fitted, texture: Texture, attributes: int) -> tuple[Array, Array, int]:
+    """A texture's prediction and its SD over the rows, both (attributes,) on 0..100, and how many rows there were.
+
+    The prediction is the rows' mean; what lies beyond an end of the scale is that end. Raises MaterialError for an
+    answer of another shape, or one that is not finite.
+    """
+    rows = np.asarray(model.predict(texture), dtype=np.float64)
+    if rows.ndim != 2 or rows.shape[1] != attributes or not len(rows):
+        raise MaterialError(f"{texture.id}: the answer is {rows.shape}; (rows, {attributes}) is expected.")
+    if not np.isfinite(rows).all():
+        raise MaterialError(f"{texture.id}: the answer is not finite.")
+    return np.clip(rows.mean(axis=0), LOW, HIGH), rows.std(axis=0), len(rows)
+
+
+def curve(model: Fitted) -> Arrays:
+    """The learning curve of a model that was trained in epochs: its history's columns, NaN where nothing was held."""
+    history = getattr(getattr(model, "trained", None), "history", ())
+    if not history:
+        return {}
+    columns = {name: [getattr(epoch, name) for epoch in history] for name in COLUMNS}
+    return {
+        f"curve_{name}": np.array([np.nan if value is None else value for value in column], dtype=np.float64)
+        for name, column in columns.items()
+    }

@@ -1,0 +1,65 @@
+"""What every fit begins with: enough rated textures in an order of their own, their rows, and folds inside."""
+
+from __future__ import annotations
+
+from collections.abc import Iterator, Sequence
+from dataclasses import replace
+
+import numpy as np
+from numpy.typing import NDArray
+
+from modeling.attributes.folds_groups import groups_of
+from modeling.attributes.material import Array, MaterialError, Modality, Rows, Texture, ratings_of
+from modeling.attributes.methods import Learning
+
+INNER_FOLDS = 5
+Indices = NDArray[np.int64]
+
+
+def textures_of(learning: Learning, least: int = 2) -> tuple[tuple[Texture, ...], Array]:
+    """The textures to learn from by name, whatever order they came in, and their ratings (textures, attributes).
+
+    Raises MaterialError for fewer than `least`, for one that was not rated, or ratings that are not finite or not one
+    for each attribute.
+    """
+    if len(learning.train) < least:
+        raise MaterialError(f"{len(learning.train)} textures to learn from; at least {least} are needed.")
+    ordered = tuple(sorted(learning.train, key=lambda each: each.id))
+    ratings = ratings_of(ordered)
+    if ratings.shape[1] != len(learning.attributes) or not np.isfinite(ratings).all():
+        wanted = ", ".join(pair.name for pair in learning.attributes)
+        raise MaterialError(f"ratings are {ratings.shape}; a finite one of each texture on {wanted} is expected.")
+    return ordered, ratings
+
+
+def rows_of(texture: Texture, modality: Modality, kinds: Sequence[str], width: int | None = None) -> Rows:
+    """A texture's rows of these kinds side by side; `width` is how many numbers were learned from.
+
+    Raises MaterialError where a kind is missing, where there is no row, or where rows are of another width.
+    """
+    rows = texture.rows(modality, kinds)
+    if not len(rows):
+        what = "recording" if modality == "touch" else "picture"
+        raise MaterialError(f"{texture.id}: no {modality} rows; a {what} that features can be made of is needed.")
+    if width is not None and rows.shape[1] != width:
+        raise MaterialError(
+            f"{texture.id}: {rows.shape[1]} {modality} features ({'+'.join(kinds)}); {width} were learned from. "
+            "Make the features of all textures in the same way."
+        )
+    return rows
+
+
+def inner_folds(textures: Sequence[Texture], folds: int = INNER_FOLDS) -> Iterator[tuple[Indices, Indices]]:
+    """Places of textures to learn from and to test on; textures made from the same files stay on one side.
+
+    Raises MaterialError where all were made from the same.
+    """
+    from sklearn.model_selection import GroupKFold
+
+    bare = [replace(each, touch={}, sight={}, variants={}) for each in textures]
+    groups = groups_of(bare)
+    if len(groups) < 2:
+        raise MaterialError(f"{len(textures)} textures are all made from the same files: two that differ are needed.")
+    number = {name: place for place, group in enumerate(groups) for name in group}
+    places = np.array([number[each.id] for each in textures])
+    yield from GroupKFold(min(folds, len(groups))).split(places, groups=places)

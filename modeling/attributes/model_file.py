@@ -1,0 +1,244 @@
+"""A model of attributes as a file: NAME.json, its card, and NAME.safetensors, its numbers. Neither can execute code."""
+
+from __future__ import annotations
+
+import hashlib
+import json
+import os
+from collections.abc import Mapping
+from dataclasses import dataclass
+from functools import partial
+from importlib import import_module
+from pathlib import Path
+from typing import Annotated, Any, Literal, Protocol
+
+import numpy as np
+from numpy.typing import NDArray
+from pydantic import Field, ValidationError
+
+from modeling.attributes.material import Array, Pair, Texture
+from modeling.attributes.methods import Fitted, Method
+from protocols.canonical import NotCanonical, canonical, digest, parse
+from protocols.model_card import Interval, Weights, complaint
+from protocols.strict import Strict
+
+FORMAT = "palpate-attributes/1"
+NAME = "texture-attributes"
+NUMBERS = ".safetensors"
+AGAIN = "`palpate train attributes` makes it anew."
+Arrays = Mapping[str, NDArray[Any]]
+
+
+class ModelFileError(ValueError):
+    """A model of attributes that is not there, is damaged or newer, or cannot be kept: the message says which."""
+
+
+class Kept(Protocol):
+    """A fitted method that can be kept. Its module has `restored(arrays, told)`, which gives it back."""
+
+    def predict(self, texture: Texture) -> Array:
+        """As every fitted method."""
+
+    def saved(self) -> tuple[Mapping[str, NDArray[Any]], Mapping[str, Any]]:
+        """Its arrays, and plain values."""
+
+
+class Card(Strict):
+    """What stands in the card.
+
+    `attributes` are pairs of adjectives, 0 and 100. `touch` and `sight` are the kinds of features that are looked at,
+    `weights` says which weights ResNet-50 had for them, `quick` whether they were made in few strokes. `told` is the
+    method's own. `metrics` are those of leaving one texture out; `interval` holds 90 % of new ratings; `learned` are
+    the textures that it was fitted to.
+    """
+
+    format: Literal["palpate-attributes/1"] = "palpate-attributes/1"
+    name: str
+    title: str
+    method: str
+    attributes: tuple[tuple[str, str], ...] = Field(min_length=1)
+    touch: tuple[str, ...] = ()
+    sight: tuple[str, ...] = ()
+    weights: str = ""
+    simulated: bool = False
+    told: Mapping[str, Any] = Field(default_factory=dict)
+    tensors: Weights
+    metrics: Mapping[str, float] = Field(default_factory=dict)
+    interval: Interval | None = None
+    learned: tuple[Annotated[str, Field(min_length=1)], ...] = ()
+    training: Mapping[str, Any] = Field(default_factory=dict)
+    notes: tuple[str, ...] = ()
+
+
+@dataclass(frozen=True)
+class AttributeModel:
+    """A model that was read: its card, where it lies, and the method as it was fitted."""
+
+    card: Card
+    path: Path
+    fitted: Fitted
+
+    @property
+    def attributes(self) -> tuple[Pair, ...]:
+        """What it predicts."""
+        return tuple(Pair(low, high) for low, high in self.card.attributes)
+
+    @property
+    def half_width(self) -> Array | None:
+        """Of its 90 % intervals, (attributes,) on 0..100; None where too few textures calibrated one."""
+        return None if self.card.interval is None else np.array(self.card.interval.half_width)
+
+    def predict(self, texture: Texture) -> Array:
+        """(n, attributes) on 0..100, not clipped; their mean counts. Raises MaterialError for other features."""
+        return self.fitted.predict(texture)
+
+
+def write_model(folder: Path, fitted: Kept, card: Mapping[str, Any], methods: Mapping[str, Method]) -> Path:
+    """Write a model, read it back, and give its card's path. `card` holds the fields of `Card` but format and tensors.
+
+    Until the last rename the earlier model is whole. Raises ModelFileError for numbers that are not finite, and for a
+    method that does not come back from its file.
+    """
+    from safetensors.numpy import save
+
+    arrays, told = fitted.saved()
+    name = str(card["name"])
+    content = save({key: _plain_array(name, key, array) for key, array in arrays.items()})
+    weights = Weights(file=f"{name}{NUMBERS}", sha256=hashlib.sha256(content).hexdigest(), bytes=len(content))
+    try:
+        made = Card.model_validate({**card, "told": json.loads(canonical(told)), "tensors": weights.model_dump()})
+        text = _text(made)
+    except (ValidationError, NotCanonical) as error:
+        why = complaint(error) if isinstance(error, ValidationError) else str(error)
+        raise ModelFileError(f"{name}: {why}. Nothing was written.") from None
+    path = folder / f"{name}.json"
+    _restored(path, made, _loaded(content), methods)
+    folder.mkdir(parents=True, exist_ok=True)
+    aside = _set_aside(path)
+    _put(folder / weights.file, content)
+    _put(path, text)
+    aside.unlink(missing_ok=True)
+    return path
+
+
+def _set_aside(path: Path) -> Path:
+    """Let the earlier card, where it can be read, name a copy of its numbers, so that their name is free."""
+    aside = path.with_name(f"{path.stem}~replaced{NUMBERS}")
+    try:
+        old = _card(path)
+        content = path.with_name(old.tensors.file).read_bytes()
+    except (ModelFileError, OSError):
+        return aside
+    if old.tensors.file != aside.name:
+        _put(aside, content)
+        _put(path, _text(old.model_copy(update={"tensors": old.tensors.model_copy(update={"file": aside.name})})))
+    return aside
+
+
+def read_model(path: Path, methods: Mapping[str, Method] | None = None) -> AttributeModel:
+    """Read a model from its card, or the one of a lab's folder `models`.
+
+    Raises ModelFileError for a file that is missing, newer, foreign, cut short or changed, or an unknown method.
+    """
+    if path.is_dir():
+        path = path / f"{NAME}.json"
+    card = _card(path)
+    if Path(card.tensors.file).name != card.tensors.file:
+        raise ModelFileError(
+            f"{path}: its numbers are said to lie at {card.tensors.file!r}; a bare file name expected."
+        )
+    file = path.with_name(card.tensors.file)
+    try:
+        content = file.read_bytes()
+    except OSError:
+        raise ModelFileError(f"{file}: the numbers of {path.name} are not there. {AGAIN}") from None
+    found = hashlib.sha256(content).hexdigest()
+    if found != card.tensors.sha256:
+        raise ModelFileError(f"{file}: SHA-256 {found[:12]}..., the card says {card.tensors.sha256[:12]}...: damaged. "
+                             f"{AGAIN}")  # fmt: skip
+    return AttributeModel(card, path, _restored(path, card, _loaded(content), methods or _methods()))
+
+
+def _card(path: Path) -> Card:
+    try:
+        told = parse(path.read_bytes())
+    except OSError:
+        raise ModelFileError(
+            f"{path}: there is no model of attributes. `palpate train attributes` makes one."
+        ) from None
+    except (ValueError, RecursionError) as error:
+        raise ModelFileError(f"{path}: it cannot be read ({error}): cut short or damaged. {AGAIN}") from None
+    named = told.get("format") if isinstance(told, dict) else None
+    if not isinstance(told, dict) or not isinstance(named, str):
+        raise ModelFileError(f"{path}: this is no model of attributes ({FORMAT} is expected).")
+    if named != FORMAT:
+        later = named.startswith(FORMAT.rpartition("/")[0] + "/")
+        hint = "a later version wrote it: update palpate to use it." if later else f"{FORMAT!r} is expected."
+        raise ModelFileError(f"{path}: format {named[:40]!r}; {hint}")
+    if told.pop("digest", None) != digest(told):
+        raise ModelFileError(
+            f"{path}: its content is not what was written (a digest tells): edited or damaged. {AGAIN}"
+        )
+    try:
+        return Card.model_validate_json(json.dumps(told), strict=True)
+    except ValidationError as error:
+        raise ModelFileError(f"{path}: {complaint(error)}. {AGAIN}") from None
+
+
+def _restored(path: Path, card: Card, arrays: Arrays, methods: Mapping[str, Method]) -> Fitted:
+    """The method as it was fitted, made by its own module. Raises ModelFileError where that cannot be."""
+    if card.method not in methods:
+        raise ModelFileError(f"{path}: method {card.method!r} is not known here: {', '.join(methods)}.")
+    call: Any = methods[card.method].fit
+    while isinstance(call, partial):
+        call = call.func
+    make = getattr(import_module(call.__module__), "restored", None)
+    if make is None:
+        raise ModelFileError(f"{path}: method {card.method!r} cannot be kept as a file. Train another one.")
+    try:
+        found: Fitted = make(arrays, card.told)
+    except Exception as error:  # numbers that do not fit come out of NumPy's and torch's own checks as anything
+        raise ModelFileError(
+            f"{path}: {card.method} cannot be made from it ({type(error).__name__}: {error}). {AGAIN}"
+        ) from None
+    return found
+
+
+def _methods() -> Mapping[str, Method]:
+    from modeling.attributes.registry import METHODS
+
+    return METHODS
+
+
+def _loaded(content: bytes) -> dict[str, NDArray[Any]]:
+    from safetensors import SafetensorError
+    from safetensors.numpy import load
+
+    try:
+        found: dict[str, NDArray[Any]] = load(content)
+    except SafetensorError as error:
+        raise ModelFileError(f"these are no tensors: {error}. {AGAIN}") from None
+    return found
+
+
+def _plain_array(name: str, key: str, array: NDArray[Any]) -> NDArray[Any]:
+    """In C order and finite; float32 and float64 stay what they are."""
+    found = np.ascontiguousarray(array)
+    if not np.isfinite(found).all():
+        raise ModelFileError(f"{name}: {key!r} holds numbers that are not finite. Nothing was written.")
+    return found
+
+
+def _text(card: Card) -> bytes:
+    told = card.model_dump(mode="json")
+    return (json.dumps({**told, "digest": digest(told)}, indent=1, ensure_ascii=False, allow_nan=False) + "\n").encode()
+
+
+def _put(path: Path, content: bytes) -> None:
+    """The whole content under this name, or what was there before."""
+    part = path.with_name(f"{path.name}.part")
+    with part.open("wb") as file:
+        file.write(content)
+        file.flush()
+        os.fsync(file.fileno())
+    part.replace(path)

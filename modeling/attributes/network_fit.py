@@ -1,0 +1,159 @@
+"""Fitting the visuo-tactile network, or one of its halves, to textures, and asking it about one (thesis 3.5.3)."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Callable, Mapping, Sequence
+from dataclasses import dataclass
+from typing import Any
+
+import numpy as np
+import torch
+from numpy.typing import NDArray
+from torch import Tensor
+
+from modeling.attributes.learnable import textures_of
+from modeling.attributes.material import Array, MaterialError, Modality, Texture, ratings_of
+from modeling.attributes.methods import Learning
+from modeling.attributes.network_rows import Look, Shown, Target, drawn, look_of, shown, spread_out, target_of
+from modeling.attributes.visuo_tactile import VisuoTactile, rmse
+from modeling.textures.cosine import cosine
+from modeling.training.asked import wished_settings
+from modeling.training.loop import Trained, train
+from modeling.training.seeding import seeded, training_state
+from modeling.training.settings import Settings
+from modeling.training.sources import Made
+
+SETTINGS = Settings(epochs=30, batch=4, learning_rate=5e-4, plateau_patience=None, stop_patience=10, every_epochs=5)
+"""The thesis has at most 200 epochs, which would take a fold ten minutes; in 30 the rate falls along a cosine to nearly
+nothing, so that stopping there is no accident. A patience of 10 and Adam are the thesis', batch and rate ours."""
+ASKED = ("epochs", "batch", "threads", "checkpoint", "learning_rate", "stop_patience")
+"""The settings of `Learning.settings` that go to the training as they are."""
+QUICK_EPOCHS = 2
+SEGMENTS = 4
+"""Segments that a picture is shown with each time: HV-Net costs eight times what HT-Net does."""
+HELD_PICTURES, HELD_SEGMENTS = 2, 8
+"""What is looked at of each texture that is watched."""
+PICTURES_AT_ONCE, SEGMENTS_AT_ONCE = 8, 64
+NETWORK = "network."
+
+
+@dataclass(frozen=True)
+class FittedNetwork:
+    """A trained network, how it sees features and scales ratings, and how its training went."""
+
+    network: VisuoTactile
+    sight: Look | None
+    touch: Look | None
+    target: Target
+    trained: Trained | None = None
+
+    def predict(self, texture: Texture) -> Array:
+        """(n, attributes) on 0..100, not clipped; n is the greater of its segments and pictures.
+
+        Every segment and every picture is looked at once: segment i goes with picture i, and where one of them ends
+        before the other it begins anew. Raises MaterialError for features that it was not fitted to.
+        """
+        return self.predict_all([texture])[0]
+
+    def predict_all(self, textures: Sequence[Texture]) -> list[Array]:
+        """What `predict` says of each, computed together: of short textures several times as fast."""
+        seen = [shown(each, self.sight, self.touch) for each in textures]
+        with training_state(0, 1), torch.no_grad():
+            self.network.eval()
+            scaled = _answers(self.network, seen)
+        found = [self.target.up(each.numpy().astype(np.float64)) for each in scaled]
+        for texture, answer in zip(textures, found, strict=True):
+            if not np.isfinite(answer).all():
+                raise MaterialError(f"{texture.id}: the network's answer is not finite.")
+        return found
+
+    def saved(self) -> tuple[dict[str, NDArray[Any]], dict[str, Any]]:
+        """Arrays (weights, standardisation, scale of the ratings) and plain values, for `restored`."""
+        arrays = {NETWORK + name: tensor.numpy() for name, tensor in self.network.state_dict().items()}
+        looks = [look for look in (self.sight, self.touch) if look is not None]
+        for look in looks:
+            arrays |= {f"{look.modality}.mean": look.mean, f"{look.modality}.gain": look.gain}
+        arrays |= {"target.mean": self.target.mean, "target.sd": np.array([self.target.sd])}
+        return arrays, {"looks": [[look.modality, list(look.kinds), list(look.sizes)] for look in looks]}
+
+
+def fit(learning: Learning, sees: frozenset[Modality]) -> FittedNetwork:
+    """Train a network that looks at the learning's features of `sees`.
+
+    An epoch shows each texture once, with one of its pictures (or of their variants) and some of its segments; others
+    every time. Where textures are held, the epoch with the lowest RMSE on them is kept. Raises MaterialError for
+    textures that cannot be learned from, TrainingError for a training that does not converge.
+    """
+    textures, ratings = textures_of(learning)
+    sight = look_of(textures, "sight", learning.sight) if "sight" in sees else None
+    touch = look_of(textures, "touch", learning.touch) if "touch" in sees else None
+    target = target_of(textures)
+    asked = wished_settings(learning.settings, SETTINGS, learning.seed, ASKED, QUICK_EPOCHS)
+    network = _network(sight, touch, target, asked.seed)
+    data = drawn([shown(each, sight, touch, variants=True) for each in textures], target.down(ratings), SEGMENTS)
+    held = _watched(learning.held, sight, touch, target)
+    steps = asked.epochs * math.ceil(len(data) / asked.batch)
+    trained = train(network, data, held, rmse, asked, optimiser=cosine(steps), report=learning.report)
+    network.zero_grad(set_to_none=True)
+    return FittedNetwork(network, sight, touch, target, trained)
+
+
+def restored(arrays: Mapping[str, NDArray[Any]], told: Mapping[str, Any]) -> FittedNetwork:
+    """What `FittedNetwork.saved` gave, to be asked again; it answers to the bit as before.
+
+    Raises MaterialError where the arrays are not those of such a network.
+    """
+    try:
+        looks = {look.modality: look for look in (_look(arrays, *each) for each in told["looks"])}
+        target = Target(arrays["target.mean"], float(arrays["target.sd"][0]))
+        network = _network(looks.get("sight"), looks.get("touch"), target, 0)
+        own = {name.removeprefix(NETWORK): array for name, array in arrays.items() if name.startswith(NETWORK)}
+        network.load_state_dict({name: torch.from_numpy(array.copy()) for name, array in own.items()})
+    except (KeyError, RuntimeError, TypeError) as error:
+        raise MaterialError(f"these are not the numbers of a visuo-tactile network: {error}") from error
+    return FittedNetwork(network.eval(), looks.get("sight"), looks.get("touch"), target)
+
+
+def _look(arrays: Mapping[str, NDArray[Any]], modality: Modality, kinds: Sequence[str], sizes: Sequence[int]) -> Look:
+    return Look(modality, tuple(kinds), tuple(sizes), arrays[f"{modality}.mean"], arrays[f"{modality}.gain"])
+
+
+def _network(sight: Look | None, touch: Look | None, target: Target, seed: int) -> VisuoTactile:
+    """With fresh weights; on one thread, since orthogonal ones are a product of sums."""
+    length = None if sight is None else len(sight.mean)
+    channels = None if touch is None else touch.channels
+    with training_state(seed, 1):
+        return seeded(lambda: VisuoTactile(length, channels, len(target.mean)), seed)
+
+
+def _watched(held: Sequence[Texture], sight: Look | None, touch: Look | None, target: Target) -> Made | None:
+    if not held:
+        return None
+    textures = [shown(each, sight, touch) for each in sorted(held, key=lambda each: each.id)]
+    ratings = ratings_of(sorted(held, key=lambda each: each.id))
+    return spread_out(textures, target.down(ratings), HELD_PICTURES, HELD_SEGMENTS)
+
+
+def _answers(network: VisuoTactile, textures: Sequence[Shown]) -> list[Tensor]:
+    """Scaled attributes (n, attributes) of each: every picture and every segment goes through its branch once."""
+    branches = []
+    if network.sight is not None:
+        seen = [each.sight for each in textures if each.sight is not None]
+        branches.append(_through(network.sight.looked, seen, PICTURES_AT_ONCE))
+    if network.touch is not None:
+        felt = [each.touch for each in textures if each.touch is not None]
+        branches.append(_through(network.touch, felt, SEGMENTS_AT_ONCE))
+    return [_paired(network, parts) for parts in zip(*branches, strict=True)]
+
+
+def _through(branch: Callable[[Tensor], Tensor], rows: Sequence[Tensor], at_once: int) -> tuple[Tensor, ...]:
+    """What a branch says of the rows of each texture, so many at once."""
+    found = torch.cat([branch(part) for part in torch.split(torch.cat(list(rows)), at_once)])
+    return torch.split(found, [len(each) for each in rows])
+
+
+def _paired(network: VisuoTactile, parts: Sequence[Tensor]) -> Tensor:
+    """One texture's (n, attributes): the shorter of pictures and segments begins anew where it ends."""
+    rows = torch.arange(max(len(each) for each in parts))
+    return network.head([each[rows % len(each)][:, None] for each in parts])[:, 0]

@@ -1,0 +1,41 @@
+"""The thesis' network and its two halves as methods (3.5); torch comes with their first fit."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from functools import partial
+from typing import TYPE_CHECKING, Any
+
+from numpy.typing import NDArray
+
+from modeling.attributes.material import Modality
+from modeling.attributes.methods import BOTH, Learning, Method
+
+if TYPE_CHECKING:
+    from modeling.attributes.network_fit import FittedNetwork
+
+SEEING: frozenset[Modality] = frozenset({"sight"})
+FEELING: frozenset[Modality] = frozenset({"touch"})
+
+
+def fit(learning: Learning, sees: frozenset[Modality]) -> FittedNetwork:
+    """Train it; see `network_fit.fit`."""
+    from modeling.attributes.network_fit import fit as fit_network
+
+    return fit_network(learning, sees)
+
+
+def restored(arrays: Mapping[str, NDArray[Any]], told: Mapping[str, Any]) -> FittedNetwork:
+    """What `FittedNetwork.saved` gave, to be asked again."""
+    from modeling.attributes.network_fit import restored as restored_network
+
+    return restored_network(arrays, told)
+
+
+def _method(name: str, title: str, sees: frozenset[Modality], source: str) -> Method:
+    return Method(name, title, partial(fit, sees=sees), sees, holds_out=True, source=source)
+
+
+VISUO_TACTILE = _method("visuo_tactile", "Visuo-tactile network", BOTH, "thesis 3.5")
+HV_NET = _method("hv_net", "Haptic vision network (HV-Net)", SEEING, "thesis 3.5.1")
+HT_NET = _method("ht_net", "Haptic tactile network (HT-Net)", FEELING, "thesis 3.5.2")

@@ -1,0 +1,106 @@
+"""A lab's material: what its sessions recorded, photographed and rated of each texture, as models learn from it."""
+
+from __future__ import annotations
+
+from collections.abc import Iterator, Sequence
+from dataclasses import dataclass
+from pathlib import Path
+from typing import TYPE_CHECKING
+
+from modeling.attributes.features_kept import FOLDER
+from modeling.attributes.joining import Parts, joined
+from modeling.attributes.material import Material, MaterialError, Texture
+from modeling.attributes.reading_pictures import STUDY as PHOTOS
+from modeling.attributes.reading_pictures import photographed
+from modeling.attributes.reading_ratings import STUDY as RATINGS
+from modeling.attributes.reading_ratings import read_ratings
+from modeling.attributes.resnet_weights import weights_from
+from modeling.attributes.seeing import HURRIED, Album, Seen, Sight, in_a_hurry, seen, sight_with
+from modeling.training.progress import Report, silent
+from studies.collect import ledgers_in
+
+if TYPE_CHECKING:
+    from modeling.attributes.reading_touch import FeltRows
+
+CAPTURE = "texture_capture"
+SIMULATED = "simulated"
+"""The note of a recording that a twin made."""
+
+
+def read_material(
+    lab: Path, *, study_capture: str = CAPTURE, study_photos: str = PHOTOS, study_ratings: str = RATINGS,
+    weights: Path | None = None, sha256: str | None = None, quick: bool = False, variants: int = 1,
+    workers: int | None = None, touch: bool = True, sight: bool = True, simulated: bool | None = None,
+    keep: bool = True, report: Report = silent,
+) -> Material:  # fmt: skip
+    """The textures of a lab with the features of their recordings and pictures, and their mean ratings.
+
+    `weights` is a file of ResNet-50's weights, of that `sha256` where it is given; without one they are random.
+    `variants` further versions of each picture are made for training. `quick` looks at 4 of 49 patches of at most 3
+    pictures. `touch` and `sight` False leave those features out. `simulated` chooses ratings and pictures where a lab
+    has simulated and real ones. A texture that lacks recordings, pictures or ratings stays, with a note; so does one
+    whose recordings or pictures cannot be used. Features are kept in LAB/features unless `keep` is False. One texture's
+    recordings, or one picture, is in memory at a time in each of `workers` processes. Raises MaterialError where there
+    is nothing to learn from, on a picture that is missing or has changed, and on a file of weights that cannot be used;
+    TextureDataError on captures, DataRefused on ratings that cannot be read.
+    """
+    if not lab.is_dir():
+        raise MaterialError(f"{lab}: no such lab; the folder of a lab is expected")
+    if not (touch or sight):
+        raise MaterialError("neither touch nor sight is asked for: there is nothing to learn from")
+    run = _Run(lab / FOLDER if keep else None, workers, report)
+    how = sight_with(weights_from(weights, sha256), variants, quick)
+    rated = read_ratings(lab, study_ratings, simulated)
+    photos = photographed(lab, study_photos, simulated) if sight else ()
+    looked = run.seen([in_a_hurry(each.album) if quick else each.album for each in photos], how)
+    felt = run.felt(lab, study_capture) if touch else {}
+    parts = Parts(rated, felt, {each.id: each for each in photos}, looked, touch, sight)
+    textures = joined(parts)
+    _demand_any(lab, textures, [*([study_capture] if touch else []), *([study_photos] if sight else [])])
+    told = how.weights.told if any(each.sight for each in textures) else ""
+    notes = (*rated.notes, *_lacking(parts, study_capture, study_photos), *((HURRIED,) if quick and photos else ()))
+    return Material(textures, rated.attributes, told, _simulated(parts), notes)
+
+
+@dataclass(frozen=True)
+class _Run:
+    """Where features are kept, and by how many processes they are made."""
+
+    folder: Path | None
+    workers: int | None
+    report: Report
+
+    def seen(self, albums: Sequence[Album], how: Sight) -> dict[str, Seen]:
+        return seen(albums, how, folder=self.folder, workers=self.workers, report=self.report)
+
+    def felt(self, lab: Path, study: str) -> dict[str, FeltRows]:
+        if not ledgers_in(lab, study):
+            return {}
+        from modeling.attributes.feeling import felt_in
+
+        rows = felt_in(lab, study, folder=self.folder, workers=self.workers, report=self.report)
+        return {each.id: each for each in rows}
+
+
+def _demand_any(lab: Path, textures: Sequence[Texture], studies: Sequence[str]) -> None:
+    if any(each.touch or each.sight for each in textures):
+        return
+    why = next((f"; {each.id}: {each.notes[0]}" for each in textures if each.notes), "")
+    where = " or ".join(studies)
+    raise MaterialError(
+        f"{lab}: no recording and no picture of a texture in {where} that can be used{why}; record them, or make a"
+        " simulated lab (palpate textures simulate)"
+    )
+
+
+def _lacking(parts: Parts, capture: str, photos: str) -> Iterator[str]:
+    if parts.touch and not parts.felt:
+        yield f"no session of {capture}: nothing was felt"
+    if parts.sight and not parts.photos:
+        yield f"no session of {photos}: nothing was seen"
+
+
+def _simulated(parts: Parts) -> bool:
+    """Whether twins recorded, photographed or rated any of it."""
+    felt = any(SIMULATED in each.notes for each in parts.felt.values())
+    return parts.rated.simulated or felt or any(each.simulated for each in parts.photos.values())

@@ -1,0 +1,167 @@
+"""Textures from a folder of pictures and a wide table of ratings, as other people's data come."""
+
+from __future__ import annotations
+
+import csv
+import io
+import re
+from collections.abc import Iterator, Mapping, Sequence
+from dataclasses import dataclass
+from pathlib import Path
+
+from modeling.attributes.features_kept import FOLDER
+from modeling.attributes.material import Material, MaterialError, Pair, Rated, Texture
+from modeling.attributes.reading_columns import Columns, columns_of, rated_in
+from modeling.attributes.reading_pictures import file_sha256
+from modeling.attributes.reading_ratings import attributes_of
+from modeling.attributes.resnet_weights import weights_from
+from modeling.attributes.seeing import HURRIED, Album, Picture, Seen, in_a_hurry, seen, sight_with
+from modeling.training.progress import Report, silent
+
+SUFFIXES = (".jpg", ".jpeg", ".png", ".tif", ".tiff")
+SCALE = (0.0, 100.0)
+TABLE = "ratings.csv"
+"""What the table is called, unless another one is named or it is the folder's only one."""
+
+
+@dataclass(frozen=True)
+class Line:
+    """A texture in the table: its cells by column, and its place in messages."""
+
+    place: str
+    cells: Mapping[str, str]
+
+    @property
+    def id(self) -> str:
+        """The texture's name."""
+        return self.cells["id"]
+
+
+def read_folder(
+    folder: Path, lab: Path | None = None, *, table: Path | None = None, pairs: Sequence[Pair] | None = None,
+    scale: tuple[float, float] = SCALE, weights: Path | None = None, sha256: str | None = None, quick: bool = False,
+    variants: int = 1, workers: int | None = None, simulated: bool = False, report: Report = silent,
+) -> Material:  # fmt: skip
+    """The textures of a CSV table, with the pictures of each in a folder: FOLDER/ID/*.jpg or FOLDER/ID_01.jpg.
+
+    The table (FOLDER/ratings.csv, or the folder's only .csv, unless it is given) has the columns id and one for each
+    attribute, called by both its words, of which the first is the lower end of the `scale` (Rough-Smooth; small
+    letters, spaces and underscores do as well, and Smooth-Rough is turned). Beside them may stand label, category (or
+    class), raters and an SD (Rough-Smooth.sd). `pairs` are the attributes, those of texture_ratings where they are not
+    given. A texture without any rating is not rated. Pictures are .jpg, .jpeg, .png, .tif or .tiff. Features are kept
+    in LAB/features where a `lab` is given; the other options are those of `reading.read_material`. Raises
+    MaterialError, with the line, on an unknown, missing or twofold column, an id that stands twice, a number that is
+    none or lies off the scale, a texture without a picture, and a picture that stands twice.
+    """
+    if not scale[0] < scale[1]:
+        raise MaterialError(f"a scale from {scale[0]:g} to {scale[1]:g}: the lower end comes first")
+    how = sight_with(weights_from(weights, sha256), variants, quick)
+    table = table or _table(folder)
+    lines, columns = _lines(table, tuple(pairs or attributes_of(None)))
+    rated = [rated_in(line.cells, line.place, columns, scale) for line in lines]
+    albums = [Album(line.id, tuple(_pictures(folder, line))) for line in lines]
+    _demand_once(albums)
+    looks = [in_a_hurry(each) if quick else each for each in albums]
+    looked = seen(looks, how, folder=None if lab is None else lab / FOLDER, workers=workers, report=report)
+    made = zip(lines, albums, rated, strict=True)
+    textures = tuple(_texture(line, album, ratings, looked[line.id]) for line, album, ratings in made)
+    told = (*columns.notes, *_nobodys(folder, albums), f"ratings: {table.name} {file_sha256(table)}")
+    return Material(textures, columns.pairs, how.weights.told, simulated, (*told, *((HURRIED,) if quick else ())))
+
+
+def _table(folder: Path) -> Path:
+    """The table in a folder. Raises MaterialError where there is none, or more than one."""
+    if not folder.is_dir():
+        raise MaterialError(f"{folder}: no such folder; one with pictures and a table of ratings is expected")
+    if (folder / TABLE).is_file():
+        return folder / TABLE
+    found = sorted(folder.glob("*.csv"))
+    if len(found) != 1:
+        there = ", ".join(each.name for each in found) or "none"
+        raise MaterialError(f"{folder}: a table of ratings called {TABLE} is expected; tables there: {there}")
+    return found[0]
+
+
+def _texture(line: Line, album: Album, rated: Rated | None, looked: Seen) -> Texture:
+    category = line.cells.get("category") or line.cells.get("class") or ""
+    told = ("not recorded", *(() if rated else ("not rated",)))
+    return Texture(
+        line.id, line.cells.get("label") or line.id, category, sight=looked.sight, variants=looked.variants,
+        rated=rated, made_from=frozenset(each.sha256 for each in album.pictures), notes=(*looked.notes, *told),
+    )  # fmt: skip
+
+
+def _lines(table: Path, pairs: tuple[Pair, ...]) -> tuple[list[Line], Columns]:
+    try:
+        text = table.read_bytes().decode("utf-8-sig")
+    except OSError as error:
+        raise MaterialError(f"{table}: cannot be read ({error.strerror}); a CSV table of ratings is expected") from None
+    except UnicodeDecodeError as error:
+        raise MaterialError(f"{table}: byte {error.start} is not UTF-8; save the table as UTF-8") from None
+    rows = csv.reader(io.StringIO(text, newline=""), strict=True)
+    try:
+        header = [name.strip() for name in next(rows, [])]
+        columns = columns_of(f"{table}, line 1", header, pairs)
+        lines = [_line(f"{table}, line {rows.line_num}", header, cells) for cells in rows if any(cells)]
+    except csv.Error as error:
+        raise MaterialError(f"{table}, line {rows.line_num}: {error}") from None
+    if not lines:
+        raise MaterialError(f"{table}: no texture stands under the header; one a line is expected")
+    _demand_own_ids(lines)
+    return lines, columns
+
+
+def _line(place: str, header: Sequence[str], cells: Sequence[str]) -> Line:
+    if len(cells) != len(header):
+        raise MaterialError(f"{place}: {len(cells)} cells found, {len(header)} columns are expected")
+    return Line(place, {name: cell.strip() for name, cell in zip(header, cells, strict=True)})
+
+
+def _demand_own_ids(lines: Sequence[Line]) -> None:
+    met: dict[str, str] = {}
+    for line in lines:
+        if not line.id:
+            raise MaterialError(f"{line.place}: the column 'id' is empty")
+        if line.id in met:
+            raise MaterialError(f"{line.place}: the texture {line.id!r} stood at {met[line.id]} already")
+        if Path(line.id).name != line.id:
+            raise MaterialError(f"{line.place}: {line.id!r} cannot name a file; letters, digits, - and _ can")
+        met[line.id] = line.place
+
+
+def _pictures(folder: Path, line: Line) -> Iterator[Picture]:
+    files = sorted(_files(folder, line.id))
+    if not files:
+        where = f"{folder / line.id}/*.jpg or {folder}/{line.id}_01.jpg"
+        raise MaterialError(f"{line.place}: no picture of {line.id!r}; {where} are expected ({', '.join(SUFFIXES)})")
+    yield from (Picture(file, file_sha256(file), f"{line.id} ({file.name})") for file in files)
+
+
+def _files(folder: Path, name: str) -> Iterator[Path]:
+    """Pictures in the texture's own folder, and beside it those that have its name, with a number or without."""
+    own = re.compile(rf"{re.escape(name)}([_-]\d+)?")
+    if (folder / name).is_dir():
+        yield from (each for each in (folder / name).iterdir() if _is_picture(each))
+    if folder.is_dir():
+        yield from (each for each in folder.iterdir() if _is_picture(each) and own.fullmatch(each.stem))
+
+
+def _is_picture(path: Path) -> bool:
+    return path.suffix.lower() in SUFFIXES and path.name[0] != "." and path.is_file()
+
+
+def _demand_once(albums: Sequence[Album]) -> None:
+    """A file that two textures claim (T1_2 and T1), or the same bytes under two names."""
+    met: dict[str, Picture] = {}
+    for picture in (each for album in albums for each in album.pictures):
+        if (other := met.setdefault(picture.sha256, picture)) is not picture:
+            same = "claimed twice" if other.path == picture.path else f"the same picture as {other.path}"
+            raise MaterialError(f"{picture.name}: {picture.path} is {same}; each picture shows one texture, once")
+
+
+def _nobodys(folder: Path, albums: Sequence[Album]) -> Iterator[str]:
+    """A note on pictures of no texture in the table."""
+    used = {each.path for album in albums for each in album.pictures}
+    loose = [each for each in sorted(folder.rglob("*")) if _is_picture(each) and each not in used]
+    if loose:
+        yield f"{len(loose)} pictures belong to no texture of the table ({loose[0].name} first): left aside"

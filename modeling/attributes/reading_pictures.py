@@ -1,0 +1,145 @@
+"""Pictures that sessions of texture_photos took: which count, where their files lie, and that none has changed."""
+
+from __future__ import annotations
+
+import hashlib
+from collections.abc import Iterator, Mapping, Sequence
+from dataclasses import dataclass
+from pathlib import Path
+from typing import Any
+
+from analysis.streams.reading import KEPT, attempts_of
+from modeling.attributes.material import MaterialError
+from modeling.attributes.seeing import Album, Picture
+from studies.collect import ledgers_in
+from studies.participants.registry import withdrawn
+from studies.record import LedgerError, Record, read
+
+STUDY = "texture_photos"
+PICTURES = "pictures"
+"""The folder of a lab that its cameras' pictures are kept in."""
+
+
+@dataclass(frozen=True)
+class Photographed:
+    """The pictures of one texture that count, in the order of sessions, trials and lights."""
+
+    id: str
+    label: str
+    category: str
+    pictures: tuple[Picture, ...]
+    simulated: bool
+    notes: tuple[str, ...] = ()
+
+    @property
+    def album(self) -> Album:
+        """As pictures are looked at."""
+        return Album(self.id, self.pictures)
+
+
+@dataclass(frozen=True)
+class _Taken:
+    """One trial that counts: what its reply says of each picture."""
+
+    record: Record
+    stimulus: str
+    pictures: Sequence[Mapping[str, Any]]
+    simulated: bool
+
+
+def photographed(lab: Path, study: str = STUDY, simulated: bool | None = None) -> tuple[Photographed, ...]:
+    """The textures whose pictures a lab's sessions took, in the order in which they were first met.
+
+    Of each trial the last attempt counts that was neither repeated nor faulted; sessions of people who withdrew do not
+    count. `simulated` takes only the sessions of twins, or only real ones; None takes real ones where there are any. A
+    twin that kept no file gave no picture. Files lie in LAB/pictures, or where the session's rig put them; each is
+    read here once. Raises MaterialError on one that is missing or has changed, and on a damaged ledger.
+    """
+    found, left_out = _of_kind(list(_taken(lab, study)), simulated)
+    by_texture: dict[str, list[_Taken]] = {}
+    for each in found:
+        by_texture.setdefault(each.stimulus, []).append(each)
+    return tuple(_photographed(lab, texture, every, left_out) for texture, every in by_texture.items())
+
+
+def _taken(lab: Path, study: str) -> Iterator[_Taken]:
+    gone = withdrawn(lab)
+    for path in ledgers_in(lab, study):
+        try:
+            record = read(path)
+        except LedgerError as error:
+            raise MaterialError(str(error)) from None
+        if record.header["participant"] not in gone:
+            yield from _of_session(record)
+
+
+def _of_session(record: Record) -> Iterator[_Taken]:
+    counts = {each.trial: each for each in attempts_of(record) if each.ended_as in KEPT and not each.withdrawn}
+    rig = record.header["rig"]
+    made_up = bool(rig["kind"] != "live" or rig.get("twins"))
+    for event in record.events:
+        kept = counts.get(event.trial) if event.trial is not None else None
+        if kept is not None and event.kind == "reply" and kept.number == event.attempt and PICTURES in event.value:
+            yield _Taken(record, kept.stimulus, event.value[PICTURES], made_up)
+
+
+def _of_kind(taken: Sequence[_Taken], simulated: bool | None) -> tuple[list[_Taken], tuple[str, ...]]:
+    """Those of twins or the real ones, and a note where both are there."""
+    kinds = {each.simulated for each in taken}
+    wanted = simulated if simulated is not None else all(kinds)
+    told = f"pictures of {'real' if wanted else 'simulated'} sessions are left out: they are not mixed with others"
+    return [each for each in taken if each.simulated == wanted], (told,) if len(kinds) > 1 else ()
+
+
+def _photographed(lab: Path, texture: str, every: Sequence[_Taken], notes: tuple[str, ...]) -> Photographed:
+    columns = _columns(every[0].record, texture)
+    pictures = {each.sha256: each for taken in every for each in _pictures(lab, taken)}
+    without = sum("file" not in picture for taken in every for picture in taken.pictures)
+    if without:
+        notes = (*notes, f"{without} simulated pictures were not kept as files: they show nothing here")
+    label, category = columns.get("label") or texture, columns.get("class") or ""
+    return Photographed(texture, label, category, tuple(pictures.values()), every[0].simulated, notes)
+
+
+def _columns(record: Record, texture: str) -> Mapping[str, str]:
+    """The texture's row of the stimulus table that the session was started with."""
+    stimuli = record.header.get("study", {}).get("stimuli", ())
+    return next((each.get("columns", {}) for each in stimuli if each.get("id") == texture), {})
+
+
+def _pictures(lab: Path, taken: _Taken) -> Iterator[Picture]:
+    for told in taken.pictures:
+        if "file" in told:
+            light = f", light {told['light']}" if "light" in told else ""
+            name = f"{taken.stimulus}{light} ({taken.record.path.stem})"
+            yield _picture(name, str(told["file"]), str(told["sha256"]), _folders(lab, taken.record))
+
+
+def _folders(lab: Path, record: Record) -> list[Path]:
+    """Where the pictures of a session may lie: what a rig file names lies beside it, in LAB/stations/HOST."""
+    settings = record.header["rig"].get("settings") or {}
+    named = [str(each[PICTURES]) for each in settings.values() if isinstance(each, Mapping) and each.get(PICTURES)]
+    stations = sorted(path for path in (lab / "stations").glob("*") if path.is_dir())
+    return [lab / PICTURES, *(folder / name for name in named for folder in (*stations, lab))]
+
+
+def _picture(name: str, file: str, sha256: str, folders: Sequence[Path]) -> Picture:
+    """The file that has this SHA-256. Raises MaterialError where none has."""
+    there = [path for path in dict.fromkeys(folder / file for folder in folders) if path.is_file()]
+    for path in there:
+        if file_sha256(path) == sha256:
+            return Picture(path, sha256, name)
+    if there:
+        raise MaterialError(
+            f"{name}: {there[0]} is not the picture that is on record (its SHA-256 differs); restore it from a copy"
+        )
+    raise MaterialError(f"{name}: no picture {folders[0] / file}; copy the pictures of the lab there")
+
+
+def file_sha256(path: Path) -> str:
+    """SHA-256 of a file. Raises MaterialError where it cannot be read."""
+    try:
+        with path.open("rb") as file:
+            return hashlib.file_digest(file, "sha256").hexdigest()
+    except OSError as error:
+        raise MaterialError(f"{path}: cannot be read ({error.strerror}); a file is expected") from None

@@ -1,0 +1,139 @@
+"""How people rated the textures of a lab: mean and SD between raters, on 0 to 100 (thesis 3.3.3)."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass, field
+from pathlib import Path
+from typing import TYPE_CHECKING
+
+import numpy as np
+
+from modeling.attributes.material import MaterialError, Pair, Rated
+
+if TYPE_CHECKING:
+    import pandas as pd
+
+    from analysis.plans.material import Material as Answers
+    from analysis.ratings.dataset import Ratings
+
+STUDY = "texture_ratings"
+TOP = 100.0
+
+
+@dataclass(frozen=True)
+class RatedTextures:
+    """Ratings by texture. `incomplete` says of a texture which attributes nobody rated it on; it is not in `rated`.
+
+    `columns` are what the study's stimulus table says of each texture.
+    """
+
+    attributes: tuple[Pair, ...]
+    rated: Mapping[str, Rated] = field(default_factory=dict)
+    incomplete: Mapping[str, str] = field(default_factory=dict)
+    columns: Mapping[str, Mapping[str, str]] = field(default_factory=dict)
+    simulated: bool = False
+    notes: tuple[str, ...] = ()
+
+
+def read_ratings(lab: Path, study: str = STUDY, simulated: bool | None = None) -> RatedTextures:
+    """The ratings that `palpate regenerate` would analyse: complete sessions, of nobody who withdrew.
+
+    They are of one version of the study, all real or all simulated, without what the study's analysis plan leaves out.
+    A person who rated a texture more than once counts once, with the mean. The SD between raters (n - 1) is NaN where
+    one person rated: what nobody knows is not 0. Where a lab has no such session the attributes are the study's own,
+    and nothing is rated. Raises MaterialError on ratings off their scale, and what reading raises (DataRefused,
+    PlanError, StudyError, LedgerError: all ValueErrors).
+    """
+    from modeling.doors.lab_material import lab_material
+
+    if not _has(lab, study):
+        return RatedTextures(attributes_of(lab, study), notes=(f"{lab}: no session of {study}: no texture is rated",))
+    answers, _folder = lab_material(lab, study, digest=None, url=None, simulated=simulated)
+    if answers.ratings is None:
+        raise MaterialError(f"{study}: holds no ratings; a study that rates textures is expected")
+    left_out = [each for each in answers.exclusions if each.what not in ("practice", "nothing")]
+    return _rated(answers, answers.ratings, tuple(f"ratings left out: {each.who}: {each.why}" for each in left_out))
+
+
+def _has(lab: Path, study: str) -> bool:
+    """Whether there is anything to read: session files, an imported table, or the study in the collected database."""
+    from analysis.reporting.sources import IMPORTED
+    from studies.collect import ledgers_in
+
+    return bool(ledgers_in(lab, study)) or (lab / IMPORTED / study).is_dir() or _collected(lab, study)
+
+
+def _collected(lab: Path, study: str) -> bool:
+    from modeling.doors.lab_material import COLLECTED
+
+    path = lab / COLLECTED
+    if not path.is_file():
+        return False
+    from sqlalchemy import text
+
+    from studies.collect import open_database
+
+    engine = open_database(f"sqlite:///{path}")
+    try:
+        with engine.connect() as connection:
+            query = text("SELECT count(*) FROM sessions WHERE study = :study")
+            return bool(connection.execute(query, {"study": study}).scalar_one())
+    finally:
+        engine.dispose()
+
+
+def attributes_of(lab: Path | None, study: str = STUDY) -> tuple[Pair, ...]:
+    """The pairs that a study rates, in its order; a shipped study needs no lab. Raises StudyError on another."""
+    from studies.catalogue import SHIPPED, STUDY_FILE, find, read_study
+
+    file = SHIPPED / study / STUDY_FILE if lab is None else find(study, lab)
+    return tuple(Pair(each.low, each.high) for each in read_study(file).study.attributes)
+
+
+def _rated(answers: Answers, ratings: Ratings, notes: tuple[str, ...]) -> RatedTextures:
+    if ratings.scale is None:
+        raise MaterialError(f"{ratings.name!r}: its scale is not known; the ends of a rating scale are expected")
+    if "stimulus" not in ratings.table.columns:
+        raise MaterialError(f"{ratings.name!r}: no column 'stimulus' says which texture a rating is of")
+    table = ratings.table[ratings.table["value"].notna()]
+    _demand_on_scale(table, ratings.scale.low, ratings.scale.high)
+    people = table.groupby(["stimulus", "attribute", "participant"], observed=True)["value"].mean().reset_index()
+    people["value"] = (people["value"] - ratings.scale.low) * (TOP / (ratings.scale.high - ratings.scale.low))
+    rated, incomplete = _by_texture(people, ratings.attributes)
+    pairs = tuple(Pair(name, ratings.antonyms.get(name, f"not {name}")) for name in ratings.attributes)
+    stimuli = answers.study.stimuli if answers.study is not None else ()
+    columns = {each.id: dict(each.columns) for each in stimuli}
+    return RatedTextures(pairs, rated, incomplete, columns, answers.simulated, notes)
+
+
+def _demand_on_scale(table: pd.DataFrame, low: float, high: float) -> None:
+    off = table[~table["value"].between(low, high)]
+    if len(off):
+        row = off.iloc[0]
+        raise MaterialError(
+            f"{row['participant']} rated {row['stimulus']} {row['value']:g} on {row['attribute']}: a number on the"
+            f" scale from {low:g} to {high:g} is expected"
+        )
+
+
+def _by_texture(people: pd.DataFrame, attributes: Sequence[str]) -> tuple[dict[str, Rated], dict[str, str]]:
+    """A texture rated on every attribute, or which it lacks. `people` has one value a person, texture and attribute."""
+    values: dict[tuple[str, str], list[float]] = {}
+    for row in people.itertuples(index=False):
+        values.setdefault((str(row.stimulus), str(row.attribute)), []).append(float(row.value))  # type: ignore[arg-type]
+    rated, incomplete = {}, {}
+    for texture in dict.fromkeys(texture for texture, _ in values):
+        lacks = [name for name in attributes if (texture, name) not in values]
+        if lacks:
+            incomplete[texture] = f"nobody rated it on {', '.join(lacks)}: it counts as not rated"
+        else:
+            rated[texture] = _of([values[texture, name] for name in attributes])
+    return rated, incomplete
+
+
+def _of(values: Sequence[Sequence[float]]) -> Rated:
+    """Of each attribute's raters; the number of raters is that of the attribute with the fewest."""
+    mean = np.array([np.mean(each) for each in values])
+    sd = np.array([np.std(each, ddof=1) if len(each) > 1 else np.nan for each in values])
+    return Rated(mean, sd, min(len(each) for each in values))

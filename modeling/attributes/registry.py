@@ -1,0 +1,60 @@
+"""Every way of predicting attributes, by name; torch and scikit-learn come with a method's first fit."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+
+from modeling.attributes.judging_entries import PROPOSED
+from modeling.attributes.material import SIGHT, TOUCH, MaterialError
+from modeling.attributes.methods import Method
+from modeling.lazily import Lazily
+
+__all__ = ["METHODS", "OWN_FEATURES", "PROPOSED", "method_named"]
+
+METHODS: Mapping[str, Method] = Lazily(
+    {
+        "visuo_tactile": "modeling.attributes.network_methods:VISUO_TACTILE",
+        "hv_net": "modeling.attributes.network_methods:HV_NET",
+        "ht_net": "modeling.attributes.network_methods:HT_NET",
+        "ann": "modeling.attributes.ann:ANN",
+        "vision_cnn": "modeling.attributes.vision_cnn:VISION_CNN",
+        "haptic_cnn": "modeling.attributes.haptic_cnn:HAPTIC_CNN",
+        "tactile_cnn_lstm": "modeling.attributes.tactile_cnn_lstm:TACTILE_CNN_LSTM",
+        "tactile_svm": "modeling.attributes.tactile_svm:TACTILE_SVM",
+        "ridge": "modeling.attributes.ridge:RIDGE",
+        "boosting": "modeling.attributes.boosting:BOOSTING",
+        "mean": "modeling.attributes.mean:MEAN",
+    }
+)
+OWN_FEATURES: Mapping[str, tuple[tuple[str, ...], tuple[str, ...]]] = {
+    "visuo_tactile": (TOUCH, SIGHT),
+    "hv_net": ((), SIGHT),
+    "ht_net": (TOUCH, ()),
+    "ann": (TOUCH, SIGHT),
+    "vision_cnn": ((), ("resnet",)),
+    "haptic_cnn": ((), ("glcm",)),
+    "tactile_cnn_lstm": (("dft",), ()),
+    "tactile_svm": (("dwt",), ()),
+    "ridge": (TOUCH, SIGHT),
+    "boosting": (TOUCH, SIGHT),
+    "mean": ((), ()),
+}
+"""What each looks at in Tables 3.2 and 3.3, as (touch, sight): the thesis' own features, or the closest of ours.
+
+- `visuo_tactile`, `hv_net`, `ht_net`, `ann`: the thesis says so (3.4, 3.6.6).
+- `vision_cnn`: its authors' network learns from what is hardly prepared; closest of ours: what a network has learned.
+- `haptic_cnn`: the thesis calls its features of pictures handcrafted (2.1.2); closest of ours: co-occurrence.
+- `tactile_cnn_lstm`: its authors give it the acceleration alone; closest of ours: its spectrum, without the hand.
+- `tactile_svm`: its authors learn a sparse representation of the signal; closest of ours: wavelets, without the hand.
+- `ridge`, `boosting`: all that there is, as a practitioner would.
+- `mean`: none.
+"""
+
+
+def method_named(name: str) -> Method:
+    """The method of this name. Raises MaterialError with the nearest known name."""
+    if name not in METHODS:
+        from protocols.did_you_mean import nearest
+
+        raise MaterialError(f"no way of predicting attributes is called {name!r}; {nearest(name, METHODS)}")
+    return METHODS[name]

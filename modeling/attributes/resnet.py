@@ -1,0 +1,153 @@
+"""ResNet-50 with torchvision's names and shapes, and its average pool as features of patches (thesis 3.4.2).
+
+He, Zhang, Ren, Sun, Deep residual learning for image recognition, 2016; as torchvision's `resnet50` the stride of a
+bottleneck stands in its 3 x 3 convolution (version 1.5), which published weights are made for.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+
+import numpy as np
+import torch
+from numpy.typing import NDArray
+from torch import Tensor, nn
+from torch.nn.utils.fusion import fuse_conv_bn_eval
+
+from analysis.features.pictures import Gray
+from modeling.training.seeding import seeded
+
+FEATURES, CLASSES = 2048, 1000
+BLOCKS = (3, 4, 6, 3)
+"""Bottlenecks in each of the four layers."""
+WIDTHS = (64, 128, 256, 512)
+WIDENS = 4
+"""How many times wider a bottleneck ends than it is."""
+IMAGENET_MEAN, IMAGENET_SD = (0.485, 0.456, 0.406), (0.229, 0.224, 0.225)
+"""Of each colour, as published weights were trained with."""
+BATCH = 7
+"""Patches at a time: a row of the grid. The number is fixed, since another one may round otherwise."""
+
+
+class Bottleneck(nn.Module):
+    """relu(x + conv1x1(relu(conv3x3(relu(conv1x1(x)))))), each convolution normalised by its batch statistics."""
+
+    def __init__(self, inputs: int, width: int, stride: int = 1) -> None:
+        super().__init__()
+        outputs = width * WIDENS
+        self.conv1 = nn.Conv2d(inputs, width, 1, bias=False)
+        self.bn1: nn.Module = nn.BatchNorm2d(width)
+        self.conv2 = nn.Conv2d(width, width, 3, stride, padding=1, bias=False)
+        self.bn2: nn.Module = nn.BatchNorm2d(width)
+        self.conv3 = nn.Conv2d(width, outputs, 1, bias=False)
+        self.bn3: nn.Module = nn.BatchNorm2d(outputs)
+        self.downsample: nn.Sequential | None = None
+        if stride != 1 or inputs != outputs:
+            self.downsample = nn.Sequential(nn.Conv2d(inputs, outputs, 1, stride, bias=False), nn.BatchNorm2d(outputs))
+
+    def forward(self, x: Tensor) -> Tensor:
+        """(batch, inputs, rows, columns) to (batch, 4 x width, rows, columns), both halved by a stride of 2."""
+        inner = torch.relu(self.bn1(self.conv1(x)))
+        inner = torch.relu(self.bn2(self.conv2(inner)))
+        kept = x if self.downsample is None else self.downsample(x)
+        return torch.relu(self.bn3(self.conv3(inner)) + kept)
+
+
+class ResNet50(nn.Module):
+    """25,557,032 parameters; its state has 320 entries, named as torchvision names them."""
+
+    def __init__(self) -> None:
+        super().__init__()
+        self.conv1 = nn.Conv2d(3, 64, 7, stride=2, padding=3, bias=False)
+        self.bn1: nn.Module = nn.BatchNorm2d(64)
+        self.maxpool = nn.MaxPool2d(3, stride=2, padding=1)
+        self.layer1 = _layer(64, 0)
+        self.layer2 = _layer(256, 1, stride=2)
+        self.layer3 = _layer(512, 2, stride=2)
+        self.layer4 = _layer(1024, 3, stride=2)
+        self.fc = nn.Linear(FEATURES, CLASSES)
+
+    def pooled(self, x: Tensor) -> Tensor:
+        """The average pool: (batch, 3, rows, columns) of normalised colours to (batch, 2048)."""
+        x = self.maxpool(torch.relu(self.bn1(self.conv1(x))))
+        x = self.layer4(self.layer3(self.layer2(self.layer1(x))))
+        return x.mean(dim=(2, 3))
+
+    def forward(self, x: Tensor) -> Tensor:
+        """Scores of ImageNet's classes: (batch, 3, rows, columns) to (batch, 1000)."""
+        scores: Tensor = self.fc(self.pooled(x))
+        return scores
+
+
+def _layer(inputs: int, place: int, stride: int = 1) -> nn.Sequential:
+    width = WIDTHS[place]
+    further = (Bottleneck(width * WIDENS, width) for _ in range(BLOCKS[place] - 1))
+    return nn.Sequential(Bottleneck(inputs, width, stride), *further)
+
+
+def random_state(seed: int) -> dict[str, Tensor]:
+    """Starting weights that the seed alone decides: He's normal of the fan out for convolutions, as torchvision.
+
+    Batch normalisation is the identity (its running mean is 0, its variance 1).
+    """
+
+    def made() -> ResNet50:
+        network = ResNet50()
+        for layer in network.modules():
+            if isinstance(layer, nn.Conv2d):
+                nn.init.kaiming_normal_(layer.weight, mode="fan_out", nonlinearity="relu")
+        return network
+
+    return seeded(made, seed).state_dict()
+
+
+def loaded(state: Mapping[str, Tensor]) -> ResNet50:
+    """The network with these weights, as it is asked (not as it trains)."""
+    with torch.device("meta"):
+        network = ResNet50()
+    network.load_state_dict(dict(state), assign=True)
+    return network.eval()
+
+
+def folded(network: ResNet50) -> ResNet50:
+    """This network, changed: each batch normalisation inside its convolution, computed in 64 bits, stored in 32.
+
+    Its pool is within 1e-6 of the largest number of the network's own. It can no longer be trained.
+    """
+    for layer in network.modules():
+        if isinstance(layer, ResNet50 | Bottleneck):
+            _fold(layer)
+    return network.to(memory_format=torch.channels_last)  # type: ignore[call-overload,no-any-return]
+
+
+def _fold(layer: ResNet50 | Bottleneck) -> None:
+    """conv1 and bn1 and so on, and the shortcut's convolution and its normalisation."""
+    for number in (1, 2, 3):
+        norm = getattr(layer, f"bn{number}", None)
+        if isinstance(norm, nn.BatchNorm2d):
+            setattr(layer, f"conv{number}", _fused(getattr(layer, f"conv{number}"), norm))
+            setattr(layer, f"bn{number}", nn.Identity())
+    if isinstance(layer, Bottleneck) and layer.downsample is not None:
+        layer.downsample = nn.Sequential(_fused(*layer.downsample))
+
+
+def _fused(conv: nn.Module, norm: nn.Module) -> nn.Module:
+    fused: nn.Module = fuse_conv_bn_eval(conv.double(), norm.double())  # type: ignore[type-var,arg-type]
+    return fused.float()
+
+
+def colours(patches: Gray) -> Tensor:
+    """(n, rows, columns) of brightness from 0 to 1 in three equal channels, normalised as ImageNet's: (n, 3, ...)."""
+    gray = torch.from_numpy(np.ascontiguousarray(patches, dtype=np.float32))[:, None]
+    mean, sd = torch.tensor(IMAGENET_MEAN)[:, None, None], torch.tensor(IMAGENET_SD)[:, None, None]
+    return ((gray - mean) / sd).contiguous(memory_format=torch.channels_last)
+
+
+def pool_of_patches(network: ResNet50, patches: Gray) -> NDArray[np.float32]:
+    """(2048,): the mean over patches (n, 224, 224) of the network's average pool (thesis 3.4.2)."""
+    total = np.zeros(FEATURES)
+    with torch.inference_mode():
+        for first in range(0, len(patches), BATCH):
+            rows = network.pooled(colours(patches[first : first + BATCH]))
+            total += rows.numpy().astype(np.float64).sum(axis=0)
+    return (total / len(patches)).astype(np.float32)

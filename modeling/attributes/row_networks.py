@@ -1,0 +1,130 @@
+"""Training a baseline network on rows of textures, and asking it about one."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass
+from typing import Any
+
+import numpy as np
+import torch
+from numpy.typing import NDArray
+from torch import Tensor, nn
+from torch.nn import functional
+
+from modeling.attributes.baseline_networks import NETWORKS
+from modeling.attributes.learnable import textures_of
+from modeling.attributes.material import Array, MaterialError, Modality, Texture, ratings_of
+from modeling.attributes.methods import Learning
+from modeling.attributes.network_rows import Look, Target, look_of, target_of
+from modeling.attributes.row_plans import Plan
+from modeling.attributes.row_stacks import Stack, drawn, everything, examples, stack_of
+from modeling.training.asked import wished_settings
+from modeling.training.loop import Trained, train
+from modeling.training.seeding import seeded, training_state
+from modeling.training.sources import Made, answer_of
+
+ASKED = ("epochs", "batch", "threads", "checkpoint", "learning_rate", "stop_patience")
+"""The settings of `Learning.settings` that go to the training as they are."""
+QUICK_EPOCHS = 5
+AT_ONCE = 64
+"""Rows that a network answers at a time."""
+NETWORK = "network."
+
+
+@dataclass(frozen=True)
+class FittedRows:
+    """A trained baseline: its network, what it looks at, the scale of its answers, and how the training went."""
+
+    plan: Plan
+    network: nn.Module
+    looks: tuple[Look, ...]
+    target: Target
+    trained: Trained | None = None
+
+    def predict(self, texture: Texture) -> Array:
+        """(n, attributes) on 0..100: a row for each picture, each segment or run of segments, or each pair of them
+        where both are taken in turn. Raises MaterialError for features that it was not fitted to."""
+        stacks = stacks_of([texture], self.looks)
+        places, starts = examples(stacks, self.plan.steps)
+        with training_state(0, 1), torch.no_grad():
+            self.network.eval()
+            parts = zip(torch.split(places, AT_ONCE), torch.split(starts, AT_ONCE), strict=True)
+            found = [
+                answer_of(self.network, tuple(each.at(*part, self.plan.steps) for each in stacks)) for part in parts
+            ]
+        answers = self.target.up(torch.cat(found).numpy().astype(np.float64))
+        if not np.isfinite(answers).all():
+            raise MaterialError(
+                f"{texture.id}: the network's answer is not finite: its features are far beyond what it learned from."
+            )
+        return answers
+
+    def saved(self) -> tuple[dict[str, NDArray[Any]], dict[str, Any]]:
+        """Arrays and what is told of them, for `restored_rows`."""
+        arrays = {NETWORK + name: tensor.numpy() for name, tensor in self.network.state_dict().items()}
+        for look in self.looks:
+            arrays |= {f"{look.modality}.mean": look.mean, f"{look.modality}.gain": look.gain}
+        arrays |= {"target.mean": self.target.mean, "target.sd": np.array([self.target.sd])}
+        looks = [[look.modality, list(look.kinds), list(look.sizes)] for look in self.looks]
+        return arrays, {"method": self.plan.name, "looks": looks}
+
+
+def fit_rows(learning: Learning, plan: Plan) -> FittedRows:
+    """Train the plan's network to answer with a texture's ratings, each texture shown as often as another.
+
+    The loss is the mean square error, in SDs of the ratings. Raises MaterialError for textures that cannot be learned
+    from, TrainingError for a training that does not converge.
+    """
+    textures, ratings = textures_of(learning)
+    kinds: dict[Modality, tuple[str, ...]] = {"touch": learning.touch, "sight": learning.sight}
+    looks = tuple(look_of(textures, modality, kinds[modality]) for modality in plan.sees)
+    target = target_of(textures)
+    asked = wished_settings(learning.settings, plan.settings, learning.seed, ASKED, QUICK_EPOCHS)
+    network = seeded(lambda: _network(plan, looks, ratings.shape[1]), asked.seed)
+    data = drawn(stacks_of(textures, looks, variants=True), target.down(ratings), plan.shows, plan.steps)
+    trained = train(network, data, _watched(learning, looks, target, plan), _loss, asked, report=learning.report)
+    network.zero_grad(set_to_none=True)
+    return FittedRows(plan, network, looks, target, trained)
+
+
+def restored_rows(plan: Plan, arrays: Mapping[str, NDArray[Any]], told: Mapping[str, Any]) -> FittedRows:
+    """What `FittedRows.saved` gave, fitted again. Raises MaterialError where it is of another method."""
+    if told["method"] != plan.name:
+        raise MaterialError(f"a model of {told['method']!r} was given to {plan.name!r}.")
+    looks = tuple(
+        Look(modality, tuple(kinds), tuple(sizes), arrays[f"{modality}.mean"], arrays[f"{modality}.gain"])
+        for modality, kinds, sizes in told["looks"]
+    )
+    target = Target(arrays["target.mean"], float(arrays["target.sd"][0]))
+    network = seeded(lambda: _network(plan, looks, len(target.mean)), 0)
+    own = {name.removeprefix(NETWORK): array for name, array in arrays.items() if name.startswith(NETWORK)}
+    network.load_state_dict({name: torch.from_numpy(array.copy()) for name, array in own.items()})
+    return FittedRows(plan, network.eval(), looks, target)
+
+
+def stacks_of(textures: Sequence[Texture], looks: Sequence[Look], variants: bool = False) -> tuple[Stack, ...]:
+    """All textures' standardised rows, a stack for each look; with `variants` further versions of pictures too."""
+    return tuple(stack_of([_rows(each, look, variants) for each in textures]) for look in looks)
+
+
+def _rows(texture: Texture, look: Look, variants: bool) -> Tensor:
+    own = look.rows(texture)
+    if not variants or look.modality != "sight" or not all(kind in texture.variants for kind in look.kinds):
+        return own
+    further = np.concatenate([texture.variants[kind] for kind in look.kinds], axis=1)
+    return torch.cat([own, look.down(further, texture.id)])
+
+
+def _network(plan: Plan, looks: Sequence[Look], attributes: int) -> nn.Module:
+    return NETWORKS[plan.name]([len(look.mean) for look in looks], attributes)
+
+
+def _watched(learning: Learning, looks: Sequence[Look], target: Target, plan: Plan) -> Made | None:
+    if not learning.held:
+        return None
+    return everything(stacks_of(learning.held, looks), target.down(ratings_of(learning.held)), plan.steps)
+
+
+def _loss(answer: Tensor, target: Tensor) -> Tensor:
+    return functional.mse_loss(answer, target)

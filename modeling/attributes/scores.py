@@ -1,0 +1,100 @@
+"""How far predictions are from people's ratings: by attribute, by class, and whether one method's are nearer."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass
+
+import numpy as np
+
+from modeling.attributes.material import Array, MaterialError
+from modeling.doors.shares import JND
+
+CONFIDENCE = 0.95
+LEAST_PAIRS = 3
+
+
+@dataclass(frozen=True)
+class Errors:
+    """Errors of one method over textures, by attribute and over all, on 0..100 (thesis 3.6.2).
+
+    `mean_mae` and `mean_rmse` are means over the attributes; `within` the share of predictions no more than the JND
+    from the mean ratings. `texture_mae` (textures,) is each texture's mean over the attributes.
+    """
+
+    mae: tuple[float, ...]
+    rmse: tuple[float, ...]
+    within: tuple[float, ...]
+    mean_mae: float
+    mean_rmse: float
+    all_within: float
+    texture_mae: Array
+
+
+@dataclass(frozen=True)
+class Difference:
+    """How much less one method errs than another on the same textures: mean of the paired differences of MAE.
+
+    Negative: the first one errs less. `low` and `high` are the ends of a t interval over `groups` of textures that
+    share nothing; both None where there are too few. `chance` says that it holds 0.
+    """
+
+    mean: float
+    low: float | None
+    high: float | None
+    groups: int
+
+    @property
+    def chance(self) -> bool:
+        """Whether the difference may well be none."""
+        return self.low is None or self.high is None or self.low <= 0.0 <= self.high
+
+
+def errors(predicted: Array, rated: Array, jnd: float = JND) -> Errors:
+    """Errors of predictions (textures, attributes) against mean ratings, both on 0..100; equations 3.1 and 3.2.
+
+    Raises MaterialError for arrays that do not match, are empty or are not finite.
+    """
+    if np.shape(predicted) != np.shape(rated) or np.ndim(rated) != 2 or not np.size(rated):
+        raise MaterialError(f"predictions {np.shape(predicted)} and ratings {np.shape(rated)}: the same rows expected.")
+    off = np.asarray(predicted, dtype=np.float64) - np.asarray(rated, dtype=np.float64)
+    if not np.isfinite(off).all():
+        raise MaterialError(f"prediction {int(np.argwhere(~np.isfinite(off))[0][0]) + 1} is not finite.")
+    size = np.abs(off)
+    mae, rmse, within = size.mean(axis=0), np.sqrt((off**2).mean(axis=0)), (size <= jnd).mean(axis=0)
+    return Errors(
+        tuple(mae.tolist()), tuple(rmse.tolist()), tuple(within.tolist()),
+        float(mae.mean()), float(rmse.mean()), float(within.mean()), size.mean(axis=1),
+    )  # fmt: skip
+
+
+def by_class(
+    predicted: Array, rated: Array, classes: Sequence[str], jnd: float = JND
+) -> Mapping[str, tuple[int, Errors]]:
+    """The errors of each class of textures with how many there are, in the order in which the classes first come."""
+    found: dict[str, list[int]] = {}
+    for row, name in enumerate(classes):
+        found.setdefault(name, []).append(row)
+    return {name: (len(rows), errors(predicted[rows], rated[rows], jnd)) for name, rows in found.items()}
+
+
+def difference(
+    one: Array, other: Array, groups: Sequence[int], compared: int = 1, confidence: float = CONFIDENCE
+) -> Difference:
+    """The mean of `one - other` (textures,), with an interval over groups of textures.
+
+    The interval is Student's, of the groups' means; with `compared` comparisons each has 1 - (1 - confidence) /
+    compared, so that all of them hold together (Bonferroni). Raises MaterialError for lengths that differ.
+    """
+    if not len(one) == len(other) == len(groups) or not len(one):
+        raise MaterialError(f"{len(one)}, {len(other)} and {len(groups)} textures: pairs of the same ones expected.")
+    off, named = np.asarray(one, dtype=np.float64) - np.asarray(other, dtype=np.float64), np.asarray(groups)
+    means = np.array([off[named == each].mean() for each in np.unique(named)])
+    n, mean = len(means), float(means.mean())
+    if n < LEAST_PAIRS:
+        return Difference(mean, None, None, n)
+    from analysis.statistics.pvalues import t_critical
+
+    reach = t_critical(n - 1, 1 - (1 - confidence) / max(1, compared)) * float(means.std(ddof=1)) / math.sqrt(n)
+    return Difference(mean, mean - reach, mean + reach, n)

@@ -1,0 +1,229 @@
+"""Rows of pictures: ResNet-50's average pool and co-occurrence of gray levels, kept by content (thesis 3.4.2)."""
+
+from __future__ import annotations
+
+import hashlib
+from collections.abc import Collection, Iterator, Mapping, Sequence
+from dataclasses import dataclass, field, replace
+from pathlib import Path
+from typing import TYPE_CHECKING, Any
+
+import numpy as np
+
+from analysis.features.augmenting import NOISE_SD, chance_of, varied
+from analysis.features.glcm import glcm
+from analysis.features.pictures import Gray, Looking, PictureError, Square, patches, square
+from modeling.attributes.features_kept import Entry, keep, kept, key_of
+from modeling.attributes.material import SIGHT_KINDS, MaterialError, Rows
+from modeling.attributes.resnet_weights import Weights
+from modeling.textures.judging_kept import files_digest
+from modeling.training.jobs import run_jobs
+from modeling.training.progress import Report, silent
+from modeling.training.refusals import JobError
+
+if TYPE_CHECKING:
+    from modeling.attributes.resnet import ResNet50
+
+CODE = (
+    "analysis/features/augmenting.py", "analysis/features/glcm.py", "analysis/features/pictures.py",
+    "modeling/attributes/resnet.py", "modeling/attributes/seeing.py",
+)  # fmt: skip
+PACKAGES = ("numpy", "pillow", "scikit-image", "scipy", "torch")
+"""What makes these rows; an entry of other files or versions is not used."""
+QUICK_GRID, QUICK_PICTURES = 2, 3
+"""Patches along each side, and pictures of a texture, that are looked at in a hurry."""
+HURRIED = "looked at in a hurry: 2 x 2 of 7 x 7 patches of at most 3 pictures of a texture"
+"""The note of it."""
+VARIANT_GRID = 3
+"""Patches along each side of a further version: a fifth of all, since training wants their noise and not their time."""
+JOBS = 20
+"""So many at most: loading the network for each takes half a second."""
+
+
+@dataclass(frozen=True)
+class Picture:
+    """A picture in a file; `name` is for people. Its bytes must still have this SHA-256 when it is looked at."""
+
+    path: Path
+    sha256: str
+    name: str
+
+
+@dataclass(frozen=True)
+class Album:
+    """All pictures of one texture."""
+
+    id: str
+    pictures: tuple[Picture, ...]
+
+
+@dataclass(frozen=True)
+class Seen:
+    """A texture's pictures as rows, and those of `variants` versions of each: pictures, and then versions of them."""
+
+    sight: Mapping[str, Rows]
+    variants: Mapping[str, Rows]
+    notes: tuple[str, ...]
+
+
+@dataclass(frozen=True)
+class Sight:
+    """How pictures are looked at: where, with which weights, with how many further versions of each for training.
+
+    Of a further version 3 x 3 patches are looked at, spread over all.
+    """
+
+    looking: Looking = field(default_factory=Looking)
+    weights: Weights = field(default_factory=Weights)
+    variants: int = 0
+    noise_sd: float = NOISE_SD
+    seed: int = 0
+
+    def __post_init__(self) -> None:
+        if self.variants < 0:
+            raise MaterialError(f"variants is {self.variants}: 0 or more further versions of each picture are made")
+
+    def at(self, version: int) -> Looking:
+        """Where a version of a picture is looked at; version 0 is the picture as it is."""
+        few = min(VARIANT_GRID, len(self.looking.starts))
+        return replace(self.looking, grid=few) if version else self.looking
+
+    def key(self, picture: Picture, version: int) -> str:
+        """What a version of a picture is kept under."""
+        chance = (self.noise_sd, self.seed, version) if version else ()
+        looking, weights = self.at(version), self.weights.key
+        decides = {"sha256": picture.sha256, "looking": looking, "weights": weights, "chance": chance}
+        return key_of(decides, (files_digest(CODE),), PACKAGES)
+
+
+@dataclass(frozen=True)
+class _Look:
+    """A job: the pictures of some textures, each with the versions of it that lack."""
+
+    name: str
+    wanted: tuple[tuple[Picture, tuple[int, ...]], ...]
+    how: Sight
+    folder: Path | None
+
+
+def sight_with(weights: Weights, variants: int, quick: bool) -> Sight:
+    """With all patches, or those that are looked at in a hurry."""
+    return Sight(Looking(grid=QUICK_GRID if quick else None), weights, variants)
+
+
+def in_a_hurry(album: Album) -> Album:
+    """At most three of its pictures, spread over all: lights that lie beside one another are alike."""
+    every = album.pictures
+    if len(every) <= QUICK_PICTURES:
+        return album
+    places = np.linspace(0, len(every) - 1, QUICK_PICTURES)
+    return Album(album.id, tuple(every[round(float(place))] for place in places))
+
+
+def seen(
+    albums: Sequence[Album], how: Sight, *, folder: Path | None = None, workers: int | None = None,
+    report: Report = silent,
+) -> dict[str, Seen]:  # fmt: skip
+    """The rows of each texture's pictures, by its id: what `folder` does not hold is computed, and kept there.
+
+    One picture is in memory at a time in each of `workers` processes (None: as many as cores). A picture that shows
+    nothing that can be looked at is left out, and the notes say why. Raises MaterialError on a file that is not the
+    one it should be.
+    """
+    known = {key: entry for key in _keys(albums, how) if (entry := kept(folder, key)) is not None}
+    jobs = list(_jobs(albums, how, folder, known.keys()))
+    try:
+        for made in run_jobs(_looked, jobs, workers=workers, report=report) if jobs else ():
+            known |= made
+    except JobError as error:
+        raise MaterialError(str(error)) from None
+    return {album.id: _gathered(album, how, known) for album in albums}
+
+
+def _keys(albums: Sequence[Album], how: Sight) -> Iterator[str]:
+    for picture in (each for album in albums for each in album.pictures):
+        yield from (how.key(picture, version) for version in range(how.variants + 1))
+
+
+def _jobs(albums: Sequence[Album], how: Sight, folder: Path | None, known: Collection[str]) -> Iterator[_Look]:
+    """What lacks, a few textures a job."""
+    lacking: dict[str, list[tuple[Picture, tuple[int, ...]]]] = {}
+    for album in albums:
+        for picture in album.pictures:
+            versions = tuple(v for v in range(how.variants + 1) if how.key(picture, v) not in known)
+            if versions:
+                lacking.setdefault(album.id, []).append((picture, versions))
+    names, size = list(lacking), -(-len(lacking) // JOBS)
+    for first in range(0, len(names), size or 1):
+        some = names[first : first + size]
+        name = some[0] if len(some) == 1 else f"{some[0]} to {some[-1]}"
+        yield _Look(f"pictures of {name}", tuple(each for one in some for each in lacking[one]), how, folder)
+
+
+def _looked(job: _Look) -> dict[str, Entry]:
+    """Every version of every picture that lacks, by its key; each is kept as soon as it is there."""
+    network = _network(job.how.weights)
+    made: dict[str, Entry] = {}
+    for picture, versions in job.wanted:
+        for version, entry in _versions(picture, versions, job.how, network):
+            key = job.how.key(picture, version)
+            keep(job.folder, key, *entry)
+            made[key] = entry
+    return made
+
+
+def _network(weights: Weights) -> ResNet50:
+    from modeling.attributes.resnet import folded, loaded
+
+    return folded(loaded(weights.state()))
+
+
+def _versions(
+    picture: Picture, versions: Sequence[int], how: Sight, network: ResNet50
+) -> Iterator[tuple[int, Entry]]:  # fmt: skip
+    try:
+        found = square(_bytes(picture), picture.name, how.looking.side)
+    except PictureError as error:
+        yield from ((version, ({}, {"notes": [f"left out: {error}"]})) for version in versions)
+        return
+    for version in versions:
+        yield version, (_rows(_version(found, picture, version, how), how.at(version), network), _told(found, version))
+
+
+def _bytes(picture: Picture) -> bytes:
+    """The file's bytes. Raises MaterialError where they are not those that are on record."""
+    try:
+        data = picture.path.read_bytes()
+    except OSError as error:
+        raise MaterialError(f"{picture.name}: {picture.path} cannot be read ({error.strerror})") from None
+    if hashlib.sha256(data).hexdigest() != picture.sha256:
+        raise MaterialError(
+            f"{picture.name}: {picture.path} is not the picture that is on record (its SHA-256 differs); restore it"
+        )
+    return data
+
+
+def _version(found: Square, picture: Picture, version: int, how: Sight) -> Gray:
+    if version == 0:
+        return found.values
+    return varied(found.values, chance_of(picture.sha256, version, how.seed), how.noise_sd)
+
+
+def _rows(values: Gray, looking: Looking, network: ResNet50) -> dict[str, Rows]:
+    from modeling.attributes.resnet import pool_of_patches
+
+    return {"resnet": pool_of_patches(network, patches(values, looking)), "glcm": glcm(values)}
+
+
+def _told(found: Square, version: int) -> dict[str, Any]:
+    return {"notes": [] if version else list(found.notes)}
+
+
+def _gathered(album: Album, how: Sight, known: Mapping[str, Entry]) -> Seen:
+    def of(versions: Sequence[int]) -> dict[str, Rows]:
+        entries = [known[how.key(each, version)][0] for version in versions for each in album.pictures]
+        whole = [rows for rows in entries if rows]
+        return {kind: np.stack([rows[kind] for rows in whole]) for kind in SIGHT_KINDS} if whole else {}
+
+    notes = (note for each in album.pictures for note in known[how.key(each, 0)][1]["notes"])
+    return Seen(of([0]), of(range(1, how.variants + 1)), tuple(notes))

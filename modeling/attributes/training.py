@@ -1,0 +1,133 @@
+"""Training the model that a lab predicts with: fitted to all rated textures, its card says how it does on others."""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Mapping
+from dataclasses import dataclass, replace
+from pathlib import Path
+from typing import Any, cast
+
+from modeling.attributes.evaluation_tables import method_rows
+from modeling.attributes.folds import all_of_them
+from modeling.attributes.judging_entries import Own
+from modeling.attributes.judging_jobs import Clock, Entry
+from modeling.attributes.judging_run import learning
+from modeling.attributes.judging_whole import Judged, Wanted, judge
+from modeling.attributes.material import Material, MaterialError
+from modeling.attributes.methods import Fitted, Method
+from modeling.attributes.model_file import NAME, Kept, write_model
+from modeling.doors.intervals import COVERAGE, half_widths, needed
+from modeling.training.run_card import run_card
+from protocols.model_card import Interval
+
+Report = Callable[[str], None]
+METRICS = ("mae", "rmse", "within_jnd", "coverage")
+
+
+@dataclass(frozen=True)
+class Written:
+    """A model that was written: its method, the metrics and half widths of its card, its files."""
+
+    method: str
+    card: Path
+    metrics: Mapping[str, float]
+    half_width: tuple[float, ...]
+    files: tuple[Path, ...]
+
+    def plain(self) -> dict[str, Any]:
+        """As JSON holds it."""
+        return {
+            "method": self.method, "card": str(self.card), "metrics": dict(self.metrics),
+            "half_width": list(self.half_width), "files": [str(path) for path in self.files],
+        }  # fmt: skip
+
+
+def train_attributes(
+    material: Material, method: str, wanted: Wanted, folder: Path, methods: Mapping[str, Method], own: Own,
+    report: Report = lambda _line: None,
+) -> Written:  # fmt: skip
+    """Fit a method to all rated textures and write it as texture-attributes into the folder.
+
+    The card's metrics and intervals are those of leaving one texture out, which is done first; what an evaluation of
+    the same textures finished is taken from `wanted.work`. Raises MaterialError where the method refuses the textures,
+    ModelFileError where it cannot be kept.
+    """
+    judged = judge(material, replace(wanted, methods=(method,), ablations=False), methods, own, report)
+    entry = judged.entries[0]
+    if why := judged.refused(entry):
+        raise MaterialError(f"{method}: {why}")
+    report(f"fitting {method} to {len(judged.material.textures)} textures")
+    fitted, seconds = _fitted(judged, entry, judged.context.clock)
+    card = _card(judged, entry, seconds)
+    path = write_model(folder, cast(Kept, fitted), card, methods)
+    files = (path, path.with_suffix(".safetensors"), *_history(fitted, folder))
+    interval = card["interval"]
+    return Written(method, path, card["metrics"], () if interval is None else tuple(interval["half_width"]), files)
+
+
+def _fitted(judged: Judged, entry: Entry, clock: Clock) -> tuple[Fitted, float]:
+    """The method fitted to everything, and how long that took."""
+    from modeling.training.threads import limited
+
+    method, settings = judged.method(entry), judged.wanted.settings
+    fold = all_of_them(judged.material, judged.wanted.seed)
+    given = learning(judged.material, fold, method, entry, judged.wanted.seed, settings)
+    start = clock()
+    with limited(1):
+        fitted = method.fit(given)
+    return fitted, clock() - start
+
+
+def _card(judged: Judged, entry: Entry, seconds: float) -> dict[str, Any]:
+    material = judged.material
+    row = next(row for row in method_rows(judged) if row["method"] == entry.method)
+    metrics = {name: float(row[name]) for name in METRICS if row[name] is not None}
+    settings = {**judged.wanted.settings, "seed": judged.wanted.seed, "method": entry.method, "touch": entry.touch,
+                "sight": entry.sight, "left_out": len(judged.tested)}  # fmt: skip
+    return {
+        "name": NAME,
+        "title": f"How textures feel, by {judged.method(entry).title}",
+        "method": entry.method,
+        "attributes": tuple((pair.low, pair.high) for pair in material.attributes),
+        "touch": entry.touch,
+        "sight": entry.sight,
+        "weights": material.weights if "resnet" in entry.sight else "",
+        "simulated": material.simulated,
+        "metrics": metrics,
+        "interval": _interval(judged, entry),
+        "learned": tuple(sorted(material.ids)),
+        "training": run_card({"textures": judged.context.digest}, settings, metrics, seconds),
+        "notes": _notes(judged),
+    }
+
+
+def _interval(judged: Judged, entry: Entry) -> dict[str, Any] | None:
+    """90 % intervals from the errors of textures that were left out; None with too few of them."""
+    if len(judged.tested) < needed(COVERAGE):
+        return None
+    wide = half_widths(judged.predicted(entry) - judged.rated())
+    told = f"quantile of {len(judged.tested)} errors, each of a texture that was left out"
+    return Interval(method=told, coverage=COVERAGE, half_width=tuple(wide.tolist())).model_dump()
+
+
+def _notes(judged: Judged) -> tuple[str, ...]:
+    told = [f"Fitted to all {len(judged.material.textures)} rated textures; the metrics are those of leaving one out."]
+    if judged.material.simulated:
+        told.append("Simulated raters: this model says nothing about how a texture feels to anybody.")
+    if judged.wanted.quick:
+        told.append("A quick training, to try things out: few epochs, five textures left out. Nothing to go by.")
+    return tuple(told)
+
+
+def _history(fitted: Fitted, folder: Path) -> tuple[Path, ...]:
+    """The epochs as a table and as a picture, of a method that is trained in epochs; an older one's are removed."""
+    for kind in ("csv", "svg", "png"):
+        (folder / f"{NAME}.history.{kind}").unlink(missing_ok=True)
+    history = getattr(getattr(fitted, "trained", None), "history", ())
+    if not history:
+        return ()
+    from modeling.training.history import write_history
+    from modeling.training.learning_curve import save_learning_curve
+
+    table = write_history(history, folder / f"{NAME}.history.csv")
+    return (table, *save_learning_curve({"": history}, folder, f"{NAME}.history"))

@@ -1,0 +1,97 @@
+"""The visuo-tactile network: HV-Net, HT-Net and what joins them (thesis 3.5.3); or either of the two by itself."""
+
+from __future__ import annotations
+
+from itertools import pairwise
+from typing import NamedTuple
+
+import torch
+from torch import Tensor, nn
+from torch.nn import functional
+
+from modeling.attributes.ht_net import HTNet
+from modeling.attributes.hv_net import DENSE, HVNet, dense
+from modeling.attributes.material import MaterialError
+
+EMBEDDED = DENSE[-1]
+HIDDEN = (128, 128)
+LAST = 32
+REBUILDING = 0.1
+"""The weight of the reconstruction's mean square error, in SDs of the features, beside the RMSE of the attributes."""
+OUT = 0.02
+"""The last layer begins with a tenth of the others' SD, so that the first answers lie near the mean rating."""
+LEAST = 1e-12
+"""Added below the root, whose slope at nothing has no end."""
+
+
+class Answer(NamedTuple):
+    """Scaled attributes (batch, segments, attributes), and how far each reconstruction is off (batch,)."""
+
+    attributes: Tensor
+    wrong: Tensor
+
+
+class VisuoTactile(nn.Module):
+    """A picture and some segments of touch a row to scaled attributes, one for each segment.
+
+    128 numbers of either branch, side by side; 128, 128 with ReLU; the greater of every two; 32 with ReLU; one linear
+    unit for each attribute. Without `sight` or without `touch` the other branch has the same head for itself.
+    A picture goes through HV-Net once, whatever the number of segments that it is shown with.
+    """
+
+    def __init__(self, sight: int | None, touch: int | None, attributes: int = 4) -> None:
+        super().__init__()
+        if sight is None and touch is None:
+            raise MaterialError("a network that neither sees nor feels has nothing to go by: name features of one.")
+        self.sight = None if sight is None else HVNet(sight)
+        self.touch = None if touch is None else HTNet(touch)
+        joined = EMBEDDED * sum(each is not None for each in (sight, touch))
+        sizes = (joined, *HIDDEN)
+        self.joined = nn.ModuleList(dense(*pair) for pair in pairwise(sizes))
+        self.last = dense(HIDDEN[-1] // 2, LAST)
+        self.out = dense(LAST, attributes, gain=OUT)
+
+    def forward(self, *given: Tensor) -> Answer:
+        """(batch, features) of pictures, (batch, segments, steps, channels, places) of touch: those that it looks at.
+
+        In evaluation mode the segments' answers are averaged and nothing is asked of the reconstruction: what is
+        watched is the attributes alone. Raises MaterialError for other shapes.
+        """
+        sight, touch = self._told(given)
+        parts, wrong = [], given[0].new_zeros(len(given[0]))
+        if self.sight is not None and sight is not None:
+            code = self.sight.encode(sight)
+            parts.append(self.sight.embed(code)[:, None])
+            wrong = (self.sight.decode(code) - sight).square().mean(dim=1) if self.training else wrong
+        if self.touch is not None and touch is not None:
+            parts.append(self.touch(touch.flatten(0, 1)).unflatten(0, touch.shape[:2]))
+        answered = self.head(parts)
+        return Answer(answered if self.training else answered.mean(dim=1, keepdim=True), wrong)
+
+    def head(self, parts: list[Tensor]) -> Tensor:
+        """What the branches say, (batch, 1 or segments, 128) each, to (batch, segments, attributes)."""
+        count = max(part.shape[1] for part in parts)
+        x = torch.cat([part.expand(-1, count, -1) for part in parts], dim=2)
+        for layer in self.joined:
+            x = torch.relu(layer(x))
+        x = torch.relu(self.last(functional.max_pool1d(x, 2)))
+        found: Tensor = self.out(x)
+        return found
+
+    def _told(self, given: tuple[Tensor, ...]) -> tuple[Tensor | None, Tensor | None]:
+        """The pictures and the segments among what was given."""
+        wanted = [dims for dims, branch in ((2, self.sight), (5, self.touch)) if branch is not None]
+        if [each.ndim for each in given] != wanted or len({len(each) for each in given}) != 1:
+            found = ", ".join(str(tuple(each.shape)) for each in given)
+            raise MaterialError(
+                f"a network was given {found}: as many rows each, with {wanted} dimensions, is expected."
+            )
+        left = list(given)
+        sight = left.pop(0) if self.sight is not None else None
+        return sight, left.pop(0) if self.touch is not None else None
+
+
+def rmse(answer: Answer, target: Tensor) -> Tensor:
+    """The root mean square error of scaled attributes, target (batch, attributes), and the reconstruction's term."""
+    off = (answer.attributes - target[:, None]).square().mean()
+    return torch.sqrt(off + LEAST) + REBUILDING * answer.wrong.mean()

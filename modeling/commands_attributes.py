@@ -1,0 +1,209 @@
+"""`palpate train attributes` and `palpate evaluate attributes`."""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+from dataclasses import dataclass
+from functools import wraps
+from pathlib import Path
+from typing import TYPE_CHECKING, Any
+
+import click
+
+from modeling.commands_data import going_on, progress_lines
+from studies.options import JSON, LAB, echo_json
+
+if TYPE_CHECKING:
+    from modeling.attributes.judging_whole import Judged, Wanted
+    from modeling.attributes.material import Material
+
+Report = Callable[[str], None]
+COLUMNS = (
+    ("mae", "MAE", "2"), ("rmse", "RMSE", "2"), ("within_jnd", "JND", "share"), ("best_less", "more", "2"),
+    ("half_width", "± 90 %", "1"), ("features_s", "features", "s"), ("train_s", "train", "s"),
+    ("answer_s", "answer", "s"),
+)  # fmt: skip
+"""What is printed of each method: its name in the rows, its heading, how it is written."""
+
+
+@dataclass(frozen=True)
+class Asked:
+    """Which textures were asked for on the command line, and how they are learned from."""
+
+    lab: Path
+    folder: Path | None
+    ratings: Path | None
+    weights: Path | None
+    seed: int
+    quick: bool
+    epochs: int | None
+    workers: int | None
+    cluster: str | None
+
+
+OPTIONS = (
+    LAB,
+    click.option(
+        "--folder", type=click.Path(exists=True, file_okay=False, path_type=Path),
+        help="A folder of images instead of the lab's sessions: FOLDER/ID/*.jpg or FOLDER/ID_01.jpg.",
+    ),
+    click.option(
+        "--ratings", type=click.Path(exists=True, dir_okay=False, path_type=Path),
+        help="The table of ratings that goes with --folder.  [default: FOLDER/ratings.csv]",
+    ),
+    click.option(
+        "--weights", type=click.Path(exists=True, dir_okay=False, path_type=Path),
+        help="Weights of ResNet-50 as a file.  [default: random ones, from a seed]",
+    ),
+    click.option("--seed", type=click.IntRange(0, 10**6), default=0, show_default=True, help="For everything drawn."),
+    click.option("--quick", is_flag=True, help="Five textures, few epochs: to try it out, not to use it."),
+    click.option("--epochs", type=click.IntRange(1), help="At most so many.  [default: each method's own]"),
+    click.option("--workers", type=click.IntRange(1, 256), help="Processes at once.  [default: one for each core]"),
+    click.option("--cluster", metavar="ADDRESS", help="A Dask scheduler (tcp://HOST:8786) that does the work."),
+)  # fmt: skip
+"""What both verbs ask."""
+OWN = tuple(Asked.__dataclass_fields__)
+
+
+def attribute_options(command: Callable[..., None]) -> Callable[..., None]:
+    """The options that both verbs share; the command receives them as one `Asked`."""
+
+    @wraps(command)
+    def with_asked(**given: Any) -> None:
+        if given["ratings"] is not None and given["folder"] is None:
+            raise click.UsageError("--ratings goes with --folder: a folder of images is expected")
+        command(Asked(**{name: given.pop(name) for name in OWN}), **given)
+
+    asking: Callable[..., None] = with_asked
+    for option in reversed(OPTIONS):
+        asking = option(asking)
+    return asking
+
+
+def material_for(asked: Asked, report: Report) -> Material:
+    """The textures that were asked for. Raises MaterialError, or what reading a lab raises."""
+    report("making features")
+    asked_for: dict[str, Any] = {"weights": asked.weights, "quick": asked.quick, "workers": asked.workers}
+    if asked.folder is not None:
+        from modeling.attributes.reading_folder import read_folder
+
+        return read_folder(asked.folder, asked.lab, table=asked.ratings, report=report, **asked_for)
+    from modeling.attributes.reading import read_material
+
+    return read_material(asked.lab, report=report, **asked_for)
+
+
+def wanted_for(asked: Asked, methods: tuple[str, ...] | None, ablations: bool) -> Wanted:
+    """What the evaluation or the training is asked to do. Raises MaterialError for an unknown method."""
+    from modeling.attributes.evaluation_outputs import kept_in
+    from modeling.attributes.judging_whole import Wanted, demand_known
+    from modeling.attributes.registry import METHODS
+
+    demand_known(methods or (), METHODS)
+    return Wanted(
+        work=kept_in(asked.lab), methods=methods, ablations=ablations, seed=asked.seed, quick=asked.quick,
+        epochs=asked.epochs, workers=asked.workers, cluster=asked.cluster,
+    )  # fmt: skip
+
+
+@click.command("attributes")
+@attribute_options
+@click.option("--method", help="Which one.  [default: the best of the lab's evaluation, else the thesis' network]")
+@click.option("--to", type=click.Path(file_okay=False, path_type=Path), help="Where to.  [default: LAB/models]")
+@JSON
+def train_attributes(asked: Asked, method: str | None, to: Path | None, as_json: bool) -> None:
+    """Train the model that says how a texture feels, on all rated textures.
+
+    Writes texture-attributes, a card (JSON) and its numbers (safetensors), to LAB/models. The card holds the errors of
+    leaving each texture out once, intervals that hold 90 % of new ratings, and the run: data, versions, settings,
+    seconds. What an evaluation of the same textures finished is taken from there; stopped, the same command goes on.
+
+    Example: palpate train attributes --lab LAB --method ridge
+    """
+    from modeling.attributes.evaluation_outputs import default_of
+    from modeling.attributes.registry import METHODS, OWN_FEATURES
+    from modeling.attributes.training import train_attributes as trained
+
+    wanted = wanted_for(asked, None if method is None else (method,), ablations=False)
+    with going_on("what is left"), progress_lines() as report:
+        material = material_for(asked, report)
+        chosen = method or default_of(asked.lab, material)
+        written = trained(material, chosen, wanted, to or asked.lab / "models", METHODS, OWN_FEATURES, report)
+    if as_json:
+        echo_json(written.plain())
+        return
+    told = f"MAE {written.metrics['mae']:.2f}, RMSE {written.metrics['rmse']:.2f} of textures left out (0 to 100)"
+    click.echo(f"{written.card}: {written.method}; {told}")
+
+
+@click.command("attributes")
+@attribute_options
+@click.option(
+    "--methods", "names", metavar="NAMES", multiple=True, help="Only these: ridge,visuo_tactile.  [default: all]"
+)
+@click.option(
+    "--ablations/--no-ablations", default=True, help="Whether Tables 3.4 and 3.5 are made too: features apart."
+)
+@click.option("--figures/--no-figures", default=True, help="Whether to draw the figures.")
+@click.option(
+    "--to", type=click.Path(file_okay=False, path_type=Path), help="Where to.  [default: LAB/evaluated/attributes]"
+)
+@JSON
+def evaluate_attributes(
+    asked: Asked, names: tuple[str, ...], ablations: bool, figures: bool, to: Path | None, as_json: bool
+) -> None:
+    """Judge every method that predicts how textures feel, by leaving each texture out once.
+
+    Tables 3.2 to 3.5 and Figures 3.8 and 3.9 of the thesis, on this lab's textures and the same folds for all. Writes
+    evaluation.json, tables, figures and report.html to LAB/evaluated/attributes. Finished trainings are kept there:
+    stopped, the same command goes on, and a further method is trained alone.
+
+    Example: palpate evaluate attributes --lab LAB --methods ridge,visuo_tactile
+    """
+    from modeling.attributes.evaluation_outputs import as_json as results
+    from modeling.attributes.evaluation_outputs import folder_for, write_all
+    from modeling.attributes.feature_times import feature_seconds
+    from modeling.attributes.judging_whole import judge
+    from modeling.attributes.registry import METHODS, OWN_FEATURES
+
+    chosen = tuple(name.strip() for part in names for name in part.split(",") if name.strip())
+    wanted = wanted_for(asked, chosen or None, ablations)
+    with going_on("what is left"), progress_lines() as report:
+        material = material_for(asked, report)
+        report("timing features")
+        times = feature_seconds({kind for each in material.textures for kind in (*each.touch, *each.sight)})
+        found = judge(material, wanted, METHODS, OWN_FEATURES, report, times)
+        paths = write_all(found, to or folder_for(asked.lab), report, figures)
+    if as_json:
+        echo_json({**results(found), "files": list(map(str, paths))})
+        return
+    _show(found, paths[-1])
+
+
+def _show(found: Judged, page: Path) -> None:
+    from rich.console import Console
+    from rich.table import Table
+
+    from modeling.attributes.evaluation_report import banners, choice_of, reached
+    from modeling.attributes.evaluation_tables import method_rows
+    from modeling.report.blocks import written
+
+    console = Console(highlight=False)
+    for line in banners(found):
+        console.print(line, style="yellow", markup=False)
+    rows = method_rows(found)
+    table = Table(box=None, pad_edge=False, collapse_padding=True)
+    table.add_column("method", no_wrap=True, min_width=max(len(row["method"]) for row in rows))
+    for _, heading, _ in COLUMNS:
+        table.add_column(heading, justify="right", no_wrap=True)
+    for row in rows:
+        table.add_row(row["method"], *(written(row[name], form) for name, _, form in COLUMNS))
+    console.print(table)
+    for row in rows:
+        if row["refused"]:
+            click.echo(f"not judged: {row['method']}: {row['refused']}")
+    chosen = choice_of(found)
+    click.echo(f"default: {chosen.method}. {chosen.why}")
+    for label, line in reached(found):
+        click.echo(f"{label}: {line}")
+    click.echo(f"Look at {page}")

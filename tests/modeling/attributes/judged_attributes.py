@@ -1,0 +1,88 @@
+"""Small things to judge attributes with: made-up textures, and methods that take no time."""
+
+from dataclasses import dataclass, replace
+
+import numpy as np
+
+from modeling.attributes.judging_whole import Wanted, judge
+from modeling.attributes.material import Material, MaterialError
+from modeling.attributes.methods import Method
+from tests.modeling.attributes.made_material import made_material
+
+
+@dataclass(frozen=True)
+class Linear:
+    """Least squares with a firm penalty on the mean rows of what it looks at."""
+
+    weights: np.ndarray
+    mean: np.ndarray
+    touch: tuple
+    sight: tuple
+
+    def predict(self, texture):
+        return (_row(texture, self.touch, self.sight) @ self.weights + self.mean)[None]
+
+    def saved(self):
+        kinds = {"touch": list(self.touch), "sight": list(self.sight)}
+        return {"weights": self.weights, "mean": self.mean}, {"method": "ridge", **kinds}
+
+
+def restored(arrays, told):
+    return Linear(arrays["weights"], arrays["mean"], tuple(told["touch"]), tuple(told["sight"]))
+
+
+def _row(texture, touch, sight):
+    parts = [texture.rows("touch", touch).mean(axis=0)] if touch else []
+    parts += [texture.rows("sight", sight).mean(axis=0)] if sight else []
+    return np.concatenate(parts) if parts else np.zeros(1)
+
+
+def fit_linear(learning):
+    rows = np.stack([_row(each, learning.touch, learning.sight) for each in learning.train])
+    rated = np.stack([each.rated.mean for each in learning.train])
+    gram = rows @ rows.T + len(rows[0]) * np.eye(len(rows))
+    weights = rows.T @ np.linalg.solve(gram, rated - rated.mean(axis=0))
+    return Linear(weights, rated.mean(axis=0), learning.touch, learning.sight)
+
+
+def fit_mean(learning):
+    rated = np.mean([each.rated.mean for each in learning.train], axis=0)
+    return Linear(np.zeros((1, len(rated))), rated, (), ())
+
+
+def fit_refusing(_learning):
+    raise MaterialError("this method has had enough.")
+
+
+def fit_broken(_learning):
+    raise RuntimeError("a fault of the program")
+
+
+TOUCH, SIGHT = frozenset({"touch"}), frozenset({"sight"})
+METHODS = {
+    "mean": Method("mean", "The mean", fit_mean, frozenset()),
+    "ridge": Method("ridge", "Ridge", fit_linear),
+    "visuo_tactile": Method("visuo_tactile", "The thesis' network", fit_linear, holds_out=True, source="a test"),
+    "hv_net": Method("hv_net", "Sight", fit_linear, SIGHT),
+    "ht_net": Method("ht_net", "Touch", fit_linear, TOUCH),
+}
+OWN = {"ridge": (("mfcc", "hand"), ("glcm",))}
+
+
+def material(textures=12, **more):
+    return made_material(textures, **{"noise": 0.3, **more})
+
+
+def wanted(work, **more):
+    return Wanted(work=work, **{"workers": 1, "ablations": False, **more})
+
+
+def judged(work, found=None, methods=METHODS, times=None, **more):
+    clock = iter(range(10**6)).__next__
+    return judge(found or material(), wanted(work, **more), methods, OWN, times=times, clock=clock)
+
+
+def changed(found, name, **more):
+    """The material with one texture changed."""
+    textures = tuple(replace(each, **more) if each.id == name else each for each in found.textures)
+    return replace(found, textures=textures) if textures else Material((), found.attributes)

@@ -1,0 +1,75 @@
+"""Labs whose texture_photos and texture_ratings sessions are small: made-up photos on record, simulated raters."""
+
+from __future__ import annotations
+
+import hashlib
+
+from protocols.plan import ParticipantRow, compile_plan
+from studies.catalogue import SHIPPED, read_study
+from studies.ledger import create, take_up
+from studies.record import read
+from studies.rig import simulated
+from studies.session import start
+from tests.analysis.features.made_pictures import write_picture
+from tests.analysis.streams.ledgers import DOOR, Written
+
+LIVE = {"kind": "live", "twins": []}
+TWINS = {"kind": "simulated", "twins": ["samples", "camera"]}
+AT = {"at": "2026-01-01T00:00:00+00:00"}
+
+
+class Photos(Written):
+    """A session of texture_photos in the making."""
+
+    def begin(self, trial, stimulus, attempt=1):
+        self.trial, self.attempt = trial, attempt
+        self.note("trial_started", {"stimulus": stimulus, "block": "main"})
+        self.ask_for("sense")
+
+    def shoot(self, trial, stimulus, pictures, attempt=1, as_="captured"):
+        self.begin(trial, stimulus, attempt)
+        self.note("reply", {"recorded": True, "seconds": 1.0, "pictures": pictures, "left_out": []})
+        self.end(as_)
+
+    def write(self, participant="E001", rig=None):
+        header = read(DOOR).header
+        stimuli = [
+            {"id": f"T0{n}", "columns": {"label": f"wood {n} of 9", "class": "wood" if n < 3 else "foam"}}
+            for n in range(1, 10)
+        ]
+        study = {**header["study"], "study": "texture_photos", "stimuli": stimuli}
+        create(self.path, {**header, "participant": participant, "rig": rig or LIVE, "study": study}, AT)
+        ledger = take_up(self.path, AT)
+        try:
+            for event in self.events:
+                ledger.append(event)
+        finally:
+            ledger.close({"because": "complete"})
+
+
+def photos(lab, participant="E001"):
+    """A session to be filled."""
+    path = lab / "sessions" / f"texture_photos_{participant}_s1.sqlite"
+    path.parent.mkdir(parents=True, exist_ok=True)
+    return Photos(path)
+
+
+def taken(lab, texture, light, seed=None, folder="pictures", side=256):
+    """A picture kept in the lab, and what a reply says of it."""
+    seed = 100 * int(texture[1:]) + light if seed is None else seed
+    file = f"{texture}/light{light:02d}-{seed:016x}.png"
+    data = write_picture(lab / folder / file, side, seed)
+    return {"file": file, "sha256": hashlib.sha256(data).hexdigest(), "light": light, "flags": []}
+
+
+def rated_by(lab, people, textures=("T01", "T02", "T03"), **changes):
+    """Simulated sessions of texture_ratings with these textures."""
+    found = read_study(SHIPPED / "texture_ratings" / "study.yaml")
+    definition = found.study.definition()
+    stimuli = [each for each in definition["stimuli"] if each["id"] in textures]
+    study = found.study.model_validate({**definition, "opening": [], "stimuli": stimuli, **changes})
+    paths = []
+    for row, name in enumerate(people):
+        plan = compile_plan(study, ParticipantRow(name, None, row % 2))
+        paths.append(start(lab, plan, simulated(study, found.folder)).path)
+    return paths

@@ -1,0 +1,48 @@
+from pathlib import Path
+
+import pytest
+
+from analysis.measuring.rows import MEASURED, REFUSED, measure
+from modeling.attributes.bench import AREA, cases
+from modeling.attributes.bench_material import made_up
+from modeling.attributes.methods import Method
+from tests.modeling.attributes import judged_attributes as small
+
+METHODS = {
+    name: Method(name, method.title, method.fit, method.sees)
+    for name, method in {**small.METHODS, "ann": Method("ann", "Refusing", small.fit_refusing)}.items()
+}
+
+
+@pytest.fixture(scope="module")
+def rows():
+    return [measure(case) for case in cases(True, METHODS, {}, workers=1)]
+
+
+def test_every_method_has_its_error_beside_the_times_of_training_and_of_50_predictions(rows):
+    assert {row.area for row in rows} == {AREA}
+    trained = {row.method: row for row in rows if row.case == "attributes of a texture left out"}
+    asked = {row.method: row for row in rows if row.case.startswith("50 predictions")}
+    assert set(asked) == {row.method for row in rows if row.case.startswith("a texture of 110 segments")}
+    assert set(asked) == {"mean", "ridge", "palpate, visuo_tactile", "hv_net", "ht_net"}
+    assert set(trained) == {*asked, "ann"}
+    assert trained["ann"].outcome == REFUSED
+    for name, row in asked.items():
+        assert row.outcome == MEASURED and row.seconds > 0
+        assert row.error == trained[name].error
+    assert asked["ridge"].error < asked["mean"].error
+
+
+def test_nothing_stays_behind(tmp_path, monkeypatch):
+    monkeypatch.setattr("tempfile.tempdir", str(tmp_path))
+    left = cases(True, {"mean": METHODS["mean"]}, {}, workers=1)
+    next(left)
+    left.close()
+    assert list(Path(tmp_path).iterdir()) == []
+
+
+def test_made_up_textures_are_the_same_ones_each_time():
+    one, again, other = made_up(4, 3, 2), made_up(4, 3, 2), made_up(4, 3, 2, seed=1)
+    assert (one.textures[2].touch["dwt"] == again.textures[2].touch["dwt"]).all()
+    assert (one.textures[2].touch["dwt"] != other.textures[2].touch["dwt"]).all()
+    assert {kind: rows.shape for kind, rows in one.textures[0].sight.items()} == {"resnet": (2, 2048), "glcm": (2, 256)}

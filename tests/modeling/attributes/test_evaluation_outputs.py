@@ -1,0 +1,195 @@
+import csv
+import dataclasses
+import json
+import re
+import shutil
+
+import numpy as np
+import pytest
+
+from modeling.attributes.evaluation_outputs import as_json, default_of, folder_for, tables, write_all
+from modeling.attributes.evaluation_report import banners, reached, report_html
+from modeling.attributes.evaluation_tables import method_rows, table_rows
+from modeling.attributes.evaluation_thesis import number_of, printed
+from modeling.attributes.methods import Method
+from modeling.files.evaluation_folder import REPORT, RESULTS
+from tests.modeling.attributes import judged_attributes as small
+
+TIMES = {"mfcc": 0.25, "hand": 0.5, "glcm": 1.0}
+NAMES = ["Rough-Smooth", "Flat-Bumpy", "Sticky-Slippery", "Hard-Soft"]
+
+
+@pytest.fixture(scope="module")
+def judged(tmp_path_factory):
+    found = small.changed(small.material(), "T02", label="b <i>x</i>", notes=("odd <b>",), category="b <i>y</i>")
+    methods = {**small.METHODS, "ann": Method("ann", "Refusing", small.fit_refusing)}
+    return small.judged(tmp_path_factory.mktemp("work"), found, methods, TIMES, ablations=True)
+
+
+@pytest.fixture(scope="module")
+def folder(judged, tmp_path_factory):
+    place = tmp_path_factory.mktemp("evaluated")
+    write_all(judged, place)
+    return place
+
+
+@pytest.fixture(scope="module")
+def rows(judged):
+    return {row["method"]: row for row in method_rows(judged)}
+
+
+def test_errors_stand_beside_times_and_differences(judged, rows):
+    off = np.abs(judged.predicted(judged.main("ridge")) - judged.rated())
+    assert rows["ridge"]["mae"] == pytest.approx(off.mean())
+    assert rows["ridge"]["within_jnd"] == pytest.approx((off <= 10).mean())
+    assert rows["ridge"]["features_s"] == 1.75
+    assert rows["ridge"]["train_s"] == rows["ridge"]["answer_s"] == 1.0
+    assert rows["visuo_tactile"]["features_s"] is None  # nobody timed resnet
+    assert rows["ann"]["mae"] is rows["ann"]["best_less"] is None
+    assert rows["ann"]["refused"] == "this method has had enough."
+    best = min((row for row in rows.values() if row["mae"] is not None), key=lambda row: row["mae"])
+    assert best["best_less"] is None
+    for row in rows.values():
+        if row["mae"] is not None and row is not best:
+            assert row["best_less"] == pytest.approx(row["mae"] - best["mae"])
+            assert row["best_low"] < row["best_less"] < row["best_high"]
+            assert row["best_chance"] == (row["best_low"] <= 0 <= row["best_high"])
+    assert rows["mean"]["best_chance"] is False
+
+
+def test_intervals_are_the_finite_sample_quantile_of_the_errors_of_textures_left_out(judged):
+    told = as_json(judged)["intervals"]
+    off = np.abs(judged.predicted(judged.main("ridge")) - judged.rated())
+    # 12 textures: k = ceil(13 * 0.9) = 12, the greatest
+    assert [told["half_width"]["ridge"][name] for name in NAMES] == pytest.approx(off.max(axis=0).tolist())
+    assert told["coverage"] == 0.9
+    assert "ann" not in told["half_width"]
+
+
+def test_tables_3_2_and_3_3_hold_every_method_with_the_thesis_beside(judged):
+    for which, measure in (("mae", np.abs), ("rmse", np.square)):
+        told = {row["method"]: row for row in table_rows(judged, which)}
+        assert list(told)[:4] == ["mean", "ridge", "visuo_tactile", "visuo_tactile, thesis"]
+        own = measure(judged.predicted(judged.main("visuo_tactile")) - judged.rated()).mean(axis=0)
+        own = own if which == "mae" else np.sqrt(own)
+        assert [told["visuo_tactile"][name] for name in NAMES] == pytest.approx(own.tolist())
+        assert told["visuo_tactile"]["mean"] == pytest.approx(own.mean())
+        assert told["ann, thesis"]["printed"] and told["ann"]["mean"] is None
+
+
+def test_tables_3_4_and_3_5_tell_methods_and_features_apart(judged):
+    assert {row["method"] for row in table_rows(judged, "same_features")} == {
+        "hv_net", "hv_net, thesis", "ht_net", "ht_net, thesis",
+    }  # fmt: skip
+    kinds = [(row["method"], row["features"]) for row in table_rows(judged, "kinds") if not row["printed"]]
+    assert {name for method, name in kinds if method == "hv_net"} == {"resnet", "glcm", "resnet+glcm"}
+    assert {name for method, name in kinds if method == "ht_net"} == {"dwt+hand", "dft+hand", "mfcc+hand"}
+    assert ("visuo_tactile", "mfcc+hand+resnet+glcm") in kinds
+    theirs = {row["features"]: row for row in table_rows(judged, "kinds") if row["printed"]}
+    assert theirs["dwt+hand"]["Flat-Bumpy"] == 46.8
+
+
+def test_the_page_needs_nothing_else_and_escapes_names(folder):
+    page = (folder / REPORT).read_text(encoding="utf-8")
+    assert "b <i>" not in page and "odd <b>" not in page
+    assert not re.search(r'(src|href)="(?!#|data:)', page)
+    for told in ("Table 3.2, MAE", "Table 3.3, RMSE", "Table 3.4, RMSE", "Table 3.5, RMSE", "Figure 3.8", "Figure 3.9"):
+        assert told in page
+    for told in ("The rule", "Not judged", "Simulated", "made up", "Bonferroni"):
+        assert told in page
+
+
+def test_the_page_says_which_method_is_the_default_and_what_was_reached(judged):
+    page = report_html(judged)
+    assert "Ridge has the least MAE" in page
+    assert "is not the lowest" in page
+    assert any(label == "Fusion" and told.endswith("reached.") for label, told in reached(judged))
+
+
+def test_the_best_is_marked_by_the_report_and_the_thesis_is_the_best_of_nothing(folder):
+    page = (folder / REPORT).read_text(encoding="utf-8")
+    line = re.search(r"<tr>(<td[^>]*>The thesis&#39; network, thesis</td>.*?)</tr>", page)[1]
+    assert "5.23" in line
+    assert "best" not in line
+    assert re.search(r'<td class="number best">\d+\.\d\d</td>', page)
+
+
+def test_tables_json_and_figures_hold_the_same_numbers(judged, folder):
+    told = json.loads((folder / RESULTS).read_text())
+    for name, rows in tables(judged).items():
+        with (folder / "tables" / f"{name}.csv").open(newline="") as lines:
+            read = list(csv.DictReader(lines))
+        assert len(read) == len(rows)
+        if name != "predictions":
+            assert len(told["tables"][name]) == len(rows)
+    assert len(tables(judged)["predictions"]) == 5 * 12 * 4
+    for name in ("figure_3_8", "figure_3_9", "scatter_3_8", "figure_3_9_visuo_tactile", "work_precision"):
+        assert f"figures/{name}.png" in told["files"]
+    for name in told["files"]:
+        assert (folder / name).is_file()
+
+
+def test_classes_are_told_with_a_row_over_all_attributes(judged):
+    rows = [row for row in tables(judged)["classes"] if row["method"] == "ridge"]
+    assert {row["class"] for row in rows} == {"wood", "foam", "mesh", "b <i>y</i>"}
+    whole = [row for row in rows if row["attribute"] == "all"]
+    total = sum(row["mae"] * row["textures"] for row in whole) / 12
+    assert total == pytest.approx(method_rows(judged)[1]["mae"])
+
+
+def test_what_an_earlier_evaluation_wrote_and_this_one_does_not_is_removed(judged, folder, tmp_path):
+    shutil.copytree(folder, tmp_path, dirs_exist_ok=True)
+    (tmp_path / "mine.txt").write_text("kept")
+    paths = write_all(judged, tmp_path, drawings=False)
+    assert not list((tmp_path / "figures").glob("*"))
+    assert (tmp_path / "mine.txt").is_file()
+    assert paths[-1] == tmp_path / REPORT
+
+
+def test_a_quick_evaluation_says_so_and_has_no_intervals(tmp_path):
+    judged = small.judged(tmp_path, methods={name: small.METHODS[name] for name in ("mean", "ridge")}, quick=True)
+    assert any("5 textures were left out" in line for line in banners(judged))
+    assert as_json(judged)["intervals"]["half_width"] == {}
+    assert all(row["half_width"] is None for row in method_rows(judged))
+    write_all(judged, tmp_path / "out")
+    short = small.judged(tmp_path, epochs=3)
+    assert any("at most 3 epochs" in line for line in banners(short))
+
+
+def test_textures_kept_apart_are_named(tmp_path):
+    found = small.changed(small.material(), "T02", made_from=small.material().textures[0].made_from)
+    judged = small.judged(tmp_path, small.changed(found, "T05", rated=None))
+    told = banners(judged)
+    assert any("never divided: T01, T02." in line for line in told)
+    assert "Not used: T05: it was not rated." in told
+
+
+def test_a_lab_trains_what_its_own_whole_evaluation_of_the_same_textures_chose(tmp_path):
+    judged = small.judged(tmp_path / "work")
+    write_all(judged, folder_for(tmp_path), drawings=False)
+    assert default_of(tmp_path, judged.material) == "ridge"
+    other = small.changed(judged.material, "T01", category="other")
+    assert default_of(tmp_path, other) == "visuo_tactile"
+    results = folder_for(tmp_path) / RESULTS
+    told = json.loads(results.read_text())
+    for changed in ({"quick": True}, {"data": 7}, {"tables": {}}, {"tables": {"methods": [{"method": "ridge"}]}}):
+        results.write_text(json.dumps({**told, **changed}))
+        assert default_of(tmp_path, judged.material) == "visuo_tactile"
+    assert default_of(tmp_path / "nowhere", judged.material) == "visuo_tactile"
+
+
+def test_the_thesis_numbers_stand_as_its_tables_have_them():
+    assert printed("mae", "visuo_tactile")["Flat-Bumpy"] == 4.48
+    assert printed("rmse", "ann")["Hard-Soft"] == 32.19  # the text has 29.12
+    assert printed("mae", "vision_cnn")["Flat-Bumpy"] == 19.63  # the text has 18.55
+    assert printed("kinds", "hv_net", "resnet+glcm")["Rough-Smooth"] == 13.26  # the text has 10.11
+    assert printed("same_features", "tactile_svm")["mean"] == pytest.approx((18.38 + 27.38 + 32.35 + 36.96) / 4)
+    assert printed("mae", "ridge") is printed("kinds", "hv_net", "dft") is None
+    assert [number_of(which) for which in ("mae", "rmse", "same_features", "kinds")] == ["3.2", "3.3", "3.4", "3.5"]
+
+
+def test_other_attributes_have_no_thesis_beside_them(tmp_path):
+    found = small.material()
+    others = tuple(dataclasses.replace(pair, low=f"{pair.low}er") for pair in found.attributes)
+    judged = small.judged(tmp_path, dataclasses.replace(found, attributes=others))
+    assert not any(row["printed"] for row in table_rows(judged, "mae"))

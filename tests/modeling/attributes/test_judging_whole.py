@@ -1,0 +1,222 @@
+import dataclasses
+import json
+from functools import partial
+
+import numpy as np
+import pytest
+
+from modeling.attributes.judging_entries import entries
+from modeling.attributes.judging_jobs import KINDS, MAIN, SAME, Entry, Job
+from modeling.attributes.judging_kept import home, key
+from modeling.attributes.judging_material import digest_of, reread, stored
+from modeling.attributes.judging_run import answer, run
+from modeling.attributes.judging_whole import context_for, judge, usable
+from modeling.attributes.material import MaterialError
+from modeling.attributes.methods import Method
+from modeling.training.refusals import JobBroken
+from tests.modeling.attributes import judged_attributes as small
+
+
+@pytest.fixture(scope="module")
+def found(tmp_path_factory):
+    return small.judged(tmp_path_factory.mktemp("work"), times={"mfcc": 0.1, "hand": 0.2, "glcm": 0.3})
+
+
+def test_every_method_is_asked_about_every_texture_that_it_had_not_seen(found):
+    assert [entry.method for entry in found.entries] == list(small.METHODS)
+    assert found.tested == small.material().ids
+    assert found.predicted(found.main("mean")).shape == found.rated().shape == (12, 4)
+    ratings = small.material().rated().textures
+    for place, name in enumerate(found.tested):
+        others = np.mean([each.rated.mean for each in ratings if each.id != name], axis=0)
+        np.testing.assert_allclose(found.predicted(found.main("mean"))[place], others)
+
+
+def test_all_methods_have_the_same_folds_and_one_that_watches_learns_from_fewer(tmp_path):
+    seen = {}
+
+    def watching(name):
+        def fit(learning):
+            seen.setdefault(name, []).append((learning.train, learning.held, learning.seed))
+            return small.fit_mean(learning)
+
+        return fit
+
+    methods = {"a": Method("a", "A", watching("a")), "b": Method("b", "B", watching("b"), holds_out=True)}
+    small.judged(tmp_path, methods=methods, seed=3)
+    for (train, held, seed), (whole, none, _) in zip(seen["b"], seen["a"], strict=True):
+        assert sorted(each.id for each in (*train, *held)) == [each.id for each in whole]
+        assert (len(held), none, seed) == (1, (), 3)
+
+
+def test_a_second_evaluation_takes_everything_from_the_first_and_finds_the_same(tmp_path):
+    first, again = small.judged(tmp_path), small.judged(tmp_path)
+    assert (first.taken, again.taken) == (0, len(first.results))
+    for job, done in first.results.items():
+        np.testing.assert_array_equal(again.results[job].predicted, done.predicted)
+
+
+def test_the_order_of_the_textures_changes_no_number(found, tmp_path):
+    turned = small.material()
+    turned = dataclasses.replace(turned, textures=turned.textures[::-1])
+    again = small.judged(tmp_path, turned)
+    assert digest_of(turned) == found.context.digest
+    for job, done in found.results.items():
+        np.testing.assert_array_equal(again.results[job].predicted, done.predicted)
+
+
+def test_workers_find_what_one_process_finds(found, tmp_path):
+    asked = small.wanted(tmp_path, workers=2, methods=("mean", "ridge"))
+    again = judge(small.material(), asked, small.METHODS, small.OWN)
+    for job, done in again.results.items():
+        np.testing.assert_array_equal(found.results[job].predicted, done.predicted)
+
+
+def test_what_decides_a_result_decides_its_key(found):
+    context, job = found.context, Job(found.main("ridge"), "T03")
+    parts = context.parts
+    others = [
+        dataclasses.replace(context, seed=1),
+        dataclasses.replace(context, settings={"epochs": 3}),
+        dataclasses.replace(context, parts={**parts, "T07/touch/mfcc": "another"}),
+        dataclasses.replace(context, parts={**parts, "T07/variants/glcm": "another"}),
+        dataclasses.replace(context, parts={**parts, "T07": "other ratings"}),
+        dataclasses.replace(context, parts={**parts, "T03/sight/glcm": "another"}),
+        dataclasses.replace(
+            context, folds={**context.folds, "T03": dataclasses.replace(context.folds["T03"], held=(), train=("T01",))}
+        ),
+        dataclasses.replace(context, methods={**context.methods, "ridge": Method("ridge", "", digest_of)}),
+    ]
+    keys = {key(job, each) for each in (context, *others)} | {key(Job(job.entry, "T04"), context)}
+    assert len(keys) == 10
+    same = dataclasses.replace(context, parts={**parts, "T07/touch/dft": "not looked at"})
+    assert key(job, same) == key(job, context)
+
+
+def test_a_partial_of_a_fit_has_the_home_of_the_fit():
+    assert home(partial(partial(small.fit_linear, 1), b=2)) == small.__name__
+
+
+@pytest.mark.parametrize("damage", [b"", b"{}", b'{"numbers": {}}'])
+def test_a_damaged_result_is_computed_again(tmp_path, damage):
+    judged = small.judged(tmp_path, methods={"mean": small.METHODS["mean"]})
+    job = Job(judged.main("mean"), "T01")
+    place = tmp_path / key(job, judged.context)
+    (place.with_suffix(".npz") if damage == b'{"numbers": {}}' else place.with_suffix(".json")).write_bytes(damage)
+    np.testing.assert_array_equal(run(job, judged.context).predicted, judged.results[job].predicted)
+
+
+def test_a_method_that_refuses_is_named_and_the_others_go_on(tmp_path):
+    methods = {**small.METHODS, "ann": Method("ann", "Refusing", small.fit_refusing)}
+    found = small.judged(tmp_path, methods=methods)
+    assert found.refused(found.main("ann")) == "this method has had enough."
+    assert found.refused(found.main("ridge")) == ""
+
+
+def test_a_fault_of_the_program_is_not_taken_for_a_refusal(tmp_path):
+    with pytest.raises(JobBroken, match="a fault of the program"):
+        small.judged(tmp_path, methods={"ann": Method("ann", "Broken", small.fit_broken)})
+
+
+def test_a_quick_evaluation_leaves_five_textures_out_and_lets_methods_hurry(tmp_path):
+    found = small.judged(tmp_path, quick=True)
+    assert len(found.tested) == 5
+    assert found.context.settings == {"threads": 1, "quick": True}
+    assert len(found.context.folds["T01" if "T01" in found.tested else found.tested[0]].known) == 11
+
+
+def test_an_unknown_method_is_refused_with_the_nearest(tmp_path):
+    with pytest.raises(MaterialError, match="ridge"):
+        judge(small.material(), small.wanted(tmp_path, methods=("rigde",)), small.METHODS, small.OWN)
+
+
+def test_textures_that_lack_what_others_have_are_not_used_and_told(tmp_path):
+    found = small.changed(small.material(), "T02", touch={})
+    found = small.changed(found, "T03", rated=None)
+    found = small.changed(found, "T04", sight={kind: rows[:0] for kind, rows in found.textures[3].sight.items()})
+    kept, why = usable(found)
+    assert len(kept.textures) == 9
+    assert why == {
+        "T02": "no recording of it can be used", "T03": "it was not rated", "T04": "no picture of it can be used",
+    }  # fmt: skip
+    judged = small.judged(tmp_path, found)
+    assert judged.left_out == why
+    assert "T02" not in judged.tested
+
+
+def test_pictures_alone_are_enough_for_those_that_see(tmp_path):
+    found = small.material()
+    seen = dataclasses.replace(found, textures=tuple(dataclasses.replace(each, touch={}) for each in found.textures))
+    judged = small.judged(tmp_path, seen)
+    assert len(judged.tested) == 12
+    assert judged.refused(judged.main("hv_net")) == ""
+    assert "no mfcc features" in judged.refused(judged.main("ht_net"))
+
+
+def test_textures_are_stored_once_and_read_back_as_they_were(tmp_path):
+    found = small.changed(small.material(), "T05", notes=("a note",))
+    path = stored(found, tmp_path)
+    before = path.stat().st_mtime_ns
+    assert stored(dataclasses.replace(found, textures=found.textures[::-1]), tmp_path) == path
+    assert path.stat().st_mtime_ns == before
+    again = reread(path)
+    assert digest_of(again) == digest_of(found)
+    assert again.textures[4].notes == ("a note",)
+    assert again.textures[4].made_from == found.textures[4].made_from
+    np.testing.assert_array_equal(again.textures[7].touch["dwt"], found.textures[7].touch["dwt"])
+    with pytest.raises(MaterialError, match="under the same path"):
+        reread(tmp_path / "nowhere")
+
+
+def test_the_digest_follows_every_part():
+    found = small.material()
+    of = found.textures[0]
+    rated = dataclasses.replace(of.rated, mean=of.rated.mean + 1)
+    others = [
+        small.changed(found, "T01", category="another"),
+        small.changed(found, "T01", rated=rated),
+        small.changed(found, "T01", touch={**of.touch, "dft": of.touch["dft"] + 1}),
+        small.changed(found, "T01", variants={}),
+        dataclasses.replace(found, attributes=found.attributes[::-1]),
+    ]
+    assert len({digest_of(each) for each in (found, *others)}) == 6
+
+
+def test_an_answer_is_the_rows_mean_within_the_scale(found):
+    class Rows:
+        def __init__(self, rows):
+            self.rows = rows
+
+        def predict(self, _texture):
+            return self.rows
+
+    texture = found.material.textures[0]
+    mean, spread, count = answer(Rows(np.array([[-30.0, 20.0], [10.0, 40.0]])), texture, 2)
+    assert (mean.tolist(), spread.tolist(), count) == ([0.0, 30.0], [20.0, 10.0], 2)
+    for wrong in (np.zeros((1, 3)), np.zeros((0, 2)), np.zeros(2), np.array([[1.0, np.nan]])):
+        with pytest.raises(MaterialError, match="T01"):
+            answer(Rows(wrong), texture, 2)
+
+
+def test_entries_stand_in_the_tables_that_they_belong_to():
+    every = entries(small.METHODS, small.METHODS, {"hv_net": ((), ("glcm",))})
+    told = {each.name: each.tables for each in every}
+    assert told["hv_net: glcm"] == {MAIN, KINDS}
+    assert told["hv_net: resnet+glcm"] == {SAME, KINDS}
+    assert told["ht_net: mfcc+hand"] == {MAIN, SAME, KINDS}
+    assert told["ht_net: dft+hand"] == {KINDS}
+    assert told["mean: ratings alone"] == {MAIN}
+    assert told["visuo_tactile: mfcc+hand+resnet+glcm"] == {MAIN, KINDS}
+    assert len([each for each in every if each.method == "ridge"]) == 7
+    assert len(entries(small.METHODS, small.METHODS, small.OWN, ablations=False)) == 5
+
+
+def test_a_context_can_be_made_without_any_chance_of_a_leak(tmp_path):
+    twin = dataclasses.replace(small.material().textures[0], id="TWIN")
+    both = dataclasses.replace(small.material(), textures=(*small.material().textures, twin))
+    context = context_for(both, small.wanted(tmp_path), small.METHODS)
+    for fold in context.folds.values():
+        assert len({"T01", "TWIN"} & {fold.test, *fold.apart}) != 1
+        assert len({"T01", "TWIN"} & set(fold.held)) != 1
+    entry = Entry("ridge", ("mfcc",), ("glcm",))
+    assert json.loads(json.dumps(key(Job(entry, "TWIN"), context)))

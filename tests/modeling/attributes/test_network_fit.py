@@ -1,0 +1,167 @@
+"""The networks as methods: they learn, they answer to the bit as before, and they say what they cannot do."""
+
+from dataclasses import replace
+
+import numpy as np
+import pytest
+
+from modeling.attributes.material import MaterialError, ratings_of
+from modeling.attributes.methods import Learning
+from modeling.attributes.network_fit import SETTINGS
+from modeling.attributes.network_methods import HT_NET, HV_NET, VISUO_TACTILE, restored
+from modeling.attributes.registry import METHODS
+from tests.modeling.attributes.made_material import PAIRS, made_material
+
+ALL = (VISUO_TACTILE, HV_NET, HT_NET)
+SMALL = {"touch": ("dwt", "hand"), "sight": ("glcm",)}
+"""Short rows: 256 numbers of a picture, seven channels of touch."""
+
+
+def learning(textures, held=(), **settings):
+    given = {"epochs": 1, "threads": 1, **settings}
+    return Learning(tuple(textures), tuple(held), PAIRS, **SMALL, seed=3, settings=given)
+
+
+@pytest.fixture(scope="module")
+def textures():
+    return made_material(textures=5, segments=4, pictures=3).textures
+
+
+@pytest.fixture(scope="module", params=ALL, ids=lambda each: each.name)
+def fitted(request, textures):
+    return request.param, request.param.fit(learning(textures[:3], textures[3:4]))
+
+
+def test_the_registry_has_all_three_and_they_watch_held_out_textures():
+    assert [METHODS[each.name] for each in ALL] == list(ALL)
+    assert all(each.holds_out for each in ALL)
+    assert [sorted(each.sees) for each in ALL] == [["sight", "touch"], ["sight"], ["touch"]]
+
+
+def test_there_is_an_answer_for_every_segment_or_picture(fitted, textures):
+    method, model = fitted
+    found = model.predict(textures[4])
+    assert found.shape == (3 if method is HV_NET else 4, 4)
+    assert found.dtype == np.float64
+    assert np.isfinite(found).all()
+
+
+def test_many_are_answered_as_one_is(fitted, textures):
+    _, model = fitted
+    shorter = replace(textures[3], touch={kind: rows[:1] for kind, rows in textures[3].touch.items()})
+    one, other = model.predict_all([textures[4], shorter])
+    np.testing.assert_allclose(one, model.predict(textures[4]), rtol=1e-4)
+    np.testing.assert_allclose(other, model.predict(shorter), rtol=1e-4)
+
+
+def test_the_shorter_of_pictures_and_segments_begins_anew(textures):
+    """Segment i goes with picture i mod 3: the fourth segment with the first picture."""
+    model = VISUO_TACTILE.fit(learning(textures[:3]))
+    fourth = replace(
+        textures[4],
+        touch={kind: rows[3:] for kind, rows in textures[4].touch.items()},
+        sight={kind: rows[:1] for kind, rows in textures[4].sight.items()},
+    )
+    np.testing.assert_allclose(model.predict(textures[4])[3:], model.predict(fourth), rtol=1e-4)
+
+
+def test_the_same_seed_gives_the_same_bits(fitted, textures):
+    method, model = fitted
+    again = method.fit(learning(textures[2::-1], textures[3:4]))  # nor does the order of the textures matter
+    np.testing.assert_array_equal(again.predict(textures[4]), model.predict(textures[4]))
+    other = method.fit(replace(learning(textures[:3], textures[3:4]), seed=4))
+    assert not np.array_equal(other.predict(textures[4]), model.predict(textures[4]))
+
+
+def test_it_comes_back_from_its_numbers_to_the_bit(fitted, textures):
+    from safetensors.numpy import load, save
+
+    from protocols.canonical import canonical, parse
+
+    _, model = fitted
+    arrays, told = model.saved()
+    again = restored(load(save(arrays)), parse(canonical(told)))
+    np.testing.assert_array_equal(again.predict(textures[4]), model.predict(textures[4]))
+    assert again.trained is None
+
+
+def test_numbers_of_another_network_are_refused(fitted):
+    arrays, told = fitted[1].saved()
+    with pytest.raises(MaterialError, match="not the numbers of a visuo-tactile network"):
+        restored({name: each for name, each in arrays.items() if name != "network.out.bias"}, told)
+    with pytest.raises(MaterialError, match="not the numbers of a visuo-tactile network"):
+        restored(arrays, {})
+    with pytest.raises(MaterialError, match="neither sees nor feels"):
+        restored(arrays, {**told, "looks": []})
+
+
+def test_what_it_looks_at_must_be_there(textures):
+    unseen, unfelt = replace(textures[4], sight={}, variants={}), replace(textures[4], touch={})
+    wanted = learning(textures[:3])
+    assert HT_NET.fit(wanted).predict(unseen).shape == (4, 4)
+    assert HV_NET.fit(wanted).predict(unfelt).shape == (3, 4)
+    for method, lacking, kind in ((HV_NET, unseen, "glcm"), (HT_NET, unfelt, "dwt")):
+        with pytest.raises(MaterialError, match=f"T05: no {kind} features"):
+            method.fit(wanted).predict(lacking)
+        with pytest.raises(MaterialError, match=f"T05: no {kind} features"):
+            method.fit(learning([*textures[:3], lacking]))
+        with pytest.raises(MaterialError, match=f"T05: no {kind} features"):
+            VISUO_TACTILE.fit(learning([*textures[:3], lacking]))
+
+
+def test_features_of_another_length_are_refused(textures):
+    model = HT_NET.fit(learning(textures[:3]))
+    other = replace(textures[4], touch={"dwt": np.zeros((2, 20), "f4"), "hand": np.zeros((2, 6), "f4")})
+    with pytest.raises(MaterialError, match="T05: 26 features of touch .*fitted to 30"):
+        model.predict(other)
+
+
+def test_constant_columns_are_harmless(textures):
+    flat = [replace(each, touch={kind: np.ones_like(rows) for kind, rows in each.touch.items()}) for each in textures]
+    found = HT_NET.fit(learning(flat[:4])).predict(flat[4])
+    assert np.isfinite(found).all()
+    assert np.ptp(found, axis=0).max() < 1e-3  # equal segments have equal answers
+
+
+def test_one_texture_is_nothing_to_learn_from(textures):
+    with pytest.raises(MaterialError, match="at least 2"):
+        HT_NET.fit(learning(textures[:1]))
+
+
+def test_a_training_that_was_stopped_goes_on_to_the_same_end(textures, tmp_path):
+    def stop(line):
+        if "epoch 5 of 6" in line:
+            raise KeyboardInterrupt
+
+    wanted = learning(textures[:3], epochs=6)
+    asked = replace(wanted, settings={**wanted.settings, "checkpoint": tmp_path})
+    with pytest.raises(KeyboardInterrupt):
+        HV_NET.fit(replace(asked, report=stop))
+    with pytest.raises(KeyboardInterrupt):
+        HV_NET.fit(replace(asked, report=stop))
+    whole, continued = HV_NET.fit(wanted), HV_NET.fit(asked)
+    np.testing.assert_array_equal(continued.predict(textures[4]), whole.predict(textures[4]))
+
+
+def test_settings_reach_the_training(textures):
+    assert (SETTINGS.stop_patience, SETTINGS.epochs <= 200) == (10, True)
+    quick = {"quick": True, "threads": 1}
+    assert len(HT_NET.fit(replace(learning(textures[:3]), settings=quick)).trained.history) == 2
+    found = HT_NET.fit(learning(textures[:3], textures[3:4], epochs=4, stop_patience=0, learning_rate=1e-3)).trained
+    assert found.history[0].learning_rate == 1e-3
+    assert found.history[0].held_loss is not None
+
+
+@pytest.mark.parametrize(
+    ("method", "epochs", "rate", "known"),
+    [(VISUO_TACTILE, 16, 1e-3, [0, 1, 2, 3]), (HV_NET, 30, 5e-4, [1]), (HT_NET, 8, 1e-3, [0, 2, 3])],
+    ids=lambda each: getattr(each, "name", ""),
+)
+def test_a_tiny_training_beats_the_mean_on_textures_that_it_has_not_met(method, epochs, rate, known):
+    """Sight knows bumps; touch roughness, friction and compliance (`made_material`)."""
+    textures = made_material(textures=34, segments=12, pictures=4, noise=0.5).textures
+    train, held, test = textures[:24], textures[24:26], textures[26:]
+    model = method.fit(learning(train, held, epochs=epochs, learning_rate=rate, stop_patience=None))
+    wrong = np.abs(np.stack([model.predict(each).mean(axis=0) for each in test]) - ratings_of(test))
+    mean = np.abs(ratings_of(train).mean(axis=0) - ratings_of(test))
+    assert wrong[:, known].mean() < 0.75 * mean[:, known].mean()

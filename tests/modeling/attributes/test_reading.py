@@ -1,0 +1,123 @@
+"""A lab's material: recordings, pictures and ratings joined by texture; what lacks is noted, what is kept is used."""
+
+import numpy as np
+import pytest
+
+from modeling.attributes.material import MaterialError
+from modeling.attributes.reading import read_material
+from tests.modeling.attributes.captured_textures import session
+from tests.modeling.attributes.photo_labs import photos, rated_by, taken
+
+
+def read(lab, **options):
+    return read_material(lab, **{"quick": True, "variants": 0, "workers": 1, **options})
+
+
+def photographed(lab, *textures, lights=1):
+    made = photos(lab)
+    for trial, texture in enumerate(textures, start=1):
+        made.shoot(trial, texture, [taken(lab, texture, light) for light in range(1, lights + 1)])
+    made.write()
+
+
+@pytest.fixture
+def lab(tmp_path):
+    """T01 has everything; T02 no picture, T03 no recording, T04 only ratings."""
+    session(tmp_path, "P001", [{"stimulus": "T01"}, {"stimulus": "T02"}])
+    photographed(tmp_path, "T01", "T03")
+    rated_by(tmp_path, ("P001", "P002"), ("T01", "T02", "T03", "T04"))
+    return tmp_path
+
+
+def test_textures_are_joined_by_their_ids_and_keep_what_they_have(lab):
+    found = read(lab, variants=1)
+    assert found.ids == ("T01", "T02", "T03", "T04")
+    whole, unseen, unfelt, rated = found.textures
+    assert {kind: rows.shape for kind, rows in whole.touch.items()} == {
+        "mfcc": (1, 520), "hand": (1, 6), "dft": (1, 250), "dwt": (1, 24)
+    }  # fmt: skip
+    for rows in (whole.sight, whole.variants):
+        assert {kind: each.shape for kind, each in rows.items()} == {"resnet": (1, 2048), "glcm": (1, 256)}
+    assert whole.rows("touch", ("mfcc", "hand")).shape == (1, 526)
+    assert whole.rows("sight", ("resnet", "glcm")).shape == (1, 2304)
+    assert (whole.label, whole.category) == ("wood 1 of 9", "wood") and len(whole.made_from) == 2
+    assert unseen.sight == {} and "not photographed" in unseen.notes and "not recorded" not in unseen.notes
+    assert unfelt.touch == {} and "not recorded" in unfelt.notes and unfelt.category == "foam"
+    assert (rated.label, rated.category) == ("wood 4 of 4", "wood") and rated.made_from == frozenset()
+    assert all(each.rated is not None and each.rated.raters == 2 for each in found.textures)
+    assert [pair.name for pair in found.attributes] == ["Rough-Smooth", "Flat-Bumpy", "Sticky-Slippery", "Hard-Soft"]
+    assert found.weights.startswith("random (He normal, seed 0)") and found.simulated
+    assert "looked at in a hurry: 2 x 2 of 7 x 7 patches of at most 3 pictures of a texture" in found.notes
+
+
+def test_what_is_kept_is_not_made_again(lab):
+    lines = []
+    first = read(lab, report=lines.append)
+    entries = {path: path.stat().st_mtime_ns for path in (lab / "features").iterdir()}
+    assert len(entries) == 2 * (2 + 2) and any("recordings of T01" in line for line in lines)
+    lines.clear()
+    again = read(lab, report=lines.append)
+    assert lines == [] and entries == {path: path.stat().st_mtime_ns for path in (lab / "features").iterdir()}
+    next((lab / "features").glob("*.npz")).write_bytes(b"damaged")
+    third = read(lab, report=lines.append)
+    assert len(lines) == 1
+    for one, other, last in zip(first.textures, again.textures, third.textures, strict=True):
+        assert one.notes == other.notes == last.notes and one.made_from == other.made_from == last.made_from
+        for kind, rows in {**one.touch, **one.sight}.items():
+            for each in (other, last):
+                np.testing.assert_array_equal(rows, {**each.touch, **each.sight}[kind])
+
+
+def test_touch_or_sight_alone_and_nothing_kept(lab):
+    touch, sight = read(lab, sight=False, keep=False), read(lab, touch=False, keep=False)
+    assert not (lab / "features").exists()
+    assert touch.weights == "" and not any(each.sight for each in touch.textures)
+    assert not any("photographed" in note for each in touch.textures for note in each.notes)
+    assert sight.weights and not any(each.touch for each in sight.textures)
+    assert sight.ids == ("T01", "T03", "T02", "T04")
+    with pytest.raises(MaterialError, match="neither touch nor sight is asked for"):
+        read(lab, touch=False, sight=False)
+
+
+def test_a_recording_that_cannot_be_used_leaves_the_texture_with_a_note(tmp_path):
+    session(tmp_path, "P001", [{"stimulus": "T01"}, {"stimulus": "T02", "seconds": 4.0}])
+    whole, short = read(tmp_path).textures
+    assert whole.touch["mfcc"].shape == (1, 520)
+    assert short.touch == {} and "no recording of it can be used" in short.notes
+    assert any(note.startswith("recordings left out: ") for note in short.notes) and short.made_from
+    assert read(tmp_path).textures[1].notes == short.notes
+
+
+def test_a_picture_that_shows_nothing_leaves_the_texture_with_a_note(tmp_path):
+    photographed(tmp_path, "T01")
+    made = photos(tmp_path, "E002")
+    made.shoot(1, "T02", [taken(tmp_path, "T02", 1, side=10 + 6)])
+    made.write("E002")
+    found = read(tmp_path)
+    assert found.textures[0].sight and not found.simulated
+    assert found.textures[1].sight == {} and "no picture of it can be used" in found.textures[1].notes
+    assert any("16 x 16 pixels: 224 on the shorter side are the least" in note for note in found.textures[1].notes)
+    assert found.textures[1].rated is None and "not rated" in found.textures[1].notes
+    assert "no session of texture_capture: nothing was felt" in found.notes
+
+
+def test_three_of_many_pictures_in_a_hurry_and_all_group_the_texture(tmp_path):
+    photographed(tmp_path, "T01", lights=5)
+    (found,) = read(tmp_path).textures
+    assert found.sight["resnet"].shape == (3, 2048) and len(found.made_from) == 5
+
+
+def test_a_lab_with_nothing_to_learn_from_is_refused(tmp_path):
+    with pytest.raises(MaterialError, match="no such lab"):
+        read(tmp_path / "nowhere")
+    with pytest.raises(MaterialError, match="no picture of a texture in texture_capture or texture_photos that can"):
+        read(tmp_path)
+    made = photos(tmp_path)
+    told = taken(tmp_path, "T01", 1)
+    made.shoot(1, "T01", [told])
+    made.write()
+    (tmp_path / "pictures" / told["file"]).write_bytes(b"changed")
+    with pytest.raises(MaterialError, match="T01, light 1 .*its SHA-256 differs"):
+        read(tmp_path)
+    with pytest.raises(MaterialError, match="cannot be read"):
+        read(tmp_path, weights=tmp_path / "none.pth")

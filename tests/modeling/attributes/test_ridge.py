@@ -1,0 +1,121 @@
+"""Ridge regression on whole textures, against scikit-learn's."""
+
+from dataclasses import replace
+
+import numpy as np
+import pytest
+from sklearn.linear_model import Ridge
+from sklearn.model_selection import GroupKFold
+
+from modeling.attributes.learnable import inner_folds
+from modeling.attributes.material import MaterialError, ratings_of
+from modeling.attributes.ridge import RIDGE, SHARES
+from modeling.attributes.whole import LIMIT, whole_of
+from modeling.linear_path import PENALTIES, inner_errors, path_of
+from tests.modeling.attributes.learned import asked, learning
+from tests.modeling.attributes.made_material import made_material
+
+
+def weighed(textures, given, share):
+    """The rows that ridge sees, made the long way: each block 1 / sqrt(its columns), and the share of its sense."""
+    _, z = whole_of(textures, given.touch, given.sight)
+    blocks = [(520, share), (6, share), (520, share), (6, share), (256, 1 - share), (256, 1 - share)]
+    return z * np.concatenate([np.full(size, (own / size) ** 0.5) for size, own in blocks])
+
+
+@pytest.mark.parametrize("noise", [1.0, 15.0])
+def test_it_chooses_and_answers_as_sklearn_does_over_every_share_and_penalty(noise):
+    given = learning(textures=made_material(14, 4, 3, noise=noise).textures)
+    fitted, y = RIDGE.fit(given), ratings_of(given.train)
+    folds = list(GroupKFold(5).split(y, groups=np.arange(14)))
+    errors = {}
+    for share in SHARES:
+        x = weighed(given.train, given, share)
+        for penalty in PENALTIES:
+            off = np.zeros(4)
+            for train, test in folds:
+                off += ((Ridge(penalty).fit(x[train], y[train]).predict(x[test]) - y[test]) ** 2).sum(axis=0)
+            errors[share, penalty] = off
+    for place in range(4):
+        share, penalty = fitted.share[place], fitted.penalty[place]
+        assert errors[share, penalty][place] == pytest.approx(min(one[place] for one in errors.values()), rel=1e-6)
+        other = Ridge(penalty).fit(weighed(given.train, given, share), y[:, place])
+        own = [fitted.predict(each).mean(axis=0)[place] for each in given.train]
+        assert own == pytest.approx(other.predict(weighed(given.train, given, share)), abs=1e-6)
+
+
+def test_inner_errors_are_those_of_sklearn():
+    chance = np.random.default_rng(0)
+    x, y = chance.normal(size=(20, 5)), chance.normal(size=(20, 3))
+    folds = list(GroupKFold(4).split(x, groups=np.arange(20)))
+    found = inner_errors(x, y, folds)
+    for place, penalty in enumerate(PENALTIES):
+        off = sum(((Ridge(penalty).fit(x[a], y[a]).predict(x[b]) - y[b]) ** 2).sum(axis=0) for a, b in folds)
+        assert found[place] == pytest.approx(off)
+    assert path_of(x, y).weights(1.0).shape == (5, 3)
+
+
+def test_rows_are_all_pairs_and_their_mean_is_the_answer_to_the_whole():
+    fitted = RIDGE.fit(learning())
+    texture = asked()[0]
+    rows = fitted.predict(texture)
+    assert len(rows) == 4 * 3
+    whole = fitted.front(texture) @ fitted.weight.T + fitted.bias
+    assert rows.mean(axis=0) == pytest.approx(whole[0])
+    assert rows.std(axis=0).min() > 0
+
+
+@pytest.mark.parametrize(("lacks", "rows"), [("touch", 3), ("sight", 4)])
+def test_it_can_be_asked_to_look_at_one_sense_alone(lacks, rows):
+    fitted = RIDGE.fit(learning(**{lacks: ()}))
+    assert len(fitted.predict(replace(asked()[0], **{lacks: {}}))) == rows
+    assert set(fitted.share) == {1.0}
+    with pytest.raises(MaterialError, match="no kind of feature"):
+        RIDGE.fit(learning(touch=(), sight=()))
+
+
+def test_each_attribute_leans_on_the_sense_that_tells_it():
+    share = RIDGE.fit(learning()).share
+    assert share[1] < 0.5
+    assert share[2:].tolist() == [1.0, 1.0]
+
+
+def test_a_single_picture_has_no_spread_and_is_no_outlier():
+    texture = asked()[0]
+    one = replace(texture, sight={kind: rows[:1] for kind, rows in texture.sight.items()}, variants={})
+    fitted = RIDGE.fit(learning())
+    assert fitted.front(one)[0, -256:].tolist() == [0.0] * 256
+    assert fitted.predict(one).mean(axis=0) == pytest.approx(fitted.predict(texture).mean(axis=0), abs=8.0)
+
+
+def test_textures_of_one_file_stay_on_one_side_of_inner_folds():
+    textures = made_material(8, 1, 1).textures
+    twins = [replace(each, made_from=frozenset({f"{place // 2}"})) for place, each in enumerate(textures)]
+    tested = []
+    for train, test in inner_folds(twins):
+        assert not {place // 2 for place in train} & {place // 2 for place in test}
+        tested += test.tolist()
+    assert sorted(tested) == list(range(8))
+    with pytest.raises(MaterialError, match="all made from the same"):
+        list(inner_folds([replace(each, made_from=frozenset({"x"})) for each in textures]))
+
+
+def test_what_is_far_off_all_that_was_learned_from_is_kept_within_limits():
+    fitted, texture = RIDGE.fit(learning()), asked()[0]
+    for value in (1e6, 1e30):
+        loud = replace(texture, touch={**texture.touch, "mfcc": np.full((4, 520), value, "f4")})
+        assert np.abs(fitted.front(loud)).max() == LIMIT
+        assert np.isfinite(fitted.predict(loud)).all()
+        whole = fitted.front(loud) @ fitted.weight.T + fitted.bias
+        assert fitted.predict(loud).mean(axis=0) == pytest.approx(whole[0])
+
+
+def test_it_tells_what_it_chose():
+    told = []
+    RIDGE.fit(learning(report=told.append))
+    assert [line.split(":")[1].strip() for line in told] == [
+        "Rough-Smooth",
+        "Flat-Bumpy",
+        "Sticky-Slippery",
+        "Hard-Soft",
+    ]

@@ -1,0 +1,93 @@
+import json
+
+import numpy as np
+import pytest
+
+from modeling.attributes.material import MaterialError
+from modeling.attributes.methods import Learning, Method
+from modeling.attributes.model_file import ModelFileError, read_model
+from modeling.attributes.training import train_attributes
+from modeling.training.history import Epoch
+from tests.modeling.attributes import judged_attributes as small
+from tests.modeling.attributes.made_material import PAIRS
+
+
+def trained(lab, method="ridge", found=None, methods=small.METHODS, **more):
+    asked = small.wanted(lab / "work", **more)
+    return train_attributes(found or small.material(), method, asked, lab / "models", methods, small.OWN)
+
+
+def test_the_model_is_fitted_to_all_textures_and_its_card_tells_of_those_left_out(tmp_path):
+    written = trained(tmp_path)
+    model = read_model(written.card, small.METHODS)
+    judged = small.judged(tmp_path / "work")
+    off = np.abs(judged.predicted(judged.main("ridge")) - judged.rated())
+    assert model.card.metrics["mae"] == written.metrics["mae"] == pytest.approx(off.mean())
+    assert model.half_width.tolist() == pytest.approx(off.max(axis=0).tolist())  # 12 textures: the greatest
+    assert written.half_width == tuple(model.half_width)
+    assert model.card.learned == small.material().ids
+    assert (model.card.simulated, model.card.touch, model.card.sight) == (True, ("mfcc", "hand"), ("glcm",))
+    assert model.card.training["data"]["textures"] == judged.context.digest
+    assert model.card.training["configuration"]["seed"] == 0
+    assert "nothing about how a texture feels" in model.card.notes[1]
+    whole = small.fit_linear(Learning(judged.material.textures, (), PAIRS, ("mfcc", "hand"), ("glcm",)))
+    texture = judged.material.textures[3]
+    np.testing.assert_allclose(model.predict(texture), whole.predict(texture))
+    assert json.dumps(written.plain())
+
+
+def test_what_an_evaluation_finished_is_not_done_again(tmp_path):
+    small.judged(tmp_path / "work")
+    fits = []
+
+    def counted(learning):
+        fits.append(len(learning.train))
+        return small.fit_linear(learning)
+
+    counted.__module__ = small.__name__
+    trained(tmp_path, methods={**small.METHODS, "ridge": Method("ridge", "Ridge", counted)})
+    assert fits == [12]
+
+
+def test_a_network_watches_a_share_of_the_textures_and_leaves_its_learning_curve(tmp_path):
+    asked = []
+
+    class Network(small.Linear):
+        trained = type("Trained", (), {"seconds": 1.0, "history": (Epoch(1, 0.5, 1e-3, 2.0, 3.0),)})
+
+    def fit(learning):
+        asked.append((len(learning.train), len(learning.held)))
+        found = small.fit_linear(learning)
+        return Network(found.weights, found.mean, found.touch, found.sight)
+
+    fit.__module__ = small.__name__
+    methods = {"ridge": Method("ridge", "Ridge", fit, holds_out=True)}
+    written = trained(tmp_path, methods=methods)
+    assert asked[-1] == (11, 1)
+    assert {path.name for path in written.files} == {
+        "texture-attributes.json", "texture-attributes.safetensors", "texture-attributes.history.csv",
+        "texture-attributes.history.svg", "texture-attributes.history.png",
+    }  # fmt: skip
+    trained(tmp_path)
+    assert not list((tmp_path / "models").glob("*history*"))
+
+
+def test_too_few_textures_give_no_interval(tmp_path):
+    written = trained(tmp_path, quick=True)
+    assert written.half_width == ()
+    card = read_model(written.card, small.METHODS).card
+    assert card.interval is None
+    assert any("quick" in note for note in card.notes)
+
+
+def test_what_refuses_or_cannot_be_kept_is_told(tmp_path):
+    with pytest.raises(MaterialError, match="has had enough"):
+        trained(tmp_path, methods={"ridge": Method("ridge", "Refusing", small.fit_refusing)})
+
+    def elsewhere(learning):
+        return small.fit_linear(learning)
+
+    elsewhere.__module__ = "modeling.attributes.material"
+    with pytest.raises(ModelFileError, match="cannot be kept"):
+        trained(tmp_path, methods={"ridge": Method("ridge", "Not kept", elsewhere)})
+    assert not (tmp_path / "models" / "texture-attributes.json").exists()

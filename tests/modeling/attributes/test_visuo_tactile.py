@@ -1,0 +1,82 @@
+"""The two branches joined: shapes, what is asked of whom, and the loss."""
+
+import math
+
+import pytest
+import torch
+
+from modeling.attributes.material import MaterialError
+from modeling.attributes.visuo_tactile import REBUILDING, Answer, VisuoTactile, rmse
+from modeling.training.threads import limited
+
+
+@pytest.fixture(autouse=True)
+def one_thread():
+    with limited(1):
+        yield
+
+
+def made(sight=64, touch=3):
+    torch.manual_seed(1)
+    return VisuoTactile(sight, touch)
+
+
+def given(rows=2, segments=3):
+    return torch.randn(rows, 64), torch.randn(rows, segments, 10, 3, 4)
+
+
+def test_its_head_is_that_of_thesis_3_5_3():
+    net = made()
+    assert [(each.in_features, each.out_features) for each in net.joined] == [(256, 128), (128, 128)]
+    assert (net.last.in_features, net.last.out_features) == (64, 32)
+    assert (net.out.in_features, net.out.out_features) == (32, 4)
+    assert made(touch=None).joined[0].in_features == 128
+
+
+def test_every_segment_is_answered_in_training_and_their_mean_otherwise():
+    net, (sight, touch) = made(), given()
+    each = net(sight, touch)
+    assert each.attributes.shape == (2, 3, 4)
+    assert each.wrong.shape == (2,)
+    assert (each.wrong > 0).all()
+    found = net.eval()(sight, touch)
+    torch.testing.assert_close(found.attributes[:, 0], each.attributes.mean(dim=1))
+    assert found.wrong.tolist() == [0.0, 0.0]
+
+
+def test_a_picture_shared_by_segments_answers_as_if_shown_with_each():
+    net, (sight, touch) = made(), given(1, 3)
+    alone = torch.cat([net(sight, touch[:, place : place + 1]).attributes for place in range(3)], dim=1)
+    torch.testing.assert_close(net(sight, touch).attributes, alone, rtol=1e-4, atol=1e-5)
+
+
+def test_either_branch_by_itself():
+    sight, touch = given()
+    assert made(touch=None)(sight).attributes.shape == (2, 1, 4)
+    felt = made(sight=None)(touch)
+    assert felt.attributes.shape == (2, 3, 4)
+    assert felt.wrong.tolist() == [0.0, 0.0]
+
+
+def test_the_loss_is_the_rmse_and_a_tenth_of_the_reconstruction():
+    answer = Answer(torch.tensor([[[1.0, 2.0], [3.0, 2.0]]]), torch.tensor([0.5]))
+    assert REBUILDING == 0.1
+    assert rmse(answer, torch.tensor([[0.0, 2.0]])).item() == pytest.approx(math.sqrt(10 / 4) + 0.05, rel=1e-6)
+
+
+def test_a_perfect_answer_has_a_slope():
+    attributes = torch.zeros(2, 1, 4, requires_grad=True)
+    rmse(Answer(attributes, torch.zeros(2)), torch.zeros(2, 4)).backward()
+    assert torch.isfinite(attributes.grad).all()
+
+
+def test_what_it_does_not_look_at_is_refused():
+    sight, touch = given()
+    with pytest.raises(MaterialError, match="was given"):
+        made(touch=None)(sight, touch)
+    with pytest.raises(MaterialError, match="was given"):
+        made()(sight)
+    with pytest.raises(MaterialError, match="was given"):
+        made()(sight, touch[:1])
+    with pytest.raises(MaterialError, match="neither sees nor feels"):
+        VisuoTactile(None, None)

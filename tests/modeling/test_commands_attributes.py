@@ -1,0 +1,109 @@
+import json
+
+import numpy as np
+import pytest
+from click.testing import CliRunner
+
+from modeling import commands_attributes
+from modeling.attributes.material import MaterialError
+from modeling.attributes.model_file import read_model
+from modeling.commands import evaluate, train
+from tests.modeling.attributes.made_material import made_material
+
+
+@pytest.fixture
+def made(monkeypatch):
+    """Textures that are made up, in place of a lab's."""
+    seen = []
+
+    def material(asked, _report):
+        seen.append(asked)
+        return made_material(12, noise=0.3)
+
+    monkeypatch.setattr(commands_attributes, "material_for", material)
+    monkeypatch.setattr("modeling.attributes.feature_times.feature_seconds", lambda kinds: dict.fromkeys(kinds, 0.1))
+    return seen
+
+
+def done(group, *arguments):
+    result = CliRunner().invoke(group, ["attributes", *map(str, arguments)], catch_exceptions=False)
+    assert result.exit_code == 0, result.output
+    return result
+
+
+def test_evaluate_judges_and_goes_on_from_what_is_finished_and_train_takes_it_from_there(made, tmp_path):
+    asked = ("--lab", tmp_path, "--workers", 1, "--no-ablations")
+    first = json.loads(done(evaluate, *asked, "--methods", "ridge,mean", "--no-figures", "--json").stdout)
+    folder = tmp_path / "evaluated" / "attributes"
+    assert (folder / "report.html").stat().st_size > 20_000
+    told = {row["method"]: row for row in first["tables"]["methods"]}
+    assert told["ridge"]["mae"] < told["mean"]["mae"]
+    assert first["jobs_kept"] == 0
+    again = done(evaluate, *asked, "--methods", "mean", "--methods", "ridge", "--no-figures")
+    assert "default: ridge." in again.stdout
+    assert "The thesis' network was not evaluated" in again.stdout
+    assert json.loads((folder / "evaluation.json").read_text())["jobs_kept"] == first["jobs"] == 24
+    written = json.loads(done(train, "--lab", tmp_path, "--method", "ridge", "--workers", 1, "--json").stdout)
+    assert written["card"] == str(tmp_path / "models" / "texture-attributes.json")
+    assert written["metrics"]["mae"] == pytest.approx(told["ridge"]["mae"])
+    model = read_model(tmp_path / "models")
+    texture = made_material(12, noise=0.3).textures[0]
+    assert np.abs(model.predict(texture).mean(axis=0) - texture.rated.mean).mean() < told["mean"]["mae"]
+    line = done(train, "--lab", tmp_path, "--method", "mean", "--workers", 1, "--to", tmp_path / "elsewhere").stdout
+    assert "mean; MAE" in line
+
+
+def test_what_was_asked_reaches_the_reader_and_the_report(made, tmp_path):
+    weights = tmp_path / "resnet50.pth"
+    weights.touch()
+    arguments = ("--weights", weights, "--quick", "--seed", 3, "--epochs", 7, "--workers", 1, "--methods", "mean")
+    told = json.loads(done(evaluate, "--lab", tmp_path, *arguments, "--no-figures", "--json").stdout)
+    assert (made[0].weights, made[0].quick, made[0].lab) == (weights, True, tmp_path)
+    assert (told["quick"], told["seed"], told["epochs"], len(told["tested"])) == (True, 3, 7, 5)
+
+
+@pytest.mark.parametrize("group", [train, evaluate])
+def test_an_unknown_method_is_refused_before_anything_is_read(made, tmp_path, group):
+    option = "--method" if group is train else "--methods"
+    with pytest.raises(MaterialError, match="did you mean 'ridge'"):
+        done(group, "--lab", tmp_path, option, "rigde")
+    assert made == []
+
+
+def test_ratings_without_a_folder_are_refused(tmp_path):
+    table = tmp_path / "ratings.csv"
+    table.touch()
+    result = CliRunner().invoke(evaluate, ["attributes", "--ratings", str(table)])
+    assert result.exit_code == 2
+    assert "--ratings goes with --folder" in result.output
+
+
+def test_an_empty_lab_is_refused(tmp_path):
+    with pytest.raises(ValueError, match=r"\w"):
+        done(evaluate, "--lab", tmp_path, "--workers", 1)
+
+
+def test_help_names_both_verbs():
+    for group, told in ((train, "on all rated textures"), (evaluate, "by leaving each texture out once")):
+        assert "attributes" in CliRunner().invoke(group, ["--help"]).output
+        assert told in " ".join(CliRunner().invoke(group, ["attributes", "--help"]).output.split())
+
+
+def test_a_folder_of_pictures_with_a_table_of_ratings_takes_the_labs_place(tmp_path):
+    from PIL import Image
+
+    chance, pictures = np.random.Generator(np.random.PCG64(0)), tmp_path / "pictures"
+    pictures.mkdir()
+    lines = ["id,category,Rough-Smooth,Flat-Bumpy,Sticky-Slippery,Hard-Soft"]
+    for place in range(6):
+        coarse = chance.integers(0, 256, (4 + 6 * place, 4 + 6 * place), dtype=np.uint8)
+        Image.fromarray(coarse).resize((240, 240)).save(pictures / f"P{place}_01.png")
+        lines.append(f"P{place},paper,{10 + 15 * place},{90 - 15 * place},50,{40 + place}")
+    (pictures / "ratings.csv").write_text("\n".join(lines) + "\n")
+    asked = ("--folder", pictures, "--lab", tmp_path, "--workers", 1, "--quick", "--no-ablations", "--no-figures")
+    told = json.loads(done(evaluate, *asked, "--methods", "mean,ridge", "--json").stdout)
+    rows = {row["method"]: row for row in told["tables"]["methods"]}
+    assert rows["mean"]["mae"] > 0
+    assert "no mfcc features" in rows["ridge"]["refused"]  # nothing was felt
+    assert "random" in told["data"]["weights"]
+    assert told["feature_seconds"]["resnet"] > told["feature_seconds"]["glcm"] > 0
