@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import json
 from collections.abc import Iterator
 from dataclasses import dataclass
 from pathlib import Path
@@ -15,6 +16,10 @@ from protocols.model_card import Card
 SHIPPED = Path(__file__).parents[1] / "door" / "made"
 TEXTURES = Path(__file__).parents[1] / "render" / "made"
 FOLDER = "models"
+OTHERS = {
+    "palpate-attributes/1": "how textures feel, from features of touch and sight: read by `palpate textures index`"
+}
+"""Cards of models that no rig runs, by their format, and what they are."""
 
 
 @dataclass(frozen=True)
@@ -25,6 +30,8 @@ class Listed:
     owner: str
     card: Card | None
     wrong: str = ""
+    other: str = ""
+    """What it is where it is no model for a rig, but one that another part of Palpate reads."""
 
 
 def places(lab: Path) -> tuple[tuple[str, Path], ...]:
@@ -40,9 +47,18 @@ def listed(lab: Path) -> Iterator[Listed]:
                 card = read_card(path)
                 require_size(weights_file(path, card.weights), path, card.weights)
             except ModelFileError as error:
-                yield Listed(path, owner, None, str(error))
+                other = _other(path)
+                yield Listed(path, owner, None, "" if other else str(error), other)
                 continue
             yield Listed(path, owner, card)
+
+
+def _other(path: Path) -> str:
+    try:
+        told = json.loads(path.read_text(encoding="utf-8"))
+    except (OSError, ValueError, RecursionError):
+        return ""
+    return OTHERS.get(str(told.get("format")), "") if isinstance(told, dict) else ""
 
 
 def find_model(name: str, lab: Path) -> Path:

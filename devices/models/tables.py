@@ -33,7 +33,7 @@ def list_row(each: Listed) -> dict[str, Any]:
     card = each.card
     if card is None:
         empty = dict.fromkeys(("method", "direction", "error", "made", "size"), "-")
-        return {**row, **empty, "title": f"BROKEN: {each.wrong}"}
+        return {**row, **empty, "title": each.other or f"BROKEN: {each.wrong}"}
     return {
         **row, "method": card.method, "direction": direction(card), "error": _error(card), "made": _made(each, card),
         "size": size_words(card.weights.bytes), "title": card.title,

@@ -19,7 +19,7 @@ from modeling.files.finished import put_down, taken_up
 from modeling.training.run_card import versions
 
 CHECKPOINTS = "checkpoints"
-ELSEWHERE = ("keyswitch", "report", "textures")
+ELSEWHERE = ("attributes", "keyswitch", "library", "report", "textures")
 """Folders that no door is judged with."""
 
 

@@ -58,6 +58,18 @@ def test_the_list_names_what_there_is_and_what_is_broken(lab):
     assert [row["name"] for row in rows] == ["cut", "feeling", "newer", "shape", "other"]
 
 
+def test_a_model_that_another_part_reads_is_listed_as_what_it_is(tmp_path):
+    from modeling.attributes.model_file import FORMAT
+
+    folder = tmp_path / "models"
+    folder.mkdir()
+    (folder / "texture-attributes.json").write_text(json.dumps({"format": FORMAT}))
+    (folder / "odd.json").write_text(json.dumps({"format": ["palpate-attributes/1"]}))
+    found = text(run(models, "list", "--lab", tmp_path))
+    assert re.search(r"texture-attributes lab .* read by `palpate textures index`", found)
+    assert re.search(r"odd lab .* BROKEN: ", found)
+
+
 def test_the_list_says_when_a_model_was_made_and_an_empty_lab_what_to_do(lab, tmp_path_factory):
     feeling(lab / "models", training={"made": "2031-02-03T04:05:06+00:00"})
     assert " 2031-02-03 " in text(run(models, "list"))
