@@ -33,6 +33,7 @@ class Asked:
     lab: Path
     folder: Path | None
     ratings: Path | None
+    scale: tuple[float, float] | None
     weights: Path | None
     seed: int
     quick: bool
@@ -50,6 +51,10 @@ OPTIONS = (
     click.option(
         "--ratings", type=click.Path(exists=True, dir_okay=False, path_type=Path),
         help="The table of ratings that goes with --folder.  [default: FOLDER/ratings.csv]",
+    ),
+    click.option(
+        "--scale", type=(float, float), metavar="LOW HIGH",
+        help="The ends of that table's ratings, such as 1 7 or -100 100.  [default: 0 100]",
     ),
     click.option(
         "--weights", type=click.Path(exists=True, dir_okay=False, path_type=Path),
@@ -70,8 +75,9 @@ def attribute_options(command: Callable[..., None]) -> Callable[..., None]:
 
     @wraps(command)
     def with_asked(**given: Any) -> None:
-        if given["ratings"] is not None and given["folder"] is None:
-            raise click.UsageError("--ratings goes with --folder: a folder of images is expected")
+        for name in ("ratings", "scale"):
+            if given[name] is not None and given["folder"] is None:
+                raise click.UsageError(f"--{name} goes with --folder: a folder of images is expected")
         command(Asked(**{name: given.pop(name) for name in OWN}), **given)
 
     asking: Callable[..., None] = with_asked
@@ -87,6 +93,8 @@ def material_for(asked: Asked, report: Report) -> Material:
     if asked.folder is not None:
         from modeling.attributes.reading_folder import read_folder
 
+        if asked.scale is not None:
+            asked_for["scale"] = asked.scale
         return read_folder(asked.folder, asked.lab, table=asked.ratings, report=report, **asked_for)
     from modeling.attributes.reading import read_material
 

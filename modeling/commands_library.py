@@ -165,12 +165,12 @@ def nearest_command(asked: Asked, texture: str, count: int, sheet: Path | None) 
     Example: palpate textures nearest T17 --lab LAB
     """
     from modeling.library.answer import Beside, name_of, opened
-    from modeling.library.finding import named
+    from modeling.library.finding import known_of, named
     from modeling.library.nearest import near
     from modeling.library.shown import description, far, percent, plain_near
 
     here = opened(asked)
-    one = named(here.library, texture)
+    one = known_of(named(here.library, texture), asked.kind)
     found = near(one, here.entries, len(here.library.attributes), asked.kind)[:count]
     entries = [each.entry for each in found]
     texts: dict[str, tuple[str, float | None]] = {each.entry.id: (f"{far(each)} JND", None) for each in found}

@@ -42,6 +42,8 @@ def simulate(sides: Handed, /, lab: Path, textures: tuple[str, ...], as_json: bo
       palpate textures simulate --lab LAB --textures T01,T15,T33 --seconds 20 --workers 2
     """
     named = tuple(name.strip() for part in textures for name in part.split(",") if name.strip())
+    if textures and not named:
+        raise click.UsageError("--textures names none: T01,T15,T33 for instance, or leave it out for all")
     with going_on("what is left"), progress_lines() as report:
         made = sides.texture_set().make(lab, report, textures=named, **asked)
     if as_json:

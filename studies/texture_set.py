@@ -11,6 +11,7 @@ from typing import Literal
 from protocols.events import Event
 from protocols.plan import Plan
 from protocols.study import Study
+from studies.begun import begun_in
 from studies.catalogue import Found
 from studies.changes import study_change
 from studies.collect import ledgers_in
@@ -152,7 +153,10 @@ def _people(study: str, wanted: SetWanted) -> list[str]:
 
 
 def _demand_no_others(lab: Path, wanted: SetWanted) -> None:
-    """Raise where the lab has sessions by these names that the set does not."""
+    """Raise where a person sat in the lab, whose pseudonym a simulated one would take, and where it has sessions by
+    these names that the set does not."""
+    if any(each.in_person for each in begun_in(ledgers_in(lab))):
+        raise TextureSetError(f"{lab}: people took part here; a set of simulated textures wants a lab of its own")
     for study in STUDIES:
         ours = {ledger_path(lab, study, who).name for who in _people(study, wanted)}
         others = [path for path in ledgers_in(lab, study) if path.name not in ours]

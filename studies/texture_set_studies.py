@@ -81,6 +81,7 @@ def written(lab: Path, wanted: Chosen) -> dict[str, Found]:
     for name in STUDIES:
         if not (lab / "studies" / name).exists():
             shutil.rmtree(drafts, ignore_errors=True)
+            (lab / "studies").mkdir(exist_ok=True)
             _draft(drafts / name, wanted).rename(lab / "studies" / name)
             drafts.rmdir()
     return {name: read_study(lab / "studies" / name / STUDY_FILE) for name in STUDIES}

@@ -120,12 +120,14 @@ def write_all(
 def default_of(lab: Path, material: Material) -> str:
     """The method that a lab's own evaluation of the very same textures chose, else the shipped default.
 
-    An evaluation without the shipped default among its methods says nothing against it.
+    An evaluation that was quick or of few epochs, or that did not ask for the shipped default, says nothing against it;
+    one in which that was refused, as for pictures alone, does.
     """
     told = read_results(folder_for(lab))
     try:
-        evaluated = {row["method"] for row in told["tables"]["methods"] if row["mae"] is not None}
-        if told["data"]["digest"] == digest_of(usable(material)[0]) and not told["quick"] and DEFAULT in evaluated:
+        asked = {row["method"] for row in told["tables"]["methods"]}
+        whole = not told["quick"] and told["epochs"] is None and DEFAULT in asked
+        if whole and told["data"]["digest"] == digest_of(usable(material)[0]):
             return str(told["default"]["method"])
     except (KeyError, TypeError, AttributeError):
         pass

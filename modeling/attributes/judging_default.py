@@ -47,13 +47,15 @@ def _ours(best: Row, rows: Sequence[Row]) -> tuple[str, ...]:
     if best["method"] != PROPOSED:
         more = f"{ours['mae'] - best['mae']:.2f} more than that of {best['title']}{_chance(ours)}"
         return (f"The MAE of the thesis' network is not the lowest: {ours['mae']:.2f}, {more}.",)
+    if len(rows) == 1:
+        return ("Nothing else was evaluated.",)
     close = [row["title"] for row in rows if row["method"] != PROPOSED and row["best_chance"]]
-    told = f"Its lead over {', '.join(close)} may be chance." if close else "No lead of it is chance."
+    told = f"Its lead over {', '.join(close)} may be chance." if close else "No interval of its leads holds 0."
     return ("The MAE of the thesis' network is the lowest.", told)
 
 
 def _chance(row: Row) -> str:
-    return ", which may be chance" if row["best_chance"] else ", which is no chance"
+    return ", which may be chance" if row["best_chance"] else ""
 
 
 def fusion(rows: Sequence[Row]) -> tuple[str, str] | None:

@@ -23,7 +23,7 @@ def parts_of(material: Material) -> dict[str, str]:
     found = {name: hashlib.sha256(f"{rows.shape}".encode() + rows.tobytes()).hexdigest()
              for name, rows in _arrays(material)}  # fmt: skip
     for each in material.textures:
-        told = json.dumps([each.id, each.category, _ratings(each)], sort_keys=True)
+        told = json.dumps([each.id, each.category, _ratings(each), sorted(each.made_from)], sort_keys=True)
         found[each.id] = hashlib.sha256(told.encode()).hexdigest()
     return found
 

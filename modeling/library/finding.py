@@ -13,6 +13,8 @@ from protocols.did_you_mean import nearest
 
 FITS = 0.005
 """Below this share a texture does not fit at all."""
+ALIKE = 3
+"""Decimals of a fit that count: of what differs by less the texture that goes further towards the wish comes first."""
 
 
 @dataclass(frozen=True)
@@ -30,7 +32,7 @@ def wishes_of(library: Library, texts: Sequence[str]) -> tuple[Wish, ...]:
 
 
 def find(entries: Sequence[Entry], wishes: Sequence[Wish], kind: Kind | None = None) -> list[Found]:
-    """All of the textures, the best first; equal ones by name.
+    """All of the textures, the best first; of those that fit alike the one that goes furthest, then by name.
 
     A texture's fit is the product, over the attributes that were spoken of, of the membership to expect of an attribute
     that is normal about its value. Of an attribute that is not known, any value may be so.
@@ -40,8 +42,10 @@ def find(entries: Sequence[Entry], wishes: Sequence[Wish], kind: Kind | None = N
     for entry in entries:
         fits = [soft.expected(*belief(felt(entry, pair, kind))) for pair, soft in together]
         each = tuple(wish.soft.expected(*belief(felt(entry, wish.pair, kind))) for wish in wishes)
-        found.append(Found(entry, math.prod(fits), each))
-    return sorted(found, key=lambda one: (-one.fit, one.entry.id))
+        short = sum(soft.short_of(belief(felt(entry, pair, kind))[0]) for pair, soft in together)
+        found.append((short, Found(entry, math.prod(fits), each)))
+    found.sort(key=lambda one: (-round(one[1].fit, ALIKE), one[0], one[1].entry.id))
+    return [one for _, one in found]
 
 
 def fitting(found: Sequence[Found], count: int) -> list[Found]:
@@ -73,9 +77,28 @@ def chosen(library: Library, classes: Sequence[str] = (), kind: Kind | None = No
 
 
 def named(library: Library, name: str) -> Entry:
-    """The texture of this id or label, in capitals or not. Raises LibraryError where there is none."""
+    """The texture of this id, or else of this label, in capitals or not.
+
+    Raises LibraryError where there is none, and for a label that several have.
+    """
+    wanted = name.lower()
     for each in library.textures:
-        if name.lower() in (each.id.lower(), each.label.lower()):
+        if wanted == each.id.lower():
             return each
+    found = [each for each in library.textures if wanted == each.label.lower()]
+    if len(found) > 1:
+        raise LibraryError(
+            f"{len(found)} textures are called {name!r}: {', '.join(each.id for each in found)}. Say which."
+        )
+    if found:
+        return found[0]
     names = [text for each in library.textures for text in (each.id, each.label)]
     raise LibraryError(f"no texture {name!r} in this library; {nearest(name, names)}")
+
+
+def known_of(entry: Entry, kind: Kind | None) -> Entry:
+    """The texture, if anything is known of it in this way. Raises LibraryError otherwise: nothing is near to it."""
+    if known(entry, kind):
+        return entry
+    how = {None: "nothing is known of it", "rated": "nobody rated it", "predicted": "no model predicted it"}[kind]
+    raise LibraryError(f"{entry.id}: {how}, so nothing can be said to feel like it.")

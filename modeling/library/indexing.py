@@ -14,6 +14,8 @@ from modeling.library.entries import Entry, Library, LibraryError, Predicted, Ra
 
 UNKNOWN_SD = 20.0
 """The SD between people where nothing tells it: wider than raters of textures commonly are (judgement)."""
+USUAL_WEIGHS = 5
+"""So many degrees of freedom is worth how far people usually differ, beside a texture's own raters (judgement)."""
 DIGITS = 3
 
 
@@ -97,16 +99,25 @@ def _sd(rated: attributes.Rated, at: int) -> float | None:
 
 
 def _rated(rated: attributes.Rated, usual: Sequence[float]) -> Rated:
-    """One person, or people of whom only the mean is told, differ as much as those who rated the others."""
+    """One person, or people of whom only the mean is told, differ as much as those who rated the others; of few people
+    the SD is drawn towards that (`_believed`): two who agree do not know for sure."""
     mean = [float(each) for each in rated.mean]
     sd = [_sd(rated, at) for at in range(len(mean))]
     people = math.sqrt(max(1, rated.raters))
-    se = [(other if one is None else one) / people for one, other in zip(sd, usual, strict=True)]
+    se = [_believed(one, other, rated.raters) / people for one, other in zip(sd, usual, strict=True)]
     return Rated(
         mean=tuple(round(each, DIGITS) if math.isfinite(each) else None for each in mean),
         sd=tuple(None if each is None else round(each, DIGITS) for each in sd),
         se=tuple(round(each, DIGITS) for each in se), raters=rated.raters,
     )  # fmt: skip
+
+
+def _believed(sd: float | None, usual: float, raters: int) -> float:
+    """The SD between people: the texture's own variance and the usual one, weighed by their degrees of freedom."""
+    if sd is None:
+        return usual
+    own = raters - 1
+    return math.sqrt((own * sd * sd + USUAL_WEIGHS * usual * usual) / (own + USUAL_WEIGHS))
 
 
 def _predicted(texture: Texture, model: Predictor | None) -> tuple[Predicted | None, str]:

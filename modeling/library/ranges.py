@@ -35,6 +35,15 @@ class Soft:
         """The greatest membership that a value on the scale can have."""
         return max(self.at(value) for value in (*ENDS, *(x for x, _ in self.knots if ENDS[0] <= x <= ENDS[1])))
 
+    def short_of(self, value: float) -> float:
+        """How far a value is from what the range means at its best, 0 to 100: from the scale's end where the range is
+        level to there, else from the middle of what fits wholly."""
+        full = [x for x, share in self.knots if share == self.best] or [sum(ENDS) / 2]
+        low, high = (self.at(end) == self.best for end in ENDS)
+        if low == high:
+            return abs(value - sum(full) / len(full)) if not low else 0.0
+        return abs(value - ENDS[0 if low else 1])
+
     @property
     def met(self) -> tuple[float, float] | None:
         """The first and last value on the scale, in halves, that fits at least by half."""

@@ -73,9 +73,10 @@ def test_an_unknown_method_is_refused_before_anything_is_read(made, tmp_path, gr
 def test_ratings_without_a_folder_are_refused(tmp_path):
     table = tmp_path / "ratings.csv"
     table.touch()
-    result = CliRunner().invoke(evaluate, ["attributes", "--ratings", str(table)])
-    assert result.exit_code == 2
-    assert "--ratings goes with --folder" in result.output
+    for name, given in (("--ratings", [str(table)]), ("--scale", ["1", "7"])):
+        result = CliRunner().invoke(evaluate, ["attributes", name, *given])
+        assert result.exit_code == 2
+        assert f"{name} goes with --folder" in result.output
 
 
 def test_an_empty_lab_is_refused(tmp_path):

@@ -13,6 +13,7 @@ from devices.surfaces.table import read_surfaces
 from modeling.textures.reading_ledgers import read_lab
 from protocols.plan import ParticipantRow, compile_plan
 from studies import texture_set
+from studies.begun import Begun
 from studies.catalogue import SHIPPED, read_study
 from studies.participants.lab import demand_lab
 from studies.record import read
@@ -122,6 +123,14 @@ def test_palpate_resume_goes_on_with_pictures_too(tmp_path):
     lights = read(sat.path).header["rig"]["pictures"]
     assert resume(sat.path, simulated(few, found.folder, tmp_path, lights)).complete
     assert len(list((tmp_path / "pictures").glob("*/light01-*.jpg"))) == 2
+
+
+def test_where_people_took_part_no_simulated_ones_join_them(tmp_path, monkeypatch):
+    sat = Begun("door_ratings", ParticipantRow("P001"), 0, in_person=True)
+    monkeypatch.setattr(texture_set, "begun_in", lambda ledgers: iter([sat]))
+    with pytest.raises(TextureSetError, match="people took part here"):
+        make(tmp_path / "lab")
+    assert not (tmp_path / "lab").exists()
 
 
 @pytest.mark.parametrize(

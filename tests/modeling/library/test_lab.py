@@ -69,7 +69,9 @@ def test_ratings_alone_make_a_library_that_can_be_searched(lab):
     assert found.counts == {"textures": 3, "rated": 3, "predicted": 0, "pictures": 2, "left_out": 0}
     first = library.textures[0]
     assert (first.id, first.label, first.category, first.rated.raters) == ("T01", "wood 1 of 4", "wood", 4)
-    assert first.rated.se == pytest.approx(np.array(first.rated.sd) / 2, abs=1e-3)  # four people
+    usual = np.mean([np.square(each.rated.sd) for each in library.textures], axis=0)
+    believed = np.sqrt((3 * np.square(first.rated.sd) + 5 * usual) / 8)
+    assert first.rated.se == pytest.approx(believed / 2, abs=2e-3)  # four people
     assert find(library.textures, wishes_of(library, ["smooth, not soft"]))[0].entry.id == "T01"
 
 

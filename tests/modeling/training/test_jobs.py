@@ -116,9 +116,13 @@ def test_without_the_extra_the_message_names_it(monkeypatch):
 
 def test_ctrl_c_stops_the_workers():
     child = subprocess.Popen([sys.executable, "-c", working.ENDLESS], cwd=ROOT, stdout=subprocess.PIPE, text=True)
-    workers = [int(child.stdout.readline()) for _ in range(2)]
-    child.send_signal(signal.SIGINT)
-    assert child.communicate(timeout=60)[0] == "stopped\n"
+    try:
+        workers = [int(child.stdout.readline()) for _ in range(2)]
+        child.send_signal(signal.SIGINT)
+        assert child.communicate(timeout=60)[0] == "stopped\n"
+    finally:
+        child.kill()
+        child.communicate()
     for worker in workers:
         with pytest.raises(ProcessLookupError):
             os.kill(worker, 0)
