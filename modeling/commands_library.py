@@ -138,6 +138,8 @@ def find_command(
     found = fitting(every, count)
     entries, said = [each.entry for each in found], [wish_words(each, here.library) for each in wishes]
     fits = {each.entry.id: (percent(each.fit), each.fit) for each in found}
+    if sheet is not None and plane is not None and sheet.resolve() == plane.resolve():
+        raise click.UsageError(f"--sheet and --map are both to be written to {sheet}: give two files")
     files = here.sheet(sheet, entries, Beside(", ".join(each.said for each in wishes), said, fits, wishes))
     files += here.map(plane, fits)
     if asked.as_json:

@@ -16,7 +16,8 @@ MODULE = "modeling.attributes.reading_touch"
 KINDS = ("hand", "mfcc", "segments", "spectra", "tactile", "touch", "wavelets")
 CODE = (
     *(f"analysis/features/{name}.py" for name in KINDS),
-    "analysis/streams", "analysis/aligning", "studies/one_axis.py", "studies/texture_signals.py",
+    "analysis/streams", "analysis/aligning", "studies/one_axis.py", "studies/texture_signals.py", "studies/record.py",
+    "studies/stored_samples.py",
 )  # fmt: skip
 """What makes these rows beside that module and what it imports of this room."""
 PACKAGES = ("librosa", "numpy", "pywavelets", "scipy")

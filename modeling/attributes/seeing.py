@@ -26,7 +26,8 @@ if TYPE_CHECKING:
 
 CODE = (
     "analysis/features/augmenting.py", "analysis/features/glcm.py", "analysis/features/pictures.py",
-    "modeling/attributes/resnet.py", "modeling/attributes/seeing.py",
+    "modeling/attributes/resnet.py", "modeling/attributes/resnet_weights.py", "modeling/attributes/seeing.py",
+    "modeling/training/seeding.py",
 )  # fmt: skip
 PACKAGES = ("numpy", "pillow", "scikit-image", "scipy", "torch")
 """What makes these rows; an entry of other files or versions is not used."""

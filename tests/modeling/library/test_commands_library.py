@@ -123,6 +123,7 @@ def test_sheets_and_maps_are_written_and_named(lab):
         (["find", "rough", "--class", "meshes"], "did you mean 'mesh'"),
         (["find", "rough", "--rated-only", "--predicted"], "one of the two is expected"),
         (["find", "rough", "--sheet", "x.gif"], ".png or .jpg"),
+        (["find", "rough", "--sheet", "x.png", "--map", "./x.png"], "both to be written to"),
         (["nearest", "T99"], "no texture 'T99'"),
         (["show", "T99"], "no texture 'T99'"),
         (["map", "--to", "x.pdf"], ".svg and .png"),

@@ -122,7 +122,7 @@ def test_ctrl_c_stops_the_workers():
         assert child.communicate(timeout=60)[0] == "stopped\n"
     finally:
         child.kill()
-        child.communicate()
+        child.wait()
     for worker in workers:
         with pytest.raises(ProcessLookupError):
             os.kill(worker, 0)

@@ -21,6 +21,8 @@ if __name__ == "__main__":
         sys.stdin.readline()
 """
 ENDLESS = """
+import signal
+signal.signal(signal.SIGINT, signal.default_int_handler)  # whoever runs the tests in the background ignores it
 from modeling.training.jobs import run_jobs
 from tests.modeling.training import working
 try:
