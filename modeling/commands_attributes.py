@@ -190,23 +190,16 @@ def evaluate_attributes(
 
 def _show(found: Judged, page: Path) -> None:
     from rich.console import Console
-    from rich.table import Table
 
     from modeling.attributes.evaluation_report import banners, choice_of, reached
     from modeling.attributes.evaluation_tables import method_rows
-    from modeling.report.blocks import written
+    from modeling.report.terminal import methods_table
 
     console = Console(highlight=False)
     for line in banners(found):
         console.print(line, style="yellow", markup=False)
     rows = method_rows(found)
-    table = Table(box=None, pad_edge=False, collapse_padding=True)
-    table.add_column("method", no_wrap=True, min_width=max(len(row["method"]) for row in rows))
-    for _, heading, _ in COLUMNS:
-        table.add_column(heading, justify="right", no_wrap=True)
-    for row in rows:
-        table.add_row(row["method"], *(written(row[name], form) for name, _, form in COLUMNS))
-    console.print(table)
+    console.print(methods_table(rows, COLUMNS))
     for row in rows:
         if row["refused"]:
             click.echo(f"not judged: {row['method']}: {row['refused']}")

@@ -244,9 +244,8 @@ def evaluate_textures(sides: Sides, asked: Asked, grid: bool, figures: bool, to:
 
 def _show(found: Judged, page: Path) -> None:
     from rich.console import Console
-    from rich.table import Table
 
-    from modeling.report.blocks import written
+    from modeling.report.terminal import methods_table
     from modeling.textures.evaluation_reached import reached
     from modeling.textures.evaluation_report import banners, choice_of
     from modeling.textures.evaluation_tables import method_rows
@@ -254,14 +253,7 @@ def _show(found: Judged, page: Path) -> None:
     console = Console(highlight=False)
     for line in banners(found):
         console.print(line, style="yellow", markup=False)
-    table = Table(box=None, pad_edge=False, collapse_padding=True)
-    rows = [_shown(row) for row in method_rows(found)]
-    table.add_column("method", no_wrap=True, min_width=max(len(row["method"]) for row in rows))
-    for _, heading, _ in COLUMNS:
-        table.add_column(heading, justify="right", no_wrap=True)
-    for row in rows:
-        table.add_row(row["method"], *(written(row[name], form) for name, _, form in COLUMNS))
-    console.print(table)
+    console.print(methods_table([_shown(row) for row in method_rows(found)], COLUMNS))
     chosen = choice_of(found)
     click.echo(f"default: {chosen.method}. {chosen.why} {' '.join(chosen.of_ours)}".rstrip())
     for label, line in reached(found):

@@ -2,10 +2,8 @@
 
 from __future__ import annotations
 
-import hashlib
 from collections.abc import Iterable, Iterator, Sequence
 from dataclasses import dataclass, field
-from pathlib import Path
 from typing import Any
 
 from protocols.canonical import canonical, digest
@@ -13,6 +11,7 @@ from protocols.events import NS, Event
 from protocols.plan import Plan
 from protocols.study import Study
 from studies.begun import in_person
+from studies.content import file_sha256
 from studies.record import Record
 from studies.replay import recompiled
 
@@ -251,17 +250,12 @@ def _session_row(record: Record, walk: _Walk) -> Row:
         "first_hash": record.hashes[0],
         "head_hash": record.head,
         "file": record.path.name,
-        "file_sha256": _sha256(record.path),
+        "file_sha256": file_sha256(record.path),
         "started_at": record.sittings[0].value["at"],
         "sittings": sum(sitting.kind == "opened" for sitting in record.sittings),
         "duration_s": record.events[-1].t_ns / NS,
         "palpate_version": header["environment"]["palpate"],
     }
-
-
-def _sha256(path: Path) -> str:
-    with path.open("rb") as file:
-        return hashlib.file_digest(file, "sha256").hexdigest()
 
 
 def _trial_row(session: str, trial: Any, met: _Met) -> Row:

@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import hashlib
 import shutil
 from collections.abc import Collection, Iterator
 from dataclasses import dataclass
@@ -11,6 +10,7 @@ from pathlib import Path
 from analysis.exporting.source import Source
 from analysis.exporting.tabular import Column, ExportRefused, Row, Table
 from studies.catalogue import SHIPPED, names
+from studies.content import file_sha256
 
 FILE = "file"
 """The column of a stimulus table that names a stimulus' file in the study's folder."""
@@ -77,7 +77,7 @@ def stimulus_files(source: Source, without: Collection[str] = ()) -> Files:
     if not ours and not any("/" not in name for name in notices):
         return _none("no LICENSE or NOTICE in the study's folder says that they may be shared")
     files = {name: folder / name for name in wanted}
-    changed = [name for name, path in files.items() if not path.is_file() or _sha256(path) != wanted[name]]
+    changed = [name for name, path in files.items() if not path.is_file() or file_sha256(path) != wanted[name]]
     if changed:
         return _none(f"{changed[0]} in the study's folder is not the file that was met ({len(changed)} such)")
     return Files(files, notices, ours, f"{len(files)} files of stimuli, with the licence that they are under.")
@@ -94,8 +94,3 @@ def copy_files(files: Files, to: Path) -> None:
         shutil.copyfile(path, to / name)
     if files.ours and files.files:
         (to / "LICENCE.txt").write_text(OURS, "utf-8", newline="")
-
-
-def _sha256(path: Path) -> str:
-    with path.open("rb") as file:
-        return hashlib.file_digest(file, "sha256").hexdigest()

@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import hashlib
 import json
 from collections.abc import Iterable, Mapping, Sequence
 from importlib.metadata import PackageNotFoundError, version
@@ -15,6 +14,7 @@ from analysis.aligning.refusals import Array
 from analysis.streams.alignment import Together, described
 from analysis.streams.reading import Attempt
 from analysis.streams.recorded import Stream
+from studies.content import file_sha256
 from studies.record import Record
 
 DIGITS = 9
@@ -28,7 +28,7 @@ def ledger_account(record: Record, attempts: Sequence[Attempt]) -> dict[str, Any
     header = record.header
     return {
         "ledger": record.path.name,
-        "ledger_sha256": _sha256(record.path),
+        "ledger_sha256": file_sha256(record.path),
         "ledger_head": record.head,
         "study": header["study"]["study"],
         "participant": header["participant"],
@@ -93,11 +93,6 @@ def _write_json(path: Path, account: Mapping[str, Any]) -> Path:
     path.parent.mkdir(parents=True, exist_ok=True)
     path.write_text(json.dumps(account, indent=1, allow_nan=False) + "\n", encoding="utf-8")
     return path
-
-
-def _sha256(path: Path) -> str:
-    with path.open("rb") as file:
-        return hashlib.file_digest(file, "sha256").hexdigest()
 
 
 def _palpate() -> str:

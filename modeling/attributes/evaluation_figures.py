@@ -140,8 +140,8 @@ def _curves(found: Judged, folder: Path) -> Iterator[Pictured]:
                 yield drawn_figure(name, title, words.CURVES, learning_curve(histories), folder)
 
 
-def _histories(found: Judged, entry: Entry) -> dict[str, list[Epoch]]:
-    from modeling.attributes.judging_histories import history_of
+def _histories(found: Judged, entry: Entry) -> dict[str, Sequence[Epoch]]:
+    from modeling.training.curves import history_in
 
-    own = {f"without {done.job.test}": history_of(done) for done in found.done(entry)[:MOST] if not done.refused}
+    own = {f"without {done.job.test}": history_in(done.arrays) for done in found.done(entry)[:MOST] if not done.refused}
     return {name: told for name, told in own.items() if told}

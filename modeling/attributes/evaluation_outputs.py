@@ -2,8 +2,7 @@
 
 from __future__ import annotations
 
-import math
-from collections.abc import Callable, Mapping
+from collections.abc import Callable
 from functools import partial
 from pathlib import Path
 from typing import Any
@@ -24,7 +23,7 @@ from modeling.attributes.judging_material import digest_of
 from modeling.attributes.judging_whole import Judged, usable
 from modeling.attributes.material import Material
 from modeling.doors.intervals import COVERAGE
-from modeling.files.evaluation_folder import read_results, write_evaluation
+from modeling.files.evaluation_folder import plain, read_results, write_evaluation
 from modeling.training.run_card import versions
 
 NAME, KEPT = "attributes", ".jobs"
@@ -94,11 +93,6 @@ def intervals(found: Judged) -> dict[str, dict[str, float]]:
     return told
 
 
-def plain(row: Mapping[str, Any]) -> Row:
-    """A row as JSON holds it."""
-    return {name: None if isinstance(v, float) and not math.isfinite(v) else v for name, v in row.items()}
-
-
 def write_all(
     found: Judged, folder: Path, report: Callable[[str], None] = lambda _line: None, drawings: bool = True
 ) -> list[Path]:
@@ -108,13 +102,11 @@ def write_all(
     from modeling.attributes.evaluation_report import report_html
     from modeling.report.drawn import Pictured
 
-    rows = {name: [plain(row) for row in each] for name, each in tables(found).items()}
-
     def draw(place: Path) -> list[Pictured]:
         report("drawing")
         return list(figures(found, place)) if drawings else []
 
-    return write_evaluation(folder, rows, draw, partial(report_html, found), lambda: as_json(found))
+    return write_evaluation(folder, tables(found), draw, partial(report_html, found), lambda: as_json(found))
 
 
 def default_of(lab: Path, material: Material) -> str:

@@ -14,7 +14,7 @@ from modeling.attributes.judging_kept import keep, load
 from modeling.attributes.judging_material import reread
 from modeling.attributes.material import Array, Material, MaterialError, Texture
 from modeling.attributes.methods import Fitted, Learning, Method
-from modeling.training.history import COLUMNS
+from modeling.training.curves import curve_of
 
 LOW, HIGH = 0.0, 100.0
 Arrays = dict[str, NDArray[Any]]
@@ -46,7 +46,7 @@ def _computed(job: Job, context: Context) -> Done:
     asked = context.clock() - fitted
     took = getattr(getattr(model, "trained", None), "seconds", fitted - start)
     numbers = {"train_s": float(took), "asked_s": asked, "rows": float(rows)}
-    return Done(job, numbers, {"predicted": predicted, "spread": spread, **curve(model)})
+    return Done(job, numbers, {"predicted": predicted, "spread": spread, **curve_of(model)})
 
 
 def learning(
@@ -83,15 +83,3 @@ def answer(model: Fitted, texture: Texture, attributes: int) -> tuple[Array, Arr
     if not np.isfinite(rows).all():
         raise MaterialError(f"{texture.id}: the answer is not finite.")
     return np.clip(rows.mean(axis=0), LOW, HIGH), rows.std(axis=0), len(rows)
-
-
-def curve(model: Fitted) -> Arrays:
-    """The learning curve of a model that was trained in epochs: its history's columns, NaN where nothing was held."""
-    history = getattr(getattr(model, "trained", None), "history", ())
-    if not history:
-        return {}
-    columns = {name: [getattr(epoch, name) for epoch in history] for name in COLUMNS}
-    return {
-        f"curve_{name}": np.array([np.nan if value is None else value for value in column], dtype=np.float64)
-        for name, column in columns.items()
-    }

@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import hashlib
 import re
 from collections.abc import Callable, Iterator, Mapping
 from dataclasses import dataclass
@@ -10,6 +9,7 @@ from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
 from modeling.attributes.material import MaterialError
+from studies.content import file_sha256
 
 if TYPE_CHECKING:
     from torch import Tensor
@@ -98,8 +98,7 @@ def read_weights(path: Path, sha256: str) -> dict[str, Tensor]:
 
 def _sha256(path: Path) -> str:
     try:
-        with path.open("rb") as file:
-            return hashlib.file_digest(file, "sha256").hexdigest()
+        return file_sha256(path)
     except OSError as error:
         raise MaterialError(f"{path}: cannot be read ({error.strerror}); a file of weights is expected") from None
 

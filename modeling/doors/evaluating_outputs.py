@@ -8,7 +8,7 @@ from pathlib import Path
 
 from modeling.doors.data import DoorData
 from modeling.doors.evaluating_whole import Evaluation
-from modeling.doors.evaluation_results import as_json, plain, tables
+from modeling.doors.evaluation_results import as_json, tables
 from modeling.doors.folding import Kinds
 from modeling.doors.registry import DEFAULT, NO_FILE, Direction, methods_of
 from modeling.files.evaluation_folder import read_results, write_evaluation
@@ -36,13 +36,11 @@ def write_all(
     from modeling.doors.evaluation_report import report_html
     from modeling.report.drawn import Pictured
 
-    rows = {name: [plain(row) for row in each] for name, each in tables(found).items()}
-
     def draw(place: Path) -> list[Pictured]:
         report("drawing")
         return list(figures(found, place)) if drawings else []
 
-    return write_evaluation(folder, rows, draw, partial(report_html, found), lambda: as_json(found))
+    return write_evaluation(folder, tables(found), draw, partial(report_html, found), lambda: as_json(found))
 
 
 def default_of(lab: Path, data: DoorData, direction: Direction) -> str:

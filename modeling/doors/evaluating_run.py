@@ -16,7 +16,7 @@ from modeling.doors.evaluating_jobs import WHOLE, Context, Done, Job, data_of, l
 from modeling.doors.evaluating_kept import checkpoint, forget_checkpoints, keep, load
 from modeling.doors.evaluating_made import at_the_ends, made
 from modeling.doors.methods import Fitted
-from modeling.training.history import COLUMNS
+from modeling.training.curves import curve_of
 
 Arrays = dict[str, NDArray[Any]]
 
@@ -40,7 +40,7 @@ def _computed(job: Job, context: Context) -> Done:
     start = context.clock()
     predicted = model.predict(given)
     numbers = {**numbers, "asked_s": context.clock() - start}
-    arrays: Arrays = {"test": np.asarray(fold.test), "predicted": predicted, **curve(model)}
+    arrays: Arrays = {"test": np.asarray(fold.test), "predicted": predicted, **curve_of(model)}
     if hasattr(model, "deviation"):
         arrays["deviation"] = model.deviation(given)
     if job.direction == "inverse" and job.split == context.full:
@@ -90,15 +90,3 @@ def _made(job: Job, context: Context, model: Fitted, made_N: NDArray[Any]) -> tu
         return found, {}
     further, numbers = at_the_ends(context, test, model, known_N, judge)
     return {**found, **further}, numbers
-
-
-def curve(model: Fitted) -> Arrays:
-    """The learning curve of a model that was trained in epochs: its history's columns, NaN where nothing was held."""
-    history = getattr(getattr(model, "trained", None), "history", ())
-    if not history:
-        return {}
-    columns = {name: [getattr(epoch, name) for epoch in history] for name in COLUMNS}
-    return {
-        f"curve_{name}": np.array([np.nan if value is None else value for value in column], dtype=np.float64)
-        for name, column in columns.items()
-    }

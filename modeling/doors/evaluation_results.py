@@ -2,8 +2,7 @@
 
 from __future__ import annotations
 
-import math
-from collections.abc import Iterable, Mapping
+from collections.abc import Iterable
 from typing import Any
 
 from modeling.doors.ceiling import Ceiling
@@ -23,6 +22,7 @@ from modeling.doors.evaluation_tables import (
     waveform_rows,
     waveform_table,
 )
+from modeling.files.evaluation_folder import plain
 from modeling.training.run_card import versions
 
 PLAUSIBLE = ("greatest_N", "steepest_N_deg", "work_J_m", "distance_N", "beyond")
@@ -174,10 +174,3 @@ def as_json(found: Evaluation) -> dict[str, Any]:
 
 LONG = ("predictions", "waveforms", "learning_curves")
 """Tables of a row for each stimulus or epoch: they stand in their CSV alone."""
-
-
-def plain(row: Mapping[str, Any]) -> Row:
-    """A row as JSON holds it."""
-    return {
-        name: None if isinstance(value, float) and not math.isfinite(value) else value for name, value in row.items()
-    }

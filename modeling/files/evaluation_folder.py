@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import json
+import math
 from collections.abc import Callable, Mapping, Sequence
 from pathlib import Path
 from typing import Any, Protocol, TypeVar
@@ -34,7 +35,8 @@ def write_evaluation(
     """Write everything and give the paths, the report last; what an earlier evaluation wrote here and this one does
     not is removed, nothing else is touched. `draw` puts its figures (SVG, PNG) into the folder that it is given."""
     earlier = _earlier(folder)
-    paths = write_texts({f"tables/{name}.csv": csv_text(list(rows)) for name, rows in tables.items()}, folder)
+    texts = {f"tables/{name}.csv": csv_text([plain(row) for row in rows]) for name, rows in tables.items()}
+    paths = write_texts(texts, folder)
     drawn = draw(folder / "figures")
     paths += [folder / "figures" / f"{each.name}.{kind}" for each in drawn for kind in ("svg", "png")]
     report = folder / REPORT
@@ -44,6 +46,11 @@ def write_evaluation(
     (folder / RESULTS).write_text(results, encoding="utf-8", newline="\n")
     _remove(folder, [name for name in earlier if name not in names])
     return [*paths, folder / RESULTS, report]
+
+
+def plain(row: Mapping[str, Any]) -> dict[str, Any]:
+    """A row as JSON holds it: a number that is not finite is none."""
+    return {name: None if isinstance(v, float) and not math.isfinite(v) else v for name, v in row.items()}
 
 
 def read_results(folder: Path) -> dict[str, Any]:

@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import hashlib
 from collections.abc import Callable, Iterator, Mapping, Sequence
 from dataclasses import dataclass
 from pathlib import Path
@@ -15,6 +14,7 @@ from modeling.attributes.reading_ratings import STUDY, RatedTextures, read_ratin
 from modeling.library.entries import NOTHING_KNOWN, Z90, LibraryError, Source
 from modeling.library.indexing import Predictor
 from studies.collect import ledgers_in
+from studies.content import file_sha256
 
 Report = Callable[[str], None]
 PICTURES = frozenset((".png", ".jpg", ".jpeg", ".tif", ".tiff", ".webp", ".bmp"))
@@ -107,7 +107,7 @@ def predictor_of(model: AttributeModel) -> Predictor:
     if half is None:
         half = np.full(len(model.attributes), Z90 * NOTHING_KNOWN[1])
         notes = (*notes, f"{model.card.name} has no intervals (too few textures): what it predicts counts as unsure.")
-    told = hashlib.sha256(model.path.read_bytes()).hexdigest()
+    told = file_sha256(model.path)
     source = Source(what=f"model: {model.card.method}", file=f"models/{model.path.name}", sha256=told)
     learned = frozenset(model.card.learned)
     return Predictor(model.attributes, model.predict, -half, half, learned, (source,), tuple(notes))
@@ -122,15 +122,13 @@ def rating_sources(wanted: Wanted) -> Iterator[Source]:
     if wanted.folder is not None:
         table = wanted.ratings or wanted.folder / TABLE
         if table.is_file():
-            yield Source(what="ratings", file=table.name, sha256=hashlib.sha256(table.read_bytes()).hexdigest())
+            yield Source(what="ratings", file=table.name, sha256=file_sha256(table))
         return
     gone = withdrawn(wanted.lab)
     paths = [each for each in ledgers_in(wanted.lab, wanted.study) if each.stem.rsplit("_", 2)[1] not in gone]
     imported = sorted(each for each in (wanted.lab / IMPORTED / wanted.study).glob("*") if each.is_file())
     for path in (*paths, *imported):
-        with path.open("rb") as file:
-            told = hashlib.file_digest(file, "sha256").hexdigest()
-        yield Source(what="ratings", file=path.relative_to(wanted.lab).as_posix(), sha256=told)
+        yield Source(what="ratings", file=path.relative_to(wanted.lab).as_posix(), sha256=file_sha256(path))
 
 
 def first_pictures(wanted: Wanted, names: Sequence[str]) -> dict[str, Path]:

@@ -15,12 +15,12 @@ from modeling.textures.evaluation_figures_free import free_figures
 from modeling.textures.evaluation_figures_time import time_figures
 from modeling.textures.evaluation_panels import keyed, named, panels, spectrum
 from modeling.textures.evaluation_tables import Row, figure_4_5
-from modeling.textures.judging_histories import history_of
 from modeling.textures.judging_jobs import Fit
 from modeling.textures.judging_whole import Judged
 from modeling.textures.metrics import SMOOTHED
 from modeling.textures.recording import Array
 from modeling.textures.registry import DEFAULT, THESIS
+from modeling.training.curves import history_in
 
 if TYPE_CHECKING:
     from matplotlib.axes import Axes
@@ -120,5 +120,5 @@ def _curves(found: Judged, folder: Path) -> Iterator[Pictured]:
 
 def _histories(found: Judged, method: str) -> dict[str, tuple[Epoch, ...]]:
     labels = {fit: found.context.recordings[fit.texture].label for fit in found.fits}
-    own = {labels[fit]: history_of(done) for fit, done in found.fits.items() if fit == Fit(fit.texture, method)}
+    own = {labels[fit]: history_in(done.arrays) for fit, done in found.fits.items() if fit == Fit(fit.texture, method)}
     return {label: history for label, history in own.items() if history}

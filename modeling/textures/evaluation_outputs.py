@@ -2,13 +2,12 @@
 
 from __future__ import annotations
 
-import math
-from collections.abc import Callable, Mapping, Sequence
+from collections.abc import Callable, Sequence
 from functools import partial
 from pathlib import Path
 from typing import Any
 
-from modeling.files.evaluation_folder import read_results, write_evaluation
+from modeling.files.evaluation_folder import plain, read_results, write_evaluation
 from modeling.textures.evaluation_report import choice_of
 from modeling.textures.evaluation_tables import (
     Row,
@@ -85,11 +84,6 @@ def as_json(found: Judged) -> dict[str, Any]:
     }  # fmt: skip
 
 
-def plain(row: Mapping[str, Any]) -> Row:
-    """A row as JSON holds it."""
-    return {name: None if isinstance(v, float) and not math.isfinite(v) else v for name, v in row.items()}
-
-
 def write_all(
     found: Judged, folder: Path, report: Callable[[str], None] = lambda _line: None, drawings: bool = True
 ) -> list[Path]:
@@ -99,13 +93,11 @@ def write_all(
     from modeling.textures.evaluation_figures import figures
     from modeling.textures.evaluation_report import report_html
 
-    rows = {name: [plain(row) for row in each] for name, each in tables(found).items()}
-
     def draw(place: Path) -> list[Pictured]:
         report("drawing")
         return list(figures(found, place)) if drawings else []
 
-    return write_evaluation(folder, rows, draw, partial(report_html, found), lambda: as_json(found))
+    return write_evaluation(folder, tables(found), draw, partial(report_html, found), lambda: as_json(found))
 
 
 def default_of(lab: Path, recordings: Sequence[Recording]) -> str:

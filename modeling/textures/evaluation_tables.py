@@ -7,10 +7,10 @@ from typing import Any
 
 from modeling.textures.evaluation_thesis import SAID, printed_errors, printed_times, printed_variant
 from modeling.textures.judging import beyond
-from modeling.textures.judging_histories import history_of
 from modeling.textures.judging_jobs import Done, Fit, Play
 from modeling.textures.judging_whole import Judged
 from modeling.textures.metrics import mean_of
+from modeling.training.curves import history_in
 
 Row = dict[str, Any]
 STEP = ("mae", "mae_m_s2", "gfc", "explained", "test_samples")
@@ -193,5 +193,5 @@ def curve_rows(found: Judged) -> list[Row]:
     return [
         {"texture": fit.texture, "method": fit.method, **epoch.plain()}
         for fit, done in found.fits.items()
-        for epoch in history_of(done)
+        for epoch in history_in(done.arrays)
     ]

@@ -15,7 +15,7 @@ from modeling.textures.metrics import explained, gfc, mae
 from modeling.textures.outputs import write_texture
 from modeling.textures.recording import Array, Parts, Recording, TextureDataError
 from modeling.textures.windows import samples_of, windows
-from modeling.training.history import COLUMNS
+from modeling.training.curves import curve_of
 
 LONGEST = 40
 """So many samples at the start of each test stretch are no one's to predict: all windows end with the same samples."""
@@ -39,7 +39,7 @@ def fitted(job: Fit, context: Context) -> Done:
     else:
         actual, answered = one_step(recording, parts, model)
     told = {"window": float(model.window), **numbers, **step_numbers(actual, answered, recording, parts)}
-    arrays = {} if job.of_the_grid else {"actual": actual, "answered": answered, **_curve(model)}
+    arrays = {} if job.of_the_grid else {"actual": actual, "answered": answered, **curve_of(model)}
     return Done(job, told, arrays, card)
 
 
@@ -92,13 +92,4 @@ def step_numbers(actual: Array, answered: Array, recording: Recording, parts: Pa
         "gfc": gfc(actual, answered),
         "explained": explained(actual, answered),
         "test_samples": float(len(actual)),
-    }
-
-
-def _curve(model: Fitted) -> Arrays:
-    """The learning curve of a method that was trained in epochs, NaN where nothing was held out."""
-    history = getattr(getattr(model, "trained", None), "history", ())
-    return {
-        f"curve_{name}": np.array([np.nan if (value := getattr(each, name)) is None else value for each in history])
-        for name in (COLUMNS if history else ())
     }

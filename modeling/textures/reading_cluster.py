@@ -6,7 +6,6 @@ and what of it is checked: docs/reference/texture-data.md, Loaders.
 
 from __future__ import annotations
 
-import hashlib
 import re
 from collections.abc import Iterator, Sequence
 from dataclasses import dataclass
@@ -20,6 +19,7 @@ from modeling.textures.recording import Array, Recording, TextureDataError
 from modeling.textures.table_columns import read_columns
 from modeling.textures.units import G_M_S2
 from protocols.did_you_mean import nearest
+from studies.content import file_sha256
 
 NAME = re.compile(r"(?P<texture>\d+)_(?P<direction>\d+)_(?P<velocity>\d+)_(?P<force>\d+)_(?P<repeat>\d+)")
 """texture id, direction (degrees, clockwise), velocity (mm/s), force (mN), repeat."""
@@ -97,7 +97,7 @@ def touched(slide: Slide) -> Touched:
         "acceleration", acceleration.times_s, G_M_S2 * acceleration.values, acceleration.rate_hz, acceleration.where,
         acceleration.written_s,
     )  # fmt: skip
-    made_from = tuple(f"{file.parent.name}/{file.name} {_sha256(file)}" for file in slide.files.values())
+    made_from = tuple(f"{file.parent.name}/{file.name} {file_sha256(file)}" for file in slide.files.values())
     told = f"Cluster Haptic Texture Dataset: {slide.velocity_mm_s:g} mm/s, {slide.force_N:g} N are wished for"
     return Touched(f"{slide.root}: {slide.stem}", scaled, force, position=position, made_from=made_from, notes=(told,))
 
@@ -181,8 +181,3 @@ def _demand_speed(slide: Slide, position: Sampled) -> None:
             f"{position.where}: the finger moves at {speed:.3g} mm/s, and the file's name says"
             f" {slide.velocity_mm_s:g} mm/s: are the positions in mm?"
         )
-
-
-def _sha256(file: Path) -> str:
-    with file.open("rb") as opened:
-        return hashlib.file_digest(opened, "sha256").hexdigest()

@@ -6,7 +6,6 @@ layouts that are read, and what of them is assumed: docs/reference/texture-data.
 
 from __future__ import annotations
 
-import hashlib
 from collections.abc import Iterator, Mapping, Sequence
 from dataclasses import dataclass
 from pathlib import Path
@@ -18,6 +17,7 @@ from modeling.textures.preparing import UP, Touched, prepared
 from modeling.textures.rates import Sampled, evenly, projected, speed_from
 from modeling.textures.recording import Array, Recording, TextureDataError
 from modeling.textures.units import PLAIN, scale_of_unit
+from studies.content import file_sha256
 
 RATE_HZ = 10_000.0
 """What the toolkit recorded at, where a file does not say."""
@@ -89,7 +89,7 @@ def touched(source: Source, normal: tuple[float, float, float] = UP) -> Touched:
     _demand_same_speed(there, normal)
     return Touched(
         where, acceleration, force, there.get("speed"), None if "speed" in there else there["position"], normal,
-        tuple(f"{file.name} {_sha256(file)}" for file in dict.fromkeys(source.files.values())),
+        tuple(f"{file.name} {file_sha256(file)}" for file in dict.fromkeys(source.files.values())),
         ("recorded by the Penn Haptic Texture Toolkit; see its licence", *dict.fromkeys(told)),
     )  # fmt: skip
 
@@ -186,8 +186,3 @@ def _demand_same_speed(signals: Mapping[str, Sampled], normal: Sequence[float]) 
 
 def _known(values: Array) -> Array:
     return values[np.isfinite(values).all(axis=1)]
-
-
-def _sha256(file: Path) -> str:
-    with file.open("rb") as opened:
-        return hashlib.file_digest(opened, "sha256").hexdigest()

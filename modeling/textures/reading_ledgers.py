@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import hashlib
 from collections.abc import Collection, Iterator, Mapping, Sequence
 from dataclasses import dataclass
 from pathlib import Path
@@ -17,6 +16,7 @@ from modeling.textures.recording import Array, Recording, TextureDataError
 from modeling.textures.units import scale_of_unit
 from protocols.did_you_mean import nearest
 from studies.collect import ledgers_in
+from studies.content import file_sha256
 from studies.record import LedgerError, Record, read
 
 STUDY = "texture_capture"
@@ -57,7 +57,7 @@ def read_lab(
     a damaged file.
     """
     by_texture = captures_by_texture(lab, study, textures)
-    files = {each.path: _sha256(each.path) for every in by_texture.values() for each in every}
+    files = {each.path: file_sha256(each.path) for every in by_texture.values() for each in every}
     return tuple(
         prepared(texture, every[0].label, _touched(every, normal, files), remove_hum)
         for texture, every in by_texture.items()
@@ -97,12 +97,6 @@ def _captures(lab: Path, study: str, without: Collection[str]) -> Iterator[Captu
             row = rows.get(attempt.stimulus, {})
             label = str(row.get("label") or attempt.stimulus)
             yield Capture(path, attempt, label, str(row.get("class") or ""), _notes(record))
-
-
-def _sha256(path: Path) -> str:
-    """Of a file that may be larger than memory."""
-    with path.open("rb") as file:
-        return hashlib.file_digest(file, "sha256").hexdigest()
 
 
 def _stimuli(record: Record) -> Sequence[dict[str, str]]:

@@ -8,7 +8,6 @@ from dataclasses import dataclass
 from pathlib import Path
 from typing import Any
 
-from modeling.textures.judging_histories import history_of
 from modeling.textures.judging_jobs import Context, Done, Fit, Play
 from modeling.textures.judging_kept import recording_digest
 from modeling.textures.judging_whole import Wanted, context_for, finished
@@ -16,6 +15,7 @@ from modeling.textures.methods import Method
 from modeling.textures.recording import Recording, TextureDataError
 from modeling.textures.registry import METHODS
 from modeling.textures.side import TextureSide
+from modeling.training.curves import history_in
 from modeling.training.run_card import run_card
 
 Report = Callable[[str], None]
@@ -126,7 +126,7 @@ def _history(fitted: Done, card: Path) -> tuple[Path, ...]:
     """The epochs as a table and as a picture; those of an older model of this name are removed."""
     for kind in ("csv", "svg", "png"):
         card.with_name(f"{card.stem}.history.{kind}").unlink(missing_ok=True)
-    history = history_of(fitted)
+    history = history_in(fitted.arrays)
     if not history:
         return ()
     from modeling.training.history import write_history
