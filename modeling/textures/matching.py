@@ -18,6 +18,7 @@ from scipy.linalg import solve_toeplitz
 from torch import Tensor, nn
 
 from modeling.textures.judging_drive import sounds
+from modeling.textures.matching_felt import correction
 from modeling.textures.metrics import SMOOTHED, level_ratio
 from modeling.textures.metrics_felt import felt_distance
 from modeling.textures.recording import Array, Parts, Recording, Scale
@@ -26,9 +27,8 @@ from modeling.training.seeding import training_state
 
 ROUNDS, QUICK_ROUNDS, DRAWS = 6, 1, 6
 """Corrections that are tried, one after another; runs of each, with random numbers of their own."""
-SHARE, SHARE_OF_GAIN = 0.6, 0.5
-"""Of what lacks, so much is corrected at first, and half as much after a correction that led away; of the log of the
-SD half of what its power lacks."""
+SHARE = 0.8
+"""Of what lacks, so much is corrected at first, and half as much after a correction that led away."""
 MOST_GAIN = 1.25
 """A gain of the SD beyond this, or below its inverse, would hide a model that is wrong."""
 LONGEST = 1000
@@ -63,27 +63,25 @@ def match(network: Matched, recording: Recording, parts: Parts, scale: Scale, se
     """Set the correction with which the network, on its own output, feels most like the recording; the distance left.
 
     It runs freely along the speeds and forces of the training and validation parts, from what was recorded before each
-    stretch. The linear predictors of what was recorded and of what was made (the autocorrelation method, of the
-    window's order; Makhoul 1975) tell what to add: their difference, a share of it at a time. Of the corrections that
-    were tried that with the least distance is taken: felt distance, and the level's, in dB. The test part is not looked
-    at, nor what is made at rest, where the renderer is silent. Equal seeds give equal bits. nan, and no correction,
-    where too little is recorded to go by.
+    stretch; `matching_felt.correction` tells what to add so that it feels as what was recorded, and a share of that is
+    added, again and again. Of the corrections that were tried that with the least distance is taken: felt distance, and
+    the level's, in dB. The test part is not looked at, nor what is made at rest, where the renderer is silent. Equal
+    seeds give equal bits. nan, and no correction, where too little is recorded to go by.
     """
     window = len(network.weight)
     stretches = _cut((*parts.train, *parts.validation), window)
     truth, heard = _recorded(recording, stretches, window)
     if heard.sum() < SMOOTHED or not truth.any():
         return math.nan
-    wanted, power = predictor(_between(truth, stretches, window), window)
     best = _Tried(math.inf, network.weight.clone(), network.log_gain.clone())
-    share = SHARE
-    for _ in range(rounds + 1):
-        runs = heard * free_run(network, recording, stretches, scale, seed, DRAWS)
-        distance = _distance(np.tile(truth, DRAWS), runs.reshape(-1))
+    share, truths = SHARE, np.tile(truth, DRAWS)
+    for left in range(rounds, -1, -1):
+        runs = heard * _finite(free_run(network, recording, stretches, scale, seed, DRAWS))
+        distance = _distance(truths, runs.reshape(-1))
         if distance < best.distance:
-            found, own = predictor([part for run in runs for part in _between(run, stretches, window)], window)
-            lacks = (wanted - found, math.log(power / own)) if own > 0 else (np.zeros(window), 0.0)
-            best = _Tried(distance, network.weight.clone(), network.log_gain.clone(), *lacks)
+            own = predictor([part for run in runs for part in _between(run, stretches, window)], window)
+            lacks = correction(truths, runs.reshape(-1), own) if left else None
+            best = _Tried(distance, network.weight.clone(), network.log_gain.clone(), lacks)
         else:
             share /= 2
         best.beyond(network, share)
@@ -93,22 +91,22 @@ def match(network: Matched, recording: Recording, parts: Parts, scale: Scale, se
 
 @dataclass(frozen=True)
 class _Tried:
-    """A correction, how far off the network is with it, and what its predictor and the log of its power still lack."""
+    """A correction, how far off the network is with it, and what its weights and the log of its SD still lack."""
 
     distance: float
     weight: Tensor
     log_gain: Tensor
-    lacks: Array | None = None
-    lacks_gain: float = 0.0
+    lacks: tuple[Array, float] | None = None
 
     def beyond(self, network: Matched, share: float) -> None:
         """Set it, and a share of what it lacks."""
         network.weight.copy_(self.weight)
         network.log_gain.copy_(self.log_gain)
         if self.lacks is not None and share:
-            network.weight += torch.from_numpy((share * self.lacks).astype(np.float32))
+            weights, gain = self.lacks
             most = math.log(MOST_GAIN)
-            network.log_gain.add_(share * SHARE_OF_GAIN * self.lacks_gain).clamp_(-most, most)
+            network.weight += torch.from_numpy((share * weights).astype(np.float32))
+            network.log_gain.add_(share * gain).clamp_(-most, most)
 
 
 def free_run(
@@ -139,21 +137,23 @@ def free_run(
     return found
 
 
-def predictor(stretches: Sequence[Array], order: int) -> tuple[Array, float]:
-    """The linear predictor (order,) of stretches, oldest sample's weight first, and the power of its error."""
+def predictor(stretches: Sequence[Array], order: int) -> Array:
+    """The linear predictor (order,) of stretches (the autocorrelation method; Makhoul 1975), oldest sample's weight
+    first; zeros for silence."""
     lags = np.zeros(order + 1)
     for each in stretches:
         lags += np.correlate(each, each, "full")[len(each) - 1 :][: order + 1]
     lags[0] *= 1 + RIDGE
-    if not lags[0] > 0:
-        return np.zeros(order), 0.0
-    found = solve_toeplitz(lags[:-1], lags[1:])
-    return found[::-1], float(lags[0] - found @ lags[1:]) / sum(map(len, stretches))
+    return np.asarray(solve_toeplitz(lags[:-1], lags[1:])[::-1]) if lags[0] > 0 else np.zeros(order)
+
+
+def _finite(made: Array) -> Array:
+    """Of what runs away, silence is left."""
+    return np.nan_to_num(made, nan=0.0, posinf=0.0, neginf=0.0)
 
 
 def _distance(truth: Array, made: Array) -> float:
     """Felt and level's, in dB."""
-    made = np.nan_to_num(made, nan=0.0, posinf=0.0, neginf=0.0)
     ratio = level_ratio(made, truth)
     return felt_distance(truth, made) + abs(20 * math.log10(ratio)) if ratio else math.inf
 

@@ -19,13 +19,20 @@ def felt_levels(signal: Array) -> Array:
     hertz, power = density(signal)
     step = float(hertz[1])
     levels = []
-    for middle in BANDS_HZ:
-        low, high = band_edges_hz(middle)
-        share = np.clip((np.minimum(hertz + step / 2, high) - np.maximum(hertz - step / 2, low)) / step, 0.0, 1.0)
+    for middle, share in zip(BANDS_HZ, third_octaves(hertz), strict=True):
         square = float(np.sum(share * power) * step)
         over = math.sqrt(square) / threshold_m_s2(middle)
         levels.append(20 * math.log10(over) if over > 1 else 0.0)
     return np.array(levels)
+
+
+def third_octaves(hertz: Array) -> Array:
+    """(bands, bins): the share of each bin of a spectrum that lies within each third octave; bins are evenly apart."""
+    step = float(hertz[1])
+    edges = np.array([band_edges_hz(middle) for middle in BANDS_HZ])
+    low, high = edges[:, :1], edges[:, 1:]
+    within = np.minimum(hertz + step / 2, high) - np.maximum(hertz - step / 2, low)
+    return np.asarray(np.clip(within / step, 0.0, 1.0))
 
 
 def felt_distance(truth: Array, made: Array) -> float:

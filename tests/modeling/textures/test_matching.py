@@ -112,7 +112,6 @@ def test_a_free_run_begins_with_what_was_recorded_and_is_repeatable():
 
 
 def test_the_predictor_of_a_recursion_is_its_own():
-    found, power = predictor([made(0.5).signals[0]], 3)
+    found = predictor([made(0.5).signals[0]], 3)
     assert found == pytest.approx([0.0, 0.0, 0.9], abs=0.03)
-    assert power == pytest.approx(1.0, rel=0.05)
-    assert predictor([np.zeros(100)], 3)[1] == 0.0
+    assert not predictor([np.zeros(100)], 3).any()
