@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import re
 from collections.abc import Callable
 from functools import wraps
 from pathlib import Path
@@ -25,6 +26,7 @@ AT = click.option(
     "--at", "at", metavar="WORD=VALUE", multiple=True,
     help="A value from 0 to 100: Smooth=80, Smooth=60-80, Rough-Smooth=20 (0 is Rough).",
 )  # fmt: skip
+VALUE = re.compile(r"[^=:]*\w[^=:]*[=:][^=:]*\d[^=:]*")
 OPTIONS = (
     LAB,
     click.option("--class", "classes", metavar="NAME", multiple=True, help="Only this class; may be given again."),
@@ -73,6 +75,8 @@ textures.add_command(simulate)
 @click.option("--folder", type=click.Path(exists=True, file_okay=False, path_type=Path),
               help="A folder of images with a table of ratings instead of the lab's sessions.")  # fmt: skip
 @click.option("--ratings", type=FILE, help="The table that goes with --folder.  [default: FOLDER/ratings.csv]")
+@click.option("--scale", type=(float, float), metavar="LOW HIGH",
+              help="The ends of that table's ratings, such as 1 7 or -100 100.  [default: 0 100]")  # fmt: skip
 @click.option("--model", type=FILE, help="A model's card.  [default: LAB/models/texture-attributes.json, if any]")
 @click.option("--without-model", is_flag=True, help="What people rated, and nothing predicted.")
 @click.option("--weights", type=FILE, help="Weights of ResNet-50, where the model learned from features with a file.")
@@ -95,8 +99,9 @@ def index_command(as_json: bool, sessions: str | None, **given: Any) -> None:
     from modeling.library.lab import index
     from modeling.library.sources import Wanted
 
-    if given["ratings"] is not None and given["folder"] is None:
-        raise click.UsageError("--ratings goes with --folder: a folder of images is expected")
+    for name in ("ratings", "scale"):
+        if given[name] is not None and given["folder"] is None:
+            raise click.UsageError(f"--{name} goes with --folder: a folder of images is expected")
     wanted = Wanted(**given, simulated=None if sessions is None else sessions == "simulated")
     with going_on("what is left"), progress_lines() as report:
         found = index(wanted, report)
@@ -129,17 +134,18 @@ def find_command(
       palpate textures find "neither hard nor soft" --at Smooth=80 --class leather --lab LAB
     """
     from modeling.library.answer import Beside, opened
+    from modeling.library.excluding import none_fits
     from modeling.library.finding import find, fitting
     from modeling.library.shown import percent, plain_found, wish_words
 
     here = opened(asked)
     wishes = _wishes(here, wish, at)
-    every = find(here.entries, wishes, asked.kind)
-    found = fitting(every, count)
-    entries, said = [each.entry for each in found], [wish_words(each, here.library) for each in wishes]
-    fits = {each.entry.id: (percent(each.fit), each.fit) for each in found}
     if sheet is not None and plane is not None and sheet.resolve() == plane.resolve():
         raise click.UsageError(f"--sheet and --map are both to be written to {sheet}: give two files")
+    here.demand(sheet, plane)
+    found = fitting(find(here.entries, wishes, asked.kind), count)
+    entries, said = [each.entry for each in found], [wish_words(each, here.library) for each in wishes]
+    fits = {each.entry.id: (percent(each.fit), each.fit) for each in found}
     files = here.sheet(sheet, entries, Beside(", ".join(each.said for each in wishes), said, fits, wishes))
     files += here.map(plane, fits)
     if asked.as_json:
@@ -149,7 +155,9 @@ def find_command(
     if found:
         here.show(entries, {"fit": [text for text, _ in fits.values()]})
     else:
-        _none_fits(here, every, wishes)
+        click.echo(none_fits(here.entries, wishes, asked.kind))
+        if sheet is not None:
+            click.echo(f"There is nothing to show: {sheet} was not written.")
     here.close(files)
 
 
@@ -172,6 +180,7 @@ def nearest_command(asked: Asked, texture: str, count: int, sheet: Path | None) 
     from modeling.library.shown import description, far, percent, plain_near
 
     here = opened(asked)
+    here.demand(sheet)
     one = known_of(named(here.library, texture), asked.kind)
     found = near(one, here.entries, len(here.library.attributes), asked.kind)[:count]
     entries = [each.entry for each in found]
@@ -192,13 +201,16 @@ def nearest_command(asked: Asked, texture: str, count: int, sheet: Path | None) 
 def show_command(asked: Asked, texture: str | None, sheet: Path | None) -> None:
     """Show TEXTURE (its id or label): what people and the model say of it; without one, the whole library.
 
+    With --rated-only or --predicted, only what the one or the other says.
+
     Example: palpate textures show T17 --lab LAB
     """
     from modeling.library.answer import Beside, name_of, opened
-    from modeling.library.finding import named
+    from modeling.library.finding import known_of, named
     from modeling.library.shown_whole import plain_library, plain_whole, whole_words
 
     here = opened(asked)
+    here.demand(sheet)
     if texture is None:
         files = here.sheet(sheet, here.entries, Beside("The library"))
         if asked.as_json:
@@ -206,12 +218,12 @@ def show_command(asked: Asked, texture: str | None, sheet: Path | None) -> None:
             return
         here.show(here.entries)
     else:
-        one = named(here.library, texture)
+        one = known_of(named(here.library, texture), asked.kind)
         files = here.sheet(sheet, [one], Beside(name_of(one)))
         if asked.as_json:
             echo_json({**plain_whole(one, here.library, asked.kind), "files": list(map(str, files))})
             return
-        click.echo("\n".join(whole_words(one, here.library, here.folder)))
+        click.echo("\n".join(whole_words(one, here.library, here.entries, here.folder, asked.kind)))
     here.close(files)
 
 
@@ -232,6 +244,7 @@ def map_command(asked: Asked, wish: tuple[str, ...], at: tuple[str, ...], count:
     from modeling.library.finding import find, fitting
 
     here = opened(asked)
+    here.demand(None, to)
     found = fitting(find(here.entries, _wishes(here, wish, at), asked.kind), count) if wish or at else []
     marked = [each.entry.id for each in found]
     files = here.map(to or here.folder / "map.png", marked)
@@ -249,10 +262,9 @@ def _wishes(here: Opened, wish: tuple[str, ...], at: tuple[str, ...]) -> tuple[W
 
     if not wish and not at:
         raise click.UsageError('what is wished for? Say it in words, as "rough, a bit sticky", or with --at Smooth=80')
+    for each in at:
+        if not VALUE.fullmatch(each):
+            raise click.UsageError(
+                f"--at {each!r}: WORD=VALUE is expected, as Smooth=80, Smooth=60-80, Rough-Smooth=20"
+            )
     return wishes_of(here.library, (*([" ".join(wish)] if wish else []), *at))
-
-
-def _none_fits(here: Opened, every: Any, wishes: tuple[Wish, ...]) -> None:
-    from modeling.library.finding import hardest
-
-    click.echo(f"None of {len(here.entries)} textures fits. Hardest to meet: {hardest(every, wishes).said!r}.")

@@ -68,4 +68,7 @@ def _show(made: Sequence[SetSession], lab: Path) -> None:
     if made and not made[-1].complete:
         click.echo(f"{made[-1].study}: {made[-1].ended}. What is finished is kept: the same command goes on.", err=True)
         return
-    click.echo(f"Simulated: no measurement of a material or of a person. Then: palpate evaluate attributes --lab {lab}")
+    if {each.done for each in made} == {"kept"}:
+        click.echo("All of it was there already: nothing was made, and nothing was changed.")
+    click.echo("Simulated: no measurement of a material or of a person.")
+    click.echo(f"Then: palpate textures index --lab {lab}, or palpate evaluate attributes --lab {lab}")

@@ -18,6 +18,7 @@ from studies.collect import ledgers_in
 from studies.launch import plans_of
 from studies.participants.lab import SIDECAR
 from studies.participants.making import make_lab
+from studies.participants.registry import withdrawn
 from studies.record import Record, read
 from studies.rig import RigPlan
 from studies.session import Sat, ledger_path, resume, start
@@ -94,10 +95,11 @@ def make_set(lab: Path, wanted: SetWanted, report: Report) -> list[Made]:
 
     A session that is complete is kept, one that was interrupted is gone on with; the list ends with the first that is
     not complete (Ctrl-C). Raises TextureSetError, before anything is written, where the lab has sessions or studies by
-    these names that are not of this set, and where the disk has no room.
+    these names that are not of this set, where somebody withdrew by a name of the set, and where the disk has no room.
     """
     _demand_sizes(wanted)
     _demand_no_others(lab, wanted)
+    _demand_nobody_withdrew(lab, wanted)
     _demand_room(lab, wanted)
     studies = planned(lab, wanted.chosen)
     before = {
@@ -166,6 +168,16 @@ def _demand_no_others(lab: Path, wanted: SetWanted) -> None:
                 f"{others[0]}{more}: a session of {study} that is not of {len(ours)} simulated participants; a set of"
                 " simulated textures wants a lab of its own, or as many raters as it was made with"
             )
+
+
+def _demand_nobody_withdrew(lab: Path, wanted: SetWanted) -> None:
+    """Raise where a pseudonym that a simulated participant would take is of somebody who withdrew."""
+    taken = sorted(withdrawn(lab) & {who for study in STUDIES for who in _people(study, wanted)})
+    if taken:
+        raise TextureSetError(
+            f"{lab}: {', '.join(taken)} withdrew here, and no session can be had in that name, not even a simulated "
+            "one; a set of simulated textures wants a lab of its own, or fewer raters (--raters)"
+        )
 
 
 def _demand_room(lab: Path, wanted: SetWanted) -> None:

@@ -9,41 +9,40 @@ from pathlib import Path
 from protocols.events import Event
 from protocols.perceiver import Perceiver
 from protocols.plan import Plan, Trial
-from protocols.requests import Reply, Request, Samples, Sense
+from protocols.requests import Request, Sense
 from protocols.worlds import Done, Simulated, VirtualClock
 from studies.ahead import Ahead
 from studies.catalogue import Found
 from studies.pictured import KeptCameraTwin, jpegs_of
 from studies.profiles import Profiles
 from studies.rig import Rig, RigPlan, simulated
-from studies.scenes import WHOLE, Strokes, seed_of
-from studies.twins import DeviceTwin, demand_surface, sensing, twin_for
+from studies.scenes import WHOLE, Strokes
+from studies.twins import DeviceTwin, ToolTwin, sensing, twin_for
 
 Watch = Callable[[Event], None]
 
 
 @dataclass(frozen=True)
 class ToolAhead:
-    """The simulated tool (studies.twins.ToolTwin), whose recordings are computed ahead."""
+    """The simulated tool, what it does with a request done ahead, and given as of when it is asked for."""
 
-    felt: Ahead[tuple[Samples, ...]]
+    tool: DeviceTwin
+    felt: Ahead[Done]
 
     def check(self, trial: Trial) -> None:
-        """The stimulus says what the simulation needs to know of it."""
-        demand_surface(trial)
+        """As the tool's."""
+        self.tool.check(trial)
 
     def __call__(self, request: Request, t_ns: int) -> Done:
         """Record acceleration, force and position."""
-        sense = sensing(request, "tool")
-        blocks = tuple(replace(block, t0_ns=t_ns) for block in self.felt(sense))
-        return Done(Reply({"recorded": True, "seconds": sense.seconds}, blocks), sense.seconds)
+        done = self.felt(sensing(request, "tool"))
+        samples = tuple(replace(block, t0_ns=t_ns) for block in done.reply.samples)
+        return replace(done, reply=replace(done.reply, samples=samples))
 
 
-def felt(plan: Plan, request: Sense) -> tuple[Samples, ...]:
-    """What the tool's sensors record of strokes over the request's texture, from second 0 on."""
-    from studies.virtual_recording import recorded_at_once
-
-    return recorded_at_once("tool", Strokes(plan, WHOLE)(request), request.seconds, 0, seed_of(plan, request.trial))
+def felt(plan: Plan, request: Sense) -> Done:
+    """What the simulated tool does with a request, from second 0 on. It pickles by name."""
+    return ToolTwin(plan, Strokes(plan, WHOLE))(request, 0)
 
 
 @dataclass(frozen=True)
@@ -80,7 +79,7 @@ def _ahead(
     """What records, its work done ahead; and what ends that work."""
     if "tool" in records:
         tool = Ahead(felt, plan, workers)
-        return {"tool": ToolAhead(tool)}, tool.close
+        return {"tool": ToolAhead(records["tool"], tool)}, tool.close
     if "camera" in records:
         seen = Ahead(Seen(pictures), plan, workers)
         return {"camera": KeptCameraTwin(lab, pictures, seen)}, seen.close

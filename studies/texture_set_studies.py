@@ -52,13 +52,19 @@ def chosen(textures: tuple[str, ...] = (), seconds: float = SECONDS) -> Chosen:
     known = all_textures()
     for name in textures:
         if name not in known:
-            raise TextureSetError(f"no texture is called {name!r}; {nearest(name, known)}")
+            raise TextureSetError(f"no texture is called {name!r}; {_meant(name, known)}")
     wanted = tuple(name for name in known if name in textures) if textures else known
     if len(wanted) < FEWEST:
         raise TextureSetError(f"{len(wanted)} texture: {FEWEST} or more are needed, as people compare them")
     if not LEAST_S <= seconds <= MOST_S:
         raise TextureSetError(f"{seconds:g} s of each texture: from {LEAST_S:g} to {MOST_S:g} s are expected")
     return Chosen(wanted, float(seconds))
+
+
+def _meant(name: str, known: tuple[str, ...]) -> str:
+    """What may have been meant: T1 and t01 are T01, whatever other names are as near."""
+    padded = f"{name[:1].upper()}{name[1:].zfill(2)}"
+    return f"did you mean {padded!r}?" if padded in known else nearest(name, known)
 
 
 def planned(lab: Path, wanted: Chosen) -> dict[str, Study]:

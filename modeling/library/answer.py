@@ -73,16 +73,26 @@ class Opened:
         for path in files:
             click.echo(f"Look at {path}")
 
+    def demand(self, sheet: Path | None, plane: Path | None = None) -> None:
+        """Raise LibraryError, before anything is computed or written, for a picture that could not be written."""
+        if sheet is not None:
+            from modeling.library.sheet import demand_writable as demand_sheet
+
+            demand_sheet(sheet)
+        if plane is not None:
+            from modeling.library.map import demand_writable as demand_map
+
+            demand_map(plane)
+
     def sheet(self, path: Path | None, entries: Sequence[Entry], beside: Beside) -> list[Path]:
         """Write a contact sheet, where one is wanted."""
         if path is None or not entries:
             return []
-        from modeling.library.sheet import demand_kind, pictures_of, sheet, tiles_of, write_sheet
+        from modeling.library.sheet import pictures_of, sheet, tiles_of, write_sheet
 
-        demand_kind(path)
-        below = "   ".join((*beside.below, *(("simulated",) if self.library.simulated else ())))
+        foot = "simulated" if self.library.simulated else ""
         tiles = tiles_of(entries, self.library, beside.wishes, self.asked.kind, beside.texts)
-        write_sheet(path, sheet(tiles, pictures_of(entries, self.folder), beside.title, below))
+        write_sheet(path, sheet(tiles, pictures_of(entries, self.folder), beside.title, beside.below, foot))
         return [path]
 
     def map(self, path: Path | None, found: Collection[str]) -> list[Path]:

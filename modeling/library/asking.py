@@ -11,12 +11,14 @@ from typing import TypeVar
 
 from modeling.library.entries import LibraryError
 from modeling.library.ranges import Soft, both, trapezoid, turned
+from modeling.library.refusing import not_expected
 from modeling.library.terms import Phrase, Vocabulary, Word, known_words
-from protocols.did_you_mean import nearest
 
 TOKEN = re.compile(r"[0-9]+(?:\.[0-9]+)?|[^\W\d_]+(?:[-'’][^\W\d_]+)*|>=|<=|\.\.+|\S")
 SEPARATORS = frozenset((",", ";", ".", "and", "but", "yet", "also", "with", "&"))
-RANGE = frozenset(("-", "–", "to", "..", "...", "and"))
+RANGE = frozenset(("-", "–", "to", "..", "..."))
+WEAKER = ("at", "all")
+"""After a word that was denied: not rough at all."""
 DIGITS = "0123456789"
 HALF_MET, ROUNDING = 0.5, 1e-9
 """Wishes about one attribute that no value meets by more than half contradict each other."""
@@ -117,14 +119,21 @@ def _read(text: str, known: Vocabulary) -> list[Wish]:
 def _neither(reader: _Reader) -> None:
     """Neither rough nor smooth, nor ...: each word is denied."""
     reader.at += 1
-    denied = [_word(reader)]
+    denied = [_denied(reader)]
     while reader.peek() in ("nor", "or"):
         reader.at += 1
-        denied.append(_word(reader))
+        denied.append(_denied(reader))
     if len(denied) < 2:
         raise LibraryError(f"{reader.text!r}: 'neither' is followed by a word, 'nor' and another word.")
-    for word in denied:
-        reader.wish(word.pair, reader.known.soft("not", _end(reader, word)))
+    for pair in dict.fromkeys(pair for pair, _ in denied):
+        reader.wish(pair, reduce(both, (soft for about, soft in denied if about == pair)))
+
+
+def _denied(reader: _Reader) -> tuple[int, Soft]:
+    """A word after neither or nor, with how much of it is denied: neither very rough nor ..."""
+    degree = _degree(reader, "not") or "not"
+    word = _end(reader, _word(reader))
+    return word.pair, reader.known.soft(_degree_behind(reader, degree) or degree, word)
 
 
 def _between(reader: _Reader) -> None:
@@ -145,13 +154,19 @@ def _between(reader: _Reader) -> None:
 
 
 def _clause(reader: _Reader) -> None:
-    """[degree] word, word number, or number word."""
+    """[degree] word [degree], word number, or number word."""
     degree = _degree(reader)
     while silent := reader.match(reader.known.silent):
         reader.at += len(silent)
     before = _number(reader) if degree is None else None
+    if before is not None and reader.peek() in ("", *SEPARATORS):
+        raise LibraryError(
+            f"{reader.text!r}: a number has no word beside it. A range is said as 'soft 60-80' or 'soft between 60 and "
+            "80', two wishes as 'soft 60, smooth 80'."
+        )
     word = _word(reader)
     number = before or _number(reader)
+    degree = _degree_behind(reader, degree) if number is None else degree
     if number is not None:
         if degree is not None:
             raise LibraryError(f"{reader.text!r}: {degree!r} and a number are both said; say one of them.")
@@ -162,18 +177,31 @@ def _clause(reader: _Reader) -> None:
         reader.wish(word.pair, reader.known.soft(degree or "", _end(reader, word)))
 
 
-def _degree(reader: _Reader) -> str | None:
-    """All degrees that stand here as one: not + very is `not very`, very + very `extremely`."""
-    found = reader.take(reader.known.degrees)
+def _degree(reader: _Reader, before: str | None = None) -> str | None:
+    """All degrees that stand here as one, with that said before: not + very is `not very`, very + very `extremely`."""
+    found = reader.take(reader.known.degrees) if before is None else before
     while found is not None and (further := reader.take(reader.known.degrees)) is not None:
         together = "extremely" if (found, further) == ("very", "very") else f"{found} {further}"
-        if together not in reader.known.ranges:
+        meant = reader.known.degrees.get(tuple(together.split()))
+        if meant is None:
             raise LibraryError(
                 f"{reader.text!r}: what is meant by {together!r}? Known: "
                 f"{', '.join(name for name in reader.known.ranges if name)}."
             )
-        found = together
+        found = meant
     return found
+
+
+def _degree_behind(reader: _Reader, before: str | None) -> str | None:
+    """The degree of a word that is passed: not rough at all; sticky a bit, where no word follows that it belongs to."""
+    if before == "not" and reader.match((WEAKER,)):
+        reader.at += len(WEAKER)
+        return "not at all"
+    start = reader.at
+    found = reader.take(reader.known.degrees) if before is None else None
+    if found is not None and (found.startswith("not") or reader.peek() not in ("", *SEPARATORS)):
+        reader.at, found = start, None
+    return found or before
 
 
 def _word(reader: _Reader) -> Word:
@@ -184,18 +212,7 @@ def _word(reader: _Reader) -> Word:
     said = reader.peek()
     if not said or said in SEPARATORS:
         raise LibraryError(f"{reader.text!r}: a word is missing{f' before {said!r}' if said else ' at the end'}.")
-    if said in reader.known.foreign:
-        have = ", ".join(f"{low}-{high}" for low, high in reader.known.pairs)
-        of = reader.known.foreign[said]
-        raise LibraryError(f"{said!r}: these textures are not known as {of} or not, only by {have}.")
-    if said == "or":
-        raise LibraryError(f"{reader.text!r}: 'or' cannot be asked; ask once for each.")
-    if said in reader.known.classes:
-        raise LibraryError(f"{said!r} is a class, not a feeling: say --class {said}.")
-    every = [" ".join(phrase) for phrase in (*reader.known.words, *reader.known.degrees)]
-    close = nearest(said, every)
-    hint = f" {close[0].upper()}{close[1:]}" if close.startswith("did") else ""
-    raise LibraryError(f"{said!r} is not known.{hint} {known_words(reader.known)}")
+    raise not_expected(reader.text, reader.words[reader.at :], reader.known)
 
 
 def _end(reader: _Reader, word: Word) -> Word:
@@ -212,8 +229,10 @@ def _end(reader: _Reader, word: Word) -> Word:
 def _number(reader: _Reader) -> Soft | None:
     """A number, or a range of numbers, as values towards the word."""
     start = reader.at
+    joining = RANGE
     if reader.peek() == "between" and _is_number(reader.peek(1)):
         reader.at += 1
+        joining = RANGE | {"and"}
         low, high = _value(reader), None
     else:
         how = reader.take(reader.known.numbers)
@@ -223,12 +242,12 @@ def _number(reader: _Reader) -> Soft | None:
             reader.at = start
             return None
         low = _value(reader)
-        if how == "at least":
+        if how == "at least" and not (reader.peek() in RANGE and _is_number(reader.peek(1))):
             return trapezoid((low - EDGE, low, None, None))
         if how == "at most":
             return trapezoid((None, None, low, low + EDGE))
         high = low
-    if reader.peek() in RANGE and _is_number(reader.peek(1)):
+    if reader.peek() in joining and _is_number(reader.peek(1)):
         reader.at += 1
         high = _value(reader)
     return _range(reader, low, high)

@@ -2,13 +2,13 @@
 
 from __future__ import annotations
 
-import os
 from pathlib import Path
 from typing import Any
 
 from pydantic import ValidationError
 
 from modeling.library.entries import FORMAT, Library, LibraryError
+from modeling.library.writing import write_whole
 from protocols.canonical import digest, parse
 from protocols.model_card import complaint
 
@@ -55,12 +55,7 @@ def write_library(lab: Path, library: Library) -> tuple[Path, bool]:
     if path.is_file() and path.read_bytes() == content:
         return path, False
     path.parent.mkdir(parents=True, exist_ok=True)
-    part = path.with_name(f"{path.name}.{os.getpid()}.part")
-    with part.open("wb") as file:
-        file.write(content)
-        file.flush()
-        os.fsync(file.fileno())
-    part.replace(path)
+    write_whole(path, content)
     return path, True
 
 

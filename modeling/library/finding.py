@@ -53,12 +53,6 @@ def fitting(found: Sequence[Found], count: int) -> list[Found]:
     return [each for each in found if each.fit >= FITS][:count]
 
 
-def hardest(found: Sequence[Found], wishes: Sequence[Wish]) -> Wish:
-    """The wish that the textures meet least."""
-    best = [max(each.each[at] for each in found) for at in range(len(wishes))]
-    return wishes[best.index(min(best))]
-
-
 def chosen(library: Library, classes: Sequence[str] = (), kind: Kind | None = None) -> tuple[Entry, ...]:
     """The textures of these classes that something is known of.
 
@@ -101,4 +95,4 @@ def known_of(entry: Entry, kind: Kind | None) -> Entry:
     if known(entry, kind):
         return entry
     how = {None: "nothing is known of it", "rated": "nobody rated it", "predicted": "no model predicted it"}[kind]
-    raise LibraryError(f"{entry.id}: {how}, so nothing can be said to feel like it.")
+    raise LibraryError(f"{entry.id}: {how}, so nothing can be said of how it feels.")

@@ -2,15 +2,16 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Mapping
+from collections.abc import Callable
 from dataclasses import dataclass, replace
 from pathlib import Path
 
 from modeling.library.entries import LibraryError
 from modeling.library.files import earlier_in, place_of, write_library
 from modeling.library.indexing import Told, gone, library_of
+from modeling.library.pictures import Pictures, told_lacking
 from modeling.library.sources import Wanted, first_pictures, material_of, model_of, predictor_of, rating_sources
-from modeling.library.thumbnails import drop, keep
+from modeling.library.thumbnails import NoPicture, drop, keep
 
 Report = Callable[[str], None]
 
@@ -52,22 +53,31 @@ def index(wanted: Wanted, report: Report = lambda _line: None) -> Indexed:
     sources = tuple(rating_sources(wanted)) if any(each.rated for each in material.textures) else ()
     told = library_of(material, None if model is None else predictor_of(model), sources=sources)
     report("reading pictures")
-    told = _with_thumbnails(told, first_pictures(wanted, [each.id for each in told.library.textures]), folder)
+    told = _with_thumbnails(told, first_pictures(wanted, [each.id for each in material.textures]), folder)
     path, changed = write_library(wanted.lab, told.library)
     before = {each.picture for each in earlier.textures if each.picture} if earlier else set()
     drop(folder, before - {each.picture for each in told.library.textures})
     return Indexed(path, changed, told, gone(earlier, told.library))
 
 
-def _with_thumbnails(told: Told, shown: Mapping[str, Path], folder: Path) -> Told:
-    """The same library, each texture with its thumbnail beside the index."""
-    names = {texture: keep(folder, texture, _read(path), str(path)) for texture, path in shown.items()}
+def _with_thumbnails(told: Told, shown: Pictures, folder: Path) -> Told:
+    """The same library, each texture with its thumbnail beside the index; a note on pictures that cannot be shown."""
+    names, lacking = {}, dict(shown.lacking)
+    for texture in (each.id for each in told.library.textures if each.id in shown.files):
+        path = shown.files[texture]
+        try:
+            names[texture] = keep(folder, texture, _read(path), str(path))
+        except NoPicture as error:
+            lacking[texture] = str(error)
+    here = {each.id for each in told.library.textures}
+    notes = told_lacking({texture: why for texture, why in sorted(lacking.items()) if texture in here})
     textures = tuple(each.model_copy(update={"picture": names.get(each.id)}) for each in told.library.textures)
-    return replace(told, library=told.library.model_copy(update={"textures": textures}))
+    changed = {"textures": textures, "notes": (*told.library.notes, *notes)}
+    return replace(told, library=told.library.model_copy(update=changed))
 
 
 def _read(path: Path) -> bytes:
     try:
         return path.read_bytes()
     except OSError as error:
-        raise LibraryError(f"{path}: cannot be read ({error.strerror}); a picture is expected.") from None
+        raise NoPicture(f"{path}: cannot be read ({error.strerror}); a picture is expected.") from None

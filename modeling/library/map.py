@@ -4,14 +4,16 @@ from __future__ import annotations
 
 from collections.abc import Collection, Sequence
 from pathlib import Path
+from tempfile import TemporaryDirectory
 from typing import TYPE_CHECKING, Any
 
 from matplotlib.patches import Circle
 
 from analysis.figures.bubbles import SPACE, draw
 from analysis.figures.drawn import Drawn, FigureData
-from analysis.figures.style import INK, PAPER, drawing, save
+from analysis.figures.style import INK, PAPER, SOFT, drawing, save
 from modeling.library.entries import Entry, Kind, Library, LibraryError, felt
+from modeling.library.writing import demand_folder, write_whole
 
 if TYPE_CHECKING:
     from matplotlib.axes import Axes
@@ -28,7 +30,8 @@ def map_data(entries: Sequence[Entry], library: Library, kind: Kind | None = Non
     if not rows:
         raise LibraryError("no texture has all of its attributes: there is nothing to draw.")
     caption = f"Each bubble is a texture ({len(rows)}), brought to -100 to 100."
-    return FigureData(tuple(rows), "The library.", caption, {"by": "texture", "roles": roles})
+    told = f"{len(rows)} texture{'s' if len(rows) > 1 else ''}{', simulated' if library.simulated else ''}"
+    return FigureData(tuple(rows), "The library.", caption, {"by": "texture", "roles": roles, "told": told})
 
 
 def roles_of(pairs: Sequence[tuple[str, str]]) -> dict[str, dict[str, Any]]:
@@ -65,8 +68,10 @@ def _row(entry: Entry, library: Library, kind: Kind | None) -> dict[str, Any] | 
 def draw_map(data: FigureData, found: Collection[str] = ()) -> Drawn:
     """The plane; what was found in full colour with a red edge, the rest faded (call it within `drawing`)."""
     drawn = draw(data)
+    axes = drawn.figure.axes[0]
+    told = f"{data.words['told']}{'; with a red edge: found' if found else ''}"
+    axes.set_title(told, fontsize=8.0, fontweight="normal", color=SOFT, loc="left")
     if found:
-        axes = drawn.figure.axes[0]
         keys = {mark.gid: mark.key for mark in drawn.marks}
         named = {text.get_text() for text in axes.texts}
         for bubble in [each for each in axes.patches if isinstance(each, Circle)]:
@@ -92,9 +97,18 @@ def _name_inside(axes: Axes, bubble: Circle, name: str) -> None:
 def write_map(path: Path, data: FigureData, found: Collection[str] = ()) -> list[Path]:
     """Write the map as SVG and PNG beside each other, whichever was asked for; equal input, equal bytes.
 
-    Raises LibraryError for another ending.
+    Neither is there unless both could be drawn. Raises LibraryError as `demand_writable` does.
     """
+    demand_writable(path)
+    with drawing("library"), TemporaryDirectory() as aside:
+        drawn = save(draw_map(data, found).figure, Path(aside), path.stem)
+        for each in drawn:
+            write_whole(path.with_name(each.name), each.read_bytes())
+    return [path.with_name(each.name) for each in drawn]
+
+
+def demand_writable(path: Path) -> None:
+    """Raise LibraryError for a file with another ending than a map's, and where it has no folder."""
     if path.suffix.lower() not in (".svg", ".png"):
         raise LibraryError(f"{path}: a map is written as .svg and .png.")
-    with drawing("library"):
-        return list(save(draw_map(data, found).figure, path.parent, path.stem))
+    demand_folder(path)

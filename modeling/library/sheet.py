@@ -23,12 +23,16 @@ from modeling.library.drawing import (
 )
 from modeling.library.entries import KINDS, Entry, Felt, Kind, Library, LibraryError, felt
 from modeling.library.lettering import Pen
+from modeling.library.writing import demand_folder, write_whole
 
 if TYPE_CHECKING:
     from PIL.Image import Image
 
 KINDS_OF_FILE = {".png": "PNG", ".jpg": "JPEG", ".jpeg": "JPEG"}
 HEAD, FOOT, MOST = 62, 34, 100
+NEXT = 17
+"""Pixels of height of each further line below the title."""
+BESIDE = "   "
 
 
 def tiles_of(
@@ -46,28 +50,38 @@ def tiles_of(
     return found
 
 
-def sheet(tiles: Sequence[Tile], pictures: Sequence[bytes | None], title: str, below: str) -> Image:
+def sheet(
+    tiles: Sequence[Tile], pictures: Sequence[bytes | None], title: str, below: Sequence[str] = (), foot: str = ""
+) -> Image:
     """The sheet as an image; a picture that is missing or damaged is a plain field with the texture's name.
+
+    `below` stands below the title, in as many lines as it takes; `foot` beside the legend.
 
     Raises LibraryError for no textures, and for so many that nobody could look at them.
     """
     from PIL import Image, ImageDraw
 
     if not 0 < len(tiles) <= MOST:
-        raise LibraryError(f"a contact sheet shows 1 to {MOST} textures; {len(tiles)} were given: choose with -n.")
+        raise LibraryError(
+            f"a contact sheet shows 1 to {MOST} textures; {len(tiles)} were given: choose with -n or --class."
+        )
     columns = min(5, len(tiles)) if len(tiles) <= 20 else min(8, math.ceil(math.sqrt(len(tiles) * 1.5)))
     high = WIDE + height_of(max(len(each.attributes) for each in tiles)) + GAP
     wide = max(columns, 2) * (WIDE + GAP) + GAP
-    whole = Image.new("RGB", (wide * FINE, (HEAD + math.ceil(len(tiles) / columns) * high + FOOT) * FINE), PAPER)
+    lines = _lines(Pen(ImageDraw.Draw(Image.new("RGB", (1, 1)))), below, (wide - 2 * GAP) * FINE)
+    head = HEAD + NEXT * max(0, len(lines) - 1)
+    whole = Image.new("RGB", (wide * FINE, (head + math.ceil(len(tiles) / columns) * high + FOOT) * FINE), PAPER)
     pen = Pen(ImageDraw.Draw(whole))
-    _head(pen, title, below, wide)
-    places = [(GAP + k % columns * (WIDE + GAP), HEAD + k // columns * high) for k in range(len(tiles))]
+    _head(pen, title, lines, wide)
+    places = [(GAP + k % columns * (WIDE + GAP), head + k // columns * high) for k in range(len(tiles))]
     opened = [_opened(each) for each in pictures]
     for tile, seen, (left, top) in zip(tiles, opened, places, strict=True):
         if seen is None:
             draw_empty(pen, tile.name.split("  ")[0], left, top)
         draw_below(pen, tile, left, top + WIDE)
-    _legend(pen, tiles, whole.height / FINE - FOOT / 2)
+    middle = whole.height / FINE - FOOT / 2
+    _legend(pen, tiles, middle)
+    pen.write(((wide - GAP) * FINE, middle * FINE), foot, 11 * FINE, SOFT, anchor="rm")
     small = whole.reduce(FINE)
     for seen, place in zip(opened, places, strict=True):
         if seen is not None:
@@ -76,19 +90,19 @@ def sheet(tiles: Sequence[Tile], pictures: Sequence[bytes | None], title: str, b
 
 
 def write_sheet(path: Path, drawn: Image) -> None:
-    """Write the sheet as PNG or JPEG, by the name's ending. Raises LibraryError for another one."""
-    kind = demand_kind(path)
+    """Write the sheet as PNG or JPEG, whole or not at all. Raises LibraryError as `demand_writable` does."""
+    kind = demand_writable(path)
     written = BytesIO()
     drawn.save(written, kind, **({"quality": 82, "optimize": True} if kind == "JPEG" else {"compress_level": 9}))
-    path.parent.mkdir(parents=True, exist_ok=True)
-    path.write_bytes(written.getvalue())
+    write_whole(path, written.getvalue())
 
 
-def demand_kind(path: Path) -> str:
-    """The format of a file by its ending. Raises LibraryError for another one than PNG or JPEG."""
+def demand_writable(path: Path) -> str:
+    """The format of a file by its ending. Raises LibraryError for another one than PNG or JPEG, and for no folder."""
     kind = KINDS_OF_FILE.get(path.suffix.lower())
     if kind is None:
         raise LibraryError(f"{path}: a contact sheet is written as .png or .jpg.")
+    demand_folder(path)
     return kind
 
 
@@ -115,10 +129,23 @@ def _opened(content: bytes | None) -> Image | None:
         return None
 
 
-def _head(pen: Pen, title: str, below: str, wide: int) -> None:
+def _head(pen: Pen, title: str, lines: Sequence[str], wide: int) -> None:
     room = (wide - 2 * GAP) * FINE
     pen.write((GAP * FINE, 28 * FINE), pen.fitted(title, room, 19 * FINE, bold=True), 19 * FINE, INK, bold=True)
-    pen.write((GAP * FINE, 47 * FINE), pen.fitted(below, room, 12 * FINE), 12 * FINE, SOFT)
+    for at, line in enumerate(lines):
+        pen.write((GAP * FINE, (47 + NEXT * at) * FINE), pen.fitted(line, room, 12 * FINE), 12 * FINE, SOFT)
+
+
+def _lines(pen: Pen, parts: Sequence[str], room: float) -> list[str]:
+    """The parts beside each other, on a further line where there is no room: none is lost."""
+    lines: list[str] = []
+    for part in parts:
+        together = BESIDE.join((*lines[-1:], part))
+        if lines and pen.width(together, 12 * FINE) <= room:
+            lines[-1] = together
+        else:
+            lines.append(part)
+    return lines
 
 
 def _legend(pen: Pen, tiles: Sequence[Tile], middle: float) -> None:

@@ -13,16 +13,17 @@ from modeling.library.shown import description, plain_entry
 LIKE = 3
 
 
-def whole_words(entry: Entry, library: Library, folder: Path) -> Iterator[str]:
-    """The lines that are printed."""
+def whole_words(
+    entry: Entry, library: Library, others: Sequence[Entry], folder: Path, kind: Kind | None = None
+) -> Iterator[str]:
+    """The lines that are printed; of a `kind` only what it says. `others` are those that may be like it."""
     named = "" if entry.label in ("", entry.id) else f", {entry.label}"
-    yield f"{entry.id}{named} ({entry.category}): {description(entry, library)}"
+    yield f"{entry.id}{named} ({entry.category}): {description(entry, library, kind)}"
     yield ""
-    yield from _attributes(entry, library)
+    yield from _attributes(entry, library, kind)
     yield ""
-    others = near(entry, library.textures, len(library.attributes))[:LIKE]
-    if others:
-        told = ", ".join(f"{one.entry.id} {one.entry.label} ({one.distance:.1f} JND)" for one in others)
+    if alike := near(entry, others, len(library.attributes), kind)[:LIKE]:
+        told = ", ".join(f"{one.entry.id} {one.entry.label} ({one.distance:.1f} JND)" for one in alike)
         yield f"most like it: {told}"
     yield f"picture: {folder / entry.picture if entry.picture else 'none'}"
     if entry.made_from:
@@ -30,10 +31,12 @@ def whole_words(entry: Entry, library: Library, folder: Path) -> Iterator[str]:
 
 
 def plain_whole(entry: Entry, library: Library, kind: Kind | None) -> dict[str, Any]:
-    """A texture as JSON: as `find` tells it, and what is rated and predicted of it beside each other."""
+    """A texture as JSON: as `find` tells it, and what is rated and predicted of it beside each other; of a `kind` only
+    what it says."""
     whole = entry.model_dump(mode="json")
+    parts: dict[str, Any] = {name: whole[name] if kind in (None, name) else None for name in KINDS}
     return {**plain_entry(entry, library, kind), "words": description(entry, library, kind),
-            "simulated": library.simulated, **{name: whole[name] for name in (*KINDS, "made_from")}}  # fmt: skip
+            "simulated": library.simulated, **parts, "made_from": whole["made_from"]}  # fmt: skip
 
 
 def plain_library(entries: Sequence[Entry], library: Library, kind: Kind | None) -> dict[str, Any]:
@@ -42,14 +45,14 @@ def plain_library(entries: Sequence[Entry], library: Library, kind: Kind | None)
     return {**whole, "textures": [plain_entry(each, library, kind) for each in entries]}
 
 
-def _attributes(entry: Entry, library: Library) -> Iterator[str]:
+def _attributes(entry: Entry, library: Library, kind: Kind | None) -> Iterator[str]:
     """A line for each attribute, rated beside predicted."""
     words = [f"{low}-{high}" for low, high in library.attributes]
     wide = max(map(len, words))
-    kinds = [kind for kind in KINDS if known(entry, kind)]
-    yield f"{'':{wide}}  {'  '.join(f'{_heading(entry, kind):30}' for kind in kinds)}".rstrip()
+    kinds = [each for each in KINDS if known(entry, each) and kind in (None, each)]
+    yield f"{'':{wide}}  {'  '.join(f'{_heading(entry, each):30}' for each in kinds)}".rstrip()
     for at, name in enumerate(words):
-        yield f"{name:{wide}}  {'  '.join(f'{_told(entry, at, kind):30}' for kind in kinds)}".rstrip()
+        yield f"{name:{wide}}  {'  '.join(f'{_told(entry, at, each):30}' for each in kinds)}".rstrip()
 
 
 def _heading(entry: Entry, kind: Kind) -> str:

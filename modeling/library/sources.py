@@ -13,13 +13,13 @@ from modeling.attributes.model_file import NAME, AttributeModel, Card, read_mode
 from modeling.attributes.reading_ratings import STUDY, RatedTextures, read_ratings
 from modeling.library.entries import NOTHING_KNOWN, Z90, LibraryError, Source
 from modeling.library.indexing import Predictor
+from modeling.library.pictures import Pictures, pictures_in, pictures_taken
+from modeling.library.rated_folder import read_rated, table_in
 from studies.collect import ledgers_in
 from studies.content import file_sha256
+from studies.record import read_header
 
 Report = Callable[[str], None]
-PICTURES = frozenset((".png", ".jpg", ".jpeg", ".tif", ".tiff", ".webp", ".bmp"))
-BETWEEN = "_- ."
-"""What may stand between a texture's name and the number of its picture."""
 
 
 @dataclass(frozen=True)
@@ -28,9 +28,9 @@ class Wanted:
 
     `model`: a card; None: the lab's own, where it has one and `without_model` is not said. `weights`: those of
     ResNet-50, where the model's features were made with a file. `folder`: one of images with a table of ratings
-    (`ratings`, else its own) instead of the lab's sessions. `pictures`: a folder of images named as the textures; None:
-    `folder`, else those that texture_photos took. `simulated`: only such sessions, or only real ones, where there are
-    both.
+    (`ratings`, else its own; `scale`: the ends of its ratings) instead of the lab's sessions. `pictures`: a folder of
+    images named as the textures; None: `folder`, else those that texture_photos took. `simulated`: only such sessions,
+    or only real ones, where there are both.
     """
 
     lab: Path
@@ -40,6 +40,7 @@ class Wanted:
     weights: Path | None = None
     folder: Path | None = None
     ratings: Path | None = None
+    scale: tuple[float, float] | None = None
     pictures: Path | None = None
     simulated: bool | None = None
     workers: int | None = None
@@ -85,13 +86,16 @@ def _of_sessions(wanted: Wanted, card: Card, report: Report) -> Material:
 
 
 def _of_folder(wanted: Wanted, folder: Path, model: AttributeModel | None, report: Report) -> Material:
-    """A folder's textures; where nobody looks at their features, these are made in a hurry."""
+    """A folder's textures; the features of their pictures only for a model that looks at them."""
+    if model is None or not model.card.sight:
+        report("reading ratings")
+        return read_rated(folder, wanted.ratings, wanted.scale)
     from modeling.attributes.reading_folder import read_folder
 
     report("making features")
     return read_folder(
-        folder, wanted.lab, table=wanted.ratings, weights=wanted.weights, quick=model is None or _hurried(model.card),
-        variants=0, workers=wanted.workers, report=report,
+        folder, wanted.lab, table=wanted.ratings, scale=wanted.scale, weights=wanted.weights,
+        quick=_hurried(model.card), variants=0, workers=wanted.workers, report=report,
     )  # fmt: skip
 
 
@@ -114,44 +118,41 @@ def predictor_of(model: AttributeModel) -> Predictor:
 
 
 def rating_sources(wanted: Wanted) -> Iterator[Source]:
-    """The sessions that the ratings come from, without those of people who withdrew, or the tables of an import."""
-    from analysis.reporting.sources import IMPORTED
-    from modeling.attributes.reading_folder import TABLE
-    from studies.participants.registry import withdrawn
-
+    """The files that the ratings were read from: a folder's table, the sessions that count, or what was imported."""
     if wanted.folder is not None:
-        table = wanted.ratings or wanted.folder / TABLE
-        if table.is_file():
-            yield Source(what="ratings", file=table.name, sha256=file_sha256(table))
+        table = wanted.ratings or table_in(wanted.folder)
+        yield Source(what="ratings", file=table.name, sha256=file_sha256(table))
         return
-    gone = withdrawn(wanted.lab)
-    paths = [each for each in ledgers_in(wanted.lab, wanted.study) if each.stem.rsplit("_", 2)[1] not in gone]
-    imported = sorted(each for each in (wanted.lab / IMPORTED / wanted.study).glob("*") if each.is_file())
-    for path in (*paths, *imported):
+    for path in _rated_files(wanted):
         yield Source(what="ratings", file=path.relative_to(wanted.lab).as_posix(), sha256=file_sha256(path))
 
 
-def first_pictures(wanted: Wanted, names: Sequence[str]) -> dict[str, Path]:
+def _rated_files(wanted: Wanted) -> list[Path]:
+    """Of session files those that a rating was taken from: not one that was interrupted, left out or withdrawn."""
+    from analysis.reporting.sources import IMPORTED
+    from modeling.doors.lab_material import COLLECTED, lab_material
+
+    imported = sorted(each for each in (wanted.lab / IMPORTED / wanted.study).glob("*") if each.is_file())
+    sessions = ledgers_in(wanted.lab, wanted.study)
+    if not sessions:
+        return imported or [each for each in (wanted.lab / COLLECTED,) if each.is_file()]
+    answers, _ = lab_material(wanted.lab, wanted.study, digest=None, url=None, simulated=wanted.simulated)
+    table = answers.ratings.table if answers.ratings is not None else None
+    counting = set() if table is None else set(table[table["value"].notna()]["session"])
+    return [path for path in sessions if _session(path) in counting]
+
+
+def _session(path: Path) -> str:
+    """What a session is called in tables."""
+    header = read_header(path)
+    return f"{header['study']['study']}/{header['participant']}/{header['session']}"
+
+
+def first_pictures(wanted: Wanted, names: Sequence[str]) -> Pictures:
     """The first picture of each texture that has one."""
     if folder := wanted.pictures or wanted.folder:
-        return dict(pictures_in(folder, names))
-    from modeling.attributes.reading_pictures import photographed
-
-    found = photographed(wanted.lab, simulated=wanted.simulated)
-    return {each.id: each.pictures[0].path for each in found if each.pictures}
-
-
-def pictures_in(folder: Path, names: Sequence[str]) -> Iterator[tuple[str, Path]]:
-    """The first file of each name: NAME.png, NAME_1.jpg, NAME/anything.png. Raises LibraryError for no folder."""
-    if not folder.is_dir():
-        raise LibraryError(f"{folder}: there is no such folder; one with pictures named as the textures is expected.")
-    files = sorted(path for path in folder.rglob("*") if path.suffix.lower() in PICTURES)
-    for name in names:
-        for path in files:
-            rest = path.stem.removeprefix(name)
-            if path.relative_to(folder).parts[0] == name or (rest != path.stem and rest[:1] in BETWEEN):
-                yield name, path
-                break
+        return Pictures(dict(pictures_in(folder, names)))
+    return pictures_taken(wanted.lab, wanted.simulated)
 
 
 def _rated_only(ratings: RatedTextures) -> Material:

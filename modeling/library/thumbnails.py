@@ -10,6 +10,7 @@ from pathlib import Path
 from typing import TYPE_CHECKING
 
 from modeling.library.entries import LibraryError
+from modeling.library.writing import write_whole
 
 if TYPE_CHECKING:
     from PIL.Image import Image
@@ -20,15 +21,19 @@ MIDDLE = 0.5
 PLAIN = re.compile(r"[A-Za-z0-9][A-Za-z0-9_.-]{0,63}")
 
 
+class NoPicture(LibraryError):
+    """A file that is there and shows nothing, or cannot be read."""
+
+
 def thumbnail(content: bytes, where: str) -> bytes:
-    """The middle of a picture as a small square JPEG. Raises LibraryError for what is no picture."""
+    """The middle of a picture as a small square JPEG. Raises NoPicture for what is none."""
     from PIL import Image, ImageOps, UnidentifiedImageError
 
     try:
         with Image.open(BytesIO(content)) as opened:
             seen = _colours(ImageOps.exif_transpose(opened))
     except (UnidentifiedImageError, Image.DecompressionBombError, OSError, ValueError, SyntaxError) as error:
-        raise LibraryError(f"{where}: this is no picture that can be read ({error}).") from None
+        raise NoPicture(f"{where}: this is no picture that can be read ({error}).") from None
     written = BytesIO()
     _middle(seen).save(written, "JPEG", quality=QUALITY, optimize=True)
     return written.getvalue()
@@ -63,9 +68,7 @@ def keep(library: Path, texture: str, content: bytes, where: str) -> str:
     path = library / name
     if not path.is_file() or path.read_bytes() != small:
         path.parent.mkdir(parents=True, exist_ok=True)
-        part = path.with_suffix(".part")
-        part.write_bytes(small)
-        part.replace(path)
+        write_whole(path, small)
     return name
 
 

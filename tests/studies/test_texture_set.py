@@ -12,17 +12,25 @@ from devices.surfaces.relief import relief
 from devices.surfaces.table import read_surfaces
 from modeling.textures.reading_ledgers import read_lab
 from protocols.plan import ParticipantRow, compile_plan
+from protocols.requests import Sense
 from studies import texture_set
+from studies.ahead import Ahead
 from studies.begun import Begun
 from studies.catalogue import SHIPPED, read_study
 from studies.participants.lab import demand_lab
+from studies.participants.making import make_lab
+from studies.participants.people import add as enter
+from studies.participants.registry import open_registry
+from studies.participants.withdrawal import withdraw
 from studies.record import read
 from studies.replay import replay
 from studies.rig import simulated
+from studies.scenes import WHOLE, Strokes
 from studies.session import ledger_path, resume, start
 from studies.texture_set import QUICK, SetWanted, TextureSet, estimate, make_set, room_bytes
-from studies.texture_set_rig import rig_for
+from studies.texture_set_rig import ToolAhead, felt, rig_for
 from studies.texture_set_studies import STUDIES, TextureSetError, all_textures, chosen, planned
+from studies.twins import ToolTwin
 
 SMALL = {"textures": ("T46", "T15"), "seconds": 1.0, "pictures": 1, "raters": 2}
 ALL = ("texture_capture P001", "texture_photos P001", "texture_ratings P001", "texture_ratings P002")
@@ -169,9 +177,33 @@ def test_a_lab_s_sessions_are_left_alone(tmp_path):
     assert not (lab / "studies").exists() and not (lab / "participants.json").exists()
 
 
+def test_who_withdrew_is_told_before_anything_is_written(tmp_path):
+    make_lab(tmp_path / "lab")
+    registry = open_registry(tmp_path / "lab")
+    enter(registry, "P002")
+    withdraw(registry, "P002", "asked to")
+    registry.engine.dispose()
+    before = sorted((tmp_path / "lab").rglob("*"))
+    with pytest.raises(TextureSetError, match="P002 withdrew here.*wants a lab of its own, or fewer raters"):
+        make(tmp_path / "lab")
+    assert sorted((tmp_path / "lab").rglob("*")) == before and not list((tmp_path / "lab" / "sessions").glob("*"))
+
+
+def test_a_recording_made_ahead_is_the_tool_s_own(tmp_path):
+    """Whatever the workers, and wherever in the session it is asked for: equal bytes and times."""
+    study = read_study(SHIPPED / "texture_capture" / "study.yaml").study
+    plan = compile_plan(study, ParticipantRow("P001", "perception"))
+    request, at_ns = Sense("tool", 1.5, plan.trials[3]), 7_000_000_123
+    tool = ToolTwin(plan, Strokes(plan, WHOLE))
+    ahead = Ahead(felt, plan)
+    assert ToolAhead(tool, ahead)(request, at_ns) == tool(request, at_ns)
+    assert {block.t0_ns for block in tool(request, at_ns).reply.samples} == {at_ns}
+
+
 @pytest.mark.parametrize(
     ("changed", "words"),
     [
+        ({"textures": ("T1", "T15")}, "no texture is called 'T1'; did you mean 'T01'"),
         ({"textures": ("T99",)}, "no texture is called 'T99'; did you mean"),
         ({"textures": ("T01",)}, "2 or more are needed"),
         ({"seconds": 0.5}, "0.5 s of each texture: from 1 to 3600"),

@@ -39,6 +39,13 @@ def met(text):
         ("not too bumpy", [(BUMPY, (0, 77.5))]),
         ("not at all bumpy", [(BUMPY, (0, 27.5))]),
         ("not a bit bumpy", [(BUMPY, (0, 27.5))]),
+        ("not bumpy at all", [(BUMPY, (0, 27.5))]),
+        ("no bumps at all, soft", [(BUMPY, (0, 27.5)), (SOFT, (62.5, 100))]),
+        ("smooth very", [(ROUGH, (77.5, 100))]),
+        ("sticky a bit, not bumpy", [(BUMPY, (0, 62.5)), (STICKY, (25, 50))]),
+        ("rough very sticky", [(ROUGH, (0, 37.5)), (STICKY, (0, 22.5))]),
+        ("neither very rough nor a bit bumpy", [(ROUGH, (22.5, 100)), (BUMPY, (0, 27.5))]),
+        ("neither rough nor bumpy at all", [(ROUGH, (37.5, 100)), (BUMPY, (0, 27.5))]),
         ("medium rough", [(ROUGH, (37.5, 62.5))]),
         ("medium rough-smooth", [(ROUGH, (37.5, 62.5))]),
         ("between rough and smooth", [(ROUGH, (37.5, 62.5))]),
@@ -54,7 +61,10 @@ def met(text):
         ("smooth 100", [(ROUGH, (90, 100))]),
         ("soft 60-80", [(SOFT, (55, 85))]),
         ("soft between 60 and 80", [(SOFT, (55, 85))]),
-        ("soft from 60 to 80", None),
+        ("soft from 60 to 80", [(SOFT, (55, 85))]),
+        ("soft 60 and 80 smooth", [(ROUGH, (70, 90)), (SOFT, (50, 70))]),
+        ("80 smooth and soft 60", [(ROUGH, (70, 90)), (SOFT, (50, 70))]),
+        ("soft between 60 and 80 and smooth", [(ROUGH, (62.5, 100)), (SOFT, (55, 85))]),
         ("soft at least 60", [(SOFT, (55, 100))]),
         ("soft >= 60", [(SOFT, (55, 100))]),
         ("hard at least 60", [(SOFT, (0, 45))]),
@@ -102,12 +112,34 @@ def test_a_wish_keeps_the_words_that_it_was_said_with():
         ("", "nothing is wished for"),
         (" , and ", "nothing is wished for"),
         ("rough ☃", "'☃' is not known"),
+        ("rough at all", "'at all' goes with 'not': 'not rough at all'"),
+        ("rough not", "a word is missing at the end"),
+        ("neither fairly rough nor soft", "what is meant by 'not fairly'"),
+        ("soft 60 and 80", "a number has no word beside it. A range is said as 'soft 60-80'"),
+        ("rougher", "'rougher' compares, and 'find' takes how a texture feels by itself: say 'rough' or 'very rough'"),
+        ("flatter, bumpier", "say 'flat' or 'very flat'"),
+        ("a bit stickier than T17", "palpate textures nearest ID"),
+        ("the coarsest", "say 'coarse' or 'extremely coarse'"),
+        ("more slippery", "'more slippery' compares, and 'find' takes how a texture feels by itself: say 'very sli"),
+        ("less soft", "say 'not very soft'"),
+        ("like T17", "palpate textures nearest ID"),
     ],
 )
 def test_what_is_not_understood_is_told_with_what_is(text, told):
     with pytest.raises(LibraryError) as error:
         wishes_in([text], KNOWN)
     assert told in str(error.value)
+
+
+def test_the_middle_of_one_attribute_is_one_wish():
+    (wish,) = wishes_in(["neither rough nor smooth"], KNOWN)
+    assert (wish.said, wish.soft.met) == ("neither rough nor smooth", (37.5, 62.5))
+
+
+def test_a_word_that_is_known_is_not_offered_in_its_own_stead():
+    with pytest.raises(LibraryError) as error:
+        wishes_in(["between very rough and smooth"], KNOWN)
+    assert "'very' cannot stand there" in str(error.value) and "mean 'very'" not in str(error.value)
 
 
 @pytest.mark.parametrize(

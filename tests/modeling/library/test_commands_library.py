@@ -83,11 +83,10 @@ def test_values_and_words_and_classes_go_together(lab):
     assert [each["id"] for each in told(lab, "find", "rough", "--rated-only")["found"]] == ["T01", "T05", "T02"]
 
 
-def test_where_nothing_fits_the_hardest_wish_is_told(lab):
-    assert "None of 6 textures fits. Hardest to meet: 'extremely slippery'." in said(
-        lab, "find", "very soft, extremely slippery", "--sheet", lab / "none.png"
-    )
-    assert not (lab / "none.png").exists()
+def test_where_nothing_fits_it_is_told_what_left_out_most(lab):
+    told = said(lab, "find", "very soft, extremely slippery", "--sheet", lab / "none.png")
+    assert "None of 6 textures fits. Most are left out by 'extremely slippery': 6 of 6. Without" in told
+    assert "none.png was not written" in told and not (lab / "none.png").exists()
 
 
 def test_nearest_and_show(lab):
@@ -101,6 +100,27 @@ def test_nearest_and_show(lab):
     whole = told(lab, "show", "T02")
     assert whole["words"] == "very rough, flat, a bit sticky, very hard" and whole["predicted"]["high"][0] == 50
     assert len(told(lab, "show")["textures"]) == 6 and "T06" in said(lab, "show")
+
+
+def test_show_tells_only_what_was_asked_for(lab):
+    rated, predicted = (said(lab, "show", "T02", flag) for flag in ("--rated-only", "--predicted"))
+    assert "20.0 (17 to 23" in rated and "35.0 (20 to 50)" not in rated and "predicted" not in rated
+    assert rated.startswith("T02 (sandpaper 02) (sandpaper): very rough") or rated.startswith("T02, sandpaper 02")
+    assert "35.0 (20 to 50)" in predicted and "20.0 (17 to 23" not in predicted and "rated by" not in predicted
+    assert "most like it: T06" in predicted and "T01" not in predicted
+    only = told(lab, "show", "T02", "--rated-only")
+    assert only["rated"]["mean"][0] == 20 and only["predicted"] is None
+    assert told(lab, "show", "T02", "--predicted")["words"].startswith("perhaps rough")
+
+
+def test_a_picture_into_a_folder_that_is_not_there_is_refused_and_nothing_is_made(lab, capsys):
+    for arguments in (
+        ["find", "rough", "--sheet", lab / "no" / "a.png"], ["show", "--sheet", lab / "no" / "a.jpg"],
+        ["nearest", "T01", "--sheet", lab / "no" / "a.png"], ["map", "--to", lab / "no" / "a.svg"],
+        ["find", "rough", "--sheet", lab / "a.png", "--map", lab / "no" / "b.png"],
+    ):  # fmt: skip
+        assert f"there is no folder {lab / 'no'}" in refused(capsys, *arguments, "--lab", lab)
+    assert not (lab / "no").exists() and not (lab / "a.png").exists()
 
 
 def test_sheets_and_maps_are_written_and_named(lab):
@@ -126,6 +146,11 @@ def test_sheets_and_maps_are_written_and_named(lab):
         (["find", "rough", "--sheet", "x.png", "--map", "./x.png"], "both to be written to"),
         (["nearest", "T99"], "no texture 'T99'"),
         (["show", "T99"], "no texture 'T99'"),
+        (["show", "T01", "--predicted"], "T01: no model predicted it"),
+        (["find", "rougher"], "compares"),
+        (["find", "--at", "Rough"], "--at 'Rough': WORD=VALUE is expected"),
+        (["map", "--at", "Rough=sand"], "--at 'Rough=sand': WORD=VALUE is expected"),
+        (["index", "--scale", "1", "7"], "--scale goes with --folder"),
         (["map", "--to", "x.pdf"], ".svg and .png"),
     ],
 )

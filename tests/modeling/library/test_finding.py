@@ -7,7 +7,7 @@ from hypothesis import given
 from hypothesis import strategies as st
 
 from modeling.library.entries import LibraryError, felt
-from modeling.library.finding import chosen, find, fitting, hardest, known_of, named, wishes_of
+from modeling.library.finding import chosen, find, fitting, known_of, named, wishes_of
 from tests.modeling.library.made_library import entry, made_library, predicted, rated
 
 LIBRARY = made_library()
@@ -71,10 +71,8 @@ def test_equal_fits_stand_by_name_whatever_the_order_of_the_library():
     assert list(found("rough", made_library(*twins))) == ["T03", "T05", "T09"]
 
 
-def test_only_what_fits_is_given_and_the_hardest_wish_is_told():
-    wishes = wishes_of(LIBRARY, ["very soft, extremely slippery"])
-    every = find(LIBRARY.textures, wishes)
-    assert not fitting(every, 10) and hardest(every, wishes).said == "extremely slippery"
+def test_only_what_fits_is_given():
+    assert not fitting(find(LIBRARY.textures, wishes_of(LIBRARY, ["very soft, extremely slippery"])), 10)
     rough = find(LIBRARY.textures, wishes_of(LIBRARY, ["rough"]))
     assert [each.entry.id for each in fitting(rough, 2)] == ["T01", "T05"]
     assert all(0 <= each.fit <= 1 and math.isfinite(each.fit) for each in rough)

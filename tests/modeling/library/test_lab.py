@@ -1,54 +1,81 @@
 """The library of a lab: from real ledgers, a real model file and pictures on record."""
 
 import hashlib
+import os
+import shutil
+import signal
 from dataclasses import replace
 
 import numpy as np
 import pytest
 from click.testing import CliRunner
 
-from modeling.attributes import reading
+from modeling.attributes import seeing
 from modeling.attributes.material import MaterialError
 from modeling.attributes.methods import Learning
 from modeling.attributes.model_file import NAME, read_model, write_model
+from modeling.attributes.reading import read_material
 from modeling.attributes.registry import METHODS
+from modeling.attributes.seeing import HURRIED
 from modeling.commands_library import textures
 from modeling.library.entries import NOTHING_KNOWN, LibraryError, felt
 from modeling.library.files import NewerLibrary, place_of, read_library
 from modeling.library.finding import find, wishes_of
 from modeling.library.lab import index
+from modeling.library.sheet import pictures_of
 from modeling.library.sources import Wanted, predictor_of
-from tests.modeling.attributes.made_material import PAIRS, made_material
+from protocols.plan import ParticipantRow, compile_plan
+from studies.catalogue import SHIPPED, read_study
+from studies.collect import collect, open_database
+from studies.participants.people import add as enter
+from studies.participants.registry import open_registry
+from studies.participants.withdrawal import withdraw
+from studies.rig import simulated
+from studies.session import start
+from tests.modeling.attributes.captured_textures import session
 from tests.modeling.attributes.photo_labs import TWINS, photos, rated_by, taken
 
-MATERIAL = made_material(textures=8, segments=4, pictures=2)
+LEARNED = ("T01", "T02")
 
 
-def with_model(folder, **card):
-    """A ridge regression of the first six made textures, written as training does."""
-    learned = MATERIAL.textures[:6]
-    fitted = METHODS["ridge"].fit(Learning(learned, (), PAIRS))
+def with_model(lab, kind="touch", folder=None, **card):
+    """A ridge regression of two of the lab's textures, by what was felt or seen of them; written as training does."""
+    material = material_in(lab, kind)
+    learned = tuple(each for each in material.textures if each.id in LEARNED)
+    touch, sight = (("mfcc", "hand"), ()) if kind == "touch" else ((), ("resnet", "glcm"))
+    fitted = METHODS["ridge"].fit(Learning(learned, (), material.attributes, touch, sight))
     interval = {"method": "of a test", "coverage": 0.9, "half_width": (8.0, 9.0, 10.0, 11.0)}
     told = {
-        "name": NAME, "title": "A test", "method": "ridge", "touch": ("mfcc", "hand"), "sight": ("resnet", "glcm"),
-        "attributes": tuple((pair.low, pair.high) for pair in PAIRS), "learned": tuple(each.id for each in learned),
-        "interval": interval, "weights": MATERIAL.weights,
+        "name": NAME, "title": "A test", "method": "ridge", "touch": touch, "sight": sight,
+        "weights": material.weights, "learned": LEARNED,
+        "attributes": tuple((pair.low, pair.high) for pair in material.attributes), "interval": interval,
+        "training": {"configuration": {"quick": True}},
     }  # fmt: skip
-    return write_model(folder, fitted, {**told, **card}, METHODS)
+    return write_model(folder or lab / "models", fitted, {**told, **card}, METHODS)
+
+
+def material_in(lab, kind):
+    """The textures with what was felt or seen of them, looked at in a hurry."""
+    return read_material(lab, quick=True, variants=0, workers=1, touch=kind == "touch", sight=kind == "sight")
+
+
+@pytest.fixture(scope="module")
+def whole(tmp_path_factory):
+    """Three textures in real ledgers: all of them felt, two rated by four people and photographed."""
+    made = tmp_path_factory.mktemp("whole")
+    session(made, "P009", [{"stimulus": name, "seconds": 7.0} for name in ("T01", "T02", "T03")])
+    rated_by(made, ("P001", "P002", "P003", "P004"), LEARNED)
+    pictures = photos(made)
+    for place, texture in enumerate(LEARNED, start=1):
+        pictures.shoot(place, texture, [taken(made, texture, 1)])
+    pictures.write(rig=TWINS)
+    material_in(made, "sight")  # Its features are kept: they are made once for all tests.
+    return made
 
 
 @pytest.fixture
-def features(monkeypatch):
-    """The lab's features are the made ones; the two that were not learned from are not rated either."""
-    asked = {}
-
-    def read_material(lab, **given):
-        asked.update(given)
-        own = (*MATERIAL.textures[:6], *(replace(each, rated=None) for each in MATERIAL.textures[6:]))
-        return replace(MATERIAL, textures=own)
-
-    monkeypatch.setattr(reading, "read_material", read_material)
-    return asked
+def felt_lab(whole, tmp_path):
+    return shutil.copytree(whole, tmp_path / "lab")
 
 
 @pytest.fixture
@@ -84,6 +111,79 @@ def test_the_sources_are_named_with_their_content(lab):
         assert each.sha256 == hashlib.sha256((lab / each.file).read_bytes()).hexdigest()
 
 
+def interrupted(lab, participant):
+    """A simulated session of texture_ratings that Ctrl-C ended after its first texture."""
+    found = read_study(SHIPPED / "texture_ratings" / "study.yaml")
+    stimuli = tuple(each for each in found.study.stimuli if each.id in ("T01", "T02", "T03"))
+    study = found.study.model_copy(update={"stimuli": stimuli, "opening": ()})
+    rig = simulated(study, found.folder)
+
+    def stop(event):
+        if event.kind == "trial_ended":
+            os.kill(os.getpid(), signal.SIGINT)
+
+    plan = compile_plan(study, ParticipantRow(participant, None, 0))
+    assert start(lab, plan, replace(rig, open=lambda *a: replace(rig.open(*a), watch=stop))).status == "interrupted"
+
+
+def test_only_sessions_that_ratings_were_taken_from_are_sources(lab):
+    """One was interrupted, one withdrew, and one is left out by the lab's analysis plan."""
+    rated_by(lab, ("P005", "P006"))
+    (lab / "sessions" / "texture_ratings_P003_s1.sqlite").unlink()
+    interrupted(lab, "P003")
+    registry = open_registry(lab)
+    enter(registry, "P005")
+    withdraw(registry, "P005", "asked to")
+    plan = lab / "studies" / "texture_ratings" / "analysis.yaml"
+    plan.parent.mkdir(parents=True)
+    plan.write_text("study: texture_ratings\nexclusions: [{participants: [P006], because: sneezed}]\ntests: []\n")
+    library = index(Wanted(lab)).told.library
+    assert {each.rated.raters for each in library.textures} == {3}
+    assert [each.file for each in library.sources] == [f"sessions/texture_ratings_P00{n}_s1.sqlite" for n in (1, 2, 4)]
+
+
+def test_ratings_that_were_collected_are_the_source_where_no_session_is_here(lab):
+    paths = sorted((lab / "sessions").glob("texture_ratings_*.sqlite"))
+    engine = open_database(f"sqlite:///{lab / 'lab.sqlite'}")
+    list(collect(paths, engine))
+    engine.dispose()
+    for path in paths:
+        path.unlink()
+    assert [each.file for each in index(Wanted(lab)).told.library.sources] == ["lab.sqlite"]
+
+
+def picture_of(lab, texture, light=1):
+    return next((lab / "pictures" / texture).glob(f"light{light:02d}-*"))
+
+
+def test_a_picture_that_is_missing_or_changed_gives_way_to_the_next_one(lab):
+    first = index(Wanted(lab)).told.library
+    picture_of(lab, "T01").unlink()
+    picture_of(lab, "T02").write_bytes(b"changed")
+    library = index(Wanted(lab)).told.library
+    assert [each.picture for each in library.textures] == [each.picture for each in first.textures]
+    assert library.notes == first.notes
+
+
+def test_without_any_picture_a_texture_is_indexed_with_a_note_and_a_plain_tile(lab):
+    for light in (1, 2):
+        picture_of(lab, "T01", light).unlink()
+    found = index(Wanted(lab))
+    assert found.counts == {"textures": 3, "rated": 3, "predicted": 0, "pictures": 1, "left_out": 0}
+    assert found.told.library.notes[-1].startswith("no picture is shown of T01: texture_photos_E001_s1: no picture ")
+    one, two = pictures_of(found.told.library.textures[:2], place_of(lab).parent)
+    assert one is None and two[:2] == b"\xff\xd8"  # so begins a JPEG file
+    assert not index(Wanted(lab)).changed
+
+
+def test_a_file_that_is_no_picture_leaves_a_plain_tile_too(lab):
+    taken(lab, "T03", 1, folder="own")
+    (lab / "own" / "T01.png").write_bytes(b"no picture")
+    found = index(Wanted(lab, pictures=lab / "own"))
+    assert [each.picture for each in found.told.library.textures] == [None, None, "pictures/T03.jpg"]
+    assert "no picture is shown of T01: " in found.told.library.notes[-1] and "T01.png" in found.told.library.notes[-1]
+
+
 def test_made_again_it_is_the_same_file(lab):
     index(Wanted(lab))
     files = {path: (path.read_bytes(), path.stat().st_mtime_ns) for path in place_of(lab).parent.rglob("*.*")}
@@ -108,47 +208,52 @@ def test_pictures_of_a_folder_stand_in_for_those_of_sessions(lab, tmp_path):
     assert [each.picture for each in found.told.library.textures] == [None, None, "pictures/T03.jpg"]
 
 
-def test_a_model_predicts_what_nobody_rated_and_says_what_it_learned(tmp_path, features):
-    with_model(tmp_path / "models")
-    library = index(Wanted(tmp_path, workers=1)).told.library
-    assert features["touch"] and features["sight"] and not features["quick"] and features["workers"] == 1
-    learned, new = library.textures[0], library.textures[7]
-    assert learned.predicted.learned and learned.rated is not None
+def test_a_model_predicts_what_nobody_rated_and_says_what_it_learned(felt_lab):
+    with_model(felt_lab)
+    library = index(Wanted(felt_lab, workers=1)).told.library
+    assert [each.id for each in library.textures] == ["T01", "T02", "T03"]
+    learned, new = library.textures[0], library.textures[2]
+    assert learned.predicted.learned and learned.rated.raters == 4
     assert new.rated is None and not new.predicted.learned
-    expected = read_model(tmp_path / "models").predict(MATERIAL.textures[7]).mean(axis=0)
+    expected = read_model(felt_lab / "models").predict(material_in(felt_lab, "touch").textures[2]).mean(axis=0)
     assert new.predicted.value == pytest.approx(np.clip(expected, 0, 100), abs=1e-3)
     assert np.array(new.predicted.high) - new.predicted.value == pytest.approx([8, 9, 10, 11], abs=2e-3)
     assert felt(new, 3).sd == pytest.approx(11 / 1.644854, abs=1e-3)  # qnorm(0.95) in R
     (source,) = library.sources[-1:]
-    card = tmp_path / "models" / f"{NAME}.json"
+    card = felt_lab / "models" / f"{NAME}.json"
     assert source.sha256 == hashlib.sha256(card.read_bytes()).hexdigest() and source.what == "model: ridge"
 
 
-def test_a_model_from_features_in_a_hurry_is_asked_about_such_ones(tmp_path, features):
-    with_model(tmp_path / "models", training={"configuration": {"quick": True}}, sight=())
-    index(Wanted(tmp_path))
-    assert features["quick"] and not features["sight"]
+def test_a_model_is_asked_about_features_made_as_those_that_it_learned_from(felt_lab):
+    """Those of pictures looked at in a hurry are kept; whole ones would be made anew."""
+    with_model(felt_lab, "sight")
+    before, lines = set((felt_lab / "features").iterdir()), []
+    library = index(Wanted(felt_lab, workers=1), lines.append).told.library
+    assert set((felt_lab / "features").iterdir()) == before and not any("pictures of T" in line for line in lines)
+    assert HURRIED in library.notes
+    first = material_in(felt_lab, "sight").textures[0]
+    expected = read_model(felt_lab / "models").predict(first).mean(axis=0)
+    assert library.textures[0].predicted.value == pytest.approx(np.clip(expected, 0, 100), abs=1e-3)
 
 
-def test_a_model_without_intervals_is_taken_as_unsure(tmp_path, features):
-    card = with_model(tmp_path, interval=None)
-    model = predictor_of(read_model(card))
+def test_a_model_without_intervals_is_taken_as_unsure(felt_lab):
+    model = predictor_of(read_model(with_model(felt_lab, interval=None)))
     assert model.high == pytest.approx(1.644854 * NOTHING_KNOWN[1]) and "no intervals" in model.notes[-1]
 
 
-def test_other_weights_than_the_model_learned_from_are_refused(tmp_path, features):
-    card = with_model(tmp_path / "elsewhere", weights="a file 0123")
+def test_other_weights_than_the_model_learned_from_are_refused(felt_lab, tmp_path):
+    card = with_model(felt_lab, "sight", tmp_path / "elsewhere", weights="a file 0123")
     with pytest.raises(
-        LibraryError, match="it learned from ResNet-50 with a file 0123, and these features have made up"
+        LibraryError, match="it learned from ResNet-50 with a file 0123, and these features have random"
     ):
-        index(Wanted(tmp_path, model=card))
+        index(Wanted(felt_lab, model=card, workers=1))
 
 
-def test_a_lab_with_a_model_can_be_indexed_without_it(lab):
-    with_model(lab / "models")
-    assert index(Wanted(lab, without_model=True)).counts["predicted"] == 0
+def test_a_lab_with_a_model_can_be_indexed_without_it(felt_lab):
+    card = with_model(felt_lab)
+    assert index(Wanted(felt_lab, without_model=True)).counts["predicted"] == 0
     with pytest.raises(MaterialError, match="no such|no recording|picture"):
-        index(Wanted(lab / "none", model=lab / "models" / f"{NAME}.json"))
+        index(Wanted(felt_lab / "none", model=card))
 
 
 def test_where_there_is_nothing_it_is_told_what_to_do(tmp_path):
@@ -176,7 +281,30 @@ def test_the_verb_tells_what_it_did(lab):
     assert said().endswith("index.json (as it was)\n") and '"changed":false' in said("--json")
 
 
-def test_a_folder_of_images_with_a_table_makes_a_library(tmp_path):
+@pytest.fixture
+def unseen(monkeypatch):
+    """Looking at pictures is a failure."""
+
+    def looked(*_args, **_kwargs):
+        raise AssertionError("features of pictures were asked for")
+
+    monkeypatch.setattr(seeing, "run_jobs", looked)
+
+
+def test_ratings_on_few_steps_want_their_scale(tmp_path, unseen):
+    table = tmp_path / "own" / "ratings.csv"
+    table.parent.mkdir()
+    table.write_text("id,Rough-Smooth,Flat-Bumpy,Sticky-Slippery,Hard-Soft\nT01,1,2,3,7\nT02,4,4,4,4\n")
+    with pytest.raises(MaterialError, match="--scale 1 7"):
+        index(Wanted(tmp_path, folder=tmp_path / "own"))
+    with pytest.raises(MaterialError, match="the lower end comes first"):
+        index(Wanted(tmp_path, folder=tmp_path / "own", scale=(7.0, 1.0)))
+    library = index(Wanted(tmp_path, folder=tmp_path / "own", scale=(1.0, 7.0))).told.library
+    assert [each.rated.mean for each in library.textures] == [(0, 16.667, 33.333, 100), (50, 50, 50, 50)]
+
+
+def test_a_folder_of_images_with_a_table_makes_a_library(tmp_path, unseen):
+    """No model asks for the pictures' features, so that none is made."""
     for place in (1, 2):
         taken(tmp_path, f"T0{place}", 1, folder="own")
     table = tmp_path / "own" / "ratings.csv"

@@ -53,6 +53,14 @@ def test_what_was_found_has_its_name_also_where_there_is_no_room():
     assert {each.id for each in crowd} <= {text.get_text() for text in axes.texts}
 
 
+def test_it_says_how_many_there_are_and_that_they_are_simulated():
+    made = made_library(*LIBRARY.textures, simulated=True)
+    with drawing("test"):
+        figures = [draw_map(map_data(each.textures, each), ["T01"]).figure for each in (LIBRARY, made)]
+    titles = [figure.axes[0].get_title("left") for figure in figures]
+    assert titles == ["3 textures; with a red edge: found", "3 textures, simulated; with a red edge: found"]
+
+
 def test_equal_libraries_are_equal_files(tmp_path):
     data = map_data(LIBRARY.textures, LIBRARY)
     first = [path.read_bytes() for path in write_map(tmp_path / "map.png", data, ["T01"])]

@@ -9,7 +9,7 @@ from PIL import Image
 from modeling.library.drawing import DOT, FINE, GAP, PREDICTED, WIDE, WISHED, height_of
 from modeling.library.entries import LibraryError
 from modeling.library.finding import wishes_of
-from modeling.library.sheet import HEAD, MOST, pictures_of, sheet, tiles_of, write_sheet
+from modeling.library.sheet import HEAD, MOST, NEXT, pictures_of, sheet, tiles_of, write_sheet
 from tests.modeling.library.made_library import entry, made_library, rated
 
 LIBRARY = made_library()
@@ -25,7 +25,7 @@ def picture(colour=RED, size=288):
 def drawn(entries=LIBRARY.textures, pictures=None, wish="rough, a bit sticky", **beside):
     wishes = wishes_of(LIBRARY, [wish]) if wish else ()
     tiles = tiles_of(entries, LIBRARY, wishes, None, beside)
-    return sheet(tiles, pictures or [None] * len(entries), "A title", "below")
+    return sheet(tiles, pictures or [None] * len(entries), "A title", ["below"])
 
 
 def near(image, colour, box):
@@ -94,7 +94,7 @@ def test_the_bar_is_as_long_as_the_fit():
 @pytest.mark.parametrize("count", [1, 2, 5, 6, 20, 21, MOST])
 def test_any_number_that_can_be_looked_at_has_room(count):
     many = [entry(f"T{k:03d}", rated=rated(10, 20, 30, 40)) for k in range(count)]
-    image = sheet(tiles_of(many, LIBRARY), [None] * count, "t" * 400, "b" * 800)
+    image = sheet(tiles_of(many, LIBRARY), [None] * count, "t" * 400, ["b" * 800])
     assert image.width <= 8 * (WIDE + GAP) + GAP and max(image.size) * FINE < 60_000
 
 
@@ -102,12 +102,36 @@ def test_any_number_that_can_be_looked_at_has_room(count):
 def test_none_or_too_many_are_refused(count):
     many = [entry(f"T{k:03d}", rated=rated(10, 20, 30, 40)) for k in range(count)]
     with pytest.raises(LibraryError, match=f"1 to {MOST} textures; {count} were given"):
-        sheet(tiles_of(many, LIBRARY), [None] * count, "", "")
+        sheet(tiles_of(many, LIBRARY), [None] * count, "")
 
 
 def test_another_kind_of_file_is_refused(tmp_path):
     with pytest.raises(LibraryError, match=r"sheet.gif: a contact sheet is written as .png or .jpg"):
         write_sheet(tmp_path / "sheet.gif", drawn())
+
+
+def test_a_sheet_that_cannot_be_written_leaves_the_earlier_one(tmp_path, monkeypatch):
+    write_sheet(tmp_path / "a.png", drawn())
+    before = (tmp_path / "a.png").read_bytes()
+    monkeypatch.setattr("os.fsync", lambda _handle: (_ for _ in ()).throw(OSError(28, "No space left on device")))
+    with pytest.raises(LibraryError, match="No space left"):
+        write_sheet(tmp_path / "a.png", drawn(wish="smooth"))
+    assert (tmp_path / "a.png").read_bytes() == before and len(list(tmp_path.iterdir())) == 1
+    with pytest.raises(LibraryError, match="there is no folder"):
+        write_sheet(tmp_path / "none" / "a.png", drawn())
+
+
+def test_all_that_stands_below_the_title_has_room_and_the_foot_says_simulated():
+    """A sheet of two textures is narrow: three long lines go below each other, and the pictures move down."""
+    tiles = tiles_of(LIBRARY.textures[:2], LIBRARY)
+    short, long = (sheet(tiles, [None] * 2, "t", ["b" * 60] * count, "simulated") for count in (1, 3))
+    assert long.height - short.height == 2 * NEXT
+    for line in range(3):
+        top = 47 + NEXT * line
+        assert near(long, "#59636e", (GAP, top - 12, long.width // 2, top + 3)) > 20
+    bare = sheet(tiles, [None] * 2, "t", ["b" * 60])
+    corner = (bare.width - 100, bare.height - 30, bare.width, bare.height)
+    assert near(short, "#59636e", corner) > 20 and not near(bare, "#59636e", corner)
 
 
 def test_pictures_are_read_beside_the_index_and_nowhere_else(tmp_path):

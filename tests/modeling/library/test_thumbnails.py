@@ -7,7 +7,7 @@ import pytest
 from PIL import Image
 
 from modeling.library.entries import LibraryError
-from modeling.library.sources import pictures_in
+from modeling.library.pictures import pictures_in
 from modeling.library.thumbnails import SIDE, drop, keep, name_of, thumbnail
 
 
@@ -85,7 +85,25 @@ def test_pictures_in_a_folder_are_found_by_the_textures_names(tmp_path):
         (tmp_path / name).touch()
     found = dict(pictures_in(tmp_path, ["T01", "T02", "T03", "T04"]))
     assert {name: path.relative_to(tmp_path).as_posix() for name, path in found.items()} == {
-        "T01": "T01.png", "T02": "T02_10.jpg", "T03": "T03/a.png",
+        "T01": "T01.png", "T02": "T02_2.jpg", "T03": "T03/a.png",
     }  # fmt: skip
     with pytest.raises(LibraryError, match="there is no such folder"):
         dict(pictures_in(tmp_path / "none", ["T01"]))
+
+
+@pytest.mark.parametrize(
+    ("files", "names", "expected"),
+    [
+        (("oak-dark.png", "oak.png"), ("oak", "oak-dark"), {"oak": "oak.png", "oak-dark": "oak-dark.png"}),
+        (("oak-dark.png",), ("oak",), {}),
+        (("T1_2.png", "T1_2_1.png", "T1_3.png"), ("T1", "T1_2"), {"T1": "T1_3.png", "T1_2": "T1_2.png"}),
+        (("T10.png", "T1.png", "T1-2.png"), ("T1", "T10"), {"T1": "T1.png", "T10": "T10.png"}),
+        (("T10.png", "T1/T10.png"), ("T1", "T10"), {"T1": "T1/T10.png", "T10": "T10.png"}),
+    ],
+)
+def test_a_name_that_begins_another_does_not_take_its_picture(tmp_path, files, names, expected):
+    for name in files:
+        (tmp_path / name).parent.mkdir(exist_ok=True)
+        (tmp_path / name).touch()
+    found = {name: path.relative_to(tmp_path).as_posix() for name, path in pictures_in(tmp_path, names)}
+    assert found == expected
