@@ -34,6 +34,7 @@ class Asked:
     folder: Path | None
     ratings: Path | None
     scale: tuple[float, float] | None
+    sessions: str | None
     weights: Path | None
     seed: int
     quick: bool
@@ -54,7 +55,11 @@ OPTIONS = (
     ),
     click.option(
         "--scale", type=(float, float), metavar="LOW HIGH",
-        help="The ends of that table's ratings, such as 1 7 or -100 100.  [default: 0 100]",
+        help="The ends of that table's ratings, such as 1 7 or -100 100.  [default: 0 100; asked for if all are small]",
+    ),
+    click.option(
+        "--sessions", type=click.Choice(["real", "simulated"]),
+        help="Take only these, where the lab has both.  [default: real recordings and pictures, where there are any]",
     ),
     click.option(
         "--weights", type=click.Path(exists=True, dir_okay=False, path_type=Path),
@@ -78,6 +83,8 @@ def attribute_options(command: Callable[..., None]) -> Callable[..., None]:
         for name in ("ratings", "scale"):
             if given[name] is not None and given["folder"] is None:
                 raise click.UsageError(f"--{name} goes with --folder: a folder of images is expected")
+        if given["sessions"] is not None and given["folder"] is not None:
+            raise click.UsageError("--sessions chooses among the lab's, and --folder takes none of them: leave one out")
         command(Asked(**{name: given.pop(name) for name in OWN}), **given)
 
     asking: Callable[..., None] = with_asked
@@ -98,7 +105,8 @@ def material_for(asked: Asked, report: Report) -> Material:
         return read_folder(asked.folder, asked.lab, table=asked.ratings, report=report, **asked_for)
     from modeling.attributes.reading import read_material
 
-    return read_material(asked.lab, report=report, **asked_for)
+    only = None if asked.sessions is None else asked.sessions == "simulated"
+    return read_material(asked.lab, simulated=only, report=report, **asked_for)
 
 
 def wanted_for(asked: Asked, methods: tuple[str, ...] | None, ablations: bool) -> Wanted:
@@ -122,9 +130,11 @@ def wanted_for(asked: Asked, methods: tuple[str, ...] | None, ablations: bool) -
 def train_attributes(asked: Asked, method: str | None, to: Path | None, as_json: bool) -> None:
     """Train the model that says how a texture feels, on all rated textures.
 
-    Writes texture-attributes, a card (JSON) and its numbers (safetensors), to LAB/models. The card holds the errors of
-    leaving each texture out once, intervals that hold 90 % of new ratings, and the run: data, versions, settings,
-    seconds. What an evaluation of the same textures finished is taken from there; stopped, the same command goes on.
+    Textures that lack the recording or the pictures that others have are left out. A network that stops early is fitted
+    to nine tenths of them and watches the others; the card says which. Writes texture-attributes, a card (JSON) and its
+    numbers (safetensors), to LAB/models. The card holds the errors of leaving each texture out once, intervals that
+    hold 90 % of new ratings, and the run: data, versions, settings, seconds. What an evaluation of the same textures
+    finished is taken from there; stopped, the same command goes on.
 
     Example: palpate train attributes --lab LAB --method ridge
     """

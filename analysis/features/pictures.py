@@ -64,10 +64,14 @@ class Looking:
 
 @dataclass(frozen=True)
 class Square:
-    """The middle of a picture: (side, side) of brightness from 0 to 1, and what is odd about it."""
+    """The middle of a picture: (side, side) of brightness from 0 to 1, and what is odd about it.
+
+    `blank`: it is of one brightness, and shows nothing.
+    """
 
     values: Gray
     notes: tuple[str, ...] = ()
+    blank: bool = False
 
 
 def square(data: bytes, where: str, side: int = SIDE) -> Square:
@@ -81,9 +85,10 @@ def square(data: bytes, where: str, side: int = SIDE) -> Square:
     notes = []
     if min(cut.shape) < side:
         notes.append(f"{where}: {cut.shape[0]} pixels made {side}: nothing finer than that was seen")
-    if float(np.ptp(cut)) == 0.0:
+    blank = float(np.ptp(cut)) == 0.0
+    if blank:
         notes.append(f"{where}: of one brightness ({float(cut[0, 0]):.2f}): it shows nothing")
-    return Square(_sized(cut, side), tuple(notes))
+    return Square(_sized(cut, side), tuple(notes), blank)
 
 
 def patches(values: Gray, looking: Looking) -> Gray:

@@ -6,6 +6,7 @@ from collections.abc import Iterator
 from dataclasses import dataclass
 
 import numpy as np
+from numpy.typing import NDArray
 
 from analysis.features.touch import RATE_HZ, Array, FeatureError, Stretch, Touch
 from studies.one_axis import dft321
@@ -13,6 +14,9 @@ from studies.one_axis import dft321
 SEGMENT_S = 0.5
 SEGMENT = round(SEGMENT_S * RATE_HZ)
 """Samples of a segment; what is left over at the end of a stretch is in none."""
+CONTACT_N = 0.15
+"""A segment whose mean normal force is below this was not felt: the tool was lifted, or only brushed the surface. Force
+sensors of tools drift by a few hundredths of a newton; explorations press with 0.2 N and more."""
 
 
 @dataclass(frozen=True)
@@ -22,6 +26,25 @@ class Segments:
     vibration: Array
     speed_mm_s: Array
     force_N: Array
+
+    def only(self, chosen: NDArray[np.bool_]) -> Segments:
+        """Those chosen by a mask (segments,)."""
+        return Segments(self.vibration[chosen], self.speed_mm_s[chosen], self.force_N[chosen])
+
+
+def contact(touch: Touch) -> NDArray[np.bool_]:
+    """Whether the tool was in contact during each segment: (segments,), in the order of `segments`.
+
+    Raises FeatureError where it never was, for `CONTACT_N` on the mean of a segment.
+    """
+    mean_N = np.array([each.force_N.mean() for stretch in touch.stretches for each in _cut(stretch)])
+    pressed = mean_N >= CONTACT_N
+    if mean_N.size and not pressed.any():
+        raise FeatureError(
+            f"{touch.where}: no contact in any of {mean_N.size} segments: the mean normal force is {mean_N.max():.2g} N"
+            f" at most, {CONTACT_N:g} N is expected; was the force sensor connected, its unit N, its zero right?"
+        )
+    return pressed
 
 
 def segments(touch: Touch) -> Segments:

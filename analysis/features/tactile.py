@@ -7,7 +7,7 @@ from numpy.typing import NDArray
 
 from analysis.features.hand import hand
 from analysis.features.mfcc import COEFFICIENTS, FRAMES, mfcc
-from analysis.features.segments import SEGMENT, segments
+from analysis.features.segments import SEGMENT, contact, segments
 from analysis.features.spectra import spectrum
 from analysis.features.touch import Touch
 from analysis.features.wavelets import LEVELS, STATISTICS, wavelets
@@ -22,12 +22,12 @@ SIZES = {
 
 
 def touch_features(touch: Touch) -> dict[str, NDArray[np.float32]]:
-    """A row for each segment of half a second, by kind: mfcc (s, 520), hand (s, 6), dft (s, 250), dwt (s, 24).
+    """A row for each segment with contact, by kind: mfcc (s, 520), hand (s, 6), dft (s, 250), dwt (s, 24).
 
     A row of `mfcc` is frame after frame: reshaped to (40, 13) it is time by coefficient. Raises FeatureError where no
-    stretch is as long as a segment.
+    stretch is as long as a segment, and where there is no contact.
     """
-    cut = segments(touch)
+    cut = segments(touch).only(contact(touch))
     found = {
         "mfcc": mfcc(cut.vibration).reshape(len(cut.vibration), -1),
         "hand": hand(cut.speed_mm_s, cut.force_N),

@@ -45,7 +45,7 @@ def banners(found: Judged) -> list[str]:
         told.append(words.FEW_EPOCHS.format(epochs=found.wanted.epochs))
     if found.material.weights:
         told.append(words.RANDOM.format(weights=found.material.weights))
-    told += [f"Not used: {name}: {why}." for name, why in found.left_out.items()]
+    told += [f"Not used: {line}." for line in found.unused()]
     joined = sorted({(each.test, *each.apart) for each in found.context.folds.values() if each.apart})
     groups = "; ".join(sorted({", ".join(sorted(group)) for group in joined}))
     return told + ([words.APART.format(groups=groups)] if groups else [])

@@ -3,12 +3,13 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Iterator, Sequence
+from collections.abc import Collection, Iterator, Sequence
 from typing import Any
 
 import numpy as np
 
 from modeling.attributes.evaluation_thesis import SAID, Which, printed
+from modeling.attributes.feature_times import steps_of
 from modeling.attributes.judging_entries import PROPOSED
 from modeling.attributes.judging_jobs import KINDS, MAIN, SAME, Entry, Job
 from modeling.attributes.judging_run import named
@@ -33,22 +34,28 @@ def scored(found: Judged, entry: Entry) -> Errors | None:
 def method_rows(found: Judged) -> list[Row]:
     """A row for each method with its own features: errors, intervals, times, and differences from others.
 
-    `best_*` is the paired difference of MAE from the best method, `ours_*` from the thesis' network: positive means
-    that the row's method errs more. Each interval holds with 95 % together with those of the other methods.
+    `best_*` is the paired difference of MAE from the best method, `ours_*` from the thesis' network, both over
+    textures: positive means that the row's method errs more. All intervals of both columns hold together with 95 %.
     """
     main = found.of(MAIN)
     judged = {entry: told for entry in main if (told := scored(found, entry)) is not None}
     best = min(judged, key=lambda entry: judged[entry].mean_mae, default=None)
     ours = next((entry for entry in judged if entry.method == PROPOSED), None)
+    compared = _comparisons(judged, (best, ours))
     rows = []
     for entry in main:
         own = judged.get(entry)
         beside = {name: None if other is None else judged[other] for name, other in (("best", best), ("ours", ours))}
         of = {"method": entry.method, "title": found.method(entry).title, "features": features_of(entry)}
         rows.append({**of, **_errors(own), **_interval(found, entry, own is not None), **_times(found, entry),
-                     **_against(found, own, beside, len(judged) - 1), "refused": found.refused(entry) or None,
+                     **_against(found, own, beside, compared), "refused": found.refused(entry) or None,
                      "source": found.method(entry).source})  # fmt: skip
     return rows
+
+
+def _comparisons(judged: Collection[Entry], beside: Sequence[Entry | None]) -> int:
+    """Pairs of methods whose difference is shown: that of the best and the thesis' network stands in both columns."""
+    return len({frozenset((one, other)) for one in judged for other in beside if other is not None and one != other})
 
 
 def features_of(entry: Entry) -> str:
@@ -96,10 +103,11 @@ def _interval(found: Judged, entry: Entry, answered: bool) -> Row:
 
 
 def _times(found: Judged, entry: Entry) -> Row:
-    """Seconds: of all features that the method looks at, for one texture; of one training; of one answer."""
+    """Seconds: from recordings and pictures to all features that the method looks at, for one texture; of one training;
+    of one answer."""
     done = [each.numbers for each in found.done(entry) if not each.refused]
-    kinds = (*entry.touch, *entry.sight)
-    features = sum(found.times[kind] for kind in kinds) if all(kind in found.times for kind in kinds) else None
+    steps = steps_of((*entry.touch, *entry.sight))
+    features = sum(found.times[step] for step in steps) if all(step in found.times for step in steps) else None
     return {
         "features_s": features,
         "train_s": float(np.median([each["train_s"] for each in done])) if done else None,

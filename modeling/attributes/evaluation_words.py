@@ -35,10 +35,11 @@ KINDS = (
     "same kinds, which has no chance of its own. The hand's statistics go with each kind of touch."
 )
 DIFFERENCES = (
-    "More than: the mean difference of MAE from the best method and from the thesis' network, paired over the same "
-    "textures, with t intervals over groups of textures that hold together with 95 % (Bonferroni). An interval that "
-    "holds 0 says that the difference may be chance. The best is chosen on these very textures: its own error is a "
-    "little flattered."
+    "More than: the mean over textures of the difference of MAE from the best method and from the thesis' network, so "
+    "it is the difference of the MAEs themselves. Textures that share content may err together: the intervals' errors "
+    "are taken over groups of them. All intervals of both columns hold together with 95 % (Bonferroni over every pair "
+    "of methods that is shown). An interval that holds 0 says that the difference may be chance. The best is chosen on "
+    "these very textures: its own error is a little flattered."
 )
 INTERVALS = (
     "Intervals of 90 %: as wide as the k-th smallest of n absolute errors of textures that were left out, k the least "
@@ -46,9 +47,10 @@ INTERVALS = (
     " within them nine times of ten if it is drawn like these, and by a model that was fitted to one texture more."
 )
 TIMES = (
-    "Features: seconds to make what a method looks at, of one texture (60 s, ten pictures), on one core; ResNet-50 is "
-    "asked about seven patches, and the other 483 are taken to be like them. Training: of one fold, on one core beside "
-    "others at work, the median. Answer: of one texture, features given, the median."
+    "Features: seconds from what the sensors and the camera gave of one texture (60 s, ten pictures) to what a method "
+    "looks at, on one core; ResNet-50 is asked about seven patches, and the other 483 are taken to be like them. "
+    "Training: of one fold, on one core beside others at work, the median. Answer: of one texture, features given, "
+    "the median."
 )
 NO_FEATURE_TIMES = "Features were not timed here."
 CLASSES = "MAE of {title} by class of material, 0 to 100."

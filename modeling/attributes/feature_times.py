@@ -1,28 +1,40 @@
-"""How long the features of one texture take on this machine, by kind: taken on noise, since kept ones cost nothing."""
+"""How long the features of one texture take on this machine: taken on made-up signals, since kept ones cost nothing."""
 
 from __future__ import annotations
 
+import io
 import time
 from collections.abc import Callable, Collection, Iterator
 
 import numpy as np
 
+from modeling.attributes.material import SIGHT_KINDS, TOUCH_KINDS
+
 Clock = Callable[[], float]
-SEGMENTS, PICTURES = 110, 10
-"""Of a texture: 60 s less 5 s of ends, in segments of half a second; pictures of 1568 x 1568."""
+SECONDS, PICTURES = 60.0, 10
+"""Of a texture: a recording by sensors of 3, 8 and 0.12 kHz, and pictures of 1568 x 1568 pixels."""
+RECORDING, PICTURE = "recording", "picture"
+"""What comes before any kind of feature of touch (one clock, filters, hum, DFT321), and of sight (decoding, gray)."""
+
+
+def steps_of(kinds: Collection[str]) -> tuple[str, ...]:
+    """All that has to be done for these kinds: what comes before each sense's once, and each kind."""
+    before = ((RECORDING, TOUCH_KINDS), (PICTURE, SIGHT_KINDS))
+    return (*(name for name, own in before if set(own) & set(kinds)), *kinds)
 
 
 def feature_seconds(kinds: Collection[str], clock: Clock = time.perf_counter) -> dict[str, float]:
-    """Seconds that each of these kinds takes for one texture, on one core; each is made twice and the second counts.
+    """Seconds of each step to these kinds (`steps_of`) for one texture, on one core, from what sensors and camera gave.
 
-    ResNet-50 is asked about one batch of patches, and the others of the ten pictures are taken to be like it.
+    Each is made twice and the second counts. ResNet-50 is asked about one batch of patches; the others of the ten
+    pictures are taken to be like it.
     """
     from modeling.training.threads import limited
 
-    found: dict[str, float] = {}
+    wanted, found = steps_of(kinds), {}
     with limited(1):
-        for name, make, times in _makers(kinds):
-            if name in kinds:
+        for name, make, times in (*_of_touch(), *_of_sight(wanted)):
+            if name in wanted:
                 make()
                 start = clock()
                 make()
@@ -30,27 +42,47 @@ def feature_seconds(kinds: Collection[str], clock: Clock = time.perf_counter) ->
     return found
 
 
-def _makers(kinds: Collection[str]) -> Iterator[tuple[str, Callable[[], object], float]]:
-    """A kind, what makes it, and how often that is needed for one texture."""
-    from analysis.features.glcm import glcm
+def _of_touch() -> Iterator[tuple[str, Callable[[], object], float]]:
+    """A step, what does it, and how often that is needed for one texture."""
     from analysis.features.hand import hand
     from analysis.features.mfcc import mfcc
-    from analysis.features.pictures import Looking, patches
-    from analysis.features.segments import SEGMENT
+    from analysis.features.segments import segments
     from analysis.features.spectra import spectrum
     from analysis.features.wavelets import wavelets
+    from modeling.attributes.bench_touch import tones
+    from modeling.attributes.touching import touch_of
 
-    chance = np.random.Generator(np.random.PCG64(0))
-    vibration = chance.standard_normal((SEGMENTS, SEGMENT))
-    moved = 1.0 + chance.random((SEGMENTS, SEGMENT))
-    picture = chance.random((1568, 1568)).astype(np.float32)
-    yield "mfcc", lambda: mfcc(vibration), 1.0
-    yield "hand", lambda: hand(moved, moved), 1.0
-    yield "dft", lambda: spectrum(vibration), 1.0
-    yield "dwt", lambda: wavelets(vibration), 1.0
+    touched = tones(SECONDS)
+    cut = segments(touch_of("made up", [touched])[0])
+    yield RECORDING, lambda: segments(touch_of("made up", [touched])[0]), 1.0
+    yield "mfcc", lambda: mfcc(cut.vibration), 1.0
+    yield "hand", lambda: hand(cut.speed_mm_s, cut.force_N), 1.0
+    yield "dft", lambda: spectrum(cut.vibration), 1.0
+    yield "dwt", lambda: wavelets(cut.vibration), 1.0
+
+
+def _of_sight(wanted: Collection[str]) -> Iterator[tuple[str, Callable[[], object], float]]:
+    from analysis.features.glcm import glcm
+    from analysis.features.pictures import Looking, patches, square
+
+    photo = _photo()
+    picture = square(photo, "made up").values
+    yield PICTURE, lambda: square(photo, "made up"), float(PICTURES)
     yield "glcm", lambda: glcm(picture), float(PICTURES)
-    if "resnet" in kinds:
+    if "resnet" in wanted:
         from modeling.attributes.resnet import BATCH, folded, loaded, pool_of_patches, random_state
 
         network, cut = folded(loaded(random_state(0))), patches(picture, Looking())
         yield "resnet", lambda: pool_of_patches(network, cut[:BATCH]), PICTURES * len(cut) / BATCH
+
+
+def _photo() -> bytes:
+    """A JPEG file of noise."""
+    from PIL import Image
+
+    from analysis.features.pictures import SIDE
+
+    pixels = np.random.Generator(np.random.PCG64(0)).integers(0, 256, (SIDE, SIDE, 3), dtype=np.uint8)
+    file = io.BytesIO()
+    Image.fromarray(pixels).save(file, "JPEG", quality=92)
+    return file.getvalue()

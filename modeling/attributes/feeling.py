@@ -38,14 +38,16 @@ class _Felt:
 
 
 def felt_in(
-    lab: Path, study: str, *, folder: Path | None = None, workers: int | None = None, report: Report = silent
-) -> list[FeltRows]:
+    lab: Path, study: str, *, simulated: bool | None = None, folder: Path | None = None, workers: int | None = None,
+    report: Report = silent,
+) -> list[FeltRows]:  # fmt: skip
     """The rows of each texture that the lab's sessions of `study` captured: what `folder` lacks is computed, and kept.
 
     One texture is in memory at a time in each of `workers` processes. A texture whose recordings cannot be used has no
-    rows, and its notes say why. Raises TextureDataError where no capture counts, and on a damaged ledger.
+    rows, and its notes say why. `simulated`: only what twins recorded, or only what a rig did. Raises TextureDataError
+    on a damaged ledger, and its NoCapture where no capture counts.
     """
-    textures = recorded(lab, study=study)
+    textures = recorded(lab, study=study, simulated=simulated)
     jobs = [_Felt(each, _key(each), folder) for each in textures]
     known = {job.key: entry for job in jobs if (entry := kept(folder, job.key)) is not None}
     lacking = [job for job in jobs if job.key not in known]

@@ -20,8 +20,8 @@ def groups_of(textures: Sequence[Texture]) -> tuple[tuple[str, ...], ...]:
     """The groups, each in alphabetical order, sorted by their first names; most hold one texture.
 
     Textures are joined that share a file (`made_from`), or a row of one kind of feature: of a segment, of a picture or
-    of a variant of one. A row that is blank (silence, a black picture) is nobody's; nor is how the hand moved, where
-    there is anything else.
+    of a variant of one. What is blank (silence, a black picture) is nobody's, in none of its kinds of features; nor is
+    how the hand moved, where there is anything else.
     """
     parent = {each.id: each.id for each in textures}
     for one, other in (*_by_files(textures), *_by_rows(textures)):
@@ -48,16 +48,31 @@ def _by_files(textures: Sequence[Texture]) -> Iterator[tuple[str, str]]:
 
 def _by_rows(textures: Sequence[Texture]) -> Iterator[tuple[str, str]]:
     """Pairs of textures with an equal row, for each kind of feature."""
-    for kind in sorted({kind for each in textures for kind in _rows(each)}):
-        owners: Owners = [(each.id, row) for each in textures for rows in _rows(each).get(kind, ()) for row in rows]
-        yield from _equal([(name, row) for name, row in owners if not _blank(row)])
+    telling = [(each.id, _telling(each)) for each in textures]
+    for kind in sorted({kind for _, rows in telling for kind in rows}):
+        yield from _equal([(name, row) for name, rows in telling for each in rows.get(kind, ()) for row in each])
 
 
-def _rows(texture: Texture) -> Mapping[str, list[Rows]]:
-    """A texture's rows by kind; pictures and variants of pictures are compared with each other."""
-    touch = {kind: [rows] for kind, rows in texture.touch.items() if kind != HAND or len(texture.touch) == 1}
-    kinds = dict.fromkeys((*texture.sight, *texture.variants))
-    return touch | {kind: [of[kind] for of in (texture.sight, texture.variants) if kind in of] for kind in kinds}
+def _telling(texture: Texture) -> dict[str, list[Rows]]:
+    """A texture's rows by kind, without those of what is blank; pictures and their variants are compared together."""
+    touch = {kind: rows for kind, rows in texture.touch.items() if kind != HAND or len(texture.touch) == 1}
+    seen, varied = _blanks(texture.sight), _blanks(texture.variants)
+    if len(seen) and len(varied) % len(seen) == 0:
+        varied = varied | np.resize(seen, len(varied))  # a version of a black picture shows its noise alone
+    found: dict[str, list[Rows]] = {}
+    for rows, blank in ((touch, _blanks(touch)), (texture.sight, seen), (texture.variants, varied)):
+        for kind, each in rows.items():
+            found.setdefault(kind, []).append(each[~blank])
+    return found
+
+
+def _blanks(kinds: Mapping[str, Rows]) -> NDArray[np.bool_]:
+    """Which segments or pictures are blank: one kind of feature that says so is enough.
+
+    A black picture's co-occurrence has one number; what a network makes of it has many, all of them the network's own.
+    """
+    each = [np.array([_blank(row) for row in rows], dtype=bool) for rows in kinds.values()]
+    return np.logical_or.reduce(each) if each else np.zeros(0, dtype=bool)
 
 
 def _blank(row: NDArray[np.float32]) -> bool:

@@ -43,7 +43,7 @@ def joined(parts: Parts) -> tuple[Texture, ...]:
 def _texture(name: str, parts: Parts) -> Texture:
     felt, photo, looked = parts.felt.get(name), parts.photos.get(name), parts.looked.get(name)
     label, category = _named(name, parts)
-    pictures = photo.pictures if photo else ()
+    pictures, blank = photo.pictures if photo else (), looked.blank if looked else frozenset()
     return Texture(
         name,
         label,
@@ -52,7 +52,7 @@ def _texture(name: str, parts: Parts) -> Texture:
         sight=looked.sight if looked else {},
         variants=looked.variants if looked else {},
         rated=parts.rated.rated.get(name),
-        made_from=(felt.made_from if felt else frozenset()) | {each.sha256 for each in pictures},
+        made_from=(felt.made_from if felt else frozenset()) | ({each.sha256 for each in pictures} - blank),
         notes=tuple(dict.fromkeys(_notes(name, parts))),
     )
 

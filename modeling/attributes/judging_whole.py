@@ -11,7 +11,7 @@ from typing import Any
 
 import numpy as np
 
-from modeling.attributes.folds import leave_one_texture_out, some_of
+from modeling.attributes.folds import LEAST, leave_one_texture_out, some_of
 from modeling.attributes.judging_entries import Own, entries
 from modeling.attributes.judging_jobs import MAIN, Clock, Context, Done, Entry, Job
 from modeling.attributes.judging_kept import keep, load
@@ -99,6 +99,10 @@ class Judged:
         """(tested, attributes) on 0..100."""
         return ratings_of(named(self.material, self.tested))
 
+    def unused(self) -> list[str]:
+        """The textures that were not used, by why: "T02, T05: it was not rated"."""
+        return by_reason(self.left_out)
+
     def groups(self) -> tuple[int, ...]:
         """A number for each tested texture; those that share content have the same."""
         first = [min(each.test, *each.apart) if each.apart else each.test for each in self.context.folds.values()]
@@ -109,7 +113,7 @@ def usable(material: Material) -> tuple[Material, dict[str, str]]:
     """The textures that all methods can be compared on, and why the others are not used.
 
     They were rated; and where some were recorded, so were they, and where some have pictures, so have they. Raises
-    MaterialError where nothing was rated.
+    MaterialError where nothing was rated, and where fewer are left than can be evaluated: it names what lacks.
     """
     rated = material.rated()
     felt = any(_rows(each.touch) for each in rated.textures)
@@ -121,7 +125,20 @@ def usable(material: Material) -> tuple[Material, dict[str, str]]:
         if lacks:
             left_out[each.id] = f"no {' and no '.join(lacks)} of it can be used"
     kept = tuple(each for each in rated.textures if each.id not in left_out)
+    if len(kept) < LEAST <= len(material.textures):
+        raise MaterialError(
+            f"{len(kept)} of {len(material.textures)} textures have all that the others have, {LEAST} at least are"
+            f" needed. {'; '.join(by_reason(left_out))}. Record, photograph and rate the same textures."
+        )
     return replace(rated, textures=kept), left_out
+
+
+def by_reason(left_out: Mapping[str, str]) -> list[str]:
+    """Textures that are not used, those of one reason in one line."""
+    names: dict[str, list[str]] = {}
+    for name, why in left_out.items():
+        names.setdefault(why, []).append(name)
+    return [f"{', '.join(some)}: {why}" for why, some in names.items()]
 
 
 def _rows(kinds: Mapping[str, Rows]) -> bool:

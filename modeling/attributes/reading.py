@@ -23,8 +23,6 @@ if TYPE_CHECKING:
     from modeling.attributes.reading_touch import FeltRows
 
 CAPTURE = "texture_capture"
-SIMULATED = "simulated"
-"""The note of a recording that a twin made."""
 
 
 def read_material(
@@ -37,12 +35,13 @@ def read_material(
 
     `weights` is a file of ResNet-50's weights, of that `sha256` where it is given; without one they are random.
     `variants` further versions of each picture are made for training. `quick` looks at 4 of 49 patches of at most 3
-    pictures. `touch` and `sight` False leave those features out. `simulated` chooses ratings and pictures where a lab
-    has simulated and real ones. A texture that lacks recordings, pictures or ratings stays, with a note; so does one
-    whose recordings or pictures cannot be used. Features are kept in LAB/features unless `keep` is False. One texture's
-    recordings, or one picture, is in memory at a time in each of `workers` processes. Raises MaterialError where there
-    is nothing to learn from, on a picture that is missing or has changed, and on a file of weights that cannot be used;
-    TextureDataError on captures, DataRefused on ratings that cannot be read.
+    pictures. `touch` and `sight` False leave those features out. `simulated` chooses where a lab has simulated and real
+    sessions; recordings and pictures are real where it is None and there are any. A texture that lacks recordings,
+    pictures or ratings stays, with a note; so does one whose recordings or pictures cannot be used. Features are kept
+    in LAB/features unless `keep` is False. One texture's recordings, or one picture, is in memory at a time in each of
+    `workers` processes. Raises MaterialError where there is nothing to learn from, on a picture that is missing or has
+    changed, and on a file of weights that cannot be used; TextureDataError on captures, DataRefused on ratings that
+    cannot be read.
     """
     if not lab.is_dir():
         raise MaterialError(f"{lab}: no such lab; the folder of a lab is expected")
@@ -53,12 +52,13 @@ def read_material(
     rated = read_ratings(lab, study_ratings, simulated)
     photos = photographed(lab, study_photos, simulated) if sight else ()
     looked = run.seen([in_a_hurry(each.album) if quick else each.album for each in photos], how)
-    felt = run.felt(lab, study_capture) if touch else {}
+    felt, unfelt = run.felt(lab, study_capture, simulated) if touch else ({}, ())
     parts = Parts(rated, felt, {each.id: each for each in photos}, looked, touch, sight)
     textures = joined(parts)
-    _demand_any(lab, textures, [*([study_capture] if touch else []), *([study_photos] if sight else [])])
+    _demand_any(lab, textures, [*([study_capture] if touch else []), *([study_photos] if sight else [])], unfelt)
     told = how.weights.told if any(each.sight for each in textures) else ""
-    notes = (*rated.notes, *_lacking(parts, study_capture, study_photos), *((HURRIED,) if quick and photos else ()))
+    lacking = (*unfelt, *_unseen(parts, study_photos))
+    notes = (*rated.notes, *lacking, *((HURRIED,) if quick and photos else ()))
     return Material(textures, rated.attributes, told, _simulated(parts), notes)
 
 
@@ -73,19 +73,27 @@ class _Run:
     def seen(self, albums: Sequence[Album], how: Sight) -> dict[str, Seen]:
         return seen(albums, how, folder=self.folder, workers=self.workers, report=self.report)
 
-    def felt(self, lab: Path, study: str) -> dict[str, FeltRows]:
+    def felt(self, lab: Path, study: str, simulated: bool | None) -> tuple[dict[str, FeltRows], tuple[str, ...]]:
+        """What was felt, by texture, and why nothing was."""
         if not ledgers_in(lab, study):
-            return {}
+            return {}, (f"no session of {study}: nothing was felt",)
         from modeling.attributes.feeling import felt_in
+        from modeling.textures.reading_ledgers import NoCapture
 
-        rows = felt_in(lab, study, folder=self.folder, workers=self.workers, report=self.report)
-        return {each.id: each for each in rows}
+        try:
+            rows = felt_in(
+                lab, study, simulated=simulated, folder=self.folder, workers=self.workers, report=self.report
+            )
+        except NoCapture as nothing:
+            return {}, (f"nothing was felt: {nothing}",)
+        return {each.id: each for each in rows}, ()
 
 
-def _demand_any(lab: Path, textures: Sequence[Texture], studies: Sequence[str]) -> None:
+def _demand_any(lab: Path, textures: Sequence[Texture], studies: Sequence[str], unfelt: Sequence[str]) -> None:
     if any(each.touch or each.sight for each in textures):
         return
     why = next((f"; {each.id}: {each.notes[0]}" for each in textures if each.notes), "")
+    why = "".join(f"; {each}" for each in unfelt) + why
     where = " or ".join(studies)
     raise MaterialError(
         f"{lab}: no recording and no picture of a texture in {where} that can be used{why}; record them, or make a"
@@ -93,14 +101,12 @@ def _demand_any(lab: Path, textures: Sequence[Texture], studies: Sequence[str]) 
     )
 
 
-def _lacking(parts: Parts, capture: str, photos: str) -> Iterator[str]:
-    if parts.touch and not parts.felt:
-        yield f"no session of {capture}: nothing was felt"
+def _unseen(parts: Parts, photos: str) -> Iterator[str]:
     if parts.sight and not parts.photos:
         yield f"no session of {photos}: nothing was seen"
 
 
 def _simulated(parts: Parts) -> bool:
     """Whether twins recorded, photographed or rated any of it."""
-    felt = any(SIMULATED in each.notes for each in parts.felt.values())
+    felt = any(each.simulated for each in parts.felt.values())
     return parts.rated.simulated or felt or any(each.simulated for each in parts.photos.values())

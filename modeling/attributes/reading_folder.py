@@ -20,6 +20,8 @@ from modeling.training.progress import Report, silent
 
 SUFFIXES = (".jpg", ".jpeg", ".png", ".tif", ".tiff")
 SCALE = (0.0, 100.0)
+FEW_STEPS = 10.0
+"""Ratings that all lie within 0 and this are hardly of 0 to 100: scales of 5, 7, 9 or 11 steps end there."""
 TABLE = "ratings.csv"
 """What the table is called, unless another one is named or it is the folder's only one."""
 
@@ -39,26 +41,31 @@ class Line:
 
 def read_folder(
     folder: Path, lab: Path | None = None, *, table: Path | None = None, pairs: Sequence[Pair] | None = None,
-    scale: tuple[float, float] = SCALE, weights: Path | None = None, sha256: str | None = None, quick: bool = False,
-    variants: int = 1, workers: int | None = None, simulated: bool = False, report: Report = silent,
+    scale: tuple[float, float] | None = None, weights: Path | None = None, sha256: str | None = None,
+    quick: bool = False, variants: int = 1, workers: int | None = None, simulated: bool = False,
+    report: Report = silent,
 ) -> Material:  # fmt: skip
     """The textures of a CSV table, with the pictures of each in a folder: FOLDER/ID/*.jpg or FOLDER/ID_01.jpg.
 
     The table (FOLDER/ratings.csv, or the folder's only .csv, unless it is given) has the columns id and one for each
     attribute, called by both its words, of which the first is the lower end of the `scale` (Rough-Smooth; small
-    letters, spaces and underscores do as well, and Smooth-Rough is turned). Beside them may stand label, category (or
-    class), raters and an SD (Rough-Smooth.sd). `pairs` are the attributes, those of texture_ratings where they are not
-    given. A texture without any rating is not rated. Pictures are .jpg, .jpeg, .png, .tif or .tiff. Features are kept
-    in LAB/features where a `lab` is given; the other options are those of `reading.read_material`. Raises
-    MaterialError, with the line, on an unknown, missing or twofold column, an id that stands twice, a number that is
-    none or lies off the scale, a texture without a picture, and a picture that stands twice.
+    letters, spaces and underscores do as well, and Smooth-Rough is turned). Without a `scale` it is 0 to 100. Beside
+    them may stand label, category (or class), raters and an SD (Rough-Smooth.sd). `pairs` are the attributes, those of
+    texture_ratings where they are not given. A texture without any rating is not rated. Pictures are .jpg, .jpeg, .png,
+    .tif or .tiff. Features are kept in LAB/features where a `lab` is given; the other options are those of
+    `reading.read_material`. Raises MaterialError, with the line, on an unknown, missing or twofold column, an id that
+    stands twice, a number that is none or lies off the scale, ratings of 0 to 10 whose scale was not given, a texture
+    without a picture, and a picture that stands twice.
     """
-    if not scale[0] < scale[1]:
-        raise MaterialError(f"a scale from {scale[0]:g} to {scale[1]:g}: the lower end comes first")
+    low, high = scale or SCALE
+    if not low < high:
+        raise MaterialError(f"a scale from {low:g} to {high:g}: the lower end comes first")
     how = sight_with(weights_from(weights, sha256), variants, quick)
     table = table or _table(folder)
     lines, columns = _lines(table, tuple(pairs or attributes_of(None)))
-    rated = [rated_in(line.cells, line.place, columns, scale) for line in lines]
+    rated = [rated_in(line.cells, line.place, columns, (low, high)) for line in lines]
+    if scale is None:
+        _demand_wide(table, [line for line, found in zip(lines, rated, strict=True) if found], columns)
     albums = [Album(line.id, tuple(_pictures(folder, line))) for line in lines]
     _demand_once(albums)
     looks = [in_a_hurry(each) if quick else each for each in albums]
@@ -67,6 +74,16 @@ def read_folder(
     textures = tuple(_texture(line, album, ratings, looked[line.id]) for line, album, ratings in made)
     told = (*columns.notes, *_nobodys(folder, albums), f"ratings: {table.name} {file_sha256(table)}")
     return Material(textures, columns.pairs, how.weights.told, simulated, (*told, *((HURRIED,) if quick else ())))
+
+
+def _demand_wide(table: Path, lines: Sequence[Line], columns: Columns) -> None:
+    """Nobody said what the scale is: ratings of 1 to 7 must not be read as the lowest of 0 to 100."""
+    values = [float(line.cells[each.column]) for line in lines for each in columns.ratings]
+    if values and max(values) <= FEW_STEPS:
+        raise MaterialError(
+            f"{table}: all ratings lie from {min(values):g} to {max(values):g}, which ratings on 0 to 100 hardly do:"
+            " say what the ends of their scale are, such as --scale 1 7 (or --scale 0 100, where they are those)"
+        )
 
 
 def _table(folder: Path) -> Path:
@@ -85,9 +102,10 @@ def _table(folder: Path) -> Path:
 def _texture(line: Line, album: Album, rated: Rated | None, looked: Seen) -> Texture:
     category = line.cells.get("category") or line.cells.get("class") or ""
     told = ("not recorded", *(() if rated else ("not rated",)))
+    files = frozenset(each.sha256 for each in album.pictures)
     return Texture(
         line.id, line.cells.get("label") or line.id, category, sight=looked.sight, variants=looked.variants,
-        rated=rated, made_from=frozenset(each.sha256 for each in album.pictures), notes=(*looked.notes, *told),
+        rated=rated, made_from=files - looked.blank, notes=(*looked.notes, *told),
     )  # fmt: skip
 
 

@@ -18,9 +18,8 @@ from analysis.features.tactile import touch_features
 from analysis.features.touch import Touch
 from modeling.attributes.touching import filtering, touch_of
 from modeling.textures.preparing import UP, Filtering, Touched
-from modeling.textures.reading_ledgers import STUDY, Capture, captures_by_texture, touched_in
+from modeling.textures.reading_ledgers import SIMULATED, STUDY, Capture, captures_by_texture, touched_in
 from studies.ledger_schema import event_hash
-from studies.participants.registry import withdrawn
 
 STREAMS = ("tool_acceleration", "tool_force", "tool_position")
 
@@ -50,6 +49,11 @@ class FeltRows:
     touch: dict[str, NDArray[np.float32]]
     made_from: frozenset[str]
     notes: tuple[str, ...]
+
+    @property
+    def simulated(self) -> bool:
+        """Whether a twin recorded it."""
+        return SIMULATED in self.notes
 
 
 @dataclass(frozen=True)
@@ -86,15 +90,14 @@ class Recorded:
 
 def recorded(
     lab: Path, textures: Collection[str] | None = None, *, study: str = STUDY, way: Filtering | None = None,
-    normal: tuple[float, float, float] = UP,
+    normal: tuple[float, float, float] = UP, simulated: bool | None = None,
 ) -> tuple[Recorded, ...]:  # fmt: skip
     """The textures that a lab's sessions, or one session's file, captured: verified, their samples left where they are.
 
-    Sessions of people who withdrew are left out. Raises TextureDataError where no capture counts, where one of
-    `textures` was not captured, and on a damaged file.
+    Sessions of people who withdrew are left out, and `simulated` or real ones as in `captures_by_texture`. Raises
+    TextureDataError where no capture counts, where one of `textures` was not captured, and on a damaged file.
     """
-    without = withdrawn(lab.parent.parent if lab.is_file() else lab)
-    found = captures_by_texture(lab, study, textures, without)
+    found = captures_by_texture(lab, study, textures, simulated)
     return tuple(
         Recorded(texture, every[0].label, every[0].category, tuple(every), way or filtering(), normal)
         for texture, every in found.items()
@@ -127,14 +130,14 @@ def felt_of(
 
 def touches(
     lab: Path, textures: Collection[str] | None = None, *, study: str = STUDY, way: Filtering | None = None,
-    normal: tuple[float, float, float] = UP,
+    normal: tuple[float, float, float] = UP, simulated: bool | None = None,
 ) -> Iterator[Felt]:  # fmt: skip
     """What was felt of each texture of a lab, one at a time: only the one that is being looked at is in memory.
 
     `way` is `touching.filtering(...)`: how much is trimmed, and whether hum is taken out. Raises TextureDataError as
     `recorded` and `felt` do.
     """
-    return map(felt, recorded(lab, textures, study=study, way=way, normal=normal))
+    return map(felt, recorded(lab, textures, study=study, way=way, normal=normal, simulated=simulated))
 
 
 def rows_of(texture: Recorded) -> FeltRows:

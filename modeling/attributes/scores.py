@@ -34,10 +34,11 @@ class Errors:
 
 @dataclass(frozen=True)
 class Difference:
-    """How much less one method errs than another on the same textures: mean of the paired differences of MAE.
+    """How much less one method errs than another: the mean over textures of the paired differences of MAE.
 
-    Negative: the first one errs less. `low` and `high` are the ends of a t interval over `groups` of textures that
-    share nothing; both None where there are too few. `chance` says that it holds 0.
+    Negative: the first one errs less. `low` and `high` are the ends of an interval of that same mean, whose error is
+    taken over `groups` of textures that share nothing; both None where there are too few. `chance` says that it holds
+    0.
     """
 
     mean: float
@@ -82,19 +83,23 @@ def by_class(
 def difference(
     one: Array, other: Array, groups: Sequence[int], compared: int = 1, confidence: float = CONFIDENCE
 ) -> Difference:
-    """The mean of `one - other` (textures,), with an interval over groups of textures.
+    """The mean of `one - other` (textures,) over textures, with an interval that knows their groups.
 
-    The interval is Student's, of the groups' means; with `compared` comparisons each has 1 - (1 - confidence) /
-    compared, so that all of them hold together (Bonferroni). Raises MaterialError for lengths that differ.
+    Textures of a group may err together, so the standard error is that of the sums over groups (cluster-robust, with
+    G / (G - 1) for G groups, and G - 1 degrees of freedom: Cameron and Miller 2015, J. Hum. Resour. 50); where each
+    texture is a group it is Student's interval. With `compared` comparisons each has 1 - (1 - confidence) / compared,
+    so that all of them hold together (Bonferroni). Raises MaterialError for lengths that differ.
     """
     if not len(one) == len(other) == len(groups) or not len(one):
         raise MaterialError(f"{len(one)}, {len(other)} and {len(groups)} textures: pairs of the same ones expected.")
     off, named = np.asarray(one, dtype=np.float64) - np.asarray(other, dtype=np.float64), np.asarray(groups)
-    means = np.array([off[named == each].mean() for each in np.unique(named)])
-    n, mean = len(means), float(means.mean())
+    mean = float(off.mean())
+    sums = np.array([(off[named == each] - mean).sum() for each in np.unique(named)])
+    n = len(sums)
     if n < LEAST_PAIRS:
         return Difference(mean, None, None, n)
     from analysis.statistics.pvalues import t_critical
 
-    reach = t_critical(n - 1, 1 - (1 - confidence) / max(1, compared)) * float(means.std(ddof=1)) / math.sqrt(n)
+    error = math.sqrt(n / (n - 1) * float((sums**2).sum())) / len(off)
+    reach = t_critical(n - 1, 1 - (1 - confidence) / max(1, compared)) * error
     return Difference(mean, mean - reach, mean + reach, n)

@@ -60,11 +60,15 @@ class Album:
 
 @dataclass(frozen=True)
 class Seen:
-    """A texture's pictures as rows, and those of `variants` versions of each: pictures, and then versions of them."""
+    """A texture's pictures as rows, and those of `variants` versions of each: pictures, and then versions of them.
+
+    `blank` are the SHA-256 of pictures of one brightness: a second texture that has such a one shares nothing with it.
+    """
 
     sight: Mapping[str, Rows]
     variants: Mapping[str, Rows]
     notes: tuple[str, ...]
+    blank: frozenset[str] = frozenset()
 
 
 @dataclass(frozen=True)
@@ -217,7 +221,7 @@ def _rows(values: Gray, looking: Looking, network: ResNet50) -> dict[str, Rows]:
 
 
 def _told(found: Square, version: int) -> dict[str, Any]:
-    return {"notes": [] if version else list(found.notes)}
+    return {"notes": [] if version else list(found.notes), "blank": found.blank}
 
 
 def _gathered(album: Album, how: Sight, known: Mapping[str, Entry]) -> Seen:
@@ -226,5 +230,7 @@ def _gathered(album: Album, how: Sight, known: Mapping[str, Entry]) -> Seen:
         whole = [rows for rows in entries if rows]
         return {kind: np.stack([rows[kind] for rows in whole]) for kind in SIGHT_KINDS} if whole else {}
 
-    notes = (note for each in album.pictures for note in known[how.key(each, 0)][1]["notes"])
-    return Seen(of([0]), of(range(1, how.variants + 1)), tuple(notes))
+    told = [(each.sha256, known[how.key(each, 0)][1]) for each in album.pictures]
+    notes = tuple(note for _, each in told for note in each["notes"])
+    blank = frozenset(sha256 for sha256, each in told if each.get("blank"))
+    return Seen(of([0]), of(range(1, how.variants + 1)), notes, blank)

@@ -2,15 +2,19 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterable, Sequence
+from collections.abc import Iterable, Iterator, Sequence
 
 import numpy as np
 
-from analysis.features.segments import SEGMENT, SEGMENT_S
-from analysis.features.touch import BAND_HZ, RATE_HZ, TRIM_S, Stretch, Touch
+from analysis.features.segments import CONTACT_N, SEGMENT, SEGMENT_S, contact
+from analysis.features.touch import BAND_HZ, RATE_HZ, TRIM_S, FeatureError, Stretch, Touch
 from modeling.textures.plausible import demand_level, steady
 from modeling.textures.preparing import Filtering, Touched, filtered
+from modeling.textures.rates import FASTEST_HZ, SLOWEST_HZ, Sampled
 from modeling.textures.recording import TextureDataError
+
+APART = 0.05
+"""The share by which acceleration may last longer or shorter than force: sensors do not start and stop together."""
 
 
 def filtering(trim_s: float = TRIM_S, remove_hum: bool = True) -> Filtering:
@@ -23,19 +27,55 @@ def touch_of(
 ) -> tuple[Touch, tuple[str, ...]]:  # fmt: skip
     """What was felt of one texture in its explorations, taken one at a time, and notes; `way` is `filtering()`.
 
-    Raises TextureDataError where there is none, on signals that are constant, silent, clipped, implausible or of a rate
-    that does not tell them, and where nothing as long as a segment is left after trimming.
+    Raises TextureDataError where there is none, on signals that are constant, silent, clipped, implausible, of a rate
+    that does not tell them or of one that is not theirs, where nothing as long as a segment is left after trimming, and
+    where the tool is never in contact.
     """
     stretches: list[Stretch] = []
     notes: list[str] = []
     for each in touched:
+        _demand_as_long(each)
         found, told = filtered(each, way or filtering())
         stretches += found
         notes += told
     _demand_segment(texture, stretches)
     demand_level(texture, _level(stretches))
     odd = steady(*(np.concatenate(each) for each in zip(*((s.speed_mm_s, s.force_N) for s in stretches), strict=True)))
-    return Touch(texture, tuple(stretches)), tuple(dict.fromkeys((*notes, *odd)))
+    touch = Touch(texture, tuple(stretches))
+    return touch, tuple(dict.fromkeys((*notes, *odd, *_lifted(touch))))
+
+
+def _demand_as_long(touched: Touched) -> None:
+    """Acceleration at another rate than it is said to have would have other frequencies, and would last otherwise."""
+    acceleration, force = touched.acceleration, touched.force
+    if min(len(acceleration.times_s), len(force.times_s)) < 2 or not _of_a_sensor(acceleration):
+        return  # refused as what it is, when it is filtered
+    felt_s, pressed_s = _lasts_s(acceleration), _lasts_s(force)
+    if abs(felt_s - pressed_s) > APART * pressed_s:
+        raise TextureDataError(
+            f"{touched.where}: acceleration lasts {felt_s:.4g} s at {acceleration.rate_hz:g} Hz, and force"
+            f" {pressed_s:.4g} s at {force.rate_hz:g} Hz: they were recorded together, so at most {APART:.0%} are"
+            " expected between them; is the rate of each right, and is neither cut short?"
+        )
+
+
+def _of_a_sensor(acceleration: Sampled) -> bool:
+    return SLOWEST_HZ["acceleration"] <= acceleration.rate_hz <= FASTEST_HZ
+
+
+def _lasts_s(signal: Sampled) -> float:
+    return float(signal.times_s[-1] - signal.times_s[0]) + 1.0 / signal.rate_hz
+
+
+def _lifted(touch: Touch) -> Iterator[str]:
+    """How many segments are without contact. Raises TextureDataError where all are."""
+    try:
+        pressed = contact(touch)
+    except FeatureError as error:
+        raise TextureDataError(str(error)) from None
+    if not pressed.all():
+        share = f"{int((~pressed).sum())} of {len(pressed)} segments ({(~pressed).mean():.0%})"
+        yield f"{share} are without contact (mean force below {CONTACT_N:g} N): left out"
 
 
 def _demand_segment(texture: str, stretches: Sequence[Stretch]) -> None:

@@ -1,4 +1,4 @@
-"""Training the model that a lab predicts with: fitted to all rated textures, its card says how it does on others."""
+"""Training the model that a lab predicts with: none is left out, and its card says how it does on those that were."""
 
 from __future__ import annotations
 
@@ -14,7 +14,7 @@ from modeling.attributes.judging_jobs import Clock, Entry
 from modeling.attributes.judging_run import learning
 from modeling.attributes.judging_whole import Judged, Wanted, judge
 from modeling.attributes.material import Material, MaterialError
-from modeling.attributes.methods import Fitted, Method
+from modeling.attributes.methods import Fitted, Learning, Method
 from modeling.attributes.model_file import NAME, Kept, write_model
 from modeling.doors.intervals import COVERAGE, half_widths, needed
 from modeling.training.run_card import run_card
@@ -46,8 +46,9 @@ def train_attributes(
     material: Material, method: str, wanted: Wanted, folder: Path, methods: Mapping[str, Method], own: Own,
     report: Report = lambda _line: None,
 ) -> Written:  # fmt: skip
-    """Fit a method to all rated textures and write it as texture-attributes into the folder.
+    """Fit a method to the rated textures and write it as texture-attributes into the folder.
 
+    None is left out; a method that stops early watches a tenth of them and is fitted to the others, as its card says.
     The card's metrics and intervals are those of leaving one texture out, which is done first; what an evaluation of
     the same textures finished is taken from `wanted.work`. Raises MaterialError where the method refuses the textures,
     ModelFileError where it cannot be kept.
@@ -56,34 +57,46 @@ def train_attributes(
     entry = judged.entries[0]
     if why := judged.refused(entry):
         raise MaterialError(f"{method}: {why}")
-    report(f"fitting {method} to {len(judged.material.textures)} textures")
-    fitted, seconds = _fitted(judged, entry, judged.context.clock)
-    card = _card(judged, entry, seconds)
+    given = _given(judged, entry)
+    report(f"fitting {method} to {_shown(given)}")
+    fitted, seconds = _fitted(judged.method(entry), given, judged.context.clock)
+    card = _card(judged, entry, given, seconds)
     path = write_model(folder, cast(Kept, fitted), card, methods)
     files = (path, path.with_suffix(".safetensors"), *_history(fitted, folder))
     interval = card["interval"]
     return Written(method, path, card["metrics"], () if interval is None else tuple(interval["half_width"]), files)
 
 
-def _fitted(judged: Judged, entry: Entry, clock: Clock) -> tuple[Fitted, float]:
-    """The method fitted to everything, and how long that took."""
+def _given(judged: Judged, entry: Entry) -> Learning:
+    """Every texture: to be fitted to, or to be watched where the method does so."""
+    fold = all_of_them(judged.material, judged.wanted.seed)
+    settings, seed = judged.wanted.settings, judged.wanted.seed
+    return learning(judged.material, fold, judged.method(entry), entry, seed, settings)
+
+
+def _fitted(method: Method, given: Learning, clock: Clock) -> tuple[Fitted, float]:
+    """The method fitted to what it is given, and how long that took."""
     from modeling.training.threads import limited
 
-    method, settings = judged.method(entry), judged.wanted.settings
-    fold = all_of_them(judged.material, judged.wanted.seed)
-    given = learning(judged.material, fold, method, entry, judged.wanted.seed, settings)
     start = clock()
     with limited(1):
         fitted = method.fit(given)
     return fitted, clock() - start
 
 
-def _card(judged: Judged, entry: Entry, seconds: float) -> dict[str, Any]:
+def _shown(given: Learning) -> str:
+    """How many textures the fit sees, and what for."""
+    watched = f", {len(given.held)} more are watched to stop early" if given.held else ""
+    return f"{len(given.train)} textures{watched}"
+
+
+def _card(judged: Judged, entry: Entry, given: Learning, seconds: float) -> dict[str, Any]:
     material = judged.material
     row = next(row for row in method_rows(judged) if row["method"] == entry.method)
     metrics = {name: float(row[name]) for name in METRICS if row[name] is not None}
     settings = {**judged.wanted.settings, "seed": judged.wanted.seed, "method": entry.method, "touch": entry.touch,
-                "sight": entry.sight, "left_out": len(judged.tested)}  # fmt: skip
+                "sight": entry.sight, "left_out": len(judged.tested),
+                "watched": tuple(each.id for each in given.held)}  # fmt: skip
     return {
         "name": NAME,
         "title": f"How textures feel, by {judged.method(entry).title}",
@@ -97,7 +110,7 @@ def _card(judged: Judged, entry: Entry, seconds: float) -> dict[str, Any]:
         "interval": _interval(judged, entry),
         "learned": tuple(sorted(material.ids)),
         "training": run_card({"textures": judged.context.digest}, settings, metrics, seconds),
-        "notes": _notes(judged),
+        "notes": _notes(judged, given),
     }
 
 
@@ -110,8 +123,9 @@ def _interval(judged: Judged, entry: Entry) -> dict[str, Any] | None:
     return Interval(method=told, coverage=COVERAGE, half_width=tuple(wide.tolist())).model_dump()
 
 
-def _notes(judged: Judged) -> tuple[str, ...]:
-    told = [f"Fitted to all {len(judged.material.textures)} rated textures; the metrics are those of leaving one out."]
+def _notes(judged: Judged, given: Learning) -> tuple[str, ...]:
+    told = [f"Fitted to {_shown(given)}; the metrics are those of leaving one out."]
+    told += [f"Not used: {line}." for line in judged.unused()]
     if judged.material.simulated:
         told.append("Simulated raters: this model says nothing about how a texture feels to anybody.")
     if judged.wanted.quick:

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Collection, Iterator, Mapping, Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from pathlib import Path
 
 import numpy as np
@@ -15,9 +15,11 @@ from modeling.textures.rates import Sampled
 from modeling.textures.recording import Array, Recording, TextureDataError
 from modeling.textures.units import scale_of_unit
 from protocols.did_you_mean import nearest
+from studies.begun import in_person
 from studies.collect import ledgers_in
 from studies.content import file_sha256
-from studies.record import LedgerError, Record, read
+from studies.participants.registry import withdrawn
+from studies.record import LedgerError, Record, read, read_header
 
 STUDY = "texture_capture"
 AXES = ("x", "y", "z")
@@ -25,6 +27,12 @@ CHANNELS = {"acceleration": (("ax", "ay", "az"), AXES), "force": (("Fx", "Fy", "
 """Channels of the streams tool_acceleration, tool_force and tool_position; torque is left aside."""
 SEEN = "seen"
 """A tracker's channel that is 0 where the marker was hidden."""
+SIMULATED = "simulated"
+"""The note of a recording that a twin made."""
+
+
+class NoCapture(TextureDataError):
+    """Sessions without a capture that counts: nothing is damaged, and nothing was felt."""
 
 
 @dataclass(frozen=True)
@@ -42,21 +50,26 @@ class Capture:
         """Its place, for messages."""
         return f"{self.path}: trial {self.attempt.trial} ({self.attempt.stimulus})"
 
+    @property
+    def simulated(self) -> bool:
+        """Whether a twin made it."""
+        return SIMULATED in self.notes
+
 
 def read_lab(
     lab: Path, study: str = STUDY, textures: Collection[str] | None = None, *,
-    normal: tuple[float, float, float] = UP, remove_hum: bool = True,
+    normal: tuple[float, float, float] = UP, remove_hum: bool = True, simulated: bool | None = None,
 ) -> tuple[Recording, ...]:  # fmt: skip
     """The textures that a lab's sessions captured, in the order in which they were first met.
 
     `lab` is the folder of a lab, or one session's file. Of each trial the attempt that counts is read: neither one that
     was repeated, nor one that faulted. Several captures of a texture make one recording with borders (`Joined`). Read
     are the streams tool_acceleration, tool_force and tool_position, of any rate, by their own clocks; `normal` points
-    out of the surface in the axes of force and position. `textures` are stimuli, all where it is None. Raises
-    TextureDataError where there is no capture, one without a stream, one that no texture can be learned from, and on
-    a damaged file.
+    out of the surface in the axes of force and position. `textures` are stimuli, all where it is None. Sessions of
+    people who withdrew, and `simulated` ones or real ones: as in `captures_by_texture`. Raises TextureDataError where
+    there is no capture, one without a stream, one that no texture can be learned from, and on a damaged file.
     """
-    by_texture = captures_by_texture(lab, study, textures)
+    by_texture = captures_by_texture(lab, study, textures, simulated)
     files = {each.path: file_sha256(each.path) for every in by_texture.values() for each in every}
     return tuple(
         prepared(texture, every[0].label, _touched(every, normal, files), remove_hum)
@@ -65,19 +78,34 @@ def read_lab(
 
 
 def captures_by_texture(
-    lab: Path, study: str = STUDY, textures: Collection[str] | None = None, without: Collection[str] = ()
+    lab: Path, study: str = STUDY, textures: Collection[str] | None = None, simulated: bool | None = None
 ) -> dict[str, list[Capture]]:
     """The captures that count of each texture, in the order in which the textures were first met; no sample is held.
 
-    `without` are participants whose sessions are left out. Raises TextureDataError where there is no capture, and on a
-    damaged file.
+    Nothing of a session is read whose participant withdrew. `simulated` takes only what twins recorded, or only what a
+    rig did; None takes a rig's where there is any: the two are never one texture's recordings. Raises TextureDataError
+    on a damaged file, and its NoCapture where there is no capture.
     """
+    gone = withdrawn(lab.parent.parent if lab.is_file() else lab)
+    counted, told = _of_kind(list(_captures(lab, study, gone)), simulated)
     found: dict[str, list[Capture]] = {}
-    for capture in _captures(lab, study, without):
+    for capture in counted:
         if textures is None or capture.attempt.stimulus in textures:
             found.setdefault(capture.attempt.stimulus, []).append(capture)
-    _demand_all(lab, found, textures, bool(without))
+    _demand_all(lab, found, textures, [*(["is of somebody who withdrew"] if gone else []), *told])
     return found
+
+
+def _of_kind(captures: Sequence[Capture], simulated: bool | None) -> tuple[list[Capture], list[str]]:
+    """Those of twins or of a rig, with a note where both are there; and what the others are."""
+    kinds = {each.simulated for each in captures}
+    wanted = simulated if simulated is not None else all(kinds)
+    if kinds <= {wanted}:
+        return list(captures), []
+    other = "real" if wanted else "simulated"
+    note = f"captures of {other} sessions are left out: they are not mixed with others"
+    kept = [replace(each, notes=(*each.notes, note)) for each in captures if each.simulated == wanted]
+    return kept, [f"is of a {other} session"]
 
 
 def _captures(lab: Path, study: str, without: Collection[str]) -> Iterator[Capture]:
@@ -86,17 +114,30 @@ def _captures(lab: Path, study: str, without: Collection[str]) -> Iterator[Captu
         where = "a lab's folder or a session's file is expected (or --tables, --simulated)"
         raise TextureDataError(f"{lab}: no session of {study}; {where}")
     for path in paths:
+        if _participant(path) in without:
+            continue
         try:
             record = read(path)
         except LedgerError as error:
             raise TextureDataError(str(error)) from None
-        if record.header.get("participant") in without:
-            continue
-        rows = {each["id"]: each for each in _stimuli(record)}
-        for attempt in counting(attempts_of(record)).values():
-            row = rows.get(attempt.stimulus, {})
-            label = str(row.get("label") or attempt.stimulus)
-            yield Capture(path, attempt, label, str(row.get("class") or ""), _notes(record))
+        yield from _of_session(path, record)
+
+
+def _participant(path: Path) -> str:
+    """Whose session it is, told without a look at what was recorded; "" where `read` will say what is wrong."""
+    try:
+        header = read_header(path)
+    except LedgerError:
+        return ""
+    return str(header.get("participant", "")) if isinstance(header, dict) else ""
+
+
+def _of_session(path: Path, record: Record) -> Iterator[Capture]:
+    rows = {each["id"]: each for each in _stimuli(record)}
+    for attempt in counting(attempts_of(record)).values():
+        row = rows.get(attempt.stimulus, {})
+        label = str(row.get("label") or attempt.stimulus)
+        yield Capture(path, attempt, label, str(row.get("class") or ""), _notes(record))
 
 
 def _stimuli(record: Record) -> Sequence[dict[str, str]]:
@@ -128,8 +169,8 @@ def touched_in(capture: Capture, normal: tuple[float, float, float], made_from: 
 
 
 def _notes(record: Record) -> tuple[str, ...]:
-    rig = record.header.get("rig", {})
-    return ("simulated",) if rig.get("kind") == "simulated" or rig.get("twins") else ()
+    header = record.header
+    return () if in_person(header) and not header["rig"].get("twins") else (SIMULATED,)
 
 
 def _sampled(what: str, streams: dict[str, Stream], where: str) -> Sampled:
@@ -169,11 +210,12 @@ def _columns(what: str, stream: Stream, where: str) -> list[int]:
 
 
 def _demand_all(
-    lab: Path, found: Mapping[str, Sequence[Capture]], textures: Collection[str] | None, gone: bool
+    lab: Path, found: Mapping[str, Sequence[Capture]], textures: Collection[str] | None, also: Sequence[str]
 ) -> None:
+    """Raises NoCapture where one of `textures` lacks, or everything; `also` says why else a capture may not count."""
     for texture in textures or ():
         if texture not in found:
-            raise TextureDataError(f"{lab}: no capture of {texture!r} counts; {nearest(texture, found)}")
+            raise NoCapture(f"{lab}: no capture of {texture!r} counts; {nearest(texture, found)}")
     if not found:
-        also = ", or is of somebody who withdrew" if gone else ""
-        raise TextureDataError(f"{lab}: no capture counts: every attempt was repeated, left or faulted{also}")
+        why = "".join(f", or {each}" for each in also)
+        raise NoCapture(f"{lab}: no capture counts: every attempt was repeated, left or faulted{why}")

@@ -12,6 +12,8 @@ from typing import Any
 from protocols.canonical import digest
 
 PACKAGES = ("palpate", "numpy", "scipy", "torch", "scikit-learn")
+BESIDE = ("librosa", "scikit-image", "pywavelets", "pillow")
+"""What makes features of recordings and pictures, where it is installed: other models know nothing of it."""
 
 
 def run_card(
@@ -34,8 +36,12 @@ def run_card(
 
 
 def versions() -> dict[str, str | None]:
-    """Of Python and of the packages that decide a result; None for one that is not installed."""
-    return {"python": platform.python_version(), **{name: _version(name) for name in PACKAGES}}
+    """Of Python and of the packages that decide a result, none of which is imported.
+
+    None for one of `PACKAGES` that is not installed; one of `BESIDE` is not named then.
+    """
+    beside = {name: told for name in BESIDE if (told := _version(name)) is not None}
+    return {"python": platform.python_version(), **{name: _version(name) for name in PACKAGES}, **beside}
 
 
 def _version(name: str) -> str | None:

@@ -1,4 +1,6 @@
 import json
+from dataclasses import replace
+from pathlib import Path
 
 import numpy as np
 import pytest
@@ -62,6 +64,21 @@ def test_what_was_asked_reaches_the_reader_and_the_report(made, tmp_path):
     assert (told["quick"], told["seed"], told["epochs"], len(told["tested"])) == (True, 3, 7, 5)
 
 
+def test_textures_that_lack_what_others_have_are_named_and_left_out(tmp_path, monkeypatch):
+    whole = made_material(12, noise=0.3)
+    few = replace(whole, textures=tuple(
+        each if place < 9 else replace(each, touch={}) for place, each in enumerate(whole.textures)
+    ))  # fmt: skip
+    monkeypatch.setattr(commands_attributes, "material_for", lambda _asked, _report: few)
+    asked = ("--lab", tmp_path, "--workers", 1)
+    told = done(evaluate, *asked, "--methods", "mean", "--no-figures", "--no-ablations").stdout
+    assert "Not used: T10, T11, T12: no recording of it can be used." in " ".join(told.split())
+    written = json.loads(done(train, *asked, "--method", "mean", "--json").stdout)
+    card = read_model(Path(written["card"])).card
+    assert "Not used: T10, T11, T12: no recording of it can be used." in card.notes
+    assert card.learned == whole.ids[:9]
+
+
 @pytest.mark.parametrize("group", [train, evaluate])
 def test_an_unknown_method_is_refused_before_anything_is_read(made, tmp_path, group):
     option = "--method" if group is train else "--methods"
@@ -80,8 +97,27 @@ def test_ratings_without_a_folder_are_refused(tmp_path):
 
 
 def test_an_empty_lab_is_refused(tmp_path):
-    with pytest.raises(ValueError, match=r"\w"):
-        done(evaluate, "--lab", tmp_path, "--workers", 1)
+    told = "no recording and no picture of a texture in texture_capture or texture_photos that can be used"
+    for group in (evaluate, train):
+        with pytest.raises(MaterialError, match=told):
+            done(group, "--lab", tmp_path, "--workers", 1)
+    assert not (tmp_path / "evaluated").exists() and not (tmp_path / "models").exists()
+
+
+def test_real_or_simulated_sessions_of_the_lab_are_taken_as_it_is_asked(tmp_path, monkeypatch):
+    asked = []
+
+    def read(_lab, **options):
+        asked.append(options["simulated"])
+        return made_material(12, noise=0.3)
+
+    monkeypatch.setattr("modeling.attributes.reading.read_material", read)
+    for sessions in ((), ("--sessions", "real"), ("--sessions", "simulated")):
+        done(train, "--lab", tmp_path, "--workers", 1, "--method", "mean", *sessions)
+    assert asked == [None, False, True]
+    result = CliRunner().invoke(evaluate, ["attributes", "--sessions", "real", "--folder", str(tmp_path)])
+    assert result.exit_code == 2
+    assert "--folder takes none of them" in result.output
 
 
 def test_help_names_both_verbs():

@@ -4,7 +4,7 @@ import numpy as np
 import pytest
 
 from analysis.features.mfcc import mfcc
-from analysis.features.segments import segments
+from analysis.features.segments import contact, segments
 from analysis.features.tactile import SIZES, touch_features
 from analysis.features.touch import FeatureError, Stretch, Touch
 from tests.analysis.features.made_touch import noise, touch
@@ -38,8 +38,25 @@ def test_the_same_again_bit_for_bit():
     ids=["silent", "constant", "clipped", "faint", "loud", "one sample"],
 )  # fmt: skip
 def test_extremes_are_finite(axes):
-    made = Touch("made", (Stretch(axes, np.zeros(1000), np.zeros(1000)),))
+    made = Touch("made", (Stretch(axes, np.zeros(1000), np.ones(1000)),))
     assert all(np.isfinite(rows).all() for rows in touch_features(made).values())
+
+
+def test_segments_without_contact_have_no_row():
+    force = np.repeat([1.0, 0.14, 0.16, 0.0], 500)
+    made = Touch("made", (Stretch(noise(2000), np.full(2000, 50.0), force),))
+    whole = touch_features(Touch("made", (Stretch(noise(2000), np.full(2000, 50.0), np.ones(2000)),)))
+    found = touch_features(made)
+    np.testing.assert_array_equal(found["mfcc"], whole["mfcc"][[0, 2]])
+    assert found["hand"][:, 5].tolist() == pytest.approx([1.0, 0.16])
+    assert contact(made).tolist() == [True, False, True, False]
+
+
+@pytest.mark.parametrize("force_N", [0.0, 0.149, -1.0])
+def test_a_touch_without_any_contact_is_refused(force_N):
+    made = Touch("made", (Stretch(noise(1000), np.full(1000, 50.0), np.full(1000, force_N)),))
+    with pytest.raises(FeatureError, match=rf"made: no contact in any of 2 segments: .* is {force_N:.2g} N at most"):
+        touch_features(made)
 
 
 def test_too_little_is_refused():

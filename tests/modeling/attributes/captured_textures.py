@@ -15,12 +15,13 @@ CHUNK_S = 0.5
 """As recorders write: acceleration and force lie in the file, positions are small enough to be kept."""
 
 
-def streams(seed, seconds, first_s):
+def streams(seed, seconds, first_s, press=1.0):
     """The streams of one exploration in chunks: a list of [(block, what the recorder says of it)]."""
     t = np.arange(round(120 * seconds)) / 120
     place = np.stack([40 * np.sin(3 * t), 40 * np.cos(3 * t), 0 * t, 1 + 0 * t], axis=1)
     felt = np.stack([vibration(round(3000 * seconds), seed + axis) for axis in range(3)], axis=1) + GRAVITY
     force = 1.5 + 0.3 * np.sin(np.arange(round(8000 * seconds)) / 9000)
+    force = press * force
     wrench = np.stack([0 * force, 0 * force, force, 0 * force, 0 * force, 0 * force], axis=1)
     kinds = (("tool_acceleration", felt, 3000, AXES), ("tool_force", wrench, 8000, WRENCH),
              ("tool_position", place, 120, PLACE))  # fmt: skip
@@ -32,19 +33,19 @@ def streams(seed, seconds, first_s):
         yield pieces
 
 
-def capture(written, trial, stimulus, seconds=6.0, seed=None, as_="captured"):
+def capture(written, trial, stimulus, seconds=6.0, seed=None, as_="captured", press=1.0):
     """One trial, whose streams begin where its number says."""
     written.trial, written.attempt = trial, 1
     written.note("trial_started", {"stimulus": stimulus, "block": "main"})
     written.ask_for("sense")
-    for pieces in streams(trial if seed is None else seed, seconds, 100.0 * trial):
+    for pieces in streams(trial if seed is None else seed, seconds, 100.0 * trial, press):
         written.chunk(*pieces)
     written.done()
     written.end(as_)
 
 
-def session(lab, participant, captures):
-    """A session's ledger with these captures: keyword arguments of `capture`."""
+def session(lab, participant, captures, rig=None):
+    """A session's ledger with these captures: keyword arguments of `capture`. `rig`: of the header, twins without."""
     path = lab / "sessions" / f"texture_capture_{participant}_s1.sqlite"
     path.parent.mkdir(parents=True, exist_ok=True)
     written = Written(path)
@@ -55,6 +56,7 @@ def session(lab, participant, captures):
         {"id": f"T0{n}", "columns": {"label": f"wood {n} of 9", "class": "wood" if n < 3 else "foam"}}
         for n in range(1, 10)
     ]
+    header = {**header, **({"rig": rig} if rig else {})}
     header = {**header, "participant": participant, "study": {**header["study"], "stimuli": stimuli}}
     create(path, header, {"at": "2026-01-01T00:00:00+00:00"})
     ledger = take_up(path, {"at": "2026-01-01T00:00:00+00:00"})

@@ -114,6 +114,17 @@ def test_silence_black_pictures_and_the_same_hand_join_nobody():
     assert len(groups_of(both.textures)) == 26
 
 
+def test_a_black_picture_joins_nobody_through_what_the_network_makes_of_it():
+    black = {"resnet": M.textures[9].sight["resnet"][:1], "glcm": np.eye(1, 256, dtype="f4")}
+    noise = {"resnet": M.textures[10].sight["resnet"][:2], "glcm": M.textures[10].sight["glcm"][:2]}
+    lidded = {"touch": {}, "sight": black, "variants": noise, "made_from": frozenset()}
+    both = [dataclasses.replace(T06, id=name, **lidded) for name in ("A", "B")]
+    assert groups_of(both) == (("A",), ("B",))
+    seen = {kind: np.concatenate([rows, T05.sight[kind][:1]]) for kind, rows in black.items()}
+    more = [dataclasses.replace(each, sight=seen, variants={}) for each in both]
+    assert groups_of(more) == (("A", "B"),)  # the second picture is one that shows something
+
+
 def test_the_hand_alone_is_compared_where_there_is_nothing_else():
     twin = {"touch": {"hand": T05.touch["hand"]}, "sight": {}, "variants": {}, "made_from": frozenset()}
     both = [dataclasses.replace(T05, id=name, **twin) for name in ("A", "B")]

@@ -1,5 +1,4 @@
 import dataclasses
-import json
 from functools import partial
 
 import numpy as np
@@ -9,12 +8,14 @@ from modeling.attributes.judging_entries import entries
 from modeling.attributes.judging_jobs import KINDS, MAIN, SAME, Entry, Job
 from modeling.attributes.judging_kept import home, key
 from modeling.attributes.judging_material import digest_of, reread, stored
-from modeling.attributes.judging_run import answer, run
+from modeling.attributes.judging_run import answer, learning, run
 from modeling.attributes.judging_whole import context_for, judge, usable
 from modeling.attributes.material import MaterialError
 from modeling.attributes.methods import Method
 from modeling.training.refusals import JobBroken
 from tests.modeling.attributes import judged_attributes as small
+
+ENTRY = Entry("ridge", ("mfcc",), ("glcm",))
 
 
 @pytest.fixture(scope="module")
@@ -218,5 +219,24 @@ def test_a_context_can_be_made_without_any_chance_of_a_leak(tmp_path):
     for fold in context.folds.values():
         assert len({"T01", "TWIN"} & {fold.test, *fold.apart}) != 1
         assert len({"T01", "TWIN"} & set(fold.held)) != 1
-    entry = Entry("ridge", ("mfcc",), ("glcm",))
-    assert json.loads(json.dumps(key(Job(entry, "TWIN"), context)))
+    for name in ("T01", "TWIN"):
+        given = learning(reread(context.stored), context.folds[name], small.METHODS["ridge"], ENTRY, 0, {})
+        assert {each.id for each in given.train} == set(small.material().ids) - {"T01"}
+        assert given.held == ()
+    assert key(Job(ENTRY, "TWIN"), context) != key(Job(ENTRY, "T01"), context)
+
+
+def test_too_few_textures_that_have_everything_are_refused_with_what_lacks(tmp_path):
+    found = small.material()
+    textures = [each if place < 2 else dataclasses.replace(each, touch={}) for place, each in enumerate(found.textures)]
+    few = dataclasses.replace(found, textures=tuple(textures))
+    told = (
+        "2 of 12 textures have all that the others have, 3 at least are needed. T03, T04, .*, T12: no recording of it"
+    )
+    with pytest.raises(MaterialError, match=told):
+        small.judged(tmp_path, few)
+    three = dataclasses.replace(found, textures=(found.textures[2], *textures[:2], *textures[3:]))
+    assert small.judged(tmp_path, three).tested == ("T03", "T01", "T02")
+    assert small.judged(tmp_path, three).unused() == [
+        "T04, T05, T06, T07, T08, T09, T10, T11, T12: no recording of it can be used"
+    ]

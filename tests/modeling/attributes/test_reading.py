@@ -1,12 +1,20 @@
 """A lab's material: recordings, pictures and ratings joined by texture; what lacks is noted, what is kept is used."""
 
+import hashlib
+from io import BytesIO
+
 import numpy as np
 import pytest
+from PIL import Image
 
+from modeling.attributes.folds_groups import groups_of
 from modeling.attributes.material import MaterialError
 from modeling.attributes.reading import read_material
+from studies.participants.people import add as enter
+from studies.participants.registry import open_registry
+from studies.participants.withdrawal import withdraw
 from tests.modeling.attributes.captured_textures import session
-from tests.modeling.attributes.photo_labs import photos, rated_by, taken
+from tests.modeling.attributes.photo_labs import LIVE, photos, rated_by, taken
 
 
 def read(lab, **options):
@@ -79,6 +87,33 @@ def test_touch_or_sight_alone_and_nothing_kept(lab):
         read(lab, touch=False, sight=False)
 
 
+def test_a_texture_that_was_never_touched_and_lifted_segments_are_told(tmp_path):
+    session(tmp_path, "P001", [{"stimulus": "T01"}, {"stimulus": "T02", "press": 0.05}])
+    whole, lifted = read(tmp_path).textures
+    assert len(whole.touch["mfcc"]) == 1
+    assert lifted.touch == {} and any("T02: no contact in any of 1 segments" in note for note in lifted.notes)
+
+
+def test_recordings_of_twins_or_of_a_rig_are_taken_and_never_both(tmp_path):
+    session(tmp_path, "P001", [{"stimulus": "T01"}, {"stimulus": "T02"}])
+    session(tmp_path, "P002", [{"stimulus": "T01", "seed": 9}], rig=LIVE)
+    real, twins = read(tmp_path), read(tmp_path, simulated=True)
+    assert real.ids == ("T01",) and not real.simulated
+    assert twins.ids == ("T01", "T02") and twins.simulated
+    assert not np.array_equal(real.textures[0].touch["mfcc"], twins.textures[0].touch["mfcc"])
+
+
+def test_where_all_who_touched_withdrew_the_pictures_are_left(tmp_path):
+    session(tmp_path, "P001", [{"stimulus": "T01"}])
+    photographed(tmp_path, "T01")
+    registry = open_registry(tmp_path)
+    enter(registry, "P001")
+    withdraw(registry, "P001", "asked to")
+    found = read(tmp_path)
+    assert found.textures[0].touch == {} and found.textures[0].sight
+    assert any("nothing was felt: " in note and "somebody who withdrew" in note for note in found.notes)
+
+
 def test_a_recording_that_cannot_be_used_leaves_the_texture_with_a_note(tmp_path):
     session(tmp_path, "P001", [{"stimulus": "T01"}, {"stimulus": "T02", "seconds": 4.0}])
     whole, short = read(tmp_path).textures
@@ -99,6 +134,23 @@ def test_a_picture_that_shows_nothing_leaves_the_texture_with_a_note(tmp_path):
     assert any("16 x 16 pixels: 224 on the shorter side are the least" in note for note in found.textures[1].notes)
     assert found.textures[1].rated is None and "not rated" in found.textures[1].notes
     assert "no session of texture_capture: nothing was felt" in found.notes
+
+
+def test_the_same_black_picture_of_two_textures_does_not_join_them(tmp_path):
+    black = BytesIO()
+    Image.new("L", (256, 256), 0).save(black, "PNG")
+    made = photos(tmp_path)
+    for trial, texture in enumerate(("T01", "T02"), start=1):
+        kept = taken(tmp_path, texture, 2)
+        (tmp_path / "pictures" / kept["file"]).write_bytes(black.getvalue())
+        told = {**kept, "sha256": hashlib.sha256(black.getvalue()).hexdigest()}
+        made.shoot(trial, texture, [taken(tmp_path, texture, 1), told])
+    made.write()
+    found = read(tmp_path, variants=1)
+    assert [each.sight["resnet"].shape for each in found.textures] == 2 * [(2, 2048)]
+    assert groups_of(found.textures) == (("T01",), ("T02",))
+    assert all(len(each.made_from) == 1 for each in found.textures)
+    assert groups_of(read(tmp_path, variants=1).textures) == (("T01",), ("T02",))
 
 
 def test_three_of_many_pictures_in_a_hurry_and_all_group_the_texture(tmp_path):

@@ -162,6 +162,22 @@ def test_the_table_is_the_one_named_or_the_only_one(tmp_path):
         read(tmp_path, scale=(100.0, 0.0))
 
 
+@pytest.mark.parametrize("rows", [("1,7,3,4", "2,5,1,6"), ("0.5,0.1,1,0", "0,0,1,1"), ("1.2,9.9,4.4,10", ",,,")])
+def test_ratings_of_few_steps_are_not_read_as_of_0_to_100_unless_that_is_said(tmp_path, rows):
+    folder_of(tmp_path, HEADER, *(f"T{n},x,y,{row}" for n, row in enumerate(rows, start=1)))
+    with pytest.raises(MaterialError, match=r"ratings.csv: all ratings lie from .* to .*: say .* --scale 1 7"):
+        read(tmp_path)
+    values = [float(cell) for cell in rows[0].split(",")]
+    assert read(tmp_path, scale=(0.0, 100.0)).textures[0].rated.mean.tolist() == values
+    told = read(tmp_path, scale=(0.0, 10.0)).textures[0].rated.mean
+    np.testing.assert_allclose(told, [10 * value for value in values])
+
+
+def test_one_rating_above_ten_is_enough_for_0_to_100(tmp_path):
+    folder_of(tmp_path, HEADER, "T1,x,y,1,7,3,4", "T2,x,y,2,5,1,60")
+    assert read(tmp_path).textures[0].rated.mean.tolist() == [1, 7, 3, 4]
+
+
 def test_a_table_in_other_bytes_is_refused(tmp_path):
     folder_of(tmp_path, HEADER, ROWS[0])
     (tmp_path / "ratings.csv").write_bytes(b"id,\xff\n")

@@ -9,13 +9,14 @@ import pytest
 from analysis.features.tactile import touch_features
 from modeling.attributes.reading_touch import felt, recorded, rows_of, touches
 from modeling.attributes.touching import filtering
-from modeling.textures.reading_ledgers import read_lab
+from modeling.textures.reading_ledgers import NoCapture, read_lab
 from modeling.textures.recording import TextureDataError
 from modeling.training.jobs import run_jobs
 from studies.participants.people import add as enter
 from studies.participants.registry import open_registry
 from studies.participants.withdrawal import withdraw
 from tests.modeling.attributes.captured_textures import session
+from tests.modeling.attributes.photo_labs import LIVE
 
 
 def test_each_texture_with_its_class_in_the_order_of_the_session(tmp_path):
@@ -45,6 +46,27 @@ def test_captures_of_two_people_are_one_texture_and_only_those_that_count(tmp_pa
     session(tmp_path, "P002", [{"stimulus": "T01", "seed": 9}])
     (found,) = touches(tmp_path)
     assert len(found.touch.stretches) == len(found.made_from) == 2
+
+
+def test_real_and_simulated_captures_are_not_mixed(tmp_path):
+    session(tmp_path, "P001", [{"stimulus": "T01"}, {"stimulus": "T02"}])
+    assert all("simulated" in each.notes for each in touches(tmp_path))
+    path = session(tmp_path, "P002", [{"stimulus": "T01", "seed": 9}], rig=LIVE)
+    (real,) = touches(tmp_path)
+    assert real.id == "T01"
+    assert real.made_from == next(touches(path)).made_from
+    assert "simulated" not in real.notes
+    assert "captures of simulated sessions are left out: they are not mixed with others" in real.notes
+    twins = list(touches(tmp_path, simulated=True))
+    assert [each.id for each in twins] == ["T01", "T02"]
+    assert all(not each.made_from & real.made_from and "simulated" in each.notes for each in twins)
+    with pytest.raises(NoCapture, match="or is of a real session"):
+        recorded(path, simulated=True)
+
+
+def test_a_rig_some_of_whose_devices_are_twins_is_simulated(tmp_path):
+    session(tmp_path, "P001", [{"stimulus": "T01"}], rig={"kind": "live", "twins": ["samples"]})
+    assert "simulated" in next(touches(tmp_path)).notes
 
 
 def test_who_withdrew_is_not_felt(tmp_path):

@@ -45,7 +45,19 @@ def test_textures_of_one_group_count_as_one():
     one, other = np.array([1.0, 1.0, 5.0, 2.0]), np.zeros(4)
     found = difference(one, other, (0, 0, 1, 2))
     assert found.groups == 3
-    assert found.mean == pytest.approx(8 / 3)
+    assert found.mean == pytest.approx(9 / 4)  # over the four textures, as the MAE beside it is
+
+
+def test_the_interval_over_groups_is_that_of_statsmodels_cluster_robust_errors():
+    ols = pytest.importorskip("statsmodels.api").OLS
+    groups = np.repeat(np.arange(14), [1, 3, 1, 2, 1, 1, 4, 1, 2, 1, 1, 5, 1, 1])
+    shared = CHANCE.normal(1, 2, 14)[groups]
+    off = shared + CHANCE.normal(0, 1, len(groups))
+    told = ols(off, np.ones(len(off))).fit(cov_type="cluster", cov_kwds={"groups": groups}, use_t=True)
+    found = difference(off, np.zeros(len(off)), groups.tolist())
+    assert (found.mean, found.low, found.high) == pytest.approx((off.mean(), *told.conf_int(0.05)[0]))
+    apart = difference(off, np.zeros(len(off)), range(len(off)))
+    assert found.high - found.low > 1.2 * (apart.high - apart.low)
 
 
 def test_a_difference_may_be_chance_or_none():

@@ -6,6 +6,7 @@ import numpy as np
 import pytest
 
 from analysis.features.segments import segments
+from analysis.features.tactile import touch_features
 from modeling.attributes.reading_touch import felt_of
 from modeling.attributes.touching import filtering, touch_of
 from modeling.textures.preparing import Touched, prepared
@@ -84,7 +85,7 @@ def test_a_faster_accelerometer_and_a_slower_force_meet_at_1_khz():
 def test_holes_cut_and_trimming_counts_from_the_explorations_own_ends(hole, left):
     given = without(touched(), *hole)
     if left == [200]:
-        with pytest.raises(TextureDataError, match=r"longest stretch without a hole is 0\.2 s"):
+        with pytest.raises(TextureDataError, match=r"acceleration lasts 8 s at 1000 Hz, and force 5\.2 s at 1000 Hz"):
             touch_of("t", [given])
     else:
         assert lengths(touch_of("t", [given])[0]) == left
@@ -111,6 +112,28 @@ def test_recordings_of_any_source_are_known_by_their_samples():
 def test_what_never_varies_is_told():
     _, notes = touch_of("t", [touched(force=np.full(N, 0.8))])
     assert any("force never varies (0.8 N)" in note for note in notes)
+
+
+@pytest.mark.parametrize(("said_hz", "lasts"), [(2000.0, 4), (500.0, 16), (1060.0, 7.547), (940.0, 8.511)])
+def test_acceleration_at_a_rate_that_is_not_its_own_is_refused(said_hz, lasts):
+    with pytest.raises(TextureDataError, match=f"lasts {lasts} s at {said_hz:g} Hz, and force 8 s at 1000 Hz"):
+        touch_of("t", [touched(rate_hz=said_hz)])
+
+
+def test_sensors_that_stop_a_little_apart_are_read():
+    force = evenly("force", np.linspace(0.5, 2, N - 300), 1000.0, "made")
+    found, _ = touch_of("t", [replace(touched(), force=force)])
+    assert lengths(found) == [2700]
+
+
+def test_segments_without_contact_are_told_and_never_any_is_refused():
+    force = np.where(np.arange(N) // 500 == 8, 0.0, 1.2)
+    found, notes = touch_of("t", [touched(force=force)])
+    assert "1 of 6 segments (17%) are without contact (mean force below 0.15 N): left out" in notes
+    assert len(touch_features(found)["mfcc"]) == 5
+    assert not any("without contact" in note for note in touch_of("t", [touched()])[1])
+    with pytest.raises(TextureDataError, match="t: no contact in any of 6 segments"):
+        touch_of("t", [touched(force=np.linspace(0.02, 0.1, N))])
 
 
 def test_too_short_is_refused_and_may_be_trimmed_less():

@@ -29,6 +29,8 @@ def test_the_model_is_fitted_to_all_textures_and_its_card_tells_of_those_left_ou
     assert (model.card.simulated, model.card.touch, model.card.sight) == (True, ("mfcc", "hand"), ("glcm",))
     assert model.card.training["data"]["textures"] == judged.context.digest
     assert model.card.training["configuration"]["seed"] == 0
+    assert model.card.notes[0] == "Fitted to 12 textures; the metrics are those of leaving one out."
+    assert model.card.training["configuration"]["watched"] == []
     assert "nothing about how a texture feels" in model.card.notes[1]
     whole = small.fit_linear(Learning(judged.material.textures, (), PAIRS, ("mfcc", "hand"), ("glcm",)))
     texture = judged.material.textures[3]
@@ -64,6 +66,10 @@ def test_a_network_watches_a_share_of_the_textures_and_leaves_its_learning_curve
     methods = {"ridge": Method("ridge", "Ridge", fit, holds_out=True)}
     written = trained(tmp_path, methods=methods)
     assert asked[-1] == (11, 1)
+    card = json.loads(written.card.read_text())
+    assert card["notes"][0].startswith("Fitted to 11 textures, 1 more are watched to stop early; the metrics are")
+    (watched,) = card["training"]["configuration"]["watched"]
+    assert watched in card["learned"] and len(card["learned"]) == 12
     assert {path.name for path in written.files} == {
         "texture-attributes.json", "texture-attributes.safetensors", "texture-attributes.history.csv",
         "texture-attributes.history.svg", "texture-attributes.history.png",

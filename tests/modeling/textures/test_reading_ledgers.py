@@ -1,12 +1,19 @@
 """Textures from ledgers: which captures count, how several join, units and axes, what is refused."""
 
+import sqlite3
+from contextlib import closing
+
 import numpy as np
 import pytest
 
 from modeling.textures.joined import Joined
 from modeling.textures.reading_ledgers import read_lab
 from modeling.textures.recording import TextureDataError
+from studies.participants.people import add as enter
+from studies.participants.registry import open_registry
+from studies.participants.withdrawal import withdraw
 from tests.analysis.streams.ledgers import Written, block, told
+from tests.modeling.attributes.captured_textures import session as captures_of
 from tests.modeling.textures.made_textures import vibration
 
 SECONDS = 2.0
@@ -94,6 +101,35 @@ def test_captures_that_cannot_be_used_are_refused_with_their_place(lab, how, tol
     written.record()
     with pytest.raises(TextureDataError, match=told):
         read_lab(lab)
+
+
+def test_a_session_of_somebody_who_withdrew_is_not_read(lab):
+    for name in ("P001", "P002"):
+        captures_of(lab, name, [{"stimulus": "T01"}])
+    registry = open_registry(lab)
+    for name in ("P001", "P002"):
+        enter(registry, name)
+    withdraw(registry, "P002", "asked to")
+    (found,) = read_lab(lab)
+    assert not isinstance(found, Joined)
+    assert [each.split()[0] for each in found.made_from] == ["texture_capture_P001_s1.sqlite"]
+    with closing(sqlite3.connect(lab / "sessions" / "texture_capture_P002_s1.sqlite")) as ledger:
+        ledger.executescript("DROP TABLE samples; VACUUM")
+    assert read_lab(lab)[0].made_from == found.made_from
+    withdraw(registry, "P001", "asked to")
+    for place in (lab, *(lab / "sessions").glob("*.sqlite")):
+        with pytest.raises(TextureDataError, match="or is of somebody who withdrew"):
+            read_lab(place)
+
+
+def test_captures_of_a_rig_are_not_joined_with_those_of_twins(lab):
+    captures_of(lab, "P001", [{"stimulus": "T01"}])
+    captures_of(lab, "P002", [{"stimulus": "T01"}], rig={"kind": "live", "twins": []})
+    (real,), (twin,) = read_lab(lab), read_lab(lab, simulated=True)
+    for found, number, other in ((real, 2, "simulated"), (twin, 1, "real")):
+        assert not isinstance(found, Joined)
+        assert found.made_from[0].startswith(f"texture_capture_P00{number}")
+        assert f"captures of {other} sessions are left out: they are not mixed with others" in found.notes
 
 
 def test_a_texture_or_a_session_that_is_not_there_is_refused(lab):

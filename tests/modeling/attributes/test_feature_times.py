@@ -1,0 +1,47 @@
+"""Seconds of features count from what sensors and camera gave, each step once."""
+
+import pytest
+
+from modeling.attributes import feature_times
+from modeling.attributes.feature_times import feature_seconds, steps_of
+from modeling.textures import preparing
+
+
+def test_what_comes_before_a_sense_is_done_once_and_for_nobody_who_lacks_it():
+    assert steps_of(("mfcc", "hand", "resnet", "glcm")) == ("recording", "picture", "mfcc", "hand", "resnet", "glcm")
+    assert steps_of(("dwt",)) == ("recording", "dwt")
+    assert steps_of(("glcm",)) == ("picture", "glcm")
+    assert steps_of(()) == ()
+
+
+@pytest.fixture
+def short(monkeypatch):
+    monkeypatch.setattr(feature_times, "SECONDS", 8.0)
+
+
+def test_the_recording_is_prepared_and_the_picture_decoded_while_the_clock_runs(short, monkeypatch):
+    """A clock that counts what was done: filtering a recording, decoding a picture."""
+    from analysis.features import pictures
+
+    done = {"filtered": 0, "decoded": 0}
+
+    def counted(module, name, what):
+        whole = getattr(module, name)
+
+        def call(*given):
+            done[what] += 1
+            return whole(*given)
+
+        monkeypatch.setattr(module, name, call)
+
+    counted(preparing, "band_pass", "filtered")
+    counted(pictures, "_cut", "decoded")
+    told = feature_seconds({"mfcc", "hand", "glcm"}, clock=lambda: 1000.0 * done["filtered"] + done["decoded"])
+    assert told == {"recording": pytest.approx(1000, abs=1000), "mfcc": 0, "hand": 0, "picture": 10, "glcm": 0}
+    assert told["recording"] >= 1000
+
+
+def test_only_what_was_asked_for_is_timed(short):
+    told = feature_seconds({"dft"})
+    assert set(told) == {"recording", "dft"}
+    assert told["recording"] > 5 * told["dft"] > 0

@@ -1,0 +1,52 @@
+"""What is left out is not learned from: whatever the tested texture holds, each method's fit is bit-equal."""
+
+from dataclasses import replace
+
+import numpy as np
+import pytest
+
+from modeling.attributes.judging_jobs import Entry
+from modeling.attributes.judging_material import reread
+from modeling.attributes.judging_run import learning
+from modeling.attributes.judging_whole import Wanted, context_for
+from modeling.attributes.registry import METHODS, OWN_FEATURES
+from tests.modeling.attributes.judged_attributes import changed
+from tests.modeling.attributes.made_material import made_material
+
+pytest.importorskip("torch")
+
+LEFT_OUT, OTHER = "T05", "T06"
+M = made_material(9, segments=3, pictures=2)
+
+
+def with_other_content(name):
+    """The material with other features, pictures' versions and ratings of one texture."""
+    of = next(each for each in M.textures if each.id == name)
+    stranger = made_material(1, segments=3, pictures=2, seed=77).textures[0]
+    rated = replace(of.rated, mean=100.0 - of.rated.mean, sd=of.rated.sd + 3.0)
+    more = {"touch": stranger.touch, "sight": stranger.sight, "variants": stranger.variants}
+    return changed(M, name, **more, rated=rated, made_from=frozenset({"another file"}))
+
+
+def fitted(material, name, work):
+    """All numbers of a method that was fitted without `LEFT_OUT`, by the way that an evaluation goes."""
+    context = context_for(material, Wanted(work, epochs=1), METHODS)
+    entry = Entry(name, *OWN_FEATURES[name])
+    given = learning(
+        reread(context.stored), context.folds[LEFT_OUT], METHODS[name], entry, context.seed, context.settings
+    )
+    arrays, told = METHODS[name].fit(given).saved()
+    return dict(arrays), told
+
+
+def same(one, other):
+    return one[1] == other[1] and set(one[0]) == set(other[0]) and all(
+        np.array_equal(one[0][key], other[0][key], equal_nan=True) for key in one[0]
+    )  # fmt: skip
+
+
+@pytest.mark.parametrize("name", list(METHODS))
+def test_a_fit_knows_nothing_of_the_texture_that_is_left_out(name, tmp_path):
+    before = fitted(M, name, tmp_path)
+    assert same(before, fitted(with_other_content(LEFT_OUT), name, tmp_path))
+    assert not same(before, fitted(with_other_content(OTHER), name, tmp_path))  # what is learned from does decide it

@@ -1,0 +1,35 @@
+"""What a run card says of the software: versions without an import."""
+
+import subprocess
+import sys
+from importlib.metadata import PackageNotFoundError, version
+
+from modeling.training import run_card
+from modeling.training.run_card import BESIDE, PACKAGES, versions
+
+
+def test_every_package_that_makes_features_is_named_with_its_installed_version():
+    told = versions()
+    assert set(PACKAGES) < set(told)
+    for name in ("librosa", "scikit-image", "pywavelets", "pillow"):
+        assert told[name] == version(name)
+
+
+def test_what_is_not_installed_is_null_or_where_it_only_stands_beside_not_named(monkeypatch):
+    def lacking(name):
+        if name in ("torch", "librosa"):
+            raise PackageNotFoundError(name)
+        return "1"
+
+    monkeypatch.setattr(run_card, "version", lacking)
+    told = versions()
+    assert told["torch"] is None
+    assert set(told) == {"python", *PACKAGES, *BESIDE} - {"librosa"}
+
+
+def test_no_package_is_imported_for_its_version():
+    code = (
+        "import sys; from modeling.training.run_card import versions; versions(); "
+        "sys.exit(bool({'numpy', 'scipy', 'torch', 'sklearn', 'librosa', 'skimage', 'pywt', 'PIL'} & set(sys.modules)))"
+    )
+    assert subprocess.run([sys.executable, "-c", code], check=False, timeout=60).returncode == 0
