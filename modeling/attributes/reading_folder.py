@@ -61,11 +61,11 @@ def read_folder(
     if not low < high:
         raise MaterialError(f"a scale from {low:g} to {high:g}: the lower end comes first")
     how = sight_with(weights_from(weights, sha256), variants, quick)
-    table = table or _table(folder)
-    lines, columns = _lines(table, tuple(pairs or attributes_of(None)))
+    table = table or table_in(folder)
+    lines, columns = lines_of(table, tuple(pairs or attributes_of(None)))
     rated = [rated_in(line.cells, line.place, columns, (low, high)) for line in lines]
     if scale is None:
-        _demand_wide(table, [line for line, found in zip(lines, rated, strict=True) if found], columns)
+        demand_wide(table, [line for line, found in zip(lines, rated, strict=True) if found], columns)
     albums = [Album(line.id, tuple(_pictures(folder, line))) for line in lines]
     _demand_once(albums)
     looks = [in_a_hurry(each) if quick else each for each in albums]
@@ -76,7 +76,7 @@ def read_folder(
     return Material(textures, columns.pairs, how.weights.told, simulated, (*told, *((HURRIED,) if quick else ())))
 
 
-def _demand_wide(table: Path, lines: Sequence[Line], columns: Columns) -> None:
+def demand_wide(table: Path, lines: Sequence[Line], columns: Columns) -> None:
     """Nobody said what the scale is: ratings of 1 to 7 must not be read as the lowest of 0 to 100."""
     values = [float(line.cells[each.column]) for line in lines for each in columns.ratings]
     if values and max(values) <= FEW_STEPS:
@@ -86,7 +86,7 @@ def _demand_wide(table: Path, lines: Sequence[Line], columns: Columns) -> None:
         )
 
 
-def _table(folder: Path) -> Path:
+def table_in(folder: Path) -> Path:
     """The table in a folder. Raises MaterialError where there is none, or more than one."""
     if not folder.is_dir():
         raise MaterialError(f"{folder}: no such folder; one with pictures and a table of ratings is expected")
@@ -109,7 +109,8 @@ def _texture(line: Line, album: Album, rated: Rated | None, looked: Seen) -> Tex
     )  # fmt: skip
 
 
-def _lines(table: Path, pairs: tuple[Pair, ...]) -> tuple[list[Line], Columns]:
+def lines_of(table: Path, pairs: tuple[Pair, ...]) -> tuple[list[Line], Columns]:
+    """The textures' lines and what its columns are. Raises MaterialError on a table that cannot be read, or is none."""
     try:
         text = table.read_bytes().decode("utf-8-sig")
     except OSError as error:

@@ -38,7 +38,7 @@ class Photographed:
 
 
 @dataclass(frozen=True)
-class _Taken:
+class Taken:
     """One trial that counts: what its reply says of each picture."""
 
     record: Record
@@ -55,14 +55,15 @@ def photographed(lab: Path, study: str = STUDY, simulated: bool | None = None) -
     twin that kept no file gave no picture. Files lie in LAB/pictures, or where the session's rig put them; each is
     read here once. Raises MaterialError on one that is missing or has changed, and on a damaged ledger.
     """
-    found, left_out = _of_kind(list(_taken(lab, study)), simulated)
-    by_texture: dict[str, list[_Taken]] = {}
+    found, left_out = of_kind(list(taken_of(lab, study)), simulated)
+    by_texture: dict[str, list[Taken]] = {}
     for each in found:
         by_texture.setdefault(each.stimulus, []).append(each)
     return tuple(_photographed(lab, texture, every, left_out) for texture, every in by_texture.items())
 
 
-def _taken(lab: Path, study: str) -> Iterator[_Taken]:
+def taken_of(lab: Path, study: str) -> Iterator[Taken]:
+    """Every trial of a study that counts, of people who did not withdraw. Raises MaterialError on a damaged ledger."""
     gone = withdrawn(lab)
     for path in ledgers_in(lab, study):
         try:
@@ -73,17 +74,17 @@ def _taken(lab: Path, study: str) -> Iterator[_Taken]:
             yield from _of_session(record)
 
 
-def _of_session(record: Record) -> Iterator[_Taken]:
+def _of_session(record: Record) -> Iterator[Taken]:
     counts = {each.trial: each for each in attempts_of(record) if each.ended_as in KEPT and not each.withdrawn}
     rig = record.header["rig"]
     made_up = bool(rig["kind"] != "live" or rig.get("twins"))
     for event in record.events:
         kept = counts.get(event.trial) if event.trial is not None else None
         if kept is not None and event.kind == "reply" and kept.number == event.attempt and PICTURES in event.value:
-            yield _Taken(record, kept.stimulus, event.value[PICTURES], made_up)
+            yield Taken(record, kept.stimulus, event.value[PICTURES], made_up)
 
 
-def _of_kind(taken: Sequence[_Taken], simulated: bool | None) -> tuple[list[_Taken], tuple[str, ...]]:
+def of_kind(taken: Sequence[Taken], simulated: bool | None) -> tuple[list[Taken], tuple[str, ...]]:
     """Those of twins or the real ones, and a note where both are there."""
     kinds = {each.simulated for each in taken}
     wanted = simulated if simulated is not None else all(kinds)
@@ -91,7 +92,7 @@ def _of_kind(taken: Sequence[_Taken], simulated: bool | None) -> tuple[list[_Tak
     return [each for each in taken if each.simulated == wanted], (told,) if len(kinds) > 1 else ()
 
 
-def _photographed(lab: Path, texture: str, every: Sequence[_Taken], notes: tuple[str, ...]) -> Photographed:
+def _photographed(lab: Path, texture: str, every: Sequence[Taken], notes: tuple[str, ...]) -> Photographed:
     columns = _columns(every[0].record, texture)
     pictures = {each.sha256: each for taken in every for each in _pictures(lab, taken)}
     without = sum("file" not in picture for taken in every for picture in taken.pictures)
@@ -107,15 +108,15 @@ def _columns(record: Record, texture: str) -> Mapping[str, str]:
     return next((each.get("columns", {}) for each in stimuli if each.get("id") == texture), {})
 
 
-def _pictures(lab: Path, taken: _Taken) -> Iterator[Picture]:
+def _pictures(lab: Path, taken: Taken) -> Iterator[Picture]:
     for told in taken.pictures:
         if "file" in told:
             light = f", light {told['light']}" if "light" in told else ""
             name = f"{taken.stimulus}{light} ({taken.record.path.stem})"
-            yield _picture(name, str(told["file"]), str(told["sha256"]), _folders(lab, taken.record))
+            yield picture_of(name, str(told["file"]), str(told["sha256"]), folders_of(lab, taken.record))
 
 
-def _folders(lab: Path, record: Record) -> list[Path]:
+def folders_of(lab: Path, record: Record) -> list[Path]:
     """Where the pictures of a session may lie: what a rig file names lies beside it, in LAB/stations/HOST."""
     settings = record.header["rig"].get("settings") or {}
     named = [str(each[PICTURES]) for each in settings.values() if isinstance(each, Mapping) and each.get(PICTURES)]
@@ -123,7 +124,7 @@ def _folders(lab: Path, record: Record) -> list[Path]:
     return [lab / PICTURES, *(folder / name for name in named for folder in (*stations, lab))]
 
 
-def _picture(name: str, file: str, sha256: str, folders: Sequence[Path]) -> Picture:
+def picture_of(name: str, file: str, sha256: str, folders: Sequence[Path]) -> Picture:
     """The file that has this SHA-256. Raises MaterialError where none has."""
     there = [path for path in dict.fromkeys(folder / file for folder in folders) if path.is_file()]
     for path in there:

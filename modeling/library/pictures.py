@@ -35,9 +35,9 @@ def pictures_taken(lab: Path, simulated: bool | None = None) -> Pictures:
     """
     files: dict[str, Path] = {}
     lacking: dict[str, str] = {}
-    counting, _ = reading_pictures._of_kind(list(reading_pictures._taken(lab, reading_pictures.STUDY)), simulated)
+    counting, _ = reading_pictures.of_kind(list(reading_pictures.taken_of(lab, reading_pictures.STUDY)), simulated)
     for taken in counting:
-        folders = reading_pictures._folders(lab, taken.record)
+        folders = reading_pictures.folders_of(lab, taken.record)
         for told in taken.pictures:
             if taken.stimulus not in files and "file" in told:
                 try:
@@ -48,7 +48,7 @@ def pictures_taken(lab: Path, simulated: bool | None = None) -> Pictures:
 
 
 def _found(session: str, told: Mapping[str, Any], folders: Sequence[Path]) -> Path:
-    return reading_pictures._picture(session, str(told["file"]), str(told["sha256"]), folders).path
+    return reading_pictures.picture_of(session, str(told["file"]), str(told["sha256"]), folders).path
 
 
 def pictures_in(folder: Path, names: Sequence[str]) -> Iterator[tuple[str, Path]]:

@@ -13,24 +13,19 @@ from studies.content import file_sha256
 
 def read_rated(folder: Path, table: Path | None = None, scale: tuple[float, float] | None = None) -> Material:
     """The textures of the table with their ratings, read and refused as by `reading_folder.read_folder`."""
-    table = table or table_in(folder)
-    lines, columns = reading_folder._lines(table, attributes_of(None))
+    table = table or reading_folder.table_in(folder)
+    lines, columns = reading_folder.lines_of(table, attributes_of(None))
     ends = scale or reading_folder.SCALE
     if not ends[0] < ends[1]:
         raise MaterialError(f"a scale from {ends[0]:g} to {ends[1]:g}: the lower end comes first")
     rated = [rated_in(line.cells, line.place, columns, ends) for line in lines]
     if scale is None:
-        reading_folder._demand_wide(table, [line for line, each in zip(lines, rated, strict=True) if each], columns)
+        reading_folder.demand_wide(table, [line for line, each in zip(lines, rated, strict=True) if each], columns)
     textures = tuple(
         Texture(line.id, line.cells.get("label") or line.id, _category(line), rated=each)
         for line, each in zip(lines, rated, strict=True)
     )
     return Material(textures, columns.pairs, notes=(*columns.notes, f"ratings: {table.name} {file_sha256(table)}"))
-
-
-def table_in(folder: Path) -> Path:
-    """The table of ratings in a folder. Raises MaterialError where there is none, or more than one."""
-    return reading_folder._table(folder)
 
 
 def _category(line: reading_folder.Line) -> str:

@@ -10,11 +10,12 @@ import numpy as np
 
 from modeling.attributes.material import Material, Texture
 from modeling.attributes.model_file import NAME, AttributeModel, Card, read_model
+from modeling.attributes.reading_folder import table_in
 from modeling.attributes.reading_ratings import STUDY, RatedTextures, read_ratings
 from modeling.library.entries import NOTHING_KNOWN, Z90, LibraryError, Source
 from modeling.library.indexing import Predictor
 from modeling.library.pictures import Pictures, pictures_in, pictures_taken
-from modeling.library.rated_folder import read_rated, table_in
+from modeling.library.rated_folder import read_rated
 from studies.collect import ledgers_in
 from studies.content import file_sha256
 from studies.record import read_header

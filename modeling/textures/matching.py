@@ -25,10 +25,12 @@ from modeling.textures.recording import Array, Parts, Recording, Scale
 from modeling.textures.windows import Stretches
 from modeling.training.seeding import training_state
 
-ROUNDS, QUICK_ROUNDS, DRAWS = 6, 1, 6
+ROUNDS, QUICK_ROUNDS, DRAWS = 8, 1, 6
 """Corrections that are tried, one after another; runs of each, with random numbers of their own."""
 SHARE = 0.8
-"""Of what lacks, so much is corrected at first, and half as much after a correction that led away."""
+"""Of what lacks, so much is corrected at a time."""
+STIFF, STIFFER = 5.0, 4.0
+"""dB that a change of a weight by 1 counts at first, and how many times more after a correction that led away."""
 MOST_GAIN = 1.25
 """A gain of the SD beyond this, or below its inverse, would hide a model that is wrong."""
 LONGEST = 1000
@@ -73,40 +75,43 @@ def match(network: Matched, recording: Recording, parts: Parts, scale: Scale, se
     truth, heard = _recorded(recording, stretches, window)
     if heard.sum() < SMOOTHED or not truth.any():
         return math.nan
-    best = _Tried(math.inf, network.weight.clone(), network.log_gain.clone())
-    share, truths = SHARE, np.tile(truth, DRAWS)
+    stiff, truths = STIFF, np.tile(truth, DRAWS)
+    best = _Tried(math.inf, network.weight.clone(), network.log_gain.clone(), truths, np.zeros(window))
     for left in range(rounds, -1, -1):
         runs = heard * _finite(free_run(network, recording, stretches, scale, seed, DRAWS))
         distance = _distance(truths, runs.reshape(-1))
         if distance < best.distance:
             own = predictor([part for run in runs for part in _between(run, stretches, window)], window)
-            lacks = correction(truths, runs.reshape(-1), own) if left else None
-            best = _Tried(distance, network.weight.clone(), network.log_gain.clone(), lacks)
+            best = _Tried(distance, network.weight.clone(), network.log_gain.clone(), runs.reshape(-1), own)
         else:
-            share /= 2
-        best.beyond(network, share)
-    best.beyond(network, 0.0)
+            stiff *= STIFFER
+        best.back(network)
+        if left and math.isfinite(best.distance):
+            _add(network, *correction(truths, best.made, best.own, stiff))
     return best.distance
 
 
 @dataclass(frozen=True)
 class _Tried:
-    """A correction, how far off the network is with it, and what its weights and the log of its SD still lack."""
+    """A correction, how far off the network is with it, what it made, and the linear predictor of that."""
 
     distance: float
     weight: Tensor
     log_gain: Tensor
-    lacks: tuple[Array, float] | None = None
+    made: Array
+    own: Array
 
-    def beyond(self, network: Matched, share: float) -> None:
-        """Set it, and a share of what it lacks."""
+    def back(self, network: Matched) -> None:
+        """Set it."""
         network.weight.copy_(self.weight)
         network.log_gain.copy_(self.log_gain)
-        if self.lacks is not None and share:
-            weights, gain = self.lacks
-            most = math.log(MOST_GAIN)
-            network.weight += torch.from_numpy((share * weights).astype(np.float32))
-            network.log_gain.add_(share * gain).clamp_(-most, most)
+
+
+def _add(network: Matched, weights: Array, gain: float) -> None:
+    """A share of what a network lacks, within limits."""
+    most = math.log(MOST_GAIN)
+    network.weight += torch.from_numpy((SHARE * weights).astype(np.float32))
+    network.log_gain.add_(SHARE * gain).clamp_(-most, most)
 
 
 def free_run(

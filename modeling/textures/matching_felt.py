@@ -14,8 +14,6 @@ from protocols.vibration_threshold import BANDS_HZ, threshold_m_s2
 KEPT = 0.3
 """How much an RMS change of the spectrum by 1 dB counts beside a third octave that is 1 dB off: what is not felt to
 differ stays as it is."""
-STIFF = 2.0
-"""dB that a change of a weight by 1 counts: of two changes that feel equal, the smaller."""
 LOWEST_HZ = 20.0
 """Recordings hold nothing below (thesis 4.3.3)."""
 NEAREST = 1e-6
@@ -24,14 +22,15 @@ ATTEMPTS = 60
 _DB = 10 / np.log(10)
 
 
-def correction(truth: Array, made: Array, own: Array) -> tuple[Array, float]:
+def correction(truth: Array, made: Array, own: Array, stiff: float) -> tuple[Array, float]:
     """What to add to a predictor's weights (order,), oldest sample first, and to the log of its noise's SD.
 
     `truth` and `made` (n,) in m/s^2 are what was recorded and what the model made on its own output; `own` is the
-    linear predictor of what was made. Where the predictor W of a recursion is changed to W + D and its noise by g, its
-    spectrum changes by e^2g |1 - W|^2 / |1 - W - D|^2; D and g are the least-squares solution that brings the levels of
-    all third octaves above the vibrotactile threshold to the recording's (Levenberg and Marquardt's way, by a trust
-    region). A linear predictor of what was recorded would not do: it is fitted to the peaks of a spectrum, and what
+    linear predictor of what was made; `stiff` is how many dB a change of a weight by 1 counts: the model is no
+    recursion, and how far this one speaks for it is for the caller to try (Levenberg 1944). Where the predictor W of a
+    recursion is changed to W + D and its noise by g, its spectrum changes by e^2g |1 - W|^2 / |1 - W - D|^2; D and g
+    are the least-squares solution that brings the levels of all third octaves above the vibrotactile threshold to the
+    recording's. A linear predictor of what was recorded would not do: it is fitted to the peaks of a spectrum, and what
     lies 15 dB below them is felt as well. Raises TextureDataError where either is too short for a spectrum.
     """
     hertz, wanted = density(truth)
@@ -44,7 +43,7 @@ def correction(truth: Array, made: Array, own: Array) -> tuple[Array, float]:
         response = np.maximum(np.abs(whitened - lags @ change[:-1]), NEAREST)
         more = 2 * (change[-1] + np.log(np.maximum(np.abs(whitened), NEAREST) / response))
         spread = KEPT * _DB * more[heard] / np.sqrt(heard.sum())
-        return np.concatenate([_felt(weigh @ (found * np.exp(more))) - goal, spread, STIFF * change[:-1]])
+        return np.concatenate([_felt(weigh @ (found * np.exp(more))) - goal, spread, stiff * change[:-1]])
 
     best = least_squares(off, np.zeros(len(own) + 1), max_nfev=ATTEMPTS).x
     return np.asarray(best[:-1]), float(best[-1])

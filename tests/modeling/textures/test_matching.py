@@ -55,7 +55,7 @@ def test_an_sd_that_is_off_is_put_right(off):
 def test_a_predictor_that_is_off_is_put_right(pull):
     found, spoilt = network(pull=pull), network(pull=pull)
     left, before = match(found, made(), PARTS, SCALE, 0), match(spoilt, made(), PARTS, SCALE, 0, rounds=0)
-    assert newest(found) == pytest.approx(0.9, abs=0.05)
+    assert abs(newest(found) - 0.9) < abs(pull - 0.9) / 1.5
     assert not spoilt.weight.any()
     assert left < before / 2
 
