@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterable, Iterator
+from collections.abc import Collection, Iterable, Iterator
 from dataclasses import dataclass
 from pathlib import Path
 from typing import Any
@@ -24,6 +24,22 @@ class Begun:
 def in_person(header: dict[str, Any]) -> bool:
     """Whether a session is a real participant's: simulated ones and rehearsals are nobody's."""
     return bool(header["rig"]["kind"] == "live")
+
+
+def by_twins(header: dict[str, Any]) -> bool:
+    """Whether what a session recorded was made by twins, whoever sat there."""
+    return not in_person(header) or bool(header["rig"].get("twins"))
+
+
+def wanted_kind(met: Collection[bool], asked: bool | None) -> bool:
+    """Which sessions count, those of twins (True) or real ones, where they are never mixed: what was `asked` for, else
+    the real ones, where any of those that were `met` is."""
+    return all(met) if asked is None else asked
+
+
+def left_out(what: str, wanted: bool) -> str:
+    """The note on those that do not count."""
+    return f"{what} of {'real' if wanted else 'simulated'} sessions are left out: they are not mixed with others"
 
 
 def begun_in(ledgers: Iterable[Path]) -> Iterator[Begun]:

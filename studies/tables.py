@@ -10,7 +10,7 @@ from protocols.canonical import canonical, digest
 from protocols.events import NS, Event
 from protocols.plan import Plan
 from protocols.study import Study
-from studies.begun import in_person
+from studies.begun import by_twins
 from studies.content import file_sha256
 from studies.record import Record
 from studies.replay import recompiled
@@ -242,7 +242,7 @@ def _session_row(record: Record, walk: _Walk) -> Row:
         "group_name": header["group"],
         "row": header["row"],
         "seed": header["seed"],
-        "simulated": not in_person(header) or bool(header["rig"].get("twins")),
+        "simulated": by_twins(header),
         "status": record.status,
         "trials_planned": header["trials"],
         "trials_answered": sum(met.answered_at is not None for met in walk.met.values()),

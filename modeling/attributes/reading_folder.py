@@ -6,7 +6,7 @@ import csv
 import io
 import re
 from collections.abc import Iterator, Mapping, Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from pathlib import Path
 
 from modeling.attributes.features_kept import FOLDER
@@ -28,15 +28,26 @@ TABLE = "ratings.csv"
 
 @dataclass(frozen=True)
 class Line:
-    """A texture in the table: its cells by column, and its place in messages."""
+    """A texture in the table: its cells by column, its place in messages, and its ratings once they are read."""
 
     place: str
     cells: Mapping[str, str]
+    rated: Rated | None = None
 
     @property
     def id(self) -> str:
         """The texture's name."""
         return self.cells["id"]
+
+    @property
+    def label(self) -> str:
+        """What the texture is called on pictures."""
+        return self.cells.get("label") or self.id
+
+    @property
+    def category(self) -> str:
+        """The texture's class, or nothing."""
+        return self.cells.get("category") or self.cells.get("class") or ""
 
 
 def read_folder(
@@ -57,28 +68,34 @@ def read_folder(
     stands twice, a number that is none or lies off the scale, ratings of 0 to 10 whose scale was not given, a texture
     without a picture, and a picture that stands twice.
     """
-    low, high = scale or SCALE
-    if not low < high:
-        raise MaterialError(f"a scale from {low:g} to {high:g}: the lower end comes first")
     how = sight_with(weights_from(weights, sha256), variants, quick)
-    table = table or table_in(folder)
-    lines, columns = lines_of(table, tuple(pairs or attributes_of(None)))
-    rated = [rated_in(line.cells, line.place, columns, (low, high)) for line in lines]
-    if scale is None:
-        demand_wide(table, [line for line, found in zip(lines, rated, strict=True) if found], columns)
+    table, pairs = table or table_in(folder), tuple(pairs or attributes_of(None))
+    lines, columns = rated_lines(table, pairs, scale)
     albums = [Album(line.id, tuple(_pictures(folder, line))) for line in lines]
     _demand_once(albums)
     looks = [in_a_hurry(each) if quick else each for each in albums]
     looked = seen(looks, how, folder=None if lab is None else lab / FOLDER, workers=workers, report=report)
-    made = zip(lines, albums, rated, strict=True)
-    textures = tuple(_texture(line, album, ratings, looked[line.id]) for line, album, ratings in made)
+    textures = tuple(_texture(*each, looked[each[0].id]) for each in zip(lines, albums, strict=True))
     told = (*columns.notes, *_nobodys(folder, albums), f"ratings: {table.name} {file_sha256(table)}")
     return Material(textures, columns.pairs, how.weights.told, simulated, (*told, *((HURRIED,) if quick else ())))
 
 
-def demand_wide(table: Path, lines: Sequence[Line], columns: Columns) -> None:
+def rated_lines(table: Path, pairs: tuple[Pair, ...], scale: tuple[float, float] | None) -> tuple[list[Line], Columns]:
+    """The textures' lines with their ratings, and what the table's columns are. Raises MaterialError as `read_folder`
+    does."""
+    low, high = scale or SCALE
+    if not low < high:
+        raise MaterialError(f"a scale from {low:g} to {high:g}: the lower end comes first")
+    lines, columns = _lines_of(table, pairs)
+    lines = [replace(line, rated=rated_in(line.cells, line.place, columns, (low, high))) for line in lines]
+    if scale is None:
+        _demand_wide(table, lines, columns)
+    return lines, columns
+
+
+def _demand_wide(table: Path, lines: Sequence[Line], columns: Columns) -> None:
     """Nobody said what the scale is: ratings of 1 to 7 must not be read as the lowest of 0 to 100."""
-    values = [float(line.cells[each.column]) for line in lines for each in columns.ratings]
+    values = [float(line.cells[each.column]) for line in lines if line.rated for each in columns.ratings]
     if values and max(values) <= FEW_STEPS:
         raise MaterialError(
             f"{table}: all ratings lie from {min(values):g} to {max(values):g}, which ratings on 0 to 100 hardly do:"
@@ -99,17 +116,16 @@ def table_in(folder: Path) -> Path:
     return found[0]
 
 
-def _texture(line: Line, album: Album, rated: Rated | None, looked: Seen) -> Texture:
-    category = line.cells.get("category") or line.cells.get("class") or ""
-    told = ("not recorded", *(() if rated else ("not rated",)))
+def _texture(line: Line, album: Album, looked: Seen) -> Texture:
+    told = ("not recorded", *(() if line.rated else ("not rated",)))
     files = frozenset(each.sha256 for each in album.pictures)
     return Texture(
-        line.id, line.cells.get("label") or line.id, category, sight=looked.sight, variants=looked.variants,
-        rated=rated, made_from=files - looked.blank, notes=(*looked.notes, *told),
+        line.id, line.label, line.category, sight=looked.sight, variants=looked.variants,
+        rated=line.rated, made_from=files - looked.blank, notes=(*looked.notes, *told),
     )  # fmt: skip
 
 
-def lines_of(table: Path, pairs: tuple[Pair, ...]) -> tuple[list[Line], Columns]:
+def _lines_of(table: Path, pairs: tuple[Pair, ...]) -> tuple[list[Line], Columns]:
     """The textures' lines and what its columns are. Raises MaterialError on a table that cannot be read, or is none."""
     try:
         text = table.read_bytes().decode("utf-8-sig")

@@ -11,6 +11,7 @@ from typing import Any
 from analysis.streams.reading import KEPT, attempts_of
 from modeling.attributes.material import MaterialError
 from modeling.attributes.seeing import Album, Picture
+from studies.begun import by_twins, left_out, wanted_kind
 from studies.collect import ledgers_in
 from studies.participants.registry import withdrawn
 from studies.record import LedgerError, Record, read
@@ -76,8 +77,7 @@ def taken_of(lab: Path, study: str) -> Iterator[Taken]:
 
 def _of_session(record: Record) -> Iterator[Taken]:
     counts = {each.trial: each for each in attempts_of(record) if each.ended_as in KEPT and not each.withdrawn}
-    rig = record.header["rig"]
-    made_up = bool(rig["kind"] != "live" or rig.get("twins"))
+    made_up = by_twins(record.header)
     for event in record.events:
         kept = counts.get(event.trial) if event.trial is not None else None
         if kept is not None and event.kind == "reply" and kept.number == event.attempt and PICTURES in event.value:
@@ -87,9 +87,9 @@ def _of_session(record: Record) -> Iterator[Taken]:
 def of_kind(taken: Sequence[Taken], simulated: bool | None) -> tuple[list[Taken], tuple[str, ...]]:
     """Those of twins or the real ones, and a note where both are there."""
     kinds = {each.simulated for each in taken}
-    wanted = simulated if simulated is not None else all(kinds)
-    told = f"pictures of {'real' if wanted else 'simulated'} sessions are left out: they are not mixed with others"
-    return [each for each in taken if each.simulated == wanted], (told,) if len(kinds) > 1 else ()
+    wanted = wanted_kind(kinds, simulated)
+    told = (left_out("pictures", wanted),) if len(kinds) > 1 else ()
+    return [each for each in taken if each.simulated == wanted], told
 
 
 def _photographed(lab: Path, texture: str, every: Sequence[Taken], notes: tuple[str, ...]) -> Photographed:

@@ -15,7 +15,7 @@ from modeling.textures.rates import Sampled
 from modeling.textures.recording import Array, Recording, TextureDataError
 from modeling.textures.units import scale_of_unit
 from protocols.did_you_mean import nearest
-from studies.begun import in_person
+from studies.begun import by_twins, left_out, wanted_kind
 from studies.collect import ledgers_in
 from studies.content import file_sha256
 from studies.participants.registry import withdrawn
@@ -99,13 +99,12 @@ def captures_by_texture(
 def _of_kind(captures: Sequence[Capture], simulated: bool | None) -> tuple[list[Capture], list[str]]:
     """Those of twins or of a rig, with a note where both are there; and what the others are."""
     kinds = {each.simulated for each in captures}
-    wanted = simulated if simulated is not None else all(kinds)
+    wanted = wanted_kind(kinds, simulated)
     if kinds <= {wanted}:
         return list(captures), []
-    other = "real" if wanted else "simulated"
-    note = f"captures of {other} sessions are left out: they are not mixed with others"
+    note = left_out("captures", wanted)
     kept = [replace(each, notes=(*each.notes, note)) for each in captures if each.simulated == wanted]
-    return kept, [f"is of a {other} session"]
+    return kept, [f"is of a {'real' if wanted else 'simulated'} session"]
 
 
 def _captures(lab: Path, study: str, without: Collection[str]) -> Iterator[Capture]:
@@ -169,8 +168,7 @@ def touched_in(capture: Capture, normal: tuple[float, float, float], made_from: 
 
 
 def _notes(record: Record) -> tuple[str, ...]:
-    header = record.header
-    return () if in_person(header) and not header["rig"].get("twins") else (SIMULATED,)
+    return (SIMULATED,) if by_twins(record.header) else ()
 
 
 def _sampled(what: str, streams: dict[str, Stream], where: str) -> Sampled:
