@@ -235,6 +235,7 @@ def free_running_cases(quick: bool) -> Iterator[Any]:
 def textures_cases(quick: bool) -> Iterator[Any]:
     """Features of recordings and pictures, and the attributes that are predicted from them: two rooms' cases."""
     yield from _named("analysis.features.bench:cases")(quick)
+    yield from _named("analysis.features.bench_pictures:cases")(quick)
     yield from _named("modeling.attributes.bench_touch:cases")(quick)
     yield from _named("modeling.attributes.bench:cases")(quick)
 

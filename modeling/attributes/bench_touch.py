@@ -2,7 +2,11 @@
 
 from __future__ import annotations
 
+import functools
+import resource
+import time
 from collections.abc import Callable, Iterator
+from dataclasses import dataclass
 from functools import partial
 
 import numpy as np
@@ -12,6 +16,7 @@ from analysis.features.touch import RATE_HZ, TRIM_S, Array, Touch
 from modeling.attributes.touching import filtering, touch_of
 from modeling.textures.preparing import Touched
 from modeling.textures.rates import evenly
+from modeling.training.jobs import run_jobs
 from protocols.bench import Case
 
 AREA = "features of touch"
@@ -21,10 +26,15 @@ TONES_HZ = (31.0, 47.0, 83.0, 127.0, 173.0, 229.0, 311.0, 389.0)
 ERROR = "vibration against what was felt, percent RMS"
 SENSORS_HZ = {"acceleration": 3000.0, "force": 8000.0, "position": 120.0}
 GRAVITY_M_S2 = 9.81
+STUDY, QUICK_STUDY = 50, 4
+"""Textures of a study."""
+WORKERS = 2
+MEMORY = "largest memory of a process, MB"
 
 
 def cases(quick: bool) -> Iterator[Case]:
-    """One texture from its three sensors (3, 8 and 0.12 kHz) to all its features: 60 s, 10 s if `quick`."""
+    """One texture from its three sensors (3, 8 and 0.12 kHz) to all its features, and fifty of them by two processes:
+    60 s each, four of 10 s if `quick`. The signals are there already: no ledger is read."""
     seconds, repeats = (QUICK_SECONDS, 1) if quick else (SECONDS, 3)
     touched = tones(seconds)
     ways: dict[str, Callable[[], Touch]] = {
@@ -36,6 +46,55 @@ def cases(quick: bool) -> Iterator[Case]:
             AREA, "from sensors to features", name, f"{seconds:g} s", round(seconds * SENSORS_HZ["force"]), ERROR, run,
             _percent_wrong, repeats,
         )  # fmt: skip
+    yield from _study(QUICK_STUDY if quick else STUDY, seconds)
+
+
+@dataclass(frozen=True)
+class _Texture:
+    name: str
+    seconds: float
+
+
+@dataclass(frozen=True)
+class _Made:
+    """How far a texture's vibration was off, in percent, and what its process had of memory at most, in MB."""
+
+    percent: float
+    peak_MB: float
+
+
+def _study(count: int, seconds: float) -> Iterator[Case]:
+    """All textures of a study, each a job; memory is that of the same run."""
+    jobs = [_Texture(f"recording {place + 1}", seconds) for place in range(count)]
+
+    @functools.cache
+    def run() -> tuple[list[_Made], float]:
+        began = time.perf_counter()
+        made = run_jobs(_one, jobs, workers=WORKERS)
+        return made, time.perf_counter() - began
+
+    looks: dict[str, Callable[[_Made], float]] = {ERROR: lambda made: made.percent, MEMORY: lambda made: made.peak_MB}
+    for kind, look in looks.items():
+        yield Case(
+            AREA, "features of a study's recordings", "as shipped", f"{count} x {seconds:g} s, {WORKERS} processes",
+            count * round(seconds * SENSORS_HZ["force"]), kind, run,
+            partial(_greatest, look), seconds=lambda found: found[1],
+        )  # fmt: skip
+
+
+def _greatest(look: Callable[[_Made], float], found: tuple[list[_Made], float]) -> float:
+    return max(look(each) for each in found[0])
+
+
+def _one(texture: _Texture) -> _Made:
+    percent = _percent_wrong(_featured(_tones_once(texture.seconds), remove_hum=True))
+    return _Made(percent, resource.getrusage(resource.RUSAGE_SELF).ru_maxrss / 1024)
+
+
+@functools.cache
+def _tones_once(seconds: float) -> Touched:
+    """What a process makes once, so that it hardly counts."""
+    return tones(seconds)
 
 
 def tones(seconds: float) -> Touched:

@@ -1,0 +1,65 @@
+"""Figures of sight: co-occurrence of gray levels beside scikit-image's own and beside pairs that are counted."""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Iterator
+
+import numpy as np
+from numpy.typing import NDArray
+
+from analysis.features.glcm import ANGLES, DISTANCES, LEVELS, glcm, levels
+from analysis.features.pictures import SIDE, Gray
+from protocols.bench import Case
+
+AREA = "features of pictures"
+QUICK_SIDE = 224
+ERROR = "largest difference from counted pairs"
+BESIDE = ((0, 1), (1, 0), (1, 1), (1, -1))
+"""Rows down and columns on to the neighbour in each of the four directions."""
+Shares = NDArray[np.float64]
+
+
+def cases(quick: bool) -> Iterator[Case]:
+    """A picture as it is looked at (1568 x 1568), a patch of it if `quick`."""
+    side, repeats = (QUICK_SIDE, 3) if quick else (SIDE, 5)
+    values = drawn(side)
+    wanted = counted(values)
+    ways: dict[str, Callable[[], NDArray[np.floating]]] = {
+        "palpate": lambda: glcm(values),
+        "scikit-image": lambda: by_scikit_image(values),
+        "pairs counted by NumPy": lambda: counted(values),
+    }
+    for name, run in ways.items():
+        yield Case(
+            AREA, "co-occurrence", name, f"{side} x {side} pixels", side**2, ERROR, run,
+            lambda found: float(np.abs(found - wanted).max()), repeats,
+        )  # fmt: skip
+
+
+def drawn(side: int, seed: int = 0) -> Gray:
+    """Brightness (side, side) from 0 to 1: threads that cross, with noise."""
+    chance = np.random.Generator(np.random.PCG64(seed))
+    down, along = np.mgrid[:side, :side]
+    threads = np.sin(down / 7) * np.sin(along / 9)
+    brightness = 0.5 + 0.3 * threads + 0.1 * chance.standard_normal((side, side))
+    return np.asarray(np.clip(brightness, 0, 1), dtype=np.float32)
+
+
+def by_scikit_image(values: Gray) -> Shares:
+    """(256,) by scikit-image alone."""
+    from skimage.feature import graycomatrix
+
+    found = graycomatrix(levels(values), DISTANCES, ANGLES, levels=LEVELS, symmetric=True, normed=True)
+    return np.asarray(found.mean(axis=(2, 3)).ravel())
+
+
+def counted(values: Gray) -> Shares:
+    """(256,) by the definition (Haralick, Shanmugam and Dinstein 1973): all pairs of neighbours, both ways round."""
+    level = levels(values).astype(np.int64)
+    found = np.zeros(LEVELS * LEVELS)
+    for down, on in BESIDE:
+        one, other = level[: len(level) - down], level[down:]
+        one, other = (one[:, -on:], other[:, :on]) if on < 0 else (one[:, : one.shape[1] - on], other[:, on:])
+        pairs = np.concatenate([(one * LEVELS + other).ravel(), (other * LEVELS + one).ravel()])
+        found += np.bincount(pairs, minlength=LEVELS * LEVELS) / len(pairs) / len(BESIDE)
+    return found
