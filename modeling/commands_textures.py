@@ -11,6 +11,7 @@ from typing import TYPE_CHECKING, Any, Protocol
 import click
 
 from modeling.commands_data import going_on, progress_lines
+from modeling.commands_recordings import FILE_OPTIONS, FILES, HELD_OPTIONS, Held, demand_one, held_in
 from studies.options import JSON, LAB, echo_json
 
 if TYPE_CHECKING:
@@ -42,7 +43,7 @@ class Asked:
     tables: tuple[Path, ...]
     simulated: bool
     textures: tuple[str, ...]
-    held: tuple[float | None, float | None, float | None]
+    held: Held
     methods: tuple[str, ...]
     seed: int
     quick: bool
@@ -56,23 +57,10 @@ class Asked:
 
 OPTIONS = (
     LAB,
-    click.option(
-        "--tables", type=click.Path(exists=True, path_type=Path), multiple=True,
-        help="Tables with time, acceleration, speed, force instead of the lab's captures: a folder, or files.",
-    ),
-    click.option(
-        "--hatt", type=click.Path(exists=True, path_type=Path), metavar="PATH",
-        help="Recordings of the Penn Haptic Texture Toolkit instead: a file, or a folder.",
-    ),
-    click.option(
-        "--cluster-data", type=click.Path(exists=True, file_okay=False, path_type=Path), metavar="FOLDER",
-        help="The Cluster Haptic Texture Dataset instead; its textures are called cluster_0 and so on.",
-    ),
+    *FILE_OPTIONS,
     click.option("--simulated", is_flag=True, help="Six simulated surfaces, 20 s each, instead of the lab's captures."),
     click.option("--textures", metavar="NAMES", multiple=True, help="Only these: cloth,cardboard.  [default: all]"),
-    click.option("--rate-hz", type=click.FloatRange(1), help="Of tables without a column of times."),
-    click.option("--speed-mm-s", type=click.FloatRange(0), help="Held still, for tables without a speed."),
-    click.option("--force-n", type=click.FloatRange(0), help="Held still, for tables without a force."),
+    *HELD_OPTIONS,
     click.option("--seed", type=click.IntRange(0, 10**6), default=0, show_default=True, help="For everything drawn."),
     click.option("--quick", is_flag=True, help="A few epochs, ten seconds: to try it out, not to use it."),
     click.option("--epochs", type=click.IntRange(1), help="At most so many.  [default: each method's own]"),
@@ -85,9 +73,8 @@ OPTIONS = (
     ),
 )  # fmt: skip
 """What both verbs ask."""
-SOURCES = ("tables", "hatt", "cluster_data", "simulated")
+SOURCES = (*FILES, "simulated")
 OWN = ("lab", *SOURCES, "seed", "quick", "epochs", "batch", "workers", "cluster")
-HELD = ("rate_hz", "speed_mm_s", "force_n")
 
 
 def texture_options(command: Callable[..., None]) -> Callable[..., None]:
@@ -96,13 +83,10 @@ def texture_options(command: Callable[..., None]) -> Callable[..., None]:
     @wraps(command)
     def with_asked(**given: Any) -> None:
         own = {name: given.pop(name) for name in OWN}
-        if len(said := [f"--{name.replace('_', '-')}" for name in SOURCES if own[name]]) > 1:
-            raise click.UsageError(f"{' and '.join(said)}: one of them is expected, or none for the lab's own")
-        rate_hz, speed_mm_s, force_N = held = tuple(given.pop(name) for name in HELD)
-        if any(each is not None for each in held) and not own["tables"]:
-            raise click.UsageError("--rate-hz, --speed-mm-s and --force-n say what tables lack: --tables is expected")
+        demand_one(own, SOURCES)
+        held = held_in(given, own["tables"])
         textures, methods = (_names(given.pop(name)) for name in ("textures", "methods"))
-        command(Asked(textures=textures, methods=methods, held=(rate_hz, speed_mm_s, force_N), **own), **given)
+        command(Asked(textures=textures, methods=methods, held=held, **own), **given)
 
     asking: Callable[..., None] = with_asked
     for option in reversed(OPTIONS):
@@ -138,10 +122,11 @@ def recordings_for(asked: Asked, side: TextureSide, report: Report) -> tuple[Rec
 
 def _recorded(asked: Asked) -> tuple[Recording, ...]:
     if asked.tables:
-        from modeling.textures.reading_tables import Held, read_tables
+        from modeling.textures.reading_tables import Held as TableHeld
+        from modeling.textures.reading_tables import read_tables
 
         paths = asked.tables[0] if len(asked.tables) == 1 else asked.tables
-        return read_tables(paths, held=Held(*asked.held))
+        return read_tables(paths, held=TableHeld(*asked.held))
     if asked.hatt is not None:
         from modeling.textures.reading_hatt import read_hatt
 

@@ -1,33 +1,61 @@
-"""Rows of what was felt in a lab's captures, a texture a job, kept by content (thesis 3.4.1)."""
+"""Rows of what was felt, a texture a job, kept by content (thesis 3.4.1): a lab's captures, or others' recordings."""
 
 from __future__ import annotations
 
+from collections.abc import Sequence
 from dataclasses import dataclass
 from pathlib import Path
+from typing import Protocol
 
 from modeling.attributes.features_kept import Entry, keep, kept, key_of
-from modeling.attributes.reading_touch import FeltRows, Recorded, recorded, rows_of
+from modeling.attributes.reading_touch import FeltRows, recorded
 from modeling.textures.judging_kept import files_digest, module_digest
 from modeling.textures.recording import TextureDataError
 from modeling.training.jobs import run_jobs
 from modeling.training.progress import Report, silent
 
-MODULE = "modeling.attributes.reading_touch"
 KINDS = ("hand", "mfcc", "segments", "spectra", "tactile", "touch", "wavelets")
 CODE = (
     *(f"analysis/features/{name}.py" for name in KINDS),
     "analysis/streams", "analysis/aligning", "studies/one_axis.py", "studies/texture_signals.py", "studies/record.py",
     "studies/stored_samples.py",
 )  # fmt: skip
-"""What makes these rows beside that module and what it imports of this room."""
+"""What makes these rows beside a recording's own module and what it imports of this room."""
 PACKAGES = ("librosa", "numpy", "pywavelets", "scipy")
+
+
+class Recording(Protocol):
+    """One texture's recordings, not read yet: a lab's (`reading_touch`) or others' (`reading_recordings`)."""
+
+    @property
+    def id(self) -> str:
+        """The texture."""
+
+    @property
+    def label(self) -> str:
+        """What it is called on pictures."""
+
+    @property
+    def category(self) -> str:
+        """Its class."""
+
+    @property
+    def key(self) -> str:
+        """A digest of all that decides what is felt, but for the program."""
+
+    @property
+    def made_from(self) -> frozenset[str]:
+        """Digests of what was recorded."""
+
+    def rows(self) -> FeltRows:
+        """Its features. Raises TextureDataError."""
 
 
 @dataclass(frozen=True)
 class _Felt:
     """A job: one texture, and where its rows are kept."""
 
-    recorded: Recorded
+    recorded: Recording
     key: str
     folder: Path | None
 
@@ -47,7 +75,13 @@ def felt_in(
     rows, and its notes say why. `simulated`: only what twins recorded, or only what a rig did. Raises TextureDataError
     on a damaged ledger, and its NoCapture where no capture counts.
     """
-    textures = recorded(lab, study=study, simulated=simulated)
+    return felt_rows(recorded(lab, study=study, simulated=simulated), folder, workers, report)
+
+
+def felt_rows(
+    textures: Sequence[Recording], folder: Path | None = None, workers: int | None = None, report: Report = silent
+) -> list[FeltRows]:
+    """The rows of each texture, as `felt_in`."""
     jobs = [_Felt(each, _key(each), folder) for each in textures]
     known = {job.key: entry for job in jobs if (entry := kept(folder, job.key)) is not None}
     lacking = [job for job in jobs if job.key not in known]
@@ -56,13 +90,14 @@ def felt_in(
     return [_rows(each, known[job.key]) for each, job in zip(textures, jobs, strict=True)]
 
 
-def _key(texture: Recorded) -> str:
-    return key_of({"recorded": texture.key}, (module_digest(MODULE), files_digest(CODE)), PACKAGES)
+def _key(texture: Recording) -> str:
+    code = (module_digest(type(texture).__module__), files_digest(CODE))
+    return key_of({"recorded": texture.key}, code, PACKAGES)
 
 
 def _entry(job: _Felt) -> Entry:
     try:
-        found = rows_of(job.recorded)
+        found = job.recorded.rows()
     except TextureDataError as error:
         made: Entry = ({}, {"made_from": sorted(job.recorded.made_from), "notes": [f"recordings left out: {error}"]})
     else:
@@ -71,7 +106,7 @@ def _entry(job: _Felt) -> Entry:
     return made
 
 
-def _rows(texture: Recorded, entry: Entry) -> FeltRows:
+def _rows(texture: Recording, entry: Entry) -> FeltRows:
     """What is kept does not know the texture's name: the same recording may have another one elsewhere."""
     rows, told = entry
     made_from, notes = frozenset(told["made_from"]), tuple(told["notes"])

@@ -82,7 +82,8 @@ class Texture:
         own = self.touch if modality == "touch" else self.sight
         missing = [kind for kind in kinds if kind not in own]
         if missing or not kinds:
-            raise MaterialError(f"{self.id}: no {missing[0] if missing else modality} features; there are {list(own)}.")
+            there = ", ".join(own) or "none"
+            raise MaterialError(f"{self.id}: no {missing[0] if missing else modality} features; there are {there}.")
         return np.concatenate([own[kind] for kind in kinds], axis=1)
 
 

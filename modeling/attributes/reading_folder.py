@@ -8,6 +8,7 @@ import re
 from collections.abc import Iterator, Mapping, Sequence
 from dataclasses import dataclass, replace
 from pathlib import Path
+from typing import TYPE_CHECKING
 
 from modeling.attributes.features_kept import FOLDER
 from modeling.attributes.material import Material, MaterialError, Pair, Rated, Texture
@@ -17,6 +18,10 @@ from modeling.attributes.reading_ratings import attributes_of
 from modeling.attributes.resnet_weights import weights_from
 from modeling.attributes.seeing import HURRIED, Album, Picture, Seen, in_a_hurry, seen, sight_with
 from modeling.training.progress import Report, silent
+
+if TYPE_CHECKING:
+    from modeling.attributes.reading_recordings import Recordings
+    from modeling.attributes.reading_touch import FeltRows
 
 SUFFIXES = (".jpg", ".jpeg", ".png", ".tif", ".tiff")
 SCALE = (0.0, 100.0)
@@ -54,7 +59,7 @@ def read_folder(
     folder: Path, lab: Path | None = None, *, table: Path | None = None, pairs: Sequence[Pair] | None = None,
     scale: tuple[float, float] | None = None, weights: Path | None = None, sha256: str | None = None,
     quick: bool = False, variants: int = 1, workers: int | None = None, simulated: bool = False,
-    report: Report = silent,
+    recordings: Recordings | None = None, report: Report = silent,
 ) -> Material:  # fmt: skip
     """The textures of a CSV table, with the pictures of each in a folder: FOLDER/ID/*.jpg or FOLDER/ID_01.jpg.
 
@@ -62,22 +67,31 @@ def read_folder(
     attribute, called by both its words, of which the first is the lower end of the `scale` (Rough-Smooth; small
     letters, spaces and underscores do as well, and Smooth-Rough is turned). Without a `scale` it is 0 to 100. Beside
     them may stand label, category (or class), raters and an SD (Rough-Smooth.sd). `pairs` are the attributes, those of
-    texture_ratings where they are not given. A texture without any rating is not rated. Pictures are .jpg, .jpeg, .png,
-    .tif or .tiff. Features are kept in LAB/features where a `lab` is given; the other options are those of
+    texture_ratings where they are not given. A texture without any rating is not rated. `recordings` are what was felt
+    of those textures elsewhere; a texture may lack its recording or its pictures then, with a note. Pictures are .jpg,
+    .jpeg, .png, .tif or .tiff. Features are kept in LAB/features where a `lab` is given; the other options are those of
     `reading.read_material`. Raises MaterialError, with the line, on an unknown, missing or twofold column, an id that
     stands twice, a number that is none or lies off the scale, ratings of 0 to 10 whose scale was not given, a texture
-    without a picture, and a picture that stands twice.
+    without a picture, a picture that stands twice, and where nothing can be used; TextureDataError where none of the
+    textures was recorded.
     """
     how = sight_with(weights_from(weights, sha256), variants, quick)
     table, pairs = table or table_in(folder), tuple(pairs or attributes_of(None))
     lines, columns = rated_lines(table, pairs, scale)
-    albums = [Album(line.id, tuple(_pictures(folder, line))) for line in lines]
+    albums = [Album(line.id, tuple(_pictures(folder, line, recordings is not None))) for line in lines]
     _demand_once(albums)
     looks = [in_a_hurry(each) if quick else each for each in albums]
     looked = seen(looks, how, folder=None if lab is None else lab / FOLDER, workers=workers, report=report)
-    textures = tuple(_texture(*each, looked[each[0].id]) for each in zip(lines, albums, strict=True))
-    told = (*columns.notes, *_nobodys(folder, albums), f"ratings: {table.name} {file_sha256(table)}")
-    return Material(textures, columns.pairs, how.weights.told, simulated, (*told, *((HURRIED,) if quick else ())))
+    felt, aside = _felt(lines, recordings, lab, workers, report)
+    made = zip(lines, albums, strict=True)
+    textures = tuple(_texture(line, album, looked[line.id], felt.get(line.id)) for line, album in made)
+    if not any(each.touch or each.sight for each in textures):
+        why = f"{textures[0].id}: {textures[0].notes[0]}"
+        raise MaterialError(f"{folder}: no recording and no picture of its textures can be used; {why}")
+    told = (*aside, *columns.notes, *_nobodys(folder, albums), f"ratings: {table.name} {file_sha256(table)}")
+    photographed = any(album.pictures for album in albums)
+    weights_told, hurried = (how.weights.told, (HURRIED,) if quick else ()) if photographed else ("", ())
+    return Material(textures, columns.pairs, weights_told, simulated, (*told, *hurried))
 
 
 def rated_lines(table: Path, pairs: tuple[Pair, ...], scale: tuple[float, float] | None) -> tuple[list[Line], Columns]:
@@ -116,12 +130,32 @@ def table_in(folder: Path) -> Path:
     return found[0]
 
 
-def _texture(line: Line, album: Album, looked: Seen) -> Texture:
-    told = ("not recorded", *(() if line.rated else ("not rated",)))
-    files = frozenset(each.sha256 for each in album.pictures)
+def _felt(
+    lines: Sequence[Line], recordings: Recordings | None, lab: Path | None, workers: int | None, report: Report
+) -> tuple[dict[str, FeltRows], tuple[str, ...]]:
+    """What was felt, by texture, and notes on recordings of none of them."""
+    if recordings is None:
+        return {}, ()
+    from modeling.attributes.feeling import felt_rows
+    from modeling.attributes.reading_recordings import filed
+
+    found, notes = filed(recordings, {line.id: (line.label, line.category) for line in lines})
+    rows = felt_rows(found, None if lab is None else lab / FOLDER, workers, report)
+    return {each.id: each for each in rows}, notes
+
+
+def _texture(line: Line, album: Album, looked: Seen, felt: FeltRows | None) -> Texture:
+    told = [*(felt.notes if felt else ()), *looked.notes]
+    if not (felt and felt.touch):
+        told.append("no recording of it can be used" if felt else "not recorded")
+    if not album.pictures:
+        told.append("not photographed")
+    if not line.rated:
+        told.append("not rated")
+    files = frozenset(each.sha256 for each in album.pictures) - looked.blank
     return Texture(
-        line.id, line.label, line.category, sight=looked.sight, variants=looked.variants,
-        rated=line.rated, made_from=files - looked.blank, notes=(*looked.notes, *told),
+        line.id, line.label, line.category, felt.touch if felt else {}, looked.sight, looked.variants, line.rated,
+        made_from=files | (felt.made_from if felt else frozenset()), notes=tuple(dict.fromkeys(told)),
     )  # fmt: skip
 
 
@@ -164,9 +198,9 @@ def _demand_own_ids(lines: Sequence[Line]) -> None:
         met[line.id] = line.place
 
 
-def _pictures(folder: Path, line: Line) -> Iterator[Picture]:
+def _pictures(folder: Path, line: Line, may_lack: bool) -> Iterator[Picture]:
     files = sorted(_files(folder, line.id))
-    if not files:
+    if not files and not may_lack:
         where = f"{folder / line.id}/*.jpg or {folder}/{line.id}_01.jpg"
         raise MaterialError(f"{line.place}: no picture of {line.id!r}; {where} are expected ({', '.join(SUFFIXES)})")
     yield from (Picture(file, file_sha256(file), f"{line.id} ({file.name})") for file in files)

@@ -87,6 +87,12 @@ class Recorded:
             found.update("\0".join(capture.notes).encode())
         return found.hexdigest()
 
+    def rows(self) -> FeltRows:
+        """Its features, its samples read now. Raises TextureDataError as `touch_of` does."""
+        found = felt(self)
+        rows = touch_features(found.touch)
+        return FeltRows(found.id, found.label, found.category, rows, found.made_from, found.notes)
+
 
 def recorded(
     lab: Path, textures: Collection[str] | None = None, *, study: str = STUDY, way: Filtering | None = None,
@@ -141,10 +147,8 @@ def touches(
 
 
 def rows_of(texture: Recorded) -> FeltRows:
-    """One texture's features, as a job for `modeling.training.jobs.run_jobs`: small, whatever was recorded."""
-    found = felt(texture)
-    rows = touch_features(found.touch)
-    return FeltRows(found.id, found.label, found.category, rows, found.made_from, found.notes)
+    """`Recorded.rows` as a job for `modeling.training.jobs.run_jobs`: small, whatever was recorded."""
+    return texture.rows()
 
 
 def _touched(texture: Recorded) -> Iterator[Touched]:

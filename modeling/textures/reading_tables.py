@@ -52,12 +52,20 @@ def read_tables(
     TextureDataError, with file and line, on a table that cannot be read so, and on signals that no texture can be
     learned from.
     """
-    files = list(_files([paths] if isinstance(paths, Path) else paths))
+    return tuple(
+        prepared(file.stem, file.stem.replace("_", " "), [touched(file, held or Held(), normal)], remove_hum)
+        for file in files_in([paths] if isinstance(paths, Path) else paths)
+    )
+
+
+def files_in(paths: Sequence[Path]) -> list[Path]:
+    """The tables, and those of folders: one a texture. Raises TextureDataError where none is there, or two are."""
+    files = list(_files(paths))
     names = [file.stem for file in files]
     for name in names:
         if names.count(name) > 1:
             raise TextureDataError(f"two files are named {name!r}: a texture has the name of its file, and one file")
-    return tuple(_read(file, held or Held(), normal, remove_hum) for file in files)
+    return files
 
 
 def _files(paths: Sequence[Path]) -> Iterator[Path]:
@@ -73,7 +81,8 @@ def _files(paths: Sequence[Path]) -> Iterator[Path]:
             raise TextureDataError(f"{path}: no such file or folder; tables of textures are expected")
 
 
-def _read(file: Path, held: Held, normal: tuple[float, float, float], remove_hum: bool) -> Recording:
+def touched(file: Path, held: Held, normal: tuple[float, float, float] = UP) -> Touched:
+    """What the sensors recorded of one texture, in m/s^2, N, and mm/s or mm. Raises TextureDataError."""
     table = read_columns(file)
     times_s, written_s = _times(table, held)
     signals = {what: _signal(what, sets, table, times_s, written_s) for what, sets in CHANNELS.items()}
@@ -83,11 +92,10 @@ def _read(file: Path, held: Held, normal: tuple[float, float, float], remove_hum
     if acceleration is None or force is None or (found["speed"] is None and found["position"] is None):
         raise TextureDataError(_lacking(file, table, found))
     position = None if found["speed"] is not None else found["position"]
-    touched = Touched(
+    return Touched(
         str(file), acceleration, force, found["speed"], position, normal,
         (f"{file.name} {hashlib.sha256(file.read_bytes()).hexdigest()}",), (*table.notes, *notes),
     )  # fmt: skip
-    return prepared(file.stem, file.stem.replace("_", " "), [touched], remove_hum)
 
 
 def _times(table: Table, held: Held) -> tuple[Array, float]:

@@ -11,6 +11,7 @@ from modeling.attributes.material import MaterialError
 from modeling.attributes.model_file import read_model
 from modeling.commands import evaluate, train
 from tests.modeling.attributes.made_material import made_material
+from tests.modeling.attributes.made_recordings import rated, table
 
 
 @pytest.fixture
@@ -94,6 +95,35 @@ def test_ratings_without_a_folder_are_refused(tmp_path):
         result = CliRunner().invoke(evaluate, ["attributes", name, *given])
         assert result.exit_code == 2
         assert f"{name} goes with --folder" in result.output
+
+
+@pytest.mark.parametrize(
+    ("given", "told"),
+    [
+        (["--tables", "."], "--tables goes with --folder: a folder with a table of ratings"),
+        (["--folder", ".", "--trim-s", "1"], "--trim-s goes with --tables, --hatt or --cluster-data"),
+        (["--folder", ".", "--tables", ".", "--hatt", "."], "--tables and --hatt: one of them is expected"),
+        (["--folder", ".", "--hatt", ".", "--force-n", "1"], "say what tables lack: --tables is expected"),
+    ],
+)
+def test_recordings_go_with_a_folder_s_table(given, told):
+    result = CliRunner().invoke(evaluate, ["attributes", *given])
+    assert result.exit_code == 2
+    assert told in result.output
+
+
+def test_recordings_from_elsewhere_are_described_beside_a_table_of_ratings(tmp_path):
+    names = ("oak", "felt", "cork", "mesh")
+    mine = rated(tmp_path / "mine", *names)
+    for seed, name in enumerate(names):
+        table(tmp_path / "data", name, seed=seed)
+    asked = ("--lab", tmp_path / "lab", "--folder", mine, "--tables", tmp_path / "data", "--workers", 1)
+    few = ("--methods", "mean,tactile_svm", "--no-ablations", "--no-figures", "--json")
+    with pytest.raises(MaterialError, match="no picture of its textures can be used; oak: recordings left out: .*trim"):
+        done(evaluate, *asked, *few)
+    told = json.loads(done(evaluate, *asked, "--trim-s", 0, *few).stdout)
+    assert sorted(told["tested"]) == sorted(names)
+    assert all(row["mae"] is not None for row in told["tables"]["methods"])
 
 
 def test_an_empty_lab_is_refused(tmp_path):

@@ -1,0 +1,94 @@
+"""Other people's recordings beside a table of ratings: HaTT, the Cluster data set and tables become features."""
+
+import numpy as np
+import pytest
+
+from modeling.attributes.features_kept import FOLDER
+from modeling.attributes.reading_folder import read_folder
+from modeling.attributes.reading_recordings import Recordings, filed
+from modeling.textures.reading_tables import Held
+from modeling.textures.recording import TextureDataError
+from tests.analysis.features.made_pictures import write_picture
+from tests.modeling.attributes.made_recordings import rated, table
+from tests.modeling.textures.made_cluster import slide
+from tests.modeling.textures.made_hatt import whole
+
+
+def read(place, recordings, **options):
+    return read_folder(place, recordings=recordings, **{"quick": True, "variants": 0, "workers": 1, **options})
+
+
+def test_slides_of_the_cluster_data_set_become_segments_of_its_textures(tmp_path):
+    data = tmp_path / "texture_dataset"
+    slide(data)
+    slide(data, "0_0_60_1000_1", speed=60.0, force=1.0)
+    slide(data, "17_0_20_500_0", speed=20.0)
+    slide(data, "20_0_20_500_0", speed=20.0)
+    found = read(rated(tmp_path / "mine", "cluster_17", "cluster_0"), Recordings(cluster=data))
+    (last, first), (loose, *_) = found.textures, found.notes
+    assert loose == "1 recorded textures are not in the table (cluster_20 first): left aside"
+    assert (first.id, first.label, first.category) == ("cluster_0", "cluster_0 it is", "wood")
+    assert first.touch["mfcc"].shape == (4, 520) and last.touch["mfcc"].shape == (2, 520)
+    assert first.touch["hand"].shape == (4, 6) and {len(each) for each in first.touch.values()} == {4}
+    assert len(first.made_from) == 2 and not first.made_from & last.made_from
+    assert "not photographed" in first.notes and first.sight == {} and found.weights == ""
+    assert not any("in a hurry" in each for each in found.notes)
+    np.testing.assert_array_equal(first.rated.mean, [20, 31, 60, 5])
+
+
+def test_a_recording_of_the_toolkit_is_trimmed_as_in_the_thesis(tmp_path):
+    (tmp_path / "data").mkdir()
+    (tmp_path / "data" / "ABS_Plastic.xml").write_text(whole(n=60_000), "utf-8")
+    (texture,) = read(rated(tmp_path / "mine", "ABS_Plastic"), Recordings(hatt=tmp_path / "data")).textures
+    assert len(texture.touch["mfcc"]) == 2  # of 6 s, less 2.5 s at both ends
+    (texture,) = read(rated(tmp_path / "mine", "ABS_Plastic"), Recordings(hatt=tmp_path / "data", trim_s=0.5)).textures
+    assert len(texture.touch["mfcc"]) == 10
+
+
+def test_one_that_is_too_short_is_left_out_with_what_would_help(tmp_path):
+    table(tmp_path / "data", "oak", seconds=1.9)
+    recordings = Recordings(tables=(tmp_path / "data",))
+    table(tmp_path / "data", "felt", seconds=6.0)
+    texture, longer = read(rated(tmp_path / "mine", "oak", "felt"), recordings).textures
+    assert len(longer.touch["mfcc"]) == 2
+    assert texture.touch == {} and "no recording of it can be used" in texture.notes
+    assert "oak.csv: nothing of its 1.90 s is left" in texture.notes[0] and "trim less" in texture.notes[0]
+    whole_one = Recordings(tables=(tmp_path / "data",), trim_s=0)
+    assert len(read(rated(tmp_path / "mine", "oak"), whole_one).textures[0].touch["dft"]) == 3
+
+
+def test_what_was_felt_and_what_was_seen_come_together_by_name(tmp_path):
+    for seed, name in enumerate(("oak", "felt")):
+        table(tmp_path / "data", name, seed=seed)
+    mine = rated(tmp_path / "mine", "oak", "felt", "cork")
+    for name in ("oak", "cork"):
+        write_picture(mine / f"{name}.png", 256, len(name))
+    found = read(mine, Recordings(tables=(tmp_path / "data",), trim_s=0))
+    oak, felt, cork = found.textures
+    assert oak.touch["mfcc"].shape[0] == 8 and oak.sight["glcm"].shape == (1, 256)
+    assert len(oak.made_from) == 2
+    assert felt.touch and felt.sight == {} and "not photographed" in felt.notes
+    assert cork.sight and cork.touch == {} and "not recorded" in cork.notes
+    assert found.weights.startswith("random")
+
+
+def test_features_are_kept_by_content_and_by_how_the_table_is_read(tmp_path):
+    table(tmp_path / "data", "oak")
+    mine, lab = rated(tmp_path / "mine", "oak"), tmp_path / "lab"
+    one = read(mine, Recordings(tables=(tmp_path / "data",), trim_s=0), lab=lab)
+    (tmp_path / "data" / "oak.csv").rename(tmp_path / "oak.csv")
+    again = read(mine, Recordings(tables=(tmp_path / "oak.csv",), trim_s=0), lab=lab)
+    np.testing.assert_array_equal(one.textures[0].touch["mfcc"], again.textures[0].touch["mfcc"])
+    assert len(list((lab / FOLDER).glob("*.npz"))) == 1
+    read(mine, Recordings(tables=(tmp_path / "oak.csv",), trim_s=0.5), lab=lab)
+    read(mine, Recordings(tables=(tmp_path / "oak.csv",), trim_s=0, held=Held(speed_mm_s=50.0)), lab=lab)
+    assert len(list((lab / FOLDER).glob("*.npz"))) == 3
+
+
+def test_names_that_do_not_meet_are_told(tmp_path):
+    for name in ("oak", "felt"):
+        table(tmp_path / "data", name)
+    with pytest.raises(TextureDataError, match=r"no recording is of a texture in the table: recordings of felt, oak"):
+        read(rated(tmp_path / "mine", "T1"), Recordings(tables=(tmp_path / "data",)))
+    with pytest.raises(TextureDataError, match="sensor_data/accel"):
+        filed(Recordings(cluster=tmp_path / "data"), {"cluster_0": ("", "")})
