@@ -111,7 +111,8 @@ def _real_or_simulated(rows: Sequence[SessionRow], study: str, simulated: bool |
     if 0 < made_up < len(rows):
         raise DataRefused(
             f"study {study!r}: {made_up} simulated and {len(rows) - made_up} real sessions;"
-            " they are not analysed together: choose with --real or --simulated"
+            " they are not analysed together: choose with --real or --simulated (evaluate, train, textures: --sessions"
+            " real or --sessions simulated)"
         )
     return made_up > 0
 
