@@ -11,7 +11,7 @@ from typing import TYPE_CHECKING, Any
 import click
 
 from modeling.commands_data import going_on, progress_lines
-from modeling.commands_recordings import FILE_OPTIONS, FILES, HELD_OPTIONS, Held, demand_one, held_in, said
+from modeling.commands_recordings import BESIDE_A_TABLE, beside_a_table
 from studies.options import JSON, LAB, echo_json
 
 if TYPE_CHECKING:
@@ -36,9 +36,6 @@ class Asked:
     folder: Path | None
     ratings: Path | None
     scale: tuple[float, float] | None
-    tables: tuple[Path, ...]
-    hatt: Path | None
-    cluster_data: Path | None
     sessions: str | None
     weights: Path | None
     seed: int
@@ -46,8 +43,7 @@ class Asked:
     epochs: int | None
     workers: int | None
     cluster: str | None
-    trim_s: float | None
-    held: Held
+    recordings: Recordings | None
 
 
 OPTIONS = (
@@ -64,12 +60,7 @@ OPTIONS = (
         "--scale", type=(float, float), metavar="LOW HIGH",
         help="The ends of that table's ratings, such as 1 7 or -100 100.  [default: 0 100; asked for if all are small]",
     ),
-    *FILE_OPTIONS,
-    *HELD_OPTIONS,
-    click.option(
-        "--trim-s", type=click.FloatRange(0),
-        help="Left out at both ends of such a recording.  [default: 2.5; 0 of the Cluster data set]",
-    ),
+    *BESIDE_A_TABLE,
     click.option(
         "--sessions", type=click.Choice(["real", "simulated"]),
         help="Take only these, where the lab has both.  [default: real recordings and pictures, where there are any]",
@@ -85,7 +76,7 @@ OPTIONS = (
     click.option("--cluster", metavar="ADDRESS", help="A Dask scheduler (tcp://HOST:8786) that does the work."),
 )  # fmt: skip
 """What both verbs ask."""
-OWN = tuple(name for name in Asked.__dataclass_fields__ if name != "held")
+OWN = tuple(name for name in Asked.__dataclass_fields__ if name != "recordings")
 
 
 def attribute_options(command: Callable[..., None]) -> Callable[..., None]:
@@ -98,15 +89,8 @@ def attribute_options(command: Callable[..., None]) -> Callable[..., None]:
                 raise click.UsageError(f"--{name} goes with --folder: a folder of images is expected")
         if given["sessions"] is not None and given["folder"] is not None:
             raise click.UsageError("--sessions chooses among the lab's, and --folder takes none of them: leave one out")
-        demand_one(given, FILES)
-        if (said_so := said(given, FILES)) and given["folder"] is None:
-            raise click.UsageError(
-                f"{said_so[0]} goes with --folder: a folder with a table of ratings, and perhaps images, is expected"
-            )
-        if given["trim_s"] is not None and not said_so:
-            raise click.UsageError("--trim-s goes with --tables, --hatt or --cluster-data")
-        held = held_in(given, given["tables"])
-        command(Asked(**{name: given.pop(name) for name in OWN}, held=held), **given)
+        recordings = beside_a_table(given)
+        command(Asked(**{name: given.pop(name) for name in OWN}, recordings=recordings), **given)
 
     asking: Callable[..., None] = with_asked
     for option in reversed(OPTIONS):
@@ -123,21 +107,12 @@ def material_for(asked: Asked, report: Report) -> Material:
 
         if asked.scale is not None:
             asked_for["scale"] = asked.scale
-        asked_for["recordings"] = _recordings(asked)
+        asked_for["recordings"] = asked.recordings
         return read_folder(asked.folder, asked.lab, table=asked.ratings, report=report, **asked_for)
     from modeling.attributes.reading import read_material
 
     only = None if asked.sessions is None else asked.sessions == "simulated"
     return read_material(asked.lab, simulated=only, report=report, **asked_for)
-
-
-def _recordings(asked: Asked) -> Recordings | None:
-    if not (asked.tables or asked.hatt or asked.cluster_data):
-        return None
-    from modeling.attributes.reading_recordings import Recordings
-    from modeling.textures.reading_tables import Held as TableHeld
-
-    return Recordings(asked.tables, asked.hatt, asked.cluster_data, TableHeld(*asked.held), asked.trim_s)
 
 
 def wanted_for(asked: Asked, methods: tuple[str, ...] | None, ablations: bool) -> Wanted:

@@ -10,6 +10,7 @@ from typing import TYPE_CHECKING, Any
 
 import click
 
+from modeling.commands_recordings import beside_a_table, beside_options
 from modeling.commands_texture_set import simulate
 from studies.options import JSON, LAB, echo_json
 
@@ -77,6 +78,7 @@ textures.add_command(simulate)
 @click.option("--ratings", type=FILE, help="The table that goes with --folder.  [default: FOLDER/ratings.csv]")
 @click.option("--scale", type=(float, float), metavar="LOW HIGH",
               help="The ends of that table's ratings, such as 1 7 or -100 100.  [default: 0 100]")  # fmt: skip
+@beside_options
 @click.option("--model", type=FILE, help="A model's card.  [default: LAB/models/texture-attributes.json, if any]")
 @click.option("--without-model", is_flag=True, help="What people rated, and nothing predicted.")
 @click.option("--weights", type=FILE, help="Weights of ResNet-50, where the model learned from features with a file.")
@@ -102,7 +104,8 @@ def index_command(as_json: bool, sessions: str | None, **given: Any) -> None:
     for name in ("ratings", "scale"):
         if given[name] is not None and given["folder"] is None:
             raise click.UsageError(f"--{name} goes with --folder: a folder of images is expected")
-    wanted = Wanted(**given, simulated=None if sessions is None else sessions == "simulated")
+    recordings = beside_a_table(given)
+    wanted = Wanted(**given, recordings=recordings, simulated=None if sessions is None else sessions == "simulated")
     with going_on("what is left"), progress_lines() as report:
         found = index(wanted, report)
     if as_json:

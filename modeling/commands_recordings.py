@@ -2,11 +2,14 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping, Sequence
+from collections.abc import Callable, Mapping, Sequence
 from pathlib import Path
-from typing import Any, TypeAlias
+from typing import TYPE_CHECKING, Any, TypeAlias
 
 import click
+
+if TYPE_CHECKING:
+    from modeling.attributes.reading_recordings import Recordings
 
 FILES, HELD = ("tables", "hatt", "cluster_data"), ("rate_hz", "speed_mm_s", "force_n")
 """What the options are called."""
@@ -33,6 +36,24 @@ HELD_OPTIONS = (
 )
 
 
+BESIDE_A_TABLE = (
+    *FILE_OPTIONS,
+    *HELD_OPTIONS,
+    click.option(
+        "--trim-s", type=click.FloatRange(0),
+        help="Left out at both ends of such a recording.  [default: 2.5; 0 of the Cluster data set]",
+    ),
+)  # fmt: skip
+"""Where recordings go with a folder's table of ratings."""
+
+
+def beside_options(command: Callable[..., None]) -> Callable[..., None]:
+    """All of `BESIDE_A_TABLE` on a command."""
+    for option in reversed(BESIDE_A_TABLE):
+        command = option(command)
+    return command
+
+
 def said(given: Mapping[str, Any], names: Sequence[str]) -> list[str]:
     """Which of these options were given, as they are written."""
     return [f"--{name.replace('_', '-')}" for name in names if given[name]]
@@ -50,3 +71,22 @@ def held_in(given: dict[str, Any], tables: Sequence[Path]) -> Held:
     if any(each is not None for each in held) and not tables:
         raise click.UsageError("--rate-hz, --speed-mm-s and --force-n say what tables lack: --tables is expected")
     return rate_hz, speed_mm_s, force_N
+
+
+def beside_a_table(given: dict[str, Any]) -> Recordings | None:
+    """The recordings that go with `folder`, all their options taken out of what was given. Raises UsageError."""
+    demand_one(given, FILES)
+    files = said(given, FILES)
+    if files and given["folder"] is None:
+        told = "a folder with a table of ratings, and perhaps images, is expected"
+        raise click.UsageError(f"{files[0]} goes with --folder: {told}")
+    if given["trim_s"] is not None and not files:
+        raise click.UsageError("--trim-s goes with --tables, --hatt or --cluster-data")
+    tables, hatt, cluster_data, trim_s = (given.pop(name) for name in (*FILES, "trim_s"))
+    held = held_in(given, tables)
+    if not files:
+        return None
+    from modeling.attributes.reading_recordings import Recordings
+    from modeling.textures.reading_tables import Held as TableHeld
+
+    return Recordings(tables, hatt, cluster_data, TableHeld(*held), trim_s)

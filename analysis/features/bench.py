@@ -60,7 +60,7 @@ def _cepstra(made: Touch, repeats: int) -> Iterator[Case]:
 
 
 def by_librosa(vibration: Array) -> Array:
-    """Segments (s, 500) to (s, 40, 13) by librosa alone, each from the waveform of its frames on."""
+    """Segments (s, 500) to (s, 40, 13) by librosa, each from the waveform of its frames on."""
     import librosa
 
     found = []

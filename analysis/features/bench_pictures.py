@@ -46,7 +46,7 @@ def drawn(side: int, seed: int = 0) -> Gray:
 
 
 def by_scikit_image(values: Gray) -> Shares:
-    """(256,) by scikit-image alone."""
+    """(256,) by scikit-image, of the same levels."""
     from skimage.feature import graycomatrix
 
     found = graycomatrix(levels(values), DISTANCES, ANGLES, levels=LEVELS, symmetric=True, normed=True)

@@ -54,7 +54,7 @@ def banners(found: Judged) -> list[str]:
 def facts(found: Judged) -> list[tuple[str, str]]:
     """What stands at the head of the page."""
     raters = sorted({each.rated.raters for each in found.material.textures if each.rated is not None})
-    people = f"{raters[0]}" if len(raters) == 1 else f"{raters[0]} to {raters[-1]}"
+    people = " to ".join(f"{each}" if each else "not told" for each in sorted({raters[0], raters[-1]}))
     return [
         ("Textures", f"{len(found.material.textures)}"),
         ("Left out, once each", f"{len(found.tested)}"),

@@ -21,6 +21,7 @@ CODE = (
     "studies/stored_samples.py",
 )  # fmt: skip
 """What makes these rows beside a recording's own module and what it imports of this room."""
+LEFT_OUT = "recordings left out"
 PACKAGES = ("librosa", "numpy", "pywavelets", "scipy")
 
 
@@ -99,9 +100,8 @@ def _entry(job: _Felt) -> Entry:
     try:
         found = job.recorded.rows()
     except TextureDataError as error:
-        made: Entry = ({}, {"made_from": sorted(job.recorded.made_from), "notes": [f"recordings left out: {error}"]})
-    else:
-        made = (found.touch, {"made_from": sorted(found.made_from), "notes": list(found.notes)})
+        return {}, {"made_from": sorted(job.recorded.made_from), "notes": [f"{LEFT_OUT}: {error}"]}
+    made: Entry = (found.touch, {"made_from": sorted(found.made_from), "notes": list(found.notes)})
     keep(job.folder, job.key, *made)
     return made
 

@@ -9,7 +9,7 @@ from numpy.typing import NDArray
 
 from modeling.attributes.material import Array, Rows, Texture
 
-SAME = 1e-5
+SAME, DIGITS = 1e-5, 4
 """Rows that differ by less, relative to their greatest number, are equal: a file may have been rounded on its way."""
 HAND = "hand"
 """How the hand moved and pressed tells nothing of the texture: a robot does the same to all of them."""
@@ -76,9 +76,9 @@ def _blanks(kinds: Mapping[str, Rows]) -> NDArray[np.bool_]:
 
 
 def _blank(row: NDArray[np.float32]) -> bool:
-    """At most two different numbers: nothing was felt or seen."""
+    """At most two different numbers, as `_same` tells numbers apart: nothing was felt or seen."""
     greatest = float(np.max(np.abs(row), initial=0.0))
-    return greatest == 0.0 or len(np.unique(np.round(row / greatest, 6))) <= 2
+    return greatest == 0.0 or len(np.unique(np.round(row / greatest, DIGITS))) <= 2
 
 
 def _equal(owners: Owners) -> Iterator[tuple[str, str]]:

@@ -70,11 +70,15 @@ class HVNet(nn.Module):
 
     def decode(self, code: Tensor) -> Tensor:
         """What `encode` gives to (batch, length)."""
+        found: Tensor = self.join(self.stretch(code))[:, 0, 0, : self.length]
+        return found
+
+    def stretch(self, code: Tensor) -> Tensor:
+        """What `encode` gives to (batch, 256, 1, length)."""
         x = code[:, :, None, :].contiguous(memory_format=torch.channels_last)
         for layer, length in zip(self.decoder, _lengths(self.length)[::-1], strict=True):
             x = _stretched(torch.relu(layer(x)[..., : x.shape[3]]), length)
-        found: Tensor = self.join(x)[:, 0, 0, : self.length]
-        return found
+        return x
 
     def embed(self, code: Tensor) -> Tensor:
         """What `encode` gives to (batch, 128)."""
@@ -86,7 +90,9 @@ def shapes(network: HVNet, rows: Tensor) -> dict[str, tuple[int, ...]]:
     with torch.no_grad():
         code = network.encode(rows)
         hidden, seen = network.first(code.flatten(1)), network(rows)
-    stages = {"code": code, "rebuilt": seen.rebuilt, "hidden": hidden, "embedded": seen.embedded}
+        stretched = network.stretch(code).squeeze(2)
+    made = {"code": code, "stretched": stretched, "rebuilt": seen.rebuilt}
+    stages = {**made, "hidden": hidden, "embedded": seen.embedded}
     return {name: tuple(stage.shape[1:]) for name, stage in stages.items()}
 
 

@@ -24,6 +24,10 @@ Report = Callable[[str], None]
 QUICK_TEXTURES = 5
 
 
+WHY = {"recording": ("recordings left out", "not recorded"), "picture": ("left out", "not photographed")}
+"""How a texture's notes begin that say why it lacks what others have."""
+
+
 @dataclass(frozen=True)
 class Wanted:
     """What is evaluated, and how.
@@ -123,7 +127,9 @@ def usable(material: Material) -> tuple[Material, dict[str, str]]:
         lacks = [what for what, asked, own in (("recording", felt, each.touch), ("picture", seen, each.sight))
                  if asked and not _rows(own)]  # fmt: skip
         if lacks:
-            left_out[each.id] = f"no {' and no '.join(lacks)} of it can be used"
+            why = [note for what in lacks for note in each.notes if note.startswith(WHY[what])]
+            told = f"no {' and no '.join(lacks)} of it can be used"
+            left_out[each.id] = f"{told} ({'; '.join(why)})" if why else told
     kept = tuple(each for each in rated.textures if each.id not in left_out)
     if len(kept) < LEAST <= len(material.textures):
         raise MaterialError(

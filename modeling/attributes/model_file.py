@@ -47,10 +47,9 @@ class Card(Strict):
     """What stands in the card.
 
     `attributes` are pairs of adjectives, 0 and 100. `touch` and `sight` are the kinds of features that are looked at,
-    `weights` says which weights ResNet-50 had for them, `quick` whether they were made in few strokes. `told` is the
-    method's own. `metrics` are those of leaving one texture out; `interval` holds 90 % of new ratings; `learned` are
-    the textures whose ratings the fit was shown: those that it was fitted to, and those that it only watched to stop
-    early, which `training` names.
+    `weights` says which weights ResNet-50 had for them. `told` is the method's own. `metrics` are those of leaving one
+    texture out; `interval` holds 90 % of new ratings; `learned` are the textures whose ratings the fit was shown: those
+    that it was fitted to, and those that it only watched to stop early, which `training` names.
     """
 
     format: Literal["palpate-attributes/1"] = "palpate-attributes/1"

@@ -59,7 +59,7 @@ def read_folder(
     folder: Path, lab: Path | None = None, *, table: Path | None = None, pairs: Sequence[Pair] | None = None,
     scale: tuple[float, float] | None = None, weights: Path | None = None, sha256: str | None = None,
     quick: bool = False, variants: int = 1, workers: int | None = None, simulated: bool = False,
-    recordings: Recordings | None = None, report: Report = silent,
+    recordings: Recordings | None = None, sight: bool = True, report: Report = silent,
 ) -> Material:  # fmt: skip
     """The textures of a CSV table, with the pictures of each in a folder: FOLDER/ID/*.jpg or FOLDER/ID_01.jpg.
 
@@ -68,7 +68,8 @@ def read_folder(
     letters, spaces and underscores do as well, and Smooth-Rough is turned). Without a `scale` it is 0 to 100. Beside
     them may stand label, category (or class), raters and an SD (Rough-Smooth.sd). `pairs` are the attributes, those of
     texture_ratings where they are not given. A texture without any rating is not rated. `recordings` are what was felt
-    of those textures elsewhere; a texture may lack its recording or its pictures then, with a note. Pictures are .jpg,
+    of those textures elsewhere; a texture may lack its recording or its pictures then, with a note. Without `sight` no
+    picture is looked at. Pictures are .jpg,
     .jpeg, .png, .tif or .tiff. Features are kept in LAB/features where a `lab` is given; the other options are those of
     `reading.read_material`. Raises MaterialError, with the line, on an unknown, missing or twofold column, an id that
     stands twice, a number that is none or lies off the scale, ratings of 0 to 10 whose scale was not given, a texture
@@ -78,17 +79,19 @@ def read_folder(
     how = sight_with(weights_from(weights, sha256), variants, quick)
     table, pairs = table or table_in(folder), tuple(pairs or attributes_of(None))
     lines, columns = rated_lines(table, pairs, scale)
-    albums = [Album(line.id, tuple(_pictures(folder, line, recordings is not None))) for line in lines]
+    may_lack = recordings is not None
+    albums = [Album(line.id, tuple(_pictures(folder, line, may_lack)) if sight else ()) for line in lines]
     _demand_once(albums)
     looks = [in_a_hurry(each) if quick else each for each in albums]
     looked = seen(looks, how, folder=None if lab is None else lab / FOLDER, workers=workers, report=report)
-    felt, aside = _felt(lines, recordings, lab, workers, report)
+    felt, aside = _felt(lines, recordings, table, lab, workers, report)
     made = zip(lines, albums, strict=True)
-    textures = tuple(_texture(line, album, looked[line.id], felt.get(line.id)) for line, album in made)
+    textures = tuple(_texture(line, album, looked[line.id], felt.get(line.id), sight) for line, album in made)
     if not any(each.touch or each.sight for each in textures):
         why = f"{textures[0].id}: {textures[0].notes[0]}"
         raise MaterialError(f"{folder}: no recording and no picture of its textures can be used; {why}")
-    told = (*aside, *columns.notes, *_nobodys(folder, albums), f"ratings: {table.name} {file_sha256(table)}")
+    loose = _nobodys(folder, albums) if sight else ()
+    told = (*aside, *columns.notes, *loose, f"ratings: {table.name} {file_sha256(table)}")
     photographed = any(album.pictures for album in albums)
     weights_told, hurried = (how.weights.told, (HURRIED,) if quick else ()) if photographed else ("", ())
     return Material(textures, columns.pairs, weights_told, simulated, (*told, *hurried))
@@ -131,7 +134,12 @@ def table_in(folder: Path) -> Path:
 
 
 def _felt(
-    lines: Sequence[Line], recordings: Recordings | None, lab: Path | None, workers: int | None, report: Report
+    lines: Sequence[Line],
+    recordings: Recordings | None,
+    table: Path,
+    lab: Path | None,
+    workers: int | None,
+    report: Report,
 ) -> tuple[dict[str, FeltRows], tuple[str, ...]]:
     """What was felt, by texture, and notes on recordings of none of them."""
     if recordings is None:
@@ -139,16 +147,16 @@ def _felt(
     from modeling.attributes.feeling import felt_rows
     from modeling.attributes.reading_recordings import filed
 
-    found, notes = filed(recordings, {line.id: (line.label, line.category) for line in lines})
+    found, notes = filed(recordings, {line.id: (line.label, line.category) for line in lines}, table)
     rows = felt_rows(found, None if lab is None else lab / FOLDER, workers, report)
     return {each.id: each for each in rows}, notes
 
 
-def _texture(line: Line, album: Album, looked: Seen, felt: FeltRows | None) -> Texture:
+def _texture(line: Line, album: Album, looked: Seen, felt: FeltRows | None, looking: bool) -> Texture:
     told = [*(felt.notes if felt else ()), *looked.notes]
     if not (felt and felt.touch):
         told.append("no recording of it can be used" if felt else "not recorded")
-    if not album.pictures:
+    if not album.pictures and looking:
         told.append("not photographed")
     if not line.rated:
         told.append("not rated")

@@ -8,15 +8,14 @@ from __future__ import annotations
 import hashlib
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, field
-from functools import cached_property
 from pathlib import Path
 from typing import TypeAlias
 
-from analysis.features.tactile import touch_features
-from modeling.attributes.reading_touch import FeltRows, felt_of
+from modeling.attributes.reading_touch import FeltRows, felt_of, rows_from
 from modeling.attributes.touching import filtering
 from modeling.textures import reading_cluster, reading_hatt, reading_tables
 from modeling.textures.preparing import Filtering, Touched
+from modeling.textures.reading_cluster import Slide
 from modeling.textures.reading_tables import Held
 from modeling.textures.recording import TextureDataError
 from studies.content import file_sha256
@@ -34,8 +33,13 @@ class TableFile:
         """By what they hold."""
         return {"table": self.path}
 
+    @property
+    def told(self) -> str:
+        """What is known of it beside what it holds."""
+        return f"{self.held}"
 
-Source: TypeAlias = TableFile | reading_hatt.Source | reading_cluster.Slide
+
+Source: TypeAlias = TableFile | reading_hatt.Source | Slide
 
 
 @dataclass(frozen=True)
@@ -48,30 +52,23 @@ class Filed:
     sources: tuple[Source, ...]
     way: Filtering
 
-    @cached_property
+    @property
     def made_from(self) -> frozenset[str]:
         """SHA-256 of the files."""
-        return frozenset(self._digests())
+        return frozenset(digest for each in self.sources for digest in _digests(each))
 
     @property
     def key(self) -> str:
-        """SHA-256 of all that decides what is felt, but for the program."""
+        """SHA-256 of all that decides what is felt, but for the program: a slide's name says what was wished for."""
         found = hashlib.sha256(f"{self.way}".encode())
-        for source in self.sources:
-            told = source.held if isinstance(source, TableFile) else ""
-            found.update(f"{type(source).__name__} {told}".encode())
-        for digest in self._digests():
-            found.update(digest.encode())
+        for each in self.sources:
+            told = each.told if isinstance(each, TableFile) else each.stem if isinstance(each, Slide) else ""
+            found.update("\0".join((type(each).__name__, told, *_digests(each))).encode())
         return found.hexdigest()
-
-    def _digests(self) -> list[str]:
-        return [file_sha256(file) for each in self.sources for file in dict.fromkeys(each.files.values())]
 
     def rows(self) -> FeltRows:
         """Its features. Raises TextureDataError on what cannot be read, and as `touch_of` does."""
-        found = felt_of(self.id, self.label, self.category, map(_touched, self.sources), self.way)
-        rows = touch_features(found.touch)
-        return FeltRows(found.id, found.label, found.category, rows, found.made_from, found.notes)
+        return rows_from(felt_of(self.id, self.label, self.category, map(_touched, self.sources), self.way))
 
 
 @dataclass(frozen=True)
@@ -95,42 +92,63 @@ class Recordings:
             return filtering(self.trim_s)
         return filtering(0.0) if self.cluster is not None else filtering()
 
-    def sources(self) -> dict[str, tuple[Source, ...]]:
-        """Each texture's files, by its name; none is read. Raises TextureDataError where there is none."""
+    def names(self) -> tuple[str, ...]:
+        """The textures that there are. Raises TextureDataError where there is none."""
         if self.hatt is not None:
-            return {each.name: (each,) for each in reading_hatt.sources(self.hatt)}
+            return tuple(reading_hatt.names_in(self.hatt))
         if self.cluster is not None:
-            return {name: tuple(every) for name, every in reading_cluster.slides(self.cluster).items()}
-        return {file.stem: (TableFile(file, self.held),) for file in reading_tables.files_in(self.tables)}
+            return tuple(reading_cluster.names_in(self.cluster))
+        return tuple(file.stem for file in reading_tables.files_in(self.tables))
+
+    def sources(self, names: Sequence[str]) -> dict[str, tuple[Source, ...]]:
+        """The files of each of these textures, by its name; none is read. Raises TextureDataError where one lacks."""
+        if self.hatt is not None:
+            return {each.name: (each,) for each in reading_hatt.sources(self.hatt, names)}
+        if self.cluster is not None:
+            return {name: tuple(every) for name, every in reading_cluster.slides(self.cluster, names).items()}
+        files = reading_tables.files_in(self.tables)
+        return {file.stem: (TableFile(file, self.held),) for file in files if file.stem in names}
 
 
 def filed(
-    recordings: Recordings, named: Mapping[str, tuple[str, str]]
+    recordings: Recordings, named: Mapping[str, tuple[str, str]], table: Path | None = None
 ) -> tuple[tuple[Filed, ...], tuple[str, ...]]:  # fmt: skip
     """The textures that are `named` (label and category by id) and were recorded; and notes on the others' recordings.
 
-    Raises TextureDataError where there is no recording, or none of a texture that is named.
+    `table` is that of the ratings, which may lie among tables of recordings. Raises TextureDataError where there is no
+    recording, or none of a texture that is named, or where a file of one lacks.
     """
-    sources = recordings.sources()
-    found = tuple(Filed(name, *told, sources[name], recordings.way) for name, told in named.items() if name in sources)
-    if not found:
+    there = [name for name in recordings.names() if not (recordings.tables and table and name == table.stem)]
+    recorded = [name for name in named if name in there]
+    if not recorded:
         raise TextureDataError(
-            f"no recording is of a texture in the table: recordings of {_some(list(sources))}, and the ids"
+            f"no recording is of a texture in the table: recordings of {_some(there)}, and the ids"
             f" {_some(list(named))}; a texture has the name of its recording"
         )
-    loose = [name for name in sources if name not in named]
-    if not loose:
-        return found, ()
-    return found, (f"{len(loose)} recorded textures are not in the table ({loose[0]} first): left aside",)
+    sources = recordings.sources(recorded)
+    found = tuple(Filed(name, *named[name], sources[name], recordings.way) for name in recorded)
+    loose = [name for name in there if name not in named]
+    return found, (f"recorded, but not in the table: {_some(loose)}",) if loose else ()
 
 
 def _some(names: Sequence[str], most: int = 4) -> str:
     return ", ".join(names[:most]) + (f" and {len(names) - most} more" if len(names) > most else "")
 
 
+def _digests(source: Source) -> list[str]:
+    """Of its files; one that cannot be read has none, and is refused when it is read."""
+    found = []
+    for file in dict.fromkeys(source.files.values()):
+        try:
+            found.append(file_sha256(file))
+        except OSError as error:
+            found.append(f"{file}: {error.strerror}")
+    return found
+
+
 def _touched(source: Source) -> Touched:
     if isinstance(source, TableFile):
         return reading_tables.touched(source.path, source.held)
-    if isinstance(source, reading_cluster.Slide):
+    if isinstance(source, Slide):
         return reading_cluster.touched(source)
     return reading_hatt.touched(source)

@@ -89,9 +89,7 @@ class Recorded:
 
     def rows(self) -> FeltRows:
         """Its features, its samples read now. Raises TextureDataError as `touch_of` does."""
-        found = felt(self)
-        rows = touch_features(found.touch)
-        return FeltRows(found.id, found.label, found.category, rows, found.made_from, found.notes)
+        return rows_from(felt(self))
 
 
 def recorded(
@@ -144,6 +142,13 @@ def touches(
     `recorded` and `felt` do.
     """
     return map(felt, recorded(lab, textures, study=study, way=way, normal=normal, simulated=simulated))
+
+
+def rows_from(found: Felt) -> FeltRows:
+    """The features of what was felt."""
+    return FeltRows(
+        found.id, found.label, found.category, touch_features(found.touch), found.made_from, found.notes
+    )  # fmt: skip
 
 
 def rows_of(texture: Recorded) -> FeltRows:

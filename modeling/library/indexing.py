@@ -51,13 +51,15 @@ def library_of(material: Material, model: Predictor | None = None, *, sources: S
     Raises LibraryError where nothing is known of any, and where the model tells of other attributes than people rated.
     """
     pairs = _pairs(material, model)
-    usual, entries, left_out = _usual_sd(material), [], {}
+    usual, entries, left_out, unsaid = _usual_sd(material), [], {}, []
     for texture in sorted(material.textures, key=lambda each: each.id):
         rated = None if texture.rated is None else _rated(texture.rated, usual)
         predicted, why = _predicted(texture, model)
         if rated is None and predicted is None:
             left_out[texture.id] = f"nobody rated it, and {why}"
             continue
+        if model is not None and predicted is None:
+            unsaid.append(why)
         entries.append(
             Entry(id=texture.id, label=texture.label, category=texture.category, rated=rated, predicted=predicted,
                   made_from=tuple(sorted(texture.made_from)))
@@ -65,7 +67,8 @@ def library_of(material: Material, model: Predictor | None = None, *, sources: S
     if not entries:
         first = next(iter(left_out.items()), ("no texture", "there is none"))
         raise LibraryError(f"nothing is known of any texture ({first[0]}: {first[1]}).")
-    notes = tuple(dict.fromkeys((*material.notes, *(model.notes if model else ()))))
+    told = (f"{len(unsaid)} rated textures are not predicted; {unsaid[0]}",) if unsaid else ()
+    notes = tuple(dict.fromkeys((*material.notes, *(model.notes if model else ()), *told)))
     return Told(
         Library(attributes=tuple((each.low, each.high) for each in pairs), textures=tuple(entries), notes=notes,
                 simulated=material.simulated, sources=(*sources, *(model.sources if model else ()))),

@@ -36,7 +36,8 @@ def came_from(entry: Entry, attributes: int, kind: Kind | None = None) -> str:
     kinds = {found.kind for at in range(attributes) if (found := felt(entry, at, kind))}
     people = entry.rated.raters if entry.rated else 0
     learned = ", learned" if entry.predicted and entry.predicted.learned else ""
-    by = {"rated": f"{people} {'person' if people == 1 else 'people'}", "predicted": f"predicted{learned}"}
+    said = f"{people} {'person' if people == 1 else 'people'}" if people else "people"
+    by = {"rated": said, "predicted": f"predicted{learned}"}
     return " + ".join(by[each] for each in KINDS if each in kinds) or "-"
 
 

@@ -57,7 +57,7 @@ def _attributes(entry: Entry, library: Library, kind: Kind | None) -> Iterator[s
 
 def _heading(entry: Entry, kind: Kind) -> str:
     if kind == "rated" and entry.rated:
-        return f"rated by {entry.rated.raters}"
+        return f"rated by {entry.rated.raters}" if entry.rated.raters else "rated"
     learned = entry.predicted is not None and entry.predicted.learned
     return "predicted (it learned this one)" if learned else "predicted"
 

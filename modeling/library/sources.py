@@ -5,6 +5,7 @@ from __future__ import annotations
 from collections.abc import Callable, Iterator, Mapping, Sequence
 from dataclasses import dataclass
 from pathlib import Path
+from typing import TYPE_CHECKING
 
 import numpy as np
 
@@ -20,6 +21,9 @@ from studies.collect import ledgers_in
 from studies.content import file_sha256
 from studies.record import read_header
 
+if TYPE_CHECKING:
+    from modeling.attributes.reading_recordings import Recordings
+
 Report = Callable[[str], None]
 
 
@@ -31,7 +35,7 @@ class Wanted:
     ResNet-50, where the model's features were made with a file. `folder`: one of images with a table of ratings
     (`ratings`, else its own; `scale`: the ends of its ratings) instead of the lab's sessions. `pictures`: a folder of
     images named as the textures; None: `folder`, else those that texture_photos took. `simulated`: only such sessions,
-    or only real ones, where there are both.
+    or only real ones, where there are both. `recordings` are what was felt of the folder's textures elsewhere.
     """
 
     lab: Path
@@ -45,6 +49,7 @@ class Wanted:
     pictures: Path | None = None
     simulated: bool | None = None
     workers: int | None = None
+    recordings: Recordings | None = None
 
 
 def model_of(wanted: Wanted) -> AttributeModel | None:
@@ -87,8 +92,9 @@ def _of_sessions(wanted: Wanted, card: Card, report: Report) -> Material:
 
 
 def _of_folder(wanted: Wanted, folder: Path, model: AttributeModel | None, report: Report) -> Material:
-    """A folder's textures; the features of their pictures only for a model that looks at them."""
-    if model is None or not model.card.sight:
+    """A folder's textures; the features of their pictures and recordings only for a model that looks at them."""
+    felt = wanted.recordings if model is not None and model.card.touch else None
+    if model is None or not (model.card.sight or felt):
         report("reading ratings")
         return read_rated(folder, wanted.ratings, wanted.scale)
     from modeling.attributes.reading_folder import read_folder
@@ -96,7 +102,8 @@ def _of_folder(wanted: Wanted, folder: Path, model: AttributeModel | None, repor
     report("making features")
     return read_folder(
         folder, wanted.lab, table=wanted.ratings, scale=wanted.scale, weights=wanted.weights,
-        quick=_hurried(model.card), variants=0, workers=wanted.workers, report=report,
+        quick=_hurried(model.card), variants=0, workers=wanted.workers, recordings=felt, sight=bool(model.card.sight),
+        report=report,
     )  # fmt: skip
 
 

@@ -7,7 +7,7 @@ and what of it is checked: docs/reference/texture-data.md, Loaders.
 from __future__ import annotations
 
 import re
-from collections.abc import Iterator, Sequence
+from collections.abc import Sequence
 from dataclasses import dataclass
 from pathlib import Path
 
@@ -68,22 +68,25 @@ def slides(folder: Path, textures: Sequence[str] = ()) -> dict[str, list[Slide]]
 
     Raises TextureDataError where there is none, or of a texture that was asked for, or a file of one lacks.
     """
-    root = folder / "sensor_data" if (folder / "sensor_data").is_dir() else folder
-    accel = root / FOLDERS["acceleration"]
-    if not accel.is_dir():
-        raise TextureDataError(f"{folder}: no folder sensor_data/accel; the Cluster Haptic Texture Dataset is expected")
+    accel = _accel(folder)
     found: dict[str, list[Slide]] = {}
-    for match, file in sorted(_named(accel), key=lambda each: [int(number) for number in each[0].groups()]):
-        name = f"cluster_{match['texture']}"
+    for name, match, file in _named(accel):
         if not textures or name in textures:
-            found.setdefault(name, []).append(_slide(root, match, file.relative_to(accel)))
+            found.setdefault(name, []).append(_slide(accel.parent, match, file.relative_to(accel)))
     missing = [name for name in textures if name not in found]
     if missing:
         raise TextureDataError(f"{folder}: no slide over the texture {missing[0]!r}; {nearest(missing[0], found)}")
     if not found:
-        raise TextureDataError(
-            f"{accel}: no file named as 0_135_40_500_0.csv (texture_direction_velocity_force_repeat)"
-        )
+        raise _nothing(accel)
+    return found
+
+
+def names_in(folder: Path) -> list[str]:
+    """The textures of which there is a slide, whole or not. Raises TextureDataError where there is none."""
+    accel = _accel(folder)
+    found = list(dict.fromkeys(name for name, _, _ in _named(accel)))
+    if not found:
+        raise _nothing(accel)
     return found
 
 
@@ -102,11 +105,24 @@ def touched(slide: Slide) -> Touched:
     return Touched(f"{slide.root}: {slide.stem}", scaled, force, position=position, made_from=made_from, notes=(told,))
 
 
-def _named(accel: Path) -> Iterator[tuple[re.Match[str], Path]]:
-    for file in accel.rglob("*.csv"):
-        match = NAME.fullmatch(file.stem)
-        if match is not None:
-            yield match, file
+def _accel(folder: Path) -> Path:
+    root = folder / "sensor_data" if (folder / "sensor_data").is_dir() else folder
+    accel = root / FOLDERS["acceleration"]
+    if not accel.is_dir():
+        raise TextureDataError(f"{folder}: no folder sensor_data/accel; the Cluster Haptic Texture Dataset is expected")
+    return accel
+
+
+def _nothing(accel: Path) -> TextureDataError:
+    told = "no file named as 0_135_40_500_0.csv (texture_direction_velocity_force_repeat)"
+    return TextureDataError(f"{accel}: {told}")
+
+
+def _named(accel: Path) -> list[tuple[str, re.Match[str], Path]]:
+    """Each slide's texture, what its name says, and its file, in the order of textures, directions, speeds."""
+    found = [(match, file) for file in accel.rglob("*.csv") if (match := NAME.fullmatch(file.stem))]
+    found.sort(key=lambda each: [int(number) for number in each[0].groups()])
+    return [(f"cluster_{match['texture']}", match, file) for match, file in found]
 
 
 def _slide(root: Path, match: re.Match[str], place: Path) -> Slide:

@@ -62,16 +62,20 @@ def read_hatt(
 
 def sources(path: Path, textures: Sequence[str] = ()) -> list[Source]:
     """The textures that there are in a file or folder, by name; none of them is read yet. Raises TextureDataError."""
-    found = list(_found(path))
+    found = _found(path)
     names = [each.name for each in found]
-    missing = [name for name in textures if name not in names]
-    if missing or not found:
-        there = f"there are {', '.join(names[:8])}" if names else "no XML file is there"
-        raise TextureDataError(f"{path}: no recording{f' of {missing[0]!r}' if missing else ''}; {there}")
-    twice = next((name for name in names if names.count(name) > 1), None)
-    if twice is not None:
-        raise TextureDataError(f"{path}: two recordings are named {twice!r}; a texture has one")
-    return [each for each in found if not textures or each.name in textures]
+    if missing := [name for name in textures if name not in names]:
+        raise TextureDataError(f"{path}: no recording of {missing[0]!r}; there are {', '.join(names[:8])}")
+    wanted = [each for each in found if not textures or each.name in textures]
+    for file in (file for each in wanted for file in each.files.values()):
+        if not file.is_file():
+            raise TextureDataError(f"{file}: no such file; every signal of a texture has one of the same name")
+    return wanted
+
+
+def names_in(path: Path) -> list[str]:
+    """The textures of which there is a recording, whole or not. Raises TextureDataError where there is none."""
+    return [each.name for each in _found(path)]
 
 
 def touched(source: Source, normal: tuple[float, float, float] = UP) -> Touched:
@@ -94,7 +98,19 @@ def touched(source: Source, normal: tuple[float, float, float] = UP) -> Touched:
     )  # fmt: skip
 
 
-def _found(path: Path) -> Iterator[Source]:
+def _found(path: Path) -> list[Source]:
+    """What there is, by name; a file beside may lack."""
+    found = list(_there(path))
+    names = [each.name for each in found]
+    if not found:
+        raise TextureDataError(f"{path}: no recording; no XML file is there")
+    twice = next((name for name in names if names.count(name) > 1), None)
+    if twice is not None:
+        raise TextureDataError(f"{path}: two recordings are named {twice!r}; a texture has one")
+    return found
+
+
+def _there(path: Path) -> Iterator[Source]:
     if path.is_file():
         yield _whole(path)
         return
@@ -106,7 +122,7 @@ def _found(path: Path) -> Iterator[Source]:
         yield from (_whole(file) for file in _xml_in(path))
         return
     for file in _xml_in(apart["acceleration"]):
-        yield Source(file.stem, {what: _beside(folder / file.name) for what, folder in apart.items()})
+        yield Source(file.stem, {what: folder / file.name for what, folder in apart.items()})
 
 
 def _whole(file: Path) -> Source:
@@ -115,12 +131,6 @@ def _whole(file: Path) -> Source:
 
 def _xml_in(folder: Path) -> list[Path]:
     return sorted(each for each in folder.iterdir() if each.suffix.lower() == ".xml" and each.name[0] != ".")
-
-
-def _beside(file: Path) -> Path:
-    if not file.is_file():
-        raise TextureDataError(f"{file}: no such file; every signal of a texture has one of the same name")
-    return file
 
 
 def _per_signal(documents: Mapping[str, Document]) -> Iterator[tuple[str, Document]]:

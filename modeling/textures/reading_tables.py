@@ -71,7 +71,7 @@ def files_in(paths: Sequence[Path]) -> list[Path]:
 def _files(paths: Sequence[Path]) -> Iterator[Path]:
     for path in paths:
         if path.is_dir():
-            found = sorted(each for each in path.iterdir() if each.suffix.lower() in KINDS and each.name[0] != ".")
+            found = sorted(each for each in path.iterdir() if each.suffix.lower() in KINDS and _is_table(each))
             if not found:
                 raise TextureDataError(f"{path}: no table in it; files named {', '.join(KINDS)} are expected")
             yield from found
@@ -79,6 +79,11 @@ def _files(paths: Sequence[Path]) -> Iterator[Path]:
             yield path
         else:
             raise TextureDataError(f"{path}: no such file or folder; tables of textures are expected")
+
+
+def _is_table(path: Path) -> bool:
+    """A link that leads nowhere is one: it is refused when it is read, not passed over."""
+    return path.name[0] != "." and not path.is_dir()
 
 
 def touched(file: Path, held: Held, normal: tuple[float, float, float] = UP) -> Touched:

@@ -10,6 +10,7 @@ from modeling import commands_attributes
 from modeling.attributes.material import MaterialError
 from modeling.attributes.model_file import read_model
 from modeling.commands import evaluate, train
+from modeling.commands_library import textures
 from tests.modeling.attributes.made_material import made_material
 from tests.modeling.attributes.made_recordings import rated, table
 
@@ -124,6 +125,34 @@ def test_recordings_from_elsewhere_are_described_beside_a_table_of_ratings(tmp_p
     told = json.loads(done(evaluate, *asked, "--trim-s", 0, *few).stdout)
     assert sorted(told["tested"]) == sorted(names)
     assert all(row["mae"] is not None for row in told["tables"]["methods"])
+
+
+def test_a_library_is_made_of_recordings_from_elsewhere_too(tmp_path):
+    names = ("oak", "felt", "cork", "mesh")
+    mine, lab = rated(tmp_path / "mine", *names), tmp_path / "lab"
+    for seed, name in enumerate(names):
+        table(tmp_path / "data", name, seed=seed, seconds=1.5 if name == "mesh" else 6.0)
+    recorded = ("--folder", mine, "--tables", tmp_path / "data", "--workers", 1)
+    told = done(evaluate, "--lab", lab, *recorded, "--methods", "mean", "--no-ablations", "--no-figures").stdout
+    assert "mesh: no recording of it can be used (recordings left out:" in " ".join(told.split())
+    assert "not told" in (lab / "evaluated" / "attributes" / "report.html").read_text()  # how many people rated
+    done(train, "--lab", lab, *recorded, "--method", "tactile_svm")
+
+    def indexed(*given):
+        arguments = ["index", "--lab", str(lab), "--json", *map(str, given)]
+        result = CliRunner().invoke(textures, arguments, catch_exceptions=False)
+        assert result.exit_code == 0, result.output
+        return json.loads(result.stdout)
+
+    found = indexed(*recorded)
+    assert (found["rated"], found["predicted"]) == (4, 3)
+    assert any(each.startswith("1 rated textures are not predicted; the model says") for each in found["notes"])
+    assert indexed("--folder", mine)["predicted"] == 0
+    assert any(each.startswith("4 rated textures are not") for each in indexed("--folder", mine)["notes"])
+    shown = CliRunner().invoke(textures, ["show", "oak", "--lab", str(lab)], catch_exceptions=False).stdout
+    assert "rated" in shown and "rated by" not in shown
+    result = CliRunner().invoke(textures, ["index", "--lab", str(lab), "--tables", str(tmp_path / "data")])
+    assert result.exit_code == 2 and "--tables goes with --folder" in result.output
 
 
 def test_an_empty_lab_is_refused(tmp_path):

@@ -46,3 +46,16 @@ def test_made_up_textures_are_the_same_ones_each_time():
     assert (one.textures[2].touch["dwt"] == again.textures[2].touch["dwt"]).all()
     assert (one.textures[2].touch["dwt"] != other.textures[2].touch["dwt"]).all()
     assert {kind: rows.shape for kind, rows in one.textures[0].sight.items()} == {"resnet": (2, 2048), "glcm": (2, 256)}
+
+
+def test_a_fold_of_a_whole_study_is_trained_once_and_its_seconds_told(monkeypatch):
+    monkeypatch.setattr("modeling.attributes.bench.TEXTURES", 6)
+    monkeypatch.setattr("modeling.attributes.bench.WHOLE", 6)
+    monkeypatch.setattr("modeling.attributes.bench.WHOLE_SEGMENTS", 12)
+    few = {name: METHODS[name] for name in ("mean", "visuo_tactile")}
+    whole = [case for case in cases(False, few, {}, workers=1) if case.case.startswith("a fold of a study")]
+    row = measure(whole[0])
+    assert [each.method for each in whole] == ["palpate, visuo_tactile"] == [row.method]
+    assert row.outcome == MEASURED and row.runs == 1
+    assert 0 < row.error < 50 and row.seconds > 0
+    assert row.input == "6 made-up textures, 12 segments, 10 pictures each"

@@ -114,6 +114,15 @@ def test_silence_black_pictures_and_the_same_hand_join_nobody():
     assert len(groups_of(both.textures)) == 26
 
 
+def test_two_white_pictures_with_a_few_specks_join_nobody_either():
+    nearly = {"touch": {}, "variants": {}, "made_from": frozenset()}
+    specks = np.array([1.0, 3e-6, 0, 0, 0], "f4"), np.array([1.0, 0, 4e-6, 2e-6, 0], "f4")
+    seen = [{"glcm": np.pad(row, (0, 251))[None], "resnet": M.textures[at].sight["resnet"][:1]}
+            for at, row in enumerate(specks)]  # fmt: skip
+    pair = [dataclasses.replace(T06, id=n, sight=one, **nearly) for n, one in zip("AB", seen, strict=True)]
+    assert groups_of(tuple(pair)) == (("A",), ("B",))
+
+
 def test_a_black_picture_joins_nobody_through_what_the_network_makes_of_it():
     black = {"resnet": M.textures[9].sight["resnet"][:1], "glcm": np.eye(1, 256, dtype="f4")}
     noise = {"resnet": M.textures[10].sight["resnet"][:2], "glcm": M.textures[10].sight["glcm"][:2]}

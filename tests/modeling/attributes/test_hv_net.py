@@ -26,7 +26,8 @@ def test_its_layers_are_those_of_thesis_3_5_1():
 
 def test_the_shapes_of_2304_features():
     found = shapes(HVNet(2304), torch.randn(2, 2304))
-    assert found == {"code": (32, 72), "rebuilt": (2304,), "hidden": (512,), "embedded": (128,)}
+    ends = {"rebuilt": (2304,), "hidden": (512,), "embedded": (128,)}
+    assert found == {"code": (32, 72), "stretched": (256, 2304), **ends}
 
 
 @pytest.mark.parametrize("length", [32, 33, 63, 250, 256, 2048])

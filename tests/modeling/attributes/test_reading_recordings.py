@@ -26,7 +26,7 @@ def test_slides_of_the_cluster_data_set_become_segments_of_its_textures(tmp_path
     slide(data, "20_0_20_500_0", speed=20.0)
     found = read(rated(tmp_path / "mine", "cluster_17", "cluster_0"), Recordings(cluster=data))
     (last, first), (loose, *_) = found.textures, found.notes
-    assert loose == "1 recorded textures are not in the table (cluster_20 first): left aside"
+    assert loose == "recorded, but not in the table: cluster_20"
     assert (first.id, first.label, first.category) == ("cluster_0", "cluster_0 it is", "wood")
     assert first.touch["mfcc"].shape == (4, 520) and last.touch["mfcc"].shape == (2, 520)
     assert first.touch["hand"].shape == (4, 6) and {len(each) for each in first.touch.values()} == {4}
@@ -92,3 +92,58 @@ def test_names_that_do_not_meet_are_told(tmp_path):
         read(rated(tmp_path / "mine", "T1"), Recordings(tables=(tmp_path / "data",)))
     with pytest.raises(TextureDataError, match="sensor_data/accel"):
         filed(Recordings(cluster=tmp_path / "data"), {"cluster_0": ("", "")})
+
+
+def test_a_file_s_new_name_is_a_new_recording_since_it_says_what_was_wished_for(tmp_path):
+    data, mine, lab = tmp_path / "data", rated(tmp_path / "mine", "cluster_3", "cluster_4"), tmp_path / "lab"
+    slide(data, "3_0_10_500_0", speed=40.0)
+    slide(data, "4_0_40_500_0", speed=40.0)
+    refused, fine = read(mine, Recordings(cluster=data), lab=lab).textures
+    assert "its name says 10 mm/s" in " ".join(refused.notes).replace("the file's name", "its name") and fine.touch
+    for folder in ("accel", "force", "position"):
+        place = data / "sensor_data" / folder
+        (place / "3_0_10_500_0.csv").rename(place / "3_0_40_500_0.csv")
+    assert read(mine, Recordings(cluster=data), lab=lab).textures[0].touch
+
+
+def test_what_lacks_of_a_texture_that_is_not_in_the_table_is_nobody_s_matter(tmp_path):
+    data = tmp_path / "data"
+    for stem in ("0_0_40_500_0", "3_0_40_500_0"):
+        slide(data, stem)
+    (data / "sensor_data" / "force" / "3_0_40_500_0.csv").unlink()
+    (found,) = read(rated(tmp_path / "mine", "cluster_0"), Recordings(cluster=data)).textures
+    assert found.touch
+    with pytest.raises(TextureDataError, match="every slide has one in accel, force and position"):
+        read(rated(tmp_path / "mine", "cluster_0", "cluster_3"), Recordings(cluster=data))
+    toolkit = tmp_path / "toolkit"
+    for folder, names in {"Accel": ("oak", "cork"), "Force": ("oak",), "Speed": ("oak",)}.items():
+        (toolkit / folder).mkdir(parents=True)
+        for name in names:
+            (toolkit / folder / f"{name}.xml").write_text(whole(n=60_000), "utf-8")
+    assert Recordings(hatt=toolkit).names() == ("cork", "oak")
+    assert list(Recordings(hatt=toolkit).sources(["oak"])) == ["oak"]
+    with pytest.raises(TextureDataError, match="Force/cork.xml: no such file"):
+        Recordings(hatt=toolkit).sources(["cork"])
+
+
+def test_one_that_cannot_be_read_is_left_out_by_name_and_ratings_are_no_recording(tmp_path):
+    mine = rated(tmp_path / "mine", "oak", "felt", "cork")
+    for name in ("oak", "felt"):
+        table(mine, name)
+    (mine / "cork.csv").symlink_to(tmp_path / "nowhere")
+    (mine / "silk.csv").mkdir()
+    found = read(mine, Recordings(tables=(mine,), trim_s=0), table=mine / "ratings.csv")
+    oak, _felt, cork = found.textures
+    assert oak.touch and cork.touch == {}
+    assert cork.notes[0].startswith("recordings left out: ") and "cork.csv: cannot be read" in cork.notes[0]
+    assert not any("not in the table" in each for each in found.notes)
+
+
+def test_without_sight_no_picture_is_looked_at(tmp_path):
+    mine = rated(tmp_path / "mine", "oak")
+    table(tmp_path / "data", "oak")
+    write_picture(mine / "oak.png", 256, 0)
+    found = read(mine, Recordings(tables=(tmp_path / "data",), trim_s=0), sight=False)
+    assert found.textures[0].touch and found.textures[0].sight == {} and found.weights == ""
+    assert not any("photographed" in each for each in (*found.notes, *found.textures[0].notes))
+    assert not any("pictures belong" in each for each in found.notes)
