@@ -154,7 +154,7 @@ def test_settings_reach_the_training(textures):
 
 @pytest.mark.parametrize(
     ("method", "epochs", "rate", "known"),
-    [(VISUO_TACTILE, 16, 1e-3, [0, 1, 2, 3]), (HV_NET, 30, 5e-4, [1]), (HT_NET, 8, 1e-3, [0, 2, 3])],
+    [(VISUO_TACTILE, 24, 1e-3, [0, 1, 2, 3]), (HV_NET, 30, 5e-4, [1]), (HT_NET, 12, 1e-3, [0, 2, 3])],
     ids=lambda each: getattr(each, "name", ""),
 )
 def test_a_tiny_training_beats_the_mean_on_textures_that_it_has_not_met(method, epochs, rate, known):
