@@ -4,17 +4,16 @@ from __future__ import annotations
 
 from collections.abc import Callable, Mapping, Sequence
 from pathlib import Path
-from typing import TYPE_CHECKING, Any, TypeAlias
+from typing import TYPE_CHECKING, Any
 
 import click
 
 if TYPE_CHECKING:
     from modeling.attributes.reading_recordings import Recordings
+    from modeling.textures.reading_tables import Held
 
 FILES, HELD = ("tables", "hatt", "cluster_data"), ("rate_hz", "speed_mm_s", "force_n")
 """What the options are called."""
-Held: TypeAlias = tuple[float | None, float | None, float | None]
-"""A rate in Hz, a speed in mm/s, a force in N that tables do not say."""
 FILE_OPTIONS = (
     click.option(
         "--tables", type=click.Path(exists=True, path_type=Path), multiple=True,
@@ -34,8 +33,6 @@ HELD_OPTIONS = (
     click.option("--speed-mm-s", type=click.FloatRange(0), help="Held still, for tables without a speed."),
     click.option("--force-n", type=click.FloatRange(0), help="Held still, for tables without a force."),
 )
-
-
 BESIDE_A_TABLE = (
     *FILE_OPTIONS,
     *HELD_OPTIONS,
@@ -65,12 +62,16 @@ def demand_one(given: Mapping[str, Any], names: Sequence[str]) -> None:
         raise click.UsageError(f"{' and '.join(found)}: one of them is expected, or none for the lab's own")
 
 
-def held_in(given: dict[str, Any], tables: Sequence[Path]) -> Held:
-    """What tables lack, taken out of what was given. Raises UsageError where there is no table."""
+def held_in(given: dict[str, Any], tables: Sequence[Path]) -> Held | None:
+    """What tables do not say, taken out of what was given. Raises UsageError where there is no table."""
     rate_hz, speed_mm_s, force_N = held = tuple(given.pop(name) for name in HELD)
     if any(each is not None for each in held) and not tables:
         raise click.UsageError("--rate-hz, --speed-mm-s and --force-n say what tables lack: --tables is expected")
-    return rate_hz, speed_mm_s, force_N
+    if not tables:
+        return None
+    from modeling.textures.reading_tables import Held
+
+    return Held(rate_hz, speed_mm_s, force_N)
 
 
 def beside_a_table(given: dict[str, Any]) -> Recordings | None:
@@ -87,6 +88,5 @@ def beside_a_table(given: dict[str, Any]) -> Recordings | None:
     if not files:
         return None
     from modeling.attributes.reading_recordings import Recordings
-    from modeling.textures.reading_tables import Held as TableHeld
 
-    return Recordings(tables, hatt, cluster_data, TableHeld(*held), trim_s)
+    return Recordings(tables, hatt, cluster_data, held, trim_s)

@@ -11,11 +11,12 @@ from typing import TYPE_CHECKING, Any, Protocol
 import click
 
 from modeling.commands_data import going_on, progress_lines
-from modeling.commands_recordings import FILE_OPTIONS, FILES, HELD_OPTIONS, Held, demand_one, held_in
+from modeling.commands_recordings import FILE_OPTIONS, FILES, HELD_OPTIONS, demand_one, held_in
 from studies.options import JSON, LAB, echo_json
 
 if TYPE_CHECKING:
     from modeling.textures.judging_whole import Judged, Wanted
+    from modeling.textures.reading_tables import Held
     from modeling.textures.recording import Recording
     from modeling.textures.side import TextureSide
 
@@ -43,7 +44,7 @@ class Asked:
     tables: tuple[Path, ...]
     simulated: bool
     textures: tuple[str, ...]
-    held: Held
+    held: Held | None
     methods: tuple[str, ...]
     seed: int
     quick: bool
@@ -122,11 +123,10 @@ def recordings_for(asked: Asked, side: TextureSide, report: Report) -> tuple[Rec
 
 def _recorded(asked: Asked) -> tuple[Recording, ...]:
     if asked.tables:
-        from modeling.textures.reading_tables import Held as TableHeld
         from modeling.textures.reading_tables import read_tables
 
         paths = asked.tables[0] if len(asked.tables) == 1 else asked.tables
-        return read_tables(paths, held=TableHeld(*asked.held))
+        return read_tables(paths, held=asked.held)
     if asked.hatt is not None:
         from modeling.textures.reading_hatt import read_hatt
 

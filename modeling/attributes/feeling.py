@@ -8,6 +8,7 @@ from pathlib import Path
 from typing import Protocol
 
 from modeling.attributes.features_kept import Entry, keep, kept, key_of
+from modeling.attributes.material import RECORDINGS_LEFT_OUT
 from modeling.attributes.reading_touch import FeltRows, recorded
 from modeling.textures.judging_kept import files_digest, module_digest
 from modeling.textures.recording import TextureDataError
@@ -21,7 +22,6 @@ CODE = (
     "studies/stored_samples.py",
 )  # fmt: skip
 """What makes these rows beside a recording's own module and what it imports of this room."""
-LEFT_OUT = "recordings left out"
 PACKAGES = ("librosa", "numpy", "pywavelets", "scipy")
 
 
@@ -100,7 +100,7 @@ def _entry(job: _Felt) -> Entry:
     try:
         found = job.recorded.rows()
     except TextureDataError as error:
-        return {}, {"made_from": sorted(job.recorded.made_from), "notes": [f"{LEFT_OUT}: {error}"]}
+        return {}, {"made_from": sorted(job.recorded.made_from), "notes": [f"{RECORDINGS_LEFT_OUT}: {error}"]}
     made: Entry = (found.touch, {"made_from": sorted(found.made_from), "notes": list(found.notes)})
     keep(job.folder, job.key, *made)
     return made

@@ -9,8 +9,10 @@ from numpy.typing import NDArray
 
 from modeling.attributes.material import Array, Rows, Texture
 
-SAME, DIGITS = 1e-5, 4
+SAME = 1e-5
 """Rows that differ by less, relative to their greatest number, are equal: a file may have been rounded on its way."""
+DIGITS = 4
+"""Coarser than `SAME`: what counts as equal between textures must not count as different within a blank row."""
 HAND = "hand"
 """How the hand moved and pressed tells nothing of the texture: a robot does the same to all of them."""
 Owners = list[tuple[str, NDArray[np.float32]]]

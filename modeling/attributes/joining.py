@@ -6,7 +6,7 @@ from collections.abc import Iterator, Mapping, Sequence
 from dataclasses import dataclass, field
 from typing import TYPE_CHECKING
 
-from modeling.attributes.material import Texture
+from modeling.attributes.material import NOT_PHOTOGRAPHED, NOT_RECORDED, Texture
 from modeling.attributes.reading_pictures import Photographed
 from modeling.attributes.reading_ratings import RatedTextures
 from modeling.attributes.seeing import Seen
@@ -71,9 +71,14 @@ def _notes(name: str, parts: Parts) -> Iterator[str]:
     yield from felt.notes if felt else ()
     yield from photo.notes if photo else ()
     yield from looked.notes if looked else ()
-    if parts.touch and not (felt and felt.touch):
-        yield "no recording of it can be used" if felt else "not recorded"
+    yield from untouched(felt) if parts.touch else ()
     if parts.sight and not (looked and looked.sight):
-        yield "no picture of it can be used" if photo else "not photographed"
+        yield "no picture of it can be used" if photo else NOT_PHOTOGRAPHED
     if name not in parts.rated.rated:
         yield parts.rated.incomplete.get(name, "not rated")
+
+
+def untouched(felt: FeltRows | None) -> Iterator[str]:
+    """Why there is nothing to be felt of a texture, where there is not."""
+    if not (felt and felt.touch):
+        yield "no recording of it can be used" if felt else NOT_RECORDED

@@ -17,15 +17,23 @@ from modeling.attributes.judging_jobs import MAIN, Clock, Context, Done, Entry, 
 from modeling.attributes.judging_kept import keep, load
 from modeling.attributes.judging_material import digest_of, parts_of, stored
 from modeling.attributes.judging_run import named, run
-from modeling.attributes.material import Array, Material, MaterialError, Rows, ratings_of
+from modeling.attributes.material import (
+    NOT_PHOTOGRAPHED,
+    NOT_RECORDED,
+    PICTURE_LEFT_OUT,
+    RECORDINGS_LEFT_OUT,
+    Array,
+    Material,
+    MaterialError,
+    Rows,
+    ratings_of,
+)
 from modeling.attributes.methods import Method
 
 Report = Callable[[str], None]
 QUICK_TEXTURES = 5
-
-
-WHY = {"recording": ("recordings left out", "not recorded"), "picture": ("left out", "not photographed")}
-"""How a texture's notes begin that say why it lacks what others have."""
+WHY = {"recording": (RECORDINGS_LEFT_OUT, NOT_RECORDED), "picture": (PICTURE_LEFT_OUT, NOT_PHOTOGRAPHED)}
+"""How the notes begin that say why a texture lacks one."""
 
 
 @dataclass(frozen=True)

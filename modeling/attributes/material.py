@@ -46,6 +46,11 @@ class Rated:
     raters: int
 
 
+NOT_RECORDED, NOT_PHOTOGRAPHED = "not recorded", "not photographed"
+RECORDINGS_LEFT_OUT, PICTURE_LEFT_OUT = "recordings left out", "left out"
+"""How a texture's notes begin that say why it lacks what others have."""
+
+
 @dataclass(frozen=True)
 class Texture:
     """One texture, whole: no split divides it.

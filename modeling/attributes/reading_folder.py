@@ -11,7 +11,8 @@ from pathlib import Path
 from typing import TYPE_CHECKING
 
 from modeling.attributes.features_kept import FOLDER
-from modeling.attributes.material import Material, MaterialError, Pair, Rated, Texture
+from modeling.attributes.joining import untouched
+from modeling.attributes.material import NOT_PHOTOGRAPHED, Material, MaterialError, Pair, Rated, Texture
 from modeling.attributes.reading_columns import Columns, columns_of, rated_in
 from modeling.attributes.reading_pictures import file_sha256
 from modeling.attributes.reading_ratings import attributes_of
@@ -69,16 +70,14 @@ def read_folder(
     them may stand label, category (or class), raters and an SD (Rough-Smooth.sd). `pairs` are the attributes, those of
     texture_ratings where they are not given. A texture without any rating is not rated. `recordings` are what was felt
     of those textures elsewhere; a texture may lack its recording or its pictures then, with a note. Without `sight` no
-    picture is looked at. Pictures are .jpg,
-    .jpeg, .png, .tif or .tiff. Features are kept in LAB/features where a `lab` is given; the other options are those of
-    `reading.read_material`. Raises MaterialError, with the line, on an unknown, missing or twofold column, an id that
-    stands twice, a number that is none or lies off the scale, ratings of 0 to 10 whose scale was not given, a texture
-    without a picture, a picture that stands twice, and where nothing can be used; TextureDataError where none of the
-    textures was recorded.
+    picture is looked at. Pictures are .jpg, .jpeg, .png, .tif or .tiff. Features are kept in LAB/features where a `lab`
+    is given; the other options are those of `reading.read_material`. Raises MaterialError, with the line, on an
+    unknown, missing or twofold column, an id that stands twice, a number that is none or lies off the scale, ratings of
+    0 to 10 whose scale was not given, a texture without a picture, a picture that stands twice, and where nothing can
+    be used; TextureDataError where none of the textures was recorded.
     """
+    table, lines, columns = rated_lines(folder, table, tuple(pairs or attributes_of(None)), scale)
     how = sight_with(weights_from(weights, sha256), variants, quick)
-    table, pairs = table or table_in(folder), tuple(pairs or attributes_of(None))
-    lines, columns = rated_lines(table, pairs, scale)
     may_lack = recordings is not None
     albums = [Album(line.id, tuple(_pictures(folder, line, may_lack)) if sight else ()) for line in lines]
     _demand_once(albums)
@@ -97,17 +96,20 @@ def read_folder(
     return Material(textures, columns.pairs, weights_told, simulated, (*told, *hurried))
 
 
-def rated_lines(table: Path, pairs: tuple[Pair, ...], scale: tuple[float, float] | None) -> tuple[list[Line], Columns]:
-    """The textures' lines with their ratings, and what the table's columns are. Raises MaterialError as `read_folder`
-    does."""
+def rated_lines(
+    folder: Path, table: Path | None, pairs: tuple[Pair, ...], scale: tuple[float, float] | None
+) -> tuple[Path, list[Line], Columns]:
+    """The table, the textures' lines with their ratings, and what its columns are. Raises MaterialError as
+    `read_folder` does."""
     low, high = scale or SCALE
     if not low < high:
         raise MaterialError(f"a scale from {low:g} to {high:g}: the lower end comes first")
+    table = table or table_in(folder)
     lines, columns = _lines_of(table, pairs)
     lines = [replace(line, rated=rated_in(line.cells, line.place, columns, (low, high))) for line in lines]
     if scale is None:
         _demand_wide(table, lines, columns)
-    return lines, columns
+    return table, lines, columns
 
 
 def _demand_wide(table: Path, lines: Sequence[Line], columns: Columns) -> None:
@@ -153,11 +155,9 @@ def _felt(
 
 
 def _texture(line: Line, album: Album, looked: Seen, felt: FeltRows | None, looking: bool) -> Texture:
-    told = [*(felt.notes if felt else ()), *looked.notes]
-    if not (felt and felt.touch):
-        told.append("no recording of it can be used" if felt else "not recorded")
+    told = [*(felt.notes if felt else ()), *looked.notes, *untouched(felt)]
     if not album.pictures and looking:
-        told.append("not photographed")
+        told.append(NOT_PHOTOGRAPHED)
     if not line.rated:
         told.append("not rated")
     files = frozenset(each.sha256 for each in album.pictures) - looked.blank

@@ -7,7 +7,7 @@ from __future__ import annotations
 
 import hashlib
 from collections.abc import Mapping, Sequence
-from dataclasses import dataclass, field
+from dataclasses import dataclass
 from pathlib import Path
 from typing import TypeAlias
 
@@ -82,7 +82,7 @@ class Recordings:
     tables: tuple[Path, ...] = ()
     hatt: Path | None = None
     cluster: Path | None = None
-    held: Held = field(default_factory=Held)
+    held: Held | None = None
     trim_s: float | None = None
 
     @property
@@ -107,7 +107,7 @@ class Recordings:
         if self.cluster is not None:
             return {name: tuple(every) for name, every in reading_cluster.slides(self.cluster, names).items()}
         files = reading_tables.files_in(self.tables)
-        return {file.stem: (TableFile(file, self.held),) for file in files if file.stem in names}
+        return {file.stem: (TableFile(file, self.held or Held()),) for file in files if file.stem in names}
 
 
 def filed(

@@ -14,7 +14,7 @@ from analysis.features.augmenting import NOISE_SD, chance_of, varied
 from analysis.features.glcm import glcm
 from analysis.features.pictures import Gray, Looking, PictureError, Square, patches, square
 from modeling.attributes.features_kept import Entry, keep, kept, key_of
-from modeling.attributes.material import SIGHT_KINDS, MaterialError, Rows
+from modeling.attributes.material import PICTURE_LEFT_OUT, SIGHT_KINDS, MaterialError, Rows
 from modeling.attributes.resnet_weights import Weights
 from modeling.textures.judging_kept import files_digest
 from modeling.training.jobs import run_jobs
@@ -189,7 +189,7 @@ def _versions(
     try:
         found = square(_bytes(picture), picture.name, how.looking.side)
     except PictureError as error:
-        yield from ((version, ({}, {"notes": [f"left out: {error}"]})) for version in versions)
+        yield from ((version, ({}, {"notes": [f"{PICTURE_LEFT_OUT}: {error}"]})) for version in versions)
         return
     for version in versions:
         yield version, (_rows(_version(found, picture, version, how), how.at(version), network), _told(found, version))

@@ -5,14 +5,13 @@ from __future__ import annotations
 from pathlib import Path
 
 from modeling.attributes.material import Material, Texture
-from modeling.attributes.reading_folder import rated_lines, table_in
+from modeling.attributes.reading_folder import rated_lines
 from modeling.attributes.reading_ratings import attributes_of
 from studies.content import file_sha256
 
 
 def read_rated(folder: Path, table: Path | None = None, scale: tuple[float, float] | None = None) -> Material:
     """The textures of the table with their ratings, read and refused as by `reading_folder.read_folder`."""
-    table = table or table_in(folder)
-    lines, columns = rated_lines(table, attributes_of(None), scale)
+    table, lines, columns = rated_lines(folder, table, attributes_of(None), scale)
     textures = tuple(Texture(line.id, line.label, line.category, rated=line.rated) for line in lines)
     return Material(textures, columns.pairs, notes=(*columns.notes, f"ratings: {table.name} {file_sha256(table)}"))

@@ -159,7 +159,7 @@ def test_the_table_is_the_one_named_or_the_only_one(tmp_path):
     with pytest.raises(MaterialError, match="no such folder"):
         read(tmp_path / "nowhere")
     with pytest.raises(MaterialError, match="the lower end comes first"):
-        read(tmp_path, table=tmp_path / "other.csv", scale=(100.0, 0.0))
+        read(tmp_path, scale=(100.0, 0.0))
 
 
 @pytest.mark.parametrize("rows", [("1,7,3,4", "2,5,1,6"), ("0.5,0.1,1,0", "0,0,1,1"), ("1.2,9.9,4.4,10", ",,,")])

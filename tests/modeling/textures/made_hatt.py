@@ -5,9 +5,7 @@ import numpy as np
 from tests.modeling.textures.made_textures import hand, vibration
 
 RATE = 10_000
-
 N = 8_000
-
 UNITS = {"AccelUnits": "m/s^2", "ForceUnits": "N", "PositionUnits": "mm", "SpeedUnits": "mm/s"}
 
 
