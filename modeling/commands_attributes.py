@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Callable
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from functools import wraps
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
@@ -12,7 +12,7 @@ import click
 
 from modeling.commands_data import going_on, progress_lines
 from modeling.commands_recordings import BESIDE_A_TABLE, beside_a_table
-from studies.options import JSON, LAB, echo_json
+from studies.options import JSON, LAB, echo_json, with_options
 
 if TYPE_CHECKING:
     from modeling.attributes.judging_whole import Judged, Wanted
@@ -70,7 +70,7 @@ OPTIONS = (
         help="Weights of ResNet-50 as a file.  [default: random ones, from a seed]",
     ),
     click.option("--seed", type=click.IntRange(0, 10**6), default=0, show_default=True, help="For everything drawn."),
-    click.option("--quick", is_flag=True, help="Five textures, few epochs: to try it out, not to use it."),
+    click.option("--quick", is_flag=True, help="Five of 15 textures, few epochs: to try it out, not to use it."),
     click.option("--epochs", type=click.IntRange(1), help="At most so many.  [default: each method's own]"),
     click.option("--workers", type=click.IntRange(1, 256), help="Processes at once.  [default: one for each core]"),
     click.option("--cluster", metavar="ADDRESS", help="A Dask scheduler (tcp://HOST:8786) that does the work."),
@@ -84,18 +84,10 @@ def attribute_options(command: Callable[..., None]) -> Callable[..., None]:
 
     @wraps(command)
     def with_asked(**given: Any) -> None:
-        for name in ("ratings", "scale"):
-            if given[name] is not None and given["folder"] is None:
-                raise click.UsageError(f"--{name} goes with --folder: a folder of images is expected")
-        if given["sessions"] is not None and given["folder"] is not None:
-            raise click.UsageError("--sessions chooses among the lab's, and --folder takes none of them: leave one out")
         recordings = beside_a_table(given)
         command(Asked(**{name: given.pop(name) for name in OWN}, recordings=recordings), **given)
 
-    asking: Callable[..., None] = with_asked
-    for option in reversed(OPTIONS):
-        asking = option(asking)
-    return asking
+    return with_options(with_asked, OPTIONS)
 
 
 def material_for(asked: Asked, report: Report) -> Material:
@@ -109,8 +101,9 @@ def material_for(asked: Asked, report: Report) -> Material:
             asked_for["scale"] = asked.scale
         asked_for["recordings"] = asked.recordings
         return read_folder(asked.folder, asked.lab, table=asked.ratings, report=report, **asked_for)
-    from modeling.attributes.reading import read_material
+    from modeling.attributes.reading import MOST_IN_A_HURRY, read_material
 
+    asked_for["most"] = MOST_IN_A_HURRY if asked.quick else None
     only = None if asked.sessions is None else asked.sessions == "simulated"
     return read_material(asked.lab, simulated=only, report=report, **asked_for)
 
@@ -166,6 +159,11 @@ def train_attributes(asked: Asked, method: str | None, to: Path | None, as_json:
     "--methods", "names", metavar="NAMES", multiple=True, help="Only these: ridge,visuo_tactile.  [default: all]"
 )
 @click.option(
+    "--folds",
+    type=click.IntRange(1),
+    help="Leave only so many textures out, in turn from each class: sooner, and less sure.  [default: each one]",
+)
+@click.option(
     "--ablations/--no-ablations", default=True, help="Whether Tables 3.4 and 3.5 are made too: features apart."
 )
 @click.option("--figures/--no-figures", default=True, help="Whether to draw the figures.")
@@ -174,7 +172,13 @@ def train_attributes(asked: Asked, method: str | None, to: Path | None, as_json:
 )
 @JSON
 def evaluate_attributes(
-    asked: Asked, names: tuple[str, ...], ablations: bool, figures: bool, to: Path | None, as_json: bool
+    asked: Asked,
+    names: tuple[str, ...],
+    folds: int | None,
+    ablations: bool,
+    figures: bool,
+    to: Path | None,
+    as_json: bool,
 ) -> None:
     """Judge every method that predicts how textures feel, by leaving each texture out once.
 
@@ -191,7 +195,7 @@ def evaluate_attributes(
     from modeling.attributes.registry import METHODS, OWN_FEATURES
 
     chosen = tuple(name.strip() for part in names for name in part.split(",") if name.strip())
-    wanted = wanted_for(asked, chosen or None, ablations)
+    wanted = replace(wanted_for(asked, chosen or None, ablations), folds=folds)
     with going_on("what is left"), progress_lines() as report:
         material = material_for(asked, report)
         report("timing features")

@@ -12,7 +12,7 @@ import click
 
 from modeling.commands_recordings import beside_a_table, beside_options
 from modeling.commands_texture_set import simulate
-from studies.options import JSON, LAB, echo_json
+from studies.options import JSON, LAB, echo_json, with_options
 
 if TYPE_CHECKING:
     from modeling.library.answer import Asked, Opened
@@ -61,10 +61,7 @@ def asked_of_textures(command: Callable[..., None]) -> Callable[..., None]:
             raise click.UsageError("--rated-only and --predicted: one of the two is expected, or neither for both")
         command(Asked(lab, classes, "rated" if rated_only else "predicted" if predicted else None, as_json), **others)
 
-    asking: Callable[..., None] = with_asked
-    for option in reversed(OPTIONS):
-        asking = option(asking)
-    return asking
+    return with_options(with_asked, OPTIONS)
 
 
 textures.add_command(simulate)
@@ -87,7 +84,7 @@ textures.add_command(simulate)
 @click.option("--sessions", type=click.Choice(["real", "simulated"]), help="Take only these, where the lab has both.")
 @click.option("--workers", type=click.IntRange(1, 256), help="Processes at once.  [default: one for each core]")
 @JSON
-def index_command(as_json: bool, sessions: str | None, **given: Any) -> None:
+def index_command(as_json: bool, **given: Any) -> None:
     """Make the library of a lab: what people rated, what the model predicts, a small picture of each texture.
 
     Writes LAB/library/index.json and pictures beside it. Of a rating it keeps mean, SD between people, their number; of
@@ -101,10 +98,8 @@ def index_command(as_json: bool, sessions: str | None, **given: Any) -> None:
     from modeling.library.lab import index
     from modeling.library.sources import Wanted
 
-    for name in ("ratings", "scale"):
-        if given[name] is not None and given["folder"] is None:
-            raise click.UsageError(f"--{name} goes with --folder: a folder of images is expected")
     recordings = beside_a_table(given)
+    sessions = given.pop("sessions")
     wanted = Wanted(**given, recordings=recordings, simulated=None if sessions is None else sessions == "simulated")
     with going_on("what is left"), progress_lines() as report:
         found = index(wanted, report)

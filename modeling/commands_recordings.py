@@ -8,6 +8,8 @@ from typing import TYPE_CHECKING, Any
 
 import click
 
+from studies.options import with_options
+
 if TYPE_CHECKING:
     from modeling.attributes.reading_recordings import Recordings
     from modeling.textures.reading_tables import Held
@@ -46,9 +48,7 @@ BESIDE_A_TABLE = (
 
 def beside_options(command: Callable[..., None]) -> Callable[..., None]:
     """All of `BESIDE_A_TABLE` on a command."""
-    for option in reversed(BESIDE_A_TABLE):
-        command = option(command)
-    return command
+    return with_options(command, BESIDE_A_TABLE)
 
 
 def said(given: Mapping[str, Any], names: Sequence[str]) -> list[str]:
@@ -75,7 +75,15 @@ def held_in(given: dict[str, Any], tables: Sequence[Path]) -> Held | None:
 
 
 def beside_a_table(given: dict[str, Any]) -> Recordings | None:
-    """The recordings that go with `folder`, all their options taken out of what was given. Raises UsageError."""
+    """The recordings that go with `folder`, all their options taken out of what was given.
+
+    Raises UsageError for these, and for `ratings` and `scale`, without a folder; and for a folder beside `sessions`.
+    """
+    for name in ("ratings", "scale"):
+        if given[name] is not None and given["folder"] is None:
+            raise click.UsageError(f"--{name} goes with --folder: a folder of images is expected")
+    if given["sessions"] is not None and given["folder"] is not None:
+        raise click.UsageError("--sessions chooses among the lab's, and --folder takes none of them: leave one out")
     demand_one(given, FILES)
     files = said(given, FILES)
     if files and given["folder"] is None:

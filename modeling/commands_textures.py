@@ -12,7 +12,7 @@ import click
 
 from modeling.commands_data import going_on, progress_lines
 from modeling.commands_recordings import FILE_OPTIONS, FILES, HELD_OPTIONS, demand_one, held_in
-from studies.options import JSON, LAB, echo_json
+from studies.options import JSON, LAB, echo_json, with_options
 
 if TYPE_CHECKING:
     from modeling.textures.judging_whole import Judged, Wanted
@@ -89,10 +89,7 @@ def texture_options(command: Callable[..., None]) -> Callable[..., None]:
         textures, methods = (_names(given.pop(name)) for name in ("textures", "methods"))
         command(Asked(textures=textures, methods=methods, held=held, **own), **given)
 
-    asking: Callable[..., None] = with_asked
-    for option in reversed(OPTIONS):
-        asking = option(asking)
-    return asking
+    return with_options(with_asked, OPTIONS)
 
 
 def _names(given: tuple[str, ...]) -> tuple[str, ...]:

@@ -12,7 +12,7 @@ from typing import TYPE_CHECKING, Any
 import click
 
 from studies.live_options import REHEARSALS, LiveOptions, to_go_on, to_start
-from studies.options import JSON, LAB, echo_json, progress
+from studies.options import JSON, LAB, echo_json, progress, with_options
 
 if TYPE_CHECKING:
     from protocols.plan import Plan
@@ -39,9 +39,7 @@ _OPTIONS = (
 
 def session_options(verb: Callable[..., Any]) -> Callable[..., Any]:
     """Give a verb that begins sessions its argument and options."""
-    for option in reversed(_OPTIONS):
-        verb = option(verb)
-    return verb
+    return with_options(verb, _OPTIONS)
 
 
 @click.command()

@@ -11,6 +11,7 @@ from typing import Any
 import click
 
 from devices.window.options import size_px
+from studies.options import with_options
 
 PACE_S = 0.4
 REHEARSALS = "rehearsals"
@@ -79,9 +80,7 @@ def _with(verb: Callable[..., Any], options: tuple[Callable[..., Any], ...]) -> 
         as_json = bool(given.get("as_json", False))
         return verb(**given, live=_checked(LiveOptions(**ours, as_json=as_json)))
 
-    for option in reversed(options):
-        gathered = option(gathered)
-    return gathered
+    return with_options(gathered, options)
 
 
 def _checked(options: LiveOptions) -> LiveOptions:

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Generator, Sequence
+from collections.abc import Callable, Generator, Sequence
 from pathlib import Path
 from typing import Any, TypeVar
 
@@ -15,6 +15,13 @@ LAB = click.option(
     help="The lab's folder.",
 )  # fmt: skip
 JSON = click.option("--json", "as_json", is_flag=True, help="Print the answer as JSON.")
+
+
+def with_options(command: Callable[..., Any], options: Sequence[Callable[..., Any]]) -> Callable[..., Any]:
+    """Put all of these on a command; help shows them in their order."""
+    for option in reversed(options):
+        command = option(command)
+    return command
 
 
 def echo_json(value: Any) -> None:

@@ -6,6 +6,7 @@ import torch
 from torch import Tensor, nn
 
 from modeling.attributes.material import MaterialError
+from modeling.attributes.row_conv import RowConv, neighbours
 
 KERNEL = 3
 GAIN = 4.0
@@ -27,8 +28,8 @@ class ConvLSTM1D(nn.Module):
         if kernel < 1 or kernel % 2 == 0:
             raise MaterialError(f"a kernel of {kernel} places has no middle: an odd number is expected.")
         self.channels, self.filters = channels, filters
-        self.given = nn.Conv1d(channels, 4 * filters, kernel, padding=kernel // 2)
-        self.kept = nn.Conv1d(filters, 4 * filters, kernel, padding=kernel // 2, bias=False)
+        self.given = RowConv(channels, 4 * filters, kernel)
+        self.kept = RowConv(filters, 4 * filters, kernel, bias=False)
         self._begin()
 
     def forward(self, x: Tensor) -> Tensor:
@@ -38,16 +39,19 @@ class ConvLSTM1D(nn.Module):
         """
         if x.ndim != 4 or x.shape[2] != self.channels or not x.shape[1]:
             raise MaterialError(f"a ConvLSTM came to {tuple(x.shape)}: (batch, steps, {self.channels}, places) needed.")
-        given = self.given(x.flatten(0, 1)).unflatten(0, x.shape[:2])
+        given, kept = self.given(x.permute(1, 0, 3, 2)), self.kept.matrix().T
         found: list[Tensor] = []
         cell: Tensor | None = None
-        for step in given.unbind(1):
-            gates = step + self.kept(found[-1]) if found else step  # before the first step there is nothing kept
-            enter, stay, new, leave = gates.chunk(4, dim=1)
+        for step in given.unbind(0):  # (batch, places, gates)
+            gates = step
+            if found:  # before the first step there is nothing kept
+                past = neighbours(found[-1], self.kept.kernel).flatten(0, 1)
+                gates = torch.addmm(step.flatten(0, 1), past, kept).view(step.shape)
+            enter, stay, new, leave = gates.chunk(4, dim=2)
             entering = torch.sigmoid(enter) * torch.tanh(new)
             cell = entering if cell is None else torch.sigmoid(stay) * cell + entering
             found.append(torch.sigmoid(leave) * torch.tanh(cell))
-        return torch.stack(found, dim=1)
+        return torch.stack(found, dim=1).transpose(2, 3)
 
     def _begin(self) -> None:
         """Weights to begin with: Glorot's from the input, orthogonal ones from the past, a forget gate that stays."""

@@ -71,6 +71,7 @@ def as_json(found: Judged) -> dict[str, Any]:
         "not_used": dict(found.left_out),
         "quick": found.wanted.quick,
         "epochs": found.wanted.epochs,
+        "folds": found.wanted.folds,
         "seed": found.wanted.seed,
         "software": versions(),
         "seconds": found.seconds,
@@ -112,13 +113,13 @@ def write_all(
 def default_of(lab: Path, material: Material) -> str:
     """The method that a lab's own evaluation of the very same textures chose, else the shipped default.
 
-    An evaluation that was quick or of few epochs, or that did not ask for the shipped default, says nothing against it;
-    one in which that was refused, as for pictures alone, does.
+    An evaluation that was quick, of few epochs or few folds, or that did not ask for the shipped default, says nothing
+    against it; one in which that was refused, as for pictures alone, does.
     """
     told = read_results(folder_for(lab))
     try:
         asked = {row["method"] for row in told["tables"]["methods"]}
-        whole = not told["quick"] and told["epochs"] is None and DEFAULT in asked
+        whole = not told["quick"] and told["epochs"] is None and told["folds"] is None and DEFAULT in asked
         if whole and told["data"]["digest"] == digest_of(usable(material)[0]):
             return str(told["default"]["method"])
     except (KeyError, TypeError, AttributeError):

@@ -16,6 +16,7 @@ QUICK = (
     "Its numbers, and the default that they lead to, are nothing to go by."
 )
 FEW_EPOCHS = "Networks learned for at most {epochs} epochs, as it was asked for."
+FEW_FOLDS = "{count} of {textures} textures were left out, in turn from each class, as it was asked for."
 RANDOM = "Weights of ResNet-50: {weights}."
 FOLDS = (
     "Leave one texture out: a texture with all its segments and pictures stands on one side. Textures that share a "

@@ -9,7 +9,7 @@ from typing import Protocol
 
 from modeling.attributes.features_kept import Entry, keep, kept, key_of
 from modeling.attributes.material import RECORDINGS_LEFT_OUT
-from modeling.attributes.reading_touch import FeltRows, recorded
+from modeling.attributes.reading_touch import FeltRows
 from modeling.textures.judging_kept import files_digest, module_digest
 from modeling.textures.recording import TextureDataError
 from modeling.training.jobs import run_jobs
@@ -66,23 +66,14 @@ class _Felt:
         return f"recordings of {self.recorded.id}"
 
 
-def felt_in(
-    lab: Path, study: str, *, simulated: bool | None = None, folder: Path | None = None, workers: int | None = None,
-    report: Report = silent,
-) -> list[FeltRows]:  # fmt: skip
-    """The rows of each texture that the lab's sessions of `study` captured: what `folder` lacks is computed, and kept.
-
-    One texture is in memory at a time in each of `workers` processes. A texture whose recordings cannot be used has no
-    rows, and its notes say why. `simulated`: only what twins recorded, or only what a rig did. Raises TextureDataError
-    on a damaged ledger, and its NoCapture where no capture counts.
-    """
-    return felt_rows(recorded(lab, study=study, simulated=simulated), folder, workers, report)
-
-
 def felt_rows(
     textures: Sequence[Recording], folder: Path | None = None, workers: int | None = None, report: Report = silent
 ) -> list[FeltRows]:
-    """The rows of each texture, as `felt_in`."""
+    """The rows of each texture: what `folder` lacks is computed, and kept there.
+
+    One texture is in memory at a time in each of `workers` processes. A texture whose recordings cannot be used has no
+    rows, and its notes say why.
+    """
     jobs = [_Felt(each, _key(each), folder) for each in textures]
     known = {job.key: entry for job in jobs if (entry := kept(folder, job.key)) is not None}
     lacking = [job for job in jobs if job.key not in known]

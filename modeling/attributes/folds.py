@@ -9,10 +9,12 @@ from hashlib import sha256
 import numpy as np
 
 from modeling.attributes.folds_groups import groups_of
-from modeling.attributes.material import Material, MaterialError, Texture
+from modeling.attributes.material import Material, MaterialError
 
 HELD = 0.1
 """The share of the training side that a network watches to stop early."""
+SOME = 5
+"""Tells `some_of`'s chance from others of the same seed."""
 LEAST = 3
 """Groups of textures that are needed: one to ask about, one to learn from, one to watch."""
 
@@ -120,9 +122,11 @@ def _in_turn(
     return [group for *_, group in sorted(turns, key=lambda each: each[:3])]
 
 
-def some_of(textures: Sequence[Texture], count: int, seed: int = 0) -> tuple[str, ...]:
-    """The names of so many textures, in turn from each class and drawn by the seed; in alphabetical order."""
-    chance = np.random.Generator(np.random.PCG64(np.random.SeedSequence([seed, count])))
-    groups = [(each.id,) for each in textures]
-    order = _in_turn(groups, {each.id: each.category for each in textures}, chance)
+def some_of(classes: Mapping[str, str], count: int, seed: int = 0) -> tuple[str, ...]:
+    """So many of these textures (class by name), in turn from each class, drawn by the seed; in alphabetical order.
+
+    The fewer are among the more.
+    """
+    chance = np.random.Generator(np.random.PCG64(np.random.SeedSequence([seed, SOME])))
+    order = _in_turn([(name,) for name in classes], classes, chance)
     return tuple(sorted(name for (name,) in order[:count]))

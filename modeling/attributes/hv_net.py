@@ -6,9 +6,9 @@ from typing import NamedTuple
 
 import torch
 from torch import Tensor, nn
-from torch.nn import functional
 
 from modeling.attributes.material import MaterialError
+from modeling.attributes.row_conv import RowConv
 
 FILTERS = (256, 256, 128, 64, 32)
 KERNELS = (4, 4, 3, 3, 3)
@@ -36,7 +36,7 @@ class HVNet(nn.Module):
     features and the answer, and one channel. That way it errs more after the same training, and prediction needs the
     decoder (docs/reference/attribute-models.md has the numbers).
 
-    It is computed as pictures one number high, channels last: that is faster than a one-dimensional convolution.
+    Between the layers rows are (batch, places, filters), as `RowConv` takes them.
     """
 
     def __init__(self, length: int) -> None:
@@ -63,22 +63,22 @@ class HVNet(nn.Module):
         """(batch, length) to (batch, 32, length halved five times). Raises MaterialError for rows of another length."""
         if rows.ndim != 2 or rows.shape[1] != self.length:
             raise MaterialError(f"HV-Net came to {tuple(rows.shape)}: (batch, {self.length}) is expected.")
-        x = rows[:, None, None, :].contiguous(memory_format=torch.channels_last)
+        x = rows[:, :, None]
         for layer in self.encoder:
-            x = torch.relu(functional.max_pool2d(layer(x)[..., : x.shape[3]], (1, 2)))  # the same as ReLU first
-        return x.squeeze(2)
+            x = torch.relu(_halved(layer(x)))  # the same as ReLU first
+        return x.transpose(1, 2)
 
     def decode(self, code: Tensor) -> Tensor:
         """What `encode` gives to (batch, length)."""
-        found: Tensor = self.join(self.stretch(code))[:, 0, 0, : self.length]
+        found: Tensor = self.join(self.stretch(code).transpose(1, 2))[:, :, 0]
         return found
 
     def stretch(self, code: Tensor) -> Tensor:
-        """What `encode` gives to (batch, 256, 1, length)."""
-        x = code[:, :, None, :].contiguous(memory_format=torch.channels_last)
+        """What `encode` gives to (batch, 256, length)."""
+        x = code.transpose(1, 2)
         for layer, length in zip(self.decoder, _lengths(self.length)[::-1], strict=True):
-            x = _stretched(torch.relu(layer(x)[..., : x.shape[3]]), length)
-        return x
+            x = _stretched(torch.relu(layer(x)), length)
+        return x.transpose(1, 2)
 
     def embed(self, code: Tensor) -> Tensor:
         """What `encode` gives to (batch, 128)."""
@@ -90,7 +90,7 @@ def shapes(network: HVNet, rows: Tensor) -> dict[str, tuple[int, ...]]:
     with torch.no_grad():
         code = network.encode(rows)
         hidden, seen = network.first(code.flatten(1)), network(rows)
-        stretched = network.stretch(code).squeeze(2)
+        stretched = network.stretch(code)
     made = {"code": code, "stretched": stretched, "rebuilt": seen.rebuilt}
     stages = {**made, "hidden": hidden, "embedded": seen.embedded}
     return {name: tuple(stage.shape[1:]) for name, stage in stages.items()}
@@ -103,9 +103,9 @@ def dense(inputs: int, outputs: int, gain: float = 2.0) -> nn.Linear:
     return layer
 
 
-def _conv(inputs: int, filters: int, kernel: int) -> nn.Conv2d:
-    """A convolution of this width. An even kernel gives one place too many, which is cut off at the end."""
-    layer = nn.Conv2d(inputs, filters, (1, kernel), padding=(0, kernel // 2))
+def _conv(inputs: int, filters: int, kernel: int) -> RowConv:
+    """A convolution of this width."""
+    layer = RowConv(inputs, filters, kernel)
     _begun(layer.weight, layer.bias, 2.0 / (inputs * kernel))
     return layer
 
@@ -129,6 +129,13 @@ def _lengths(length: int) -> tuple[int, ...]:
     return tuple(length >> times for times in range(len(FILTERS)))
 
 
+def _halved(x: Tensor) -> Tensor:
+    """(batch, places, filters): the greater of every two places; the last one of an odd number is left out."""
+    even = x.shape[1] // 2 * 2
+    return torch.maximum(x[:, 0:even:2], x[:, 1:even:2])
+
+
 def _stretched(x: Tensor, length: int) -> Tensor:
     """Every place twice; the last one once more where an odd length was halved."""
-    return functional.interpolate(x, size=(1, length), mode="nearest")
+    twice = x.repeat_interleave(2, dim=1)
+    return twice if twice.shape[1] == length else torch.cat([twice, x[:, -1:]], dim=1)

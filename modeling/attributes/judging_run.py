@@ -74,10 +74,16 @@ def named(material: Material, names: Sequence[str]) -> tuple[Texture, ...]:
 def answer(model: Fitted, texture: Texture, attributes: int) -> tuple[Array, Array, int]:
     """A texture's prediction and its SD over the rows, both (attributes,) on 0..100, and how many rows there were.
 
-    The prediction is the rows' mean; what lies beyond an end of the scale is that end. Raises MaterialError for an
-    answer of another shape, or one that is not finite.
+    Raises MaterialError for an answer of another shape, or one that is not finite.
     """
-    rows = np.asarray(model.predict(texture), dtype=np.float64)
+    return summed_up(model.predict(texture), texture, attributes)
+
+
+def summed_up(said: Array | MaterialError, texture: Texture, attributes: int) -> tuple[Array, Array, int]:
+    """`answer` from the rows that a model said: their mean; what lies beyond an end of the scale is that end."""
+    if isinstance(said, MaterialError):
+        raise said
+    rows = np.asarray(said, dtype=np.float64)
     if rows.ndim != 2 or rows.shape[1] != attributes or not len(rows):
         raise MaterialError(f"{texture.id}: the answer is {rows.shape}; (rows, {attributes}) is expected.")
     if not np.isfinite(rows).all():

@@ -42,6 +42,7 @@ class Wanted:
 
     `work` is the folder of finished jobs and of the textures as workers read them. `methods` None: all. `ablations`:
     Tables 3.4 and 3.5 too. `quick`: five textures are left out, and methods have few epochs. `epochs` None: their own.
+    `folds`: so many textures are left out, in turn from each class (None: each of them).
     """
 
     work: Path
@@ -52,6 +53,7 @@ class Wanted:
     epochs: int | None = None
     workers: int | None = None
     cluster: str | None = None
+    folds: int | None = None
 
     @property
     def settings(self) -> dict[str, Any]:
@@ -164,7 +166,8 @@ def context_for(
 ) -> Context:
     """What all jobs share. Raises MaterialError where too few textures were rated."""
     rated, _ = usable(material)
-    only = some_of(rated.textures, QUICK_TEXTURES, wanted.seed) if wanted.quick else None
+    count = QUICK_TEXTURES if wanted.quick else wanted.folds
+    only = None if count is None else some_of({each.id: each.category for each in rated.textures}, count, wanted.seed)
     folds = leave_one_texture_out(rated, wanted.seed, only=only)
     return Context(
         stored=stored(rated, wanted.work),

@@ -2,11 +2,11 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Mapping
+from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass, field
 from typing import Any, Protocol
 
-from modeling.attributes.material import SIGHT, TOUCH, Array, Modality, Pair, Texture
+from modeling.attributes.material import SIGHT, TOUCH, Array, MaterialError, Modality, Pair, Texture
 
 BOTH: frozenset[Modality] = frozenset(("touch", "sight"))
 
@@ -31,7 +31,8 @@ class Learning:
 
 
 class Fitted(Protocol):
-    """A fitted method. One that was trained in epochs also has `trained` (modeling.training.loop.Trained)."""
+    """A fitted method. One that was trained in epochs also has `trained` (modeling.training.loop.Trained); one that is
+    faster with many textures at once has `predict_all`, from textures to a list of what `predict` says of each."""
 
     def predict(self, texture: Texture) -> Array:
         """(n, attributes) on 0..100, not clipped: one row for each of its segments, pictures or pairs of them; the
@@ -48,3 +49,21 @@ class Method:
     sees: frozenset[Modality] = BOTH
     holds_out: bool = False
     source: str = ""
+
+
+def predictions(fitted: Fitted, textures: Sequence[Texture]) -> list[Array | MaterialError]:
+    """What `predict` says of each texture, or why it says nothing; computed together where the method can."""
+    together = getattr(fitted, "predict_all", None)
+    if together is not None:
+        try:
+            return list(together(textures))
+        except MaterialError:  # of one of them; asked alone, each answers for itself
+            pass
+    return [_said(fitted, each) for each in textures]
+
+
+def _said(fitted: Fitted, texture: Texture) -> Array | MaterialError:
+    try:
+        return fitted.predict(texture)
+    except MaterialError as error:
+        return error

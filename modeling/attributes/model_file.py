@@ -5,7 +5,7 @@ from __future__ import annotations
 import hashlib
 import json
 import os
-from collections.abc import Mapping
+from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 from functools import partial
 from importlib import import_module
@@ -16,8 +16,8 @@ import numpy as np
 from numpy.typing import NDArray
 from pydantic import Field, ValidationError
 
-from modeling.attributes.material import Array, Pair, Texture
-from modeling.attributes.methods import Fitted, Method
+from modeling.attributes.material import Array, MaterialError, Pair, Texture
+from modeling.attributes.methods import Fitted, Method, predictions
 from protocols.canonical import NotCanonical, canonical, digest, parse
 from protocols.model_card import Interval, Weights, complaint
 from protocols.strict import Strict
@@ -91,6 +91,10 @@ class AttributeModel:
     def predict(self, texture: Texture) -> Array:
         """(n, attributes) on 0..100, not clipped; their mean counts. Raises MaterialError for other features."""
         return self.fitted.predict(texture)
+
+    def predictions(self, textures: Sequence[Texture]) -> list[Array | MaterialError]:
+        """What `predict` says of each texture, or why it says nothing; together, which networks do faster."""
+        return predictions(self.fitted, textures)
 
 
 def write_model(folder: Path, fitted: Kept, card: Mapping[str, Any], methods: Mapping[str, Method]) -> Path:

@@ -16,6 +16,7 @@ from modeling.attributes.learnable import textures_of
 from modeling.attributes.material import Array, MaterialError, Modality, Texture, ratings_of
 from modeling.attributes.methods import Learning
 from modeling.attributes.network_rows import Look, Shown, Target, drawn, look_of, shown, spread_out, target_of
+from modeling.attributes.network_saved import arrays_of, load_into, looks_in, target_in, told_of
 from modeling.attributes.visuo_tactile import VisuoTactile, rmse
 from modeling.textures.cosine import cosine
 from modeling.training.asked import wished_settings
@@ -35,7 +36,6 @@ SEGMENTS = 4
 HELD_PICTURES, HELD_SEGMENTS = 2, 8
 """What is looked at of each texture that is watched."""
 PICTURES_AT_ONCE, SEGMENTS_AT_ONCE = 8, 64
-NETWORK = "network."
 
 
 @dataclass(frozen=True)
@@ -70,12 +70,8 @@ class FittedNetwork:
 
     def saved(self) -> tuple[dict[str, NDArray[Any]], dict[str, Any]]:
         """Arrays (weights, standardisation, scale of the ratings) and plain values, for `restored`."""
-        arrays = {NETWORK + name: tensor.numpy() for name, tensor in self.network.state_dict().items()}
         looks = [look for look in (self.sight, self.touch) if look is not None]
-        for look in looks:
-            arrays |= {f"{look.modality}.mean": look.mean, f"{look.modality}.gain": look.gain}
-        arrays |= {"target.mean": self.target.mean, "target.sd": np.array([self.target.sd])}
-        return arrays, {"looks": [[look.modality, list(look.kinds), list(look.sizes)] for look in looks]}
+        return arrays_of(self.network, looks, self.target), {"looks": told_of(looks)}
 
 
 def fit(learning: Learning, sees: frozenset[Modality]) -> FittedNetwork:
@@ -105,18 +101,13 @@ def restored(arrays: Mapping[str, NDArray[Any]], told: Mapping[str, Any]) -> Fit
     Raises MaterialError where the arrays are not those of such a network.
     """
     try:
-        looks = {look.modality: look for look in (_look(arrays, *each) for each in told["looks"])}
-        target = Target(arrays["target.mean"], float(arrays["target.sd"][0]))
+        looks = {look.modality: look for look in looks_in(arrays, told["looks"])}
+        target = target_in(arrays)
         network = _network(looks.get("sight"), looks.get("touch"), target, 0)
-        own = {name.removeprefix(NETWORK): array for name, array in arrays.items() if name.startswith(NETWORK)}
-        network.load_state_dict({name: torch.from_numpy(array.copy()) for name, array in own.items()})
-    except (KeyError, RuntimeError, TypeError) as error:
+        load_into(network, arrays)
+    except (KeyError, RuntimeError, TypeError, ValueError) as error:
         raise MaterialError(f"these are not the numbers of a visuo-tactile network: {error}") from error
     return FittedNetwork(network.eval(), looks.get("sight"), looks.get("touch"), target)
-
-
-def _look(arrays: Mapping[str, NDArray[Any]], modality: Modality, kinds: Sequence[str], sizes: Sequence[int]) -> Look:
-    return Look(modality, tuple(kinds), tuple(sizes), arrays[f"{modality}.mean"], arrays[f"{modality}.gain"])
 
 
 def _network(sight: Look | None, touch: Look | None, target: Target, seed: int) -> VisuoTactile:

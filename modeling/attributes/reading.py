@@ -3,40 +3,44 @@
 from __future__ import annotations
 
 from collections.abc import Iterator, Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from pathlib import Path
 from typing import TYPE_CHECKING
 
 from modeling.attributes.features_kept import FOLDER
-from modeling.attributes.joining import Parts, joined
+from modeling.attributes.folds import some_of
+from modeling.attributes.joining import CATEGORY, Parts, joined
 from modeling.attributes.material import Material, MaterialError, Texture
 from modeling.attributes.reading_pictures import STUDY as PHOTOS
-from modeling.attributes.reading_pictures import photographed
+from modeling.attributes.reading_pictures import Photographed, photographed
 from modeling.attributes.reading_ratings import STUDY as RATINGS
-from modeling.attributes.reading_ratings import read_ratings
+from modeling.attributes.reading_ratings import RatedTextures, read_ratings
 from modeling.attributes.resnet_weights import weights_from
 from modeling.attributes.seeing import HURRIED, Album, Seen, Sight, in_a_hurry, seen, sight_with
 from modeling.training.progress import Report, silent
 from studies.collect import ledgers_in
 
 if TYPE_CHECKING:
-    from modeling.attributes.reading_touch import FeltRows
+    from modeling.attributes.reading_touch import FeltRows, Recorded
 
 CAPTURE = "texture_capture"
+MOST_IN_A_HURRY = 15
+"""Textures that are enough to try an evaluation out: five are left out, and ten more are learned from."""
 
 
 def read_material(
     lab: Path, *, study_capture: str = CAPTURE, study_photos: str = PHOTOS, study_ratings: str = RATINGS,
     weights: Path | None = None, sha256: str | None = None, quick: bool = False, variants: int = 1,
     workers: int | None = None, touch: bool = True, sight: bool = True, simulated: bool | None = None,
-    keep: bool = True, report: Report = silent,
+    keep: bool = True, most: int | None = None, report: Report = silent,
 ) -> Material:  # fmt: skip
     """The textures of a lab with the features of their recordings and pictures, and their mean ratings.
 
     `weights` is a file of ResNet-50's weights, of that `sha256` where it is given; without one they are random.
     `variants` further versions of each picture are made for training. `quick` looks at 4 of 49 patches of at most 3
     pictures. `touch` and `sight` False leave those features out. `simulated` chooses where a lab has simulated and real
-    sessions; recordings and pictures are real where it is None and there are any. A texture that lacks recordings,
+    sessions; recordings and pictures are real where it is None and there are any. `most`: only so many textures, in
+    turn from each class, of those that have all that others have. A texture that lacks recordings,
     pictures or ratings stays, with a note; so does one whose recordings or pictures cannot be used. Features are kept
     in LAB/features unless `keep` is False. One texture's recordings, or one picture, is in memory at a time in each of
     `workers` processes. Raises MaterialError where there is nothing to learn from, on a picture that is missing or has
@@ -51,8 +55,15 @@ def read_material(
     how = sight_with(weights_from(weights, sha256), variants, quick)
     rated = read_ratings(lab, study_ratings, simulated)
     photos = photographed(lab, study_photos, simulated) if sight else ()
+    captured, unfelt = _captured(lab, study_capture, simulated) if touch else ((), ())
+    there = {*rated.rated, *(each.id for each in photos), *(each.id for each in captured)}
+    if most is not None and (names := _some(most, rated, photos, captured)):
+        rated = replace(rated, rated={name: each for name, each in rated.rated.items() if name in names}, incomplete={})
+        photos = tuple(each for each in photos if each.id in names)
+        captured = tuple(each for each in captured if each.id in names)
+        unfelt = (*unfelt, f"{len(names)} of {len(there)} textures were read")
     looked = run.seen([in_a_hurry(each.album) if quick else each.album for each in photos], how)
-    felt, unfelt = run.felt(lab, study_capture, simulated) if touch else ({}, ())
+    felt = run.felt(captured)
     parts = Parts(rated, felt, {each.id: each for each in photos}, looked, touch, sight)
     textures = joined(parts)
     _demand_any(lab, textures, [*([study_capture] if touch else []), *([study_photos] if sight else [])], unfelt)
@@ -73,20 +84,37 @@ class _Run:
     def seen(self, albums: Sequence[Album], how: Sight) -> dict[str, Seen]:
         return seen(albums, how, folder=self.folder, workers=self.workers, report=self.report)
 
-    def felt(self, lab: Path, study: str, simulated: bool | None) -> tuple[dict[str, FeltRows], tuple[str, ...]]:
-        """What was felt, by texture, and why nothing was."""
-        if not ledgers_in(lab, study):
-            return {}, (f"no session of {study}: nothing was felt",)
-        from modeling.attributes.feeling import felt_in
-        from modeling.textures.reading_ledgers import NoCapture
+    def felt(self, captured: Sequence[Recorded]) -> dict[str, FeltRows]:
+        if not captured:
+            return {}
+        from modeling.attributes.feeling import felt_rows
 
-        try:
-            rows = felt_in(
-                lab, study, simulated=simulated, folder=self.folder, workers=self.workers, report=self.report
-            )
-        except NoCapture as nothing:
-            return {}, (f"nothing was felt: {nothing}",)
-        return {each.id: each for each in rows}, ()
+        rows = felt_rows(captured, self.folder, self.workers, self.report)
+        return {each.id: each for each in rows}
+
+
+def _captured(lab: Path, study: str, simulated: bool | None) -> tuple[tuple[Recorded, ...], tuple[str, ...]]:
+    """What the lab's sessions captured, and why nothing was felt."""
+    if not ledgers_in(lab, study):
+        return (), (f"no session of {study}: nothing was felt",)
+    from modeling.attributes.reading_touch import recorded
+    from modeling.textures.reading_ledgers import NoCapture
+
+    try:
+        return recorded(lab, study=study, simulated=simulated), ()
+    except NoCapture as nothing:
+        return (), (f"nothing was felt: {nothing}",)
+
+
+def _some(
+    most: int, rated: RatedTextures, photos: Sequence[Photographed], captured: Sequence[Recorded]
+) -> tuple[str, ...]:  # fmt: skip
+    """So many of the textures that have all that there is; none where there are no more than that."""
+    parts: tuple[Sequence[Photographed | Recorded], ...] = (photos, captured)
+    classes = {name: columns.get(CATEGORY, "") for name, columns in rated.columns.items()}
+    classes |= {each.id: each.category for part in parts for each in part}
+    names = set(rated.rated).intersection(*({each.id for each in part} for part in parts if part))
+    return some_of({name: classes.get(name, "") for name in names}, most) if len(names) > most else ()
 
 
 def _demand_any(lab: Path, textures: Sequence[Texture], studies: Sequence[str], unfelt: Sequence[str]) -> None:

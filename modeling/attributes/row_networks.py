@@ -17,6 +17,7 @@ from modeling.attributes.learnable import textures_of
 from modeling.attributes.material import Array, MaterialError, Modality, Texture, ratings_of
 from modeling.attributes.methods import Learning
 from modeling.attributes.network_rows import Look, Target, look_of, target_of
+from modeling.attributes.network_saved import arrays_of, load_into, looks_in, target_in, told_of
 from modeling.attributes.row_plans import Plan
 from modeling.attributes.row_stacks import Stack, drawn, everything, examples, stack_of
 from modeling.training.asked import wished_settings
@@ -29,7 +30,6 @@ ASKED = ("epochs", "batch", "threads", "checkpoint", "learning_rate", "stop_pati
 QUICK_EPOCHS = 5
 AT_ONCE = 64
 """Rows that a network answers at a time."""
-NETWORK = "network."
 
 
 @dataclass(frozen=True)
@@ -62,12 +62,8 @@ class FittedRows:
 
     def saved(self) -> tuple[dict[str, NDArray[Any]], dict[str, Any]]:
         """Arrays and what is told of them, for `restored_rows`."""
-        arrays = {NETWORK + name: tensor.numpy() for name, tensor in self.network.state_dict().items()}
-        for look in self.looks:
-            arrays |= {f"{look.modality}.mean": look.mean, f"{look.modality}.gain": look.gain}
-        arrays |= {"target.mean": self.target.mean, "target.sd": np.array([self.target.sd])}
-        looks = [[look.modality, list(look.kinds), list(look.sizes)] for look in self.looks]
-        return arrays, {"method": self.plan.name, "looks": looks}
+        arrays = arrays_of(self.network, self.looks, self.target)
+        return arrays, {"method": self.plan.name, "looks": told_of(self.looks)}
 
 
 def fit_rows(learning: Learning, plan: Plan) -> FittedRows:
@@ -92,14 +88,9 @@ def restored_rows(plan: Plan, arrays: Mapping[str, NDArray[Any]], told: Mapping[
     """What `FittedRows.saved` gave, fitted again. Raises MaterialError where it is of another method."""
     if told["method"] != plan.name:
         raise MaterialError(f"a model of {told['method']!r} was given to {plan.name!r}.")
-    looks = tuple(
-        Look(modality, tuple(kinds), tuple(sizes), arrays[f"{modality}.mean"], arrays[f"{modality}.gain"])
-        for modality, kinds, sizes in told["looks"]
-    )
-    target = Target(arrays["target.mean"], float(arrays["target.sd"][0]))
+    looks, target = looks_in(arrays, told["looks"]), target_in(arrays)
     network = seeded(lambda: _network(plan, looks, len(target.mean)), 0)
-    own = {name.removeprefix(NETWORK): array for name, array in arrays.items() if name.startswith(NETWORK)}
-    network.load_state_dict({name: torch.from_numpy(array.copy()) for name, array in own.items()})
+    load_into(network, arrays)
     return FittedRows(plan, network.eval(), looks, target)
 
 

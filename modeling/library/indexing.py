@@ -9,7 +9,7 @@ from dataclasses import dataclass, field
 import numpy as np
 
 from modeling.attributes import material as attributes
-from modeling.attributes.material import Array, Material, Pair, Texture
+from modeling.attributes.material import Array, Material, MaterialError, Pair, Texture
 from modeling.library.entries import Entry, Library, LibraryError, Predicted, Rated, Source
 
 UNKNOWN_SD = 20.0
@@ -23,13 +23,13 @@ DIGITS = 3
 class Predictor:
     """A trained model as the library asks it.
 
-    `predict` gives (n, attributes) of a texture, whose mean counts; it raises MaterialError for a texture without the
+    `predict` gives (n, attributes) of each texture, whose mean counts, or a MaterialError for a texture without the
     features that it wants. `low` and `high` (attributes,) are what is added to a prediction to hold the rating in 90 of
     100 cases. `learned` are the textures that it was shown with their ratings.
     """
 
     attributes: tuple[Pair, ...]
-    predict: Callable[[Texture], Array]
+    predict: Callable[[Sequence[Texture]], Sequence[Array | MaterialError]]
     low: Array
     high: Array
     learned: frozenset[str] = frozenset()
@@ -52,9 +52,10 @@ def library_of(material: Material, model: Predictor | None = None, *, sources: S
     """
     pairs = _pairs(material, model)
     usual, entries, left_out, unsaid = _usual_sd(material), [], {}, []
-    for texture in sorted(material.textures, key=lambda each: each.id):
+    ordered = sorted(material.textures, key=lambda each: each.id)
+    said = _all_predicted(ordered, model)
+    for texture, (predicted, why) in zip(ordered, said, strict=True):
         rated = None if texture.rated is None else _rated(texture.rated, usual)
-        predicted, why = _predicted(texture, model)
         if rated is None and predicted is None:
             left_out[texture.id] = f"nobody rated it, and {why}"
             continue
@@ -123,15 +124,17 @@ def _believed(sd: float | None, usual: float, raters: int) -> float:
     return math.sqrt((own * sd * sd + USUAL_WEIGHS * usual * usual) / (own + USUAL_WEIGHS))
 
 
-def _predicted(texture: Texture, model: Predictor | None) -> tuple[Predicted | None, str]:
-    """What the model says of a texture, and otherwise why it says nothing."""
+def _all_predicted(textures: Sequence[Texture], model: Predictor | None) -> list[tuple[Predicted | None, str]]:
     if model is None:
-        return None, "there is no model"
-    try:
-        rows = np.asarray(model.predict(texture), dtype=np.float64)
-    except attributes.MaterialError as error:
-        return None, f"the model says nothing: {error}"
-    value = np.clip(rows.reshape(-1, len(model.attributes)).mean(axis=0), 0.0, 100.0)
+        return [(None, "there is no model")] * len(textures)
+    return [_predicted(texture, model, rows) for texture, rows in zip(textures, model.predict(textures), strict=True)]
+
+
+def _predicted(texture: Texture, model: Predictor, rows: Array | MaterialError) -> tuple[Predicted | None, str]:
+    """What the model says of a texture, and otherwise why it says nothing."""
+    if isinstance(rows, MaterialError):
+        return None, f"the model says nothing: {rows}"
+    value = np.clip(np.reshape(rows, (-1, len(model.attributes))).mean(axis=0), 0.0, 100.0)
     if not np.isfinite(value).all():
         raise LibraryError(f"{texture.id}: the model's answer is no number; train it anew.")
     low, high = (tuple(np.round(value + offset, DIGITS).tolist()) for offset in (model.low, model.high))

@@ -122,7 +122,7 @@ def predictor_of(model: AttributeModel) -> Predictor:
     told = file_sha256(model.path)
     source = Source(what=f"model: {model.card.method}", file=f"models/{model.path.name}", sha256=told)
     learned = frozenset(model.card.learned)
-    return Predictor(model.attributes, model.predict, -half, half, learned, (source,), tuple(notes))
+    return Predictor(model.attributes, model.predictions, -half, half, learned, (source,), tuple(notes))
 
 
 def rating_sources(wanted: Wanted) -> Iterator[Source]:

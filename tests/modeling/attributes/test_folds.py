@@ -189,8 +189,9 @@ def test_all_of_them_leaves_nothing_out():
 
 def test_some_textures_come_from_different_classes():
     classes = {each.id: each.category for each in M.textures}
-    chosen = some_of(M.textures, 5)
-    assert chosen == some_of(M.textures[::-1], 5)
+    chosen = some_of(classes, 5)
+    assert chosen == some_of(dict(reversed(classes.items())), 5)
+    assert set(chosen) < set(some_of(classes, 9))
     assert len(chosen) == len(set(chosen)) == 5
     assert sorted(list(map(classes.get, chosen)).count(name) for name in set(classes.values())) == [1, 2, 2]
 

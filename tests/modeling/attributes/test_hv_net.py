@@ -18,9 +18,9 @@ def one_thread():
 def test_its_layers_are_those_of_thesis_3_5_1():
     net = HVNet(2304)
     assert [layer.out_channels for layer in net.encoder] == [256, 256, 128, 64, 32]
-    assert [layer.kernel_size for layer in net.encoder] == [(1, 4), (1, 4), (1, 3), (1, 3), (1, 3)]
+    assert [layer.kernel for layer in net.encoder] == [4, 4, 3, 3, 3]
     assert [layer.out_channels for layer in net.decoder] == [32, 64, 128, 256, 256]
-    assert [layer.kernel_size for layer in net.decoder] == [(1, 3), (1, 3), (1, 3), (1, 4), (1, 4)]
+    assert [layer.kernel for layer in net.decoder] == [3, 3, 3, 4, 4]
     assert (net.first.out_features, net.second.out_features) == (512, 128)
 
 
@@ -42,15 +42,15 @@ def test_every_stage_is_what_plain_one_dimensional_layers_give():
     net, rows = HVNet(64), torch.randn(3, 64)
     x = rows[:, None]
     for layer in net.encoder:
-        kernel = layer.kernel_size[1]
+        kernel = layer.kernel
         padded = functional.pad(x, (kernel // 2, (kernel - 1) // 2))
-        x = functional.max_pool1d(torch.relu(functional.conv1d(padded, layer.weight[:, :, 0], layer.bias)), 2)
+        x = functional.max_pool1d(torch.relu(functional.conv1d(padded, layer.weight, layer.bias)), 2)
     torch.testing.assert_close(net.encode(rows), x, rtol=1e-4, atol=1e-5)
     for layer in net.decoder:
-        kernel = layer.kernel_size[1]
+        kernel = layer.kernel
         padded = functional.pad(x, (kernel // 2, (kernel - 1) // 2))
-        x = torch.relu(functional.conv1d(padded, layer.weight[:, :, 0], layer.bias)).repeat_interleave(2, dim=2)
-    joined = functional.conv1d(functional.pad(x, (2, 1)), net.join.weight[:, :, 0], net.join.bias)[:, 0]
+        x = torch.relu(functional.conv1d(padded, layer.weight, layer.bias)).repeat_interleave(2, dim=2)
+    joined = functional.conv1d(functional.pad(x, (2, 1)), net.join.weight, net.join.bias)[:, 0]
     torch.testing.assert_close(net.decode(net.encode(rows)), joined, rtol=1e-4, atol=1e-5)
 
 

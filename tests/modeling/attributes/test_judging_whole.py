@@ -126,6 +126,12 @@ def test_a_quick_evaluation_leaves_five_textures_out_and_lets_methods_hurry(tmp_
     assert len(found.context.folds["T01" if "T01" in found.tested else found.tested[0]].known) == 11
 
 
+def test_few_of_them_are_left_out_and_learned_from_are_all_others(tmp_path):
+    found = small.judged(tmp_path, folds=3)
+    assert len(found.tested) == 3 and found.context.settings == {"threads": 1}
+    assert all(len(fold.known) == 11 for fold in found.context.folds.values())
+
+
 def test_an_unknown_method_is_refused_with_the_nearest(tmp_path):
     with pytest.raises(MaterialError, match="ridge"):
         judge(small.material(), small.wanted(tmp_path, methods=("rigde",)), small.METHODS, small.OWN)

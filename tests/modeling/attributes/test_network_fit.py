@@ -6,7 +6,7 @@ import numpy as np
 import pytest
 
 from modeling.attributes.material import MaterialError, ratings_of
-from modeling.attributes.methods import Learning
+from modeling.attributes.methods import Learning, predictions
 from modeling.attributes.network_fit import SETTINGS
 from modeling.attributes.network_methods import HT_NET, HV_NET, VISUO_TACTILE, restored
 from modeling.attributes.registry import METHODS
@@ -52,6 +52,14 @@ def test_many_are_answered_as_one_is(fitted, textures):
     one, other = model.predict_all([textures[4], shorter])
     np.testing.assert_allclose(one, model.predict(textures[4]), rtol=1e-4)
     np.testing.assert_allclose(other, model.predict(shorter), rtol=1e-4)
+
+
+def test_one_of_many_that_lacks_features_keeps_the_others_from_nothing(fitted, textures):
+    _, model = fitted
+    bare = replace(textures[3], touch={}, sight={})
+    one, other = predictions(model, [textures[4], bare])
+    np.testing.assert_array_equal(one, model.predict(textures[4]))
+    assert isinstance(other, MaterialError) and str(other).startswith(f"{bare.id}: ")
 
 
 def test_the_shorter_of_pictures_and_segments_begins_anew(textures):

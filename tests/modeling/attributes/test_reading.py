@@ -58,6 +58,15 @@ def test_textures_are_joined_by_their_ids_and_keep_what_they_have(lab):
     assert "looked at in a hurry: 2 x 2 of 7 x 7 patches of at most 3 pictures of a texture" in found.notes
 
 
+def test_of_some_textures_alone_features_are_made_and_they_have_everything(lab):
+    session(lab, "P002", [{"stimulus": "T03"}, {"stimulus": "T05"}])
+    lines = []
+    found = read(lab, most=1, report=lines.append)
+    assert found.ids in (("T01",), ("T03",)) and found.textures[0].touch and found.textures[0].sight
+    assert len(lines) == 2 and "1 of 5 textures were read" in found.notes
+    assert set(read(lab, most=2).ids) == {"T01", "T02", "T03", "T04", "T05"}  # there are no more than two
+
+
 def test_what_is_kept_is_not_made_again(lab):
     lines = []
     first = read(lab, report=lines.append)

@@ -151,6 +151,7 @@ def test_sheets_and_maps_are_written_and_named(lab):
         (["find", "--at", "Rough"], "--at 'Rough': WORD=VALUE is expected"),
         (["map", "--at", "Rough=sand"], "--at 'Rough=sand': WORD=VALUE is expected"),
         (["index", "--scale", "1", "7"], "--scale goes with --folder"),
+        (["index", "--folder", ".", "--sessions", "real"], "--folder takes none of them"),
         (["map", "--to", "x.pdf"], ".svg and .png"),
     ],
 )
