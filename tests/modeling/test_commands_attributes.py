@@ -57,6 +57,15 @@ def test_evaluate_judges_and_goes_on_from_what_is_finished_and_train_takes_it_fr
     assert "mean; MAE" in line
 
 
+@pytest.mark.parametrize("folds", [1, 3])
+def test_few_folds_are_told_and_more_of_them_go_on_from_there(made, tmp_path, folds):
+    asked = ("--lab", tmp_path, "--workers", 1, "--no-ablations", "--methods", "ridge,mean")
+    shown = done(evaluate, *asked, "--folds", folds).stdout
+    assert f"{folds} of 12 textures were left out, in turn from each class" in " ".join(shown.split())
+    more = json.loads(done(evaluate, *asked, "--folds", 5, "--no-figures", "--json").stdout)
+    assert (more["folds"], more["jobs"], more["jobs_kept"]) == (5, 10, 2 * folds)
+
+
 def test_what_was_asked_reaches_the_reader_and_the_report(made, tmp_path):
     weights = tmp_path / "resnet50.pth"
     weights.touch()
