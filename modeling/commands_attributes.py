@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Callable
-from dataclasses import dataclass, replace
+from dataclasses import dataclass
 from functools import wraps
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
@@ -11,7 +11,7 @@ from typing import TYPE_CHECKING, Any
 import click
 
 from modeling.commands_data import going_on, progress_lines
-from modeling.commands_recordings import BESIDE_A_TABLE, beside_a_table
+from modeling.commands_recordings import BESIDE_A_TABLE, beside_a_table, demand_folder_alone
 from studies.options import JSON, LAB, echo_json, with_options
 
 if TYPE_CHECKING:
@@ -70,7 +70,10 @@ OPTIONS = (
         help="Weights of ResNet-50 as a file.  [default: random ones, from a seed]",
     ),
     click.option("--seed", type=click.IntRange(0, 10**6), default=0, show_default=True, help="For everything drawn."),
-    click.option("--quick", is_flag=True, help="Five of 15 textures, few epochs: to try it out, not to use it."),
+    click.option(
+        "--quick", is_flag=True,
+        help="To try it out, not to use it: 15 of the lab's textures, of which five are left out; few epochs.",
+    ),
     click.option("--epochs", type=click.IntRange(1), help="At most so many.  [default: each method's own]"),
     click.option("--workers", type=click.IntRange(1, 256), help="Processes at once.  [default: one for each core]"),
     click.option("--cluster", metavar="ADDRESS", help="A Dask scheduler (tcp://HOST:8786) that does the work."),
@@ -84,6 +87,7 @@ def attribute_options(command: Callable[..., None]) -> Callable[..., None]:
 
     @wraps(command)
     def with_asked(**given: Any) -> None:
+        demand_folder_alone(given)
         recordings = beside_a_table(given)
         command(Asked(**{name: given.pop(name) for name in OWN}, recordings=recordings), **given)
 
@@ -103,12 +107,12 @@ def material_for(asked: Asked, report: Report) -> Material:
         return read_folder(asked.folder, asked.lab, table=asked.ratings, report=report, **asked_for)
     from modeling.attributes.reading import MOST_IN_A_HURRY, read_material
 
-    asked_for["most"] = MOST_IN_A_HURRY if asked.quick else None
+    asked_for |= {"most": MOST_IN_A_HURRY if asked.quick else None, "seed": asked.seed}
     only = None if asked.sessions is None else asked.sessions == "simulated"
     return read_material(asked.lab, simulated=only, report=report, **asked_for)
 
 
-def wanted_for(asked: Asked, methods: tuple[str, ...] | None, ablations: bool) -> Wanted:
+def wanted_for(asked: Asked, methods: tuple[str, ...] | None, ablations: bool, folds: int | None = None) -> Wanted:
     """What the evaluation or the training is asked to do. Raises MaterialError for an unknown method."""
     from modeling.attributes.evaluation_outputs import kept_in
     from modeling.attributes.judging_whole import Wanted, demand_known
@@ -117,7 +121,7 @@ def wanted_for(asked: Asked, methods: tuple[str, ...] | None, ablations: bool) -
     demand_known(methods or (), METHODS)
     return Wanted(
         work=kept_in(asked.lab), methods=methods, ablations=ablations, seed=asked.seed, quick=asked.quick,
-        epochs=asked.epochs, workers=asked.workers, cluster=asked.cluster,
+        epochs=asked.epochs, workers=asked.workers, cluster=asked.cluster, folds=folds,
     )  # fmt: skip
 
 
@@ -127,7 +131,7 @@ def wanted_for(asked: Asked, methods: tuple[str, ...] | None, ablations: bool) -
 @click.option("--to", type=click.Path(file_okay=False, path_type=Path), help="Where to.  [default: LAB/models]")
 @JSON
 def train_attributes(asked: Asked, method: str | None, to: Path | None, as_json: bool) -> None:
-    """Train the model that says how a texture feels, on all rated textures.
+    """Train the model that says how a texture feels, on all rated textures (with --quick on 15 of them).
 
     Textures that lack the recording or the pictures that others have are left out. A network that stops early is fitted
     to nine tenths of them and watches the others; the card says which. Writes texture-attributes, a card (JSON) and its
@@ -195,7 +199,9 @@ def evaluate_attributes(
     from modeling.attributes.registry import METHODS, OWN_FEATURES
 
     chosen = tuple(name.strip() for part in names for name in part.split(",") if name.strip())
-    wanted = replace(wanted_for(asked, chosen or None, ablations), folds=folds)
+    if asked.quick and folds is not None:
+        raise click.UsageError("--quick leaves five textures out, and --folds says how many: leave one of them out")
+    wanted = wanted_for(asked, chosen or None, ablations, folds)
     with going_on("what is left"), progress_lines() as report:
         material = material_for(asked, report)
         report("timing features")

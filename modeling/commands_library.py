@@ -10,7 +10,7 @@ from typing import TYPE_CHECKING, Any
 
 import click
 
-from modeling.commands_recordings import beside_a_table, beside_options
+from modeling.commands_recordings import beside_a_table, beside_options, demand_folder_alone
 from modeling.commands_texture_set import simulate
 from studies.options import JSON, LAB, echo_json, with_options
 
@@ -98,6 +98,7 @@ def index_command(as_json: bool, **given: Any) -> None:
     from modeling.library.lab import index
     from modeling.library.sources import Wanted
 
+    demand_folder_alone(given)
     recordings = beside_a_table(given)
     sessions = given.pop("sessions")
     wanted = Wanted(**given, recordings=recordings, simulated=None if sessions is None else sessions == "simulated")

@@ -74,16 +74,17 @@ def held_in(given: dict[str, Any], tables: Sequence[Path]) -> Held | None:
     return Held(rate_hz, speed_mm_s, force_N)
 
 
-def beside_a_table(given: dict[str, Any]) -> Recordings | None:
-    """The recordings that go with `folder`, all their options taken out of what was given.
-
-    Raises UsageError for these, and for `ratings` and `scale`, without a folder; and for a folder beside `sessions`.
-    """
+def demand_folder_alone(given: Mapping[str, Any]) -> None:
+    """Raise UsageError for options of a folder's table without a folder, and for a folder beside the lab's sessions."""
     for name in ("ratings", "scale"):
         if given[name] is not None and given["folder"] is None:
             raise click.UsageError(f"--{name} goes with --folder: a folder of images is expected")
     if given["sessions"] is not None and given["folder"] is not None:
         raise click.UsageError("--sessions chooses among the lab's, and --folder takes none of them: leave one out")
+
+
+def beside_a_table(given: dict[str, Any]) -> Recordings | None:
+    """The recordings that go with `folder`, all their options taken out of what was given. Raises UsageError."""
     demand_one(given, FILES)
     files = said(given, FILES)
     if files and given["folder"] is None:

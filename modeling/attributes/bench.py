@@ -60,14 +60,14 @@ class Found:
 def cases(
     quick: bool, methods: Mapping[str, Method] | None = None, own: Own | None = None, workers: int | None = None
 ) -> Iterator[Case]:
-    """Every figure of this area; `quick` leaves five textures out and trains the networks for few epochs."""
+    """Every figure of this area: eight textures left out, or, if `quick`, five, and few epochs for the networks."""
     from modeling.attributes.registry import METHODS, OWN_FEATURES
 
     every, features = METHODS if methods is None else methods, OWN_FEATURES if own is None else own
     with tempfile.TemporaryDirectory() as folder:
         material = made_up(QUICK_TEXTURES if quick else TEXTURES, SEGMENTS, PICTURES)
-        hurry: dict[str, Any] = {"quick": True} if quick else {"epochs": EPOCHS, "folds": LEFT_OUT}
-        wanted = Wanted(Path(folder), ablations=False, workers=workers, **hurry)
+        epochs, folds = (None, None) if quick else (EPOCHS, LEFT_OUT)
+        wanted = Wanted(Path(folder), ablations=False, quick=quick, epochs=epochs, workers=workers, folds=folds)
         judged = judge(material, wanted, every, features)
         whole = made_up(1, WHOLE_SEGMENTS, WHOLE_PICTURES, seed=1)
         found = Found(judged, Path(folder), made_up(ASKED, 1, 1, seed=1), whole)

@@ -119,7 +119,8 @@ def default_of(lab: Path, material: Material) -> str:
     told = read_results(folder_for(lab))
     try:
         asked = {row["method"] for row in told["tables"]["methods"]}
-        whole = not told["quick"] and told["epochs"] is None and told["folds"] is None and DEFAULT in asked
+        every = len(told["tested"]) == len(told["data"]["textures"])
+        whole = not told["quick"] and told["epochs"] is None and every and DEFAULT in asked
         if whole and told["data"]["digest"] == digest_of(usable(material)[0]):
             return str(told["default"]["method"])
     except (KeyError, TypeError, AttributeError):

@@ -43,7 +43,7 @@ def banners(found: Judged) -> list[str]:
         told.append(words.QUICK.format(count=len(found.tested)))
     elif found.wanted.epochs is not None:
         told.append(words.FEW_EPOCHS.format(epochs=found.wanted.epochs))
-    if found.wanted.folds is not None and not found.wanted.quick:
+    if len(found.tested) < len(found.material.textures) and not found.wanted.quick:
         told.append(words.FEW_FOLDS.format(count=len(found.tested), textures=len(found.material.textures)))
     if found.material.weights:
         told.append(words.RANDOM.format(weights=found.material.weights))

@@ -16,7 +16,10 @@ QUICK = (
     "Its numbers, and the default that they lead to, are nothing to go by."
 )
 FEW_EPOCHS = "Networks learned for at most {epochs} epochs, as it was asked for."
-FEW_FOLDS = "{count} of {textures} textures were left out, in turn from each class, as it was asked for."
+FEW_FOLDS = (
+    "{count} of {textures} textures were left out, in turn from each class, as it was asked for; each was predicted "
+    "from all others. `palpate train attributes` does not go by the default that this leads to."
+)
 RANDOM = "Weights of ResNet-50: {weights}."
 FOLDS = (
     "Leave one texture out: a texture with all its segments and pictures stands on one side. Textures that share a "

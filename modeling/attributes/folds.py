@@ -125,8 +125,10 @@ def _in_turn(
 def some_of(classes: Mapping[str, str], count: int, seed: int = 0) -> tuple[str, ...]:
     """So many of these textures (class by name), in turn from each class, drawn by the seed; in alphabetical order.
 
-    The fewer are among the more.
+    The fewer are among the more. Raises MaterialError for less than one.
     """
+    if count < 1:
+        raise MaterialError(f"{count} textures to leave out: at least one is expected.")
     chance = np.random.Generator(np.random.PCG64(np.random.SeedSequence([seed, SOME])))
     order = _in_turn([(name,) for name in classes], classes, chance)
     return tuple(sorted(name for (name,) in order[:count]))

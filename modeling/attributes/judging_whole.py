@@ -42,7 +42,7 @@ class Wanted:
 
     `work` is the folder of finished jobs and of the textures as workers read them. `methods` None: all. `ablations`:
     Tables 3.4 and 3.5 too. `quick`: five textures are left out, and methods have few epochs. `epochs` None: their own.
-    `folds`: so many textures are left out, in turn from each class (None: each of them).
+    `folds`: so many textures are left out, in turn from each class (None: each of them); `quick` goes before it.
     """
 
     work: Path

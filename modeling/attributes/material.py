@@ -49,6 +49,9 @@ class Rated:
 NOT_RECORDED, NOT_PHOTOGRAPHED = "not recorded", "not photographed"
 RECORDINGS_LEFT_OUT, PICTURE_LEFT_OUT = "recordings left out", "left out"
 """How a texture's notes begin that say why it lacks what others have."""
+FEW_READ = "only some of the lab's textures were read"
+HURRIED = "looked at in a hurry: 2 x 2 of 7 x 7 patches of at most 3 pictures of a texture"
+"""What a material's notes say of a quick reading."""
 
 
 @dataclass(frozen=True)

@@ -32,7 +32,7 @@ class Learning:
 
 class Fitted(Protocol):
     """A fitted method. One that was trained in epochs also has `trained` (modeling.training.loop.Trained); one that is
-    faster with many textures at once has `predict_all`, from textures to a list of what `predict` says of each."""
+    faster with many textures at once has `predict_all`, from textures to a list of what `predict` says or raises."""
 
     def predict(self, texture: Texture) -> Array:
         """(n, attributes) on 0..100, not clipped: one row for each of its segments, pictures or pairs of them; the
@@ -54,12 +54,7 @@ class Method:
 def predictions(fitted: Fitted, textures: Sequence[Texture]) -> list[Array | MaterialError]:
     """What `predict` says of each texture, or why it says nothing; computed together where the method can."""
     together = getattr(fitted, "predict_all", None)
-    if together is not None:
-        try:
-            return list(together(textures))
-        except MaterialError:  # of one of them; asked alone, each answers for itself
-            pass
-    return [_said(fitted, each) for each in textures]
+    return [_said(fitted, each) for each in textures] if together is None else list(together(textures))
 
 
 def _said(fitted: Fitted, texture: Texture) -> Array | MaterialError:

@@ -54,19 +54,30 @@ class FittedNetwork:
         Every segment and every picture is looked at once: segment i goes with picture i, and where one of them ends
         before the other it begins anew. Raises MaterialError for features that it was not fitted to.
         """
-        return self.predict_all([texture])[0]
+        (found,) = self.predict_all([texture])
+        if isinstance(found, MaterialError):
+            raise found
+        return found
 
-    def predict_all(self, textures: Sequence[Texture]) -> list[Array]:
-        """What `predict` says of each, computed together: of short textures several times as fast."""
-        seen = [shown(each, self.sight, self.touch) for each in textures]
+    def predict_all(self, textures: Sequence[Texture]) -> list[Array | MaterialError]:
+        """What `predict` says or raises of each, computed together: of short textures several times as fast."""
+        seen = [self._shown(each) for each in textures]
+        whole = [each for each in seen if isinstance(each, Shown)]
         with training_state(0, 1), torch.no_grad():
             self.network.eval()
-            scaled = _answers(self.network, seen)
-        found = [self.target.up(each.numpy().astype(np.float64)) for each in scaled]
-        for texture, answer in zip(textures, found, strict=True):
-            if not np.isfinite(answer).all():
-                raise MaterialError(f"{texture.id}: the network's answer is not finite.")
-        return found
+            scaled = iter(_answers(self.network, whole) if whole else [])
+        told = zip(textures, seen, strict=True)
+        return [self._told(each.id, next(scaled)) if isinstance(one, Shown) else one for each, one in told]
+
+    def _shown(self, texture: Texture) -> Shown | MaterialError:
+        try:
+            return shown(texture, self.sight, self.touch)
+        except MaterialError as lacking:
+            return lacking
+
+    def _told(self, name: str, scaled: Tensor) -> Array | MaterialError:
+        found = self.target.up(scaled.numpy().astype(np.float64))
+        return found if np.isfinite(found).all() else MaterialError(f"{name}: the network's answer is not finite.")
 
     def saved(self) -> tuple[dict[str, NDArray[Any]], dict[str, Any]]:
         """Arrays (weights, standardisation, scale of the ratings) and plain values, for `restored`."""

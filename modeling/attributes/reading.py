@@ -10,13 +10,13 @@ from typing import TYPE_CHECKING
 from modeling.attributes.features_kept import FOLDER
 from modeling.attributes.folds import some_of
 from modeling.attributes.joining import CATEGORY, Parts, joined
-from modeling.attributes.material import Material, MaterialError, Texture
+from modeling.attributes.material import FEW_READ, HURRIED, Material, MaterialError, Texture
 from modeling.attributes.reading_pictures import STUDY as PHOTOS
 from modeling.attributes.reading_pictures import Photographed, photographed
 from modeling.attributes.reading_ratings import STUDY as RATINGS
 from modeling.attributes.reading_ratings import RatedTextures, read_ratings
 from modeling.attributes.resnet_weights import weights_from
-from modeling.attributes.seeing import HURRIED, Album, Seen, Sight, in_a_hurry, seen, sight_with
+from modeling.attributes.seeing import Album, Seen, Sight, in_a_hurry, seen, sight_with
 from modeling.training.progress import Report, silent
 from studies.collect import ledgers_in
 
@@ -25,27 +25,27 @@ if TYPE_CHECKING:
 
 CAPTURE = "texture_capture"
 MOST_IN_A_HURRY = 15
-"""Textures that are enough to try an evaluation out: five are left out, and ten more are learned from."""
+"""Textures that are enough to try an evaluation out."""
 
 
 def read_material(
     lab: Path, *, study_capture: str = CAPTURE, study_photos: str = PHOTOS, study_ratings: str = RATINGS,
     weights: Path | None = None, sha256: str | None = None, quick: bool = False, variants: int = 1,
     workers: int | None = None, touch: bool = True, sight: bool = True, simulated: bool | None = None,
-    keep: bool = True, most: int | None = None, report: Report = silent,
+    keep: bool = True, most: int | None = None, seed: int = 0, report: Report = silent,
 ) -> Material:  # fmt: skip
     """The textures of a lab with the features of their recordings and pictures, and their mean ratings.
 
     `weights` is a file of ResNet-50's weights, of that `sha256` where it is given; without one they are random.
     `variants` further versions of each picture are made for training. `quick` looks at 4 of 49 patches of at most 3
     pictures. `touch` and `sight` False leave those features out. `simulated` chooses where a lab has simulated and real
-    sessions; recordings and pictures are real where it is None and there are any. `most`: only so many textures, in
-    turn from each class, of those that have all that others have. A texture that lacks recordings,
-    pictures or ratings stays, with a note; so does one whose recordings or pictures cannot be used. Features are kept
-    in LAB/features unless `keep` is False. One texture's recordings, or one picture, is in memory at a time in each of
-    `workers` processes. Raises MaterialError where there is nothing to learn from, on a picture that is missing or has
-    changed, and on a file of weights that cannot be used; TextureDataError on captures, DataRefused on ratings that
-    cannot be read.
+    sessions; recordings and pictures are real where it is None and there are any. Where a lab has more than `most`
+    textures, only so many are read of those that were rated, recorded and photographed (as far as any was): in turn
+    from each class, drawn by the `seed`. A texture that lacks recordings, pictures or ratings stays, with a note; so
+    does one whose recordings or pictures cannot be used. Features are kept in LAB/features unless `keep` is False. One
+    texture's recordings, or one picture, is in memory at a time in each of `workers` processes. Raises MaterialError
+    where there is nothing to learn from, on a picture that is missing or has changed, and on a file of weights that
+    cannot be used; TextureDataError on captures, DataRefused on ratings that cannot be read.
     """
     if not lab.is_dir():
         raise MaterialError(f"{lab}: no such lab; the folder of a lab is expected")
@@ -56,12 +56,8 @@ def read_material(
     rated = read_ratings(lab, study_ratings, simulated)
     photos = photographed(lab, study_photos, simulated) if sight else ()
     captured, unfelt = _captured(lab, study_capture, simulated) if touch else ((), ())
-    there = {*rated.rated, *(each.id for each in photos), *(each.id for each in captured)}
-    if most is not None and (names := _some(most, rated, photos, captured)):
-        rated = replace(rated, rated={name: each for name, each in rated.rated.items() if name in names}, incomplete={})
-        photos = tuple(each for each in photos if each.id in names)
-        captured = tuple(each for each in captured if each.id in names)
-        unfelt = (*unfelt, f"{len(names)} of {len(there)} textures were read")
+    names = None if most is None else _some(most, seed, rated, photos, captured)
+    rated, photos, captured = _only(names, rated, photos, captured)
     looked = run.seen([in_a_hurry(each.album) if quick else each.album for each in photos], how)
     felt = run.felt(captured)
     parts = Parts(rated, felt, {each.id: each for each in photos}, looked, touch, sight)
@@ -69,7 +65,8 @@ def read_material(
     _demand_any(lab, textures, [*([study_capture] if touch else []), *([study_photos] if sight else [])], unfelt)
     told = how.weights.told if any(each.sight for each in textures) else ""
     lacking = (*unfelt, *_unseen(parts, study_photos))
-    notes = (*rated.notes, *lacking, *((HURRIED,) if quick and photos else ()))
+    few = () if names is None else (FEW_READ,)
+    notes = (*rated.notes, *lacking, *few, *((HURRIED,) if quick and photos else ()))
     return Material(textures, rated.attributes, told, _simulated(parts), notes)
 
 
@@ -107,14 +104,31 @@ def _captured(lab: Path, study: str, simulated: bool | None) -> tuple[tuple[Reco
 
 
 def _some(
-    most: int, rated: RatedTextures, photos: Sequence[Photographed], captured: Sequence[Recorded]
-) -> tuple[str, ...]:  # fmt: skip
-    """So many of the textures that have all that there is; none where there are no more than that."""
-    parts: tuple[Sequence[Photographed | Recorded], ...] = (photos, captured)
+    most: int, seed: int, rated: RatedTextures, photos: Sequence[Photographed], captured: Sequence[Recorded]
+) -> frozenset[str] | None:  # fmt: skip
+    """So many of the textures that have all that there is; None where the lab has no more, or none has all."""
+    parts: tuple[Sequence[Photographed | Recorded], ...] = (tuple(each for each in photos if each.pictures), captured)
     classes = {name: columns.get(CATEGORY, "") for name, columns in rated.columns.items()}
-    classes |= {each.id: each.category for part in parts for each in part}
-    names = set(rated.rated).intersection(*({each.id for each in part} for part in parts if part))
-    return some_of({name: classes.get(name, "") for name in names}, most) if len(names) > most else ()
+    classes |= {each.id: each.category for part in parts for each in part if each.category}
+    known = {*rated.rated, *rated.incomplete, *(each.id for part in parts for each in part)}
+    whole = set(rated.rated).intersection(*({each.id for each in part} for part in parts if part))
+    if len(known) <= most or not whole:
+        return None
+    return frozenset(some_of({name: classes.get(name, "") for name in whole}, most, seed))
+
+
+def _only(
+    names: frozenset[str] | None,
+    rated: RatedTextures,
+    photos: tuple[Photographed, ...],
+    captured: tuple[Recorded, ...],
+) -> tuple[RatedTextures, tuple[Photographed, ...], tuple[Recorded, ...]]:
+    """What there is of these textures; of all for None."""
+    if names is None:
+        return rated, photos, captured
+    own = replace(rated, rated={name: each for name, each in rated.rated.items() if name in names}, incomplete={})
+    photos = tuple(each for each in photos if each.id in names)
+    return own, photos, tuple(each for each in captured if each.id in names)
 
 
 def _demand_any(lab: Path, textures: Sequence[Texture], studies: Sequence[str], unfelt: Sequence[str]) -> None:

@@ -12,12 +12,12 @@ from typing import TYPE_CHECKING
 
 from modeling.attributes.features_kept import FOLDER
 from modeling.attributes.joining import untouched
-from modeling.attributes.material import NOT_PHOTOGRAPHED, Material, MaterialError, Pair, Rated, Texture
+from modeling.attributes.material import HURRIED, NOT_PHOTOGRAPHED, Material, MaterialError, Pair, Rated, Texture
 from modeling.attributes.reading_columns import Columns, columns_of, rated_in
 from modeling.attributes.reading_pictures import file_sha256
 from modeling.attributes.reading_ratings import attributes_of
 from modeling.attributes.resnet_weights import weights_from
-from modeling.attributes.seeing import HURRIED, Album, Picture, Seen, in_a_hurry, seen, sight_with
+from modeling.attributes.seeing import Album, Picture, Seen, in_a_hurry, seen, sight_with
 from modeling.training.progress import Report, silent
 
 if TYPE_CHECKING:

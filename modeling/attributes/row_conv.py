@@ -1,4 +1,4 @@
-"""A convolution along a row, as one matrix product: of many channels torch's own take up to twice as long to train."""
+"""A convolution along a row, as one matrix product: of many channels it is trained faster than torch's own."""
 
 from __future__ import annotations
 
@@ -7,23 +7,22 @@ from torch import Tensor, nn
 from torch.nn import functional
 
 
-class RowConv(nn.Conv1d):
-    """(..., places, channels) to (..., places, filters), zeros beyond the ends; weights are those of torch's Conv1d.
+class RowConv(nn.Module):
+    """(..., places, channels) to (..., places, filters), zeros beyond the ends.
 
-    An even kernel sees one place more before than after.
+    `weight` (filters, channels, kernel) and `bias` are, and begin as, those of torch's Conv1d. An even kernel sees one
+    place more before than after.
     """
 
     def __init__(self, channels: int, filters: int, kernel: int, bias: bool = True) -> None:
-        super().__init__(channels, filters, kernel, bias=bias)
-
-    @property
-    def kernel(self) -> int:
-        """How many places are seen together."""
-        return self.kernel_size[0]
+        super().__init__()
+        self.channels, self.filters, self.kernel = channels, filters, kernel
+        plain = nn.Conv1d(channels, filters, kernel, bias=bias)
+        self.weight, self.bias = plain.weight, plain.bias
 
     def forward(self, x: Tensor) -> Tensor:
         """Bring together what the kernel sees, and multiply; for one filter the other way round, which copies less."""
-        if self.out_channels > 1:
+        if self.filters > 1:
             return functional.linear(neighbours(x, self.kernel), self.matrix(), self.bias)
         parts = _around(functional.linear(x, self.weight[0].T), self.kernel).unbind(-1)
         places = x.shape[-2]

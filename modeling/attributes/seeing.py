@@ -33,8 +33,6 @@ PACKAGES = ("numpy", "pillow", "scikit-image", "scipy", "torch")
 """What makes these rows; an entry of other files or versions is not used."""
 QUICK_GRID, QUICK_PICTURES = 2, 3
 """Patches along each side, and pictures of a texture, that are looked at in a hurry."""
-HURRIED = "looked at in a hurry: 2 x 2 of 7 x 7 patches of at most 3 pictures of a texture"
-"""The note of it."""
 VARIANT_GRID = 3
 """Patches along each side of a further version: a fifth of all, since training wants their noise and not their time."""
 JOBS = 20

@@ -13,7 +13,7 @@ from modeling.attributes.judging_entries import Own
 from modeling.attributes.judging_jobs import Clock, Entry
 from modeling.attributes.judging_run import learning
 from modeling.attributes.judging_whole import Judged, Wanted, judge
-from modeling.attributes.material import Material, MaterialError
+from modeling.attributes.material import FEW_READ, HURRIED, Material, MaterialError
 from modeling.attributes.methods import Fitted, Learning, Method
 from modeling.attributes.model_file import NAME, Kept, write_model
 from modeling.doors.intervals import COVERAGE, half_widths, needed
@@ -130,6 +130,7 @@ def _notes(judged: Judged, given: Learning) -> tuple[str, ...]:
         told.append("Simulated raters: this model says nothing about how a texture feels to anybody.")
     if judged.wanted.quick:
         told.append("A quick training, to try things out: few epochs, five textures left out. Nothing to go by.")
+        told += [note for note in judged.material.notes if note in (HURRIED, FEW_READ)]
     return tuple(told)
 
 

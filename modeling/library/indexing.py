@@ -23,13 +23,13 @@ DIGITS = 3
 class Predictor:
     """A trained model as the library asks it.
 
-    `predict` gives (n, attributes) of each texture, whose mean counts, or a MaterialError for a texture without the
+    `predictions` gives (n, attributes) of each texture, whose mean counts, or a MaterialError for a texture without the
     features that it wants. `low` and `high` (attributes,) are what is added to a prediction to hold the rating in 90 of
     100 cases. `learned` are the textures that it was shown with their ratings.
     """
 
     attributes: tuple[Pair, ...]
-    predict: Callable[[Sequence[Texture]], Sequence[Array | MaterialError]]
+    predictions: Callable[[Sequence[Texture]], Sequence[Array | MaterialError]]
     low: Array
     high: Array
     learned: frozenset[str] = frozenset()
@@ -127,14 +127,15 @@ def _believed(sd: float | None, usual: float, raters: int) -> float:
 def _all_predicted(textures: Sequence[Texture], model: Predictor | None) -> list[tuple[Predicted | None, str]]:
     if model is None:
         return [(None, "there is no model")] * len(textures)
-    return [_predicted(texture, model, rows) for texture, rows in zip(textures, model.predict(textures), strict=True)]
+    said = model.predictions(textures)
+    return [_predicted(texture, model, rows) for texture, rows in zip(textures, said, strict=True)]
 
 
 def _predicted(texture: Texture, model: Predictor, rows: Array | MaterialError) -> tuple[Predicted | None, str]:
     """What the model says of a texture, and otherwise why it says nothing."""
     if isinstance(rows, MaterialError):
         return None, f"the model says nothing: {rows}"
-    value = np.clip(np.reshape(rows, (-1, len(model.attributes))).mean(axis=0), 0.0, 100.0)
+    value = np.clip(np.asarray(rows, dtype=np.float64).reshape(-1, len(model.attributes)).mean(axis=0), 0.0, 100.0)
     if not np.isfinite(value).all():
         raise LibraryError(f"{texture.id}: the model's answer is no number; train it anew.")
     low, high = (tuple(np.round(value + offset, DIGITS).tolist()) for offset in (model.low, model.high))

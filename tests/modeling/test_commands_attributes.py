@@ -66,6 +66,25 @@ def test_few_folds_are_told_and_more_of_them_go_on_from_there(made, tmp_path, fo
     assert (more["folds"], more["jobs"], more["jobs_kept"]) == (5, 10, 2 * folds)
 
 
+@pytest.mark.parametrize(("quick", "most"), [(("--quick",), 15), ((), None)])
+def test_a_quick_run_reads_fifteen_textures_drawn_by_the_seed(monkeypatch, tmp_path, quick, most):
+    asked = {}
+
+    def read(_lab, **given):
+        asked.update(given)
+        raise MaterialError("enough.")
+
+    monkeypatch.setattr("modeling.attributes.reading.read_material", read)
+    result = CliRunner().invoke(evaluate, ["attributes", "--lab", str(tmp_path), "--seed", "7", *quick])
+    assert "enough." in str(result.exception) + result.output
+    assert (asked["most"], asked["seed"], asked["quick"]) == (most, 7, bool(quick))
+
+
+def test_few_folds_beside_a_quick_run_are_refused(tmp_path):
+    result = CliRunner().invoke(evaluate, ["attributes", "--lab", str(tmp_path), "--quick", "--folds", "3"])
+    assert result.exit_code == 2 and "--quick leaves five textures out" in result.output
+
+
 def test_what_was_asked_reaches_the_reader_and_the_report(made, tmp_path):
     weights = tmp_path / "resnet50.pth"
     weights.touch()

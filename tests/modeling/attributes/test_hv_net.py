@@ -17,9 +17,9 @@ def one_thread():
 
 def test_its_layers_are_those_of_thesis_3_5_1():
     net = HVNet(2304)
-    assert [layer.out_channels for layer in net.encoder] == [256, 256, 128, 64, 32]
+    assert [layer.filters for layer in net.encoder] == [256, 256, 128, 64, 32]
     assert [layer.kernel for layer in net.encoder] == [4, 4, 3, 3, 3]
-    assert [layer.out_channels for layer in net.decoder] == [32, 64, 128, 256, 256]
+    assert [layer.filters for layer in net.decoder] == [32, 64, 128, 256, 256]
     assert [layer.kernel for layer in net.decoder] == [3, 3, 3, 4, 4]
     assert (net.first.out_features, net.second.out_features) == (512, 128)
 

@@ -54,12 +54,15 @@ def test_many_are_answered_as_one_is(fitted, textures):
     np.testing.assert_allclose(other, model.predict(shorter), rtol=1e-4)
 
 
-def test_one_of_many_that_lacks_features_keeps_the_others_from_nothing(fitted, textures):
+def test_one_of_many_that_lacks_features_does_not_keep_the_others_from_an_answer(fitted, textures, monkeypatch):
     _, model = fitted
     bare = replace(textures[3], touch={}, sight={})
-    one, other = predictions(model, [textures[4], bare])
-    np.testing.assert_array_equal(one, model.predict(textures[4]))
+    alone = model.predict(textures[4])
+    monkeypatch.setattr(type(model), "predict", None)  # they are asked together
+    other, one = predictions(model, [bare, textures[4]])
+    np.testing.assert_array_equal(one, alone)
     assert isinstance(other, MaterialError) and str(other).startswith(f"{bare.id}: ")
+    assert predictions(model, []) == []
 
 
 def test_the_shorter_of_pictures_and_segments_begins_anew(textures):

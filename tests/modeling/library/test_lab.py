@@ -11,12 +11,11 @@ import pytest
 from click.testing import CliRunner
 
 from modeling.attributes import seeing
-from modeling.attributes.material import MaterialError
+from modeling.attributes.material import HURRIED, MaterialError
 from modeling.attributes.methods import Learning
 from modeling.attributes.model_file import NAME, read_model, write_model
 from modeling.attributes.reading import read_material
 from modeling.attributes.registry import METHODS
-from modeling.attributes.seeing import HURRIED
 from modeling.commands_library import textures
 from modeling.library.entries import NOTHING_KNOWN, LibraryError, felt
 from modeling.library.files import NewerLibrary, place_of, read_library
