@@ -130,7 +130,7 @@ def _notes(judged: Judged, given: Learning) -> tuple[str, ...]:
         told.append("Simulated raters: this model says nothing about how a texture feels to anybody.")
     if judged.wanted.quick:
         told.append("A quick training, to try things out: few epochs, five textures left out. Nothing to go by.")
-        told += [note for note in judged.material.notes if note in (HURRIED, FEW_READ)]
+        told += [f"Learned from: {note}" for note in judged.material.notes if note in (HURRIED, FEW_READ)]
     return tuple(told)
 
 
