@@ -66,8 +66,8 @@ def cases(
     every, features = METHODS if methods is None else methods, OWN_FEATURES if own is None else own
     with tempfile.TemporaryDirectory() as folder:
         material = made_up(QUICK_TEXTURES if quick else TEXTURES, SEGMENTS, PICTURES)
-        epochs, folds = (None, None) if quick else (EPOCHS, LEFT_OUT)
-        wanted = Wanted(Path(folder), ablations=False, quick=quick, epochs=epochs, workers=workers, folds=folds)
+        epochs = None if quick else EPOCHS
+        wanted = Wanted(Path(folder), ablations=False, quick=quick, epochs=epochs, workers=workers, folds=LEFT_OUT)
         judged = judge(material, wanted, every, features)
         whole = made_up(1, WHOLE_SEGMENTS, WHOLE_PICTURES, seed=1)
         found = Found(judged, Path(folder), made_up(ASKED, 1, 1, seed=1), whole)

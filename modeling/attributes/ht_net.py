@@ -7,6 +7,7 @@ from torch import Tensor, nn
 
 from modeling.attributes.conv_lstm import ConvLSTM1D
 from modeling.attributes.material import MaterialError
+from modeling.attributes.row_conv import greater_of_two
 
 FILTERS = (128, 256, 128, 128, 256, 128)
 POOLED = (2, 4, 5)
@@ -45,9 +46,7 @@ class HTNet(nn.Module):
 
 def halved(x: Tensor) -> Tensor:
     """(batch, steps, ...) to the greater of every two steps, (batch, half as many rounded up, ...)."""
-    whole = x.shape[1] // 2 * 2
-    pairs = torch.maximum(x[:, 0:whole:2], x[:, 1:whole:2])
-    return torch.cat([pairs, x[:, whole:]], dim=1)
+    return torch.cat([greater_of_two(x), x[:, x.shape[1] // 2 * 2 :]], dim=1)
 
 
 def shapes(network: HTNet, x: Tensor) -> dict[str, tuple[int, ...]]:

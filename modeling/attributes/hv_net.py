@@ -8,7 +8,7 @@ import torch
 from torch import Tensor, nn
 
 from modeling.attributes.material import MaterialError
-from modeling.attributes.row_conv import RowConv
+from modeling.attributes.row_conv import RowConv, greater_of_two
 
 FILTERS = (256, 256, 128, 64, 32)
 KERNELS = (4, 4, 3, 3, 3)
@@ -65,7 +65,7 @@ class HVNet(nn.Module):
             raise MaterialError(f"HV-Net came to {tuple(rows.shape)}: (batch, {self.length}) is expected.")
         x = rows[:, :, None]
         for layer in self.encoder:
-            x = torch.relu(_halved(layer(x)))  # the same as ReLU first
+            x = torch.relu(greater_of_two(layer(x)))  # the same as ReLU first
         return x.transpose(1, 2)
 
     def decode(self, code: Tensor) -> Tensor:
@@ -127,12 +127,6 @@ def _begun(weight: Tensor, bias: Tensor | None, variance: float) -> None:
 def _lengths(length: int) -> tuple[int, ...]:
     """How long the row is before each halving."""
     return tuple(length >> times for times in range(len(FILTERS)))
-
-
-def _halved(x: Tensor) -> Tensor:
-    """(batch, places, filters): the greater of every two places; the last one of an odd number is left out."""
-    even = x.shape[1] // 2 * 2
-    return torch.maximum(x[:, 0:even:2], x[:, 1:even:2])
 
 
 def _stretched(x: Tensor, length: int) -> Tensor:

@@ -1,4 +1,4 @@
-"""A convolution along a row, as one matrix product: of many channels it is trained faster than torch's own."""
+"""A convolution along a row, as one matrix product, which is trained faster than torch's own; and the pooling."""
 
 from __future__ import annotations
 
@@ -38,6 +38,12 @@ def neighbours(x: Tensor, kernel: int) -> Tensor:
     """(..., places, channels) to (..., places, kernel x channels): what a kernel sees of each place, tap by tap."""
     places, wide = x.shape[-2], _around(x, kernel)
     return torch.cat([wide[..., tap : tap + places, :] for tap in range(kernel)], dim=-1)
+
+
+def greater_of_two(x: Tensor) -> Tensor:
+    """(batch, places, ...) to the greater of every two places; the last one of an odd number is left out."""
+    even = x.shape[1] // 2 * 2
+    return torch.maximum(x[:, 0:even:2], x[:, 1:even:2])
 
 
 def _around(x: Tensor, kernel: int) -> Tensor:

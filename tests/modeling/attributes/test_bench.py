@@ -48,8 +48,7 @@ def test_made_up_textures_are_the_same_ones_each_time():
     assert {kind: rows.shape for kind, rows in one.textures[0].sight.items()} == {"resnet": (2, 2048), "glcm": (2, 256)}
 
 
-def test_a_full_run_leaves_eight_of_the_textures_out(monkeypatch):
-    monkeypatch.setattr("modeling.attributes.bench.WHOLE", 4)
+def test_a_full_run_leaves_eight_of_the_textures_out():
     rows = [measure(case) for case in cases(False, {"mean": METHODS["mean"]}, {}, workers=1)]
     assert rows[0].n == 8 and rows[0].input.startswith("16 made-up textures, 8 left out")
 
