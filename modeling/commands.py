@@ -10,7 +10,7 @@ import click
 from modeling.commands_attributes import evaluate_attributes, train_attributes
 from modeling.commands_data import Asked, data_options, going_on, progress_lines, read
 from modeling.commands_textures import evaluate_textures, train_textures
-from studies.options import JSON, echo_json
+from studies.options import JSON, echo_json, names_in
 
 if TYPE_CHECKING:
     from modeling.doors.evaluating_whole import Evaluation
@@ -171,7 +171,7 @@ def _methods(names: tuple[str, ...]) -> dict[Direction, tuple[str, ...]] | None:
     from modeling.doors.registry import FORWARD, INVERSE, methods_of
     from protocols.did_you_mean import nearest
 
-    asked = [name.strip() for part in names for name in part.split(",") if name.strip()]
+    asked = names_in(names)
     if not asked:
         return None
     chosen: dict[Direction, list[str]] = {"forward": [], "inverse": []}

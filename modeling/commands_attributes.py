@@ -12,7 +12,7 @@ import click
 
 from modeling.commands_data import going_on, progress_lines
 from modeling.commands_recordings import BESIDE_A_TABLE, beside_a_table, demand_folder_alone
-from studies.options import JSON, LAB, echo_json, with_options
+from studies.options import JSON, LAB, echo_json, names_in, only_simulated, sessions_option, with_options
 
 if TYPE_CHECKING:
     from modeling.attributes.judging_whole import Judged, Wanted
@@ -61,10 +61,7 @@ OPTIONS = (
         help="The ends of that table's ratings, such as 1 7 or -100 100.  [default: 0 100; asked for if all are small]",
     ),
     *BESIDE_A_TABLE,
-    click.option(
-        "--sessions", type=click.Choice(["real", "simulated"]),
-        help="Take only these, where the lab has both.  [default: real recordings and pictures, where there are any]",
-    ),
+    sessions_option("real recordings and pictures, where there are any"),
     click.option(
         "--weights", type=click.Path(exists=True, dir_okay=False, path_type=Path),
         help="Weights of ResNet-50 as a file.  [default: random ones, from a seed]",
@@ -108,7 +105,7 @@ def material_for(asked: Asked, report: Report) -> Material:
     from modeling.attributes.reading import MOST_IN_A_HURRY, read_material
 
     asked_for |= {"most": MOST_IN_A_HURRY if asked.quick else None, "seed": asked.seed}
-    only = None if asked.sessions is None else asked.sessions == "simulated"
+    only = only_simulated(asked.sessions)
     return read_material(asked.lab, simulated=only, report=report, **asked_for)
 
 
@@ -198,7 +195,7 @@ def evaluate_attributes(
     from modeling.attributes.judging_whole import judge
     from modeling.attributes.registry import METHODS, OWN_FEATURES
 
-    chosen = tuple(name.strip() for part in names for name in part.split(",") if name.strip())
+    chosen = names_in(names)
     if asked.quick and folds is not None:
         raise click.UsageError("--quick leaves five textures out, and --folds says how many: leave one of them out")
     wanted = wanted_for(asked, chosen or None, ablations, folds)

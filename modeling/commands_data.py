@@ -12,7 +12,7 @@ from typing import TYPE_CHECKING, Any
 
 import click
 
-from studies.options import LAB
+from studies.options import LAB, only_simulated, sessions_option
 
 if TYPE_CHECKING:
     from modeling.doors.data import DoorData
@@ -44,9 +44,7 @@ def data_options(command: Callable[..., None]) -> Callable[..., None]:
         "--simulated", is_flag=True, help="40 simulated people rate the shipped stimuli, instead of the lab's."
     )
     @click.option("--study", default="door_ratings", show_default=True, help="The lab's study, or imported data set.")
-    @click.option(
-        "--sessions", type=click.Choice(["real", "simulated"]), help="Take only these, where the lab has both kinds."
-    )
+    @sessions_option()
     @wraps(command)
     def with_data(
         *, lab: Path, table: Path | None, simulated: bool, study: str, sessions: str | None, **others: Any
@@ -71,7 +69,7 @@ def read(asked: Asked) -> tuple[DoorData, Individual | None]:
     else:
         from modeling.doors.reading import rated_in_lab
 
-        only = None if asked.sessions is None else asked.sessions == "simulated"
+        only = only_simulated(asked.sessions)
         rated = rated_in_lab(asked.lab, asked.study, only)
     return rated.data, rated.individual
 

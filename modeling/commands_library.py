@@ -12,7 +12,7 @@ import click
 
 from modeling.commands_recordings import beside_a_table, beside_options, demand_folder_alone
 from modeling.commands_texture_set import simulate
-from studies.options import JSON, LAB, echo_json, with_options
+from studies.options import JSON, LAB, echo_json, only_simulated, sessions_option, with_options
 
 if TYPE_CHECKING:
     from modeling.library.answer import Asked, Opened
@@ -81,7 +81,7 @@ textures.add_command(simulate)
 @click.option("--weights", type=FILE, help="Weights of ResNet-50, where the model learned from features with a file.")
 @click.option("--pictures", type=click.Path(file_okay=False, path_type=Path),
               help="Images named as the textures.  [default: those of texture_photos, or of --folder]")  # fmt: skip
-@click.option("--sessions", type=click.Choice(["real", "simulated"]), help="Take only these, where the lab has both.")
+@sessions_option()
 @click.option("--workers", type=click.IntRange(1, 256), help="Processes at once.  [default: one for each core]")
 @JSON
 def index_command(as_json: bool, **given: Any) -> None:
@@ -100,8 +100,8 @@ def index_command(as_json: bool, **given: Any) -> None:
 
     demand_folder_alone(given)
     recordings = beside_a_table(given)
-    sessions = given.pop("sessions")
-    wanted = Wanted(**given, recordings=recordings, simulated=None if sessions is None else sessions == "simulated")
+    only = only_simulated(given.pop("sessions"))
+    wanted = Wanted(**given, recordings=recordings, simulated=only)
     with going_on("what is left"), progress_lines() as report:
         found = index(wanted, report)
     if as_json:

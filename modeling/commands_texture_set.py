@@ -10,7 +10,7 @@ import click
 
 from modeling.commands_data import going_on, progress_lines
 from modeling.handed import Handed
-from studies.options import JSON, LAB, echo_json
+from studies.options import JSON, LAB, echo_json, names_in
 
 if TYPE_CHECKING:
     from modeling.textures.set_side import SetSession
@@ -41,7 +41,7 @@ def simulate(sides: Handed, /, lab: Path, textures: tuple[str, ...], as_json: bo
       palpate textures simulate --lab LAB --quick
       palpate textures simulate --lab LAB --textures T01,T15,T33 --seconds 20 --workers 2
     """
-    named = tuple(name.strip() for part in textures for name in part.split(",") if name.strip())
+    named = names_in(textures)
     if textures and not named:
         raise click.UsageError("--textures names none: T01,T15,T33 for instance, or leave it out for all")
     with going_on("what is left"), progress_lines() as report:

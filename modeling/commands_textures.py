@@ -12,7 +12,7 @@ import click
 
 from modeling.commands_data import going_on, progress_lines
 from modeling.commands_recordings import FILE_OPTIONS, FILES, HELD_OPTIONS, demand_one, held_in
-from studies.options import JSON, LAB, echo_json, with_options
+from studies.options import JSON, LAB, echo_json, names_in, with_options
 
 if TYPE_CHECKING:
     from modeling.textures.judging_whole import Judged, Wanted
@@ -86,14 +86,10 @@ def texture_options(command: Callable[..., None]) -> Callable[..., None]:
         own = {name: given.pop(name) for name in OWN}
         demand_one(own, SOURCES)
         held = held_in(given, own["tables"])
-        textures, methods = (_names(given.pop(name)) for name in ("textures", "methods"))
+        textures, methods = (names_in(given.pop(name)) for name in ("textures", "methods"))
         command(Asked(textures=textures, methods=methods, held=held, **own), **given)
 
     return with_options(with_asked, OPTIONS)
-
-
-def _names(given: tuple[str, ...]) -> tuple[str, ...]:
-    return tuple(name.strip() for part in given for name in part.split(",") if name.strip())
 
 
 def recordings_for(asked: Asked, side: TextureSide, report: Report) -> tuple[Recording, ...]:

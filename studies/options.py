@@ -9,12 +9,31 @@ from typing import Any, TypeVar
 import click
 
 T = TypeVar("T")
+Command = TypeVar("Command", bound=Callable[..., Any])
 
 LAB = click.option(
     "--lab", type=click.Path(file_okay=False, path_type=Path), default=Path(), show_default="the current folder",
     help="The lab's folder.",
 )  # fmt: skip
 JSON = click.option("--json", "as_json", is_flag=True, help="Print the answer as JSON.")
+
+
+def sessions_option(otherwise: str = "") -> Callable[[Command], Command]:
+    """The option --sessions; `otherwise` tells what is taken without it. `only_simulated` says what it means."""
+    told = f"  [default: {otherwise}]" if otherwise else ""
+    return click.option(
+        "--sessions", type=click.Choice(["real", "simulated"]), help=f"Take only these, where the lab has both.{told}"
+    )
+
+
+def only_simulated(asked: str | None) -> bool | None:
+    """Of --sessions: True for the twins' alone, False for people's alone, None where nothing was said."""
+    return None if asked is None else asked == "simulated"
+
+
+def names_in(given: Sequence[str]) -> tuple[str, ...]:
+    """The names of an option that takes some between commas and may be given more than once."""
+    return tuple(name.strip() for part in given for name in part.split(",") if name.strip())
 
 
 def with_options(command: Callable[..., Any], options: Sequence[Callable[..., Any]]) -> Callable[..., Any]:

@@ -38,7 +38,7 @@ from studies.texture_set_studies import (
 Report = Callable[[str], None]
 Done = Literal["made", "gone on", "kept"]
 PICTURES, RATERS = 10, 20
-QUICK = ("T02", "T11", "T17", "T33", "T36", "T39", "T43", "T48")
+QUICK = ("T01", "T11", "T15", "T33", "T37", "T39", "T44", "T48")
 """Wood, paper, sandpaper, carpet, foam, rubber, plastic and mesh: each attribute goes from low to high."""
 QUICK_S, QUICK_PICTURES, QUICK_RATERS = 8.0, 2, 6
 MOST_RATERS = 999

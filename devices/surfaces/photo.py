@@ -30,6 +30,11 @@ FULL_WELL = 12_000.0
 """Electrons of a pixel at full scale: its shot noise."""
 READ_NOISE = 0.0015
 """Of full scale."""
+ELEVATIONS_DEG = (14.0, 44.0)
+"""Lamps stand low, so that shading tells relief: a slope weighs by the cotangent of the lamp's height."""
+GRAY = 0.25
+"""The mean brightness (linear, share of full scale) that the camera exposes for by itself."""
+LUMINANCE = (0.2126, 0.7152, 0.0722)
 Image = NDArray[np.uint8]
 
 
@@ -51,14 +56,15 @@ class Light:
 
 
 def light(number: int, *key: Key) -> Light:
-    """The light of a photo, 0 to 9: all around, from 22 to 62 degrees high; the key varies them a little.
+    """The light of a photo, 0 to 9: all around, from 14 to 44 degrees high; the key varies them a little.
 
     Raises SurfaceDataError on another number.
     """
     if not 0 <= number < LIGHTS:
         raise SurfaceDataError(f"light {number}: from 0 to {LIGHTS - 1} are expected")
     drawn = [uniform("light", number, what, *key) for what in ("azimuth", "elevation", "strength", "ambient")]
-    elevation = 22 + 40 * ((number * 7) % LIGHTS + drawn[1]) / LIGHTS
+    low, high = ELEVATIONS_DEG
+    elevation = low + (high - low) * ((number * 7) % LIGHTS + drawn[1]) / LIGHTS
     return Light(36 * number + 24 * (drawn[0] - 0.5), elevation, 0.8 + 0.4 * drawn[2], 0.2 + 0.25 * drawn[3])
 
 
@@ -142,8 +148,9 @@ def _glint(surface: Surface, still: _Still, lamp: Light) -> Field:
 
 
 def _developed(colour: Field, name: str, lamp: Light, *key: Key) -> Image:
-    """Exposure, noise, and the sRGB curve."""
-    exposed = np.float32(0.8) * colour
+    """Automatic exposure, noise, and the sRGB curve."""
+    bright = float(colour.mean(axis=(0, 1), dtype=np.float64) @ LUMINANCE)
+    exposed = np.float32(GRAY / max(bright, 1e-6)) * colour
     # The sum of three uniform numbers is bell enough for a camera's noise.
     count = exposed.size
     drawn = chance(count, "camera", name, f"{lamp.azimuth_deg:.6f}", *key).astype(np.float32)
