@@ -19,8 +19,8 @@ LAST = 32
 REBUILDING = 0.1
 """The weight of the reconstruction's mean square error, in SDs of the features, beside the RMSE of the attributes."""
 REBUILT = 1
-"""So many pictures of a batch are made anew: its rows come in a drawn order, so that any of them stands for all, and the
-decoder is nearly half of what HV-Net costs."""
+"""So many pictures of a batch are made anew: its rows come in a drawn order, so that any of them stands for all, and
+the decoder is nearly half of what HV-Net costs."""
 OUT = 0.02
 """The last layer begins with a tenth of the others' SD, so that the first answers lie near the mean rating."""
 LEAST = 1e-12
