@@ -35,6 +35,7 @@ ELEVATIONS_DEG = (14.0, 44.0)
 GRAY = 0.25
 """The mean brightness (linear, share of full scale) that the camera exposes for by itself."""
 LUMINANCE = (0.2126, 0.7152, 0.0722)
+"""What linear red, green and blue weigh in the brightness that is metered (ITU-R BT.709)."""
 Image = NDArray[np.uint8]
 
 
