@@ -25,14 +25,14 @@ from modeling.training.seeding import seeded, training_state
 from modeling.training.settings import Settings
 from modeling.training.sources import Made
 
-SETTINGS = Settings(epochs=30, batch=4, learning_rate=5e-4, plateau_patience=None, stop_patience=10, every_epochs=5)
+SETTINGS = Settings(epochs=30, batch=2, learning_rate=5e-4, plateau_patience=None, stop_patience=10, every_epochs=5)
 """The thesis has at most 200 epochs, which would take a fold ten to twenty minutes; in 30 the rate falls along a cosine
 to nearly nothing, so that stopping there is no accident (20 are too few: docs/reference/attribute-evaluation.md). A
 patience of 10 and Adam are the thesis', batch and rate ours."""
 ASKED = ("epochs", "batch", "threads", "checkpoint", "learning_rate", "stop_patience")
 """The settings of `Learning.settings` that go to the training as they are."""
 QUICK_EPOCHS = 2
-SEGMENTS = 4
+SEGMENTS = 2
 """Segments that a picture is shown with each time: HV-Net costs nine times what HT-Net does."""
 HELD_PICTURES, HELD_SEGMENTS = 2, 8
 """What is looked at of each texture that is watched."""

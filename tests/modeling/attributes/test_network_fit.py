@@ -32,9 +32,9 @@ def fitted(request, textures):
     return request.param, request.param.fit(learning(textures[:3], textures[3:4]))
 
 
-def test_the_registry_has_all_three_and_they_watch_held_out_textures():
+def test_the_registry_has_all_three_and_they_learn_from_every_texture():
     assert [METHODS[each.name] for each in ALL] == list(ALL)
-    assert all(each.holds_out for each in ALL)
+    assert not any(each.holds_out for each in ALL)
     assert [sorted(each.sees) for each in ALL] == [["sight", "touch"], ["sight"], ["touch"]]
 
 

@@ -6,7 +6,7 @@ import pytest
 import torch
 
 from modeling.attributes.material import MaterialError
-from modeling.attributes.visuo_tactile import REBUILDING, REBUILT, Answer, VisuoTactile, rmse
+from modeling.attributes.visuo_tactile import OWN, REBUILDING, REBUILT, Answer, VisuoTactile, rmse
 from modeling.training.threads import limited
 
 
@@ -37,11 +37,29 @@ def test_every_segment_is_answered_in_training_and_their_mean_otherwise():
     net, (sight, touch) = made(), given()
     each = net(sight, touch)
     assert each.attributes.shape == (2, 3, 4)
-    assert each.wrong.shape == (REBUILT,)
-    assert (each.wrong > 0).all()
     found = net.eval()(sight, touch)
     torch.testing.assert_close(found.attributes[:, 0], each.attributes.mean(dim=1))
     assert found.wrong.tolist() == [0.0]
+    assert found.own == ()
+
+
+def test_in_half_of_the_batches_one_picture_is_made_anew():
+    net, (sight, _) = made(touch=None), given()
+    wrong = torch.cat([net(sight).wrong for _ in range(60)])
+    assert REBUILT == 0.5
+    assert 20 <= int((wrong > 0).sum()) <= 40
+    rebuilt = net.sight(sight).rebuilt
+    torch.testing.assert_close(wrong.max(), (rebuilt - sight).square().mean(dim=1)[0])
+
+
+def test_each_of_two_branches_has_a_head_of_its_own_which_hears_nothing_of_the_other():
+    net, (sight, touch) = made(), given()
+    seen, felt = net(sight, touch).own
+    assert seen.shape == (2, 1, 4)
+    assert felt.shape == (2, 3, 4)
+    torch.testing.assert_close(net(sight, torch.randn_like(touch)).own[0], seen)
+    torch.testing.assert_close(net(torch.randn_like(sight), touch).own[1], felt)
+    assert made(touch=None)(sight).own == ()
 
 
 def test_a_picture_shared_by_segments_answers_as_if_shown_with_each():
@@ -58,10 +76,15 @@ def test_either_branch_by_itself():
     assert felt.wrong.tolist() == [0.0]
 
 
-def test_the_loss_is_the_rmse_and_a_tenth_of_the_reconstruction():
+def test_the_loss_is_the_rmse_a_tenth_of_the_reconstruction_and_half_of_each_branch_s_own():
     answer = Answer(torch.tensor([[[1.0, 2.0], [3.0, 2.0]]]), torch.tensor([0.5]))
     assert REBUILDING == 0.1
-    assert rmse(answer, torch.tensor([[0.0, 2.0]])).item() == pytest.approx(math.sqrt(10 / 4) + 0.05, rel=1e-6)
+    target = torch.tensor([[0.0, 2.0]])
+    assert rmse(answer, target).item() == pytest.approx(math.sqrt(10 / 4) + 0.05, rel=1e-6)
+    assert OWN == 0.5
+    own = (torch.tensor([[[3.0, 2.0]]]), torch.tensor([[[0.0, 3.0], [0.0, 1.0]]]))
+    more = 0.5 * (math.sqrt(9 / 2) + math.sqrt(2 / 4))
+    assert rmse(answer._replace(own=own), target).item() == pytest.approx(math.sqrt(10 / 4) + 0.05 + more, rel=1e-6)
 
 
 def test_a_perfect_answer_has_a_slope():
