@@ -41,6 +41,7 @@ class Asked:
     seed: int
     quick: bool
     epochs: int | None
+    early_stopping: bool
     workers: int | None
     cluster: str | None
     recordings: Recordings | None
@@ -72,6 +73,10 @@ OPTIONS = (
         help="To try it out, not to use it: 15 of the lab's textures, of which five are left out; few epochs.",
     ),
     click.option("--epochs", type=click.IntRange(1), help="At most so many.  [default: each method's own]"),
+    click.option(
+        "--early-stopping", is_flag=True,
+        help="The thesis' network too watches a tenth of the textures and stops early; thesis: --epochs 200.",
+    ),
     click.option("--workers", type=click.IntRange(1, 256), help="Processes at once.  [default: one for each core]"),
     click.option("--cluster", metavar="ADDRESS", help="A Dask scheduler (tcp://HOST:8786) that does the work."),
 )  # fmt: skip
@@ -119,6 +124,7 @@ def wanted_for(asked: Asked, methods: tuple[str, ...] | None, ablations: bool, f
     return Wanted(
         work=kept_in(asked.lab), methods=methods, ablations=ablations, seed=asked.seed, quick=asked.quick,
         epochs=asked.epochs, workers=asked.workers, cluster=asked.cluster, folds=folds,
+        early_stopping=asked.early_stopping,
     )  # fmt: skip
 
 
@@ -130,8 +136,8 @@ def wanted_for(asked: Asked, methods: tuple[str, ...] | None, ablations: bool, f
 def train_attributes(asked: Asked, method: str | None, to: Path | None, as_json: bool) -> None:
     """Train the model that says how a texture feels, on all rated textures (with --quick on 15 of them).
 
-    Textures that lack the recording or the pictures that others have are left out. A network that stops early is fitted
-    to nine tenths of them and watches the others; the card says which. Writes texture-attributes, a card (JSON) and its
+    Textures that lack the recording or the pictures that others have are left out. What stops early is fitted to nine
+    tenths of them and watches the others; the card says which. Writes texture-attributes, a card (JSON) and its
     numbers (safetensors), to LAB/models. The card holds the errors of leaving each texture out once, intervals that
     hold 90 % of new ratings, and the run: data, versions, settings, seconds. What an evaluation of the same textures
     finished is taken from there; stopped, the same command goes on.

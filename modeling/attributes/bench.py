@@ -34,7 +34,6 @@ AREA = "textures"
 QUICK_TEXTURES, TEXTURES, SEGMENTS, PICTURES = 8, 16, 24, 4
 LEFT_OUT = 8
 """So many of them are left out, each once: all sixteen would take the networks twenty minutes."""
-EPOCHS = 40
 ASKED = 50
 """So many predictions are asked for at once: of one segment and one picture of each of so many textures."""
 WHOLE, WHOLE_SEGMENTS, WHOLE_PICTURES = 50, 110, 10
@@ -54,7 +53,8 @@ class Found:
     def given(self) -> str:
         """The data, as a row names them."""
         textures, left_out = len(self.judged.material.textures), len(self.judged.tested)
-        return f"{textures} made-up textures, {left_out} left out, {self.judged.wanted.epochs or 'few'} epochs"
+        epochs = "few" if self.judged.wanted.quick else "own"
+        return f"{textures} made-up textures, {left_out} left out, {epochs} epochs"
 
 
 def cases(
@@ -66,8 +66,7 @@ def cases(
     every, features = METHODS if methods is None else methods, OWN_FEATURES if own is None else own
     with tempfile.TemporaryDirectory() as folder:
         material = made_up(QUICK_TEXTURES if quick else TEXTURES, SEGMENTS, PICTURES)
-        epochs = None if quick else EPOCHS
-        wanted = Wanted(Path(folder), ablations=False, quick=quick, epochs=epochs, workers=workers, folds=LEFT_OUT)
+        wanted = Wanted(Path(folder), ablations=False, quick=quick, workers=workers, folds=LEFT_OUT)
         judged = judge(material, wanted, every, features)
         whole = made_up(1, WHOLE_SEGMENTS, WHOLE_PICTURES, seed=1)
         found = Found(judged, Path(folder), made_up(ASKED, 1, 1, seed=1), whole)

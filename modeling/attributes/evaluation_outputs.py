@@ -71,6 +71,7 @@ def as_json(found: Judged) -> dict[str, Any]:
         "not_used": dict(found.left_out),
         "quick": found.wanted.quick,
         "epochs": found.wanted.epochs,
+        "early_stopping": found.wanted.early_stopping,
         "folds": found.wanted.folds,
         "seed": found.wanted.seed,
         "software": versions(),
@@ -113,14 +114,15 @@ def write_all(
 def default_of(lab: Path, material: Material) -> str:
     """The method that a lab's own evaluation of the very same textures chose, else the shipped default.
 
-    An evaluation that was quick, of few epochs or few folds, or that did not ask for the shipped default, says nothing
-    against it; one in which that was refused, as for pictures alone, does.
+    An evaluation that was quick, of few folds, of other epochs or another end than the methods' own, or that did not
+    ask for the shipped default, says nothing against it; one in which that was refused, as for pictures alone, does.
     """
     told = read_results(folder_for(lab))
     try:
         asked = {row["method"] for row in told["tables"]["methods"]}
         every = len(told["tested"]) == len(told["data"]["textures"])
-        whole = not told["quick"] and told["epochs"] is None and every and DEFAULT in asked
+        own = told["epochs"] is None and not told["early_stopping"]
+        whole = not told["quick"] and own and every and DEFAULT in asked
         if whole and told["data"]["digest"] == digest_of(usable(material)[0]):
             return str(told["default"]["method"])
     except (KeyError, TypeError, AttributeError):

@@ -43,6 +43,8 @@ def banners(found: Judged) -> list[str]:
         told.append(words.QUICK.format(count=len(found.tested)))
     elif found.wanted.epochs is not None:
         told.append(words.FEW_EPOCHS.format(epochs=found.wanted.epochs))
+    if found.wanted.early_stopping:
+        told.append(words.EARLY)
     if len(found.tested) < len(found.material.textures) and not found.wanted.quick:
         told.append(words.FEW_FOLDS.format(count=len(found.tested), textures=len(found.material.textures)))
     if found.material.weights:

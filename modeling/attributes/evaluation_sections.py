@@ -38,7 +38,8 @@ OVERALL = (
 )
 FOUND = (Column("attribute", "attribute"), Column("mae", "MAE", "2"), Column("rmse", "RMSE", "2"),
          Column("within_jnd", "within JND", "share"), Column("half_width", "± 90 %", "2"))  # fmt: skip
-FOLDS = (Column("test", "left out"), Column("train", "learned from", "int"), Column("held", "watched", "words"),
+FOLDS = (Column("test", "left out"), Column("known", "learned from", "int"),
+         Column("held", "watched of these, by methods that stop early", "words"),
          Column("apart", "kept apart", "words"))  # fmt: skip
 SOURCES = (Column("title", "method"), Column("method", "name"), Column("features", "features", "words"),
            Column("source", "source", "words"), Column("refused", "refused", "words"))  # fmt: skip

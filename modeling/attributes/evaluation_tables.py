@@ -205,8 +205,9 @@ def curve_rows(found: Judged) -> list[Row]:
 
 
 def fold_rows(found: Judged) -> list[Row]:
-    """Who was left out, held and kept apart, fold by fold."""
+    """Who was left out, may be learned from, was watched of these (by methods that stop early) and kept apart."""
     return [
-        {"test": each.test, "train": len(each.train), "held": " ".join(each.held), "apart": " ".join(each.apart)}
+        {"test": each.test, "known": len(each.known), "held": " ".join(each.held if found.watching else ()),
+         "apart": " ".join(each.apart)}
         for each in found.context.folds.values()
-    ]
+    ]  # fmt: skip

@@ -16,6 +16,7 @@ QUICK = (
     "Its numbers, and the default that they lead to, are nothing to go by."
 )
 FEW_EPOCHS = "Networks learned for at most {epochs} epochs, as it was asked for."
+EARLY = "The thesis' network and its halves watched a tenth of the textures to stop early, as it was asked for."
 FEW_FOLDS = (
     "{count} of {textures} textures were left out, in turn from each class, as it was asked for; each was predicted "
     "from all others. `palpate train attributes` does not go by the default that this leads to."
@@ -23,9 +24,10 @@ FEW_FOLDS = (
 RANDOM = "Weights of ResNet-50: {weights}."
 FOLDS = (
     "Leave one texture out: a texture with all its segments and pictures stands on one side. Textures that share a "
-    "recording, a picture or a row of features are one group, and the whole group is kept from learning. Networks that"
-    " stop early watch a tenth of the other textures, drawn in turn from the classes; methods that do not stop learn "
-    "from these too. A texture's prediction is the mean over its segments and pictures, cut at the ends of the scale."
+    "recording, a picture or a row of features are one group, and the whole group is kept from learning. Baselines "
+    "that stop early (ANN, CNNs, CNN-LSTM) watch a tenth of the other textures, drawn in turn from the classes; the "
+    "thesis' network, unless it is asked to, and all others learn from these too. A texture's prediction is the mean "
+    "over its segments and pictures, cut at the ends of the scale."
 )
 APART = "Textures that share content, and were never divided: {groups}."
 MAE_NOTE = "Equation 3.1, over {count} textures. Bold: the least. The thesis' numbers rest on private data."

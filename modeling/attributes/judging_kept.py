@@ -27,7 +27,7 @@ def key(job: Job, context: Context) -> str:
     seen = {name: [context.parts[name], *(context.parts.get(f"{name}/{kind}", "") for kind in kinds)]
             for name in (*fold.train, *fold.held, fold.test)}  # fmt: skip
     told = {
-        "job": [entry.method, entry.touch, entry.sight, method.name, method.holds_out],
+        "job": [entry.method, entry.touch, entry.sight, method.name, method.holds(context.settings)],
         "fold": [fold.test, fold.train, fold.held],
         "seen": seen,
         "attributes": [[pair.low, pair.high] for pair in context.attributes],

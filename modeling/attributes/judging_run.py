@@ -53,7 +53,7 @@ def learning(
     material: Material, fold: Fold, method: Method, entry: Entry, seed: int, settings: Mapping[str, Any]
 ) -> Learning:
     """What the method may learn from in this fold; one that does not watch `held` learns from these too."""
-    train, held = (fold.train, fold.held) if method.holds_out else (fold.known, ())
+    train, held = (fold.train, fold.held) if method.holds(settings) else (fold.known, ())
     return Learning(
         train=named(material, train),
         held=named(material, held),

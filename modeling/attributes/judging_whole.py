@@ -43,6 +43,7 @@ class Wanted:
     `work` is the folder of finished jobs and of the textures as workers read them. `methods` None: all. `ablations`:
     Tables 3.4 and 3.5 too. `quick`: five textures are left out, and methods have few epochs. `epochs` None: their own.
     `folds`: so many textures are left out, in turn from each class (None: each of them); `quick` goes before it.
+    `early_stopping`: the thesis' network and its halves watch textures too, as the baselines do.
     """
 
     work: Path
@@ -54,11 +55,12 @@ class Wanted:
     workers: int | None = None
     cluster: str | None = None
     folds: int | None = None
+    early_stopping: bool = False
 
     @property
     def settings(self) -> dict[str, Any]:
         """What goes to the methods: one thread for each job, and what was asked for."""
-        told = {"quick": self.quick or None, "epochs": self.epochs}
+        told = {"quick": self.quick or None, "epochs": self.epochs, "early_stopping": self.early_stopping or None}
         return {"threads": 1, **{name: value for name, value in told.items() if value is not None}}
 
 
@@ -79,6 +81,11 @@ class Judged:
     taken: int
     times: Mapping[str, float] = field(default_factory=dict)
     left_out: Mapping[str, str] = field(default_factory=dict)
+
+    @property
+    def watching(self) -> bool:
+        """Whether one of the methods watches textures to stop early."""
+        return any(self.method(entry).holds(self.wanted.settings) for entry in self.entries)
 
     @property
     def tested(self) -> tuple[str, ...]:
@@ -214,12 +221,12 @@ def judge(
 
 
 def _computed(jobs: Sequence[Job], context: Context, wanted: Wanted, report: Report) -> dict[Job, Done]:
-    """Networks go first, so that no core is left with a long one at the end."""
+    """What is trained in epochs goes first, so that no core is left with a long one at the end."""
     from modeling.training.jobs import run_jobs
 
     if not jobs:
         return {}
-    ordered = sorted(jobs, key=lambda job: not context.methods[job.entry.method].holds_out)
+    ordered = sorted(jobs, key=lambda job: not context.methods[job.entry.method].in_epochs)
     answers = run_jobs(
         partial(run, context=context), ordered, workers=wanted.workers, cluster=wanted.cluster, report=report
     )

@@ -17,7 +17,7 @@ class Learning:
 
     `train` are textures to learn from, `held` others that a network watches to stop early (empty where the method does
     not ask for them); all rated. `touch` and `sight` name the features to be looked at. `settings`: epochs, batch,
-    threads, checkpoint, quick, learning_rate, stop_patience; unknown ones are left alone.
+    threads, checkpoint, quick, learning_rate, stop_patience, early_stopping; unknown ones are left alone.
     """
 
     train: tuple[Texture, ...]
@@ -41,7 +41,8 @@ class Fitted(Protocol):
 
 @dataclass(frozen=True)
 class Method:
-    """A way to predict attributes. `sees`: what it looks at; `holds_out`: whether it wants `held`."""
+    """A way to predict attributes. `sees`: what it looks at; `holds_out`: whether it wants `held`; `may_hold`: whether
+    it wants that where `early_stopping` is asked for."""
 
     name: str
     title: str
@@ -49,6 +50,16 @@ class Method:
     sees: frozenset[Modality] = BOTH
     holds_out: bool = False
     source: str = ""
+    may_hold: bool = False
+
+    def holds(self, settings: Mapping[str, Any]) -> bool:
+        """Whether it watches `held` under these settings."""
+        return self.holds_out or (self.may_hold and bool(settings.get("early_stopping")))
+
+    @property
+    def in_epochs(self) -> bool:
+        """Whether it is trained in epochs, which takes long."""
+        return self.holds_out or self.may_hold
 
 
 def predictions(fitted: Fitted, textures: Sequence[Texture]) -> list[Array | MaterialError]:

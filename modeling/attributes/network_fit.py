@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import math
 from collections.abc import Callable, Mapping, Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from typing import Any
 
 import numpy as np
@@ -27,8 +27,8 @@ from modeling.training.sources import Made
 
 SETTINGS = Settings(epochs=30, batch=2, learning_rate=5e-4, plateau_patience=None, stop_patience=10, every_epochs=5)
 """The thesis has at most 200 epochs, which would take a fold ten to twenty minutes; in 30 the rate falls along a cosine
-to nearly nothing, so that stopping there is no accident (20 are too few: docs/reference/attribute-evaluation.md). A
-patience of 10 and Adam are the thesis', batch and rate ours."""
+to nearly nothing, so that stopping there is no accident (22 are too few: docs/reference/attribute-models.md). Adam, and
+a patience of 10 where textures are watched, are the thesis', batch and rate ours."""
 ASKED = ("epochs", "batch", "threads", "checkpoint", "learning_rate", "stop_patience")
 """The settings of `Learning.settings` that go to the training as they are."""
 QUICK_EPOCHS = 2
@@ -90,8 +90,8 @@ def fit(learning: Learning, sees: frozenset[Modality]) -> FittedNetwork:
     """Train a network that looks at the learning's features of `sees`.
 
     An epoch shows each texture once, with one of its pictures (or of their variants) and some of its segments; others
-    every time. Where textures are held, the epoch with the lowest RMSE on them is kept. Raises MaterialError for
-    textures that cannot be learned from, TrainingError for a training that does not converge.
+    every time. The last epoch is kept; where textures are held, that with the lowest RMSE on them. Raises MaterialError
+    for textures that cannot be learned from, TrainingError for a training that does not converge.
     """
     textures, ratings = textures_of(learning)
     sight = look_of(textures, "sight", learning.sight) if "sight" in sees else None
@@ -101,6 +101,7 @@ def fit(learning: Learning, sees: frozenset[Modality]) -> FittedNetwork:
     network = _network(sight, touch, target, asked.seed)
     data = drawn([shown(each, sight, touch, variants=True) for each in textures], target.down(ratings), SEGMENTS)
     held = _watched(learning.held, sight, touch, target)
+    asked = replace(asked, keep_last=held is None)
     steps = asked.epochs * math.ceil(len(data) / asked.batch)
     trained = train(network, data, held, rmse, asked, optimiser=cosine(steps), report=learning.report)
     network.zero_grad(set_to_none=True)

@@ -1,7 +1,8 @@
 """The thesis' network and its two halves as methods (3.5); torch comes with their first fit.
 
 They learn from every texture that they may, to the end of their course: which of thirty epochs is best cannot be told
-from the five textures that a fold could spare (docs/reference/attribute-models.md has what it cost).
+from the five textures that a fold could spare (docs/reference/attribute-models.md has what it cost). Where
+`early_stopping` is asked for they watch some, as in the thesis.
 """
 
 from __future__ import annotations
@@ -37,7 +38,7 @@ def restored(arrays: Mapping[str, NDArray[Any]], told: Mapping[str, Any]) -> Fit
 
 
 def _method(name: str, title: str, sees: frozenset[Modality], source: str) -> Method:
-    return Method(name, title, partial(fit, sees=sees), sees, source=source)
+    return Method(name, title, partial(fit, sees=sees), sees, source=source, may_hold=True)
 
 
 VISUO_TACTILE = _method("visuo_tactile", "Visuo-tactile network", BOTH, "thesis 3.5")

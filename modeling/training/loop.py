@@ -68,8 +68,9 @@ def train(
     """Train the network in place and leave it, in evaluation mode, with the weights of its best epoch.
 
     `loss(answer, target)` is a mean over rows. The best epoch has the lowest loss on `held`, or without `held` the
-    lowest mean loss while training. `train_one` is how an epoch is trained, where that is not one step a batch; its
-    `repr` says what it depends on. The result is decided by network, data, loss, optimiser, it and settings alone.
+    lowest mean loss while training; with `settings.keep_last` it is the last. `train_one` is how an epoch is trained,
+    where that is not one step a batch; its `repr` says what it depends on. The result is decided by network, data,
+    loss, optimiser, it and settings alone.
 
     Raises TrainingError for a loss, gradient or weight that is not finite: the network then has the best weights so
     far (or those it came with) again. Raises CheckpointError for a checkpoint of another training.

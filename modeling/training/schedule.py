@@ -27,7 +27,7 @@ class Course:
         """The course after one more epoch with this watched loss."""
         epochs = self.epochs + 1
         course = replace(self, epochs=epochs)
-        if loss < self.best_loss:
+        if settings.keep_last or loss < self.best_loss:
             course = replace(course, best_epoch=epochs, best_loss=loss)
         if loss < self.low * (1 - THRESHOLD) if self.low > 0 else loss < self.low:
             return replace(course, low=loss, waited=0)

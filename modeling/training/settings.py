@@ -19,8 +19,9 @@ class Settings:
 
     The learning rate starts at `learning_rate` and is multiplied by `plateau_factor` when the watched loss has not
     improved for more than `plateau_patience` epochs (None: never), down to `least_rate`. After `stop_patience` epochs
-    without a better one the training ends (None: never). `threads` belongs to the result: sums are in another order
-    with another number. `checkpoint` is a folder; a training is kept there every `every_epochs` epochs.
+    without a better one the training ends (None: never). `keep_last`: the last epoch counts as the best, and nothing
+    ends the training early. `threads` belongs to the result: sums are in another order with another number.
+    `checkpoint` is a folder; a training is kept there every `every_epochs` epochs.
     """
 
     epochs: int = 200
@@ -30,6 +31,7 @@ class Settings:
     plateau_patience: int | None = 10
     plateau_factor: float = 0.5
     stop_patience: int | None = None
+    keep_last: bool = False
     seed: int = 0
     threads: int = 1
     checkpoint: Path | None = None

@@ -62,7 +62,7 @@ TOUCH, SIGHT = frozenset({"touch"}), frozenset({"sight"})
 METHODS = {
     "mean": Method("mean", "The mean", fit_mean, frozenset()),
     "ridge": Method("ridge", "Ridge", fit_linear),
-    "visuo_tactile": Method("visuo_tactile", "The thesis' network", fit_linear, holds_out=True, source="a test"),
+    "visuo_tactile": Method("visuo_tactile", "The thesis' network", fit_linear, may_hold=True, source="a test"),
     "hv_net": Method("hv_net", "Sight", fit_linear, SIGHT),
     "ht_net": Method("ht_net", "Touch", fit_linear, TOUCH),
 }

@@ -10,7 +10,7 @@ from scipy import stats
 
 from modeling.attributes.evaluation_outputs import as_json, default_of, folder_for, tables, write_all
 from modeling.attributes.evaluation_report import banners, reached, report_html
-from modeling.attributes.evaluation_tables import method_rows, table_rows
+from modeling.attributes.evaluation_tables import fold_rows, method_rows, table_rows
 from modeling.attributes.evaluation_thesis import number_of, printed
 from modeling.attributes.methods import Method
 from modeling.files.evaluation_folder import REPORT, RESULTS
@@ -177,6 +177,17 @@ def test_a_quick_evaluation_says_so_and_has_no_intervals(tmp_path):
     assert any("at most 3 epochs" in line for line in banners(short))
 
 
+def test_early_stopping_is_told_and_who_was_watched(tmp_path):
+    watched = [row["held"] for row in fold_rows(small.judged(tmp_path / "own"))]
+    assert watched == [""] * len(watched)
+    asked = small.judged(tmp_path / "asked", early_stopping=True)
+    assert as_json(asked)["early_stopping"] is True
+    assert any("watched a tenth of the textures" in line for line in banners(asked))
+    for row, fold in zip(fold_rows(asked), asked.context.folds.values(), strict=True):
+        assert row["held"].split() == list(fold.held) != []
+        assert row["known"] == len(asked.material.textures) - 1
+
+
 def test_textures_kept_apart_are_named(tmp_path):
     found = small.changed(small.material(), "T02", made_from=small.material().textures[0].made_from)
     judged = small.judged(tmp_path, small.changed(found, "T05", rated=None))
@@ -194,7 +205,14 @@ def test_a_lab_trains_what_its_own_whole_evaluation_of_the_same_textures_chose(t
     results = folder_for(tmp_path) / RESULTS
     told = json.loads(results.read_text())
     lacks: tuple[dict, ...] = ({"tables": {}}, {"tables": {"methods": [{"method": "ridge"}]}})
-    for changed in ({"quick": True}, {"epochs": 200}, {"tested": ["T01"]}, {"data": 7}, *lacks):
+    for changed in (
+        {"quick": True},
+        {"epochs": 200},
+        {"early_stopping": True},
+        {"tested": ["T01"]},
+        {"data": 7},
+        *lacks,
+    ):
         results.write_text(json.dumps({**told, **changed}))
         assert default_of(tmp_path, judged.material) == "visuo_tactile"
     assert default_of(tmp_path / "nowhere", judged.material) == "visuo_tactile"

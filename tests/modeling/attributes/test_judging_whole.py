@@ -50,6 +50,34 @@ def test_all_methods_have_the_same_folds_and_one_that_watches_learns_from_fewer(
         assert (len(held), none, seed) == (1, (), 3)
 
 
+def test_a_method_that_may_watch_does_so_where_it_is_asked_for(tmp_path):
+    seen = []
+
+    def fit(learning):
+        seen.append((len(learning.train), len(learning.held)))
+        return small.fit_mean(learning)
+
+    methods = {"a": Method("a", "A", fit, may_hold=True)}
+    assert not small.judged(tmp_path, methods=methods).watching
+    assert small.judged(tmp_path, methods=methods, early_stopping=True).watching  # nothing is taken from the first
+    assert seen == [(11, 0)] * 12 + [(10, 1)] * 12
+
+
+def test_what_is_trained_in_epochs_goes_first(tmp_path):
+    fitted = []
+
+    def fit(name):
+        def noted(learning):
+            fitted.append(name)
+            return small.fit_mean(learning)
+
+        return noted
+
+    methods = {"tree": Method("tree", "Tree", fit("tree")), "net": Method("net", "Net", fit("net"), may_hold=True)}
+    small.judged(tmp_path, methods=methods)
+    assert fitted == ["net"] * 12 + ["tree"] * 12
+
+
 def test_a_second_evaluation_takes_everything_from_the_first_and_finds_the_same(tmp_path):
     first, again = small.judged(tmp_path), small.judged(tmp_path)
     assert (first.taken, again.taken) == (0, len(first.results))
