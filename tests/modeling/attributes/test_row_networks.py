@@ -29,6 +29,28 @@ def test_the_ann_has_the_sizes_of_thesis_3_6_6():
     assert network(torch.zeros(3, 526), torch.zeros(3, 2304)).shape == (3, 4)
 
 
+@pytest.mark.parametrize(
+    ("name", "width", "filters", "layers"),
+    [
+        ("vision_cnn", 2048, [(1, 16, 5), (16, 32, 5)], [(32 * 128, 64), (64, 4)]),
+        ("haptic_cnn", 256, [(1, 16, 3), (16, 32, 3), (32, 64, 3)], [(64 * 4, 64), (64, 64), (64, 4)]),
+        ("tactile_cnn_lstm", 250, [(1, 32, 5), (32, 64, 5)], [(64 * 16, 64), (64, 32), (32, 4)]),
+    ],
+)
+def test_the_other_networks_have_the_sizes_that_their_page_tells(name, width, filters, layers):
+    """docs/reference/attribute-models.md; the greatest of every four after each convolution."""
+    network = NETWORKS[name]([width], 4)
+    convolutions = [each for each in network.modules() if isinstance(each, torch.nn.Conv1d)]
+    assert [(each.in_channels, each.out_channels, *each.kernel_size) for each in convolutions] == filters
+    assert linear(network) == layers
+    assert [each.kernel_size for each in network.modules() if isinstance(each, torch.nn.MaxPool1d)] == [4] * len(
+        filters
+    )
+    assert [each.p for each in network.modules() if isinstance(each, torch.nn.Dropout)] == [0.3]
+    memories = [each for each in network.modules() if isinstance(each, torch.nn.LSTM)]
+    assert [(each.input_size, each.hidden_size) for each in memories] == [(64, 64)] * (name == "tactile_cnn_lstm")
+
+
 @pytest.mark.parametrize("name", ["vision_cnn", "haptic_cnn"])
 @pytest.mark.parametrize("width", [1, 6, 24, 256, 2304])
 def test_a_convolutional_network_takes_rows_of_any_width(name, width):

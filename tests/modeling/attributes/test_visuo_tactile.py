@@ -31,6 +31,17 @@ def test_its_head_is_that_of_thesis_3_5_3():
     assert (net.last.in_features, net.last.out_features) == (64, 32)
     assert (net.out.in_features, net.out.out_features) == (32, 4)
     assert made(touch=None).joined[0].in_features == 128
+    assert [(each.in_features, each.out_features) for each in net.own] == [(128, 4), (128, 4)]
+
+
+def test_the_head_takes_the_greater_of_every_two():
+    net = made()
+    parts = [torch.randn(2, 1, 128), torch.randn(2, 3, 128)]
+    x = torch.cat([parts[0].expand(-1, 3, -1), parts[1]], dim=2)
+    for layer in net.joined:
+        x = torch.relu(layer(x))
+    greater = torch.maximum(x[..., 0::2], x[..., 1::2])
+    torch.testing.assert_close(net.head(parts), net.out(torch.relu(net.last(greater))))
 
 
 def test_every_segment_is_answered_in_training_and_their_mean_otherwise():
