@@ -136,8 +136,9 @@ def _curves(found: Judged, folder: Path) -> Iterator[Pictured]:
     for entry in found.of(MAIN):
         if histories := _histories(found, entry):
             name, title = f"learning_{entry.method}", f"Learning curves: {found.method(entry).title}"
+            last = not found.method(entry).holds(found.wanted.settings)
             with drawing(name):
-                yield drawn_figure(name, title, words.CURVES, learning_curve(histories), folder)
+                yield drawn_figure(name, title, words.CURVES, learning_curve(histories, last), folder)
 
 
 def _histories(found: Judged, entry: Entry) -> dict[str, Sequence[Epoch]]:

@@ -138,11 +138,12 @@ def _history(fitted: Fitted, folder: Path) -> tuple[Path, ...]:
     """The epochs as a table and as a picture, of a method that is trained in epochs; an older one's are removed."""
     for kind in ("csv", "svg", "png"):
         (folder / f"{NAME}.history.{kind}").unlink(missing_ok=True)
-    history = getattr(getattr(fitted, "trained", None), "history", ())
-    if not history:
+    trained = getattr(fitted, "trained", None)
+    if trained is None:
         return ()
     from modeling.training.history import write_history
     from modeling.training.learning_curve import save_learning_curve
 
+    history, last = trained.history, trained.best_epoch == len(trained.history)
     table = write_history(history, folder / f"{NAME}.history.csv")
-    return (table, *save_learning_curve({"": history}, folder, f"{NAME}.history"))
+    return (table, *save_learning_curve({"": history}, folder, f"{NAME}.history", last))

@@ -16,20 +16,25 @@ if TYPE_CHECKING:
 COLOURS = (INK, *OKABE_ITO)
 
 
-def save_learning_curve(histories: Mapping[str, Sequence[Epoch]], folder: Path, name: str) -> list[Path]:
+def save_learning_curve(
+    histories: Mapping[str, Sequence[Epoch]], folder: Path, name: str, last: bool = False
+) -> list[Path]:
     """Draw one curve for each named training and write NAME.svg and NAME.png; give their paths."""
     with drawing(name):
-        return save(learning_curve(histories), folder, name)
+        return save(learning_curve(histories, last), folder, name)
 
 
-def learning_curve(histories: Mapping[str, Sequence[Epoch]]) -> Figure:
-    """Held-out loss as a line, loss while training dotted, the best epoch as a point; seconds along, log loss up."""
+def learning_curve(histories: Mapping[str, Sequence[Epoch]], last: bool = False) -> Figure:
+    """Held-out loss as a line, loss while training dotted, the kept epoch as a point; seconds along, log loss up.
+
+    The kept epoch is the best one, or the last where `last` (`Settings.keep_last`) says so.
+    """
     from matplotlib.figure import Figure
 
     figure = Figure(figsize=(6.4, 3.8), layout="constrained")
     axes = figure.subplots()
     for (name, history), colour in zip(histories.items(), _colours(), strict=False):
-        _draw(axes, name, history, colour)
+        _draw(axes, name, history, colour, last)
     _axes(axes, [epoch for history in histories.values() for epoch in history])
     return figure
 
@@ -39,16 +44,16 @@ def _colours() -> Iterable[str]:
         yield from COLOURS
 
 
-def _draw(axes: Axes, name: str, history: Sequence[Epoch], colour: str) -> None:
+def _draw(axes: Axes, name: str, history: Sequence[Epoch], colour: str, last: bool) -> None:
     seconds = [epoch.seconds for epoch in history]
     if any(epoch.held_loss is not None for epoch in history):
         losses = [epoch.train_loss for epoch in history]
         axes.plot(seconds, losses, color=colour, linewidth=1.0, linestyle=(0, (1, 1.5)), alpha=0.7)
-    best = min(history, key=lambda epoch: epoch.watched)
-    told = f"{best.watched:.3g} after {best.seconds:.3g} s (epoch {best.epoch} of {history[-1].epoch})"
-    label = f"{name}: {told}" if name else f"best {told}"
+    kept = history[-1] if last else min(history, key=lambda epoch: epoch.watched)
+    told = f"{kept.watched:.3g} after {kept.seconds:.3g} s (epoch {kept.epoch} of {history[-1].epoch})"
+    label = f"{name}: {told}" if name else f"{'last' if last else 'best'} {told}"
     axes.plot(seconds, [epoch.watched for epoch in history], color=colour, linewidth=1.6, label=label)
-    axes.plot(best.seconds, best.watched, "o", color=colour, markersize=5.5, markeredgecolor=PAPER)
+    axes.plot(kept.seconds, kept.watched, "o", color=colour, markersize=5.5, markeredgecolor=PAPER)
 
 
 def _axes(axes: Axes, epochs: Sequence[Epoch]) -> None:

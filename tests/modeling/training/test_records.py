@@ -37,6 +37,8 @@ def test_the_learning_curve_is_the_same_file_for_the_same_numbers(tmp_path):
     assert [path.name for path in one] == ["curve.svg", "curve.png"]
     assert one[0].read_bytes() == other[0].read_bytes()
     named, alone = (learning_curve({name: HISTORY[:1]}).axes[0].get_legend_handles_labels()[1] for name in ("one", ""))
+    (last,) = learning_curve({"": HISTORY[2:] + HISTORY[:1]}, last=True).axes[0].get_legend_handles_labels()[1]
+    assert last == "last 2.5 after 0.5 s (epoch 1 of 1)"
     assert alone[0].startswith("best 2.5 after 0.5 s") and named == [alone[0].replace("best", "one:")]
 
 
