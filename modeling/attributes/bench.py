@@ -33,7 +33,7 @@ from protocols.bench import Case
 AREA = "textures"
 QUICK_TEXTURES, TEXTURES, SEGMENTS, PICTURES = 8, 16, 24, 4
 LEFT_OUT = 8
-"""So many of them are left out, each once: all sixteen would take the networks twenty minutes."""
+"""So many of them are left out, each once: all sixteen would take twice as long."""
 ASKED = 50
 """So many predictions are asked for at once: of one segment and one picture of each of so many textures."""
 WHOLE, WHOLE_SEGMENTS, WHOLE_PICTURES = 50, 110, 10

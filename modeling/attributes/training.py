@@ -62,7 +62,7 @@ def train_attributes(
     fitted, seconds = _fitted(judged.method(entry), given, judged.context.clock)
     card = _card(judged, entry, given, seconds)
     path = write_model(folder, cast(Kept, fitted), card, methods)
-    files = (path, path.with_suffix(".safetensors"), *_history(fitted, folder))
+    files = (path, path.with_suffix(".safetensors"), *_history(fitted, folder, not given.held))
     interval = card["interval"]
     return Written(method, path, card["metrics"], () if interval is None else tuple(interval["half_width"]), files)
 
@@ -134,16 +134,18 @@ def _notes(judged: Judged, given: Learning) -> tuple[str, ...]:
     return tuple(told)
 
 
-def _history(fitted: Fitted, folder: Path) -> tuple[Path, ...]:
-    """The epochs as a table and as a picture, of a method that is trained in epochs; an older one's are removed."""
+def _history(fitted: Fitted, folder: Path, last: bool) -> tuple[Path, ...]:
+    """The epochs as a table and as a picture, of a method that is trained in epochs; an older one's are removed.
+
+    `last`: nothing was watched, so the last epoch is the one that was kept.
+    """
     for kind in ("csv", "svg", "png"):
         (folder / f"{NAME}.history.{kind}").unlink(missing_ok=True)
-    trained = getattr(fitted, "trained", None)
-    if trained is None:
+    history = getattr(getattr(fitted, "trained", None), "history", ())
+    if not history:
         return ()
     from modeling.training.history import write_history
     from modeling.training.learning_curve import save_learning_curve
 
-    history, last = trained.history, trained.best_epoch == len(trained.history)
     table = write_history(history, folder / f"{NAME}.history.csv")
     return (table, *save_learning_curve({"": history}, folder, f"{NAME}.history", last))

@@ -43,9 +43,8 @@ def test_the_other_networks_have_the_sizes_that_their_page_tells(name, width, fi
     convolutions = [each for each in network.modules() if isinstance(each, torch.nn.Conv1d)]
     assert [(each.in_channels, each.out_channels, *each.kernel_size) for each in convolutions] == filters
     assert linear(network) == layers
-    assert [each.kernel_size for each in network.modules() if isinstance(each, torch.nn.MaxPool1d)] == [4] * len(
-        filters
-    )
+    pools = [each.kernel_size for each in network.modules() if isinstance(each, torch.nn.MaxPool1d)]
+    assert pools == [4] * len(filters)
     assert [each.p for each in network.modules() if isinstance(each, torch.nn.Dropout)] == [0.3]
     memories = [each for each in network.modules() if isinstance(each, torch.nn.LSTM)]
     assert [(each.input_size, each.hidden_size) for each in memories] == [(64, 64)] * (name == "tactile_cnn_lstm")
