@@ -7,37 +7,31 @@ are cores; the rows of the trainings hold the seconds that were taken while they
 from __future__ import annotations
 
 import tempfile
-import time
 from collections.abc import Callable, Iterator, Mapping, Sequence
 from dataclasses import dataclass, replace
 from functools import partial
-from operator import itemgetter
 from pathlib import Path
 from typing import Any, cast
 
-import numpy as np
-
-from modeling.attributes.bench_material import made_up
+from modeling.attributes.bench_folds import AREA, named, whole_folds
+from modeling.attributes.bench_material import WHOLE_PICTURES, WHOLE_SEGMENTS, made_up
 from modeling.attributes.evaluation_tables import Row, features_of, method_rows
-from modeling.attributes.folds import all_of_them, leave_one_texture_out
-from modeling.attributes.judging_entries import PROPOSED, Own
+from modeling.attributes.folds import all_of_them
+from modeling.attributes.judging_entries import Own
 from modeling.attributes.judging_jobs import Entry
-from modeling.attributes.judging_run import answer, learning, summed_up
+from modeling.attributes.judging_run import learning, summed_up
 from modeling.attributes.judging_whole import Judged, Wanted, judge
-from modeling.attributes.material import Array, Material, Texture, ratings_of
+from modeling.attributes.material import Array, Material, Texture
 from modeling.attributes.methods import Method
 from modeling.attributes.model_file import AttributeModel, Kept, read_model, write_model
 from modeling.training.threads import limited
 from protocols.bench import Case
 
-AREA = "textures"
 QUICK_TEXTURES, TEXTURES, SEGMENTS, PICTURES = 8, 16, 24, 4
 LEFT_OUT = 8
 """So many of them are left out, each once: all sixteen would take twice as long."""
 ASKED = 50
 """So many predictions are asked for at once: of one segment and one picture of each of so many textures."""
-WHOLE, WHOLE_SEGMENTS, WHOLE_PICTURES = 50, 110, 10
-"""Textures of a study; segments of one (60 s less 5 s of ends), and its pictures: a network answers for each pair."""
 
 
 @dataclass(frozen=True)
@@ -72,13 +66,8 @@ def cases(
         found = Found(judged, Path(folder), made_up(ASKED, 1, 1, seed=1), whole)
         yield from _trainings(found)
         yield from _answers(found)
-        if not quick:
-            yield from _whole_fold(found)
-
-
-def named(method: str) -> str:
-    """A method's name in the table; the proposed one says so."""
-    return f"palpate, {method}" if method == PROPOSED else method
+    if not quick:
+        yield from whole_folds(every, features)
 
 
 def _trainings(found: Found) -> Iterator[Case]:
@@ -98,29 +87,6 @@ def _answers(found: Found) -> Iterator[Case]:
         for row, model in models:
             run = partial(asked, model, of.textures, len(of.attributes))
             yield replace(_case(found, case, row, kind, run), n=len(of.textures))
-
-
-def _whole_fold(found: Found) -> Iterator[Case]:
-    """One of the fifty folds of a study, by the proposed method with its own epochs and one thread."""
-    entry = found.judged.main(PROPOSED)
-    if entry is None:
-        return
-    material = made_up(WHOLE, WHOLE_SEGMENTS, WHOLE_PICTURES, seed=1)
-    method, tested = found.judged.method(entry), material.textures[0]
-    (fold,) = leave_one_texture_out(material, only=(tested.id,))
-    given = learning(material, fold, method, entry, found.judged.wanted.seed, {})
-
-    def run() -> tuple[float, float]:
-        began = time.perf_counter()
-        with limited(1):
-            said = answer(method.fit(given), tested, len(material.attributes))[0]
-        return float(np.abs(said - ratings_of([tested])[0]).mean()), time.perf_counter() - began
-
-    told = f"{WHOLE} made-up textures, {WHOLE_SEGMENTS} segments, {WHOLE_PICTURES} pictures each"
-    yield Case(
-        AREA, "a fold of a study, training and answer", named(PROPOSED), told, WHOLE,
-        "MAE of the texture left out, 0 to 100", run, itemgetter(0), seconds=itemgetter(1),
-    )  # fmt: skip
 
 
 def asked(model: AttributeModel, textures: Sequence[Texture], attributes: int) -> list[Array]:

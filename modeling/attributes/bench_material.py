@@ -14,6 +14,8 @@ FELT, SEEN = np.array([1.0, 0.0, 1.0, 1.0]), np.array([0.4, 1.0, 0.0, 0.0])
 """How much of roughness, bumps, slipperiness and softness is in what is felt, and in what is seen."""
 CLASSES = ("wood", "foam", "mesh", "paper")
 RATING_SD, PEOPLE_SD, PEOPLE = 18.0, 8.0, 20
+WHOLE, WHOLE_SEGMENTS, WHOLE_PICTURES = 50, 110, 10
+"""Textures of a study; segments of one (60 s less 5 s of ends), and its pictures: a network answers for each pair."""
 
 
 def made_up(textures: int, segments: int, pictures: int, seed: int = 0, noise: float = 1.0) -> Material:

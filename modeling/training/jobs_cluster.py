@@ -2,7 +2,9 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Mapping
+from collections.abc import Callable, Iterator, Mapping
+from contextlib import contextmanager
+from pathlib import Path
 from typing import Any
 
 from modeling.training.job import Job, attempted, opened
@@ -11,6 +13,7 @@ from modeling.training.refusals import JobBroken, JobError
 from modeling.training.run_card import versions
 
 PATIENCE_S = 30
+LACKING = "A cluster needs the extra `cluster`: pip install 'palpate[cluster]'."
 
 
 def on_cluster(address: str, jobs: list[Job], took: Callable[[Job, Any], None], report: Report) -> None:
@@ -24,6 +27,28 @@ def on_cluster(address: str, jobs: list[Job], took: Callable[[Job, Any], None], 
         report(f"{len(client.nthreads())} workers at {address}")
         futures = {client.submit(attempted, job, pure=False): job for job in jobs}
         _collect(client, futures, took)
+
+
+@contextmanager
+def local_cluster(workers: int, scratch: Path) -> Iterator[str]:
+    """A scheduler and so many workers of one thread on this machine, each a process; gone afterwards. Its address."""
+    try:
+        import dask
+        from distributed import LocalCluster
+    except ModuleNotFoundError:
+        raise JobError(LACKING) from None
+    once = {"distributed.worker.multiprocessing-method": "forkserver"}  # one import for all workers
+    with (
+        dask.config.set(once),
+        LocalCluster(
+            n_workers=workers,
+            threads_per_worker=1,
+            processes=True,
+            dashboard_address=None,
+            local_directory=str(scratch),
+        ) as cluster,
+    ):
+        yield str(cluster.scheduler_address)
 
 
 def _collect(client: Any, futures: dict[Any, Job], took: Callable[[Job, Any], None]) -> None:
@@ -49,7 +74,7 @@ def _client(address: str) -> Any:
     try:
         from distributed import Client
     except ModuleNotFoundError:
-        raise JobError("A cluster needs the extra `cluster`: pip install 'palpate[cluster]'.") from None
+        raise JobError(LACKING) from None
     try:
         return Client(address, set_as_default=False, timeout=PATIENCE_S)
     except (OSError, TimeoutError, ValueError) as error:

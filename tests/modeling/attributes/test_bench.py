@@ -4,6 +4,7 @@ import pytest
 
 from analysis.measuring.rows import MEASURED, REFUSED, measure
 from modeling.attributes.bench import AREA, cases
+from modeling.attributes.bench_folds import whole_folds
 from modeling.attributes.bench_material import made_up
 from modeling.attributes.methods import Method
 from tests.modeling.attributes import judged_attributes as small
@@ -53,14 +54,24 @@ def test_a_full_run_leaves_eight_of_the_textures_out():
     assert rows[0].n == 8 and rows[0].input.startswith("16 made-up textures, 8 left out")
 
 
-def test_a_fold_of_a_whole_study_is_trained_once_and_its_seconds_told(monkeypatch):
+def test_two_folds_of_a_whole_study_err_the_same_one_after_another_and_by_dask_workers(monkeypatch):
     monkeypatch.setattr("modeling.attributes.bench.TEXTURES", 6)
-    monkeypatch.setattr("modeling.attributes.bench.WHOLE", 6)
-    monkeypatch.setattr("modeling.attributes.bench.WHOLE_SEGMENTS", 12)
+    monkeypatch.setattr("modeling.attributes.bench_folds.WHOLE", 6)
+    monkeypatch.setattr("modeling.attributes.bench_folds.WHOLE_SEGMENTS", 12)
     few = {name: METHODS[name] for name in ("mean", "visuo_tactile")}
-    whole = [case for case in cases(False, few, {}, workers=1) if case.case.startswith("a fold of a study")]
-    row = measure(whole[0])
-    assert [each.method for each in whole] == ["palpate, visuo_tactile"] == [row.method]
-    assert row.outcome == MEASURED and row.runs == 1
-    assert 0 < row.error < 50 and row.seconds > 0
-    assert row.input == "6 made-up textures, 12 segments, 10 pictures each"
+    every = [case for case in cases(False, few, {}, workers=1) if case.case.startswith("2 folds of a study")]
+    alone, by_dask = (measure(case) for case in every)
+    ours = "palpate, visuo_tactile"
+    assert [alone.method, by_dask.method] == [f"{ours}, one after another", f"{ours}, 2 Dask workers"]
+    assert alone.outcome == MEASURED and alone.runs == 1
+    assert 0 < alone.error < 50 and alone.seconds > 0 and by_dask.seconds > 0
+    assert by_dask.error == alone.error
+    assert alone.input == "6 made-up textures, 12 segments, 10 pictures each"
+
+
+def test_a_method_that_refuses_the_folds_of_a_study_is_told_as_refusing(monkeypatch):
+    monkeypatch.setattr("modeling.attributes.bench_folds.WHOLE", 6)
+    monkeypatch.setattr("modeling.attributes.bench_folds.WHOLE_SEGMENTS", 12)
+    refusing = {"visuo_tactile": Method("visuo_tactile", "Refusing", small.fit_refusing)}
+    assert measure(next(whole_folds(refusing, {}))).outcome == REFUSED
+    assert list(whole_folds({"mean": METHODS["mean"]}, {})) == []

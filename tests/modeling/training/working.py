@@ -10,14 +10,11 @@ from pathlib import Path
 
 CLUSTER = """
 import sys
-import dask
-dask.config.set({"distributed.worker.multiprocessing-method": "forkserver"})  # one import for all workers
-from distributed import LocalCluster
+from pathlib import Path
+from modeling.training.jobs_cluster import local_cluster
 if __name__ == "__main__":
-    with LocalCluster(
-        n_workers=2, threads_per_worker=1, processes=True, dashboard_address=None, local_directory=sys.argv[1],
-    ) as cluster:
-        print(cluster.scheduler_address, flush=True)
+    with local_cluster(2, Path(sys.argv[1])) as address:
+        print(address, flush=True)
         sys.stdin.readline()
 """
 ENDLESS = """
