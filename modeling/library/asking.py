@@ -16,7 +16,8 @@ from modeling.library.terms import Phrase, Vocabulary, Word, known_words
 
 TOKEN = re.compile(r"[0-9]+(?:\.[0-9]+)?|[^\W\d_]+(?:[-'’][^\W\d_]+)*|>=|<=|\.\.+|\S")
 SEPARATORS = frozenset((",", ";", ".", "and", "but", "yet", "also", "with", "&"))
-RANGE = frozenset(("-", "–", "to", "..", "..."))
+MINUS = ("-", "–", "−")
+RANGE = frozenset((*MINUS, "to", "..", "..."))
 WEAKER = ("at", "all")
 """After a word that was denied: not rough at all."""
 DIGITS = "0123456789"
@@ -230,6 +231,8 @@ def _number(reader: _Reader) -> Soft | None:
     """A number, or a range of numbers, as values towards the word."""
     start = reader.at
     joining = RANGE
+    if reader.peek() == "between":
+        _refuse_negative(reader, 1)
     if reader.peek() == "between" and _is_number(reader.peek(1)):
         reader.at += 1
         joining = RANGE | {"and"}
@@ -238,6 +241,7 @@ def _number(reader: _Reader) -> Soft | None:
         how = reader.take(reader.known.numbers)
         while how == "about" and (further := reader.take(reader.known.numbers)):
             how = further
+        _refuse_negative(reader)
         if not _is_number(reader.peek()):
             reader.at = start
             return None
@@ -247,6 +251,8 @@ def _number(reader: _Reader) -> Soft | None:
         if how == "at most":
             return trapezoid((None, None, low, low + EDGE))
         high = low
+    if reader.peek() in joining:
+        _refuse_negative(reader, 1)
     if reader.peek() in joining and _is_number(reader.peek(1)):
         reader.at += 1
         high = _value(reader)
@@ -266,10 +272,20 @@ def _is_number(word: str) -> bool:
     return word[:1] in DIGITS and bool(word)
 
 
+def _refuse_negative(reader: _Reader, ahead: int = 0) -> None:
+    """A minus where a number begins; between two numbers it makes a range."""
+    if reader.peek(ahead) in MINUS and _is_number(reader.peek(ahead + 1)):
+        raise _off_scale(reader, -float(reader.peek(ahead + 1)))
+
+
 def _value(reader: _Reader) -> float:
     found = float(reader.peek())
     reader.at += 1
     reader.at += reader.peek() == "%"
     if not 0 <= found <= 100:
-        raise LibraryError(f"{reader.text!r}: {found:g} is not on the scale, 0 to 100.")
+        raise _off_scale(reader, found)
     return found
+
+
+def _off_scale(reader: _Reader, value: float) -> LibraryError:
+    return LibraryError(f"{reader.text!r}: {value:g} is not on the scale, 0 to 100.")

@@ -38,8 +38,9 @@ def _reasons(text: str, words: Sequence[str], known: Vocabulary) -> Iterator[str
     if any(phrase[0] == said for phrase in known.degrees):
         yield f"{text!r}: {said!r} cannot stand there; a word of an attribute is expected, as 'rough'."
     close = nearest(said, [" ".join(phrase) for phrase in (*known.words, *known.degrees)])
-    hint = f" {close[0].upper()}{close[1:]}" if close.startswith("did") else ""
-    yield f"{said!r} is not known.{hint} {known_words(known)}"
+    if close.startswith("did"):
+        yield f"{said!r} is not known. {close[0].upper()}{close[1:]}"
+    yield f"{said!r} is not known. {known_words(known)}"
 
 
 def _compared(words: Sequence[str], known: Vocabulary) -> str | None:

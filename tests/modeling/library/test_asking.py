@@ -103,6 +103,12 @@ def test_a_wish_keeps_the_words_that_it_was_said_with():
         ("not fairly rough", "'not fairly'"),
         ("quite hard 70", "say one of them"),
         ("smooth 120", "120 is not on the scale, 0 to 100"),
+        ("rough -5", "-5 is not on the scale, 0 to 100"),
+        ("Rough=-5", "-5 is not on the scale, 0 to 100"),
+        ("−5 rough", "-5 is not on the scale, 0 to 100"),
+        ("soft at least -5", "-5 is not on the scale, 0 to 100"),
+        ("soft between -5 and 20", "-5 is not on the scale, 0 to 100"),
+        ("soft 20 to -5", "-5 is not on the scale, 0 to 100"),
         ("soft 80-60", "from the lesser number to the greater"),
         ("Hard-Soft", "a number is expected after it, 0 for hard to 100 for soft"),
         ("very hard-soft", "names the attribute"),
@@ -129,6 +135,12 @@ def test_what_is_not_understood_is_told_with_what_is(text, told):
     with pytest.raises(LibraryError) as error:
         wishes_in([text], KNOWN)
     assert told in str(error.value)
+
+
+def test_a_word_that_was_nearly_right_is_told_without_the_list_of_all():
+    with pytest.raises(LibraryError) as error:
+        wishes_in(["ruogh"], KNOWN)
+    assert str(error.value) == "'ruogh' is not known. Did you mean 'rough'?"
 
 
 def test_the_middle_of_one_attribute_is_one_wish():
