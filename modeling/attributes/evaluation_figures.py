@@ -107,8 +107,9 @@ def _by_class(found: Judged, method: str, title: str, name: str, folder: Path) -
     """Figure 3.9: the MAE of each class, 0 to 100."""
     from analysis.figures.class_heatmap import CLASS_HEATMAP
 
-    rows = [{"stimulus": row["texture"], "class": row["class"], "attribute": row["attribute"], "actual": row["rated"],
-             "predicted": row["predicted"]} for row in prediction_rows(found) if row["method"] == method]  # fmt: skip
+    rows = [{"stimulus": row["texture"], "class": row["class"].replace("_", " "), "attribute": row["attribute"],
+             "actual": row["rated"], "predicted": row["predicted"]}
+            for row in prediction_rows(found) if row["method"] == method]  # fmt: skip
     asked = {"name": name, "figure": "class_heatmap", "unit": "0 to 100", "title": words.CLASSES.format(title=title)}
     return _shown(CLASS_HEATMAP, {**asked, "order": "error"}, rows, found, folder)
 

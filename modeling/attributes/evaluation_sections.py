@@ -101,13 +101,15 @@ def features_section(found: Judged, chosen: Choice) -> Section | None:
 def textures_section(found: Judged, pictured: Sequence[Pictured], chosen: Choice) -> Section:
     """Figures 3.8 and 3.9, by attribute and class, and the intervals."""
     rows = [row for row in attribute_rows(found) if row["method"] == chosen.method]
-    classes = [row for row in class_rows(found) if row["method"] == chosen.method and row["attribute"] == "all"]
+    title = rows[0]["title"] if rows else chosen.method
+    classes = [{**row, "class": row["class"].replace("_", " ")} for row in class_rows(found)
+               if row["method"] == chosen.method and row["attribute"] == "all"]  # fmt: skip
     by_class = (Column("class", "class"), Column("textures", "textures", "int"), *FOUND[1:4])
     drawn = pictures(pictured, "figure_3_8", "scatter_3_8", "figure_3_9")
     blocks: tuple[Block, ...] = (
-        table(f"{chosen.method} by attribute", rows, FOUND, note=words.INTERVALS),
+        table(f"{title} by attribute", rows, FOUND, note=words.INTERVALS),
         *(figure_block(each, "Figure 3.9" if each.name.startswith("figure_3_9") else "Figure 3.8") for each in drawn),
-        table(f"{chosen.method} by class", classes, by_class, folded=True),
+        table(f"{title} by class", classes, by_class, folded=True),
     )
     return Section("textures", "Textures and classes", blocks)
 

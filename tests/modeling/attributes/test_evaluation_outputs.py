@@ -22,7 +22,7 @@ NAMES = ["Rough-Smooth", "Flat-Bumpy", "Sticky-Slippery", "Hard-Soft"]
 
 @pytest.fixture(scope="module")
 def judged(tmp_path_factory):
-    found = small.changed(small.material(), "T02", label="b <i>x</i>", notes=("odd <b>",), category="b <i>y</i>")
+    found = small.changed(small.material(), "T02", label="b <i>x</i>", notes=("odd <b>",), category="b_<i>y</i>")
     methods = {**small.METHODS, "ann": Method("ann", "Refusing", small.fit_refusing)}
     return small.judged(tmp_path_factory.mktemp("work"), found, methods, TIMES, ablations=True)
 
@@ -150,9 +150,16 @@ def test_tables_json_and_figures_hold_the_same_numbers(judged, folder):
         assert (folder / name).is_file()
 
 
+def test_a_class_is_shown_in_words_and_its_id_is_left_to_the_tables(folder):
+    page = (folder / REPORT).read_text()
+    chart = (folder / "figures" / "figure_3_9.svg").read_text()
+    assert "b &lt;i&gt;y&lt;/i&gt;" in page and "b_&lt;i" not in page
+    assert "b &lt;i&gt;y" in chart and "b_&lt;i" not in chart
+
+
 def test_classes_are_told_with_a_row_over_all_attributes(judged):
     rows = [row for row in tables(judged)["classes"] if row["method"] == "ridge"]
-    assert {row["class"] for row in rows} == {"wood", "foam", "mesh", "b <i>y</i>"}
+    assert {row["class"] for row in rows} == {"wood", "foam", "mesh", "b_<i>y</i>"}
     whole = [row for row in rows if row["attribute"] == "all"]
     total = sum(row["mae"] * row["textures"] for row in whole) / 12
     assert total == pytest.approx(method_rows(judged)[1]["mae"])
