@@ -24,7 +24,7 @@ if TYPE_CHECKING:
     from modeling.attributes.reading_recordings import Recordings
     from modeling.attributes.reading_touch import FeltRows
 
-SUFFIXES = (".jpg", ".jpeg", ".png", ".tif", ".tiff")
+SUFFIXES = (".jpg", ".jpeg", ".png", ".tif", ".tiff", ".webp", ".bmp")
 SCALE = (0.0, 100.0)
 FEW_STEPS = 10.0
 """Ratings that all lie within 0 and this are hardly of 0 to 100: scales of 5, 7, 9 or 11 steps end there."""
@@ -70,7 +70,7 @@ def read_folder(
     them may stand label, category (or class), raters and an SD (Rough-Smooth.sd). `pairs` are the attributes, those of
     texture_ratings where they are not given. A texture without any rating is not rated. `recordings` are what was felt
     of those textures elsewhere; a texture may lack its recording or its pictures then, with a note. Without `sight` no
-    picture is looked at. Pictures are .jpg, .jpeg, .png, .tif or .tiff. Features are kept in LAB/features where a `lab`
+    picture is looked at. Pictures are files that `is_picture` takes. Features are kept in LAB/features where a `lab`
     is given; the other options are those of `reading.read_material`. Raises MaterialError, with the line, on an
     unknown, missing or twofold column, an id that stands twice, a number that is none or lies off the scale, ratings of
     0 to 10 whose scale was not given, a texture without a picture, a picture that stands twice, and where nothing can
@@ -207,23 +207,24 @@ def _demand_own_ids(lines: Sequence[Line]) -> None:
 
 
 def _pictures(folder: Path, line: Line, may_lack: bool) -> Iterator[Picture]:
-    files = sorted(_files(folder, line.id))
+    files = sorted(pictures_of(folder, line.id))
     if not files and not may_lack:
         where = f"{folder / line.id}/*.jpg or {folder}/{line.id}_01.jpg"
         raise MaterialError(f"{line.place}: no picture of {line.id!r}; {where} are expected ({', '.join(SUFFIXES)})")
     yield from (Picture(file, file_sha256(file), f"{line.id} ({file.name})") for file in files)
 
 
-def _files(folder: Path, name: str) -> Iterator[Path]:
+def pictures_of(folder: Path, name: str) -> Iterator[Path]:
     """Pictures in the texture's own folder, and beside it those that have its name, with a number or without."""
     own = re.compile(rf"{re.escape(name)}([_-]\d+)?")
     if (folder / name).is_dir():
-        yield from (each for each in (folder / name).iterdir() if _is_picture(each))
+        yield from (each for each in (folder / name).iterdir() if is_picture(each))
     if folder.is_dir():
-        yield from (each for each in folder.iterdir() if _is_picture(each) and own.fullmatch(each.stem))
+        yield from (each for each in folder.iterdir() if is_picture(each) and own.fullmatch(each.stem))
 
 
-def _is_picture(path: Path) -> bool:
+def is_picture(path: Path) -> bool:
+    """Whether a file is one that pictures are read from: by its ending, and not a hidden one."""
     return path.suffix.lower() in SUFFIXES and path.name[0] != "." and path.is_file()
 
 
@@ -239,6 +240,6 @@ def _demand_once(albums: Sequence[Album]) -> None:
 def _nobodys(folder: Path, albums: Sequence[Album]) -> Iterator[str]:
     """A note on pictures of no texture in the table."""
     used = {each.path for album in albums for each in album.pictures}
-    loose = [each for each in sorted(folder.rglob("*")) if _is_picture(each) and each not in used]
+    loose = [each for each in sorted(folder.rglob("*")) if is_picture(each) and each not in used]
     if loose:
         yield f"{len(loose)} pictures belong to no texture of the table ({loose[0].name} first): left aside"

@@ -10,9 +10,9 @@ from typing import Any
 
 from modeling.attributes import reading_pictures
 from modeling.attributes.material import MaterialError
+from modeling.attributes.reading_folder import is_picture
 from modeling.library.entries import LibraryError
 
-ENDINGS = frozenset((".png", ".jpg", ".jpeg", ".tif", ".tiff", ".webp", ".bmp"))
 NUMBER = re.compile(r"[_\-. ](\d+)")
 """What may stand behind a texture's name: the number of its picture."""
 NAMED = 5
@@ -59,7 +59,7 @@ def pictures_in(folder: Path, names: Sequence[str]) -> Iterator[tuple[str, Path]
     if not folder.is_dir():
         raise LibraryError(f"{folder}: there is no such folder; one with pictures named as the textures is expected.")
     first: dict[str, tuple[int, Path]] = {}
-    for path in sorted(path for path in folder.rglob("*") if path.suffix.lower() in ENDINGS and path.is_file()):
+    for path in sorted(filter(is_picture, folder.rglob("*"))):
         if (claimed := _whose(path.relative_to(folder), names)) is not None:
             name, number = claimed
             if name not in first or number < first[name][0]:

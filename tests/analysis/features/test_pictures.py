@@ -67,6 +67,13 @@ def test_every_mode_shows_the_same_gray(mode):
     assert np.abs(shown(data).values - gray / 255).max() <= 1.1 / 255
 
 
+@pytest.mark.parametrize("kind", ["BMP", "TIFF", "WEBP"])
+def test_a_format_without_loss_shows_what_png_does(kind):
+    lossless = {"lossless": True} if kind == "WEBP" else {}
+    colours = Image.fromarray(grains()).convert("RGB")
+    np.testing.assert_array_equal(shown(file_of(colours, kind, **lossless)).values, shown(file_of(grains())).values)
+
+
 def test_sixteen_bits_stay_sixteen_bits():
     fine = np.arange(256 * 256, dtype="u2").reshape(256, 256)
     found = shown(file_of(fine)).values

@@ -6,6 +6,7 @@ import numpy as np
 import pytest
 from PIL import Image
 
+from modeling.attributes.reading_folder import SUFFIXES, pictures_of
 from modeling.library.entries import LibraryError
 from modeling.library.pictures import pictures_in
 from modeling.library.thumbnails import SIDE, drop, keep, name_of, thumbnail
@@ -89,6 +90,16 @@ def test_pictures_in_a_folder_are_found_by_the_textures_names(tmp_path):
     }  # fmt: skip
     with pytest.raises(LibraryError, match="there is no such folder"):
         dict(pictures_in(tmp_path / "none", ["T01"]))
+
+
+def test_what_is_shown_and_what_is_measured_are_the_same_files(tmp_path):
+    (tmp_path / "T00").mkdir()
+    (tmp_path / "T00" / "._T00.png").touch()  # as macOS leaves them beside copied ones
+    names = [f"T{at:02}" for at in range(len(SUFFIXES) + 1)]
+    for name, suffix in zip(names[1:], SUFFIXES, strict=True):
+        (tmp_path / f"{name}{suffix.upper()}").touch()
+    assert list(dict(pictures_in(tmp_path, names))) == names[1:]
+    assert [name for name in names if list(pictures_of(tmp_path, name))] == names[1:]
 
 
 @pytest.mark.parametrize(
