@@ -74,7 +74,8 @@ textures.add_command(simulate)
               help="A folder of images with a table of ratings instead of the lab's sessions.")  # fmt: skip
 @click.option("--ratings", type=FILE, help="The table that goes with --folder.  [default: FOLDER/ratings.csv]")
 @click.option("--scale", type=(float, float), metavar="LOW HIGH",
-              help="The ends of that table's ratings, such as 1 7 or -100 100.  [default: 0 100]")  # fmt: skip
+              help="The ends of that table's ratings, such as 1 7 or -100 100.  "
+              "[default: 0 100; asked for if all are small]")  # fmt: skip
 @beside_options
 @click.option("--model", type=FILE, help="A model's card.  [default: LAB/models/texture-attributes.json, if any]")
 @click.option("--without-model", is_flag=True, help="What people rated, and nothing predicted.")
@@ -200,7 +201,8 @@ def nearest_command(asked: Asked, texture: str, count: int, sheet: Path | None) 
 def show_command(asked: Asked, texture: str | None, sheet: Path | None) -> None:
     """Show TEXTURE (its id or label): what people and the model say of it; without one, the whole library.
 
-    With --rated-only or --predicted, only what the one or the other says.
+    With --rated-only or --predicted, only what the one or the other says. With --class, what is most like it is of that
+    class.
 
     Example: palpate textures show T17 --lab LAB
     """

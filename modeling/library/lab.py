@@ -51,7 +51,7 @@ def index(wanted: Wanted, report: Report = lambda _line: None) -> Indexed:
             f"{wanted.study}, or make a simulated lab (`palpate textures simulate`)."
         )
     sources = tuple(rating_sources(wanted)) if any(each.rated for each in material.textures) else ()
-    told = library_of(material, None if model is None else predictor_of(model), sources=sources)
+    told = library_of(material, None if model is None else predictor_of(model, wanted.lab), sources=sources)
     report("reading pictures")
     told = _with_thumbnails(told, first_pictures(wanted, [each.id for each in material.textures]), folder)
     path, changed = write_library(wanted.lab, told.library)

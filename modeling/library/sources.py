@@ -53,7 +53,12 @@ class Wanted:
 
 
 def model_of(wanted: Wanted) -> AttributeModel | None:
-    """The model that was named, else the lab's own where it has one. Raises ModelFileError for a damaged one."""
+    """The model that was named, else the lab's own where it has one.
+
+    Raises LibraryError for one that is named and left out at once, ModelFileError for a damaged one.
+    """
+    if wanted.without_model and wanted.model is not None:
+        raise LibraryError(f"--without-model and --model {wanted.model.name}: one of the two is expected, or neither")
     own = wanted.lab / "models" / f"{NAME}.json"
     if wanted.without_model or (wanted.model is None and not own.is_file()):
         return None
@@ -113,16 +118,22 @@ def _hurried(card: Card) -> bool:
     return isinstance(configuration, Mapping) and bool(configuration.get("quick"))
 
 
-def predictor_of(model: AttributeModel) -> Predictor:
-    """A trained model as the library asks it; one without an interval leaves anything possible."""
+def predictor_of(model: AttributeModel, lab: Path) -> Predictor:
+    """A trained model as this lab's library asks it; one without an interval leaves anything possible."""
     half, notes = model.half_width, model.card.notes
     if half is None:
         half = np.full(len(model.attributes), Z90 * NOTHING_KNOWN[1])
         notes = (*notes, f"{model.card.name} has no intervals (too few textures): what it predicts counts as unsure.")
     told = file_sha256(model.path)
-    source = Source(what=f"model: {model.card.method}", file=f"models/{model.path.name}", sha256=told)
+    source = Source(what=f"model: {model.card.method}", file=_in_lab(model.path, lab), sha256=told)
     learned = frozenset(model.card.learned)
     return Predictor(model.attributes, model.predictions, -half, half, learned, (source,), tuple(notes))
+
+
+def _in_lab(file: Path, lab: Path) -> str:
+    """A file's path from the lab; the name alone of one that lies elsewhere, whose content tells it."""
+    here, root = file.resolve(), lab.resolve()
+    return here.relative_to(root).as_posix() if here.is_relative_to(root) else file.name
 
 
 def rating_sources(wanted: Wanted) -> Iterator[Source]:

@@ -150,6 +150,8 @@ def test_sheets_and_maps_are_written_and_named(lab):
         (["find", "rougher"], "compares"),
         (["find", "--at", "Rough"], "--at 'Rough': WORD=VALUE is expected"),
         (["map", "--at", "Rough=sand"], "--at 'Rough=sand': WORD=VALUE is expected"),
+        (["index", "--model", "x.json", "--without-model"], "--without-model and --model x.json: one of the two"),
+        (["find", "--at", "Rough=-5"], "-5 is not on the scale, 0 to 100"),
         (["index", "--scale", "1", "7"], "--scale goes with --folder"),
         (["index", "--folder", ".", "--sessions", "real"], "--folder takes none of them"),
         (["map", "--to", "x.pdf"], ".svg and .png"),

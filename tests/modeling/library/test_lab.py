@@ -221,6 +221,13 @@ def test_a_model_predicts_what_nobody_rated_and_says_what_it_learned(felt_lab):
     (source,) = library.sources[-1:]
     card = felt_lab / "models" / f"{NAME}.json"
     assert source.sha256 == hashlib.sha256(card.read_bytes()).hexdigest() and source.what == "model: ridge"
+    assert source.file == f"models/{NAME}.json"
+
+
+def test_a_model_from_elsewhere_is_named_without_a_place_in_the_lab(felt_lab, tmp_path):
+    card = with_model(felt_lab, folder=tmp_path / "elsewhere" / "models")
+    (source,) = index(Wanted(felt_lab, model=card, workers=1)).told.library.sources[-1:]
+    assert source.file == card.name and source.sha256 == hashlib.sha256(card.read_bytes()).hexdigest()
 
 
 def test_a_model_is_asked_about_features_made_as_those_that_it_learned_from(felt_lab):
@@ -236,7 +243,7 @@ def test_a_model_is_asked_about_features_made_as_those_that_it_learned_from(felt
 
 
 def test_a_model_without_intervals_is_taken_as_unsure(felt_lab):
-    model = predictor_of(read_model(with_model(felt_lab, interval=None)))
+    model = predictor_of(read_model(with_model(felt_lab, interval=None)), felt_lab)
     assert model.high == pytest.approx(1.644854 * NOTHING_KNOWN[1]) and "no intervals" in model.notes[-1]
 
 
