@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable
+from collections.abc import Callable, Sequence
 from dataclasses import dataclass
 from functools import wraps
 from pathlib import Path
@@ -130,10 +130,11 @@ def wanted_for(asked: Asked, methods: tuple[str, ...] | None, ablations: bool, f
 
 @click.command("attributes")
 @attribute_options
-@click.option("--method", help="Which one.  [default: the best of the lab's evaluation, else the thesis' network]")
+@click.option("--method", help="Which one.  [default: the best of the lab's own whole evaluation, else visuo_tactile]")
 @click.option("--to", type=click.Path(file_okay=False, path_type=Path), help="Where to.  [default: LAB/models]")
+@click.option("--replace", is_flag=True, help="Let a model of --quick take the place of one that had more time.")
 @JSON
-def train_attributes(asked: Asked, method: str | None, to: Path | None, as_json: bool) -> None:
+def train_attributes(asked: Asked, method: str | None, to: Path | None, replace: bool, as_json: bool) -> None:
     """Train the model that says how a texture feels, on all rated textures (with --quick on 15 of them).
 
     Textures that lack the recording or the pictures that others have are left out. What stops early is fitted to nine
@@ -145,17 +146,26 @@ def train_attributes(asked: Asked, method: str | None, to: Path | None, as_json:
     Example: palpate train attributes --lab LAB --method ridge
     """
     from modeling.attributes.evaluation_outputs import default_of
+    from modeling.attributes.judging_default import Choice
     from modeling.attributes.registry import METHODS, OWN_FEATURES
+    from modeling.attributes.training import demand_no_loss
     from modeling.attributes.training import train_attributes as trained
 
     wanted = wanted_for(asked, None if method is None else (method,), ablations=False)
-    with going_on("what is left"), progress_lines() as report:
-        material = material_for(asked, report)
-        chosen = method or default_of(asked.lab, material)
-        written = trained(material, chosen, wanted, to or asked.lab / "models", METHODS, OWN_FEATURES, report)
+    folder = to or asked.lab / "models"
+    if asked.quick and not replace:
+        demand_no_loss(folder)
+    with going_on("what is left"):
+        with progress_lines() as report:
+            material = material_for(asked, report)
+        chosen = default_of(asked.lab, material) if method is None else Choice(method, "as it was asked for.")
+        click.echo(f"training {chosen.method}: {chosen.why}", err=as_json)
+        with progress_lines() as report:
+            written = trained(material, chosen.method, wanted, folder, METHODS, OWN_FEATURES, report)
     if as_json:
-        echo_json(written.plain())
+        echo_json({**written.plain(), "why": chosen.why})
         return
+    _warn(written.banners)
     told = f"MAE {written.metrics['mae']:.2f}, RMSE {written.metrics['rmse']:.2f} of textures left out (0 to 100)"
     click.echo(f"{written.card}: {written.method}; {told}")
 
@@ -217,6 +227,15 @@ def evaluate_attributes(
     _show(found, paths[-1])
 
 
+def _warn(lines: Sequence[str]) -> None:
+    """What has to be known before any number is read."""
+    from rich.console import Console
+
+    console = Console(highlight=False)
+    for line in lines:
+        console.print(line, style="yellow", markup=False)
+
+
 def _show(found: Judged, page: Path) -> None:
     from rich.console import Console
 
@@ -224,11 +243,9 @@ def _show(found: Judged, page: Path) -> None:
     from modeling.attributes.evaluation_tables import method_rows
     from modeling.report.terminal import methods_table
 
-    console = Console(highlight=False)
-    for line in banners(found):
-        console.print(line, style="yellow", markup=False)
+    _warn(banners(found))
     rows = method_rows(found)
-    console.print(methods_table(rows, COLUMNS))
+    Console(highlight=False).print(methods_table(rows, COLUMNS))
     for row in rows:
         if row["refused"]:
             click.echo(f"not judged: {row['method']}: {row['refused']}")

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable
+from collections.abc import Callable, Mapping
 from functools import partial
 from pathlib import Path
 from typing import Any
@@ -18,7 +18,7 @@ from modeling.attributes.evaluation_tables import (
     prediction_rows,
     table_rows,
 )
-from modeling.attributes.judging_default import DEFAULT, RULE
+from modeling.attributes.judging_default import DEFAULT, RULE, Choice
 from modeling.attributes.judging_material import digest_of
 from modeling.attributes.judging_whole import Judged, usable
 from modeling.attributes.material import Material
@@ -111,20 +111,37 @@ def write_all(
     return write_evaluation(folder, tables(found), draw, partial(report_html, found), lambda: as_json(found))
 
 
-def default_of(lab: Path, material: Material) -> str:
-    """The method that a lab's own evaluation of the very same textures chose, else the shipped default.
+def default_of(lab: Path, material: Material) -> Choice:
+    """The method that a lab's own evaluation of the very same textures chose, else the shipped default; and why.
 
     An evaluation that was quick, of few folds, of other epochs or another end than the methods' own, or that did not
     ask for the shipped default, says nothing against it; one in which that was refused, as for pictures alone, does.
     """
     told = read_results(folder_for(lab))
+    if not told:
+        return Choice(DEFAULT, "the shipped default, for this lab has no evaluation that can be read.")
     try:
-        asked = {row["method"] for row in told["tables"]["methods"]}
-        every = len(told["tested"]) == len(told["data"]["textures"])
-        own = told["epochs"] is None and not told["early_stopping"]
-        whole = not told["quick"] and own and every and DEFAULT in asked
-        if whole and told["data"]["digest"] == digest_of(usable(material)[0]):
-            return str(told["default"]["method"])
+        against = _against(told, material)
+        if not against:
+            why = f"this lab's evaluation of {len(told['tested'])} textures: {told['default']['why']}"
+            return Choice(str(told["default"]["method"]), why)
     except (KeyError, TypeError, AttributeError):
-        pass
-    return DEFAULT
+        against = ["is not as this version writes it"]
+    why = f"the shipped default, for this lab's evaluation {' and '.join(against)}: it does not decide."
+    return Choice(DEFAULT, why)
+
+
+def _against(told: Mapping[str, Any], material: Material) -> list[str]:
+    """Why an evaluation does not decide what is trained; nothing where it does."""
+    tested, textures = len(told["tested"]), len(told["data"]["textures"])
+    reasons = {
+        "was quick": told["quick"],
+        f"had --epochs {told['epochs']}": told["epochs"] is not None,
+        "had --early-stopping": told["early_stopping"],
+        f"left {tested} of {textures} textures out": tested != textures and not told["quick"],
+        f"was without {DEFAULT}": DEFAULT not in {row["method"] for row in told["tables"]["methods"]},
+    }
+    found = [why for why, holds in reasons.items() if holds]
+    if not found and told["data"]["digest"] != digest_of(usable(material)[0]):
+        return ["was of other textures, features or ratings"]
+    return found

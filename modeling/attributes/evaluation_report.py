@@ -47,7 +47,7 @@ def banners(found: Judged) -> list[str]:
         told.append(words.EARLY)
     if len(found.tested) < len(found.material.textures) and not found.wanted.quick:
         told.append(words.FEW_FOLDS.format(count=len(found.tested), textures=len(found.material.textures)))
-    if found.material.weights:
+    if found.material.weights and any("resnet" in each.sight for each in found.entries):
         told.append(words.RANDOM.format(weights=found.material.weights))
     told += [f"Not used: {line}." for line in found.unused()]
     joined = sorted({(each.test, *each.apart) for each in found.context.folds.values() if each.apart})

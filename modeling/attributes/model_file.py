@@ -129,7 +129,7 @@ def _set_aside(path: Path) -> Path:
     """Let the earlier card, where it can be read, name a copy of its numbers, so that their name is free."""
     aside = path.with_name(f"{path.stem}~replaced{NUMBERS}")
     try:
-        old = _card(path)
+        old = read_card(path)
         content = path.with_name(old.tensors.file).read_bytes()
     except (ModelFileError, OSError):
         return aside
@@ -146,7 +146,7 @@ def read_model(path: Path, methods: Mapping[str, Method] | None = None) -> Attri
     """
     if path.is_dir():
         path = path / f"{NAME}.json"
-    card = _card(path)
+    card = read_card(path)
     if Path(card.tensors.file).name != card.tensors.file:
         raise ModelFileError(
             f"{path}: its numbers are said to lie at {card.tensors.file!r}; a bare file name expected."
@@ -163,7 +163,8 @@ def read_model(path: Path, methods: Mapping[str, Method] | None = None) -> Attri
     return AttributeModel(card, path, _restored(path, card, _loaded(content), methods or _methods()))
 
 
-def _card(path: Path) -> Card:
+def read_card(path: Path) -> Card:
+    """The card alone. Raises ModelFileError as `read_model` does for it."""
     try:
         told = parse(path.read_bytes())
     except OSError:

@@ -7,6 +7,7 @@ from dataclasses import dataclass, replace
 from pathlib import Path
 from typing import Any, cast
 
+from modeling.attributes.evaluation_report import banners
 from modeling.attributes.evaluation_tables import method_rows
 from modeling.attributes.folds import all_of_them
 from modeling.attributes.judging_entries import Own
@@ -15,7 +16,7 @@ from modeling.attributes.judging_run import learning
 from modeling.attributes.judging_whole import Judged, Wanted, judge
 from modeling.attributes.material import FEW_READ, HURRIED, Material, MaterialError
 from modeling.attributes.methods import Fitted, Learning, Method
-from modeling.attributes.model_file import NAME, Kept, write_model
+from modeling.attributes.model_file import NAME, Kept, ModelFileError, read_card, write_model
 from modeling.doors.intervals import COVERAGE, half_widths, needed
 from modeling.training.run_card import run_card
 from protocols.model_card import Interval
@@ -26,19 +27,24 @@ METRICS = ("mae", "rmse", "within_jnd", "coverage")
 
 @dataclass(frozen=True)
 class Written:
-    """A model that was written: its method, the metrics and half widths of its card, its files."""
+    """A model that was written: its method, the metrics and half widths of its card, its files.
+
+    `banners` have to be known before its numbers are read: what it was made from.
+    """
 
     method: str
     card: Path
     metrics: Mapping[str, float]
     half_width: tuple[float, ...]
     files: tuple[Path, ...]
+    banners: tuple[str, ...] = ()
 
     def plain(self) -> dict[str, Any]:
         """As JSON holds it."""
         return {
             "method": self.method, "card": str(self.card), "metrics": dict(self.metrics),
             "half_width": list(self.half_width), "files": [str(path) for path in self.files],
+            "banners": list(self.banners),
         }  # fmt: skip
 
 
@@ -64,7 +70,22 @@ def train_attributes(
     path = write_model(folder, cast(Kept, fitted), card, methods)
     files = (path, path.with_suffix(".safetensors"), *_history(fitted, folder, not given.held))
     interval = card["interval"]
-    return Written(method, path, card["metrics"], () if interval is None else tuple(interval["half_width"]), files)
+    wide = () if interval is None else tuple(interval["half_width"])
+    return Written(method, path, card["metrics"], wide, files, tuple(banners(judged)))
+
+
+def demand_no_loss(folder: Path) -> None:
+    """For a quick training. Raises ModelFileError where its model would replace one of a whole training."""
+    path = folder / f"{NAME}.json"
+    try:
+        card = read_card(path)
+    except ModelFileError:
+        return
+    if not card.training.get("configuration", {}).get("quick"):
+        raise ModelFileError(
+            f"{path}: this model ({card.method}, of {len(card.learned)} textures) was not trained with --quick, and a"
+            " quick one would replace it: name another folder with --to, or let it be replaced with --replace"
+        )
 
 
 def _given(judged: Judged, entry: Entry) -> Learning:

@@ -8,7 +8,7 @@ from click.testing import CliRunner
 
 from modeling import commands_attributes
 from modeling.attributes.material import MaterialError
-from modeling.attributes.model_file import read_model
+from modeling.attributes.model_file import ModelFileError, read_model
 from modeling.commands import evaluate, train
 from modeling.commands_library import textures
 from tests.modeling.attributes.made_material import made_material
@@ -55,6 +55,51 @@ def test_evaluate_judges_and_goes_on_from_what_is_finished_and_train_takes_it_fr
     assert np.abs(model.predict(texture).mean(axis=0) - texture.rated.mean).mean() < told["mean"]["mae"]
     line = done(train, "--lab", tmp_path, "--method", "mean", "--workers", 1, "--to", tmp_path / "elsewhere").stdout
     assert "mean; MAE" in line
+
+
+def test_training_says_which_method_it_takes_and_why(made, tmp_path, monkeypatch):
+    """A quick evaluation does not decide, and is not passed over in silence either."""
+    asked = ("--lab", tmp_path, "--workers", 1)
+    few = ("--methods", "ridge,mean", "--no-ablations", "--no-figures")
+    monkeypatch.setattr("modeling.attributes.evaluation_outputs.DEFAULT", "mean")
+    told = done(train, *asked).stdout
+    assert told.startswith("training mean: the shipped default, for this lab has no evaluation that can be read.")
+    done(evaluate, *asked, *few, "--quick")
+    told = done(train, *asked).stdout
+    assert told.startswith("training mean: the shipped default, for this lab's evaluation was quick: it does not")
+    done(evaluate, *asked, *few)
+    whole = done(train, *asked, "--json")
+    assert json.loads(whole.stdout)["method"] == "ridge"
+    assert json.loads(whole.stdout)["why"].startswith("this lab's evaluation of 12 textures: Ridge")
+    assert "training ridge: this lab's evaluation of 12 textures" in whole.stderr
+    assert done(train, *asked, "--method", "mean").stdout.startswith("training mean: as it was asked for.")
+
+
+def test_training_says_what_the_model_was_made_from(made, tmp_path):
+    asked = ("--lab", tmp_path, "--workers", 1, "--quick")
+    told = " ".join(done(train, *asked, "--method", "ridge").stdout.split())
+    for line in ("Simulated: no person rated", "A quick run, to see that", "Weights of ResNet-50: made up."):
+        assert line in told
+    assert "ResNet-50" not in done(train, *asked, "--method", "tactile_svm").stdout  # it looks at no picture
+    plain = json.loads(done(train, *asked, "--method", "ridge", "--json").stdout)
+    assert [line.split()[0] for line in plain["banners"]] == ["Simulated:", "A", "Weights"]
+
+
+def test_a_quick_model_takes_no_other_s_place_unless_that_is_said(made, tmp_path):
+    asked = ("--lab", tmp_path, "--workers", 1)
+    done(train, *asked, "--quick", "--method", "mean")
+    done(train, *asked, "--quick", "--method", "ridge")  # of two quick ones the later
+    done(train, *asked, "--method", "ridge")
+    card = tmp_path / "models" / "texture-attributes.json"
+    whole, read = card.read_bytes(), len(made)
+    told = r"json: this model \(ridge, of 12 textures\) was not trained with --quick, .* --to, .* --replace"
+    with pytest.raises(ModelFileError, match=told):
+        done(train, *asked, "--quick", "--method", "mean")
+    assert (card.read_bytes(), len(made)) == (whole, read)  # refused before anything is read
+    done(train, *asked, "--quick", "--method", "mean", "--to", tmp_path / "elsewhere")
+    assert card.read_bytes() == whole
+    done(train, *asked, "--quick", "--method", "mean", "--replace")
+    assert read_model(tmp_path / "models").card.method == "mean"
 
 
 @pytest.mark.parametrize("folds", [1, 3])

@@ -206,17 +206,48 @@ def test_textures_kept_apart_are_named(tmp_path):
 def test_a_lab_trains_what_its_own_whole_evaluation_of_the_same_textures_chose(tmp_path):
     judged = small.judged(tmp_path / "work")
     write_all(judged, folder_for(tmp_path), drawings=False)
-    assert default_of(tmp_path, judged.material) == "ridge"
-    other = small.changed(judged.material, "T01", category="other")
-    assert default_of(tmp_path, other) == "visuo_tactile"
+    found = default_of(tmp_path, judged.material)
+    assert found.method == "ridge"
+    assert re.fullmatch(r"this lab's evaluation of 12 textures: Ridge has the least MAE: \d+\.\d\d.*", found.why)
+    other = default_of(tmp_path, small.changed(judged.material, "T01", category="other"))
+    assert other.method == "visuo_tactile"
+    assert "evaluation was of other textures, features or ratings: it does not decide" in other.why
+    none = default_of(tmp_path / "nowhere", judged.material)
+    assert (none.method, "this lab has no evaluation that can be read" in none.why) == ("visuo_tactile", True)
+
+
+@pytest.mark.parametrize(
+    ("changed", "told"),
+    [
+        ({"quick": True, "tested": ["T01"]}, "this lab's evaluation was quick: it does not decide."),
+        ({"epochs": 200}, "evaluation had --epochs 200: it"),
+        ({"early_stopping": True}, "evaluation had --early-stopping: it"),
+        ({"tested": ["T01"]}, "evaluation left 1 of 12 textures out: it"),
+        ({"tables": {"methods": [{"method": "ridge"}]}}, "evaluation was without visuo_tactile: it"),
+        ({"quick": True, "epochs": 3}, "evaluation was quick and had --epochs 3: it"),
+        ({"tables": {}}, "is not as this version writes it: it"),
+        ({"data": 7}, "is not as this version writes it: it"),
+    ],
+)
+def test_an_evaluation_that_does_not_decide_what_is_trained_says_why(tmp_path, changed, told):
+    judged = small.judged(tmp_path / "work")
+    write_all(judged, folder_for(tmp_path), drawings=False)
     results = folder_for(tmp_path) / RESULTS
-    told = json.loads(results.read_text())
-    lacks: tuple[dict, ...] = ({"tables": {}}, {"tables": {"methods": [{"method": "ridge"}]}})
-    others = ({"quick": True}, {"epochs": 200}, {"early_stopping": True}, {"tested": ["T01"]}, {"data": 7})
-    for changed in (*others, *lacks):
-        results.write_text(json.dumps({**told, **changed}))
-        assert default_of(tmp_path, judged.material) == "visuo_tactile"
-    assert default_of(tmp_path / "nowhere", judged.material) == "visuo_tactile"
+    results.write_text(json.dumps({**json.loads(results.read_text()), **changed}))
+    found = default_of(tmp_path, judged.material)
+    assert found.method == "visuo_tactile"
+    assert found.why.startswith("the shipped default, for this lab's evaluation ")
+    assert told in found.why
+
+
+def test_as_many_folds_as_there_are_textures_are_a_whole_evaluation(tmp_path):
+    judged = small.judged(tmp_path / "work", folds=12)
+    assert not any("were left out" in line for line in banners(judged))
+    write_all(judged, folder_for(tmp_path), drawings=False)
+    assert default_of(tmp_path, judged.material).method == "ridge"
+    small_one = small.judged(tmp_path / "work", folds=11)
+    write_all(small_one, folder_for(tmp_path), drawings=False)
+    assert default_of(tmp_path, judged.material).method == "visuo_tactile"
 
 
 def test_the_thesis_numbers_stand_as_its_tables_have_them():
