@@ -15,6 +15,7 @@ from modeling.attributes.evaluation_sections import (
 from modeling.attributes.evaluation_tables import method_rows
 from modeling.attributes.judging_default import RULE, Choice, choice, fusion
 from modeling.attributes.judging_whole import Judged
+from modeling.attributes.lacking import lacking
 from modeling.report.blocks import Block, Points, Section
 from modeling.report.drawn import Pictured
 from modeling.report.page import Page, page_html
@@ -49,7 +50,7 @@ def banners(found: Judged) -> list[str]:
         told.append(words.FEW_FOLDS.format(count=len(found.tested), textures=len(found.material.textures)))
     if found.material.weights and any("resnet" in each.sight for each in found.entries):
         told.append(words.RANDOM.format(weights=found.material.weights))
-    told += [f"Not used: {line}." for line in found.unused()]
+    told += [*lacking(found.material), *(f"Not used: {line}." for line in found.unused())]
     joined = sorted({(each.test, *each.apart) for each in found.context.folds.values() if each.apart})
     groups = "; ".join(sorted({", ".join(sorted(group)) for group in joined}))
     return told + ([words.APART.format(groups=groups)] if groups else [])

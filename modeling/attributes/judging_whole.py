@@ -17,23 +17,12 @@ from modeling.attributes.judging_jobs import MAIN, Clock, Context, Done, Entry, 
 from modeling.attributes.judging_kept import keep, load
 from modeling.attributes.judging_material import digest_of, parts_of, stored
 from modeling.attributes.judging_run import named, run
-from modeling.attributes.material import (
-    NOT_PHOTOGRAPHED,
-    NOT_RECORDED,
-    PICTURE_LEFT_OUT,
-    RECORDINGS_LEFT_OUT,
-    Array,
-    Material,
-    MaterialError,
-    Rows,
-    ratings_of,
-)
+from modeling.attributes.lacking import has_rows, why_of
+from modeling.attributes.material import Array, Material, MaterialError, ratings_of
 from modeling.attributes.methods import Method
 
 Report = Callable[[str], None]
 QUICK_TEXTURES = 5
-WHY = {"recording": (RECORDINGS_LEFT_OUT, NOT_RECORDED), "picture": (PICTURE_LEFT_OUT, NOT_PHOTOGRAPHED)}
-"""How the notes begin that say why a texture lacks one."""
 
 
 @dataclass(frozen=True)
@@ -137,14 +126,14 @@ def usable(material: Material) -> tuple[Material, dict[str, str]]:
     MaterialError where nothing was rated, and where fewer are left than can be evaluated: it names what lacks.
     """
     rated = material.rated()
-    felt = any(_rows(each.touch) for each in rated.textures)
-    seen = any(_rows(each.sight) for each in rated.textures)
+    felt = any(has_rows(each.touch) for each in rated.textures)
+    seen = any(has_rows(each.sight) for each in rated.textures)
     left_out = {each.id: "it was not rated" for each in material.textures if each.rated is None}
     for each in rated.textures:
         lacks = [what for what, asked, own in (("recording", felt, each.touch), ("picture", seen, each.sight))
-                 if asked and not _rows(own)]  # fmt: skip
+                 if asked and not has_rows(own)]  # fmt: skip
         if lacks:
-            why = [note for what in lacks for note in each.notes if note.startswith(WHY[what])]
+            why = [note for what in lacks for note in why_of(each, what)]
             told = f"no {' and no '.join(lacks)} of it can be used"
             left_out[each.id] = f"{told} ({'; '.join(why)})" if why else told
     kept = tuple(each for each in rated.textures if each.id not in left_out)
@@ -162,10 +151,6 @@ def by_reason(left_out: Mapping[str, str]) -> list[str]:
     for name, why in left_out.items():
         names.setdefault(why, []).append(name)
     return [f"{', '.join(some)}: {why}" for why, some in names.items()]
-
-
-def _rows(kinds: Mapping[str, Rows]) -> bool:
-    return any(len(rows) for rows in kinds.values())
 
 
 def context_for(

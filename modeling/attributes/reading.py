@@ -10,6 +10,7 @@ from typing import TYPE_CHECKING
 from modeling.attributes.features_kept import FOLDER
 from modeling.attributes.folds import some_of
 from modeling.attributes.joining import CATEGORY, Parts, joined
+from modeling.attributes.lacking import NOTHING
 from modeling.attributes.material import FEW_READ, HURRIED, Material, MaterialError, Texture
 from modeling.attributes.reading_pictures import STUDY as PHOTOS
 from modeling.attributes.reading_pictures import Photographed, photographed
@@ -93,14 +94,14 @@ class _Run:
 def _captured(lab: Path, study: str, simulated: bool | None) -> tuple[tuple[Recorded, ...], tuple[str, ...]]:
     """What the lab's sessions captured, and why nothing was felt."""
     if not ledgers_in(lab, study):
-        return (), (f"no session of {study}: nothing was felt",)
+        return (), (f"no session of {study}: {NOTHING['recording']}",)
     from modeling.attributes.reading_touch import recorded
     from modeling.textures.reading_ledgers import NoCapture
 
     try:
         return recorded(lab, study=study, simulated=simulated), ()
     except NoCapture as nothing:
-        return (), (f"nothing was felt: {nothing}",)
+        return (), (f"{NOTHING['recording']}: {nothing}",)
 
 
 def _some(
@@ -145,7 +146,7 @@ def _demand_any(lab: Path, textures: Sequence[Texture], studies: Sequence[str], 
 
 def _unseen(parts: Parts, photos: str) -> Iterator[str]:
     if parts.sight and not parts.photos:
-        yield f"no session of {photos}: nothing was seen"
+        yield f"no session of {photos}: {NOTHING['picture']}"
 
 
 def _simulated(parts: Parts) -> bool:
