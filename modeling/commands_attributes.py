@@ -78,7 +78,10 @@ OPTIONS = (
         help="The thesis' network too watches a tenth of the textures and stops early; thesis: --epochs 200.",
     ),
     click.option("--workers", type=click.IntRange(1, 256), help="Processes at once.  [default: one for each core]"),
-    click.option("--cluster", metavar="ADDRESS", help="A Dask scheduler (tcp://HOST:8786) that does the work."),
+    click.option(
+        "--cluster", metavar="ADDRESS",
+        help="A Dask scheduler (tcp://HOST:8786) that does the trainings; features are made here.",
+    ),
 )  # fmt: skip
 """What both verbs ask."""
 OWN = tuple(name for name in Asked.__dataclass_fields__ if name != "recordings")
@@ -97,7 +100,15 @@ def attribute_options(command: Callable[..., None]) -> Callable[..., None]:
 
 
 def material_for(asked: Asked, report: Report) -> Material:
-    """The textures that were asked for. Raises MaterialError, or what reading a lab raises."""
+    """The textures that were asked for. Raises MaterialError, or what reading a lab raises.
+
+    Features can take half an hour: a cluster that is not there, or not fit, is refused before (JobError).
+    """
+    if asked.cluster is not None:
+        from modeling.training.jobs_cluster import demand_cluster
+
+        report("looking for the cluster")
+        demand_cluster(asked.cluster)
     report("making features")
     asked_for: dict[str, Any] = {"weights": asked.weights, "quick": asked.quick, "workers": asked.workers}
     if asked.folder is not None:
@@ -212,6 +223,8 @@ def evaluate_attributes(
     from modeling.attributes.registry import METHODS, OWN_FEATURES
 
     chosen = names_in(names)
+    if names and not chosen:
+        raise click.UsageError(f"--methods names none; there are {', '.join(METHODS)}")
     if asked.quick and folds is not None:
         raise click.UsageError("--quick leaves five textures out, and --folds says how many: leave one of them out")
     wanted = wanted_for(asked, chosen or None, ablations, folds)

@@ -29,6 +29,12 @@ def on_cluster(address: str, jobs: list[Job], took: Callable[[Job, Any], None], 
         _collect(client, futures, took)
 
 
+def demand_cluster(address: str) -> None:
+    """For long work whose jobs go there later. Raises JobError where `on_cluster` would refuse the cluster."""
+    with _client(address) as client:
+        _refuse_unfit(client, address)
+
+
 @contextmanager
 def local_cluster(workers: int, scratch: Path) -> Iterator[str]:
     """A scheduler and so many workers of one thread on this machine, each a process; gone afterwards. Its address."""

@@ -11,6 +11,8 @@ from modeling.attributes.material import MaterialError
 from modeling.attributes.model_file import ModelFileError, read_model
 from modeling.commands import evaluate, train
 from modeling.commands_library import textures
+from modeling.training import jobs_cluster
+from modeling.training.refusals import JobError
 from tests.modeling.attributes.made_material import made_material
 from tests.modeling.attributes.made_recordings import rated, table
 
@@ -160,6 +162,24 @@ def test_an_unknown_method_is_refused_before_anything_is_read(made, tmp_path, gr
     with pytest.raises(MaterialError, match="did you mean 'ridge'"):
         done(group, "--lab", tmp_path, option, "rigde")
     assert made == []
+
+
+@pytest.mark.parametrize("names", ["", " , "])
+def test_no_method_at_all_is_refused(made, tmp_path, names):
+    result = CliRunner().invoke(evaluate, ["attributes", "--lab", str(tmp_path), "--methods", names])
+    assert result.exit_code == 2
+    assert "--methods names none; there are visuo_tactile, hv_net" in " ".join(result.output.split())
+    assert made == []
+
+
+@pytest.mark.parametrize("group", [train, evaluate])
+def test_a_cluster_that_is_not_there_is_refused_before_features_are_made(tmp_path, monkeypatch, group):
+    read = []
+    monkeypatch.setattr("modeling.attributes.reading.read_material", lambda *_, **__: read.append(1))
+    monkeypatch.setattr(jobs_cluster, "PATIENCE_S", 0.5)
+    with pytest.raises(JobError, match="no Dask scheduler at tcp://127.0.0.1:9"):
+        done(group, "--lab", tmp_path, "--cluster", "tcp://127.0.0.1:9")
+    assert read == []
 
 
 def test_ratings_without_a_folder_are_refused(tmp_path):

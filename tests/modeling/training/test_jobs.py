@@ -74,6 +74,7 @@ def test_a_cluster_gives_the_same_also_when_one_of_its_workers_is_killed(alone, 
     assert [result.tobytes() for result in results] == [result.tobytes() for result in alone]
     with pytest.raises(JobError, match=r"^job 2 \(-1\): -1 is below zero"):
         run_jobs(working.root, [4.0, -1], cluster=cluster)
+    jobs_cluster.demand_cluster(cluster)  # fit, so nothing is said
 
 
 @pytest.mark.parametrize("workers", [1, 2])
@@ -106,6 +107,8 @@ def test_no_workers_and_no_such_cluster_are_refused(monkeypatch):
         run_jobs(working.root, [1.0], cluster="tcp://127.0.0.1:9")
     with pytest.raises(JobError, match="no Dask scheduler at nowhere:at:all"):
         run_jobs(working.root, [1.0], cluster="nowhere:at:all")
+    with pytest.raises(JobError, match="no Dask scheduler at tcp://127.0.0.1:9"):
+        jobs_cluster.demand_cluster("tcp://127.0.0.1:9")
 
 
 def test_without_the_extra_the_message_names_it(monkeypatch):
