@@ -1,0 +1,140 @@
+"""What a method is trained with where nothing is asked for: the numbers of docs/reference/attribute-models.md.
+
+They are taken where a training begins, on features as wide as real ones: nothing between a constant and the trainer
+can change one unseen.
+"""
+
+import numpy as np
+import pytest
+
+torch = pytest.importorskip("torch")
+
+from modeling.attributes import boosting, network_fit, ridge, row_networks, tactile_svm  # noqa: E402
+from modeling.attributes.methods import Learning  # noqa: E402
+from modeling.attributes.registry import METHODS, OWN_FEATURES  # noqa: E402
+from modeling.textures.cosine import share_of  # noqa: E402
+from modeling.training.loop import adam  # noqa: E402
+from tests.modeling.attributes.made_material import PAIRS, made_material  # noqa: E402
+
+TEXTURES = 6
+OURS = ("visuo_tactile", "hv_net", "ht_net")
+
+
+class Begun(Exception):
+    """A training that ends where it begins."""
+
+
+@pytest.fixture
+def begun(monkeypatch):
+    """What a method's training is begun with: network, data, held, settings, optimiser of the first of its weights."""
+    found = made_material(textures=TEXTURES + 1, segments=6, pictures=2).textures
+    told = {}
+
+    def train(network, data, held, _loss, settings, *, optimiser=adam, **_others):
+        made = optimiser(list(network.parameters())[:1], settings.learning_rate)
+        told.update(network=network, data=data, held=held, settings=settings, optimiser=made)
+        raise Begun
+
+    def of(name, **asked):
+        watched = found[TEXTURES:] if METHODS[name].holds(asked) else ()
+        touch, sight = OWN_FEATURES[name]
+        given = Learning(found[:TEXTURES], watched, PAIRS, touch=touch, sight=sight, settings=asked)
+        with pytest.raises(Begun):
+            METHODS[name].fit(given)
+        return dict(told)
+
+    for place in (network_fit, row_networks):
+        monkeypatch.setattr(place, "train", train)
+    return of
+
+
+@pytest.mark.parametrize("name", OURS)
+def test_the_thesis_network_and_its_halves_have_thirty_epochs_to_the_end(begun, name):
+    told = begun(name)
+    asked, optimiser = told["settings"], told["optimiser"]
+    assert (asked.epochs, asked.batch, asked.learning_rate) == (30, 2, 0.0005)
+    assert (told["held"], asked.keep_last, asked.plateau_patience) == (None, True, None)
+    assert isinstance(optimiser, torch.optim.Adam)
+    assert optimiser.steps == 30 * TEXTURES // 2
+    assert begun(name, quick=True)["settings"].epochs == 2
+
+
+@pytest.mark.parametrize("name", OURS)
+def test_with_early_stopping_the_thesis_patience_ends_it(begun, name):
+    told = begun(name, early_stopping=True)
+    asked = told["settings"]
+    assert (asked.epochs, asked.stop_patience, asked.keep_last) == (30, 10, False)
+    assert told["held"] is not None
+    thesis = begun(name, early_stopping=True, epochs=200)["settings"]
+    assert (thesis.epochs, thesis.stop_patience) == (200, 10)
+
+
+def test_the_rate_rises_over_the_first_twentieth_and_falls_along_a_cosine():
+    shares = [share_of(done, 1000) for done in range(1000)]
+    assert np.argmax(shares) == 50
+    assert shares[:50] == pytest.approx([(done + 1) / 51 for done in range(50)])
+    assert shares[525] == pytest.approx(0.5)
+    assert shares[-1] == pytest.approx(0.01)
+
+
+def test_an_epoch_shows_each_texture_once_with_one_picture_and_two_segments(begun):
+    data = begun("visuo_tactile")["data"]
+    assert len(data) == TEXTURES
+    (sight, touch), target = data.batch(torch.arange(2), torch.Generator().manual_seed(0))
+    assert sight.shape == (2, 2304)
+    assert touch.shape == (2, 2, 10, 19, 4)
+    assert target.shape == (2, 4)
+
+
+def test_the_thesis_network_has_so_many_weights(begun):
+    """The page says 6,282,221, of 2304 numbers of a picture and 526 of a segment."""
+    assert sum(each.numel() for each in begun("visuo_tactile")["network"].parameters()) == 6_282_221
+
+
+@pytest.mark.parametrize(
+    ("name", "epochs", "batch", "rate", "shows"),
+    [
+        ("ann", 200, 32, 0.001, 20),
+        ("vision_cnn", 100, 16, 0.0003, 10),
+        ("haptic_cnn", 100, 16, 0.0003, 10),
+        ("tactile_cnn_lstm", 100, 16, 0.0003, 4),
+    ],
+)
+def test_baseline_networks_have_the_course_that_their_page_tells(begun, name, epochs, batch, rate, shows):
+    told = begun(name)
+    asked = told["settings"]
+    assert (asked.epochs, asked.batch, asked.learning_rate) == (epochs, batch, rate)
+    assert (asked.stop_patience, asked.keep_last, asked.plateau_patience) == (10, False, None)
+    assert type(told["optimiser"]) is torch.optim.Adam
+    assert len(told["data"]) == shows * TEXTURES
+    assert told["held"] is not None
+
+
+def test_the_cnn_lstm_takes_five_successive_segments(begun):
+    inputs, _ = begun("tactile_cnn_lstm")["data"].batch(torch.arange(3), torch.Generator().manual_seed(0))
+    (runs,) = inputs if isinstance(inputs, tuple) else (inputs,)
+    assert runs.shape[:2] == (3, 5)
+
+
+def test_boosting_grows_two_hundred_trees_of_depth_two_for_each_attribute(monkeypatch):
+    from sklearn import ensemble
+
+    grown = []
+
+    def made(**asked):
+        grown.append(asked)
+        return made_by_sklearn(**asked)
+
+    made_by_sklearn = ensemble.GradientBoostingRegressor
+    monkeypatch.setattr(ensemble, "GradientBoostingRegressor", made)
+    textures = made_material(textures=TEXTURES, segments=3, pictures=2).textures
+    model = METHODS["boosting"].fit(Learning(textures, (), PAIRS, *OWN_FEATURES["boosting"]))
+    told = {"n_estimators": 200, "max_depth": 2, "learning_rate": 0.05, "max_features": 0.1, "random_state": 0}
+    assert grown == [told] * 4
+    assert np.diff(model.first).tolist() == [200] * 4
+    assert boosting.RATE == 0.05  # with which its answers are summed
+
+
+def test_what_ridge_and_the_svm_choose_from():
+    assert ridge.SHARES == (0.0, 0.2, 0.5, 0.8, 1.0)
+    assert (tactile_svm.SEGMENTS, tactile_svm.COSTS, tactile_svm.WIDTHS) == (15, (0.3, 3.0, 30.0), (0.1, 0.3, 1.0))
