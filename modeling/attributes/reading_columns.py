@@ -13,7 +13,8 @@ from modeling.attributes.material import MaterialError, Pair, Rated
 from protocols.did_you_mean import nearest
 
 TOP = 100.0
-KNOWN = ("id", "label", "category", "class", "raters")
+RATERS = "raters"
+KNOWN = ("id", "label", "category", "class", RATERS)
 SD = ".sd"
 BETWEEN = re.compile(r"[\s_/–—-]+(?:to[\s_/–—-]+)?")
 """What may stand between the two words of an attribute, beside the hyphen."""
@@ -40,6 +41,11 @@ class Columns:
     def pairs(self) -> tuple[Pair, ...]:
         """Their names."""
         return tuple(each.pair for each in self.ratings)
+
+    @property
+    def of_numbers(self) -> frozenset[str]:
+        """The columns that hold numbers."""
+        return frozenset({*(name for each in self.ratings for name in (each.column, each.sd) if name), RATERS})
 
     @property
     def notes(self) -> tuple[str, ...]:
@@ -136,9 +142,9 @@ def _sd(cells: Mapping[str, str], place: str, rating: Rating) -> float:
 
 
 def _raters(cells: Mapping[str, str], place: str) -> int:
-    if not cells.get("raters"):
+    if not cells.get(RATERS):
         return 0
-    value = _number(cells, place, "raters")
+    value = _number(cells, place, RATERS)
     if value != int(value) or not 1 <= value <= MOST_RATERS:
         raise MaterialError(f"{place}: raters is {value:g}, a whole number of people is expected")
     return int(value)

@@ -5,7 +5,7 @@ from __future__ import annotations
 import csv
 import io
 import re
-from collections.abc import Iterator, Mapping, Sequence
+from collections.abc import Collection, Iterator, Mapping, Sequence
 from dataclasses import dataclass, replace
 from pathlib import Path
 from typing import TYPE_CHECKING
@@ -30,6 +30,8 @@ FEW_STEPS = 10.0
 """Ratings that all lie within 0 and this are hardly of 0 to 100: scales of 5, 7, 9 or 11 steps end there."""
 TABLE = "ratings.csv"
 """What the table is called, unless another one is named or it is the folder's only one."""
+SEPARATORS = ",;\t"
+"""Of cells; the header says which. Where commas do not separate they may be decimal, as in tables of recordings."""
 
 
 @dataclass(frozen=True)
@@ -67,14 +69,15 @@ def read_folder(
     The table (FOLDER/ratings.csv, or the folder's only .csv, unless it is given) has the columns id and one for each
     attribute, called by both its words, of which the first is the lower end of the `scale` (Rough-Smooth; small
     letters, spaces and underscores do as well, and Smooth-Rough is turned). Without a `scale` it is 0 to 100. Beside
-    them may stand label, category (or class), raters and an SD (Rough-Smooth.sd). `pairs` are the attributes, those of
-    texture_ratings where they are not given. A texture without any rating is not rated. `recordings` are what was felt
-    of those textures elsewhere; a texture may lack its recording or its pictures then, with a note. Without `sight` no
-    picture is looked at. Pictures are files that `is_picture` takes. Features are kept in LAB/features where a `lab`
-    is given; the other options are those of `reading.read_material`. Raises MaterialError, with the line, on an
-    unknown, missing or twofold column, an id that stands twice, a number that is none or lies off the scale, ratings of
-    0 to 10 whose scale was not given, a texture without a picture, a picture that stands twice, and where nothing can
-    be used; TextureDataError where none of the textures was recorded.
+    them may stand label, category (or class), raters and an SD (Rough-Smooth.sd). Where semicolons or tabs separate its
+    cells, commas in numbers are decimal. `pairs` are the attributes, those of texture_ratings where they are not given.
+    A texture without any rating is not rated. `recordings` are what was felt of those textures elsewhere; a texture may
+    lack its recording or its pictures then, with a note. Without `sight` no picture is looked at. Pictures are files
+    that `is_picture` takes. Features are kept in LAB/features where a `lab` is given; the other options are those of
+    `reading.read_material`. Raises MaterialError, with the line, on an unknown, missing or twofold column, an id that
+    stands twice, a number that is none or lies off the scale, ratings of 0 to 10 whose scale was not given, a texture
+    without a picture, a picture that stands twice, and where nothing can be used; TextureDataError where none of the
+    textures was recorded.
     """
     table, lines, columns = rated_lines(folder, table, tuple(pairs or attributes_of(None)), scale)
     how = sight_with(weights_from(weights, sha256), variants, quick)
@@ -175,11 +178,13 @@ def _lines_of(table: Path, pairs: tuple[Pair, ...]) -> tuple[list[Line], Columns
         raise MaterialError(f"{table}: cannot be read ({error.strerror}); a CSV table of ratings is expected") from None
     except UnicodeDecodeError as error:
         raise MaterialError(f"{table}: byte {error.start} is not UTF-8; save the table as UTF-8") from None
-    rows = csv.reader(io.StringIO(text, newline=""), strict=True)
+    separator = max(SEPARATORS, key=text.partition("\n")[0].count)
+    rows = csv.reader(io.StringIO(text, newline=""), strict=True, delimiter=separator)
     try:
         header = [name.strip() for name in next(rows, [])]
         columns = columns_of(f"{table}, line 1", header, pairs)
-        lines = [_line(f"{table}, line {rows.line_num}", header, cells) for cells in rows if any(cells)]
+        decimal = columns.of_numbers if separator != "," else frozenset[str]()
+        lines = [_line(f"{table}, line {rows.line_num}", header, cells, decimal) for cells in rows if any(cells)]
     except csv.Error as error:
         raise MaterialError(f"{table}, line {rows.line_num}: {error}") from None
     if not lines:
@@ -188,10 +193,12 @@ def _lines_of(table: Path, pairs: tuple[Pair, ...]) -> tuple[list[Line], Columns
     return lines, columns
 
 
-def _line(place: str, header: Sequence[str], cells: Sequence[str]) -> Line:
+def _line(place: str, header: Sequence[str], cells: Sequence[str], decimal: Collection[str]) -> Line:
+    """A texture; in the columns of `decimal` a comma is a decimal point."""
     if len(cells) != len(header):
         raise MaterialError(f"{place}: {len(cells)} cells found, {len(header)} columns are expected")
-    return Line(place, {name: cell.strip() for name, cell in zip(header, cells, strict=True)})
+    named = zip(header, (cell.strip() for cell in cells), strict=True)
+    return Line(place, {name: cell.replace(",", ".") if name in decimal else cell for name, cell in named})
 
 
 def _demand_own_ids(lines: Sequence[Line]) -> None:

@@ -178,6 +178,30 @@ def test_one_rating_above_ten_is_enough_for_0_to_100(tmp_path):
     assert read(tmp_path).textures[0].rated.mean.tolist() == [1, 7, 3, 4]
 
 
+@pytest.mark.parametrize("separator", [";", "\t"])
+def test_semicolons_and_tabs_separate_too_and_commas_are_decimal_then(tmp_path, separator):
+    """As a spreadsheet saves a CSV where numbers have decimal commas; a comma in a name stays one."""
+    header = f"{HEADER},Rough-Smooth.sd,raters".replace(",", separator)
+    rows = ("T1|oak, oiled|wood|20,5|30|60.25|5|1,5|12", "T2|felt|fabric|80|10|40|70||")
+    folder_of(tmp_path, header, *(row.replace("|", separator) for row in rows))
+    one, other = read(tmp_path).textures
+    assert one.label == "oak, oiled"
+    assert one.rated.mean.tolist() == [20.5, 30, 60.25, 5]
+    assert (one.rated.sd[0], one.rated.raters, other.rated.raters) == (1.5, 12, 0)
+    folder_of(tmp_path, header, rows[0].replace("|", separator).replace("20,5", "1.020,5"))
+    with pytest.raises(MaterialError, match=r"line 2: Rough-Smooth is '1.020.5', a finite number is expected"):
+        read(tmp_path)
+
+
+def test_where_commas_separate_none_is_decimal(tmp_path):
+    folder_of(tmp_path, HEADER, 'T1,oak,wood,"20,5",30,60,5')
+    with pytest.raises(MaterialError, match="line 2: Rough-Smooth is '20,5', a finite number is expected"):
+        read(tmp_path)
+    folder_of(tmp_path, HEADER, ROWS[0].replace(",", ";"))
+    with pytest.raises(MaterialError, match="line 2: 1 cells found, 7 columns are expected"):
+        read(tmp_path)
+
+
 def test_a_table_in_other_bytes_is_refused(tmp_path):
     folder_of(tmp_path, HEADER, ROWS[0])
     (tmp_path / "ratings.csv").write_bytes(b"id,\xff\n")
