@@ -14,7 +14,7 @@ from modeling.textures.rates import FASTEST_HZ, SLOWEST_HZ, Sampled
 from modeling.textures.recording import TextureDataError
 
 APART = 0.05
-"""The share by which acceleration may last longer or shorter than force: sensors do not start and stop together."""
+"""The share by which a signal may last longer or shorter than force: sensors do not start and stop together."""
 
 
 def filtering(trim_s: float = TRIM_S, remove_hum: bool = True) -> Filtering:
@@ -46,21 +46,22 @@ def touch_of(
 
 
 def _demand_as_long(touched: Touched) -> None:
-    """Acceleration at another rate than it is said to have would have other frequencies, and would last otherwise."""
-    acceleration, force = touched.acceleration, touched.force
-    if min(len(acceleration.times_s), len(force.times_s)) < 2 or not _of_a_sensor(acceleration):
-        return  # refused as what it is, when it is filtered
-    felt_s, pressed_s = _lasts_s(acceleration), _lasts_s(force)
-    if abs(felt_s - pressed_s) > APART * pressed_s:
-        raise TextureDataError(
-            f"{touched.where}: acceleration lasts {felt_s:.4g} s at {acceleration.rate_hz:g} Hz, and force"
-            f" {pressed_s:.4g} s at {force.rate_hz:g} Hz: they were recorded together, so at most {APART:.0%} are"
-            " expected between them; is the rate of each right, and is neither cut short?"
-        )
+    """A signal at another rate than it is said to have would have other frequencies or speeds, and last otherwise."""
+    force, moved = touched.force, touched.position if touched.speed is None else touched.speed
+    for signal in (touched.acceleration, moved):
+        if signal is None or min(len(signal.times_s), len(force.times_s)) < 2 or not _of_a_sensor(signal):
+            continue  # refused as what it is, when it is filtered
+        lasts_s, pressed_s = _lasts_s(signal), _lasts_s(force)
+        if abs(lasts_s - pressed_s) > APART * pressed_s:
+            raise TextureDataError(
+                f"{touched.where}: {signal.what} lasts {lasts_s:.4g} s at {signal.rate_hz:g} Hz, and force"
+                f" {pressed_s:.4g} s at {force.rate_hz:g} Hz: they were recorded together, so at most {APART:.0%} are"
+                " expected between them; is the rate of each right, and is neither cut short?"
+            )
 
 
-def _of_a_sensor(acceleration: Sampled) -> bool:
-    return SLOWEST_HZ["acceleration"] <= acceleration.rate_hz <= FASTEST_HZ
+def _of_a_sensor(signal: Sampled) -> bool:
+    return SLOWEST_HZ[signal.what] <= signal.rate_hz <= FASTEST_HZ
 
 
 def _lasts_s(signal: Sampled) -> float:

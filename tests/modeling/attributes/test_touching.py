@@ -120,6 +120,45 @@ def test_acceleration_at_a_rate_that_is_not_its_own_is_refused(said_hz, lasts):
         touch_of("t", [touched(rate_hz=said_hz)])
 
 
+TRACKED_HZ = 120.0
+SECOND = np.arange(round(N / 1000 * TRACKED_HZ)) / TRACKED_HZ
+"""When a tracker looked."""
+
+
+def tracked(said_hz=TRACKED_HZ, samples=len(SECOND)):
+    """A tracker's circles of 30 mm a second, in place of a speed; it looked 120 times a second, whatever is said."""
+    circles = 30 * np.stack([np.cos(SECOND), np.sin(SECOND), 0 * SECOND], axis=1)
+    return replace(touched(), speed=None, position=evenly("position", circles[:samples], said_hz, "made"))
+
+
+@pytest.mark.parametrize(("said_hz", "lasts"), [(60.0, 16), (240.0, 4), (127.0, 7.559), (113.0, 8.496)])
+def test_a_tracker_at_a_rate_that_is_not_its_own_is_refused(said_hz, lasts):
+    with pytest.raises(TextureDataError, match=f"position lasts {lasts} s at {said_hz:g} Hz, and force 8 s at 1000 Hz"):
+        touch_of("t", [tracked(said_hz)])
+
+
+@pytest.mark.parametrize("said_hz", [TRACKED_HZ, 119.0, 121.0])
+def test_a_tracker_s_own_rate_is_right_and_its_clock_may_drift(said_hz):
+    found, _ = touch_of("t", [tracked(said_hz)])
+    assert found.stretches[0].speed_mm_s.mean() == pytest.approx(30 * said_hz / TRACKED_HZ, rel=1e-3)
+
+
+def test_a_tracker_may_stop_a_little_before_the_others():
+    assert lengths(touch_of("t", [tracked(samples=len(SECOND) - 40)])[0]) == [pytest.approx(2660, abs=50)]
+    with pytest.raises(TextureDataError, match="position lasts 7.5 s at 120 Hz, and force 8 s at 1000 Hz.*cut short"):
+        touch_of("t", [tracked(samples=900)])
+
+
+@pytest.mark.parametrize(("said_hz", "lasts"), [(2000.0, 4), (500.0, 16)])
+def test_a_speed_or_a_force_at_a_rate_that_is_not_its_own_is_refused(said_hz, lasts):
+    speed = evenly("speed", np.linspace(20, 90, N), said_hz, "made")
+    with pytest.raises(TextureDataError, match=f"speed lasts {lasts} s at {said_hz:g} Hz, and force 8 s at 1000 Hz"):
+        touch_of("t", [replace(touched(), speed=speed)])
+    force = evenly("force", np.linspace(0.5, 2, N), said_hz, "made")
+    with pytest.raises(TextureDataError, match=f"lasts 8 s at 1000 Hz, and force {lasts} s at {said_hz:g} Hz"):
+        touch_of("t", [replace(touched(), force=force)])
+
+
 def test_sensors_that_stop_a_little_apart_are_read():
     force = evenly("force", np.linspace(0.5, 2, N - 300), 1000.0, "made")
     found, _ = touch_of("t", [replace(touched(), force=force)])
