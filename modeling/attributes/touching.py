@@ -51,21 +51,16 @@ def _demand_as_long(touched: Touched) -> None:
     for signal in (touched.acceleration, moved):
         if signal is None or min(len(signal.times_s), len(force.times_s)) < 2 or not _of_a_sensor(signal):
             continue  # refused as what it is, when it is filtered
-        lasts_s, pressed_s = _lasts_s(signal), _lasts_s(force)
-        if abs(lasts_s - pressed_s) > APART * pressed_s:
+        if abs(signal.lasts_s - force.lasts_s) > APART * force.lasts_s:
             raise TextureDataError(
-                f"{touched.where}: {signal.what} lasts {lasts_s:.4g} s at {signal.rate_hz:g} Hz, and force"
-                f" {pressed_s:.4g} s at {force.rate_hz:g} Hz: they were recorded together, so at most {APART:.0%} are"
-                " expected between them; is the rate of each right, and is neither cut short?"
+                f"{touched.where}: {signal.what} lasts {signal.lasts_s:.4g} s at {signal.rate_hz:g} Hz, and force"
+                f" {force.lasts_s:.4g} s at {force.rate_hz:g} Hz: they were recorded together, so at most {APART:.0%}"
+                " are expected between them; is the rate of each right, and is neither cut short?"
             )
 
 
 def _of_a_sensor(signal: Sampled) -> bool:
     return SLOWEST_HZ[signal.what] <= signal.rate_hz <= FASTEST_HZ
-
-
-def _lasts_s(signal: Sampled) -> float:
-    return float(signal.times_s[-1] - signal.times_s[0]) + 1.0 / signal.rate_hz
 
 
 def _lifted(touch: Touch) -> Iterator[str]:

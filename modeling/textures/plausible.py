@@ -20,7 +20,8 @@ SPIKE = 12.0
 
 
 def demand_plausible(signal: Sampled) -> None:
-    """Raise TextureDataError on a number beyond what can be, on lone spikes, and on acceleration that is clipped."""
+    """Raise TextureDataError on a number beyond what can be, on lone spikes, and on acceleration that is clipped or of
+    which an axis is constant."""
     limit, unit = LIMITS[signal.what]
     size = np.abs(signal.values)
     place = np.argwhere(size > limit)
@@ -106,11 +107,23 @@ def _demand_whole(signal: Sampled) -> None:
             f"{signal.where}: {len(values)} of {len(signal.values)} samples of acceleration are finite numbers: two or"
             " more are needed"
         )
-    if not np.ptp(values, axis=0).any():
-        raise TextureDataError(f"{signal.where}: acceleration is constant; was the accelerometer connected?")
+    _demand_live(signal.where, values)
     share = clipped_share(values)
     if share > CLIPPED:
         raise TextureDataError(
             f"{signal.where}: {share:.1%} of the acceleration is clipped at the end of its sensor's range; at most"
             f" {CLIPPED:.0%} are accepted; press less, or use a sensor of a wider range"
         )
+
+
+def _demand_live(where: str, values: Array) -> None:
+    """Each axis moved: one that stands still would count as clipped all the time."""
+    still = np.flatnonzero(np.ptp(values, axis=0) == 0) + 1
+    axes = values.shape[1]
+    if len(still) == axes:
+        raise TextureDataError(f"{where}: acceleration is constant; was the accelerometer connected?")
+    if len(still):
+        told = f"axis {still[0]} of {axes} is constant; was it connected?"
+        if len(still) > 1:
+            told = f"axes {' and '.join(map(str, still))} of {axes} are constant; were they connected?"
+        raise TextureDataError(f"{where}: acceleration, {told} Record again, or leave out what measured nothing")

@@ -43,6 +43,16 @@ class Sampled:
     where: str
     written_s: float = 0.0
 
+    @property
+    def lasts_s(self) -> float:
+        """From its first sample to the end of its last."""
+        return float(self.times_s[-1] - self.times_s[0]) + 1.0 / self.rate_hz
+
+    @property
+    def known_s(self) -> float:
+        """How long all its channels are finite."""
+        return int(np.isfinite(self.values).all(axis=1).sum()) / self.rate_hz
+
 
 def evenly(what: str, values: Array, rate_hz: float, where: str) -> Sampled:
     """A signal (n,) or (n, channels) that a clock of exactly that rate sampled from second 0 on."""

@@ -15,10 +15,13 @@ CHUNK_S = 0.5
 """As recorders write: acceleration and force lie in the file, positions are small enough to be kept."""
 
 
-def streams(seed, seconds, first_s, press=1.0):
-    """The streams of one exploration in chunks: a list of [(block, what the recorder says of it)]."""
+def streams(seed, seconds, first_s, press=1.0, seen_s=np.inf):
+    """The streams of one exploration in chunks: a list of [(block, what the recorder says of it)].
+
+    The tracker sees the marker for the first `seen_s`.
+    """
     t = np.arange(round(120 * seconds)) / 120
-    place = np.stack([40 * np.sin(3 * t), 40 * np.cos(3 * t), 0 * t, 1 + 0 * t], axis=1)
+    place = np.stack([40 * np.sin(3 * t), 40 * np.cos(3 * t), 0 * t, t < seen_s], axis=1)
     felt = np.stack([vibration(round(3000 * seconds), seed + axis) for axis in range(3)], axis=1) + GRAVITY
     force = 1.5 + 0.3 * np.sin(np.arange(round(8000 * seconds)) / 9000)
     force = press * force
@@ -33,12 +36,12 @@ def streams(seed, seconds, first_s, press=1.0):
         yield pieces
 
 
-def capture(written, trial, stimulus, seconds=6.0, seed=None, as_="captured", press=1.0):
+def capture(written, trial, stimulus, seconds=6.0, seed=None, as_="captured", press=1.0, seen_s=np.inf):
     """One trial, whose streams begin where its number says."""
     written.trial, written.attempt = trial, 1
     written.note("trial_started", {"stimulus": stimulus, "block": "main"})
     written.ask_for("sense")
-    for pieces in streams(trial if seed is None else seed, seconds, 100.0 * trial, press):
+    for pieces in streams(trial if seed is None else seed, seconds, 100.0 * trial, press, seen_s):
         written.chunk(*pieces)
     written.done()
     written.end(as_)

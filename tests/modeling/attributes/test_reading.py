@@ -133,6 +133,15 @@ def test_a_recording_that_cannot_be_used_leaves_the_texture_with_a_note(tmp_path
     assert read(tmp_path).textures[1].notes == short.notes
 
 
+def test_half_a_recording_that_the_tracker_did_not_see_is_told_of_its_texture(tmp_path):
+    session(tmp_path, "P001", [{"stimulus": "T01"}, {"stimulus": "T02", "seconds": 7.0, "seen_s": 4.0}])
+    for _ in range(2):  # made, and kept
+        whole, half = read(tmp_path).textures
+        assert half.touch["mfcc"].shape == (2, 520)
+        assert any("all signals are known together for 3.94 of 7.00 s" in note for note in half.notes)
+        assert not any("known together" in note for note in whole.notes)
+
+
 def test_a_picture_that_shows_nothing_leaves_the_texture_with_a_note(tmp_path):
     photographed(tmp_path, "T01")
     made = photos(tmp_path, "E002")

@@ -125,7 +125,7 @@ SECOND = np.arange(round(N / 1000 * TRACKED_HZ)) / TRACKED_HZ
 """When a tracker looked."""
 
 
-def tracked(said_hz=TRACKED_HZ, samples=len(SECOND)):
+def tracked(said_hz=TRACKED_HZ, samples=None):
     """A tracker's circles of 30 mm a second, in place of a speed; it looked 120 times a second, whatever is said."""
     circles = 30 * np.stack([np.cos(SECOND), np.sin(SECOND), 0 * SECOND], axis=1)
     return replace(touched(), speed=None, position=evenly("position", circles[:samples], said_hz, "made"))
@@ -161,8 +161,21 @@ def test_a_speed_or_a_force_at_a_rate_that_is_not_its_own_is_refused(said_hz, la
 
 def test_sensors_that_stop_a_little_apart_are_read():
     force = evenly("force", np.linspace(0.5, 2, N - 300), 1000.0, "made")
-    found, _ = touch_of("t", [replace(touched(), force=force)])
+    found, notes = touch_of("t", [replace(touched(), force=force)])
     assert lengths(found) == [2700]
+    assert any("known together for 7.70 of 8.00 s" in note for note in notes)
+
+
+def test_a_tail_that_is_not_known_is_left_out_and_told():
+    speed = np.linspace(20, 90, N)
+    speed[4000:] = np.nan
+    found, notes = touch_of("t", [replace(touched(), speed=evenly("speed", speed, 1000.0, "made"))])
+    assert lengths(found) == [1500]
+    assert (
+        "all signals are known together for 4.00 of 8.00 s (acceleration 8.00 s, speed 4.00 s, force 8.00 s): the rest"
+        " is left out" in notes
+    )
+    assert not any("known together" in note for note in touch_of("t", [touched()])[1])
 
 
 def test_segments_without_contact_are_told_and_never_any_is_refused():
@@ -183,6 +196,7 @@ def test_too_short_is_refused_and_may_be_trimmed_less():
     assert lengths(found) == [3500]
 
 
+DEAD = AXES * [1, 0, 1]
 SPIKED = AXES.copy()
 SPIKED[4000] = 1e6
 
@@ -190,11 +204,12 @@ SPIKED[4000] = 1e6
 @pytest.mark.parametrize(
     ("given", "told"),
     [([], "there is no recording"), ([touched(np.zeros((N, 3)))], "acceleration is constant"),
-     ([touched(1e-9 * AXES)], "is silent"), ([touched(np.clip(AXES, -0.3, 0.3))], "clipped at the end"),
+     ([touched(DEAD)], "axis 2 of 3 is constant"), ([touched(1e-9 * AXES)], "is silent"),
+     ([touched(np.clip(AXES, -0.3, 0.3))], "clipped at the end"),
      ([touched(np.full((N, 3), np.nan))], "0 of 8000 samples of acceleration are finite"),
      ([touched(AXES[:1])], "1 of 1 samples of acceleration are finite"), ([touched(SPIKED)], "at most 2000 can be"),
      ([touched(rate_hz=40.0)], "100 to 250000 Hz are expected"), ([touched(rate_hz=1e6)], "unit of the times")],
-    ids=["none", "constant", "silent", "clipped", "NaN", "one sample", "a spike", "too slow", "too fast"],
+    ids=["none", "constant", "an axis", "silent", "clipped", "NaN", "one sample", "a spike", "too slow", "too fast"],
 )  # fmt: skip
 def test_signals_that_tell_nothing_are_refused(given, told):
     with pytest.raises(TextureDataError, match=told):

@@ -61,6 +61,51 @@ def test_a_hole_cuts_the_recording_and_two_explorations_join():
     assert any("2 stretches between holes, 2.80 of 3.00 s" in note for note in found.notes)
 
 
+def test_what_ends_early_or_is_not_known_to_the_end_is_told():
+    whole, half = touched(), np.linspace(20, 90, N)
+    half[N // 2 :] = np.nan
+    for speed, lasts in ((half[: N // 2], 1500), (half, 1500), (np.linspace(20, 90, N - 300), 2700)):
+        found = prepared("t", "T", [touched(speed=speed)])
+        assert found.signals.shape == (3, lasts)
+        assert (
+            f"all signals are known together for {lasts / 1000:.2f} of 3.00 s (acceleration 3.00 s, speed"
+            f" {lasts / 1000:.2f} s, force 3.00 s): the rest is left out" in found.notes
+        )
+    late = replace(whole.force, times_s=whole.force.times_s + 1.0)
+    assert any("for 2.00 of 3.00 s (" in note for note in prepared("t", "T", [replace(whole, force=late)]).notes)
+    for speed in (half[:0:-1], np.linspace(20, 90, N - 100)):  # what begins late; what ends with the others, nearly
+        told = [note for note in prepared("t", "T", [touched(speed=speed)]).notes if "known together" in note]
+        assert len(told) == (len(speed) == N - 1)
+
+
+def test_a_hole_beside_an_end_that_lacks_is_counted_against_all_that_was_recorded():
+    speed = np.linspace(20, 90, N - 500)
+    speed[1000:1200] = np.nan
+    assert any(
+        "2 stretches between holes, 2.30 of 3.00 s" in n for n in prepared("t", "T", [touched(speed=speed)]).notes
+    )
+
+
+@pytest.mark.parametrize("hz", [20.0, 120.0])
+def test_what_the_slope_of_positions_loses_at_the_ends_is_no_note(hz):
+    t = np.arange(round(3 * hz)) / hz
+    circles = 30 * np.stack([np.cos(t), np.sin(t), 0 * t], axis=1)
+    moved = replace(touched(), speed=None, position=evenly("position", circles, hz, "made"))
+    assert not any("known together" in note for note in prepared("t", "T", [moved]).notes)
+
+
+@pytest.mark.parametrize(
+    ("still", "told"),
+    [((1,), "axis 2 of 3 is constant; was it connected"), ((0, 2), "axes 1 and 3 of 3 are constant; were they"),
+     ((0, 1, 2), "acceleration is constant; was the accelerometer connected")],
+)  # fmt: skip
+def test_an_axis_that_stands_still_is_refused_as_that(still, told):
+    axes = np.stack([vibration(N, axis) for axis in range(3)], axis=1)
+    axes[:, still] = 9.81
+    with pytest.raises(TextureDataError, match=told):
+        prepared("t", "T", [touched(axes)])
+
+
 def test_clipping_is_told_or_refused_and_a_sine_is_not_clipped():
     felt = 9 * vibration(N)
     told = prepared("t", "T", [touched(np.clip(felt, -22, 22))])
