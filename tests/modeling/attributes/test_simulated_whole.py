@@ -1,42 +1,86 @@
-"""From simulated sessions to what is predicted: ledgers, recordings, features, folds and a fit."""
+"""From simulated sessions to what is predicted and found: ledgers, recordings, pictures, features, folds, a library."""
+
+import json
 
 import pytest
+from click.testing import CliRunner
 
 from modeling.attributes.evaluation_tables import method_rows
 from modeling.attributes.judging_whole import Wanted, judge
 from modeling.attributes.reading import read_material
 from modeling.attributes.registry import METHODS
 from modeling.attributes.training import train_attributes
-from protocols.plan import ParticipantRow, compile_plan
-from studies.catalogue import SHIPPED
-from studies.rig import simulated
-from studies.session import start
-from studies.texture_set_studies import chosen, planned
-from tests.modeling.attributes.photo_labs import rated_by
+from modeling.commands_library import textures
+from studies.texture_set import TextureSet
 
 TEXTURES = ("T02", "T11", "T17", "T25", "T33", "T36", "T39", "T43", "T48")
 """Of nine classes, each attribute from low to high."""
 FELT = {"ridge": (("dwt",), ()), "mean": ((), ())}
 """Wavelets have 24 numbers, as few as nine textures can tell apart."""
+FELT_AND_SEEN = {**FELT, "ridge": (("dwt",), ("resnet",))}
 
 
 @pytest.fixture(scope="module")
 def lab(tmp_path_factory):
-    """A simulated tool touched each for 7 s, and three simulated people rated it."""
-    place = tmp_path_factory.mktemp("lab")
-    study = planned(place, chosen(TEXTURES, 7.0))["texture_capture"].model_copy(update={"opening": ()})
-    plan = compile_plan(study, ParticipantRow("P001", "perception", 0))
-    start(place, plan, simulated(study, SHIPPED / "texture_capture"))
-    rated_by(place, ("P001", "P002", "P003"), TEXTURES)
+    """A simulated tool touched each for 7 s, a camera took one picture of each, three simulated people rated it."""
+    place = tmp_path_factory.mktemp("set") / "lab"
+    made = TextureSet().make(place, lambda _line: None, textures=TEXTURES, seconds=7.0, pictures=1, raters=3)
+    assert all(each.complete for each in made)
     return place
 
 
+@pytest.fixture(scope="module")
+def seen(lab):
+    """The textures with features of both senses, pictures looked at in a hurry; kept in the lab."""
+    return read_material(lab, quick=True, variants=0, workers=1)
+
+
+def rows_of(judged):
+    rows = {row["method"]: row for row in method_rows(judged)}
+    assert rows["ridge"]["refused"] is rows["mean"]["refused"] is None
+    return rows
+
+
 def test_what_was_felt_predicts_textures_left_out_better_than_the_mean(lab, tmp_path):
-    material = read_material(lab, sight=False, workers=1, keep=False)
+    material = read_material(lab, sight=False, workers=1)
     assert material.simulated and sorted(material.ids) == list(TEXTURES)
     asked = Wanted(tmp_path, methods=("ridge", "mean"), ablations=False, workers=1)
-    rows = {row["method"]: row for row in method_rows(judge(material, asked, METHODS, FELT))}
-    assert rows["ridge"]["refused"] is rows["mean"]["refused"] is None
+    rows = rows_of(judge(material, asked, METHODS, FELT))
     assert rows["ridge"]["mae"] < 0.9 * rows["mean"]["mae"]
     written = train_attributes(material, "ridge", asked, tmp_path / "models", METHODS, FELT)
     assert written.metrics["mae"] == rows["ridge"]["mae"]
+
+
+def test_what_was_felt_and_seen_predicts_textures_left_out_better_than_the_mean(seen, tmp_path):
+    assert seen.simulated and sorted(seen.ids) == list(TEXTURES)
+    assert all(each.touch["dwt"].shape == (3, 24) and each.sight["resnet"].shape == (1, 2048) for each in seen.textures)
+    asked = Wanted(tmp_path, methods=("ridge", "mean"), ablations=False, workers=1)
+    rows = rows_of(judge(seen, asked, METHODS, FELT_AND_SEEN))
+    assert rows["ridge"]["mae"] < 0.9 * rows["mean"]["mae"]
+
+
+@pytest.fixture(scope="module")
+def indexed(lab, seen, tmp_path_factory):
+    """The lab with a model of both senses and a library."""
+    asked = Wanted(tmp_path_factory.mktemp("work"), quick=True, workers=1)
+    train_attributes(seen, "ridge", asked, lab / "models", METHODS, FELT_AND_SEEN)
+    told = in_words("index", "--lab", str(lab), "--workers", "1")
+    assert {told[count] for count in ("textures", "rated", "predicted", "pictures")} == {len(TEXTURES)}
+    return lab
+
+
+def in_words(*words):
+    result = CliRunner().invoke(textures, [*words, "--json"])
+    assert result.exit_code == 0, result.output
+    return json.loads(result.stdout)
+
+
+@pytest.mark.parametrize(
+    ("wish", "attribute", "most"),
+    [("very rough", 0, min), ("bumpy, not sticky", 1, max), ("very soft", 3, max)],
+    ids=["rough", "bumpy", "soft"],
+)
+def test_what_people_feel_most_is_found_by_what_the_model_predicts(seen, indexed, wish, attribute, most):
+    wanted = most(seen.textures, key=lambda each: each.rated.mean[attribute]).id
+    for said_by in ("--predicted", "--rated-only"):
+        assert in_words("find", wish, "--lab", str(indexed), said_by)["found"][0]["id"] == wanted
