@@ -4,6 +4,7 @@ import csv
 import subprocess
 import sys
 
+import numpy as np
 import pytest
 
 from devices.surfaces.choice import surface_for
@@ -34,6 +35,31 @@ def test_the_physics_follow_what_the_study_says_of_a_texture():
         order = sorted(rows, key=lambda row: float(row[column]))
         values = [sign * getattr(table[row["id"]], parameter) for row in order]
         assert values == sorted(values)
+
+
+@pytest.mark.parametrize("column", ["sim_roughness", "sim_slipperiness", "sim_softness"])
+def test_bumps_go_with_no_other_property(column):
+    """Else a sense that cannot tell bumps would tell them by what goes with them."""
+    rows = stimuli("perception")
+    bumps, other = (np.array([float(row[name]) for row in rows]) for name in ("sim_bumpiness", column))
+    assert abs(np.corrcoef(bumps, other)[0, 1]) < 0.35
+
+
+def bumps_by_class():
+    found = {}
+    for row in stimuli("perception"):
+        found.setdefault(row["class"], []).append(float(row["sim_bumpiness"]))
+    return {name: sorted(values) for name, values in found.items() if len(values) > 1}
+
+
+def test_flat_and_wavy_samples_stand_in_the_same_class():
+    bumps = bumps_by_class()
+    both = {name for name, values in bumps.items() if values[0] < 25 and values[-1] > 50}
+    assert both == {
+        "wood", "hardboard", "cardboard", "paper", "fabric", "denim", "foam", "rubber", "plastic"
+    }  # fmt: skip
+    assert set(bumps) - both == {"sandpaper", "towel", "carpet", "mesh"}
+    assert {name for name, values in bumps.items() if values[-1] - values[0] < 30} == {"mesh"}
 
 
 def written(tmp_path, line, column, text):
