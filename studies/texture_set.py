@@ -84,7 +84,7 @@ class TextureSet:
         """Make the set in a lab, or go on with it: see `make_set`. What is None is 60 s, 10 pictures, 20 raters;
         `quick`: a small set, where nothing else is said."""
         some = QUICK if quick and not textures else textures
-        given = chosen(some, seconds or (QUICK_S if quick else SECONDS))
+        given = chosen(some, seconds if seconds is not None else (QUICK_S if quick else SECONDS))
         shown = pictures if pictures is not None else (QUICK_PICTURES if quick else PICTURES)
         people = raters if raters is not None else (QUICK_RATERS if quick else RATERS)
         return make_set(lab, SetWanted(given, shown, people, seed, workers), report)

@@ -19,7 +19,8 @@ STUDIES = ("texture_capture", "texture_photos", "texture_ratings")
 GROUPS = {"texture_capture": "perception", "texture_photos": "all", "texture_ratings": None}
 """The group of each study that is the set."""
 SECONDS = 60.0
-LEAST_S, MOST_S = 1.0, 3600.0
+LEAST_S, MOST_S = 6.0, 3600.0
+"""Features of touch leave out 2.5 s at both ends and take segments of 0.5 s; the speed's window takes 0.06 s more."""
 FEWEST = 2
 """Simulated people feel a texture by how it stands among the others: of one alone nothing can be said."""
 Row = dict[str, str]
@@ -57,7 +58,10 @@ def chosen(textures: tuple[str, ...] = (), seconds: float = SECONDS) -> Chosen:
     if len(wanted) < FEWEST:
         raise TextureSetError(f"{len(wanted)} texture: {FEWEST} or more are needed, as people compare them")
     if not LEAST_S <= seconds <= MOST_S:
-        raise TextureSetError(f"{seconds:g} s of each texture: from {LEAST_S:g} to {MOST_S:g} s are expected")
+        raise TextureSetError(
+            f"{seconds:g} s of each texture: from {LEAST_S:g} to {MOST_S:g} s are expected, as 2.5 s are left out at"
+            " both ends when it is described, and a segment of touch takes 0.5 s"
+        )
     return Chosen(wanted, float(seconds))
 
 

@@ -17,7 +17,7 @@ from modeling.textures import reading_cluster, reading_hatt, reading_tables
 from modeling.textures.preparing import Filtering, Touched
 from modeling.textures.reading_cluster import Slide
 from modeling.textures.reading_tables import Held
-from modeling.textures.recording import TextureDataError
+from modeling.textures.recording import TextureDataError, TooShort
 from studies.content import file_sha256
 
 
@@ -68,7 +68,11 @@ class Filed:
 
     def rows(self) -> FeltRows:
         """Its features. Raises TextureDataError on what cannot be read, and as `touch_of` does."""
-        return rows_from(felt_of(self.id, self.label, self.category, map(_touched, self.sources), self.way))
+        try:
+            return rows_from(felt_of(self.id, self.label, self.category, map(_touched, self.sources), self.way))
+        except TooShort as error:
+            advice = ", or trim less (--trim-s)" if self.way.trim_s else ""
+            raise TooShort(f"{error}{advice}") from None
 
 
 @dataclass(frozen=True)

@@ -11,7 +11,7 @@ from analysis.features.touch import BAND_HZ, RATE_HZ, TRIM_S, FeatureError, Stre
 from modeling.textures.plausible import demand_level, steady
 from modeling.textures.preparing import Filtering, Touched, filtered
 from modeling.textures.rates import FASTEST_HZ, SLOWEST_HZ, Sampled
-from modeling.textures.recording import TextureDataError
+from modeling.textures.recording import TextureDataError, TooShort
 
 APART = 0.05
 """The share by which a signal may last longer or shorter than force: sensors do not start and stop together."""
@@ -79,9 +79,9 @@ def _demand_segment(texture: str, stretches: Sequence[Stretch]) -> None:
         raise TextureDataError(f"{texture}: there is no recording of it")
     longest = max(len(each.axes) for each in stretches)
     if longest < SEGMENT:
-        raise TextureDataError(
+        raise TooShort(
             f"{texture}: after trimming, the longest stretch without a hole is {longest / RATE_HZ:.3g} s; a segment"
-            f" takes {SEGMENT_S:g} s: record longer, or trim less"
+            f" takes {SEGMENT_S:g} s: record longer"
         )
 
 

@@ -13,7 +13,7 @@ from modeling.textures.hum import before_filter, without_hum
 from modeling.textures.joined import joined
 from modeling.textures.plausible import TOLD, clipped_share, demand_alive, demand_plausible, oddities
 from modeling.textures.rates import Sampled, along, on_grid, speed_from
-from modeling.textures.recording import RATE_HZ, Array, Recording, TextureDataError
+from modeling.textures.recording import RATE_HZ, Array, Recording, TextureDataError, TooShort
 from studies.one_axis import FRAME_S, one_axis
 from studies.texture_signals import BAND_HZ, HAND_HZ, band_pass, has_upper_edge, low_pass
 
@@ -129,14 +129,17 @@ def _holes(
 
 
 def _trimmed(found: Sequence[tuple[int, Stretch]], length: int, trim_s: float, where: str) -> list[Stretch]:
-    """Without what lies within `trim_s` of the exploration's start or end; `found` says where each stretch begins."""
+    """Without what lies within `trim_s` of the exploration's start or end; `found` says where each stretch begins.
+
+    Raises TooShort where that is everything.
+    """
     first = round(trim_s * RATE_HZ)
     cut = [each.cut(max(0, first - a), max(0, length - first - a)) for a, each in found]
     kept = [each for each in cut if len(each.axes)]
     if not kept:
-        raise TextureDataError(
+        raise TooShort(
             f"{where}: nothing of its {length / RATE_HZ:.2f} s is left where {trim_s:g} s are trimmed at both ends:"
-            " record longer, or trim less"
+            " record longer"
         )
     return kept
 

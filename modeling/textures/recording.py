@@ -17,6 +17,10 @@ class TextureDataError(ValueError):
     """Data that no texture can be learned from: the message says where, what was found and what to do."""
 
 
+class TooShort(TextureDataError):
+    """A recording of which trimming leaves nothing: a longer one would do, or less trimming where it is to be had."""
+
+
 @dataclass(frozen=True)
 class Recording:
     """A recording that was filtered and brought to 1 kHz.

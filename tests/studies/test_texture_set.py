@@ -7,9 +7,13 @@ import signal
 import pytest
 from PIL import Image
 
+from analysis.features.segments import SEGMENT_S
+from analysis.features.tactile import touch_features
+from analysis.features.touch import TRIM_S
 from devices.surfaces.photo import light, photograph, photographs
 from devices.surfaces.relief import relief
 from devices.surfaces.table import read_surfaces
+from modeling.attributes.reading_touch import touches
 from modeling.textures.reading_ledgers import read_lab
 from protocols.plan import ParticipantRow, compile_plan
 from protocols.requests import Sense
@@ -29,10 +33,10 @@ from studies.scenes import WHOLE, Strokes
 from studies.session import ledger_path, resume, start
 from studies.texture_set import QUICK, SetWanted, TextureSet, estimate, make_set, room_bytes
 from studies.texture_set_rig import ToolAhead, felt, rig_for
-from studies.texture_set_studies import STUDIES, TextureSetError, all_textures, chosen, planned
+from studies.texture_set_studies import LEAST_S, STUDIES, TextureSetError, all_textures, chosen, planned
 from studies.twins import ToolTwin
 
-SMALL = {"textures": ("T46", "T15"), "seconds": 1.0, "pictures": 1, "raters": 2}
+SMALL = {"textures": ("T46", "T15"), "seconds": 6.0, "pictures": 1, "raters": 2}
 ALL = ("texture_capture P001", "texture_photos P001", "texture_ratings P001", "texture_ratings P002")
 
 
@@ -66,8 +70,14 @@ def test_the_sessions_are_real_complete_and_repeat(small):
 def test_what_was_felt_can_be_learned_from_and_says_that_it_is_simulated(small):
     found = read_lab(small[0])
     assert [each.texture for each in found] == ["T15", "T46"]  # in the study's order
-    assert all(0.9 < each.seconds < 1.01 and "simulated" in each.notes for each in found)
+    assert all(5.9 < each.seconds < 6.01 and "simulated" in each.notes for each in found)
     assert found[0].acceleration_m_s2.std() > 2 * found[1].acceleration_m_s2.std()  # sandpaper and aluminum
+
+
+def test_the_shortest_set_has_a_segment_of_touch_to_describe(small):
+    """And a half second less would not have."""
+    assert 2 * TRIM_S + SEGMENT_S < LEAST_S <= 2 * TRIM_S + 2 * SEGMENT_S
+    assert [len(touch_features(each.touch)["mfcc"]) for each in touches(small[0])] == [1, 1]
 
 
 def test_pictures_are_kept_as_a_camera_s_are(small):
@@ -88,7 +98,7 @@ def test_a_smaller_set_is_a_study_of_the_lab_s_own(small):
     lab = small[0]
     shipped, own = (read_study(root / "texture_capture" / "study.yaml").study for root in (SHIPPED, lab / "studies"))
     seconds = {each.id: each.columns["seconds"] for each in own.stimuli if "perception" in each.columns["set"]}
-    assert seconds == {"T15": "1", "T46": "1"}
+    assert seconds == {"T15": "6", "T46": "6"}
     assert own.model_copy(update={"stimuli": shipped.stimuli}).definition() == shipped.definition()
     assert {"pilot", "rendering"} <= {each.columns["set"] for each in own.stimuli}
     assert "50" not in (lab / "studies" / "texture_ratings" / "study.yaml").read_text("utf-8")
@@ -116,7 +126,7 @@ def test_stopped_it_goes_on_and_two_processes_make_the_same(small, tmp_path):
 
 
 def test_palpate_resume_goes_on_with_pictures_too(tmp_path):
-    wanted = chosen(("T46", "T15"), 1.0)
+    wanted = chosen(("T46", "T15"), 6.0)
     found = read_study(SHIPPED / "texture_photos" / "study.yaml")
     few = found.study.model_copy(update={"stimuli": planned(tmp_path, wanted)["texture_photos"].stimuli})
     plan = compile_plan(few, ParticipantRow("P001", "all"))
@@ -146,8 +156,8 @@ def test_where_people_took_part_no_simulated_ones_join_them(tmp_path, monkeypatc
     [
         ({"seed": 1}, "it has seed 0, not 1"),
         ({"pictures": 2}, "it keeps 1 pictures of each texture, not 2"),
-        ({"seconds": 2.0}, "texture_capture of its own, which is not of 2 textures x 2 s"),
-        ({"textures": ("T46", "T15", "T01")}, "which is not of 3 textures x 1 s"),
+        ({"seconds": 7.0}, "texture_capture of its own, which is not of 2 textures x 7 s"),
+        ({"textures": ("T46", "T15", "T01")}, "which is not of 3 textures x 6 s"),
         ({"textures": (), "seconds": None}, "which is not of 50 textures x 60 s"),
         ({"raters": 1}, "P002_s1.sqlite: a session of texture_ratings that is not of 1 simulated"),
     ],
@@ -206,7 +216,9 @@ def test_a_recording_made_ahead_is_the_tool_s_own(tmp_path):
         ({"textures": ("T1", "T15")}, "no texture is called 'T1'; did you mean 'T01'"),
         ({"textures": ("T99",)}, "no texture is called 'T99'; did you mean"),
         ({"textures": ("T01",)}, "2 or more are needed"),
-        ({"seconds": 0.5}, "0.5 s of each texture: from 1 to 3600"),
+        ({"seconds": 0.0}, "0 s of each texture: from 6 to 3600"),
+        ({"seconds": 5.9}, "5.9 s of each texture: from 6 to 3600 s are expected, as 2.5 s are left out at both ends"),
+        ({"seconds": float("nan")}, "nan s of each texture"),
         ({"pictures": 11}, "11 pictures of each texture: from 1 to 10"),
         ({"raters": 0}, "0 raters"),
         ({"workers": 0}, "0 workers"),
