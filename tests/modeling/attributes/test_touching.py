@@ -91,6 +91,29 @@ def test_holes_cut_and_trimming_counts_from_the_explorations_own_ends(hole, left
         assert lengths(touch_of("t", [given])[0]) == left
 
 
+def minute(looks=7200, late_s=0.0):
+    """60 s from sensors of 3 kHz and 8 kHz and a tracker of 120 Hz, which begins later."""
+    felt = np.stack([vibration(180_000, axis) for axis in range(3)], axis=1)
+    t = np.arange(looks) / TRACKED_HZ
+    position = evenly("position", 30 * np.stack([np.cos(t), np.sin(t), 0 * t], axis=1), TRACKED_HZ, "made")
+    return Touched(
+        "made", evenly("acceleration", felt, 3000.0, "made"),
+        evenly("force", np.linspace(0.5, 2, 480_000), 8000.0, "made"),
+        position=replace(position, times_s=position.times_s + late_s),
+    )  # fmt: skip
+
+
+@pytest.mark.parametrize(
+    ("given", "samples", "count"),
+    [({"looks": 7201}, 55_000, 110), ({}, 54_992, 109), ({"looks": 7201, "late_s": 0.1}, 54_900, 109)],
+    ids=["all to the end", "the tracker's last look is a step before the end", "the tracker begins later"],
+)
+def test_a_minute_has_110_segments_or_109(given, samples, count):
+    found, _ = touch_of("t", [minute(**given)], filtering(remove_hum=False))
+    assert lengths(found) == [samples]
+    assert len(segments(found).vibration) == count
+
+
 def test_several_explorations_are_each_trimmed():
     found, notes = touch_of("t", iter([touched(), touched(n=7000)]))
     assert lengths(found) == [3000, 2000]
