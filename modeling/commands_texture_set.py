@@ -24,7 +24,7 @@ if TYPE_CHECKING:
 @click.option("--raters", type=click.IntRange(1, 999), help="Simulated people who rate all textures.  [default: 20]")
 @click.option("--seed", type=click.IntRange(0, 10**6), default=0, show_default=True, help="For everything drawn.")
 @click.option("--workers", type=click.IntRange(1, 64), default=1, show_default=True, help="Processes that compute.")
-@click.option("--quick", is_flag=True, help="8 textures x 8 s, 2 pictures, 6 raters: to try everything out.")
+@click.option("--quick", is_flag=True, help="10 textures x 8 s, 2 pictures, 6 raters: to try everything out.")
 @JSON
 @click.pass_obj
 def simulate(sides: Handed, /, lab: Path, textures: tuple[str, ...], as_json: bool, **asked: Any) -> None:
