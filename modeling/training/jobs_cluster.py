@@ -8,6 +8,7 @@ from pathlib import Path
 from typing import Any
 
 from modeling.training.job import Job, attempted, opened
+from modeling.training.memory import keep_freed
 from modeling.training.progress import Report
 from modeling.training.refusals import JobBroken, JobError
 from modeling.training.run_card import versions
@@ -25,7 +26,7 @@ def on_cluster(address: str, jobs: list[Job], took: Callable[[Job, Any], None], 
     with _client(address) as client:
         _refuse_unfit(client, address)
         report(f"{len(client.nthreads())} workers at {address}")
-        futures = {client.submit(attempted, job, pure=False): job for job in jobs}
+        futures = {client.submit(_attempted_there, job, pure=False): job for job in jobs}
         _collect(client, futures, took)
 
 
@@ -55,6 +56,11 @@ def local_cluster(workers: int, scratch: Path) -> Iterator[str]:
         ) as cluster,
     ):
         yield str(cluster.scheduler_address)
+
+
+def _attempted_there(job: Job) -> Any:
+    keep_freed()
+    return attempted(job)
 
 
 def _collect(client: Any, futures: dict[Any, Job], took: Callable[[Job, Any], None]) -> None:

@@ -1,0 +1,44 @@
+"""A worker that was told to give memory back at once keeps it for the next step."""
+
+import os
+import platform
+import subprocess
+import sys
+
+import pytest
+
+GLIBC = platform.libc_ver()[0] == "glibc"
+FAULTS = """
+import resource, sys, threading
+import numpy as np
+from modeling.training.memory import keep_freed
+
+def used():
+    for _ in range(200):
+        np.empty(1 << 20, dtype=np.uint8).fill(1)
+
+def faults():
+    used()
+    before = resource.getrusage(resource.RUSAGE_SELF).ru_minflt
+    used()
+    print(resource.getrusage(resource.RUSAGE_SELF).ru_minflt - before)
+
+def both():
+    faults()
+    keep_freed()
+    faults()
+
+worker = threading.Thread(target=both)  # as a cluster's worker does its jobs
+worker.start()
+worker.join()
+"""
+
+
+@pytest.mark.skipif(not GLIBC, reason="MALLOC_TRIM_THRESHOLD_ is glibc's")
+def test_a_worker_keeps_what_it_freed_where_its_environment_gives_it_back():
+    told = subprocess.run(
+        [sys.executable, "-c", FAULTS], env={**os.environ, "MALLOC_TRIM_THRESHOLD_": "65536"},
+        capture_output=True, text=True, check=True,
+    )  # fmt: skip
+    given_back, kept = map(int, told.stdout.split())
+    assert given_back > 200 * 200 and kept < given_back / 100
