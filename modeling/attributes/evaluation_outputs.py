@@ -19,8 +19,10 @@ from modeling.attributes.evaluation_tables import (
     table_rows,
 )
 from modeling.attributes.judging_default import DEFAULT, RULE, Choice
+from modeling.attributes.judging_entries import FEELING, SEEING
 from modeling.attributes.judging_material import digest_of
 from modeling.attributes.judging_whole import Judged, usable
+from modeling.attributes.lacking import has_rows
 from modeling.attributes.material import Material
 from modeling.doors.intervals import COVERAGE
 from modeling.files.evaluation_folder import plain, read_results, write_evaluation
@@ -116,10 +118,11 @@ def default_of(lab: Path, material: Material) -> Choice:
 
     An evaluation that was quick, of few folds, of other epochs or another end than the methods' own, or that did not
     ask for the shipped default, says nothing against it; one in which that was refused, as for pictures alone, does.
+    The shipped default is the network's branch of one sense where there is nothing of the other.
     """
-    told = read_results(folder_for(lab))
+    told, shipped = read_results(folder_for(lab)), _shipped(material)
     if not told:
-        return Choice(DEFAULT, "the shipped default, for this lab has no evaluation that can be read.")
+        return Choice(shipped, "the shipped default, for this lab has no evaluation that can be read.")
     try:
         against = _against(told, material)
         if not against:
@@ -128,7 +131,13 @@ def default_of(lab: Path, material: Material) -> Choice:
     except (KeyError, TypeError, AttributeError):
         against = ["is not as this version writes it"]
     why = f"the shipped default, for this lab's evaluation {' and '.join(against)}: it does not decide."
-    return Choice(DEFAULT, why)
+    return Choice(shipped, why)
+
+
+def _shipped(material: Material) -> str:
+    felt = any(has_rows(each.touch) for each in material.textures)
+    seen = any(has_rows(each.sight) for each in material.textures)
+    return DEFAULT if felt == seen else FEELING if felt else SEEING
 
 
 def _against(told: Mapping[str, Any], material: Material) -> list[str]:

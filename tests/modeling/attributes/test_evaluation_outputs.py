@@ -240,6 +240,14 @@ def test_an_evaluation_that_does_not_decide_what_is_trained_says_why(tmp_path, c
     assert told in found.why
 
 
+@pytest.mark.parametrize(("lacking", "trained"), [("touch", "hv_net"), ("sight", "ht_net")])
+def test_where_one_sense_has_nothing_the_branch_of_the_other_is_trained(tmp_path, lacking, trained):
+    found = small.material()
+    for each in found.textures:
+        found = small.changed(found, each.id, **{lacking: {}})
+    assert default_of(tmp_path, found).method == trained
+
+
 def test_as_many_folds_as_there_are_textures_are_a_whole_evaluation(tmp_path):
     judged = small.judged(tmp_path / "work", folds=12)
     assert not any("were left out" in line for line in banners(judged))
