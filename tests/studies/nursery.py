@@ -80,18 +80,19 @@ def main(labs: Path, seed: int, kills: int) -> None:
     """Kill `kills` sessions, each in a lab of its own at an instant drawn evenly over a usual session.
 
     Every second one is taken up again and that is killed, too. Three in four are counted from when their ledger is
-    there: how long a busy machine takes until then decides nothing.
+    there: how long a busy machine takes until then decides nothing. What is usual is measured anew before every ten, as
+    a machine that was busy may be so no longer.
     """
     chance, plan, rig = random.Random(seed), the_plan(), the_rig()
 
     def ledger(lab: Path) -> Path:
         return ledger_path(lab, plan.study.study, plan.who.participant)
 
-    usual = [labs / f"usual{number}" for number in range(3)]
-    before, after = map(
-        min, zip(*(usual_seconds(ledger(lab), lambda lab=lab: start(lab, plan, rig)) for lab in usual), strict=True)
-    )
+    before = after = 0.0
     for number in range(kills):
+        if number % 10 == 0:
+            usual = labs / f"usual{number}"
+            before, after = usual_seconds(ledger(usual), lambda usual=usual: start(usual, plan, rig))
         lab, path = labs / str(number), ledger(labs / str(number))
         latest, once = (1.1 * before, None) if number % 4 == 0 else (1.1 * after, path)
         kill_after(chance.uniform(0, latest), lambda lab=lab: start(lab, plan, rig), once)
