@@ -22,7 +22,7 @@ from modeling.attributes.judging_default import DEFAULT, RULE, Choice
 from modeling.attributes.judging_entries import FEELING, SEEING
 from modeling.attributes.judging_material import digest_of
 from modeling.attributes.judging_whole import Judged, usable
-from modeling.attributes.lacking import has_rows
+from modeling.attributes.lacking import senses
 from modeling.attributes.material import Material
 from modeling.doors.intervals import COVERAGE
 from modeling.files.evaluation_folder import plain, read_results, write_evaluation
@@ -135,8 +135,7 @@ def default_of(lab: Path, material: Material) -> Choice:
 
 
 def _shipped(material: Material) -> str:
-    felt = any(has_rows(each.touch) for each in material.textures)
-    seen = any(has_rows(each.sight) for each in material.textures)
+    felt, seen = senses(material.textures)
     return DEFAULT if felt == seen else FEELING if felt else SEEING
 
 

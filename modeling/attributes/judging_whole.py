@@ -17,7 +17,7 @@ from modeling.attributes.judging_jobs import MAIN, Clock, Context, Done, Entry, 
 from modeling.attributes.judging_kept import keep, load
 from modeling.attributes.judging_material import digest_of, parts_of, stored
 from modeling.attributes.judging_run import named, run
-from modeling.attributes.lacking import has_rows, why_of
+from modeling.attributes.lacking import has_rows, senses, why_of
 from modeling.attributes.material import Array, Material, MaterialError, ratings_of
 from modeling.attributes.methods import Method
 
@@ -126,8 +126,7 @@ def usable(material: Material) -> tuple[Material, dict[str, str]]:
     MaterialError where nothing was rated, and where fewer are left than can be evaluated: it names what lacks.
     """
     rated = material.rated()
-    felt = any(has_rows(each.touch) for each in rated.textures)
-    seen = any(has_rows(each.sight) for each in rated.textures)
+    felt, seen = senses(rated.textures)
     left_out = {each.id: "it was not rated" for each in material.textures if each.rated is None}
     for each in rated.textures:
         lacks = [what for what, asked, own in (("recording", felt, each.touch), ("picture", seen, each.sight))

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import re
-from collections.abc import Iterator, Mapping
+from collections.abc import Iterator, Mapping, Sequence
 
 from modeling.attributes.material import (
     NOT_PHOTOGRAPHED,
@@ -30,6 +30,11 @@ def has_rows(kinds: Mapping[str, Rows]) -> bool:
     return any(len(rows) for rows in kinds.values())
 
 
+def senses(textures: Sequence[Texture]) -> tuple[bool, bool]:
+    """Whether any of the textures was felt, and whether any was seen."""
+    return any(has_rows(each.touch) for each in textures), any(has_rows(each.sight) for each in textures)
+
+
 def why_of(texture: Texture, what: str) -> list[str]:
     """The texture's notes on why a recording or a picture of it cannot be used."""
     return [note for note in texture.notes if note.startswith(WHY[what])]
@@ -37,12 +42,8 @@ def why_of(texture: Texture, what: str) -> list[str]:
 
 def lacking(material: Material) -> list[str]:
     """A sentence where no recording of any texture can be used, and one where no picture can: why, and how many."""
-    every = material.textures
-    there = {
-        "recording": any(has_rows(each.touch) for each in every),
-        "picture": any(has_rows(each.sight) for each in every),
-    }
-    return [_sentence(material, what) for what, any_of_it in there.items() if not any_of_it]
+    there = zip(WHY, senses(material.textures), strict=True)
+    return [_sentence(material, what) for what, any_of_it in there if not any_of_it]
 
 
 def _sentence(material: Material, what: str) -> str:
