@@ -69,6 +69,12 @@ class Card(Strict):
     training: Mapping[str, Any] = Field(default_factory=dict)
     notes: tuple[str, ...] = ()
 
+    @property
+    def quick(self) -> bool:
+        """Whether it was trained with --quick, on features that were made in a hurry."""
+        configuration = self.training.get("configuration")
+        return isinstance(configuration, Mapping) and bool(configuration.get("quick"))
+
 
 @dataclass(frozen=True)
 class AttributeModel:

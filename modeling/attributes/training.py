@@ -81,7 +81,7 @@ def demand_no_loss(folder: Path) -> None:
         card = read_card(path)
     except ModelFileError:
         return
-    if not card.training.get("configuration", {}).get("quick"):
+    if not card.quick:
         raise ModelFileError(
             f"{path}: this model ({card.method}, of {len(card.learned)} textures) was not trained with --quick, and a"
             " quick one would replace it: name another folder with --to, or let it be replaced with --replace"

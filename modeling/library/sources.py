@@ -90,7 +90,7 @@ def _of_sessions(wanted: Wanted, card: Card, report: Report) -> Material:
 
     report("making features")
     return read_material(
-        wanted.lab, study_ratings=wanted.study, weights=wanted.weights, quick=_hurried(card), variants=0,
+        wanted.lab, study_ratings=wanted.study, weights=wanted.weights, quick=card.quick, variants=0,
         workers=wanted.workers, touch=bool(card.touch), sight=bool(card.sight), simulated=wanted.simulated,
         report=report,
     )  # fmt: skip
@@ -107,15 +107,9 @@ def _of_folder(wanted: Wanted, folder: Path, model: AttributeModel | None, repor
     report("making features")
     return read_folder(
         folder, wanted.lab, table=wanted.ratings, scale=wanted.scale, weights=wanted.weights,
-        quick=_hurried(model.card), variants=0, workers=wanted.workers, recordings=felt, sight=bool(model.card.sight),
+        quick=model.card.quick, variants=0, workers=wanted.workers, recordings=felt, sight=bool(model.card.sight),
         report=report,
     )  # fmt: skip
-
-
-def _hurried(card: Card) -> bool:
-    """Whether the model learned from features that were made in a hurry (--quick): it is asked about such ones."""
-    configuration = card.training.get("configuration")
-    return isinstance(configuration, Mapping) and bool(configuration.get("quick"))
 
 
 def predictor_of(model: AttributeModel, lab: Path) -> Predictor:
