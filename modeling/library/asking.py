@@ -231,9 +231,7 @@ def _number(reader: _Reader) -> Soft | None:
     """A number, or a range of numbers, as values towards the word."""
     start = reader.at
     joining = RANGE
-    if reader.peek() == "between":
-        _refuse_negative(reader, 1)
-    if reader.peek() == "between" and _is_number(reader.peek(1)):
+    if reader.peek() == "between" and _begins_number(reader, 1):
         reader.at += 1
         joining = RANGE | {"and"}
         low, high = _value(reader), None
@@ -241,8 +239,7 @@ def _number(reader: _Reader) -> Soft | None:
         how = reader.take(reader.known.numbers)
         while how == "about" and (further := reader.take(reader.known.numbers)):
             how = further
-        _refuse_negative(reader)
-        if not _is_number(reader.peek()):
+        if not _begins_number(reader):
             reader.at = start
             return None
         low = _value(reader)
@@ -251,9 +248,7 @@ def _number(reader: _Reader) -> Soft | None:
         if how == "at most":
             return trapezoid((None, None, low, low + EDGE))
         high = low
-    if reader.peek() in joining:
-        _refuse_negative(reader, 1)
-    if reader.peek() in joining and _is_number(reader.peek(1)):
+    if reader.peek() in joining and _begins_number(reader, 1):
         reader.at += 1
         high = _value(reader)
     return _range(reader, low, high)
@@ -272,10 +267,11 @@ def _is_number(word: str) -> bool:
     return word[:1] in DIGITS and bool(word)
 
 
-def _refuse_negative(reader: _Reader, ahead: int = 0) -> None:
-    """A minus where a number begins; between two numbers it makes a range."""
+def _begins_number(reader: _Reader, ahead: int = 0) -> bool:
+    """Whether a number stands there. One with a minus is refused: between two numbers alone it makes a range."""
     if reader.peek(ahead) in MINUS and _is_number(reader.peek(ahead + 1)):
         raise _off_scale(reader, -float(reader.peek(ahead + 1)))
+    return _is_number(reader.peek(ahead))
 
 
 def _value(reader: _Reader) -> float:
