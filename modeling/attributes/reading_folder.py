@@ -18,6 +18,7 @@ from modeling.attributes.reading_pictures import file_sha256
 from modeling.attributes.reading_ratings import attributes_of
 from modeling.attributes.resnet_weights import weights_from
 from modeling.attributes.seeing import Album, Picture, Seen, in_a_hurry, seen, sight_with
+from modeling.textures.table_columns import separator_of
 from modeling.training.progress import Report, silent
 
 if TYPE_CHECKING:
@@ -30,8 +31,6 @@ FEW_STEPS = 10.0
 """Ratings that all lie within 0 and this are hardly of 0 to 100: scales of 5, 7, 9 or 11 steps end there."""
 TABLE = "ratings.csv"
 """What the table is called, unless another one is named or it is the folder's only one."""
-SEPARATORS = ",;\t"
-"""Of cells; the header says which. Where commas do not separate they may be decimal, as in tables of recordings."""
 
 
 @dataclass(frozen=True)
@@ -178,7 +177,7 @@ def _lines_of(table: Path, pairs: tuple[Pair, ...]) -> tuple[list[Line], Columns
         raise MaterialError(f"{table}: cannot be read ({error.strerror}); a CSV table of ratings is expected") from None
     except UnicodeDecodeError as error:
         raise MaterialError(f"{table}: byte {error.start} is not UTF-8; save the table as UTF-8") from None
-    separator = max(SEPARATORS, key=text.partition("\n")[0].count)
+    separator = separator_of(text.partition("\n")[0]) or ","
     rows = csv.reader(io.StringIO(text, newline=""), strict=True, delimiter=separator)
     try:
         header = [name.strip() for name in next(rows, [])]

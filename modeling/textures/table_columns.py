@@ -118,7 +118,7 @@ def _lines(file: Path) -> _Lines:
         )
     if not rows:
         raise TextureDataError(f"{file}: no row stands under the header")
-    return _Lines(header, at, [line for _, line in rows], [number for number, _ in rows], _separator(header))
+    return _Lines(header, at, [line for _, line in rows], [number for number, _ in rows], separator_of(header))
 
 
 def _text(file: Path) -> str:
@@ -138,7 +138,8 @@ def _numbers(line: str) -> bool:
         return False
 
 
-def _separator(header: str) -> str:
+def separator_of(header: str) -> str:
+    """What separates the cells of a table, by its header: the commonest of `SEPARATORS`, "" where there is none."""
     most = max(SEPARATORS, key=header.count)
     return most if most in header else ""
 
