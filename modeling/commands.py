@@ -194,10 +194,10 @@ def _show(found: Evaluation, page: Path) -> None:
 
     from modeling.doors.evaluation_parts import banners, reached
     from modeling.report.blocks import written
+    from modeling.report.terminal import print_banners
 
+    print_banners(banners(found))
     console = Console(highlight=False)
-    for line in banners(found):
-        console.print(line, style="yellow")
     for title, rows, columns in zip(TITLES, (found.forward, found.inverse), SHOWN, strict=True):
         if rows:
             table = Table(title=title, title_justify="left", box=None, pad_edge=False)

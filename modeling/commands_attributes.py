@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Sequence
+from collections.abc import Callable
 from dataclasses import dataclass
 from functools import wraps
 from pathlib import Path
@@ -161,6 +161,7 @@ def train_attributes(asked: Asked, method: str | None, to: Path | None, replace:
     from modeling.attributes.registry import METHODS, OWN_FEATURES
     from modeling.attributes.training import demand_no_loss
     from modeling.attributes.training import train_attributes as trained
+    from modeling.report.terminal import print_banners
 
     wanted = wanted_for(asked, None if method is None else (method,), ablations=False)
     folder = to or asked.lab / "models"
@@ -176,7 +177,7 @@ def train_attributes(asked: Asked, method: str | None, to: Path | None, replace:
     if as_json:
         echo_json({**written.plain(), "why": chosen.why})
         return
-    _warn(written.banners)
+    print_banners(written.banners)
     told = f"MAE {written.metrics['mae']:.2f}, RMSE {written.metrics['rmse']:.2f} of textures left out (0 to 100)"
     click.echo(f"{written.card}: {written.method}; {told}")
 
@@ -240,23 +241,14 @@ def evaluate_attributes(
     _show(found, paths[-1])
 
 
-def _warn(lines: Sequence[str]) -> None:
-    """What has to be known before any number is read."""
-    from rich.console import Console
-
-    console = Console(highlight=False)
-    for line in lines:
-        console.print(line, style="yellow", markup=False)
-
-
 def _show(found: Judged, page: Path) -> None:
     from rich.console import Console
 
     from modeling.attributes.evaluation_report import banners, choice_of, reached
     from modeling.attributes.evaluation_tables import method_rows
-    from modeling.report.terminal import methods_table
+    from modeling.report.terminal import methods_table, print_banners
 
-    _warn(banners(found))
+    print_banners(banners(found))
     rows = method_rows(found)
     Console(highlight=False).print(methods_table(rows, COLUMNS))
     for row in rows:

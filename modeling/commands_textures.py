@@ -223,15 +223,13 @@ def evaluate_textures(sides: Sides, asked: Asked, grid: bool, figures: bool, to:
 def _show(found: Judged, page: Path) -> None:
     from rich.console import Console
 
-    from modeling.report.terminal import methods_table
+    from modeling.report.terminal import methods_table, print_banners
     from modeling.textures.evaluation_reached import reached
     from modeling.textures.evaluation_report import banners, choice_of
     from modeling.textures.evaluation_tables import method_rows
 
-    console = Console(highlight=False)
-    for line in banners(found):
-        console.print(line, style="yellow", markup=False)
-    console.print(methods_table([_shown(row) for row in method_rows(found)], COLUMNS))
+    print_banners(banners(found))
+    Console(highlight=False).print(methods_table([_shown(row) for row in method_rows(found)], COLUMNS))
     chosen = choice_of(found)
     click.echo(f"default: {chosen.method}. {chosen.why} {' '.join(chosen.of_ours)}".rstrip())
     for label, line in reached(found):

@@ -1,4 +1,4 @@
-"""What an evaluation prints: its methods as a table."""
+"""What an evaluation prints: what has to be known of it, and its methods as a table."""
 
 from __future__ import annotations
 
@@ -7,6 +7,15 @@ from typing import TYPE_CHECKING, Any
 
 if TYPE_CHECKING:
     from rich.table import Table
+
+
+def print_banners(lines: Sequence[str]) -> None:
+    """Print what has to be known before any number is read."""
+    from rich.console import Console
+
+    console = Console(highlight=False)
+    for line in lines:
+        console.print(line, style="yellow", markup=False)
 
 
 def methods_table(rows: Sequence[Mapping[str, Any]], columns: Sequence[tuple[str, str, str]]) -> Table:
