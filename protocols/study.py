@@ -51,6 +51,12 @@ RATED = ("slider_rating", "matching", "similarity", "authoring")
 Need = Literal[
     "door", "window", "samples", "tool", "door_sensors", "texture_renderer", "door_generator", "camera", "masking_noise"
 ]
+PRESENTING: tuple[Need, ...] = ("door", "texture_renderer", "door_generator")
+"""Needs that let the participant feel something; a study has at most one, beside samples put in place by hand."""
+RECORDING: tuple[Need, ...] = ("tool", "door_sensors", "camera")
+"""Needs that record a stimulus while it is explored."""
+BESIDE: tuple[Need, ...] = ("masking_noise",)
+"""Needs that work beside whatever presents."""
 
 
 def _digits(size: float) -> int:

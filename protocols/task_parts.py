@@ -5,7 +5,7 @@ from __future__ import annotations
 from collections.abc import Iterator
 
 from protocols.problems import Problem
-from protocols.study import RATED, Study
+from protocols.study import PRESENTING, RATED, RECORDING, Study
 
 REQUIRED = {
     **dict.fromkeys(RATED, ("attributes", "scale")),
@@ -43,10 +43,22 @@ def _of_similarity(study: Study) -> Iterator[Problem]:
 
 
 def _of_devices(study: Study) -> Iterator[Problem]:
-    """What records the stimuli, or makes what is wished for, must be among the devices that are opened."""
-    needed = "door_generator" if study.task == "authoring" else study.capture and study.capture.device
-    if study.task in ONE_WAY and needed and needed not in study.needs:
-        yield Problem(("needs",), f"task {study.task} needs the device {needed}, which is not listed")
+    """What records the stimuli, or makes what is wished for, is listed; and nothing that the task does not use."""
+    used = "door_generator" if study.task == "authoring" else study.capture and study.capture.device
+    if study.task in ONE_WAY and used and used not in study.needs:
+        yield Problem(("needs",), f"task {study.task} needs the device {used}, which is not listed")
+    presenting = [need for need in study.needs if need in PRESENTING]
+    for index, need in enumerate(study.needs):
+        place = ("needs", index)
+        if need in study.needs[:index]:
+            yield Problem(place, f"{need} stands twice")
+        elif need in RECORDING and need != (study.capture and study.capture.device):
+            recording = f", which records with {study.capture.device}" if study.capture is not None else ""
+            yield Problem(place, f"nothing in task {study.task}{recording} records with {need}; leave it out")
+        elif need in PRESENTING and (need == "door_generator") != (study.task == "authoring"):
+            yield Problem(place, f"nothing in task {study.task} is presented by {need}; leave it out")
+        elif need in presenting[1:]:
+            yield Problem(place, f"{need} would present nothing: {presenting[0]} presents the stimuli; leave one out")
 
 
 def _of_ends(study: Study) -> Iterator[Problem]:

@@ -10,7 +10,7 @@ from typing import TYPE_CHECKING, Any
 from devices.samples import HandMounted
 from devices.signals import Presents, Records
 from protocols.plan import Plan
-from protocols.study import Study
+from protocols.study import BESIDE, PRESENTING, RECORDING, Study
 from studies.catalogue import Found
 from studies.live import Mounted, Station, TwinInRealTime
 from studies.live_options import LiveOptions
@@ -20,9 +20,6 @@ if TYPE_CHECKING:
     from devices.rig.file import RigFile
     from devices.rig.opened import OpenRig
 
-PRESENTING = ("door", "texture_renderer", "door_generator")
-RECORDING = ("tool", "door_sensors", "camera")
-BESIDE = ("masking_noise",)
 CHECKED = {"door", "door_generator", "texture_renderer"}
 """Needs whose stimuli come from files, which may be wrong."""
 

@@ -14,8 +14,9 @@ from devices.signals import Device, Presents, Records, Sensor
 from devices.streams.capture import Capture
 from protocols.plan import Plan
 from protocols.requests import Present, Sense
+from protocols.study import RECORDING
 from studies.catalogue import Found
-from studies.hardware import RECORDING, composed
+from studies.hardware import composed
 from studies.live import Station
 from studies.profiles import Profiles
 from studies.scenes import pictures_of, scenes_for

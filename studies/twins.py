@@ -11,7 +11,7 @@ from devices.door.twin import open_door
 from protocols.keyed import normal
 from protocols.plan import Plan, Trial
 from protocols.requests import Present, Reply, Request, Samples, Sense
-from protocols.study import Need, Stimulus, Study
+from protocols.study import PRESENTING, RECORDING, Need, Stimulus, Study
 from protocols.worlds import Done
 from studies.profiles import Profiles, profile_of
 from studies.rig import RigError
@@ -23,7 +23,6 @@ if TYPE_CHECKING:
     from studies.renderings import Renderings
 
 DOOR_RATE_HZ = 100.0
-RECORDED = ("tool", "door_sensors", "camera")
 SECONDS_A_PICTURE = 12.0
 
 
@@ -83,8 +82,8 @@ def twin_for(
         "texture_renderer": lambda: RendererTwin(plan, renderings or renderings_of(folder, lab)),
     }
     here: dict[Need, DeviceTwin] = {need: made[need]() for need in study.needs if need in made}
-    presenting = [here[need] for need in here if need in ("door", "door_generator", "texture_renderer")]
-    records: dict[str, DeviceTwin] = {need: here[need] for need in here if need in RECORDED}
+    presenting = [here[need] for need in here if need in PRESENTING]
+    records: dict[str, DeviceTwin] = {need: here[need] for need in here if need in RECORDING}
     return Twins(presenting[0] if presenting else HandedOver(plan), records)
 
 

@@ -1,5 +1,7 @@
 """Every task runs from consent to the last form, replays, and refuses what is no answer to it."""
 
+from typing import get_args
+
 import pytest
 
 from protocols.answering import answer
@@ -9,7 +11,7 @@ from protocols.perceiver import Perceiver
 from protocols.plan import ParticipantRow, PlanError, compile_plan
 from protocols.requests import Ask, Reply, ReplyError, Samples
 from protocols.runner import run
-from protocols.study import Study
+from protocols.study import Need, Study
 from protocols.worlds import Done, Recorded, Simulated, VirtualClock
 from tests.protocols.every_task import ITEMS, LAB, PARTS, WORDS, plan_of, study_of
 from tests.protocols.worlds_for_tests import Kept
@@ -99,6 +101,33 @@ def test_a_part_that_the_task_needs_is_asked_for_by_name(task, part):
 def test_parts_that_do_not_fit_are_named(task, changes, said):
     problems = [problem.message for problem in inconsistencies(study_of(task, **changes))]
     assert any(said in problem for problem in problems), problems
+
+
+FELT = {"door", "texture_renderer"}
+USED = dict.fromkeys(TASKS, FELT) | {"authoring": {"door_generator"}, "capture": FELT | {"tool"}}
+"""Beside what any study may need, what a study of the task can present or record with."""
+
+
+@pytest.mark.parametrize("task", TASKS)
+def test_a_need_that_nothing_presents_or_records_is_refused(task):
+    always = {"window", "samples", "masking_noise"}
+    for need in get_args(Need):
+        needs = list(dict.fromkeys([*DEVICES.get(task, []), need]))
+        problems = [problem.message for problem in inconsistencies(study_of(task, needs=needs))]
+        assert (not problems) == (need in always | USED[task]), (need, problems)
+        assert all(f"{need}; leave it out" in problem for problem in problems if need not in FELT), problems
+
+
+@pytest.mark.parametrize(
+    ("needs", "said"),
+    [
+        (["door", "texture_renderer"], "texture_renderer would present nothing: door presents the stimuli"),
+        (["window", "samples", "window"], "window stands twice"),
+    ],
+)
+def test_a_need_beside_which_another_is_idle_is_refused(needs, said):
+    problems = list(inconsistencies(study_of("slider_rating", needs=needs)))
+    assert [problem.path[0] for problem in problems] == ["needs"] and said in problems[0].message
 
 
 def test_words_are_shuffled_once_for_each_participant():
