@@ -158,23 +158,35 @@ def demo(lab: Path) -> None:
     _fresh(lab)
     for line in DEMO:
         click.secho(f"\n$ palpate {line} --lab {lab}", bold=True)
-        if status := _status([*line.split(), "--lab", str(lab)]):
+        try:
+            status = _status([*line.split(), "--lab", str(lab)])
+        finally:
+            (lab / DEMO_MARK).write_text("".join(f"{name}\n" for name in sorted(_files_in(lab))), encoding="utf-8")
+        if status:
             raise click.exceptions.Exit(status)
 
 
 def _fresh(lab: Path) -> None:
-    """An empty lab; only one that a demo made before is cleared."""
+    """Empty the lab of an earlier demo, or make a new one; a folder that holds anything else is refused."""
     if lab.exists() and any(lab.iterdir()):
-        ours = {f"door_ratings_P{number:03d}_s1.sqlite" for number in range(1, 41)}
-        others = [path.name for path in (lab / "sessions").glob("*.sqlite") if path.name not in ours]
-        if not (lab / DEMO_MARK).exists() or others:
-            held = f"holds other sessions ({others[0]})" if others else "is no demo lab"
-            raise click.UsageError(f"{lab} exists and {held}; give another folder with --lab")
+        mark = lab / DEMO_MARK
+        if not mark.is_file():
+            raise click.UsageError(f"{lab} exists and is no demo lab; give another folder with --lab")
+        if others := _files_in(lab) - set(mark.read_text(encoding="utf-8").splitlines()):
+            raise click.UsageError(
+                f"{lab} holds {min(others)}, which the demo did not make; give another folder with --lab"
+            )
         import shutil
 
         shutil.rmtree(lab)
     lab.mkdir(parents=True, exist_ok=True)
     (lab / DEMO_MARK).touch()
+
+
+def _files_in(lab: Path) -> set[str]:
+    """Return the names of all files in the lab, except the mark."""
+    paths = (path for path in lab.rglob("*") if path.is_symlink() or not path.is_dir())
+    return {path.relative_to(lab).as_posix() for path in paths} - {DEMO_MARK}
 
 
 @click.command()

@@ -157,12 +157,12 @@ def _demand_equal(side: DoorSide, card: Path, model: Fitted, way: Direction, dat
 
 def _history(model: Fitted, folder: Path, name: str) -> tuple[Path, ...]:
     """The epochs as a table and as a picture, of a model that is trained in epochs; an older one's are removed."""
-    for kind in ("csv", "svg", "png"):
-        (folder / f"{name}.history.{kind}").unlink(missing_ok=True)
+    from modeling.training.history import remove_history, write_history
+
+    remove_history(folder, name)
     history = getattr(getattr(model, "trained", None), "history", ())
     if not history:
         return ()
-    from modeling.training.history import write_history
     from modeling.training.learning_curve import save_learning_curve
 
     table = write_history(history, folder / f"{name}.history.csv")

@@ -7,11 +7,12 @@ from collections.abc import Collection, Iterable, Iterator
 from dataclasses import dataclass
 from pathlib import Path
 
-from sqlalchemy import URL, Connection, Engine, create_engine, delete, insert, make_url, select
+from sqlalchemy import URL, Connection, Engine, create_engine, delete, insert, inspect, make_url, select
 from sqlalchemy.exc import ArgumentError, SQLAlchemyError
 
 from studies import collected_schema as schema
 from studies.ledger_schema import APPLICATION_ID
+from studies.participants.schema import metadata as registry
 from studies.record import read
 from studies.tables import SessionTables, tables
 
@@ -50,19 +51,22 @@ def others_in(lab: Path) -> list[Path]:
 
 
 def open_database(url: str | URL, rebuild: bool = False) -> Engine:
-    """A database for collecting, its tables made where missing; to `rebuild` empties it first.
+    """A database for collecting, its tables made where missing; to `rebuild` drops them first, and nothing else.
 
-    Raises CollectError on a URL that cannot be used or a database of another version.
+    Raises CollectError on a URL that cannot be used, a database of another version, or one that holds other tables.
     """
     try:
         target = make_url(url)
         engine = create_engine(target, connect_args={"timeout": 60} if target.drivername.startswith("sqlite") else {})
         with engine.begin() as connection:
             _wait_for_others(connection)
-            _demand_no_ledger(connection)
+            _demand_ours(connection)
             if rebuild:
                 schema.drop_all(connection)
             _demand_version(connection)
+    except CollectError as error:
+        engine.dispose()
+        raise CollectError(f"{_without_password(str(url))}: {error}") from None
     except (SQLAlchemyError, ModuleNotFoundError) as error:
         reason = "not a database URL" if isinstance(error, ArgumentError) else str(getattr(error, "orig", error))
         raise CollectError(f"{_without_password(str(url))}: {reason.strip() or type(error).__name__}") from None
@@ -165,12 +169,31 @@ def _demand_version(connection: Connection) -> None:
     schema.create_all(connection)
 
 
-def _demand_no_ledger(connection: Connection) -> None:
-    """A session's own file is no place to collect into."""
-    if connection.dialect.name != "sqlite":
-        return
-    if connection.exec_driver_sql("PRAGMA application_id").scalar_one() == APPLICATION_ID:
+def _demand_ours(connection: Connection) -> None:
+    """Raise CollectError unless the database is empty or holds the table `palpate`, the mark of a collected database.
+
+    In PostgreSQL a lab's registry may lie beside it. A table under one of our names must have our key columns.
+    """
+    sqlite = connection.dialect.name == "sqlite"
+    if sqlite and connection.exec_driver_sql("PRAGMA application_id").scalar_one() == APPLICATION_ID:
         raise CollectError("this file is a session's ledger; collect into a database of its own")
+    inspector = inspect(connection)
+    names = {*inspector.get_table_names(), *inspector.get_view_names()} - (set() if sqlite else set(registry.tables))
+    columns = {
+        name: {str(column["name"]) for column in inspector.get_columns(name)}
+        for name in names.intersection(schema.metadata.tables)
+    }
+    if names and columns.get(schema.palpate.name) != {"version"}:
+        raise CollectError(
+            f"holds the table {min(names)}, and no mark that palpate collect made it; nothing was changed. Collect "
+            "into a new database" + ("" if sqlite else ", or a schema of its own: add ?options=-csearch_path%3DSCHEMA")
+        )
+    for name, present in sorted(columns.items()):
+        if missing := {column.name for column in schema.metadata.tables[name].primary_key} - present:
+            raise CollectError(
+                f"its table {name} has no column {min(missing)}: palpate collect did not make it; nothing was changed. "
+                "Rename that table, or collect into a new database"
+            )
 
 
 def _without_password(url: str) -> str:

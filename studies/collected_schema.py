@@ -188,9 +188,11 @@ def ratings_query() -> Select[tuple[object, ...]]:
 
 
 def drop_all(connection: Connection) -> None:
-    """Remove the view and the tables."""
+    """Remove the view and the tables, but for `palpate`, which marks the database as ours; its version is removed."""
     connection.exec_driver_sql(f"DROP VIEW IF EXISTS {RATINGS}")
-    metadata.drop_all(connection)
+    metadata.drop_all(connection, tables=[table for table in metadata.sorted_tables if table is not palpate])
+    if inspect(connection).has_table(palpate.name):
+        connection.execute(palpate.delete())
 
 
 def create_all(connection: Connection) -> None:

@@ -87,13 +87,11 @@ def written(lab: Path, wanted: Chosen) -> dict[str, Found]:
     """The three studies at their folders: the shipped ones, else LAB/studies, written where they are not there yet."""
     if wanted.whole:
         return {name: read_study(SHIPPED / name / STUDY_FILE) for name in STUDIES}
-    drafts = lab / ".drafts"
     for name in STUDIES:
         if not (lab / "studies" / name).exists():
-            shutil.rmtree(drafts, ignore_errors=True)
             (lab / "studies").mkdir(exist_ok=True)
-            _draft(drafts / name, wanted).rename(lab / "studies" / name)
-            drafts.rmdir()
+            with TemporaryDirectory(prefix=".draft-", dir=lab) as drafts:
+                _draft(Path(drafts) / name, wanted).rename(lab / "studies" / name)
     return {name: read_study(lab / "studies" / name / STUDY_FILE) for name in STUDIES}
 
 

@@ -77,3 +77,15 @@ def test_a_demo_clears_only_a_demos_lab(tmp_path, capsys):
     assert palpate._status(["demo", "--lab", str(tmp_path)]) == 2
     assert "exists and is no demo lab" in capsys.readouterr().err
     assert (tmp_path / "year_of_data.sqlite").exists()
+
+
+def test_a_demo_refuses_a_file_that_no_demo_made(tmp_path, capsys, monkeypatch):
+    lab = tmp_path / "lab"
+    monkeypatch.setattr("palpate.DEMO", ("import sk2011",))
+    assert palpate._status(["demo", "--lab", str(lab)]) == 0
+    assert palpate._status(["demo", "--lab", str(lab)]) == 0
+    (lab / "sessions").mkdir(exist_ok=True)
+    (lab / "sessions" / "notes.txt").write_text("mine")
+    assert palpate._status(["demo", "--lab", str(lab)]) == 2
+    assert "holds sessions/notes.txt, which the demo did not make" in capsys.readouterr().err
+    assert (lab / "sessions" / "notes.txt").read_text() == "mine"

@@ -32,10 +32,13 @@ _READ: dict[str, Callable[[str], object]] = {
 def save_ratings(ratings: Ratings, folder: Path, *, replace: bool = False) -> None:
     """Write the data set to `folder`, all of it or nothing; reading it again gives the same table, bit for bit.
 
-    Raises DataRefused where the folder exists and is not to be replaced, or a text column holds something else.
+    Raises DataRefused where the folder exists and is not to be replaced, holds anything but a data set, or a text
+    column holds something else.
     """
     if folder.exists() and not replace:
         raise DataRefused(f"{folder}: exists already; replace it with --replace, or give the data set another name")
+    if folder.exists() and (others := _other_files(folder)):
+        raise DataRefused(f"{folder}: holds {others[0]}, which no import made; move it away, or give another name")
     kinds = {str(column): _kind(ratings.table[column], str(column)) for column in ratings.table.columns}
     table = _csv(ratings.table, kinds)
     described = json.dumps(_description(ratings, kinds, table), indent=2, ensure_ascii=False) + "\n"
@@ -47,6 +50,11 @@ def save_ratings(ratings: Ratings, folder: Path, *, replace: bool = False) -> No
         _put_in_place(made, folder)
     finally:
         shutil.rmtree(made, ignore_errors=True)
+
+
+def _other_files(folder: Path) -> list[str]:
+    """Return the names in the folder that do not belong to a data set."""
+    return sorted(path.name for path in folder.iterdir() if path.name not in {TABLE, DESCRIPTION})
 
 
 def load_ratings(folder: Path) -> Ratings:

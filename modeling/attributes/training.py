@@ -160,12 +160,12 @@ def _history(fitted: Fitted, folder: Path, last: bool) -> tuple[Path, ...]:
 
     `last`: nothing was watched, so the last epoch is the one that was kept.
     """
-    for kind in ("csv", "svg", "png"):
-        (folder / f"{NAME}.history.{kind}").unlink(missing_ok=True)
+    from modeling.training.history import remove_history, write_history
+
+    remove_history(folder, NAME)
     history = getattr(getattr(fitted, "trained", None), "history", ())
     if not history:
         return ()
-    from modeling.training.history import write_history
     from modeling.training.learning_curve import save_learning_curve
 
     table = write_history(history, folder / f"{NAME}.history.csv")

@@ -124,12 +124,12 @@ def _notes(played: Done, context: Context) -> tuple[str, ...]:
 
 def _history(fitted: Done, card: Path) -> tuple[Path, ...]:
     """The epochs as a table and as a picture; those of an older model of this name are removed."""
-    for kind in ("csv", "svg", "png"):
-        card.with_name(f"{card.stem}.history.{kind}").unlink(missing_ok=True)
+    from modeling.training.history import remove_history, write_history
+
+    remove_history(card.parent, card.stem)
     history = history_in(fitted.arrays)
     if not history:
         return ()
-    from modeling.training.history import write_history
     from modeling.training.learning_curve import save_learning_curve
 
     table = write_history(history, card.with_name(f"{card.stem}.history.csv"))

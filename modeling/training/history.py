@@ -61,6 +61,18 @@ def read_history(path: Path) -> tuple[Epoch, ...]:
     return tuple(_epoch(path, number, line) for number, line in enumerate(lines[1:], 2))
 
 
+def remove_history(folder: Path, name: str) -> None:
+    """Remove the table and the pictures of an older model of this name; files that begin otherwise are left alone."""
+    table = folder / f"{name}.history.csv"
+    try:
+        ours = table.read_text(encoding="utf-8").partition("\n")[0] == ",".join(COLUMNS)
+    except (OSError, UnicodeDecodeError):
+        return
+    if ours:
+        for kind in ("svg", "png", "csv"):
+            table.with_suffix(f".{kind}").unlink(missing_ok=True)
+
+
 def _epoch(path: Path, number: int, line: Sequence[str]) -> Epoch:
     try:
         epoch, seconds, rate, train, held = line

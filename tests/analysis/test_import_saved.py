@@ -75,6 +75,15 @@ def test_an_existing_data_set_is_replaced_only_when_told(tmp_path: Path) -> None
     assert [path.name for path in tmp_path.iterdir()] == ["set"]
 
 
+def test_a_folder_that_holds_anything_else_is_not_replaced(tmp_path: Path) -> None:
+    folder = tmp_path / "set"
+    save_ratings(FULL, folder)
+    (folder / "notes.txt").write_text("mine")
+    with pytest.raises(DataRefused, match=r"holds notes\.txt, which no import made"):
+        save_ratings(FULL, folder, replace=True)
+    assert (folder / "notes.txt").read_text() == "mine" and load_ratings(folder).name == "small"
+
+
 def test_a_save_that_is_refused_leaves_nothing(tmp_path: Path) -> None:
     table = FULL.table.astype({"level": object})
     table.loc[1, "level"] = None

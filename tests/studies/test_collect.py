@@ -1,6 +1,7 @@
 import json
 import os
 import shutil
+import sqlite3
 from concurrent.futures import ThreadPoolExecutor
 from threading import Barrier
 
@@ -10,10 +11,12 @@ from sqlalchemy import create_engine, inspect, select, text
 from protocols.canonical import digest
 from studies import collected_schema as schema
 from studies.collect import CollectError, collect, ledgers_in, open_database
+from studies.participants.identities import Identity, identify
+from studies.participants.registry import reading
 from studies.record import LedgerError, read
 from studies.session import ledger_path, resume
 from tests.studies.labs import Lab, stopping
-from tests.studies.participants.labs import postgres_schema
+from tests.studies.participants.labs import filled, new_lab, postgres_schema
 
 TABLES = ("studies", "participants", "sessions", "trials", "responses", "events", "streams")
 
@@ -192,6 +195,67 @@ def test_a_database_of_another_version_is_refused(tmp_path):
     engine.dispose()
     with pytest.raises(CollectError, match="collected in version 99, this Palpate writes 3: collect --rebuild"):
         open_database(url)
+
+
+@pytest.mark.parametrize("rebuild", [False, True])
+@pytest.mark.parametrize("name", ["participants", "ratings", "mine", "palpate", "registry"])
+def test_a_database_of_somebody_elses_is_refused_and_stays_as_it_was(tmp_path, name, rebuild):
+    path = tmp_path / "x.db"
+    with sqlite3.connect(path) as own:
+        own.execute(f"CREATE TABLE {name} (email TEXT)")
+        own.execute(f"INSERT INTO {name} VALUES ('a@b')")
+    own.close()
+    before = path.read_bytes()
+    with pytest.raises(CollectError, match=rf"x\.db: holds the table {name}, and no mark .* nothing was changed"):
+        open_database(f"sqlite:///{path}", rebuild)
+    assert path.read_bytes() == before
+
+
+@pytest.mark.parametrize("file", ["registry.sqlite", "identities.sqlite", "session"])
+def test_the_other_files_of_a_lab_are_no_place_to_collect_into(lab, file):
+    filled(new_lab(lab.path), 1)
+    identify(lab.path, "P001", Identity(name="A B"))
+    path = lab.start() if file == "session" else next(lab.path.rglob(file))
+    before = path.read_bytes()
+    with pytest.raises(CollectError, match="no mark that palpate collect made it|is a session's ledger"):
+        open_database(f"sqlite:///{path}", rebuild=True)
+    assert path.read_bytes() == before
+
+
+def test_to_rebuild_drops_our_tables_and_no_other(lab, engine):
+    lab.start()
+    brought(lab, engine)
+    with engine.begin() as connection:
+        connection.execute(text("DROP TABLE IF EXISTS notes"))
+        connection.execute(text("CREATE TABLE notes (words TEXT)"))
+        connection.execute(text("INSERT INTO notes VALUES ('mine')"))
+    open_database(engine.url, rebuild=True).dispose()
+    assert rows(engine, "SELECT words FROM notes") == [("mine",)] and rows(engine, "SELECT * FROM sessions") == []
+    assert brought(lab, engine) == ["new"]
+    with engine.begin() as connection:
+        connection.execute(text("DROP TABLE notes"))
+
+
+def test_a_table_under_one_of_our_names_that_is_not_ours_is_not_dropped(tmp_path):
+    url = f"sqlite:///{tmp_path / 'x.db'}"
+    engine = open_database(url)
+    with engine.begin() as connection:
+        connection.execute(text("DROP TABLE answers"))
+        connection.execute(text("CREATE TABLE answers (mine TEXT)"))
+    with pytest.raises(CollectError, match="its table answers has no column item: palpate collect did not make it"):
+        open_database(url, rebuild=True)
+    assert "answers" in inspect(engine).get_table_names()
+    engine.dispose()
+
+
+def test_a_registry_in_postgresql_may_lie_beside(tmp_path):
+    with postgres_schema() as url:
+        registry = new_lab(tmp_path, url)
+        filled(registry, 1)
+        open_database(url, rebuild=True).dispose()
+        open_database(url, rebuild=True).dispose()
+        with reading(registry) as connection:
+            assert connection.execute(text("SELECT count(*) FROM registry_participants")).scalar_one() == 1
 
 
 def test_only_the_ledgers_of_a_study_are_listed(lab):

@@ -6,7 +6,7 @@ import pytest
 
 pytest.importorskip("torch")
 
-from modeling.training.history import Epoch, read_history, write_history
+from modeling.training.history import Epoch, read_history, remove_history, write_history
 from modeling.training.learning_curve import learning_curve, save_learning_curve
 from modeling.training.progress import Pace, lasting
 from modeling.training.refusals import TrainingError
@@ -22,6 +22,17 @@ def test_a_history_reads_back_to_the_bit(tmp_path):
     assert path.read_text().splitlines()[0] == "epoch,seconds,learning_rate,train_loss,held_loss"
     assert read_history(path) == HISTORY
     assert [item.name for item in tmp_path.iterdir()] == ["door.history.csv"]
+
+
+def test_an_older_models_history_is_removed_and_somebodys_own_table_is_not(tmp_path):
+    own = [tmp_path / f"mine.history.{kind}" for kind in ("csv", "svg")]
+    for path in own:
+        path.write_text("epoch,pleasure\n")
+    write_history(HISTORY, tmp_path / "door.history.csv")
+    save_learning_curve({"": HISTORY}, tmp_path, "door.history")
+    for name in ("door", "mine", "absent"):
+        remove_history(tmp_path, name)
+    assert sorted(tmp_path.iterdir()) == own
 
 
 @pytest.mark.parametrize(("text", "words"), [("a,b\n", "first line"), ("", "first line"), (None, "line 3 is no epoch")])
