@@ -6,7 +6,7 @@ from collections.abc import Iterable, Iterator, Sequence
 
 from protocols.did_you_mean import nearest
 from protocols.problems import Problem
-from protocols.study import Study
+from protocols.study import Study, is_number
 from protocols.task_parts import parts_of_task
 from protocols.yaml_text import Path
 
@@ -32,9 +32,12 @@ def _adjectives(study: Study) -> Iterator[Problem]:
         (("attributes", i, pole), word)
         for i, a in enumerate(study.attributes)
         for pole, word in enumerate((a.low, a.high))
+        if a.outcome is None
     ]
     listed = study.adjectives.words if study.adjectives is not None else ()
     yield from _same_words(poles)
+    if any(a.outcome for a in study.attributes):
+        yield from _repeated((a.name for a in study.attributes), ("attributes",), "the name")
     yield from _same_words([(("adjectives", "words", index), each.word) for index, each in enumerate(listed)])
 
 
@@ -85,7 +88,9 @@ def _simulation(study: Study) -> Iterator[Problem]:
     names = list(_perceived(study))
     for attribute, weights in study.simulation.latents.items():
         path = ("simulation", "latents", attribute)
-        yield from _known(attribute, names, path, "an attribute (its low adjective), a word or an item of the study")
+        yield from _known(
+            attribute, names, path, "an attribute (by its name or low adjective), a word or an item of the study"
+        )
         for column in weights:
             if column != "intercept":
                 yield from _numeric_column(study, column, (*path, column))
@@ -110,15 +115,6 @@ def _numeric_column(study: Study, column: str, path: Path) -> Iterator[Problem]:
             found = stimulus.columns[column]
             yield Problem(path, f"stimulus {stimulus.id!r} has {found!r} in {column!r}, not a finite number")
             return
-
-
-def is_number(text: str) -> bool:
-    """Whether the text is a finite number."""
-    try:
-        value = float(text)
-    except ValueError:
-        return False
-    return value - value == 0
 
 
 def _column(study: Study, column: str, path: Path) -> Iterator[Problem]:

@@ -19,6 +19,7 @@ from protocols.orders import Design
 
 LARGEST_STUDY = 5000
 MOST_ADJECTIVES = 80
+MOST_LABELS, MOST_STEPS = 21, 100
 ROUNDING = 1e-6
 """How far, in steps, a decimal may lie from a step of its scale: doubles do not hold tenths."""
 
@@ -59,6 +60,15 @@ BESIDE: tuple[Need, ...] = ("masking_noise",)
 """Needs that work beside whatever presents."""
 
 
+def is_number(text: str) -> bool:
+    """Whether the text is a finite number."""
+    try:
+        value = float(text)
+    except ValueError:
+        return False
+    return value - value == 0
+
+
 def _digits(size: float) -> int:
     """Decimals that tell apart a ten-thousandth of `size`; four from 1 upwards."""
     return 4 - min(0, floor(log10(size)))
@@ -71,10 +81,11 @@ class Strict(BaseModel):
 
 
 class Attribute(Strict):
-    """A bipolar adjective pair; written as [low, high] or with its category and explanation."""
+    """A bipolar adjective pair; written as [low, high] or with its category, its explanation and a name of its own."""
 
     low: Text
     high: Text
+    outcome: Text | None = Field(default=None, validation_alias=AliasChoices("name", "outcome"))
     category: Text | None = None
     explanation: Text | None = None
 
@@ -89,14 +100,16 @@ class Attribute(Strict):
 
     @property
     def name(self) -> str:
-        """The low pole names the attribute."""
-        return self.low
+        """What the answers are called: the name that the study gives, else the low pole."""
+        return self.outcome or self.low
 
 
 class Scale(Strict):
     """A rating scale; without a step it is continuous. The marker starts unset: untouched is not zero.
 
-    Its line is 127 mm long on every screen unless the study says otherwise (thesis 3.3.3).
+    Its line is 127 mm long on every screen unless the study says otherwise (thesis 3.3.3). `labels` are words below
+    the line, by the value that they stand at. `ticks` mark the labels or the steps; without them no place of the line
+    draws answers to itself.
     """
 
     low: Number = Field(validation_alias=AliasChoices("from", "low"))
@@ -104,6 +117,21 @@ class Scale(Strict):
     step: Number | None = None
     start: Literal["unset"] = "unset"
     length_mm: Annotated[float, Field(ge=40, le=500, allow_inf_nan=False)] = 127.0
+    labels: Annotated[dict[Text, Text], Field(max_length=MOST_LABELS)] = {}
+    ticks: Literal["none", "labels", "steps"] = "none"
+
+    @property
+    def labelled(self) -> tuple[tuple[float, str], ...]:
+        """The labels with their values, from the low end to the high one."""
+        return tuple(sorted((float(value), text) for value, text in self.labels.items()))
+
+    @property
+    def ticked(self) -> tuple[float, ...]:
+        """The values that are marked by ticks, from the low end to the high one."""
+        if self.ticks == "steps" and self.step is not None:
+            steps = round((self.high - self.low) / self.step)
+            return tuple(float(self.nearest(self.low + n * self.step)) for n in range(steps + 1))
+        return tuple(value for value, _ in self.labelled) if self.ticks == "labels" else ()
 
     @model_validator(mode="after")
     def _in_order(self) -> Self:
@@ -113,6 +141,19 @@ class Scale(Strict):
             steps = (self.high - self.low) / self.step if self.step > 0 else 0
             if round(steps) < 1 or abs(steps - round(steps)) > ROUNDING:
                 raise ValueError(f"step ({self.step}) must divide the range {self.low} to {self.high}")
+        return self
+
+    @model_validator(mode="after")
+    def _on_the_line(self) -> Self:
+        for text in self.labels:
+            if not is_number(text) or not self.holds(float(text)):
+                raise ValueError(f"labels: {text!r} is no value of the scale")
+        if len({float(text) for text in self.labels}) < len(self.labels):
+            raise ValueError("labels: two labels stand at one value")
+        if self.ticks == "labels" and not self.labels:
+            raise ValueError("ticks: labels needs labels: {VALUE: TEXT, ...}")
+        if self.ticks == "steps" and (self.step is None or (self.high - self.low) / self.step > MOST_STEPS):
+            raise ValueError(f"ticks: steps needs a step, of at most {MOST_STEPS} on the line")
         return self
 
     def nearest(self, value: float) -> float:

@@ -165,13 +165,15 @@ def _rating_columns(study: Study) -> tuple[Column, ...]:
         + (f". {attribute.explanation}" if attribute.explanation else "")
         for attribute in study.attributes
     }
+    labels = {f"{value:g}": text for value, text in scale.labelled} if scale is not None else {}
     step = f", in steps of {scale.step}" if scale is not None and scale.step is not None else ""
     return (
         *OF_A_TRIAL, ATTEMPT, ONSET,
-        Column("attribute", "The attribute that was rated, named by the low end of its scale.", levels=ends, key=True),
+        Column("attribute", "The attribute that was rated, by the name that the study gives it, else by the low end of "
+               "its scale.", levels=ends, key=True),
         Column("antonym", "The adjective at the high end of the scale."),
         Column("value", f"The rating: {low} where the attribute fits completely, {high} where its antonym does{step}. "
-               "The marker was unset until touched.", "number", key=True, low=low, high=high),
+               "The marker was unset until touched.", "number", key=True, low=low, high=high, levels=labels),
         SECONDS,
         Column("revised", "Whether the form began with answers that were given before.", "truth", key=True),
         COUNTS,

@@ -22,6 +22,8 @@ def study_texts(study: Study) -> tuple[str, ...]:
     texts = [study.title, study.instructions, *study.sides]
     for attribute in study.attributes:
         texts += [attribute.low, attribute.high, attribute.explanation]
+    if study.scale is not None:
+        texts += study.scale.labels.values()
     if study.adjectives is not None:
         texts += [word.word for word in study.adjectives.words]
     if study.questionnaire is not None:

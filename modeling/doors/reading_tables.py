@@ -80,7 +80,7 @@ def shipped_attributes() -> dict[str, str]:
     from studies.catalogue import SHIPPED, STUDY_FILE, read_study
 
     study = read_study(SHIPPED / "door_ratings" / STUDY_FILE).study
-    return {each.low: each.high for each in study.attributes}
+    return {each.name: each.high for each in study.attributes}
 
 
 def _rows(table: Path, attributes: Mapping[str, str]) -> list[Row]:

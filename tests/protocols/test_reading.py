@@ -1,6 +1,7 @@
 import pytest
 
 from protocols.reading import StudyError, study_from
+from protocols.study import Study
 from protocols.yaml_text import load
 
 GOOD = """\
@@ -21,6 +22,13 @@ simulation:
     Soft: {size: 1.5, intercept: 1}
 """
 ROWS = [{"id": name, "columns": {"size": str(n), "kind": "xy"[n % 2]}} for n, name in enumerate("ABCD")]
+
+WARM = "{low: Cold, high: Warm, category: physical}"
+
+
+def scaled(more):
+    """The study with a scale from -10 to 10 that has more to it."""
+    return GOOD.replace("step: 1}", f"{more}}}")
 
 
 def read(text, rows=ROWS):
@@ -86,6 +94,52 @@ def test_a_complaint_names_file_line_path_and_nearest_name(old, new, said):
     message = str(caught.value)
     assert said in message
     assert all(line.startswith("study.yaml:") for line in message.splitlines())
+
+
+LABELLED = "labels: {-10: Not at all, 0: Half, 10: Fully}"
+
+
+@pytest.mark.parametrize(
+    ("scale", "ticked"),
+    [
+        (LABELLED, ()),
+        (f"{LABELLED}, ticks: labels", (-10.0, 0.0, 10.0)),
+        ("step: 5, ticks: steps", (-10.0, -5.0, 0.0, 5.0, 10.0)),
+    ],
+)
+def test_a_scale_may_be_labelled_and_ticked_and_is_neither_unless_the_study_says_so(scale, ticked):
+    plain = read(scaled("start: unset")).definition()["scale"]
+    assert plain == {"low": -10, "high": 10, "start": "unset"}, "what is not set enters no digest"
+    found = read(scaled(scale)).scale
+    assert found.ticked == ticked
+    assert found.labelled in ((), ((-10.0, "Not at all"), (0.0, "Half"), (10.0, "Fully")))
+
+
+@pytest.mark.parametrize(
+    ("scale", "said"),
+    [
+        ("labels: {11: Too far}", "labels: '11' is no value of the scale"),
+        ("step: 5, labels: {3: Between}", "labels: '3' is no value of the scale"),
+        ("labels: {left: Left}", "labels: 'left' is no value of the scale"),
+        ("labels: {1: One, '1.0': Uno}", "labels: two labels stand at one value"),
+        ("ticks: labels", "ticks: labels needs labels"),
+        ("ticks: steps", "ticks: steps needs a step"),
+        ("step: 0.1, ticks: steps", "of at most 100 on the line"),
+    ],
+)
+def test_a_label_off_the_scale_and_ticks_of_nothing_are_refused(scale, said):
+    with pytest.raises(StudyError) as caught:
+        read(scaled(scale))
+    assert said in str(caught.value)
+
+
+def test_an_attribute_may_have_a_name_of_its_own_and_then_share_its_words_with_others():
+    pairs = "[Soft, Hard]", "{low: Not at all, high: Very, name: Warmth}"
+    study = read(GOOD.replace(pairs[0], "{low: Not at all, high: Very, name: Soft}").replace(WARM, pairs[1]))
+    assert [attribute.name for attribute in study.attributes] == ["Soft", "Warmth"]
+    assert Study.model_validate(study.definition()) == study
+    with pytest.raises(StudyError, match=r"attributes: the name 'Soft' stands twice"):
+        read(GOOD.replace(WARM, "{low: Cold, high: Warm, name: Soft}"))
 
 
 def test_many_problems_fit_on_a_screen():

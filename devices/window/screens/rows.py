@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Sequence
 from dataclasses import dataclass, replace
+from itertools import pairwise
 
 from devices.window.geometry import Box, WindowError
 from devices.window.paint import QUIET
@@ -13,7 +14,7 @@ from devices.window.screens.cards import dealt, sheets_of, stacked
 from devices.window.screens.elements import Card, Element, Label, rounding
 from devices.window.screens.frame import MARGIN, STEPS, fitted
 from devices.window.screens.targets import Track
-from protocols.study import Attribute
+from protocols.study import Attribute, Scale
 
 WIDEST_WORDS, NARROWEST_WORDS = 76.0, 24.0
 """Room for the words beside a line, in the design's millimetres."""
@@ -21,7 +22,7 @@ BAND = 10.0
 OVERHANG = 5.0
 """How far the band that takes presses reaches beyond the line's ends."""
 SMALLER = 0.86
-"""Explanations are set so much smaller than the words."""
+"""Explanations and labels are set so much smaller than the words."""
 PAD = 0.8
 
 
@@ -64,18 +65,26 @@ class _Set:
     low: Laid
     high: Laid
     explanation: Laid | None
+    labels: tuple[tuple[float, Laid], ...]
     height: int
 
+    @property
+    def labels_px(self) -> int:
+        """The height of the labels below the line."""
+        return max((laid.height for _, laid in self.labels), default=0)
 
-def rows(page: Page, attributes: Sequence[Attribute], room: Box) -> list[list[Row]]:
+
+def rows(page: Page, attributes: Sequence[Attribute], room: Box, scale: Scale) -> list[list[Row]]:
     """The rows of every sheet: one sheet where all fit, at the largest size at which they do.
 
     Raises WindowError where a word does not fit, or the line itself.
     """
     widths = _across(page, room)
+    ticks = tuple(_share(scale, value) for value in scale.ticked)
 
     def sets(size: int) -> list[_Set] | None:
-        found = [_set(widths, attribute, size) for attribute in attributes]
+        labels = _labels(widths, scale, size)
+        found = [None if labels is None else _set(widths, attribute, size, labels) for attribute in attributes]
         return None if None in found else [each for each in found if each is not None]
 
     def heights(size: int) -> list[int] | None:
@@ -84,8 +93,8 @@ def rows(page: Page, attributes: Sequence[Attribute], room: Box) -> list[list[Ro
 
     chosen = sheets_of(page, room, len(attributes), heights)
     if chosen is None or (found := sets(chosen[1])) is None:
-        raise _refusal(widths, attributes, room)
-    return _placed(_narrowed(widths, found), room, dealt(found, chosen[0]))
+        raise _refusal(widths, attributes, room, scale)
+    return _placed(_narrowed(widths, found), room, dealt(found, chosen[0]), ticks)
 
 
 def _across(page: Page, room: Box) -> Across:
@@ -107,11 +116,41 @@ def _narrowed(widths: Across, sets: Sequence[_Set]) -> Across:
     """Cards no wider than their widest words and explanations ask for."""
     words = max(max(each.low.width, each.high.width) for each in sets) + widths.page.metrics.unit(2)
     told = max(each.explanation.width if each.explanation is not None else 0 for each in sets)
+    words = max(words, max((_overhang(widths, share, laid) for share, laid in sets[0].labels), default=0))
     least = words + (max(0, told - replace(widths, words_px=words).told_px) + 1) // 2
     return replace(widths, words_px=min(widths.words_px, max(least, widths.page.metrics.unit(46))))
 
 
-def _set(widths: Across, attribute: Attribute, size: int) -> _Set | None:
+def _share(scale: Scale, value: float) -> float:
+    return (value - scale.low) / (scale.high - scale.low)
+
+
+def _overhang(widths: Across, share: float, laid: Laid) -> int:
+    """How much room a label takes beside the band, under the words."""
+    beyond = laid.width // 2 - round(min(share, 1 - share) * widths.line_px)
+    return max(0, beyond - widths.page.metrics.unit(OVERHANG))
+
+
+def _labels(widths: Across, scale: Scale, size: int) -> tuple[tuple[float, Laid], ...] | None:
+    """The scale's labels with their shares of the line, or None where one is wider than its place.
+
+    A label has half the way to its neighbours, one at an end of the line also the room under the words.
+    """
+    page, small = widths.page, max(round(SMALLER * size), widths.page.metrics.text(0))
+    shares = [_share(scale, value) for value, _ in scale.labelled]
+    outer = (widths.words_px + page.metrics.unit(OVERHANG)) / widths.line_px
+    edges = [-outer, *((a + b) / 2 for a, b in pairwise(shares)), 1 + outer]
+    found = []
+    for (_, text), share, before, after in zip(scale.labelled, shares, edges, edges[1:], strict=False):
+        width = round(2 * min(share - before, after - share) * widths.line_px) - page.metrics.unit(1)
+        laid = lay(page.fonts, page.say(text), small, width, even=True) if width > 0 else None
+        if laid is None:
+            return None
+        found.append((share, laid))
+    return tuple(found)
+
+
+def _set(widths: Across, attribute: Attribute, size: int, labels: tuple[tuple[float, Laid], ...]) -> _Set | None:
     """The texts at a size, or None where a word is too wide."""
     page, unit = widths.page, widths.page.metrics.unit
     low, high = (
@@ -125,20 +164,21 @@ def _set(widths: Across, attribute: Attribute, size: int) -> _Set | None:
         return None
     height = max(page.metrics.target(BAND), low.height, high.height)
     height += explanation.height if explanation is not None else 0
-    return _Set(low, high, explanation, height + 2 * unit(PAD))
+    height += max((laid.height for _, laid in labels), default=0)
+    return _Set(low, high, explanation, labels, height + 2 * unit(PAD))
 
 
-def _placed(widths: Across, room: Box, sheets: list[list[_Set]]) -> list[list[Row]]:
+def _placed(widths: Across, room: Box, sheets: list[list[_Set]], ticks: tuple[float, ...]) -> list[list[Row]]:
     found, number = [], 0
     for sheet in sheets:
         boxes = stacked(widths.page, room, widths.card_px, [each.height for each in sheet])
         pairs = zip(sheet, boxes, strict=True)
-        found.append([_row(widths, texts, card, n) for n, (texts, card) in enumerate(pairs, start=number)])
+        found.append([_row(widths, texts, card, n, ticks) for n, (texts, card) in enumerate(pairs, start=number)])
         number += len(sheet)
     return found
 
 
-def _row(widths: Across, texts: _Set, card: Box, number: int) -> Row:
+def _row(widths: Across, texts: _Set, card: Box, number: int, ticks: tuple[float, ...]) -> Row:
     unit, name = widths.page.metrics.unit, f"row {number}"
     spare = card.height - texts.height
     top, bottom = card.top + unit(PAD) + spare // 3, card.bottom - unit(PAD) - spare // 4
@@ -147,15 +187,22 @@ def _row(widths: Across, texts: _Set, card: Box, number: int) -> Row:
         place = Box(card.left + unit(3), top, widths.told_px, texts.explanation.height)
         fixed.append(Label(f"{name} told", place, name, texts.explanation, QUIET, "centre"))
         top = place.bottom
-    words = Box(card.left + unit(3), top, widths.words_px, bottom - top)
+    bottom -= texts.labels_px
     height = min(bottom - top, widths.page.metrics.target(BAND) + spare // 3)
+    tall = max(height, texts.low.height, texts.high.height) if texts.labels else bottom - top
+    words = Box(card.left + unit(3), top + (bottom - top - tall) // 2, widths.words_px, tall)
     band = Box(words.right + unit(3), top + (bottom - top - height) // 2, widths.band_px, height)
     fixed.append(Label(f"{name} low", words, name, texts.low, align="right"))
     fixed.append(Label(f"{name} high", words.moved(band.right + unit(3) - words.left, 0), name, texts.high))
-    return Row(tuple(fixed), Track(f"slider {number}", band, name, line_px=widths.line_px))
+    track = Track(f"slider {number}", band, name, line_px=widths.line_px, ticks=ticks)
+    for n, (share, laid) in enumerate(texts.labels):
+        middle = track.line.left + round(share * (widths.line_px - 1))
+        place = Box(middle - (laid.width + 1) // 2, words.bottom, laid.width + 1, laid.height)
+        fixed.append(Label(f"{name} label {n}", place, name, laid, QUIET, "centre"))
+    return Row(tuple(fixed), track)
 
 
-def _refusal(widths: Across, attributes: Sequence[Attribute], room: Box) -> WindowError:
+def _refusal(widths: Across, attributes: Sequence[Attribute], room: Box, scale: Scale) -> WindowError:
     """Nothing fits: which text is at fault. Raises WindowError itself where it is one text alone."""
     page = widths.page
     for attribute in attributes:
@@ -163,4 +210,7 @@ def _refusal(widths: Across, attributes: Sequence[Attribute], room: Box) -> Wind
             fitted(page, page.say(text), widths.words_px, room.height // 2, STEPS, bold=True)
         if attribute.explanation:
             fitted(page, page.say(attribute.explanation), widths.told_px, room.height // 2, STEPS)
+    if _labels(widths, scale, 1) is None:
+        shown = ", ".join(repr(page.say(text)) for _, text in scale.labelled)
+        return WindowError(f"the labels {shown:.200} do not fit below a line of {page.length_mm:g} mm; shorten them")
     return WindowError(f"a line with its explanation does not fit on a screen of {page.metrics}; take a larger one")

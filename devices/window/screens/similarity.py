@@ -106,7 +106,7 @@ class SimilarityScreen(SliderScreen):
     def _lines(self) -> list[list[Row]]:
         room, taken = self._room, self._told_height + self._apart + self.page.metrics.target(TALL) + 3 * self._apart
         lower = Box(room.left, room.top + taken, room.width, room.height - taken)
-        return rows(self.page, self.form.attributes, lower)
+        return rows(self.page, self.form.attributes, lower, self.form.scale)
 
     @property
     def _room(self) -> Box:

@@ -38,7 +38,7 @@ class SliderScreen(Base):
         return trial_frame(page, ask, "sliders_prompt", page.texts("sliders_hint"), left, right)
 
     def _lines(self) -> list[list[Row]]:
-        return rows(self.page, self.form.attributes, self.frame.body)
+        return rows(self.page, self.form.attributes, self.frame.body, self.form.scale)
 
     def body(self) -> Iterator[Element]:
         for row in self._sheets[self.sheet]:

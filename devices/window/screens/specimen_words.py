@@ -17,6 +17,7 @@ class Wording:
 
     seven: tuple[tuple[str, str, str], ...]
     four: tuple[tuple[str, str, str], ...]
+    labels: tuple[str, ...]
     alike: tuple[str, str]
     sides: tuple[str, ...]
     words: tuple[str, ...]

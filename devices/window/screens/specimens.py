@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Mapping
-from dataclasses import dataclass, field
+from dataclasses import dataclass, field, replace
 from typing import Any
 
 from devices.window.screens.specimen_words import Wording, wording
@@ -35,9 +35,12 @@ def _trials(words: Wording) -> dict[str, Specimen]:
     alike = Sliders((Attribute(low=words.alike[0], high=words.alike[1]),), RATED, sides=words.sides)
     tries = Sliders(seven.attributes, RATED, tries=True)
     ticks = Words(words.words, further=True)
+    marked = dict(zip(("0", "25", "50", "75", "100"), words.labels, strict=True))
+    labelled = replace(four, scale=RATED.model_copy(update={"labels": marked, "ticks": "labels"}))
     return {
         "sliders": Specimen(_asked(seven), _some(seven, (23, 64, 41, 82, 12))),
         "sliders-four": Specimen(_asked(four), _some(four, (31, 58))),
+        "sliders-labelled": Specimen(_asked(labelled), _some(labelled, (62,))),
         "similarity": Specimen(_asked(alike), _some(alike, (72,))),
         "authoring": Specimen(_asked(tries, former=_some(tries, (90, 50, 20, 35, 60, 45, 50)))),
         "adjectives": Specimen(_asked(ticks), {"ticked": [words.words[n] for n in (1, 8, 11, 24, 40)], "further": []}),

@@ -68,9 +68,13 @@ class Button(Target):
 
 @dataclass(frozen=True)
 class Track(Target):
-    """A rating line in the band that takes presses; `share` is where the marker stands, None before the first touch."""
+    """A rating line in the band that takes presses; `share` is where the marker stands, None before the first touch.
+
+    `ticks` are the shares of the line that are marked by a stroke.
+    """
 
     line_px: int = 0
+    ticks: tuple[float, ...] = ()
     share: float | None = None
     held: bool = False
 
@@ -91,6 +95,14 @@ class Track(Target):
         x = self.line.left + round(self.share * (self.line_px - 1))
         return Box(x - width // 2, self.box.top + (self.box.height - height) // 2, width, height)
 
+    @property
+    def strokes(self) -> tuple[Box, ...]:
+        """The ticks, each centred on its value."""
+        line, height = self.line, round(0.36 * self.box.height)
+        middles = (line.left + round(share * (self.line_px - 1)) for share in self.ticks)
+        top = self.box.top + (self.box.height - height) // 2
+        return tuple(Box(middle - line.height // 2, top, line.height, height) for middle in middles)
+
     def share_at(self, x: float) -> float:
         """Where along the line a point lies: 0 at its first pixel, 1 at its last, beyond them the nearer end."""
         return min(max((x - self.line.left) / (self.line_px - 1), 0.0), 1.0)
@@ -105,6 +117,8 @@ class Track(Target):
         if self.held or self.focused:
             page.shapes.fill(image, self.box, rounding(page), TINT)
         plain(image, self.line, INK)
+        for stroke in self.strokes:
+            plain(image, stroke, INK)
         if (marker := self.marker) is not None:
             page.shapes.fill(image, marker.grown(hair(page)), marker.width, CARD)
             page.shapes.fill(image, marker, marker.width // 2, ACCENT)

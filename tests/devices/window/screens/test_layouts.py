@@ -18,6 +18,7 @@ from tests.devices.window.screens.pages import SIZES, ask, page
 HINDI = Wording(
     seven=tuple((f"खींचने में आसान {n}", f"खींचने में कठिन {n}", "दरवाज़ा खोलने में कितना ज़ोर लगा, यह बताइए।") for n in range(7)),
     four=tuple((f"खुरदुरा {n}", f"चिकना {n}", "उँगली के नीचे सतह कितनी खुरदुरी लगती है।") for n in range(4)),
+    labels=("बहुत", "थोड़ा", "कोई नहीं", "थोड़ा", "बहुत"),
     alike=("बिल्कुल अलग", "बिल्कुल एक जैसा"),
     sides=("वास्तविक", "आभासी"),
     words=tuple(f"हल्का-फुल्का {n}" for n in range(68)),
@@ -37,6 +38,13 @@ LONG = replace(
             "How much the movement of the door, from the first pull to the stop, asked of your arm and shoulder.",
         )
         for n in range(7)
+    ),
+    labels=(
+        "completely and utterly",
+        "to some degree",
+        "neither of the two",
+        "to some degree",
+        "completely and utterly",
     ),
     words=tuple(f"Uncomfortable, disagreeable {n}" for n in range(80)),
     items=tuple(
@@ -89,6 +97,22 @@ def test_the_line_is_127_mm_long_to_half_a_pixel(size):
     assert len(lines) == 7
     for line in lines:
         assert abs(line.box.width / on.metrics.px_per_mm - 127.0) <= 0.5 / on.metrics.px_per_mm
+
+
+@pytest.mark.parametrize("size", SIZES)
+def test_labels_and_ticks_stand_at_their_values_to_a_pixel(size):
+    screen = shown(specimens()["sliders-labelled"], page(SIZES[size]))
+    placed = {each.name: each.box for each in screen.placed()}
+    tracks = {each.name: each for each in screen.scene() if each.name.startswith("slider ")}
+    for row, track in enumerate(tracks.values()):
+        line = track.line
+        for n, (stroke, value) in enumerate(zip(track.strokes, (0, 25, 50, 75, 100), strict=True)):
+            at = line.left + value / 100 * (line.width - 1)
+            label = placed[f"row {row} label {n}"]
+            assert abs(label.middle[0] - at) <= 1 and abs(stroke.left + (stroke.width - 1) / 2 - at) <= 1
+            assert track.box.contains(stroke) and label.top >= track.box.bottom - 1
+    assert not any(each.strokes for each in shown(specimens()["sliders"], page(SIZES[size])).scene()
+                   if each.name.startswith("slider ")), "no ticks unless the study says so"  # fmt: skip
 
 
 def test_another_length_is_drawn_as_asked():
