@@ -175,6 +175,8 @@ def train_textures(sides: Sides, asked: Asked, to: Path | None, as_json: bool) -
         return
     for each in written:
         click.echo(f"{each.card}: {_told(each.metrics)}")
+        for line in each.cautions:
+            click.secho(f"  {line}", fg="yellow")
 
 
 def _told(metrics: Any) -> str:

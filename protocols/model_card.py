@@ -244,7 +244,11 @@ class Texture(Strict):
 
 
 class Card(Strict):
-    """The card of one model. `training` is its run card; `metrics` are those of its evaluation, by name."""
+    """The card of one model. `training` is its run card; `metrics` are those of its evaluation, by name.
+
+    `measured_on` says for groups of metrics (`one step ahead`, `free`) on which data they were measured. `missed` holds
+    a sentence for each aim of its training that the model missed: such a model is played only on request.
+    """
 
     format: Literal["palpate-model/1"] = "palpate-model/1"
     name: str
@@ -257,6 +261,8 @@ class Card(Strict):
     interval: Interval | None = None
     texture: Texture | None = None
     metrics: Mapping[str, float] = Field(default_factory=dict)
+    measured_on: Mapping[str, str] = Field(default_factory=dict)
+    missed: tuple[str, ...] = ()
     training: Mapping[str, Any] = Field(default_factory=dict)
     notes: tuple[str, ...] = ()
 

@@ -29,6 +29,8 @@ def card_words(card: Card, tensors: Mapping[str, Values], file: str) -> str:
         "texture": _texture(card.texture, tensors),
         "interval": _interval(card),
         "metrics": [f"{name:<24} {value:.4g}" for name, value in card.metrics.items()] or ("none were written down",),
+        "measured on": [f"{group}: {data}" for group, data in card.measured_on.items()],
+        "MISSED": card.missed,
         "steps": tuple(step_words(card.steps, tensors)),
         "numbers": (f"{count} in {len(tensors)} arrays",),
         "training": tuple(_flat(training)) or ("nothing was written down",),

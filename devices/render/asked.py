@@ -16,6 +16,7 @@ class Asked:
     card: Path
     seed: int
     sampled: bool
+    accept_missed: bool
     ahead: int
     real_time: bool
     rig: Path | None

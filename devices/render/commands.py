@@ -34,6 +34,7 @@ if TYPE_CHECKING:
 @click.option("--ahead", type=click.IntRange(1, 10), default=10, show_default=True, help="Output buffer in ms.")
 @click.option("--seed", type=click.IntRange(0), default=0, show_default=True, help="What random numbers come from.")
 @click.option("--mean", is_flag=True, help="Take the mean of a model with a conditional scale, do not sample it.")
+@click.option("--accept-missed", is_flag=True, help="Play a model, too, that missed an aim of its training.")
 @RIG
 @click.option("--twins", is_flag=True, help="A simulated stylus and actuator in place of the rig's.")
 @click.option("--language", default="en", show_default=True, help="The language of the window.")
@@ -43,7 +44,8 @@ if TYPE_CHECKING:
 @JSON
 def render(
     texture: str, method: str, hand: str | None, seconds: float | None, out: Path | None, paced: bool,
-    real_time: bool, ahead: int, seed: int, mean: bool, rig_file: Path | None, twins: bool, language: str,
+    real_time: bool, ahead: int, seed: int, mean: bool, accept_missed: bool,
+    rig_file: Path | None, twins: bool, language: str,
     screen: int | None, windowed: tuple[int, int] | None, lab: Path, as_json: bool,
 ) -> None:  # fmt: skip
     """Feel TEXTURE: a window with its picture, a stylus or mouse, the model's vibration at 1 kHz.
@@ -65,13 +67,15 @@ def render(
     if hand is None:
         from devices.render.asked import Asked
 
-        asked = Asked(lab, texture, method, card, seed, not mean, ahead, real_time, rig_file, twins, language, screen,
-                      windowed)  # fmt: skip
+        asked = Asked(lab, texture, method, card, seed, not mean, accept_missed, ahead, real_time, rig_file, twins,
+                      language, screen, windowed)  # fmt: skip
         import_module("devices.render.window.open").run_window(asked)
         return
     from devices.render.job import Sounds
 
-    played = _played(Sounds(card, seed, not mean), hand, seconds, out, paced, (rig_file, ahead, real_time))
+    played = _played(
+        Sounds(card, seed, not mean, accept_missed), hand, seconds, out, paced, (rig_file, ahead, real_time)
+    )
     _tell(played, texture, method, out, as_json)
 
 

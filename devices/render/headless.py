@@ -19,7 +19,7 @@ from devices.render.hands import RATE_HZ, Scripted
 from devices.render.job import Job, Sounds
 from devices.render.opened import told
 from devices.render.process import Rendering
-from devices.render.voice import open_voice
+from devices.render.voice import opened_voice
 
 Array = NDArray[np.float64]
 SIMULATED = "simulated"
@@ -50,7 +50,7 @@ def hand_of(given: str, seconds: float | None, seed: int) -> Scripted:
 
 def at_once(sounds: Sounds, hand: Scripted, now_ns: Callable[[], int] = time.perf_counter_ns) -> Played:
     """As fast as it goes; `record` says how long steps took (`took`), against 1000 us. Raises as `open_voice`."""
-    voice = open_voice(sounds.card, seed=sounds.seed, sampled=sounds.sampled)
+    voice = opened_voice(sounds)
     made, took = np.empty(len(hand)), Deadlines()
     for sample in range(len(hand)):
         begun = now_ns()

@@ -12,11 +12,13 @@ from devices.tablet.reports import Report
 
 @dataclass(frozen=True)
 class Sounds:
-    """A texture to be played: its model's card, the seed, and whether a conditional scale is sampled."""
+    """A texture to be played: its model's card, the seed, whether a conditional scale is sampled, and whether a model
+    that missed an aim of its training is played all the same."""
 
     card: Path
     seed: int = 0
     sampled: bool = True
+    accept_missed: bool = False
 
 
 @dataclass(frozen=True)

@@ -18,7 +18,7 @@ from devices.render.pace import AtOnce, Pace, Wall
 from devices.render.sinks import MOST_AHEAD, Coil, on_coil
 from devices.render.stages import Renderer
 from devices.render.trace import Trace
-from devices.render.voice import Voice, open_voice
+from devices.render.voice import Voice, opened_voice
 from devices.rig.file import read_rig
 from devices.rig.opened import open_rig
 from devices.tablet.device import Tablet
@@ -57,8 +57,8 @@ def told(voice: Voice) -> dict[str, Any]:
 
 
 def sounding(sounds: Sounds | None) -> Voice | None:
-    """The voice that is wanted. Raises ModelFileError, RenderError."""
-    return None if sounds is None else open_voice(sounds.card, seed=sounds.seed, sampled=sounds.sampled)
+    """Open the voice of what is to be played, or none for silence. Raises ModelFileError, RenderError."""
+    return None if sounds is None else opened_voice(sounds)
 
 
 def warm(voice: Voice | None) -> None:

@@ -16,6 +16,7 @@ from devices.render.block_voice import Blocks
 from devices.render.errors import RenderError
 from devices.render.gate import GAINS, RAMP, Gate
 from devices.render.guard import Guard
+from devices.render.job import Sounds
 from devices.render.next_voice import Next
 from devices.render.normals import Normals
 from devices.render.range import Range
@@ -102,18 +103,25 @@ class Voice:
 
 
 def open_voice(
-    model: Model | Path | str, *, seed: int, sampled: bool = True, runs: Callable[[Model], Runs] = fastest
-) -> Voice:
+    model: Model | Path | str, *, seed: int, sampled: bool = True, accept_missed: bool = False,
+    runs: Callable[[Model], Runs] = fastest,
+) -> Voice:  # fmt: skip
     """The voice of a texture's model, given read or as its card's path; nothing sounds yet.
 
-    `seed` decides the random numbers; `sampled=False` takes the mean of a model with a conditional scale.
+    `seed` decides the random numbers; `sampled=False` takes the mean of a model with a conditional scale;
+    `accept_missed` plays a model that missed an aim of its training all the same.
 
     Raises:
         ModelFileError: a file that is missing, foreign, damaged or changed.
-        RenderError: a model that is no texture's, or of another rate than 1 kHz.
+        RenderError: a model that is no texture's, of another rate than 1 kHz, or that missed an aim of its training.
     """
     read = model if isinstance(model, Model) else read_model(model)
     texture = _texture(read.card)
+    if read.card.missed and not accept_missed:
+        raise RenderError(
+            f"{read.card.name} missed an aim of its training: {' '.join(read.card.missed)} Train it again, choose "
+            "another method, or play it all the same with `palpate render --accept-missed`."
+        )
     if seed < 0:
         raise RenderError(f"the seed is {seed}; a whole number of at least 0 is expected.")
     bounds = Range.of(texture)
@@ -123,15 +131,21 @@ def open_voice(
     return Voice(running, guard, bounds, (note,) if note else ())
 
 
+def opened_voice(sounds: Sounds) -> Voice:
+    """The voice of a job's texture. Raises what `open_voice` raises."""
+    return open_voice(sounds.card, seed=sounds.seed, sampled=sounds.sampled, accept_missed=sounds.accept_missed)
+
+
 def play(model: Model | Path | str, speed_mm_s: Array, force_N: Array, seed: int, sampled: bool = True) -> Array:
     """What is played for a hand's speed and force (n,) at 1 kHz: (n,) in m/s^2, before compensation.
 
+    A model that missed an aim of its training is played, too: how far off it is can only be measured so.
     Raises what `open_voice` raises; RenderError where speed and force are not of one length.
     """
     speed, force = np.asarray(speed_mm_s, dtype=np.float64), np.asarray(force_N, dtype=np.float64)
     if speed.shape != force.shape or speed.ndim != 1:
         raise RenderError(f"speed {speed.shape} and force {force.shape}: two rows of one length are expected.")
-    voice = open_voice(model, seed=seed, sampled=sampled)
+    voice = open_voice(model, seed=seed, sampled=sampled, accept_missed=True)
     return np.fromiter(map(voice.step, speed.tolist(), force.tolist()), dtype=np.float64, count=len(speed))
 
 

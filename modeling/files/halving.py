@@ -34,6 +34,7 @@ def halved(card: Path, folder: Path) -> Path:
     return write_model(
         folder, known.name, Exported(known.steps, tensors), title=known.title, method=known.method, takes=known.takes,
         gives=known.gives, interval=known.interval, texture=known.texture, metrics=known.metrics,
+        measured_on=known.measured_on, missed=known.missed,
         training=known.training, notes=(*known.notes, *((NOTE,) if changed else ())),
     )  # fmt: skip
 

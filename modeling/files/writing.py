@@ -39,6 +39,8 @@ def write_model(
     interval: Interval | None = None,
     texture: Texture | None = None,
     metrics: Mapping[str, float] | None = None,
+    measured_on: Mapping[str, str] | None = None,
+    missed: Sequence[str] = (),
     training: Mapping[str, Any] | None = None,
     notes: Sequence[str] = (),
 ) -> Path:
@@ -60,7 +62,8 @@ def write_model(
     try:
         card = Card(
             name=name, title=title, method=method, weights=weights, takes=takes, gives=gives, steps=exported.steps,
-            interval=interval, texture=texture, metrics=dict(metrics or {}), training=_plain(name, training or {}),
+            interval=interval, texture=texture, metrics=dict(metrics or {}),
+            measured_on=dict(measured_on or {}), missed=tuple(missed), training=_plain(name, training or {}),
             notes=tuple(notes),
         )  # fmt: skip
     except ValidationError as error:

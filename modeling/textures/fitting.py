@@ -73,6 +73,7 @@ class FittedWindows:
     scale: Scale
     window: int
     trained: Trained
+    missed: tuple[str, ...] = ()
 
     def predict(self, given: Array) -> Array:
         """The mean of the next acceleration (n,) in m/s^2 for windows (n, 3, window) in units.

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Callable
+from collections.abc import Callable, Iterator
 from dataclasses import replace
 
 import torch
@@ -13,7 +13,7 @@ from modeling.textures.fitting import Diet, FittedWindows, fit_windows
 from modeling.textures.foten_layers import DROPOUT, WIDTH, Embedding, Encoder
 from modeling.textures.fourier import FourierBlock
 from modeling.textures.heads import head, loss_named, nll
-from modeling.textures.matching import QUICK_ROUNDS, ROUNDS, Matched, match
+from modeling.textures.matching import MOST_GAIN, QUICK_ROUNDS, ROUNDS, Matched, match
 from modeling.textures.methods import Learning, Method
 from modeling.textures.recording import CHANNELS, TextureDataError
 from modeling.training.settings import Settings
@@ -28,12 +28,16 @@ SETTINGS = Settings(epochs=100, batch=16, learning_rate=1e-3, plateau_patience=N
 """Thesis 4.4.5."""
 LOSS = "huber-1.6"
 """The loss of thesis 4.6.2 (also set by `Learning.settings["loss"]`, one of `heads.LOSSES`)."""
+PATIENCE = 14
 GENERATIVE_SETTINGS = Settings(
-    epochs=14, batch=128, learning_rate=2e-3, plateau_patience=None, stop_patience=None, every_epochs=4
+    epochs=14, batch=128, learning_rate=2e-3, plateau_patience=None, stop_patience=PATIENCE, every_epochs=4
 )
 GENERATIVE_DIET = Diet(noise=0.01, hand=0.15, mirrored=True, rest=0.05, cosine=True)
 STEPS, MOST_EPOCHS = 1550, 120
-"""A short recording is gone through more often: for as many steps as 14 epochs of 20 s are, in at most 120 epochs."""
+"""A short recording is gone through more often: for as many steps as 14 epochs of 20 s are, in at most 120 epochs, and
+not for more than `PATIENCE` epochs after the best one of the validation part."""
+FARTHEST_DB = 3.0
+"""Felt distance and level together may be so far off: about a just noticeable difference of amplitude (1.5 dB) each."""
 
 
 class Foten(nn.Module):
@@ -86,7 +90,22 @@ def _fit_generative(learning: Learning) -> FittedWindows:
     distance = match(matched, learning.recording, learning.parts, found.scale, learning.seed, rounds)
     gain = math.exp(float(matched.log_gain))
     learning.report(f"matched on its own output: {distance:.2f} dB off, gain of the SD {gain:.3f}")
-    return replace(found, network=matched)
+    return replace(found, network=matched, missed=tuple(missed_aims(distance, gain)))
+
+
+def missed_aims(distance_dB: float, gain: float) -> Iterator[str]:
+    """Yield a sentence for each aim of `matching.match` that was missed: nearness, and a gain within its limits."""
+    if not distance_dB <= FARTHEST_DB:
+        found = "could not be measured" if math.isnan(distance_dB) else f"is {distance_dB:.2f} dB"
+        yield (
+            f"On its own output its distance from the recording, felt and in level, {found}; at most {FARTHEST_DB:g} "
+            "dB is expected: record longer, or train longer."
+        )
+    if abs(math.log(gain)) > math.log(MOST_GAIN) - 1e-4:  # the limit itself, in single precision
+        yield (
+            f"The gain of its SD stopped at its limit, {gain:.3f}; more than {1 / MOST_GAIN:.3f} and less than "
+            f"{MOST_GAIN:.3f} is expected: its level on its own output is off, so record longer, or train longer."
+        )
 
 
 def epochs_for(learning: Learning) -> int:

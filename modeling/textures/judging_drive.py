@@ -46,6 +46,16 @@ class Drive:
     seen: bool = False
 
     @property
+    def described(self) -> str:
+        """The origin in words, for cards and reports; it says where the models were trained on it."""
+        if self.seen:
+            return (
+                f"the whole recording, the training part included, as the test part is shorter than {LEAST_S:g} s: no "
+                "held-out numbers"
+            )
+        return "the test part's hand" if self.origin == "test part" else "the hand of another exploration"
+
+    @property
     def seconds(self) -> float:
         """How long the models run."""
         return float(len(self.truth) / RATE_HZ)

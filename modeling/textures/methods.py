@@ -27,7 +27,8 @@ class Learning:
 
 
 class Fitted(Protocol):
-    """A fitted method. One that was trained in epochs also has `trained` (modeling.training.loop.Trained)."""
+    """A fitted method. One that was trained in epochs also has `trained` (modeling.training.loop.Trained); one whose
+    training has an aim of its own also has `missed`, a sentence for each aim that it missed."""
 
     @property
     def window(self) -> int:

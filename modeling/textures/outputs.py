@@ -63,7 +63,8 @@ def write_texture(
     exported = fitted.exported()
     told: dict[str, Any] = {
         "title": f"{recording.label}: {method.title}", "method": method.name, "takes": takes, "gives": gives,
-        "metrics": metrics, "training": training, "notes": (*recording.notes, *notes),
+        "metrics": metrics, "missed": getattr(fitted, "missed", ()), "training": training,
+        "notes": (*recording.notes, *notes),
     }  # fmt: skip
     name = name or model_name(recording.texture, method.name)
     texture = texture_of(recording, parts, fitted, method)

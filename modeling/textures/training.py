@@ -10,6 +10,7 @@ from typing import Any
 
 from modeling.textures.judging_jobs import Context, Done, Fit, Play
 from modeling.textures.judging_kept import recording_digest
+from modeling.textures.judging_run import drive_for
 from modeling.textures.judging_whole import Wanted, context_for, finished
 from modeling.textures.methods import Method
 from modeling.textures.recording import Recording, TextureDataError
@@ -26,19 +27,23 @@ FREE = ("level", "smoothed_gfc", "envelope", "cycle", "cycle_excess", "felt_dB")
 
 @dataclass(frozen=True)
 class Written:
-    """A model that was written: its texture, its method, the metrics of its card, its files."""
+    """A model that was written: its texture, its method, the metrics of its card, its files.
+
+    `cautions` are the aims of its training that it missed, and which of its numbers are not held-out ones.
+    """
 
     texture: str
     method: str
     card: Path
     metrics: Mapping[str, float]
     files: tuple[Path, ...]
+    cautions: tuple[str, ...] = ()
 
     def plain(self) -> dict[str, Any]:
         """As JSON holds it."""
         return {
             "texture": self.texture, "method": self.method, "card": str(self.card), "metrics": dict(self.metrics),
-            "files": [str(path) for path in self.files],
+            "files": [str(path) for path in self.files], "cautions": list(self.cautions),
         }  # fmt: skip
 
 
@@ -49,7 +54,8 @@ def train_textures(
     """Fit the wanted methods to every texture, let each run free, and write texture-TEXTURE-METHOD into the folder.
 
     A model learns from the training part and is stopped by the validation part; the card's metrics are those of the
-    test part (mae in SDs, mae_m_s2, gfc, explained) and of the free run (free_level, free_smoothed_gfc, ...). What an
+    test part (mae in SDs, mae_m_s2, gfc, explained) and of the free run (free_level, free_smoothed_gfc, ...); its
+    `measured_on` says what hand and truth the free run had. What an
     earlier, equal command or an evaluation finished is taken from `wanted.work`. Raises TextureDataError for a
     recording that cannot be split, or where a method refuses one.
     """
@@ -65,32 +71,30 @@ def train_textures(
 
 
 def _write(fit: Fit, fitted: Done, played: Done, context: Context, folder: Path) -> Written:
-    """The model that was judged, its card told what was found."""
-    if fitted.card is None:
-        raise TextureDataError(f"{fit.name}: there is no file of it.")
-    metrics = _metrics(fitted, played)
-    card = _copied(fitted.card, folder, metrics, _run_card(fit, fitted, metrics, context), _notes(played, context))
-    files = (card, card.with_suffix(".safetensors"), *_history(fitted, card))
-    return Written(fit.texture, fit.method, card, metrics, files)
-
-
-def _copied(
-    card: Path, folder: Path, metrics: Mapping[str, float], training: Mapping[str, Any], notes: tuple[str, ...]
-) -> Path:
-    """The same model with what is known of it now."""
+    """Write the evaluated model again, its card with its metrics and what they were measured on."""
     from safetensors.numpy import load_file
 
     from modeling.files.exported import Exported
     from modeling.files.writing import write_model
     from protocols.model_card import Card
 
-    told = Card.model_validate_json(card.read_bytes(), strict=True)
-    exported = Exported(told.steps, load_file(card.with_suffix(".safetensors")))
+    if fitted.card is None:
+        raise TextureDataError(f"{fit.name}: there is no file of it.")
+    metrics, card = _metrics(fitted, played), Card.model_validate_json(fitted.card.read_bytes(), strict=True)
+    drive = None if played.refused else drive_for(fit.texture, context)
+    measured_on = {"one step ahead": "the test part, which it was not trained on"}
+    if drive is not None:
+        measured_on["free"] = f"{drive.described}; {context.seconds:g} s"
     folder.mkdir(parents=True, exist_ok=True)
-    return write_model(
-        folder, told.name, exported, title=told.title, method=told.method, takes=told.takes, gives=told.gives,
-        texture=told.texture, metrics=metrics, training=training, notes=(*told.notes, *notes),
+    path = write_model(
+        folder, card.name, Exported(card.steps, load_file(fitted.card.with_suffix(".safetensors"))), title=card.title,
+        method=card.method, takes=card.takes, gives=card.gives, texture=card.texture, metrics=metrics,
+        measured_on=measured_on, missed=card.missed, training=_run_card(fit, fitted, metrics, context),
+        notes=(*card.notes, *_notes(played, context)),
     )  # fmt: skip
+    seen = (f"running free on {measured_on['free']}",) if drive is not None and drive.seen else ()
+    files = (path, path.with_suffix(".safetensors"), *_history(fitted, path))
+    return Written(fit.texture, fit.method, path, metrics, files, (*card.missed, *seen))
 
 
 def _metrics(fitted: Done, played: Done) -> dict[str, float]:
@@ -112,14 +116,10 @@ def _run_card(fit: Fit, fitted: Done, metrics: Mapping[str, float], context: Con
 
 
 def _notes(played: Done, context: Context) -> tuple[str, ...]:
-    told = ["The metrics are those of the test part, which it was not trained on."]
-    if played.refused:
-        told.append(f"It was not run free: {played.refused}")
-    elif context.explore:
-        told.append(f"It ran free for {context.seconds:g} s under the hand of another exploration.")
+    notes = [f"It was not run free: {played.refused}"] if played.refused else []
     if context.settings.get("quick"):
-        told.append("A quick training, to try things out: few epochs. Its numbers are nothing to go by.")
-    return tuple(told)
+        notes.append("A quick training, to try things out: few epochs. Its numbers are nothing to go by.")
+    return tuple(notes)
 
 
 def _history(fitted: Done, card: Path) -> tuple[Path, ...]:

@@ -98,7 +98,8 @@ def room_on(shell: Shell, calibration: Calibration, asked: Asked, hands: Hands, 
     notes = (("not_measured", calibration.confirmed_at == NEVER), ("twins", hands.rig is None))
     return Room(
         shell, page, Image.new("RGB", calibration.size_px, "white"), board, Choice(asked.texture, asked.method),
-        lambda sounds: begun.begin(replace(job, sounds=sounds)), lambda card: Sounds(card, asked.seed, asked.sampled),
+        lambda sounds: begun.begin(replace(job, sounds=sounds)),
+        lambda card: Sounds(card, asked.seed, asked.sampled, asked.accept_missed),
         shell.now_s(), " ".join(page.texts(key) for key, said in notes if said),
         curve=hands.hand.force if hands.hand is not None else MOUSE.force,
     )  # fmt: skip

@@ -1,8 +1,14 @@
+import math
+
 import numpy as np
 import pytest
 
 from devices.models.file import read_model
-from devices.render.voice import play
+from devices.render.errors import RenderError
+from devices.render.job import Sounds
+from devices.render.voice import opened_voice, play
+from modeling.files.halving import halved
+from modeling.textures.foten import missed_aims
 from modeling.textures.recording import TextureDataError
 from modeling.textures.training import train_textures
 from tests.modeling.textures import judged_small as small
@@ -29,7 +35,9 @@ def test_one_model_for_each_texture_with_what_was_found_in_its_card(tmp_path):
         assert card.training["configuration"]["method"] == "foten_generative"
         assert card.training["configuration"]["parts"]["test"]
         assert card.texture.start is not None
-        assert any("test part" in note for note in card.notes)
+        assert card.measured_on["one step ahead"].startswith("the test part")
+        assert card.measured_on["free"].startswith("the hand of another exploration")
+        assert each.cautions == card.missed == ()
         assert all(path.is_file() for path in each.files)
 
 
@@ -44,6 +52,37 @@ def test_the_same_command_goes_on_and_writes_the_same_bytes(tmp_path):
     found = small.recordings(4.0, ("smooth",))
     before = [path.read_bytes() for path in trained(tmp_path, found)[0].files]
     assert [path.read_bytes() for path in trained(tmp_path, found)[0].files] == before
+
+
+def test_a_short_recordings_card_says_that_its_free_run_was_no_held_out_one(tmp_path):
+    (written,) = trained(tmp_path, (recording(1.9, 1, "smooth"),), explore=False)
+    card = read_model(written.card).card
+    assert "free_felt_dB" in card.metrics and "no held-out numbers" in card.measured_on["free"]
+    assert any("no held-out numbers" in caution for caution in written.cautions)
+
+
+@pytest.mark.parametrize(
+    ("distance_dB", "gain", "words"),
+    [
+        (1.0, 1.1, []),
+        (3.2, 1.0, ["3.20 dB"]),
+        (1.0, float(np.exp(np.float32(np.log(1.25)))), ["stopped at its limit, 1.250"]),
+        (math.nan, 0.8, ["could not be measured", "stopped at its limit, 0.800"]),
+    ],
+)
+def test_a_match_that_stops_at_its_limit_or_stays_far_off_is_named(distance_dB, gain, words):
+    missed = list(missed_aims(distance_dB, gain))
+    assert len(missed) == len(words) and all(word in sentence for word, sentence in zip(words, missed, strict=True))
+
+
+def test_a_model_that_missed_its_aim_is_marked_through_halving_and_played_on_request_only(tmp_path):
+    written = trained(tmp_path, small.recordings(4.0, ("smooth",)), methods=("ten_wavelet",))
+    for card in (written[0].card, halved(written[0].card, tmp_path / "halved")):
+        assert read_model(card).card.missed == ("It stayed 9 dB off.",)
+        with pytest.raises(RenderError, match=r"missed an aim.*9 dB off.*--accept-missed"):
+            opened_voice(Sounds(card))
+        assert opened_voice(Sounds(card, accept_missed=True)).card.missed
+    assert written[0].cautions == ("It stayed 9 dB off.",)
 
 
 def test_a_model_that_could_not_run_free_says_so(tmp_path):
