@@ -223,9 +223,14 @@ def _trial(study: Study, form: Form | None, number: int, block: str, stimulus: S
         stimulus=stimulus,
         form=form,
         may_go_back=study.navigation == "back_and_forward" and not first_of_phase,
-        rest_before=study.rest is not None and counted > 0 and counted % study.rest.every == 0,
+        rest_before=_rests_before(study, counted),
         recording=_recording(study, stimulus),
     )
+
+
+def _rests_before(study: Study, counted: int) -> bool:
+    every = study.rest.every if study.rest is not None else None
+    return every is not None and counted > 0 and counted % every == 0
 
 
 def _check(study: Study, who: ParticipantRow, seed: int) -> None:

@@ -162,7 +162,8 @@ class Reply:
 class Aside:
     """What the experimenter did while a request was being performed: the request goes on.
 
-    {do: note, text}, {do: pause}, {do: go_on}, {do: repeat, which: this|last}, {do: abort, text}.
+    {do: note, text}, {do: pause}, {do: go_on}, {do: repeat, which: this|last}, {do: abort, text}. A participant who
+    rests pauses the session too: {do: pause or go_on, by: participant}.
     """
 
     value: Mapping[str, Any]

@@ -207,9 +207,16 @@ class Practice(Strict):
 
 
 class Rest(Strict):
-    """A rest before every trial that follows this many counted ones."""
+    """A rest before every trial that follows this many counted ones; a button to rest at any time in a trial's form."""
 
-    every: Annotated[Whole, Field(ge=1)]
+    every: Annotated[Whole, Field(ge=1)] | None = None
+    button: bool = False
+
+    @model_validator(mode="after")
+    def _at_some_time(self) -> Self:
+        if self.every is None and not self.button:
+            raise ValueError("every: N, or button: true, or both are expected")
+        return self
 
 
 class Word(Strict):

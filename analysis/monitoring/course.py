@@ -86,7 +86,7 @@ class Course:
 
     @property
     def paused(self) -> bool:
-        """Whether the experimenter's last word on it was to pause."""
+        """Whether the experimenter or the participant paused it last."""
         return self.pause_ns is not None and self.ended is None
 
     def _start(self, event: Event) -> None:
@@ -132,6 +132,7 @@ class Course:
     def _aside(self, event: Event) -> None:
         value = event.value
         do, text = str(value.get("do", "")), str(value.get("text") or "")
+        text = text or ("by the participant" if value.get("by") == "participant" else "")
         self.asides.append(Aside(event.seq, event.t_ns, event.trial, do, text))
         if do == "pause" and self.pause_ns is None:
             self.pause_ns = event.t_ns

@@ -20,6 +20,10 @@ from protocols.requests import Ask, Confirm, Instruct, Rest
 __all__ = ["Page", "demand_shown", "page_for", "screen_for"]
 
 
+RESTING = "resting"
+"""The page of a rest that the participant asked for."""
+
+
 def screen_for(request: Ask | Instruct | Rest | Confirm, page: Page, t0_ns: int) -> Screen:
     """A new screen, nothing answered but what was answered before; t0_ns is when it is shown, for its samples.
 
@@ -37,11 +41,12 @@ def screen_for(request: Ask | Instruct | Rest | Confirm, page: Page, t0_ns: int)
 
 
 def page_for(key: str, page: Page) -> Screen:
-    """A page without an answer, by its key among the texts: changing_sample, feel_now, recording, pause, end, ...
+    """A page by its key among the texts: changing_sample, feel_now, recording, pause, end, ...; or RESTING.
 
+    Only the page of a rest has an answer: the participant goes on.
     Raises WindowError on a key that there is no page for.
     """
-    return MessageScreen(key, page)
+    return RestScreen(None, page) if key == RESTING else MessageScreen(key, page)
 
 
 def demand_shown(forms: Iterable[Form], page: Page) -> None:

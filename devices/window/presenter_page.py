@@ -38,7 +38,7 @@ def prepare(
         calibration.metrics, texts, fonts, words, own | dict(pages or {}), title=study.title or study.study,
         total=0 if plan is None else len(plan.trials),
         length_mm=SLIDER_MM if study.scale is None else study.scale.length_mm,
-        hangul=needed(language, sys.platform),
+        hangul=needed(language, sys.platform), may_rest=study.rest is not None and study.rest.button,
     )  # fmt: skip
     fonts.demand([*texts.words.values(), *map(page.say, study_texts(study)), *map(page.say, page.pages.values())])
     if plan is not None:

@@ -7,7 +7,7 @@ from dataclasses import dataclass, field, replace
 from typing import TYPE_CHECKING, Any
 
 from devices.desk import Desk, Prompt
-from devices.window.build import page_for, screen_for
+from devices.window.build import RESTING, page_for, screen_for
 from devices.window.calibration import NOMINAL_MM, TOLERANCE_MM, demand_reading
 from devices.window.loop import Scene
 from devices.window.presenter import END, PAUSE, Shown
@@ -19,6 +19,7 @@ from protocols.requests import Aside, Ask, Confirm, Instruct, Reply
 if TYPE_CHECKING:
     from PIL import Image
 
+PARTICIPANT = "participant"
 END_S, END_AT_DESK_S = 6.0, 60.0
 """How long the last page stays: where nobody is asked, and where the experimenter is."""
 
@@ -40,6 +41,8 @@ class WindowPresenter:
     request: Shown | None = None
     scene: Scene | None = None
     paused: bool = False
+    resting: bool = False
+    """Whether it is the participant who paused the session."""
     covers: dict[str, Scene] = field(default_factory=dict)
     misread_mm: float | None = None
 
@@ -74,7 +77,7 @@ class WindowPresenter:
 
     def finish(self, desk: Desk | None = None, page: str = END) -> None:
         """Show the last page. What the experimenter does now comes too late for the session's record."""
-        self.paused = False
+        self.paused = self.resting = False
         scene = self._put_on(self._cover(page))
         if desk is not None:
             desk.demand(Prompt("The session is over. Enter closes the participant's window."))
@@ -90,23 +93,33 @@ class WindowPresenter:
         self.shell.close()
 
     def _turn(self, scene: Scene, desk: Desk) -> Aside | None:
-        """One look at the desk and one at the window; the scene, or the pause page, is what is seen."""
+        """One look at the desk and one at the window; the scene, or the page of a pause or rest, is what is seen."""
         if (aside := desk.poll()) is not None:
             return self._heed(aside, desk)
-        seen = self._cover(PAUSE) if self.paused else scene
+        seen = self._cover(RESTING if self.resting else PAUSE) if self.paused else scene
         if self.on is not seen:
             self._put_on(seen)
             desk.tell({"window": seen.name})
         seen.turn()
         self._tell_sides(scene)
+        if (does := self._rests(seen)) is not None:
+            return self._heed(Aside({"do": does, "by": PARTICIPANT}), desk)
         return None
+
+    def _rests(self, seen: Scene) -> str | None:
+        """Whether the participant has just begun a rest, or ended it."""
+        if self.resting and seen.screen.reply is not None:
+            return "go_on"
+        begins, seen.screen.wants_rest = seen.screen.wants_rest, False
+        return "pause" if begins and not self.paused else None
 
     def _heed(self, aside: Aside, desk: Desk) -> Aside:
         match aside.value.get("do"):
             case "pause":
-                self.paused = True
+                self.paused, self.resting = True, aside.value.get("by") == PARTICIPANT
+                self.covers.pop(RESTING, None)
             case "go_on":
-                self.paused = False
+                self.paused = self.resting = False
             case "repeat" | "abort":
                 self._forget(desk)
         return aside

@@ -27,6 +27,8 @@ class Screen(Protocol):
     """The answer, once the participant is done."""
     side: str | None
     """Where there are sides to switch between: which one is on."""
+    wants_rest: bool
+    """Whether the participant has asked for a rest; whoever heeds it takes it back."""
 
     def handle(self, event: Input) -> None:
         """Take in what the participant did; nothing once there is a reply."""
@@ -56,7 +58,7 @@ class Page:
 
     `words` translates the study's own texts (empty: as written), `pages` are the texts of its pages by name
     (instructions), `total` is the number of trials and `length_mm` the length of a rating line. `hangul`: in fields
-    Latin keys write Hangul, where nothing else composes it.
+    Latin keys write Hangul, where nothing else composes it. `may_rest`: forms of a trial have a button to rest.
     """
 
     metrics: Metrics
@@ -68,6 +70,7 @@ class Page:
     total: int = 0
     length_mm: float = SLIDER_MM
     hangul: bool = False
+    may_rest: bool = False
     shapes: Shapes = field(default_factory=Shapes)
 
     def say(self, text: str) -> str:

@@ -25,7 +25,8 @@ class Remark:
 class Board:
     """The session so far. `trial` is the number of the trial under way; `position` the place in the plan last met.
 
-    `doing` is the body of the request under way and `since_ns` its time, moved on by pauses.
+    `doing` is the body of the request under way and `since_ns` its time, moved on by pauses. `resting`: it is the
+    participant who paused.
     """
 
     plan: Plan
@@ -38,6 +39,7 @@ class Board:
     doing: Mapping[str, Any] | None = None
     since_ns: int = 0
     paused_at_ns: int | None = None
+    resting: bool = False
     paused_ns: int = 0
     first_trial_ns: int | None = None
     last_end_ns: int = 0
@@ -128,9 +130,11 @@ def _experimenter(board: Board, event: Event) -> Board:
     noted = replace(board, remarks=(*board.remarks, remark)[-REMEMBERED:])
     match what["do"]:
         case "pause" if not board.paused:
-            return replace(noted, paused_at_ns=event.t_ns)
+            return replace(noted, paused_at_ns=event.t_ns, resting=what.get("by") == "participant")
         case "go_on" if board.paused_at_ns is not None:
-            return replace(noted, paused_at_ns=None, paused_ns=board.paused_ns + event.t_ns - board.paused_at_ns)
+            return replace(
+                noted, paused_at_ns=None, resting=False, paused_ns=board.paused_ns + event.t_ns - board.paused_at_ns
+            )
         case "repeat":
             return replace(noted, done=board.done - {_repeated(board, what)})
         case _:
@@ -152,9 +156,9 @@ def _told(what: Mapping[str, Any], board: Board) -> str:
         case "repeat":
             return f"trial {_repeated(board, what)} is repeated"
         case "pause":
-            return "paused"
+            return "the participant rests" if what.get("by") == "participant" else "paused"
         case _:
-            return "went on"
+            return "the participant goes on" if what.get("by") == "participant" else "went on"
 
 
 def _ended(board: Board, event: Event) -> Board:

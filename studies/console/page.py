@@ -79,8 +79,17 @@ def _demand(view: View) -> RenderableType:
         text = Text.assemble((view.prompt.text, "bold bright_yellow"), "\n", (how_to_answer(view.prompt), "dim"))
         return Panel(text, title="your turn", title_align="left", border_style="bright_yellow", box=box.HEAVY)
     if board.paused:
-        text = Text("Paused. The participant sees the pause page.\np goes on", style="bold yellow")
-        return Panel(text, title="paused", title_align="left", border_style="yellow", box=box.ROUNDED)
+        told = "Paused. The participant sees the pause page.\np goes on"
+        if board.resting:
+            told = "The participant rests, and goes on when ready.\np ends the rest"
+        text = Text(told, style="bold yellow")
+        return Panel(
+            text,
+            title="resting" if board.resting else "paused",
+            title_align="left",
+            border_style="yellow",
+            box=box.ROUNDED,
+        )
     told = f"The session is {board.ended}." if board.ended is not None else "Nothing to do for you now."
     return Panel(Text(told, style="dim"), border_style="bright_black", box=box.ROUNDED)
 

@@ -37,6 +37,16 @@ def test_a_note_stands_between_a_request_and_its_reply():
     replayed(log.events)
 
 
+def test_a_rest_of_the_participants_is_on_record_and_replays():
+    rest = [{"do": do, "by": "participant"} for do in ("pause", "go_on")]
+    log, _ = ran(n2=rest)
+    assert [event.value for event in log.events[5:7]] == rest
+    replayed(log.events)
+    for end in (6, 7):
+        with pytest.raises(EndOfRecord):
+            replayed(log.events[:end])
+
+
 def test_a_note_is_kept_before_the_answer_comes():
     log, desk = Kept(), desk_with(n2=[NOTE])
     seen = []

@@ -78,6 +78,7 @@ def test_a_study_is_read_and_its_definition_reads_back():
         ("{stimuli: [A]}", "{stimuli: [a]}", "practice.stimuli[0]: found 'a', expected a stimulus id"),
         ("every: 2", "every: 0", "rest.every: found 0, input should be greater than or equal to 1"),
         ("every: 2", "every: 2.5", "rest.every: found 2.5, input should be a valid integer"),
+        ("{every: 2}", "{button: false}", "rest: every: N, or button: true, or both are expected"),
         ("pooled: kind", "pooled: kin", "analysis.pooled: found 'kin'"),
         ("Soft: {size", "Sofd: {size", "simulation.latents.Sofd: found 'Sofd', expected an attribute"),
         ("{size: 1.5", "{sise: 1.5", "simulation.latents.Soft.sise: found 'sise'"),

@@ -39,6 +39,7 @@ class Base:
         self.may_go_back = may_go_back
         self.reply: Reply | None = None
         self.side: str | None = None
+        self.wants_rest = False
         self.focus: str | None = None
         self.by_key = False
         self.held: str | None = None
@@ -250,6 +251,8 @@ class Base:
             self.go_on()
         elif name == "back":
             self.go_back()
+        elif name == "rest":
+            self.wants_rest, self.focus = True, None
         elif name is not None:
             self.chosen(name)
 

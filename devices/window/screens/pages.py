@@ -34,14 +34,16 @@ class MessageScreen(Base):
 
 
 class RestScreen(Base):
-    """A break, with how much of the session is done."""
+    """A break, with how much of the session is done where it was planned."""
 
-    def __init__(self, request: Rest, page: Page) -> None:
+    def __init__(self, request: Rest | None, page: Page) -> None:
         right = (Choice("next", page.texts("continue"), primary=True),)
         super().__init__(Frame(page, "", "", (), right))
-        done = page.texts("rest_progress", done=request.done, total=request.total)
-        words = page.texts("rest_title"), page.texts("rest_text")
-        self._elements_once = tuple(_message(page, *words, done=(request.done / max(1, request.total), done)))
+        words, done = (page.texts("rest_title"), page.texts("rest_text")), None
+        if request is not None:
+            share = request.done / max(1, request.total)
+            done = share, page.texts("rest_progress", done=request.done, total=request.total)
+        self._elements_once = tuple(_message(page, *words, done=done))
 
     def body(self) -> Iterator[Element]:
         yield from self._elements_once

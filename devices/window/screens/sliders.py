@@ -125,5 +125,7 @@ def trial_frame(
     if ask.may_go_back:
         hint += "   " + page.texts("back_hint", back=page.texts("back"))
     label = page.texts("practice") if trial is not None and trial.practice else ""
+    if page.may_rest and trial is not None:
+        left = (*left, Choice("rest", page.texts("rest")))
     progress = (trial.number - 1) / page.total if trial is not None and page.total else None
     return Frame(page, page.texts(prompt), hint, left, right, label, progress)

@@ -171,6 +171,42 @@ def test_a_pause_outlasts_a_repeated_trial(window, shell):
     assert window.on.name == "pause"
 
 
+RESTS, GOES_ON = (Aside({"do": do, "by": "participant"}) for do in ("pause", "go_on"))
+
+
+def test_the_participant_rests_by_a_button_and_goes_on_with_the_form_as_it_was(shell):
+    window = WindowPresenter(shell, page(may_rest=True), Image.new("RGB", SIZE, "white"), {})
+    request, inputs = answered(window)
+    rest = box_of(window, request, "rest")
+    shell.turns.extend([inputs[0], press_at(rest), [], [Key("enter", False, 0.0)]])
+    desk = FakeDesk()
+
+    assert window.perform(request, desk, shell.now_ns) == RESTS
+    assert window.perform(request, desk, shell.now_ns) == GOES_ON
+    shell.turns.extend(inputs[1:])
+    assert window.perform(request, desk, shell.now_ns).value["answers"] == {"Smooth": 50}
+    assert [each["window"] for each in desk.told] == ["resting", "sliders"]
+
+
+def test_the_experimenter_ends_a_rest_and_a_pause_of_theirs_is_not_the_participants_to_end(shell):
+    window = WindowPresenter(shell, page(may_rest=True), Image.new("RGB", SIZE, "white"), {})
+    request = ask()
+    rest = press_at(box_of(window, request, "rest"))
+    shell.turns.extend([rest, [], [], [Key("enter", False, 0.0)]])
+    desk = FakeDesk({3: PAUSE, 9: GO_ON})
+    assert [window.perform(request, desk, shell.now_ns) for _ in range(3)] == [RESTS, PAUSE, GO_ON]
+
+    shell.turns.append(rest)
+    desk = FakeDesk({6: GO_ON, 8: NOTE})
+    assert [window.perform(request, desk, shell.now_ns) for _ in range(3)] == [RESTS, GO_ON, NOTE]
+    assert window.on.name == "sliders"
+
+
+def test_there_is_no_button_to_rest_unless_the_study_offers_it(window, shell):
+    window.perform(ask(), FakeDesk({2: NOTE}), shell.now_ns)
+    assert "rest" not in {each.name for each in window.scene.screen.placed()}
+
+
 def test_a_new_request_object_gets_a_new_form(window, shell):
     first, inputs = answered(window)
     shell.turns.extend(inputs[:1])

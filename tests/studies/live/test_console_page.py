@@ -56,6 +56,13 @@ def test_a_pause_covers_the_demand_until_the_session_goes_on():
     assert "p goes on" in text and "paused for 1:15" in text and "Enter when it is done" not in text
 
 
+def test_a_rest_of_the_participants_is_said_to_be_one():
+    rest = canonical({"do": "pause", "by": "participant"})
+    board = after(view().board, Event(99, view().board.t_ns, "experimenter", rest, 20, 1))
+    text = printed(replace(view(), board=board), t_s=75)
+    assert "The participant rests" in text and "p ends the rest" in text and "the participant rests" in text
+
+
 def test_the_end_is_asked_for_although_the_session_was_paused_when_it_was_aborted():
     board = view().board
     for seq, body in enumerate(({"do": "pause"}, {"do": "abort", "text": "ill"})):
