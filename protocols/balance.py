@@ -7,6 +7,9 @@ from collections.abc import Iterable, Sequence
 from dataclasses import dataclass
 from itertools import pairwise
 
+from protocols.plan import ParticipantRow, main_order
+from protocols.study import Study
+
 
 @dataclass(frozen=True)
 class Balance:
@@ -61,6 +64,21 @@ def certificate(sequences: Iterable[Sequence[str]]) -> Balance:
     follows = Counter(pair for row in rows for pair in pairwise(row))
     positions = {item: tuple(at[item, place] for place in range(length)) for item in items}
     return Balance(len(rows), items, positions, dict(follows))
+
+
+def certificates(study: Study, people: Sequence[tuple[ParticipantRow, int]]) -> dict[str, Balance]:
+    """Certify the orders of these people (row and seed), who are of one group.
+
+    The first certificate, named "", is of all their sessions together; where the study declares several, each session
+    follows, by its name.
+    """
+    by_session = {
+        f"session {number}": [[s.id for _, s in main_order(study, who, seed, number)] for who, seed in people]
+        for number in range(1, study.sessions + 1)
+    }
+    together = certificate([order for orders in by_session.values() for order in orders])
+    each = {name: certificate(orders) for name, orders in by_session.items()} if study.sessions > 1 else {}
+    return {"": together, **each}
 
 
 def _times(low: int, high: int) -> str:

@@ -17,6 +17,7 @@ def inconsistencies(study: Study) -> Iterator[Problem]:
     yield from parts_of_task(study)
     yield from _adjectives(study)
     yield from _groups(study)
+    yield from _sample(study)
     if study.order.blocks is not None:
         yield from _column(study, study.order.blocks.by, ("order", "blocks", "by"))
     if study.practice is not None:
@@ -56,6 +57,22 @@ def _groups(study: Study) -> Iterator[Problem]:
         yield from problems
         if not problems and not study.stimuli_of(group):
             yield Problem(("groups", group), "no stimulus belongs to this group")
+
+
+def _sample(study: Study) -> Iterator[Problem]:
+    """The sample fits the groups, and a rule over sessions has sessions to order."""
+    sample, groups = study.participants, len(study.groups)
+    if sample is not None and sample.per_group is not None:
+        if not groups:
+            yield Problem(("participants", "per_group"), "the study has no groups; say planned")
+        elif sample.planned not in (None, sample.per_group * groups):
+            told = f"{sample.per_group} in each of {groups} groups are {sample.per_group * groups}"
+            yield Problem(("participants", "planned"), f"found {sample.planned}, but {told}")
+    if study.order.over_sessions is not None and study.sessions < 2:
+        yield Problem(("order", "over_sessions"), "needs participants: {sessions: 2} or more")
+    if study.questions is not None and "demographics" not in study.opening:
+        yield Problem(("questions",), "needs opening: [demographics], the form that asks them")
+    yield from _repeated(study.questions or (), ("questions",), "the question")
 
 
 def _selection(study: Study, group: str, column: str, levels: Sequence[str]) -> Iterator[Problem]:

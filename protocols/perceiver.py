@@ -25,7 +25,8 @@ class Perceiver:
 
     answer = gain x (sum of weight x z-score of the stimulus column) + bias + noise, put on the scale. What a device
     made of a stimulus is felt in place of what its table says: `feels`.
-    Every draw is keyed by seed, participant, trial, attempt and attribute: nothing depends on what came before.
+    Every draw is keyed by seed, participant, trial, attempt and attribute: nothing depends on what came before. Gain
+    and bias are the person's in every session; noise and lapses are of one session.
     """
 
     plan: Plan
@@ -97,7 +98,8 @@ class Perceiver:
 
     def rest_s(self, rest: Rest) -> float:
         """How long the participant rests."""
-        return round(60.0 + 60.0 * uniform("rest", self.plan.seed, self.plan.who.participant, rest.done), 3)
+        who = self.plan.who.participant
+        return round(60.0 + 60.0 * uniform("rest", self.plan.seed, who, *self.plan.occasion, rest.done), 3)
 
     def has_second_thoughts(self, ask: Ask) -> bool:
         """Whether the participant, meeting a trial first, goes back to the one before."""
@@ -109,7 +111,7 @@ class Perceiver:
         return self.simulation.answer_s * math.exp(0.4 * normal(*self.moment("time", ask, item)))
 
     def trait(self, what: str, item: str) -> tuple[Key, ...]:
-        """The key of what is the participant's own throughout the session."""
+        """The key of what is the participant's own, in every session."""
         return (what, self.plan.study.study, self.plan.seed, self.plan.who.participant, item)
 
     def moment(self, what: str, ask: Ask, item: str) -> tuple[Key, ...]:
@@ -117,8 +119,9 @@ class Perceiver:
         return self.keyed(what, place(ask), item)
 
     def keyed(self, what: str, at: tuple[Key, ...], item: str) -> tuple[Key, ...]:
-        """The key of what is drawn for one item at one moment."""
-        return (what, self.plan.study.study, self.plan.seed, self.plan.who.participant, *at, item)
+        """The key of what is drawn for one item at one moment of one session."""
+        plan = self.plan
+        return (what, plan.study.study, plan.seed, plan.who.participant, *plan.occasion, *at, item)
 
     def rating(self, latent: float, attribute: Attribute, scale: Scale, at: tuple[Key, ...]) -> float:
         """The answer where everybody would feel `latent`; `at` keys what the moment adds: noise, or a lapse."""

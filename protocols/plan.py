@@ -10,7 +10,7 @@ from typing import Any
 
 from protocols.canonical import digest
 from protocols.forms import Consent, Demographics, Form, LabForms, Lexicon, Likert, Sliders, Words
-from protocols.keyed import shuffled
+from protocols.keyed import Key, shuffled
 from protocols.orders import Design, latin_row, rows_of, williams_row
 from protocols.study import RATED, Stimulus, Study
 
@@ -60,19 +60,27 @@ class Plan:
     seed: int
     trials: tuple[Trial, ...]
     lab_forms: LabForms | None = None
+    session: int = 1
+
+    @property
+    def occasion(self) -> tuple[Key, ...]:
+        """What tells chance in this session from chance in the participant's first one, which has no key of its own."""
+        return () if self.session == 1 else ("session", self.session)
 
     @cached_property
     def digest(self) -> str:
-        """SHA-256 over the study's definition, the participant's row, the seed, the order, and the lab's forms."""
+        """SHA-256 over what the participant meets of the study, the row, the seed, the order, the lab's forms, and
+        the number of a session after the first."""
         return digest(
             {
                 "plan": 1,
-                "study": self.study.definition(),
+                "study": self.study.conditions(),
                 "who": [self.who.participant, self.who.group, self.who.row],
                 "seed": self.seed,
                 "order": [[t.number, t.block, t.practice, t.stimulus.id, t.rest_before] for t in self.trials],
             }
             | ({} if self.lab_forms is None else {"lab_forms": self.lab_forms.definition()})
+            | ({} if self.session == 1 else {"session": self.session})
         )
 
     @property
@@ -108,28 +116,41 @@ class PlanError(ValueError):
     """The participant's row does not fit the study."""
 
 
-def compile_plan(study: Study, who: ParticipantRow, seed: int = 0, lab_forms: LabForms | None = None) -> Plan:
-    """Order the study's stimuli for one participant: practice first, then the counterbalanced trials.
+def compile_plan(
+    study: Study, who: ParticipantRow, seed: int = 0, lab_forms: LabForms | None = None, session: int = 1
+) -> Plan:
+    """Order the study's stimuli for one session of a participant: practice first, then the counterbalanced trials.
 
     `lab_forms` are needed to run a study that opens with them; they do not touch the order.
-    Raises PlanError on an unknown group, a group where the study has none, or a row or seed out of range.
+    Raises PlanError on an unknown group, a group where the study has none, or a row, seed or session out of range.
     """
     _check(study, who, seed)
-    form = _form(study, who, seed)
+    if not 1 <= session < LARGEST_ROW:
+        raise PlanError(f"participant {who.participant}: session {session}; sessions count from 1")
+    form = _form(study, who, seed, session)
     practice = [("practice", stimulus) for stimulus in _practice(study)]
-    main = list(main_order(study, who, seed))
+    main = list(main_order(study, who, seed, session))
     trials = [
         _trial(study, form, number, block, stimulus, number - 1 - len(practice))
         for number, (block, stimulus) in enumerate([*practice, *main], start=1)
     ]
-    return Plan(study, who, seed, tuple(trials), lab_forms if study.opening else None)
+    return Plan(study, who, seed, tuple(trials), lab_forms if study.opening else None, session)
 
 
-def main_order(study: Study, who: ParticipantRow, seed: int = 0) -> Iterator[tuple[str, Stimulus]]:
-    """(block, stimulus) of every counted trial; a repeat takes the next row of the square."""
-    stimuli = study.stimuli_of(who.group)
-    for repeat in range(study.order.repeats):
-        yield from _one_pass(study, who, seed, repeat, stimuli)
+def main_order(study: Study, who: ParticipantRow, seed: int = 0, session: int = 1) -> Iterator[tuple[str, Stimulus]]:
+    """(block, stimulus) of every counted trial; a repeat takes the next row of the square.
+
+    The study's rule orders a later session: `next_row` goes on with the rows after those of the session before,
+    `mirrored` reverses the first session's order in every second one, `same` repeats it.
+    """
+    stimuli, repeats = study.stimuli_of(who.group), study.order.repeats
+    first = (session - 1) * repeats if study.over_sessions == "next_row" else 0
+    trials = [one for turn in range(first, first + repeats) for one in _one_pass(study, who, seed, turn, stimuli)]
+    yield from reversed(trials) if _is_mirrored(study, session) else trials
+
+
+def _is_mirrored(study: Study, session: int) -> bool:
+    return study.over_sessions == "mirrored" and session % 2 == 0
 
 
 def ordered(
@@ -150,12 +171,13 @@ def ordered(
 
 
 def _one_pass(
-    study: Study, who: ParticipantRow, seed: int, repeat: int, stimuli: Sequence[Stimulus]
+    study: Study, who: ParticipantRow, seed: int, turn: int, stimuli: Sequence[Stimulus]
 ) -> Iterator[tuple[str, Stimulus]]:
+    """The order of one pass; `turn` counts the rows that the participant has taken before."""
     by_id = {stimulus.id: stimulus for stimulus in stimuli}
     label = ("deal", study.study, who.group, study.order.seed)
-    chance = ("order", study.study, seed, who.participant, repeat)
-    row = who.row + repeat
+    chance = ("order", study.study, seed, who.participant, turn)
+    row = who.row + turn
     for name, members, inner_row in _blocks(study, by_id, row, label, chance):
         inner = ordered(study.order.design, members, inner_row, (*label, name), (*chance, name))
         yield from ((name, by_id[each]) for each in inner)
@@ -189,15 +211,17 @@ def _practice(study: Study) -> list[Stimulus]:
     return [by_id[each] for each in study.practice.stimuli]
 
 
-def _form(study: Study, who: ParticipantRow, seed: int) -> Form | None:
-    """What is asked in every trial; the order of a word list may be the participant's own."""
+def _form(study: Study, who: ParticipantRow, seed: int, session: int) -> Form | None:
+    """What is asked in every trial; the order of a word list may be the participant's own, session by session."""
     if study.task in RATED and study.scale is not None:
         sides = study.sides if study.task == "similarity" else ()
         return Sliders(study.attributes, study.scale, sides, tries=study.task == "authoring")
     if study.task == "adjective_selection" and study.adjectives is not None:
         words = [each.word for each in study.adjectives.words]
         if study.adjectives.order == "random":
-            words = list(shuffled(words, "words", study.study, seed, who.participant))
+            again = (session,) if session > 1 and study.over_sessions == "next_row" else ()
+            words = list(shuffled(words, "words", study.study, seed, who.participant, *again))
+            words = words[::-1] if _is_mirrored(study, session) else words
         return Words(tuple(words), study.adjectives.further)
     if study.task == "free_lexicon":
         return Lexicon(study.lexicon.at_least if study.lexicon is not None else 1)

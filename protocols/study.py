@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from collections.abc import Mapping
 from math import floor, log10
 from typing import Annotated, Any, Literal, Self
 
@@ -44,6 +45,10 @@ Share = Annotated[float, Field(ge=0, le=1, allow_inf_nan=False)]
 Seconds = Annotated[float, Field(ge=0.1, le=600, allow_inf_nan=False)]
 Spread = Annotated[float, Field(ge=0, allow_inf_nan=False)]
 RecordingSeconds = Annotated[float, Field(ge=0.1, le=3600, allow_inf_nan=False)]
+Minutes = Annotated[float, Field(gt=0, le=24 * 60, allow_inf_nan=False)]
+People = Annotated[int, Field(strict=True, ge=1, le=100_000)]
+Days = Annotated[int, Field(strict=True, ge=0, le=3650)]
+OverSessions = Literal["same", "next_row", "mirrored"]
 TaskName = Literal[
     "slider_rating", "matching", "similarity", "adjective_selection", "free_lexicon", "authoring", "capture"
 ]
@@ -192,6 +197,7 @@ class Order(Strict):
     blocks: Blocks | None = None
     repeats: Annotated[Whole, Field(ge=1, le=100)] = 1
     seed: Whole = 0
+    over_sessions: OverSessions | None = None
 
     @model_validator(mode="after")
     def _blocks_when_needed(self) -> Self:
@@ -204,6 +210,27 @@ class Practice(Strict):
     """Stimuli met first, by their ids, in the order they are listed; their answers are kept but do not count."""
 
     stimuli: Annotated[tuple[Level, ...], Field(min_length=1)]
+
+
+class Participants(Strict):
+    """The sample: how many people are planned, how many sessions each has, and how many days lie between two.
+
+    `planned` counts everybody, `per_group` those of each group. Without `sessions` the study declares none beyond
+    the first. `apart_days` are the fewest and the most calendar days from one session to the next.
+    """
+
+    planned: People | None = None
+    per_group: People | None = None
+    sessions: Annotated[Whole, Field(ge=1, le=100)] | None = None
+    apart_days: tuple[Days, Days] | None = None
+
+    @model_validator(mode="after")
+    def _in_order(self) -> Self:
+        if self.apart_days is not None and self.apart_days[0] > self.apart_days[1]:
+            raise ValueError(f"apart_days: the fewest days come first, found {list(self.apart_days)}")
+        if self.apart_days is not None and (self.sessions or 1) < 2:
+            raise ValueError("apart_days needs sessions: 2 or more")
+        return self
 
 
 class Rest(Strict):
@@ -303,13 +330,39 @@ class Stimulus(Strict):
     sha256: Text | None = None
 
 
+NOT_MET = ("participants", "minutes", "questions")
+"""Keys of a study that change nothing that a participant meets in its trials: they are on record, but two studies
+that differ in nothing else are one and the same. The questions that a participant is asked stand in the lab's forms."""
+
+
+def conditions_of(definition: Mapping[str, Any]) -> dict[str, Any]:
+    """Return what a participant meets of a study's definition: all but the sample, the planned minutes, the questions.
+
+    A rule of orders over sessions counts by what it does: the default as the rule that it stands for.
+    """
+    order = dict(definition["order"])
+    sessions = (definition.get("participants") or {}).get("sessions") or 1
+    rule = order.pop("over_sessions", None) or rule_for(sessions)
+    if rule != "same":
+        order["over_sessions"] = rule
+    return {**{key: value for key, value in definition.items() if key not in NOT_MET}, "order": order}
+
+
+def rule_for(sessions: int) -> OverSessions:
+    """Return how sessions are ordered where the study does not say: by the next row, if it declares several."""
+    return "next_row" if sessions > 1 else "same"
+
+
 class Study(Strict):
     """A study with its stimuli: everything that a plan is made from."""
 
     study: Name
     title: Text | None = None
     task: TaskName
+    participants: Participants | None = None
+    minutes: Minutes | None = None
     opening: tuple[Literal["consent", "demographics"], ...] = ()
+    questions: tuple[Name, ...] | None = None
     instructions: Text | None = None
     stimuli: Annotated[tuple[Stimulus, ...], Field(min_length=1, max_length=LARGEST_STUDY)]
     groups: dict[Level, dict[Text, tuple[Level, ...]]] = {}
@@ -332,6 +385,20 @@ class Study(Strict):
     def definition(self) -> dict[str, Any]:
         """The study as JSON data, only what its author set: a default added later changes no digest."""
         return self.model_dump(mode="json", exclude_unset=True)
+
+    def conditions(self) -> dict[str, Any]:
+        """Return what a participant meets, as JSON data: what plans, sessions and analyses are compared by."""
+        return conditions_of(self.definition())
+
+    @property
+    def sessions(self) -> int:
+        """How many sessions each participant has; 1 where the study declares none."""
+        return (self.participants and self.participants.sessions) or 1
+
+    @property
+    def over_sessions(self) -> OverSessions:
+        """The rule that gives a later session its order."""
+        return self.order.over_sessions or rule_for(self.sessions)
 
     def stimuli_of(self, group: str | None) -> tuple[Stimulus, ...]:
         """The stimuli of a group, in the order of the table; all of them where the study has no groups."""

@@ -7,7 +7,7 @@ from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
 from protocols.canonical import canonical, digest
-from protocols.study import Study
+from protocols.study import Study, conditions_of
 from studies.record import read_header
 from studies.session import ledger_path
 
@@ -33,8 +33,11 @@ class DevicesChanged(ValueError):
 
 
 def study_change(recorded: Mapping[str, Any], current: Study) -> str | None:
-    """The first differences of the study from its recorded definition, in plain words; None where it is the same."""
-    found = list(differences(recorded, current.definition()))
+    """The first differences of the study from its recorded definition, in plain words; None where it is the same.
+
+    What a participant meets is compared: a sample, planned minutes or questions that changed are no change of it.
+    """
+    found = list(differences(conditions_of(recorded), current.conditions()))
     if not found:
         return None
     more = f"; and {len(found) - MOST_NAMED} more" if len(found) > MOST_NAMED else ""
@@ -56,7 +59,7 @@ def demand_unchanged(header: Mapping[str, Any], current: Study, accept: bool) ->
             f"{header['session']}: {told}. Put it back as it was, or accept the change for this participant with "
             "--accept-change, which goes on record"
         )
-    before, now = digest(header["study"]), digest(current.definition())
+    before, now = digest(conditions_of(header["study"])), digest(current.conditions())
     return {"since_session": header["session"], "study_before": before, "study_now": now, "differences": told}
 
 

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from collections.abc import Iterator, Mapping
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
@@ -10,6 +11,7 @@ import click
 from studies.options import JSON, LAB, echo_json
 
 if TYPE_CHECKING:
+    from protocols.balance import Balance
     from protocols.plan import Plan
     from protocols.study import Study
     from studies.catalogue import Found
@@ -130,7 +132,7 @@ def _summary(found: Found) -> str:
         + ", ".join(f"group {name}: {count * study.order.repeats} trials" for name, count in sorted(counts.items())),
         f"    {_asked(study)}; "
         f"order: {study.order.design} within {study.order.within}; needs {', '.join(study.needs) or 'nothing'}",
-        f"    digest {digest(study.definition())}",
+        f"    digest {digest(study.conditions())}",
     ]
     return "\n".join(lines)
 
@@ -153,14 +155,17 @@ def _asked(study: Study) -> str:
 @click.option("--group", help="The participant's group, if not by the pseudonym's number.")
 @click.option("--row", type=click.IntRange(min=0), help="Row of the square, if not by the pseudonym's number.")
 @click.option("--seed", type=int, default=0, show_default=True, help="Seed of randomised orders.")
+@click.option("--session", "number", type=click.IntRange(min=1), default=1, show_default=True, help="Which session.")
 @click.option("--balance", "people", type=click.IntRange(min=1), help="Certify the balance of this many participants.")
 @LAB
 @JSON
 def plan(
-    study: str, participant: str, group: str | None, row: int | None, seed: int, people: int | None, lab: Path,
-    as_json: bool,
+    study: str, participant: str, group: str | None, row: int | None, seed: int, number: int, people: int | None,
+    lab: Path, as_json: bool,
 ) -> None:  # fmt: skip
     """Show the trials that a participant will meet, in order; or, with --balance N, how balanced N orders are.
+
+    What the study declares of its sample, sessions and minutes stands above.
 
     \b
     Example:
@@ -168,6 +173,7 @@ def plan(
       palpate plan door_ratings --balance 40
     """
     from protocols.plan import compile_plan
+    from protocols.sample import describe_sample
     from studies.allocation import allocate
     from studies.catalogue import find, read_study
     from studies.lab_forms import lab_forms
@@ -177,12 +183,17 @@ def plan(
         _show_balance(declared, people, seed, as_json)
         return
     who = allocate(declared, participant, group, row)
-    compiled = compile_plan(declared, who, seed, lab_forms(declared, lab, live=False))
+    compiled = compile_plan(declared, who, seed, lab_forms(declared, lab, live=False), number)
     if as_json:
         echo_json(_plan_data(compiled))
         return
     who = compiled.who
-    click.echo(f"{declared.study}, participant {who.participant}, group {who.group}, row {who.row}, seed {seed}")
+    session = f", session {number}" if number > 1 else ""
+    click.echo(
+        f"{declared.study}, participant {who.participant}, group {who.group}, row {who.row}, seed {seed}{session}"
+    )
+    if sample := describe_sample(declared):
+        click.echo(f"planned: {sample}")
     click.echo(f"plan digest {compiled.digest}")
     for trial in compiled.trials:
         rest = "  (rest first)" if trial.rest_before else ""
@@ -190,6 +201,8 @@ def plan(
 
 
 def _plan_data(compiled: Plan) -> dict[str, Any]:
+    from protocols.sample import sample_of
+
     who = compiled.who
     return {
         "study": compiled.study.study,
@@ -197,30 +210,45 @@ def _plan_data(compiled: Plan) -> dict[str, Any]:
         "group": who.group,
         "row": who.row,
         "seed": compiled.seed,
+        "session": compiled.session,
         "digest": compiled.digest,
+        "planned": sample_of(compiled.study),
         "trials": [{"trial": t.number, "block": t.block, "stimulus": t.stimulus.id} for t in compiled.trials],
     }
 
 
 def _show_balance(study: Study, people: int, seed: int, as_json: bool) -> None:
-    """Certificates by group of the first `people` participants P001, P002, ..."""
-    from protocols.balance import certificate
-    from protocols.plan import main_order
+    """Certificates by group, over all sessions and for each, of the first `people` participants P001, P002, ..."""
+    from protocols.balance import certificates
     from studies.allocation import allocate
 
-    orders: dict[str, list[list[str]]] = {}
+    groups: dict[str, list[Any]] = {}
     for number in range(1, people + 1):
         who = allocate(study, f"P{number:03d}")
-        orders.setdefault(who.group or "all", []).append([s.id for _, s in main_order(study, who, seed)])
-    certificates = {group: certificate(rows) for group, rows in sorted(orders.items())}
+        groups.setdefault(who.group or "all", []).append((who, seed))
+    found = {group: certificates(study, rows) for group, rows in sorted(groups.items())}
     if as_json:
-        echo_json({group: _balance_data(found) for group, found in certificates.items()})
+        echo_json({group: balance_data(several) for group, several in found.items()})
         return
-    for group, found in certificates.items():
-        click.echo(f"group {group}: {found.text()}")
+    for group, several in found.items():
+        for line in balance_lines(group, several):
+            click.echo(line)
 
 
-def _balance_data(found: Any) -> dict[str, Any]:
+def balance_lines(group: str, certified: Mapping[str, Balance]) -> Iterator[str]:
+    """Say how balanced the orders of a group are: of all sessions together, then of each where there are several."""
+    together = f", all {len(certified) - 1} sessions" if len(certified) > 1 else ""
+    for session, balance in certified.items():
+        yield f"group {group}{f', {session}' if session else together}: {balance.text()}"
+
+
+def balance_data(certified: Mapping[str, Balance]) -> dict[str, Any]:
+    """A group's certificates as JSON data: of all sessions together, with those of each where there are several."""
+    of_sessions = {session: _balance_data(each) for session, each in certified.items() if session}
+    return {**_balance_data(certified[""]), **({"sessions": of_sessions} if of_sessions else {})}
+
+
+def _balance_data(found: Balance) -> dict[str, Any]:
     return {
         "sequences": found.sequences,
         "balanced": found.balanced,

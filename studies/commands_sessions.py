@@ -6,6 +6,7 @@ import re
 import shlex
 from collections.abc import Callable, Iterator
 from contextlib import closing
+from datetime import datetime
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
@@ -75,7 +76,7 @@ def sat_through(
     if live.rehearse:
         return [_rehearsed(found, lab, people, seed, (group, row), live)]
     if simulate:
-        plans = _plans(found, lab, people, seed, (group, row), live, real=False)
+        plans = _plans(found, lab, people, seed, (group, row), live, real=False, number=number)
         return _simulated(found, lab, plans, number, row is not None, live)
     hardware_for(found, lab, live)
     return [_live(found, lab, people, seed, (group, row), number, live)]
@@ -83,11 +84,11 @@ def sat_through(
 
 def _plans(
     found: Found, lab: Path, people: list[str], seed: int, place: tuple[str | None, int | None], live: LiveOptions,
-    real: bool,
+    real: bool, number: int = 1,
 ) -> list[Plan]:  # fmt: skip
     from studies.launch import plans_of
 
-    return plans_of(found.study, lab, people, seed, real, live.language or "en", *place)
+    return plans_of(found.study, lab, people, seed, real, live.language or "en", *place, number)
 
 
 def _simulated(found: Found, lab: Path, plans: list[Plan], number: int, shared: bool, live: LiveOptions) -> list[Sat]:
@@ -96,7 +97,8 @@ def _simulated(found: Found, lab: Path, plans: list[Plan], number: int, shared: 
     from studies.squares import demand_free
 
     rig = simulated(found.study, found.folder, lab)
-    accepted = {who: _before(found, lab, who, number, live) for who in (plan.who.participant for plan in plans)}
+    people = [plan.who.participant for plan in plans]
+    accepted = {who: _before(found, lab, who, number, live, real=False) for who in people}
     demand_free(lab, plans, number, shared)
     sat: list[Sat] = []
     with closing(progress(plans, "running", live.as_json)) as steps:
@@ -117,9 +119,10 @@ def _live(
 
     [who] = people
     demand_new(lab, found.study.study, who, number)
-    accepted = _before(found, lab, who, number, live)
+    accepted = _before(found, lab, who, number, live, real=True)
     rig = live_plan(found, lab, live)
-    [plan] = _plans(found, lab, people, seed, place, live, real=True)  # Allocates a row: nothing may be amiss by now.
+    # This allocates a row: nothing may be amiss by now.
+    [plan] = _plans(found, lab, people, seed, place, live, real=True, number=number)
     sat = start(lab, plan, rig, number, accepted)
     _on_record(found, lab, who, sat)
     return sat
@@ -135,15 +138,18 @@ def _on_record(found: Found, lab: Path, participant: str, sat: Sat) -> None:
         decline(lab, found.study, participant)
 
 
-def _before(found: Found, lab: Path, who: str, number: int, live: LiveOptions) -> dict[str, Any] | None:
-    """The participant's earlier sessions are there and over; what of a change of the study goes on record."""
+def _before(found: Found, lab: Path, who: str, number: int, live: LiveOptions, real: bool) -> dict[str, Any] | None:
+    """The participant's earlier sessions are there and over; what was accepted of a change or a time goes on record."""
     from studies.changes import demand_unchanged, earlier_header
     from studies.launch import demand_next
+    from studies.session_times import demand_in_time
 
-    study = found.study.study
+    study, today = found.study.study, datetime.now().astimezone().date() if real else None
     demand_next(lab, study, who, number)
     header = earlier_header(lab, study, who, number)
-    return None if header is None else demand_unchanged(header, found.study, live.accept_change)
+    changed = None if header is None else demand_unchanged(header, found.study, live.accept_change)
+    timing = demand_in_time(lab, found.study, who, number, live.accept_timing, today)
+    return {**(changed or {}), **(timing or {})} or None
 
 
 def _rehearsed(

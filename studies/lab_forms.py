@@ -11,9 +11,14 @@ from studies.participants.questions import questions
 
 
 def lab_forms(study: Study, lab: Path, live: bool, language: str = "en") -> LabForms | None:
-    """The lab's consent text and questions, where the study opens with them; a real session's must be filled in."""
+    """The lab's consent text and questions, where the study opens with them; a real session's must be filled in.
+
+    Of the lab's questions the study asks those that it names, all where it names none.
+    """
     if not study.opening:
         return None
     if live and "consent" in study.opening:
         demand_filled(lab, language)
-    return LabForms(consent_text(lab, language), questions(lab, language))
+    wanted = study.questions
+    asked = tuple(one for one in questions(lab, language) if wanted is None or one.name in wanted)
+    return LabForms(consent_text(lab, language), asked)

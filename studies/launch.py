@@ -22,16 +22,16 @@ from studies.session import fresh_path, ledger_path
 
 def plans_of(
     study: Study, lab: Path, people: Sequence[str], seed: int, live: bool, language: str = "en",
-    group: str | None = None, row: int | None = None,
+    group: str | None = None, row: int | None = None, session: int = 1,
 ) -> list[Plan]:  # fmt: skip
-    """A plan for every participant.
+    """A plan for every participant's session of this number.
 
     A real participant's row is the one that the lab's registry holds, or allocates now; a simulated one's follows
     from the pseudonym unless it is given or allocated. Raises ParticipantError, AllocationError or PlanError.
     """
     forms = lab_forms(study, lab, live, language)
     rows = [row_of(study, lab, each, live, group, row) for each in people]
-    return [compile_plan(study, who, seed, forms) for who in rows]
+    return [compile_plan(study, who, seed, forms, session) for who in rows]
 
 
 def row_of(study: Study, lab: Path, participant: str, live: bool, group: str | None, row: int | None) -> ParticipantRow:

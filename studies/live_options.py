@@ -35,6 +35,7 @@ class LiveOptions:
     screen: int | None = None
     windowed: tuple[int, int] | None = None
     accept_change: bool = False
+    accept_timing: bool = False
     as_json: bool = False
 
 
@@ -43,6 +44,7 @@ _TO_START = (
     click.option("--pace", "pace_s", type=click.FloatRange(0, 60), default=PACE_S, show_default=True, metavar="SECONDS",
                  help="With --rehearse: how long each screen stays."),
     click.option("--no-window", is_flag=True, help="With --rehearse: the console alone."),
+    click.option("--accept-timing", is_flag=True, help="Begin though no session is due now; put on record."),
 )  # fmt: skip
 _ALWAYS = (
     click.option("--twins", is_flag=True, help="Simulated devices in place of the rig; every record says so."),

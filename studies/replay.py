@@ -3,8 +3,10 @@
 from __future__ import annotations
 
 import time
+from collections.abc import Mapping
 from dataclasses import dataclass
 from pathlib import Path
+from typing import Any
 
 from protocols.canonical import difference
 from protocols.events import NS
@@ -59,9 +61,7 @@ def recompiled(record: Record) -> Plan:
     """The plan, made anew from the study in the header. Raises LedgerError unless its digest is the recorded one."""
     header = record.header
     try:
-        who = ParticipantRow(header["participant"], header["group"], header["row"])
-        forms = LabForms.from_definition(header["lab_forms"]) if "lab_forms" in header else None
-        plan = compile_plan(Study.model_validate(header["study"]), who, header["seed"], forms)
+        plan = plan_from_header(header, Study.model_validate(header["study"]))
     except (KeyError, TypeError, ValueError) as error:
         raise LedgerError(
             f"{record.path}: its first event declares no session that this version reads: {error}"
@@ -70,3 +70,14 @@ def recompiled(record: Record) -> Plan:
         how = difference(header["study"], plan.study.definition()) or "the order of the trials differs"
         raise LedgerError(f"{record.path}: the recorded study now compiles to another plan: {how}")
     return plan
+
+
+def plan_from_header(header: Mapping[str, Any], study: Study) -> Plan:
+    """Compile the plan that a session's first event declares, by the rule that the session began with.
+
+    A later session that says nothing of its order (`over_sessions`) is from before sessions had orders of their own:
+    it repeats the first one. Raises KeyError, TypeError or ValueError on a header that declares no plan.
+    """
+    who = ParticipantRow(header["participant"], header["group"], header["row"])
+    forms = LabForms.from_definition(header["lab_forms"]) if "lab_forms" in header else None
+    return compile_plan(study, who, header["seed"], forms, header["session"] if "over_sessions" in header else 1)

@@ -28,7 +28,7 @@ WHOLE = 16
 
 def drawn(plan: Plan, trial: Trial) -> tuple[Key, ...]:
     """What decides a simulated recording; the study's name keeps two studies of one seed apart."""
-    return (plan.study.study, plan.seed, plan.who.participant, trial.number, trial.attempt)
+    return (plan.study.study, plan.seed, plan.who.participant, trial.number, trial.attempt, *plan.occasion)
 
 
 def seed_of(plan: Plan, trial: Trial) -> int:

@@ -9,7 +9,7 @@ from typing import Any
 from protocols.canonical import canonical, digest
 from protocols.events import NS, Event
 from protocols.plan import Plan
-from protocols.study import Study
+from protocols.study import Study, conditions_of
 from studies.begun import by_twins
 from studies.content import file_sha256
 from studies.record import Record
@@ -227,9 +227,8 @@ def session_name(record: Record) -> str:
 
 
 def _study_row(study: Study) -> Row:
-    definition = study.definition()
-    text = canonical(definition).decode()
-    return {"study_digest": digest(definition), "study": study.study, "title": study.title, "definition": text}
+    text = canonical(study.definition()).decode()
+    return {"study_digest": digest(study.conditions()), "study": study.study, "title": study.title, "definition": text}
 
 
 def _session_row(record: Record, walk: _Walk) -> Row:
@@ -237,7 +236,7 @@ def _session_row(record: Record, walk: _Walk) -> Row:
     return {
         "session": walk.session,
         "study": header["study"]["study"],
-        "study_digest": digest(header["study"]),
+        "study_digest": digest(conditions_of(header["study"])),
         "participant": header["participant"],
         "group_name": header["group"],
         "row": header["row"],

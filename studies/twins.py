@@ -254,7 +254,8 @@ def demand_surface(trial: Trial) -> None:
 
 def opened(plan: Plan, request: Present, profile_N: tuple[float, ...], t_ns: int) -> Done:
     """A hand opens the door of this profile once."""
-    chance = normal("opening", plan.seed, plan.who.participant, request.trial.number, request.trial.attempt)
+    moment = (request.trial.number, request.trial.attempt, *plan.occasion)
+    chance = normal("opening", plan.seed, plan.who.participant, *moment)
     seconds = round(seconds_to_present(plan) * max(0.5, 1.0 + 0.15 * chance), 3)
     opening = open_door(profile_N, seconds, DOOR_RATE_HZ)
     block = Samples("door", ("angle", "force"), ("deg", "N"), DOOR_RATE_HZ, t_ns, opening.interleaved())

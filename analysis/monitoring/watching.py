@@ -16,11 +16,12 @@ from analysis.monitoring.raters import Rated, rated
 from analysis.monitoring.sessions import Session, session_of, status_of
 from analysis.ratings.diagnostics import DiagnosticsError
 from protocols.canonical import digest
-from protocols.plan import ParticipantRow, Plan, compile_plan
+from protocols.plan import Plan
 from protocols.study import Study
 from studies.collect import ledgers_in, others_in
 from studies.participants.allocations import Allocation
 from studies.record import LedgerError
+from studies.replay import plan_from_header
 
 
 class MonitorError(ValueError):
@@ -152,14 +153,17 @@ class Watch:
             self.known[path] = _Known(known.followed, *self._planned(known.followed))
 
     def _planned(self, followed: Followed) -> tuple[str, Plan]:
-        """The study's digest and the session's plan. Raises LedgerError on what this version cannot compile."""
+        """The digest of the study's conditions and the session's plan.
+
+        Raises LedgerError on what this version cannot compile.
+        """
         header = followed.course.header
         try:
-            name = digest(header["study"])
-            if name not in self.studies:
-                self.studies[name] = Study.model_validate(header["study"])
-            who = ParticipantRow(header["participant"], header["group"], header["row"])
-            plan = compile_plan(self.studies[name], who, header["seed"])
+            whole = digest(header["study"])
+            if whole not in self.studies:
+                self.studies[whole] = Study.model_validate(header["study"])
+            study = self.studies[whole]
+            name, plan = digest(study.conditions()), plan_from_header(header, study)
         except (KeyError, TypeError, ValueError) as error:
             raise LedgerError(
                 f"{followed.path}: its first event declares no session that this version reads: {error}"

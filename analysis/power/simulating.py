@@ -60,7 +60,7 @@ def simulated_material(study: Study, lab: Path, participants: Sequence[str], see
     forms = lab_forms(study, lab, live=False)
     plans = [compile_plan(study, allocate(study, who), seed, forms) for who in participants]
     sat = [(plan, answers_of(plan, _session(plan), _events(plan))) for plan in plans]
-    choice = Choice(digest(study.definition()), tuple(_row(plan, answers) for plan, answers in sat), ())
+    choice = Choice(digest(study.conditions()), tuple(_row(plan, answers) for plan, answers in sat), ())
     rows = Rows(
         trials=[_whose(plan, row) for plan, answers in sat for row in answers.trials],
         words=[_whose(plan, row) for plan, answers in sat for row in answers.words],
@@ -100,7 +100,7 @@ def _row(plan: Plan, answers: Answers) -> SessionRow:
     who = plan.who
     return SessionRow(
         session=_session(plan),
-        study_digest=digest(plan.study.definition()),
+        study_digest=digest(plan.study.conditions()),
         participant=who.participant,
         group_name=who.group,
         seed=plan.seed,

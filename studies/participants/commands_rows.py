@@ -131,9 +131,12 @@ def _opened(study: str, lab: Path) -> tuple[Study, Registry]:
 
 
 def _show_group(found: GroupStanding) -> None:
+    from studies.commands import balance_lines
+
     name = "all" if found.group is None else found.group
-    certified = found.certificate.text() if found.holders else "nobody holds a row yet."
-    click.echo(f"group {name}: {certified}")
+    nobody = [f"group {name}: nobody holds a row yet."]
+    for line in balance_lines(name, found.certificates) if found.holders else nobody:
+        click.echo(line)
     for each in found.holders:
         inherited = f", inherited from {each.replaces}" if each.replaces else ""
         click.echo(f"  row {each.row:>3}  {each.participant:<8} {each.status}{inherited}")
@@ -143,13 +146,15 @@ def _show_group(found: GroupStanding) -> None:
 
 
 def _group_data(found: GroupStanding) -> dict[str, Any]:
-    certified = found.certificate
+    from studies.commands import balance_data
+
+    data = balance_data(found.certificates)
+    counts = ("sequences", "balanced", "position_range", "carry_over_range", "sessions")
+    certified = {key: data[key] for key in counts if key in data}
     return {
         "group": found.group,
-        "sequences": certified.sequences,
-        "balanced": certified.balanced and bool(found.holders),
-        "position_range": certified.position_range,
-        "carry_over_range": certified.carry_over_range,
+        **certified,
+        "balanced": data["balanced"] and bool(found.holders),
         "rows": [
             {"row": each.row, "participant": each.participant, "status": each.status, "replaces": each.replaces}
             for each in found.holders

@@ -7,8 +7,8 @@ from collections.abc import Mapping
 from dataclasses import dataclass
 from pathlib import Path
 
-from protocols.balance import Balance, certificate
-from protocols.plan import ParticipantRow, main_order
+from protocols.balance import Balance, certificates
+from protocols.plan import ParticipantRow
 from protocols.study import Study
 from studies.begun import begun_in
 from studies.collect import ledgers_in
@@ -19,13 +19,21 @@ from studies.participants.registry import Registry, withdrawn
 
 @dataclass(frozen=True)
 class GroupStanding:
-    """One group: its certificate, its rows with their holders, rows given up, and the row the next one gets."""
+    """One group: its certificates, its rows with their holders, rows given up, and the row the next one gets.
+
+    `certificates` are those of `protocols.balance.certificates`: of all sessions, then of each where there are several.
+    """
 
     group: str | None
-    certificate: Balance
+    certificates: Mapping[str, Balance]
     holders: tuple[Allocation, ...]
     given_up: tuple[tuple[int, str], ...]
     next_row: int
+
+    @property
+    def certificate(self) -> Balance:
+        """The certificate over all sessions."""
+        return self.certificates[""]
 
 
 @dataclass(frozen=True)
@@ -70,10 +78,10 @@ def _of_group(
     study: Study, group: str | None, found: Places, known: dict[str, Allocation], seeds: Mapping[str, int]
 ) -> GroupStanding:
     held = sorted((row, who) for (of, row), who in found.held.items() if of == group)
-    orders = [[s.id for _, s in main_order(study, ParticipantRow(who, group, row), seeds[who])] for row, who in held]
+    people = [(ParticipantRow(who, group, row), seeds[who]) for row, who in held]
     return GroupStanding(
         group,
-        certificate(orders),
+        certificates(study, people),
         tuple(known.get(who) or Allocation(study.study, who, group, row, "session") for row, who in held),
         tuple(sorted((row, who) for (of, row), who in found.given_up.items() if of == group)),
         found.offer(group),

@@ -24,6 +24,6 @@ def toy(**changes: Any) -> Study:
     return Study.model_validate({**data, **changes})
 
 
-def toy_plan(participant: str = "P001", row: int = 0, seed: int = 0, **changes: Any) -> Plan:
+def toy_plan(participant: str = "P001", row: int = 0, seed: int = 0, session: int = 1, **changes: Any) -> Plan:
     """The toy study compiled."""
-    return compile_plan(toy(**changes), ParticipantRow(participant, None, row), seed)
+    return compile_plan(toy(**changes), ParticipantRow(participant, None, row), seed, session=session)

@@ -25,8 +25,8 @@ class Lab:
 
     path: Path
 
-    def plan(self, participant: str = "P001", **changes: Any) -> Plan:
-        return toy_plan(participant, **{**LIVELY, **changes})
+    def plan(self, participant: str = "P001", session: int = 1, **changes: Any) -> Plan:
+        return toy_plan(participant, session=session, **{**LIVELY, **changes})
 
     @property
     def rig(self) -> RigPlan:

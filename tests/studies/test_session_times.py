@@ -1,0 +1,49 @@
+"""Sessions that come too early, too late or once too often, and what old and new ledgers of a session 2 say."""
+
+from datetime import date, datetime, timedelta
+
+import pytest
+
+from studies import session
+from studies.record import read
+from studies.replay import recompiled, replay
+from studies.session_times import WrongTime, demand_in_time
+from tests.protocols.studies_for_tests import toy
+
+TWO = {"participants": {"sessions": 2, "apart_days": [1, 14]}}
+
+
+def day_of(path):
+    return datetime.fromisoformat(read(path).sittings[-1].value["at"]).astimezone().date()
+
+
+@pytest.mark.parametrize(("days", "told"), [(0, "0 days before today"), (15, "15 days before today")])
+def test_a_session_out_of_time_is_refused_or_accepted_on_record(lab, days, told):
+    study = toy(**TWO)
+    first = day_of(lab.start(**TWO))
+    today = first + timedelta(days)
+    with pytest.raises(WrongTime, match=f"session 1 on {first}, {told}; from 1 to 14 days .* --accept-timing"):
+        demand_in_time(lab.path, study, "P001", 2, accept=False, today=today)
+    timing = demand_in_time(lab.path, study, "P001", 2, accept=True, today=today)
+    assert timing == {"timing": {"since_session": 1, "days": days, "apart_days": [1, 14]}}
+
+
+def test_a_session_in_time_passes_and_simulated_ones_know_no_days(lab):
+    study, first = toy(**TWO), day_of(lab.start(**TWO))
+    for today in (first + timedelta(1), first + timedelta(14), None):
+        assert demand_in_time(lab.path, study, "P001", 2, accept=False, today=today) is None
+    with pytest.raises(WrongTime, match="session 3 of P001, and the study declares 2 sessions"):
+        demand_in_time(lab.path, study, "P001", 3, accept=False, today=None)
+    assert demand_in_time(lab.path, toy(), "P001", 3, accept=False, today=date(2026, 1, 1)) is None
+
+
+def test_a_later_session_of_before_repeats_the_first_and_one_of_now_is_its_own(lab):
+    """A ledger of a session 2 that says nothing of its order is from before: it goes on by the rule it began with."""
+    first = lab.start()
+    before = session.start(lab.path, lab.plan(), lab.rig, 2).path
+    now = session.start(lab.path, lab.plan(session=3), lab.rig, 3).path
+    assert "over_sessions" not in read(before).header and read(now).header["over_sessions"] == "same"
+    assert recompiled(read(before)) == recompiled(read(first)) and recompiled(read(now)).session == 3
+    replies = [[e.value for e in read(path).events if e.kind == "reply"] for path in (first, before, now)]
+    assert replies[0] == replies[1] and replies[0] != replies[2]
+    assert all(replay(path).complete for path in (before, now))
