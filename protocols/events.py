@@ -31,7 +31,7 @@ class Event:
 
     @property
     def ended_as(self) -> str | None:
-        """How the event ends the session: complete, declined, aborted; None where it does not."""
+        """How the event ends the session: complete, declined, ineligible, aborted; None where it does not."""
         return str(self.value.get("as", "complete")) if self.kind == "session_ended" else None
 
     def place(self) -> str:

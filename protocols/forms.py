@@ -9,7 +9,7 @@ from collections.abc import Mapping, Sequence
 from dataclasses import asdict, dataclass
 from typing import Any, Literal
 
-from protocols.study import Attribute, Questionnaire, Scale
+from protocols.study import Attribute, Criterion, Questionnaire, Scale
 
 LONGEST_WORD = 200
 MOST_WORDS = 200
@@ -187,7 +187,27 @@ class Consent:
         return None if good else f"agreed: true or false expected, found {answers!r:.80}"
 
 
-Form = Sliders | Words | Lexicon | Likert | Demographics | Consent
+@dataclass(frozen=True)
+class Eligibility:
+    """Questions that decide whether the person can take part: {eligible: true or false}.
+
+    Which of them was answered how is nobody's to know: only the outcome leaves the screen.
+    """
+
+    criteria: tuple[Criterion, ...]
+    name: Literal["eligibility"] = "eligibility"
+
+    def items(self) -> list[str]:
+        """One item."""
+        return ["eligible"]
+
+    def problem(self, answers: Any) -> str | None:
+        """Why these are no answers, or None."""
+        good = isinstance(answers, Mapping) and set(answers) == {"eligible"} and type(answers["eligible"]) is bool
+        return None if good else f"eligible: true or false expected, found {answers!r:.80}"
+
+
+Form = Sliders | Words | Lexicon | Likert | Demographics | Consent | Eligibility
 
 
 @dataclass(frozen=True)

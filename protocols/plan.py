@@ -9,7 +9,7 @@ from math import lcm
 from typing import Any
 
 from protocols.canonical import digest
-from protocols.forms import Consent, Demographics, Form, LabForms, Lexicon, Likert, Sliders, Words
+from protocols.forms import Consent, Demographics, Eligibility, Form, LabForms, Lexicon, Likert, Sliders, Words
 from protocols.keyed import Key, shuffled
 from protocols.orders import Design, latin_row, rows_of, williams_row
 from protocols.study import RATED, Stimulus, Study
@@ -97,9 +97,10 @@ class Plan:
             )
         forms: dict[str, Form] = {
             "consent": Consent(self.lab_forms.consent),
+            "eligibility": Eligibility(self.study.eligible),
             "demographics": Demographics(self.lab_forms.questions),
         }
-        asked = {"consent", *(("demographics",) if self.lab_forms.questions else ())}
+        asked = {"consent", "eligibility", *(("demographics",) if self.lab_forms.questions else ())}
         return tuple(forms[name] for name in self.study.opening if name in asked)
 
     @property

@@ -12,7 +12,7 @@ from protocols.plan import Plan, Trial
 from protocols.requests import Aside, Ask, Chunk, Confirm, Fault, Instruct, Reply, ReplyError, Request, Rest, Samples
 from protocols.tasks import TASKS, Answered, Outcome, Steps, WentBack
 
-COMPLETE, DECLINED, ABORTED = "complete", "declined", "aborted"
+COMPLETE, DECLINED, INELIGIBLE, ABORTED = "complete", "declined", "ineligible", "aborted"
 REPEATED, FAULTED = "repeated", "faulted"
 """How a trial ends that is met again: by the experimenter's wish, and because a device failed."""
 
@@ -37,8 +37,11 @@ def _session(plan: Plan, record: _Recorder, header: Mapping[str, Any]) -> str:
     if header.get("calibration") is not None:
         record.perform(Confirm("calibration"))
     for form in plan.opening:
-        if record.perform(Ask(form)).value["answers"].get("agreed") is False:
+        answers = record.perform(Ask(form)).value["answers"]
+        if answers.get("agreed") is False:
             return DECLINED
+        if answers.get("eligible") is False:
+            return INELIGIBLE
     if plan.study.instructions is not None:
         record.perform(Instruct("instructions"))
     _walk(plan, record)

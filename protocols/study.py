@@ -109,6 +109,15 @@ class Attribute(Strict):
         return self.outcome or self.low
 
 
+def _pairs_of_labels(value: Any) -> Any:
+    """Labels are written {VALUE: TEXT}; the keys of a study are texts by now."""
+    if not isinstance(value, dict):
+        return value
+    if bad := [key for key in value if not is_number(str(key))]:
+        raise ValueError(f"labels: {bad[0]!r} is no value of the scale")
+    return [(float(key), text) for key, text in value.items()]
+
+
 class Scale(Strict):
     """A rating scale; without a step it is continuous. The marker starts unset: untouched is not zero.
 
@@ -122,13 +131,15 @@ class Scale(Strict):
     step: Number | None = None
     start: Literal["unset"] = "unset"
     length_mm: Annotated[float, Field(ge=40, le=500, allow_inf_nan=False)] = 127.0
-    labels: Annotated[dict[Text, Text], Field(max_length=MOST_LABELS)] = {}
+    labels: Annotated[
+        tuple[tuple[Number, Text], ...], BeforeValidator(_pairs_of_labels), Field(max_length=MOST_LABELS)
+    ] = ()
     ticks: Literal["none", "labels", "steps"] = "none"
 
     @property
     def labelled(self) -> tuple[tuple[float, str], ...]:
         """The labels with their values, from the low end to the high one."""
-        return tuple(sorted((float(value), text) for value, text in self.labels.items()))
+        return tuple(sorted((float(value), text) for value, text in self.labels))
 
     @property
     def ticked(self) -> tuple[float, ...]:
@@ -150,10 +161,10 @@ class Scale(Strict):
 
     @model_validator(mode="after")
     def _on_the_line(self) -> Self:
-        for text in self.labels:
-            if not is_number(text) or not self.holds(float(text)):
-                raise ValueError(f"labels: {text!r} is no value of the scale")
-        if len({float(text) for text in self.labels}) < len(self.labels):
+        for value, text in self.labels:
+            if not self.holds(value):
+                raise ValueError(f"labels: {text!r} stands at {value:g}, which is no value of the scale")
+        if len({value for value, _ in self.labels}) < len(self.labels):
             raise ValueError("labels: two labels stand at one value")
         if self.ticks == "labels" and not self.labels:
             raise ValueError("ticks: labels needs labels: {VALUE: TEXT, ...}")
@@ -294,6 +305,14 @@ class Questionnaire(Strict):
     points: Annotated[Whole, Field(ge=2, le=11)] = 7
 
 
+class Criterion(Strict):
+    """A question that is answered by yes or no before anything else, and the answer of those who can take part."""
+
+    name: Name
+    text: Text
+    answer: Literal["yes", "no"]
+
+
 class Simulation(Strict):
     """How simulated participants perceive.
 
@@ -361,7 +380,8 @@ class Study(Strict):
     task: TaskName
     participants: Participants | None = None
     minutes: Minutes | None = None
-    opening: tuple[Literal["consent", "demographics"], ...] = ()
+    opening: tuple[Literal["consent", "eligibility", "demographics"], ...] = ()
+    eligible: Annotated[tuple[Criterion, ...], Field(max_length=20)] = ()
     questions: tuple[Name, ...] | None = None
     instructions: Text | None = None
     stimuli: Annotated[tuple[Stimulus, ...], Field(min_length=1, max_length=LARGEST_STUDY)]

@@ -66,6 +66,12 @@ def _of_ends(study: Study) -> Iterator[Problem]:
         names = getattr(study, key)
         if len(set(names)) < len(names):
             yield Problem((key,), f"a form stands twice in {', '.join(names)}")
+    if ("eligibility" in study.opening) != bool(study.eligible):
+        yield Problem(("eligible",), "opening: [eligibility] and eligible: [{name, text, answer}, ...] go together")
+    names = [criterion.name for criterion in study.eligible]
+    for index, name in enumerate(names):
+        if name in names[:index]:
+            yield Problem(("eligible", index), f"the question {name!r} stands twice")
     asked = "questionnaire" in study.closing
     if asked != (study.questionnaire is not None):
         yield Problem(("questionnaire",), "closing: [questionnaire] and questionnaire: {items: ...} go together")

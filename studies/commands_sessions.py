@@ -129,13 +129,15 @@ def _live(
 
 
 def _on_record(found: Found, lab: Path, participant: str, sat: Sat) -> None:
-    """What a real session's end means for the participant's row: who declined gives it up."""
+    """What a real session's end means for the participant's row: who does not take part gives it up."""
     from studies.participants.admission import decline, finish
 
     if sat.complete:
         finish(lab, found.study, participant)
     elif sat.status == "declined":
         decline(lab, found.study, participant)
+    elif sat.status == "ineligible":
+        decline(lab, found.study, participant, "not eligible")
 
 
 def _before(found: Found, lab: Path, who: str, number: int, live: LiveOptions, real: bool) -> dict[str, Any] | None:
@@ -254,7 +256,7 @@ def _told(sat: list[Sat], study: str | None, rig: Path | None) -> Iterator[str]:
     elif done:
         yield f"complete: {done[0].events} events in {done[0].path}"
     for each in sat:
-        if each.status in {"aborted", "declined"}:
+        if each.status in {"aborted", "declined", "ineligible"}:
             yield f"{each.status}: the session is over; {each.events} events are kept in {each.path}"
         elif each.path.parent.parent.name == REHEARSALS and not each.complete:
             yield f"{each.reason}; a rehearsal is not gone on with: rehearse again"

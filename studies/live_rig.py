@@ -25,7 +25,7 @@ if TYPE_CHECKING:
     from studies.console.seat import Seat
 
 LANGUAGE = "en"
-LAST_PAGE = {"declined": "thanks", "aborted": "aborted"}
+LAST_PAGE = {"declined": "thanks", "ineligible": "ineligible", "aborted": "aborted"}
 """The last page, where a session does not end as it should."""
 
 

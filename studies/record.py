@@ -78,7 +78,7 @@ class Record:
 
     @property
     def status(self) -> str:
-        """`complete`; `aborted` by the experimenter; `declined`, without consent; `interrupted`, to be gone on with."""
+        """`complete`; `aborted` by the experimenter; `declined` or `ineligible`; `interrupted`, to be resumed."""
         return self.events[-1].ended_as or "interrupted"
 
     @property

@@ -70,7 +70,7 @@ def readme(of: About, source: Source, holds: Sequence[str]) -> str:
         "Participants appear by pseudonym. Names and contacts are in no file that this data set was made from. The",
         "experimenter's notes and the consent form are not included. Times are seconds since the session began;",
         "when that was, the table of sessions tells." if of.dated else "when that was, is not included.",
-        "Ages above 89 read 89. People who withdrew or declined to take part are not included.",
+        "Ages above 89 read 89. People who withdrew, declined or were not eligible are not included.",
         "", *_left_out(source), "",
     ])  # fmt: skip
 
@@ -79,7 +79,9 @@ def _left_out(source: Source) -> list[str]:
     never = [why for _, why in source.left_out if why.startswith("the participant ")]
     others = [f"{each.participant}, session {each.session.rpartition('/')[2]}: {why}" for each, why in source.left_out
               if why not in never]  # fmt: skip
-    lines = [f"Left out because people withdrew or declined: {len(never)} sessions."] if never else []
+    lines = (
+        [f"Left out because people withdrew, declined or were not eligible: {len(never)} sessions."] if never else []
+    )
     return lines + (["Sessions not included:", "", *(f"- {line}" for line in others)] if others else [])
 
 

@@ -35,9 +35,9 @@ def export(wanted: Wanted, folder: Path, as_json: bool, without: tuple[str, ...]
            recordings: bool, replace: bool, **formats: bool) -> None:  # fmt: skip
     """Write the data of the study NAME to a folder that can be shared.
 
-    Participants appear by pseudonym; people who withdrew or declined do not appear. Columns and texts that look as if
-    they told names, addresses, numbers or dates of birth are refused, with file, column and row. All of it is written,
-    or nothing. Equal data give equal bytes.
+    Participants appear by pseudonym; people who withdrew, declined or were not eligible do not appear. Columns
+    and texts that look as if they told names, addresses, numbers or dates of birth are refused, with file, column and
+    row. All of it is written, or nothing. Equal data give equal bytes.
 
     \b
     Examples:

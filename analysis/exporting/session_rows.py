@@ -92,10 +92,10 @@ class SessionRows:
                    "counts": bool(row["counts"])}  # fmt: skip
 
     def answers(self) -> Iterator[Row]:
-        """The last answer to each question outside trials; of the consent, which all gave, nothing."""
+        """The last answer to each question outside trials; of consent and eligibility, which all have, nothing."""
         last: dict[tuple[str, str], dict[str, Any]] = {}
         for row in self.source.of(self.sat, schema.answers, "seq"):
-            if row["form"] != "consent":
+            if row["form"] not in ("consent", "eligibility"):
                 last[row["form"], row["item"]] = row
         for (form, item), row in last.items():
             value, number = (None, None) if row["value"] == "null" else (row["value"], row["number"])

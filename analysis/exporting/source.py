@@ -74,8 +74,8 @@ class Source:
 def opened(wanted: Wanted, watch: Watch = unwatched) -> Iterator[Source]:
     """The study and sessions that are asked for; session files are gathered into a database in memory first.
 
-    Sessions of people who withdrew or declined are never among them. Raises ExportRefused or DataRefused where there
-    are none, and LedgerError or CollectError on a file or database that cannot be used.
+    Sessions of people who withdrew, declined or were not eligible are never among them. Raises ExportRefused or
+    DataRefused where there are none, and LedgerError or CollectError on a file or database that cannot be used.
     """
     engine = open_database(wanted.url if wanted.url is not None else IN_MEMORY)
     try:

@@ -9,7 +9,7 @@ from protocols.balance import Balance, certificate
 from protocols.orders import rows_of
 from protocols.study import Study
 
-RANK = ("complete", "running", "interrupted", "allocated", "aborted", "declined", "released", "withdrawn")
+RANK = ("complete", "running", "interrupted", "allocated", "aborted", "declined", "ineligible", "released", "withdrawn")
 """A row is shown by the first of these that one of its holders has."""
 GIVEN_UP = ("released", "withdrawn")
 COUNTED = ("complete", "running")

@@ -107,8 +107,8 @@ def _facts(snapshot: Snapshot) -> Any:
     yield "Running", of("running")
     yield "Complete", of("complete")
     yield "Interrupted", of("interrupted")
-    if any(session.status in {"aborted", "declined"} for session in snapshot.sessions):
-        yield "Aborted or declined", of("aborted") + of("declined")
+    if any(session.status in {"aborted", "declined", "ineligible"} for session in snapshot.sessions):
+        yield "Aborted, declined or not eligible", of("aborted") + of("declined") + of("ineligible")
     yield "Raters with a flag", sum(bool(each.rated and each.rated.flags) for each in snapshot.sessions)
     if snapshot.refused:
         yield "Refused ledgers", len(snapshot.refused)

@@ -63,7 +63,7 @@ class Session:
 
 
 def status_of(followed: Followed, is_held: bool) -> str:
-    """complete, aborted or declined as the session itself says; else running or interrupted."""
+    """complete, aborted, declined or ineligible as the session itself says; else running or interrupted."""
     return followed.course.ended or ("running" if is_held else "interrupted")
 
 

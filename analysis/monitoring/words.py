@@ -14,6 +14,7 @@ STATUS = {
     "complete": "✓ complete",
     "aborted": "✕ aborted",
     "declined": "✕ declined",
+    "ineligible": "✕ not eligible",
     "allocated": "○ allocated",
     "released": "✕ released",
     "withdrawn": "✕ withdrawn",

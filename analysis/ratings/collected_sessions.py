@@ -9,8 +9,8 @@ from dataclasses import dataclass
 from analysis.ratings.dataset import DataRefused
 from protocols.did_you_mean import nearest
 
-STATUSES = ("complete", "interrupted", "aborted", "declined", "withdrawn")
-NEVER = ("declined", "withdrawn")
+STATUSES = ("complete", "interrupted", "aborted", "declined", "ineligible", "withdrawn")
+NEVER = ("declined", "ineligible", "withdrawn")
 """Sessions that no analysis may hold, whatever was asked for."""
 
 
@@ -81,7 +81,8 @@ def _other_kind(session: SessionRow) -> str:
 
 
 def _unwanted(session: SessionRow) -> str:
-    return "the participant withdrew" if session.status == "withdrawn" else "the participant declined to take part"
+    why = {"withdrawn": "withdrew", "declined": "declined to take part", "ineligible": "was not eligible"}
+    return f"the participant {why[session.status]}"
 
 
 def _interrupted(session: SessionRow) -> str:

@@ -2,11 +2,12 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterable
+from collections.abc import Callable, Iterable, Mapping
+from typing import Any
 
 from devices.window.screen import Page, Screen
 from devices.window.screens.authoring import AuthoringScreen
-from devices.window.screens.demographics import DemographicsScreen
+from devices.window.screens.demographics import DemographicsScreen, EligibilityScreen
 from devices.window.screens.lexicon import LexiconScreen
 from devices.window.screens.likert import LikertScreen
 from devices.window.screens.pages import MessageScreen, RestScreen, RulerScreen
@@ -14,7 +15,7 @@ from devices.window.screens.reading import ConsentScreen, InstructionScreen
 from devices.window.screens.similarity import SimilarityScreen
 from devices.window.screens.sliders import SliderScreen
 from devices.window.screens.words import WordScreen
-from protocols.forms import Consent, Demographics, Form, Lexicon, Likert, Sliders, Words
+from protocols.forms import Consent, Demographics, Eligibility, Form, Lexicon, Likert, Sliders, Words
 from protocols.requests import Ask, Confirm, Instruct, Rest
 
 __all__ = ["Page", "demand_shown", "page_for", "screen_for"]
@@ -57,17 +58,18 @@ def demand_shown(forms: Iterable[Form], page: Page) -> None:
 
 
 def _form(ask: Ask, page: Page, t0_ns: int) -> Screen:
-    match ask.form:
-        case Sliders() as form:
-            kind = AuthoringScreen if form.tries else SimilarityScreen if form.sides else SliderScreen
-            return kind(ask, form, page, t0_ns)
-        case Words() as form:
-            return WordScreen(ask, form, page)
-        case Lexicon() as form:
-            return LexiconScreen(ask, form, page)
-        case Likert() as form:
-            return LikertScreen(ask, form, page)
-        case Demographics() as form:
-            return DemographicsScreen(ask, form, page)
-        case Consent() as form:
-            return ConsentScreen(ask, form, page)
+    if isinstance(ask.form, Sliders):
+        kind = AuthoringScreen if ask.form.tries else SimilarityScreen if ask.form.sides else SliderScreen
+        return kind(ask, ask.form, page, t0_ns)
+    return SCREENS[type(ask.form)](ask, ask.form, page)
+
+
+SCREENS: Mapping[type[Form], Callable[[Ask, Any, Page], Screen]] = {
+    Words: WordScreen,
+    Lexicon: LexiconScreen,
+    Likert: LikertScreen,
+    Demographics: DemographicsScreen,
+    Eligibility: EligibilityScreen,
+    Consent: ConsentScreen,
+}
+"""The screens of the forms that are not sliders."""

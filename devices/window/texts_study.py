@@ -23,7 +23,8 @@ def study_texts(study: Study) -> tuple[str, ...]:
     for attribute in study.attributes:
         texts += [attribute.low, attribute.high, attribute.explanation]
     if study.scale is not None:
-        texts += study.scale.labels.values()
+        texts += [text for _, text in study.scale.labels]
+    texts += [criterion.text for criterion in study.eligible]
     if study.adjectives is not None:
         texts += [word.word for word in study.adjectives.words]
     if study.questionnaire is not None:

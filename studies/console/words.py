@@ -19,6 +19,7 @@ ANSWERING = {
     "suggestions": "suggesting further adjectives",
     "likert": "answering {n} statement(s)",
     "demographics": "answering {n} question(s) about themselves",
+    "eligibility": "answering whether they can take part",
     "consent": "reading the consent form",
 }
 DOING = {

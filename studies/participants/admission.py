@@ -82,15 +82,15 @@ def readmit(lab: Path, study: Study, participant: str) -> None:
         allocate_row(registry, study, participant)
 
 
-def decline(lab: Path, study: Study, participant: str) -> None:
-    """Offer the row again of a participant who declined to take part; who has finished a session keeps it."""
+def decline(lab: Path, study: Study, participant: str, why: str = "declined to take part") -> None:
+    """Offer the row again of a participant who does not take part; who has finished a session keeps it."""
     registry = find_registry(lab)
     if registry is None:
         return
     with reading(registry) as connection:
         own = allocation_of(connection, study.study, participant)
     if own is not None and own.status == "active":
-        release(registry, study, participant, "declined to take part")
+        release(registry, study, participant, why)
 
 
 def finish(lab: Path, study: Study, participant: str) -> None:

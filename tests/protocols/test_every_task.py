@@ -237,6 +237,40 @@ def test_who_declines_takes_no_part():
     assert log.events[-1].value == {"trials": 4, "as": "declined"}
 
 
+FIT = [{"name": "impairment", "text": "Is anything wrong?", "answer": "no"}]
+
+
+def test_who_is_not_eligible_takes_no_part_and_only_that_is_on_record():
+    plan = plan_of("matching", opening=["consent", "eligibility", "demographics"], eligible=FIT)
+    log = Kept()
+
+    class Unfit(Simulated):
+        def perform(self, request):
+            if isinstance(request, Ask) and request.form.name == "eligibility":
+                return Reply({"answers": {"eligible": False}})
+            return super().perform(request)
+
+    run(plan, Unfit(Perceiver(plan), device, VirtualClock()), log, {})
+    assert log.events[-1].value == {"trials": 4, "as": "ineligible"}
+    assert [event.value.get("form") for event in log.events if event.kind == "request"] == ["consent", "eligibility"]
+    tape = Recorded(log.events)
+    run(plan, tape, tape, {})
+    tape.demand_end()
+    assert "demographics" in [event.value.get("form") for event in ran(plan)], "simulated people are eligible"
+
+
+@pytest.mark.parametrize(
+    ("changes", "said"),
+    [
+        ({"eligible": FIT}, "opening: [eligibility] and eligible"),
+        ({"opening": ["eligibility"]}, "opening: [eligibility] and eligible"),
+        ({"opening": ["eligibility"], "eligible": FIT * 2}, "the question 'impairment' stands twice"),
+    ],
+)
+def test_the_eligibility_form_and_its_questions_go_together(changes, said):
+    assert any(said in problem.message for problem in inconsistencies(study_of("matching", **changes)))
+
+
 def at_first(task):
     return plan_of(task).trials[0]
 

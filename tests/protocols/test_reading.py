@@ -1,7 +1,7 @@
 import pytest
 
 from protocols.reading import StudyError, study_from
-from protocols.study import Study
+from protocols.study import Scale, Study
 from protocols.yaml_text import load
 
 GOOD = """\
@@ -113,14 +113,17 @@ def test_a_scale_may_be_labelled_and_ticked_and_is_neither_unless_the_study_says
     assert plain == {"low": -10, "high": 10, "start": "unset"}, "what is not set enters no digest"
     found = read(scaled(scale)).scale
     assert found.ticked == ticked
+    assert found == Scale.model_validate(found.model_dump(exclude_unset=True)) and hash(found), (
+        "a form's scale is a key"
+    )
     assert found.labelled in ((), ((-10.0, "Not at all"), (0.0, "Half"), (10.0, "Fully")))
 
 
 @pytest.mark.parametrize(
     ("scale", "said"),
     [
-        ("labels: {11: Too far}", "labels: '11' is no value of the scale"),
-        ("step: 5, labels: {3: Between}", "labels: '3' is no value of the scale"),
+        ("labels: {11: Too far}", "labels: 'Too far' stands at 11, which is no value of the scale"),
+        ("step: 5, labels: {3: Between}", "labels: 'Between' stands at 3, which is no value"),
         ("labels: {left: Left}", "labels: 'left' is no value of the scale"),
         ("labels: {1: One, '1.0': Uno}", "labels: two labels stand at one value"),
         ("ticks: labels", "ticks: labels needs labels"),

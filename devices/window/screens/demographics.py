@@ -14,7 +14,7 @@ from devices.window.screens.elements import Element
 from devices.window.screens.questions import Asked, Option, questions_on
 from devices.window.screens.sliders import trial_frame
 from devices.window.screens.writing import FieldOn, with_hangul
-from protocols.forms import Demographics, Question
+from protocols.forms import Demographics, Eligibility, Question
 from protocols.requests import Ask
 
 STEP = {"left": -1, "up": -1, "right": 1, "down": 1}
@@ -23,11 +23,13 @@ STEP = {"left": -1, "up": -1, "right": 1, "down": 1}
 class DemographicsScreen(Base):
     """One card for each question."""
 
+    kind = "demographics"
+
     def __init__(self, ask: Ask, form: Demographics, page: Page) -> None:
         left, right = back_and_next(page)
-        hint, writes = page.texts("demographics_hint"), any(each.kind == "text" for each in form.questions)
+        hint, writes = page.texts(f"{self.kind}_hint"), any(each.kind == "text" for each in form.questions)
         hint = with_hangul(page, hint) if writes else hint
-        frame = trial_frame(page, ask, "demographics_prompt", hint, left, right)
+        frame = trial_frame(page, ask, f"{self.kind}_prompt", hint, left, right)
         self.form = form
         self._sheets = questions_on(page, form.questions, frame.body)
         super().__init__(frame, len(self._sheets), ask.may_go_back)
@@ -160,6 +162,26 @@ class DemographicsScreen(Base):
 
     def _question(self, asked: Asked) -> Question:
         return self.form.questions[asked.number]
+
+
+class EligibilityScreen(DemographicsScreen):
+    """Questions to be answered by yes or no; what leaves the screen is whether all were answered as they must be."""
+
+    kind = "eligibility"
+
+    def __init__(self, ask: Ask, form: Eligibility, page: Page) -> None:
+        self.criteria = form.criteria
+        levels = tuple((answer, page.texts(answer)) for answer in ("yes", "no"))
+        asked = (Question(each.name, each.text, "choice", levels, optional=False) for each in form.criteria)
+        super().__init__(ask, Demographics(tuple(asked)), page)
+
+    def value(self) -> dict[str, Any]:
+        fits = all(self.picked.get(criterion.name) == criterion.answer for criterion in self.criteria)
+        return {"answers": {"eligible": fits}}
+
+    def show(self, answers: Mapping[str, Any]) -> None:
+        if answers.get("eligible"):
+            self.picked = {criterion.name: criterion.answer for criterion in self.criteria}
 
 
 def number_in(text: str) -> int | float | None:

@@ -7,10 +7,10 @@ from dataclasses import dataclass, field, replace
 from typing import Any
 
 from devices.window.screens.specimen_words import Wording, wording
-from protocols.forms import Consent, Demographics, Form, Lexicon, Likert, Question, Sliders, Words
+from protocols.forms import Consent, Demographics, Eligibility, Form, Lexicon, Likert, Question, Sliders, Words
 from protocols.plan import Trial
 from protocols.requests import Ask, Confirm, Instruct, Rest
-from protocols.study import Attribute, Item, Questionnaire, Scale, Stimulus
+from protocols.study import Attribute, Criterion, Item, Questionnaire, Scale, Stimulus
 
 TRIALS = 45
 RATED = Scale.model_validate({"from": 0, "to": 100})
@@ -35,7 +35,7 @@ def _trials(words: Wording) -> dict[str, Specimen]:
     alike = Sliders((Attribute(low=words.alike[0], high=words.alike[1]),), RATED, sides=words.sides)
     tries = Sliders(seven.attributes, RATED, tries=True)
     ticks = Words(words.words, further=True)
-    marked = dict(zip(("0", "25", "50", "75", "100"), words.labels, strict=True))
+    marked = tuple(zip((0, 25, 50, 75, 100), words.labels, strict=True))
     labelled = replace(four, scale=RATED.model_copy(update={"labels": marked, "ticks": "labels"}))
     return {
         "sliders": Specimen(_asked(seven), _some(seven, (23, 64, 41, 82, 12))),
@@ -56,13 +56,14 @@ def _questions(words: Wording) -> dict[str, Specimen]:
         "suggestions": Specimen(Ask(Lexicon(0, "suggestions")), {"words": []}),
         "likert": Specimen(Ask(likert), {"item0": 6, "item1": 5, "item2": 3}),
         "demographics": Specimen(Ask(person), {"q0": 34, "q1": person.questions[1].levels[0][0], "q3": None}),
+        "eligibility": Specimen(Ask(Eligibility(tuple(_criterion(n, text) for n, text in enumerate(words.fit))))),
         "consent": Specimen(Ask(Consent(words.consent))),
         "instructions": Specimen(Instruct("instructions")),
     }
 
 
 def _pages() -> dict[str, Specimen]:
-    keys = ("changing_sample", "feel_now", "recording", "pause", "end", "thanks", "aborted")
+    keys = ("changing_sample", "feel_now", "recording", "pause", "end", "thanks", "ineligible", "aborted")
     return {
         "rest": Specimen(Rest(15, TRIALS)),
         "calibration": Specimen(Confirm("calibration")),
@@ -81,6 +82,10 @@ def _some(form: Sliders, values: tuple[float, ...]) -> dict[str, float]:
 def _asked(form: Form, former: Mapping[str, Any] | None = None) -> Ask:
     trial = Trial(15, "1", False, Stimulus(id="1"), form, may_go_back=True, rest_before=False)
     return Ask(form, trial, former)
+
+
+def _criterion(number: int, text: str) -> Criterion:
+    return Criterion(name=f"criterion{number}", text=text, answer="yes")
 
 
 def _question(number: int, text: str, answers: tuple[str, ...] | str) -> Question:

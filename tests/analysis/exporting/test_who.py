@@ -49,11 +49,12 @@ def test_a_database_that_marks_a_withdrawal_is_heeded_without_the_lab(tmp_path):
     assert {row["participant"] for row in rows(tmp_path / "out/ratings.csv")} == {"P001"}
 
 
-def test_people_who_declined_are_never_exported_whatever_is_asked_for(tmp_path):
+@pytest.mark.parametrize("ended_as", ["declined", "ineligible"])
+def test_people_who_took_no_part_are_never_exported_whatever_is_asked_for(tmp_path, ended_as):
     lab = lab_of(tmp_path / "lab", "door_lexicon")
 
     def declining(kind, body):
-        return {"as": "declined"} if kind == "session_ended" else body
+        return {"as": ended_as} if kind == "session_ended" else body
 
     rewritten(LEXICON, lab / "sessions/door_lexicon_P002_s1.sqlite", declining, {"participant": "P002"})
     exported(lab, "door_lexicon", tmp_path / "out", "csv", include_incomplete=True)

@@ -217,11 +217,15 @@ class Robot:
 
 
 def next_target(mirror, done, settled=False):
-    """What a participant would press next: whatever is not answered yet, then what leads on; if settled only that."""
-    targets = [placed for placed in mirror.placed() if placed.kind == "target"]
+    """What a participant would press next: whatever is not answered yet, then what leads on; if settled only that.
+
+    Who is asked whether they can take part, can.
+    """
+    unfit = {f"question {n} option {int(one.answer == 'yes')}" for n, one in enumerate(getattr(mirror, "criteria", ()))}
+    targets = [placed for placed in mirror.placed() if placed.kind == "target" and placed.name not in unfit]
     for target in targets if not settled else ():
         group = " ".join(target.name.split()[:2])
-        if target.name in (*LEADING, "back", "decline", "try") or group in done or "." in group:
+        if target.name in (*LEADING, "back", "decline", "try", "rest") or group in done or "." in group:
             continue
         done.add(group)
         if not group.startswith("word ") or int(group.split()[1]) % 9 == 2:

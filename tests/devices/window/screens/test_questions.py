@@ -1,7 +1,7 @@
 import pytest
 
-from protocols.forms import Demographics, Likert, Question
-from protocols.study import Item, Questionnaire
+from protocols.forms import Demographics, Eligibility, Likert, Question
+from protocols.study import Criterion, Item, Questionnaire
 from tests.devices.window.screens.pages import Hand
 
 AGE = Question("age", "How old are you?", "number", unit="years", low=0, high=120)
@@ -29,6 +29,24 @@ def test_silence_has_to_be_chosen_and_is_null():
     assert hand.screen.reply is None and "How old are you?" in hand.text("notice")
     hand.tap("question 0 none").tap("question 1 none").tap("next")
     assert hand.value["answers"] == {"age": None, "hand": None, "job": "x"}
+
+
+FIT = Eligibility(
+    tuple(
+        Criterion.model_validate({"name": name, "text": f"{name}?", "answer": answer})
+        for name, answer in (("impaired", "no"), ("right_handed", "yes"))
+    )
+)
+
+
+@pytest.mark.parametrize(("options", "eligible"), [((1, 0), True), ((0, 0), False), ((1, 1), False)])
+def test_of_eligibility_nothing_leaves_the_screen_but_the_outcome(options, eligible):
+    hand = Hand(FIT).tap("next")
+    assert hand.screen.reply is None, "every question wants its answer"
+    for question, option in enumerate(options):
+        hand.tap(f"question {question} option {option}")
+    assert set(hand.tap("next").value) == {"answers", "seconds"} and hand.value["answers"] == {"eligible": eligible}
+    assert hand.screen.samples() == ()
 
 
 def test_typing_takes_silence_back_and_what_must_be_answered_offers_none():
