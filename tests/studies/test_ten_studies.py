@@ -11,7 +11,7 @@ from statistics import correlation, mean, pstdev
 
 import pytest
 
-from protocols.forms import Consent, Demographics, Likert, Sliders, Words
+from protocols.forms import Consent, Demographics, Eligibility, Likert, Sliders, Words
 from protocols.perceiver import Perceiver
 from protocols.runner import run
 from protocols.study import LARGEST_STUDY
@@ -83,8 +83,8 @@ def test_a_study_is_sound(name):
 @pytest.mark.parametrize("name", TEN)
 def test_people_are_asked_for_their_consent_first(name):
     study = found_study(name).study
-    assert study.opening == ("consent", "demographics")
-    assert [type(form) for form in plan_for(name).opening] == [Consent, Demographics]
+    asked = [Consent, *([Eligibility] if study.eligible else []), Demographics]
+    assert [type(form) for form in plan_for(name).opening] == asked
     assert study.instructions and len(study.stimuli) < LARGEST_STUDY
     assert all(attribute.explanation for attribute in study.attributes)
 
