@@ -2,40 +2,48 @@
 PYTHON ?= $(shell command -v python3.11 || command -v python3.12 || command -v python3)
 BIN := .venv/bin
 LOCK := -c constraints.txt
-# What `make test` installs: `make test EXTRAS=dev,lab,models` adds PsychoPy and torch, and with them the
-# tests of the real window and of training.
-EXTRAS ?= dev
+# What `make test` installs. `make test EXTRAS=test,models` adds torch, and with it the tests that need it;
+# what a run left out, and how to run it, stands in its last lines.
+EXTRAS ?= test
+ALL := dev,lab,models
 ROOMS := protocols devices studies analysis modeling
 KERNEL := setup.py $(wildcard devices/models/native/*.[ch])
 SOURCES := pyproject.toml setup.py palpate.py $(shell find $(ROOMS) participants_template -type f -not -path '*/__pycache__/*')
 
-.PHONY: demo test check clean
+# Run a command and say how long it took: $(call timed,words,command)
+timed = @echo '$(2)'; began=$$(date +%s); $(2) && echo "$(1): $$(($$(date +%s) - began)) s"
+CHECKS := $(BIN)/ruff check . && $(BIN)/ruff format --check . && $(BIN)/mypy && $(BIN)/lint-imports
+PYTEST := $(BIN)/python -m pytest -n 2 --dist worksteal
+
+.PHONY: demo test test-all check clean
 
 demo: .venv/.demo
-	$(BIN)/palpate demo --lab demo-lab
+	$(call timed,demo,$(BIN)/palpate demo --lab demo-lab)
 
-test: .venv/.$(EXTRAS) check
+test: check
+	$(call timed,tests,$(PYTEST))
+
+# Everything, with the coverage that two rooms must have.
+test-all: .venv/.$(ALL)
+	$(call timed,static checks,$(CHECKS))
 	$(BIN)/coverage erase
-	$(BIN)/python -m pytest -n 2 --dist worksteal --cov --cov-report=
+	$(call timed,tests,$(PYTEST) --all --cov --cov-report=)
 	$(BIN)/coverage report --include='protocols/*' --fail-under=95
 	$(BIN)/coverage report --include='studies/*' --fail-under=90
 
 check: .venv/.$(EXTRAS)
-	$(BIN)/ruff check .
-	$(BIN)/ruff format --check .
-	$(BIN)/mypy
-	$(BIN)/lint-imports
+	$(call timed,static checks,$(CHECKS))
 
 .venv/bin/python:
 	$(PYTHON) -m venv .venv
 
 .venv/.demo: .venv/bin/python $(SOURCES) constraints.txt
-	$(BIN)/python -m pip install --quiet --disable-pip-version-check $(LOCK) .
-	rm -rf build .venv/.dev*
+	$(call timed,pip,$(BIN)/python -m pip install --quiet --disable-pip-version-check $(LOCK) .)
+	rm -rf build && find .venv -maxdepth 1 -type f -name '.*' -delete
 	touch $@
 
-.venv/.$(EXTRAS): .venv/bin/python pyproject.toml constraints.txt $(KERNEL)
-	$(BIN)/python -m pip install --quiet --disable-pip-version-check $(LOCK) -e '.[$(EXTRAS)]'
+.venv/.%: .venv/bin/python pyproject.toml constraints.txt $(KERNEL)
+	$(call timed,pip,$(BIN)/python -m pip install --quiet --disable-pip-version-check $(LOCK) -e ".[$*]")
 	rm -rf build .venv/.demo
 	touch $@
 

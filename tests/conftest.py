@@ -1,18 +1,89 @@
-"""What holds for all tests: which of them are measured for coverage, and which come first."""
+"""What holds for all tests: which of them can run here, which are measured for coverage, and which come first."""
+
+import os
+import sys
+from collections import Counter
 
 import pytest
-from coverage import Coverage
+from hypothesis import settings
+
+from tests.needs import NEEDS, missing, needs_of_file, tests_of_file
 
 TRACED = ("tests/protocols/", "tests/studies/", "tests/devices/streams/")
-"""The tests of the two rooms whose coverage `make test` demands, wherever they lie; others do not count towards it."""
+"""The tests of the two rooms whose coverage `make test-all` demands, wherever they lie; no others count."""
 ELSEWHERE = ("tests/studies/window/", "tests/studies/test_kill.py")
 """What these test runs in processes of its own."""
 LONGEST = ("tests/studies/test_kill.py", "tests/studies/window/")
 """Minutes of waiting for other processes: begun first, nobody waits for them in the end."""
+LONG = "long"
+
+
+def pytest_addoption(parser):
+    parser.addoption("--all", action="store_true", help="run the long tests, too; with CI set, what is missing fails")
 
 
 def pytest_configure(config):
+    config.addinivalue_line("markers", "needs(*names): what the test needs beside the extra `test`, by tests/needs.py")
+    config.addinivalue_line("markers", "long: takes long, and runs only with --all (`make test-all`)")
     config.addinivalue_line("markers", "untraced: it repeats often what other tests have measured for coverage already")
+    settings.register_profile("bare", max_examples=25)
+    settings.load_profile("default" if config.getoption("all") else "bare")
+
+
+@pytest.fixture(scope="session")
+def full_run(request):
+    """Whether everything is to run (`--all`), or what a bare machine does in five minutes."""
+    return request.config.getoption("all")
+
+
+class FileLeftOut(pytest.File):
+    """A file that cannot be imported for want of something: its tests, one by function, are left out."""
+
+    def collect(self):
+        for name in tests_of_file(self.path):
+            yield TestLeftOut.from_parent(self, name=name)
+
+
+class TestLeftOut(pytest.Item):
+    """A test of a file that was not imported."""
+
+    def runtest(self):
+        raise AssertionError("a test that is left out was run")
+
+    def reportinfo(self):
+        return self.path, None, self.name
+
+
+def pytest_pycollect_makemodule(module_path, parent):
+    """Do not import a file whose `pytestmark` names something that is missing."""
+    if missing(names := needs_of_file(module_path)):
+        file = FileLeftOut.from_parent(parent, path=module_path)
+        file.add_marker(pytest.mark.needs(*names))
+        return file
+    return None
+
+
+@pytest.hookimpl(tryfirst=True)
+def pytest_runtest_setup(item):
+    """Leave the test out where something is missing; the report carries its name to where the run is summed up."""
+    names = missing([name for marker in item.iter_markers("needs") for name in marker.args])
+    demanded = item.config.getoption("all")
+    if names and demanded and os.environ.get("CI"):
+        pytest.fail(f"not on this machine: {', '.join(names)}", pytrace=False)
+    if item.get_closest_marker(LONG) and not demanded:
+        names.append(LONG)
+    if names:
+        item.user_properties.append(("missing", names))
+        pytest.skip(f"missing: {', '.join(names)}")
+
+
+def pytest_terminal_summary(terminalreporter):
+    """Say for each missing thing how many tests were left out, and how they are run."""
+    skipped = terminalreporter.stats.get("skipped", [])
+    left_out = Counter(name for report in skipped for name in dict(report.user_properties).get("missing", ()))
+    for name, count in sorted(left_out.items()):
+        why, command = ("takes long", "make test-all") if name == LONG else (f"no {name}", NEEDS[name].command)
+        terminalreporter.write_line(f"{why}: {count} test{'s' * (count > 1)} left out; to run: {command}")
 
 
 def pytest_collection_modifyitems(items):
@@ -39,6 +110,10 @@ def counts(item):
 
 def running():
     """Every tracer, stopped: in a worker of xdist there are two, and the first goes on where the second one stops."""
+    if "coverage" not in sys.modules:
+        return
+    from coverage import Coverage
+
     while (tracer := Coverage.current()) is not None:
         tracer.stop()
         yield tracer

@@ -154,7 +154,8 @@ def _answers(network: VisuoTactile, textures: Sequence[Shown]) -> list[Tensor]:
 def _through(branch: Callable[[Tensor], Tensor], rows: Sequence[Tensor], at_once: int) -> tuple[Tensor, ...]:
     """What a branch says of the rows of each texture, so many at once."""
     found = torch.cat([branch(part) for part in torch.split(torch.cat(list(rows)), at_once)])
-    return torch.split(found, [len(each) for each in rows])
+    parts: tuple[Tensor, ...] = torch.split(found, [len(each) for each in rows])
+    return parts
 
 
 def _paired(network: VisuoTactile, parts: Sequence[Tensor]) -> Tensor:

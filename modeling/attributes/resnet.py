@@ -6,7 +6,8 @@ bottleneck stands in its 3 x 3 convolution (version 1.5), which published weight
 
 from __future__ import annotations
 
-from collections.abc import Mapping
+from collections.abc import Callable, Mapping
+from typing import Any
 
 import numpy as np
 import torch
@@ -98,7 +99,8 @@ def random_state(seed: int) -> dict[str, Tensor]:
                 nn.init.kaiming_normal_(layer.weight, mode="fan_out", nonlinearity="relu")
         return network
 
-    return seeded(made, seed).state_dict()
+    state: dict[str, Tensor] = seeded(made, seed).state_dict()
+    return state
 
 
 def loaded(state: Mapping[str, Tensor]) -> ResNet50:
@@ -106,7 +108,8 @@ def loaded(state: Mapping[str, Tensor]) -> ResNet50:
     with torch.device("meta"):
         network = ResNet50()
     network.load_state_dict(dict(state), assign=True)
-    return network.eval()
+    network.eval()
+    return network
 
 
 def folded(network: ResNet50) -> ResNet50:
@@ -117,7 +120,9 @@ def folded(network: ResNet50) -> ResNet50:
     for layer in network.modules():
         if isinstance(layer, ResNet50 | Bottleneck):
             _fold(layer)
-    return network.to(memory_format=torch.channels_last)  # type: ignore[call-overload,no-any-return]
+    layout: dict[str, Any] = {"memory_format": torch.channels_last}
+    network.to(**layout)
+    return network
 
 
 def _fold(layer: ResNet50 | Bottleneck) -> None:
@@ -132,8 +137,8 @@ def _fold(layer: ResNet50 | Bottleneck) -> None:
 
 
 def _fused(conv: nn.Module, norm: nn.Module) -> nn.Module:
-    fused: nn.Module = fuse_conv_bn_eval(conv.double(), norm.double())  # type: ignore[type-var,arg-type]
-    return fused.float()
+    fuse: Callable[..., nn.Module] = fuse_conv_bn_eval
+    return fuse(conv.double(), norm.double()).float()
 
 
 def colours(patches: Gray) -> Tensor:

@@ -7,6 +7,7 @@ from dataclasses import dataclass
 
 import torch
 from torch import Tensor, nn
+from torch.autograd import backward
 from torch.optim import Adam
 from torch.utils.data import DataLoader, TensorDataset
 
@@ -88,7 +89,7 @@ def train_plainly(train: Pairs, held: Pairs, window: int, epochs: int, seed: int
             network.train()
             for inputs, targets in loader:
                 optimiser.zero_grad()
-                loss(network(inputs), targets).backward()  # type: ignore[no-untyped-call]
+                backward(loss(network(inputs), targets))
                 optimiser.step()
             found.append(_validated(network, watched))
             seconds.append(clock() - began)

@@ -12,6 +12,7 @@ from typing import Any
 
 import torch
 from torch import Tensor, nn
+from torch.autograd import backward
 from torch.nn import functional
 from torch.optim import Adam, Optimizer
 
@@ -98,7 +99,7 @@ def _step(part: nn.Module, optimiser: Optimizer, loss: Tensor, epoch: int, batch
     number(loss, epoch, batch)
     weights = list(part.parameters())
     optimiser.zero_grad(set_to_none=True)
-    loss.backward(inputs=weights)  # type: ignore[no-untyped-call]
+    backward(loss, inputs=weights)
     refuse_gradient(weights, epoch, batch)
     optimiser.step()
 

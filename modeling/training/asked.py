@@ -37,4 +37,5 @@ def answers_of(network: nn.Module, given: NDArray[Any], at_once: int) -> NDArray
     with training_state(0, 1), torch.no_grad():
         network.eval()
         found = torch.cat([network(part) for part in torch.split(rows, at_once)])
-    return found.numpy().astype(np.float64)
+    answers: NDArray[np.float64] = found.numpy().astype(np.float64)
+    return answers

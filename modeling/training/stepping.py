@@ -8,6 +8,7 @@ from typing import Any, TypeAlias
 
 import torch
 from torch import Tensor, nn
+from torch.autograd import backward
 from torch.optim import Optimizer
 
 from modeling.training.refusals import TrainingError
@@ -37,7 +38,7 @@ def train_epoch(
         found = loss(answer_of(network, inputs), targets)
         total += number(found, epoch, batch) * len(rows)
         if found.requires_grad:
-            found.backward()  # type: ignore[no-untyped-call]
+            backward(found)
         refuse_gradient(parameters, epoch, batch)
         optimiser.step()
     return total / len(data)

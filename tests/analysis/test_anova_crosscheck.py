@@ -13,8 +13,8 @@ from tests.analysis.anova_for_tests import long_table
 
 with warnings.catch_warnings():
     warnings.simplefilter("ignore")
-    pingouin = pytest.importorskip("pingouin")
-    AnovaRM = pytest.importorskip("statsmodels.stats.anova").AnovaRM
+    import pingouin
+    from statsmodels.stats.anova import AnovaRM
 
 pytestmark = pytest.mark.filterwarnings("ignore")
 SHAPES = [(12, 4), (9, 2), (20, 7), (10, 2, 3), (8, 3, 4)]

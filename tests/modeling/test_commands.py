@@ -6,8 +6,6 @@ from pathlib import Path
 import pytest
 from click.testing import CliRunner
 
-pytest.importorskip("torch")
-
 import palpate
 from devices.door.side import DoorSide
 from modeling.commands import evaluate, train
@@ -15,6 +13,8 @@ from modeling.files.evaluation_folder import RESULTS
 from palpate import Sides
 from studies.catalogue import SHIPPED
 from tests.modeling.doors.evaluated_small import small_data
+
+pytestmark = pytest.mark.needs("torch")
 
 
 @pytest.fixture

@@ -4,13 +4,13 @@ import numpy as np
 import pytest
 from click.testing import CliRunner
 
-pytest.importorskip("torch")
-
 from devices.models.file import read_model
 from modeling.commands_textures import evaluate_textures, train_textures
 from modeling.textures.recording import TextureDataError
 from studies.texture_side import RigTextures
 from tests.modeling.textures.made_up_recording import recording
+
+pytestmark = pytest.mark.needs("torch")
 
 
 class Front:

@@ -21,26 +21,18 @@ from tests.studies.participants.labs import filled, new_lab, postgres_schema
 TABLES = ("studies", "participants", "sessions", "trials", "responses", "events", "streams")
 
 
-def postgres() -> list[str]:
-    """The URL of a PostgreSQL server to test with, where there is one (CI starts it)."""
-    return [url] if (url := os.environ.get("PALPATE_TEST_POSTGRES")) else []
-
-
-@pytest.fixture(params=["sqlite", "postgres"])
+@pytest.fixture(params=["sqlite", pytest.param("postgres", marks=pytest.mark.needs("psycopg", "postgres"))])
 def engine(request, tmp_path):
     if request.param == "sqlite":
         made = open_database(f"sqlite:///{tmp_path / 'lab.sqlite'}")
-    elif postgres():
-        empty = create_engine(postgres()[0])
+    else:
+        url = os.environ["PALPATE_TEST_POSTGRES"]
+        empty = create_engine(url)
         with empty.begin() as connection:
             connection.execute(text("DROP VIEW IF EXISTS ratings"))
             schema.metadata.drop_all(connection)
         empty.dispose()
-        made = open_database(postgres()[0])
-    elif os.environ.get("CI"):
-        pytest.fail("CI starts a PostgreSQL server and sets PALPATE_TEST_POSTGRES")
-    else:
-        pytest.skip("no PostgreSQL server: set PALPATE_TEST_POSTGRES to its URL")
+        made = open_database(url)
     yield made
     made.dispose()
 
@@ -248,6 +240,7 @@ def test_a_table_under_one_of_our_names_that_is_not_ours_is_not_dropped(tmp_path
     engine.dispose()
 
 
+@pytest.mark.needs("psycopg", "postgres")
 def test_a_registry_in_postgresql_may_lie_beside(tmp_path):
     with postgres_schema() as url:
         registry = new_lab(tmp_path, url)
@@ -266,6 +259,7 @@ def test_only_the_ledgers_of_a_study_are_listed(lab):
     assert len(ledgers_in(lab.path)) == 2
 
 
+@pytest.mark.needs("psycopg", "postgres")
 def test_stations_that_collect_at_once_wait_for_each_other(lab):
     path, start = lab.start("P001"), Barrier(6)
 

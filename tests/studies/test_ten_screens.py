@@ -1,29 +1,15 @@
 """Every shipped study can be shown, in English and in Korean, on the smallest screen: nothing overlaps or is cut."""
 
-import os
-
 import pytest
 
 from devices.window.build import screen_for
 from devices.window.calibration import Calibration
-from devices.window.fonts import find_fonts
-from devices.window.geometry import WindowError, problems
+from devices.window.geometry import problems
 from devices.window.presenter_page import prepare
 from protocols.requests import Ask, Instruct
 from tests.studies.ten import TEN, found_study, plan_for
 
 SMALLEST = Calibration((1280, 720), 3.4, 0, "2026-01-01T00:00:00+00:00")
-
-
-@pytest.fixture(scope="module")
-def korean():
-    """Fonts that cover Korean; where there are none, these tests are skipped by name, and fail in CI."""
-    try:
-        find_fonts("ko").demand(["한국어"])
-    except WindowError as error:
-        if os.environ.get("CI"):
-            raise
-        pytest.skip(f"no fonts for Korean: {error}")
 
 
 def requests_of(plan):
@@ -32,9 +18,9 @@ def requests_of(plan):
     yield from (Ask(t.form, t) for t in (plan.trials[0], plan.trials[-1]) if t.form is not None)
 
 
-@pytest.mark.parametrize("language", ["en", "ko"])
+@pytest.mark.parametrize("language", ["en", pytest.param("ko", marks=pytest.mark.needs("fonts"))])
 @pytest.mark.parametrize("name", TEN)
-def test_a_study_s_screens_are_clear(korean, name, language):
+def test_a_study_s_screens_are_clear(name, language):
     plan, folder = plan_for(name), found_study(name).folder
     page = prepare(plan.study, SMALLEST, language, folder, plan=plan)
     for request in requests_of(plan):

@@ -14,6 +14,8 @@ from analysis.ratings.reading import read_ratings
 from studies.collect import collect, open_database
 from tests.analysis.exporting.labs import RECORDED, exported, lab_of
 
+pytestmark = pytest.mark.needs("pyarrow")
+
 RATED = ("doors_small", "door_ratings", "texture_similarity", "door_matching", "door_authoring")
 
 

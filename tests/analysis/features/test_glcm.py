@@ -8,6 +8,8 @@ from analysis.features.glcm import glcm, levels
 from analysis.features.pictures import PictureError
 from tests.analysis.features.made_pictures import grains
 
+pytestmark = pytest.mark.needs("skimage")
+
 
 def counted(values):
     """Pair by pair, with numpy alone: neighbours in eight directions, each direction pair a share of its own."""

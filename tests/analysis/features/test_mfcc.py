@@ -9,6 +9,8 @@ from analysis.features.mfcc import COEFFICIENTS, FRAME, FRAMES, frames, mfcc, st
 from analysis.features.spectra import FLOOR
 from tests.analysis.features.made_touch import noise
 
+pytestmark = pytest.mark.needs("librosa")
+
 SEGMENTS = noise(500, 6).T * np.array([1e-3, 0.1, 1.0, 10.0, 300.0, 1.0])[:, None]
 MADE = {"sr": 1000, "n_fft": 25, "hop_length": 25, "window": "boxcar", "center": False, "n_mels": 13}
 

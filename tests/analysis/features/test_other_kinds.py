@@ -10,6 +10,8 @@ from analysis.features.spectra import spectrum
 from analysis.features.wavelets import wavelets
 from tests.analysis.features.made_touch import noise
 
+pytestmark = pytest.mark.needs("pywt")
+
 SEGMENTS = noise(500, 4, seed=3).T
 HANN = 0.5 - 0.5 * np.cos(2 * np.pi * np.arange(500) / 500)
 

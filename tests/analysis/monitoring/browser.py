@@ -2,17 +2,13 @@
 
 from __future__ import annotations
 
-import os
 import shutil
 import subprocess
 import sys
 from collections.abc import Iterator
 from contextlib import contextmanager
-from importlib.util import find_spec
 from pathlib import Path
 from typing import Any
-
-import pytest
 
 FLAGS = (
     "--headless",
@@ -29,31 +25,18 @@ FLAGS = (
 PATIENCE_S = 60
 
 
-def needed() -> tuple[str, str]:
-    """Where Chromium and its driver are; without them the test is skipped by name, and fails in CI."""
-    found = shutil.which("chromium"), shutil.which("chromedriver")
-    missing = [name for name, path in zip(("chromium", "chromedriver"), found, strict=True) if path is None]
-    if find_spec("selenium") is None:
-        missing.append("selenium")
-    if missing:
-        told = f"no {' and no '.join(missing)}: install chromium, chromium-driver and selenium"
-        pytest.fail(told) if os.environ.get("CI") else pytest.skip(told)
-    return str(found[0]), str(found[1])
-
-
 @contextmanager
 def chromium(profile: Path) -> Iterator[Any]:
-    """A new Chromium with a profile of its own."""
-    binary, driver = needed()
+    """A new Chromium with a profile of its own: the test needs `selenium` and `chromium`."""
     from selenium import webdriver
     from selenium.webdriver.chrome.service import Service
 
     options = webdriver.ChromeOptions()
-    options.binary_location = binary
+    options.binary_location = str(shutil.which("chromium"))
     for flag in (*FLAGS, f"--user-data-dir={profile}", "--window-size=1280,900"):
         options.add_argument(flag)
     options.set_capability("goog:loggingPrefs", {"browser": "ALL"})
-    browser = webdriver.Chrome(options=options, service=Service(driver))
+    browser = webdriver.Chrome(options=options, service=Service(shutil.which("chromedriver")))
     try:
         yield browser
     finally:

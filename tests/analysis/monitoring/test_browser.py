@@ -10,6 +10,8 @@ from tests.analysis.monitoring.browser import PATIENCE_S, chromium, emulate, mon
 from tests.analysis.monitoring.people_for_tests import run, straight
 from tests.studies.labs import Lab
 
+pytestmark = pytest.mark.needs("selenium", "chromium")
+
 REPEATED = {"order": {"design": "williams", "repeats": 2}}
 CONTRAST = """
 const channel = (c) => (c /= 255) <= 0.03928 ? c / 12.92 : ((c + 0.055) / 1.055) ** 2.4;

@@ -94,7 +94,6 @@ def test_the_marginal_likelihood_is_the_integral_over_each_participant():
 
 
 def test_statsmodels_agrees_where_it_converges():
-    pytest.importorskip("statsmodels")
     from statsmodels.miscmodels.ordinal_model import OrderedModel
 
     table = wine_table()

@@ -8,6 +8,8 @@ import pytest
 from tests.analysis.monitoring.browser import chromium, emulate
 from tests.analysis.regenerating.small_lab import HOSTILE
 
+pytestmark = pytest.mark.needs("selenium", "chromium")
+
 TIP = "const tip = document.querySelector('.tip'); return tip && !tip.hidden ? tip.innerText : ''"
 CHOSEN = """return [...document.querySelectorAll('.chosen')].map((each) =>
   [each.tagName.toLowerCase(), each.closest('figure')?.id ?? each.closest('section').id, each.dataset.key])"""

@@ -55,7 +55,8 @@ def test_the_published_example_and_both_families_of_names() -> None:
 
 @pytest.mark.filterwarnings("ignore")  # pingouin's, of what pandas will drop
 def test_pingouin_rounds_the_interval_that_we_give_in_full() -> None:
-    pingouin = pytest.importorskip("pingouin")
+    import pingouin
+
     table = reference_table("csv/shrout_fleiss_1979.csv")
     theirs = pingouin.intraclass_corr(table, targets="subject", raters="rater", ratings="y")["CI95"].tolist()
     ours = icc(table, "y", "subject", "rater")[["ci_low", "ci_high"]].to_numpy()
@@ -117,7 +118,8 @@ def test_raters_shifted_by_a_constant_are_consistent_and_do_not_agree() -> None:
 
 @pytest.mark.filterwarnings("ignore")  # pingouin's, of what pandas will drop
 def test_an_estimated_variance_that_is_not_positive_gives_no_number() -> None:
-    pingouin = pytest.importorskip("pingouin")
+    import pingouin
+
     table = long([[1, 2], [2, 1], [1.4, 1.7]])
     found = icc(table, "y", "target", "rater").set_index("type")
     assert np.isnan(found.loc["ICC2k", "ICC"])

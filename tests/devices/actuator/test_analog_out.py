@@ -13,6 +13,8 @@ from devices.actuator.queue import Queue
 from devices.signals import DeviceError
 from tests.devices.actuator.ni_card import Card
 
+pytestmark = pytest.mark.needs("nidaqmx")
+
 
 class Still(AnalogOut):
     """Fed by the test and not by its thread."""

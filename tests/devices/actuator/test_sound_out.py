@@ -5,7 +5,7 @@ import pytest
 
 from devices.actuator.outputs import SoundOut
 from devices.actuator.upsample import REACH, Upsampler, bank
-from tests.devices.sound.tapes import demand_portaudio, played
+from tests.devices.sound.tapes import played
 
 SCRIPT = """
 import time
@@ -83,8 +83,8 @@ def test_parts_of_any_length_make_the_same_samples_as_one():
     assert np.array_equal(np.concatenate(parts), whole)
 
 
+@pytest.mark.needs("sounddevice", "portaudio")
 def test_portaudio_plays_what_was_written_then_falls_silent_within_5_ms_and_the_filters_length(tmp_path):
-    demand_portaudio()
     tape, told = played(tmp_path, SCRIPT, channels=1)
     sound = tape[:, 0] * 2.0
     assert "'underruns': 0" in told and "'faults': []" in told

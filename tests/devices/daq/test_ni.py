@@ -7,19 +7,18 @@ import sys
 
 import numpy as np
 import pytest
-
-from devices.daq import ni_errors
-from devices.daq.acquire import Pace, Wiring, channel_names, demand_channels
-from devices.daq.ni import NiDaq
-from devices.signals import FAULTS, DeviceError, DeviceFault
-
-pytest.importorskip("nidaqmx")
 from nidaqmx import constants, stream_readers, system, task
 from nidaqmx.error_codes import DAQmxErrors
 from nidaqmx.errors import DaqError
 from nidaqmx.task import collections
 
+from devices.daq import ni_errors
+from devices.daq.acquire import Pace, Wiring, channel_names, demand_channels
+from devices.daq.ni import NiDaq
+from devices.signals import FAULTS, DeviceError, DeviceFault
 from tests.devices.daq import board
+
+pytestmark = pytest.mark.needs("nidaqmx")
 
 SIX = tuple(f"Dev1/ai{n}" for n in range(6))
 MADE_BY_A_TASK = (board.AIChannelCollection, board.Timing, board.InStream)

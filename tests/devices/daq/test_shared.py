@@ -7,13 +7,13 @@ from pathlib import Path
 import numpy as np
 import pytest
 
-pytest.importorskip("nidaqmx")
-
 from devices.daq import accelerometer, force_torque
 from devices.daq.acquire import Pace
 from devices.daq.shared import share_cards
 from devices.signals import DeviceError, DeviceFault
 from tests.devices.daq import board
+
+pytestmark = pytest.mark.needs("nidaqmx")
 
 
 def wired(force_hz=9000.0, other_hz=3000.0, channels="Dev1/ai8:10", buffer_s=0.5):

@@ -69,7 +69,8 @@ def test_it_is_interpolated_within_and_the_nearest_rim_outside(speed, force, sha
 
 
 def test_anywhere_within_the_shares_are_those_of_the_triangle():
-    scipy = pytest.importorskip("scipy.spatial")
+    from scipy import spatial as scipy
+
     found = scipy.Delaunay(POINTS)
     assert {tuple(sorted(each)) for each in found.simplices} == {tuple(sorted(each)) for each in TRIANGLES.tolist()}
     rows, wanted = [], []

@@ -110,8 +110,10 @@ def test_attention_to_what_was_kept(causal):
     require(steps, ATTENTION, expected, given=wide)
 
 
+@pytest.mark.needs("torch")
 def test_attention_and_norm_are_those_of_torch():
-    torch = pytest.importorskip("torch")
+    import torch
+
     torch.set_num_threads(1)
     theirs = torch.nn.MultiheadAttention(CHANNELS, 3, batch_first=True, dtype=torch.float64)
     norm = torch.nn.LayerNorm(CHANNELS, eps=1e-6, dtype=torch.float64)
@@ -138,8 +140,10 @@ def test_a_norm_of_a_list_is_over_all_its_numbers():
 
 
 @pytest.mark.parametrize("reverse", [False, True])
+@pytest.mark.needs("torch")
 def test_a_memory_along_the_length_is_that_of_torch(reverse):
-    torch = pytest.importorskip("torch")
+    import torch
+
     torch.set_num_threads(1)
     theirs = torch.nn.LSTM(CHANNELS, 4, batch_first=True, dtype=torch.float64)
     tensors = {
@@ -170,8 +174,10 @@ def softmax(x):
         ("exp", None, {}), ("square", None, {}), ("abs", None, {}), ("softmax", "softmax", {"dim": -1}),
     ],
 )  # fmt: skip
+@pytest.mark.needs("torch")
 def test_activations_are_those_of_torch(function, name, options):
-    torch = pytest.importorskip("torch")
+    import torch
+
     call = getattr(torch.nn.functional, name) if name else getattr(torch, function)
 
     def reference(x):

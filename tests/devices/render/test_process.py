@@ -87,7 +87,7 @@ def test_what_the_renderer_fails_of_is_told_in_words(tmp_path, capfd):
     assert "ZeroDivisionError" in capfd.readouterr().err  # a fault of ours: where it was stays to be seen
 
 
-@pytest.mark.skipif(not hasattr(signal, "pthread_sigmask"), reason="signals of a terminal")
+@pytest.mark.needs("posix")
 def test_what_a_terminal_sends_to_all_does_not_tear_it_off_and_who_ends_it_has_its_last_word(tmp_path):
     with Rendering(Job(Sounds(write(tmp_path, model())), HAND)) as running:
         pid = running._process.pid
@@ -134,7 +134,7 @@ def test_garbage_is_collected_again_afterwards():
     assert (gc.isenabled(), sys.getswitchinterval()) == before
 
 
-@pytest.mark.skipif(sys.platform != "linux", reason="Linux' scheduler")
+@pytest.mark.needs("linux")
 def test_what_was_granted_by_the_system_is_told():
     told, shown = {}, []
 

@@ -22,7 +22,8 @@ from devices.window.fonts import find_fonts
 from devices.window.geometry import Metrics
 from devices.window.screen import Page
 from tests.devices.render.made import model, write
-from tests.devices.window.real.conftest import demand_a_display
+
+pytestmark = pytest.mark.needs("psychopy", "xvfb")
 
 SIZE = (1280, 720)
 PATIENCE_S = 90.0
@@ -99,7 +100,6 @@ def lab(tmp_path):
 
 
 def test_a_stroke_sounds_a_rest_is_silent_and_another_texture_is_chosen_by_hand(lab):
-    demand_a_display()
     with virtual_display(*SIZE) as display, window_on(display, lab) as window:
         window.until(lambda: window.chosen("texture cloth"))
         window.hand.move(*window.box("picture").middle)

@@ -5,10 +5,6 @@ import subprocess
 import sys
 
 import numpy as np
-import pytest
-
-from devices.signals import DeviceError
-from devices.sound.card import portaudio
 
 CONFIG = """
 pcm.tape {{ type file slave.pcm "nothing" file "{tape}" format "raw" hint {{ show on description "tape" }} }}
@@ -16,13 +12,6 @@ pcm.nothing {{ type null }}
 pcm.!default {{ type plug slave.pcm "tape" }}
 ctl.!default {{ type hw card 0 }}
 """
-
-
-def demand_portaudio():
-    try:
-        portaudio()
-    except DeviceError as error:
-        pytest.skip(str(error))
 
 
 def played(folder, script, channels):

@@ -11,7 +11,7 @@ from devices.sound import card as card_module
 from devices.sound.card import Card
 from devices.sound.device import MaskingNoise, Settings
 from devices.sound.noise import loop, rms_of
-from tests.devices.sound.tapes import demand_portaudio, played
+from tests.devices.sound.tapes import played
 
 SCRIPT = """
 import time
@@ -56,9 +56,9 @@ def is_the_noise(sound, meant):
     return np.allclose(sound[first : last + 1], whole * gain, atol=3e-8)
 
 
+@pytest.mark.needs("sounddevice", "portaudio")
 def test_what_portaudio_writes_is_the_noise_sample_by_sample_with_its_ramps(tmp_path):
     """A machine that is busy may leave a hole in what its sound library plays: one undisturbed playback is enough."""
-    demand_portaudio()
     meant = (loop("white", 48_000, 1) * rms_of(-35.0)).astype("f4")
     for attempt in range(4):
         folder = tmp_path / str(attempt)

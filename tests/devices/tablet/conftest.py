@@ -8,6 +8,9 @@ import pytest
 @pytest.fixture(scope="session")
 def pyglet_input():
     """The package pyglet.input; importing it opens an invisible window unless it is told not to."""
-    pyglet = pytest.importorskip("pyglet")
+    import pyglet
+
     pyglet.options["shadow_window"] = False
-    return pytest.importorskip("pyglet.input")
+    import pyglet.input
+
+    return pyglet.input

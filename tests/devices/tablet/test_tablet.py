@@ -263,6 +263,7 @@ def pyglets(pyglet_input, monkeypatch):
     return canvases
 
 
+@pytest.mark.needs("psychopy")
 def test_pyglets_events_are_reports_in_millimetres_from_the_top_left(tmp_path, pyglets):
     made, passed = tablet(tmp_path, driver="pyglet", px_per_mm=10.0), [0.0]
     made.attach(Window())
@@ -289,6 +290,7 @@ def test_pyglets_events_are_reports_in_millimetres_from_the_top_left(tmp_path, p
     made.close()
 
 
+@pytest.mark.needs("psychopy")
 def test_the_stand_in_has_the_installed_pyglets_signatures(pyglet_input):
     base, xinput = pyglet_input.base, pyglet_input.x11_xinput_tablet
     assert list(inspect.signature(base.Tablet.open).parameters) == ["self", "window"]
@@ -300,6 +302,7 @@ def test_the_stand_in_has_the_installed_pyglets_signatures(pyglet_input):
     assert "y = self.window.height - e.y" in told
 
 
+@pytest.mark.needs("psychopy")
 def test_a_reader_that_sleeps_finds_the_newest_reports_and_their_loss(tmp_path, pyglets):
     made = tablet(tmp_path, driver="pyglet", px_per_mm=10.0)
     made.attach(Window())
@@ -324,6 +327,7 @@ class OwnWindow(Window):
 
 
 @pytest.mark.usefixtures("pyglets")
+@pytest.mark.needs("psychopy")
 def test_a_window_of_its_own_serves_a_check_but_no_recording(tmp_path, monkeypatch):
     """Its events are handled by the thread that opened it; another would record a stylus that is away, for ever."""
     made, told = tablet(tmp_path, driver="pyglet", px_per_mm=10.0), []
@@ -346,6 +350,7 @@ def test_a_window_of_its_own_serves_a_check_but_no_recording(tmp_path, monkeypat
     made.close()
 
 
+@pytest.mark.needs("psychopy")
 def test_without_a_tablet_pyglet_says_what_it_needs(tmp_path, pyglet_input, monkeypatch):
     monkeypatch.setattr(pyglet_input, "get_tablets", lambda display=None: [])
     with pytest.raises(DeviceError, match="pyglet sees no tablet.*Wintab"):

@@ -54,6 +54,7 @@ def test_the_requests_are_the_kernels():
     assert sets(0xA0, 4) == 0x400445A0
 
 
+@pytest.mark.needs("psychopy")
 def test_they_are_pyglets_too(pyglet_input):
     evdev = pyglet_input.evdev
     assert asks(0x06, 256) == evdev._IOC(evdev._IOC_READ, ord("E"), 0x06, 256)

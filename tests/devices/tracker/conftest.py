@@ -58,7 +58,9 @@ def pylsl(tmp_path_factory):
     config = tmp_path_factory.mktemp("lsl") / "lsl_api.cfg"
     config.write_text(CONFIG.format(session=f"palpate-{uuid.uuid4().hex}"))
     os.environ["LSLAPICFG"] = str(config)
-    yield pytest.importorskip("pylsl")
+    import pylsl as library
+
+    yield library
     del os.environ["LSLAPICFG"]
 
 

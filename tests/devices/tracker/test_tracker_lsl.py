@@ -15,6 +15,8 @@ from devices.signals import DeviceError, DeviceFault
 from devices.tracker.device import Settings, make
 from protocols.events import NS
 
+pytestmark = pytest.mark.needs("pylsl")
+
 METRES = {"name": "OptiTrack", "unit": "meters"}
 
 

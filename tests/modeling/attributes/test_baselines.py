@@ -11,7 +11,8 @@ from modeling.attributes.registry import METHODS
 from tests.modeling.attributes.learned import answers, asked, learning
 from tests.modeling.attributes.made_material import made_material
 
-pytest.importorskip("torch")
+pytestmark = pytest.mark.needs("torch")
+
 NAMES = ["ann", "vision_cnn", "haptic_cnn", "tactile_cnn_lstm", "tactile_svm", "ridge", "boosting", "mean"]
 LEARNING = [name for name in NAMES if name != "mean"]
 NETWORKS = NAMES[:4]

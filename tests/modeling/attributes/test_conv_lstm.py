@@ -8,6 +8,8 @@ from modeling.attributes.conv_lstm import ConvLSTM1D
 from modeling.attributes.material import MaterialError
 from modeling.training.threads import limited
 
+pytestmark = pytest.mark.needs("torch")
+
 
 @pytest.fixture(autouse=True)
 def one_thread():

@@ -7,6 +7,8 @@ from modeling.attributes.ht_net import HTNet, halved, shapes
 from modeling.attributes.material import MaterialError
 from modeling.training.threads import limited
 
+pytestmark = pytest.mark.needs("torch")
+
 
 @pytest.fixture(autouse=True)
 def one_thread():

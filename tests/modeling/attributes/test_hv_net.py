@@ -8,6 +8,8 @@ from modeling.attributes.hv_net import HVNet, shapes
 from modeling.attributes.material import MaterialError
 from modeling.training.threads import limited
 
+pytestmark = pytest.mark.needs("torch")
+
 
 @pytest.fixture(autouse=True)
 def one_thread():

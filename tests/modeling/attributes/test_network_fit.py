@@ -12,6 +12,8 @@ from modeling.attributes.network_methods import HT_NET, HV_NET, VISUO_TACTILE, r
 from modeling.attributes.registry import METHODS
 from tests.modeling.attributes.made_material import PAIRS, made_material
 
+pytestmark = pytest.mark.needs("torch")
+
 ALL = (VISUO_TACTILE, HV_NET, HT_NET)
 SMALL = {"touch": ("dwt", "hand"), "sight": ("glcm",)}
 """Short rows: 256 numbers of a picture, seven channels of touch."""

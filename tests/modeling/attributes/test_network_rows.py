@@ -16,6 +16,8 @@ from modeling.attributes.network_rows import (
 )
 from tests.modeling.attributes.made_material import SIZES, made_material
 
+pytestmark = pytest.mark.needs("torch")
+
 
 def texture(name="A", touch=None, sight=None, rating=(50.0, 50.0)):
     rated = Rated(np.array(rating), np.ones(2), 5)

@@ -13,7 +13,8 @@ from modeling.attributes.registry import METHODS, OWN_FEATURES
 from tests.modeling.attributes.judged_attributes import changed
 from tests.modeling.attributes.made_material import made_material
 
-pytest.importorskip("torch")
+pytestmark = pytest.mark.needs("torch")
+
 
 LEFT_OUT, OTHER = "T05", "T06"
 M = made_material(9, segments=3, pictures=2)

@@ -6,7 +6,7 @@ import pytest
 from modeling.attributes.material import SIGHT_KINDS, TOUCH_KINDS, MaterialError
 from modeling.attributes.registry import METHODS, OWN_FEATURES, PROPOSED, method_named
 
-pytest.importorskip("torch")
+pytestmark = pytest.mark.needs("torch")
 
 
 @pytest.mark.parametrize("name", list(METHODS))

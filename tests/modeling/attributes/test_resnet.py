@@ -18,6 +18,8 @@ from modeling.attributes.resnet import (
 from modeling.training.threads import limited
 from tests.modeling.attributes.made_weights import made_input, made_state
 
+pytestmark = pytest.mark.needs("torch")
+
 TORCHVISION_NAMES = "218340f9d3037deac0e029064817e2434f9a638034693f6134277670d9fbfddf"
 """SHA-256 of JSON [[name, shape], ...] of torchvision 0.28.0's resnet50().state_dict(), in its order."""
 TORCHVISION_POOL = {0: 15.51968765, 1: 41.56267548, 2: 5.98933601, 1000: 1.67821562, 2047: 57.76678467}

@@ -12,6 +12,8 @@ from modeling.attributes.material import MaterialError
 from modeling.attributes.resnet_weights import COUNTED, Weights, read_weights, weights_from
 from tests.modeling.attributes.made_weights import made_state
 
+pytestmark = pytest.mark.needs("torch")
+
 
 @pytest.fixture
 def tmp_path(tmp_path):

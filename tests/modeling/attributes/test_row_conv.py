@@ -6,6 +6,8 @@ from torch.nn import functional
 
 from modeling.attributes.row_conv import RowConv
 
+pytestmark = pytest.mark.needs("torch")
+
 
 @pytest.mark.parametrize("filters", [1, 6])
 @pytest.mark.parametrize("bias", [True, False])

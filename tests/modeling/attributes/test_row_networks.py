@@ -3,18 +3,19 @@
 from dataclasses import replace
 
 import pytest
+import torch
 
-torch = pytest.importorskip("torch")
+from modeling.attributes import baseline_networks as sizes
+from modeling.attributes.ann import ANN
+from modeling.attributes.baseline_networks import NETWORKS, Ann, CnnLstm, pooled
+from modeling.attributes.material import MaterialError
+from modeling.attributes.registry import METHODS
+from modeling.attributes.row_networks import restored_rows
+from modeling.attributes.row_plans import Plan
+from modeling.attributes.row_stacks import drawn, everything, examples, stack_of
+from tests.modeling.attributes.learned import asked, learning
 
-from modeling.attributes import baseline_networks as sizes  # noqa: E402
-from modeling.attributes.ann import ANN  # noqa: E402
-from modeling.attributes.baseline_networks import NETWORKS, Ann, CnnLstm, pooled  # noqa: E402
-from modeling.attributes.material import MaterialError  # noqa: E402
-from modeling.attributes.registry import METHODS  # noqa: E402
-from modeling.attributes.row_networks import restored_rows  # noqa: E402
-from modeling.attributes.row_plans import Plan  # noqa: E402
-from modeling.attributes.row_stacks import drawn, everything, examples, stack_of  # noqa: E402
-from tests.modeling.attributes.learned import asked, learning  # noqa: E402
+pytestmark = pytest.mark.needs("torch")
 
 
 def linear(module):

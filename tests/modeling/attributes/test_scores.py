@@ -49,7 +49,8 @@ def test_textures_of_one_group_count_as_one():
 
 
 def test_the_interval_over_groups_is_that_of_statsmodels_cluster_robust_errors():
-    ols = pytest.importorskip("statsmodels.api").OLS
+    from statsmodels.api import OLS as ols
+
     groups = np.repeat(np.arange(14), [1, 3, 1, 2, 1, 1, 4, 1, 2, 1, 1, 5, 1, 1])
     shared = CHANCE.normal(1, 2, 14)[groups]
     off = shared + CHANCE.normal(0, 1, len(groups))

@@ -16,6 +16,8 @@ from modeling.attributes.seeing import Album, Picture, Sight, in_a_hurry, seen, 
 from modeling.training.threads import limited
 from tests.analysis.features.made_pictures import write_picture
 
+pytestmark = pytest.mark.needs("torch")
+
 LOOKING = Looking(side=256, patch=64, stride=64, grid=2)
 HOW = Sight(LOOKING, variants=1)
 

@@ -6,15 +6,16 @@ can change one unseen.
 
 import numpy as np
 import pytest
+import torch
 
-torch = pytest.importorskip("torch")
+from modeling.attributes import boosting, network_fit, ridge, row_networks, tactile_svm
+from modeling.attributes.methods import Learning
+from modeling.attributes.registry import METHODS, OWN_FEATURES
+from modeling.textures.cosine import share_of
+from modeling.training.loop import adam
+from tests.modeling.attributes.made_material import PAIRS, made_material
 
-from modeling.attributes import boosting, network_fit, ridge, row_networks, tactile_svm  # noqa: E402
-from modeling.attributes.methods import Learning  # noqa: E402
-from modeling.attributes.registry import METHODS, OWN_FEATURES  # noqa: E402
-from modeling.textures.cosine import share_of  # noqa: E402
-from modeling.training.loop import adam  # noqa: E402
-from tests.modeling.attributes.made_material import PAIRS, made_material  # noqa: E402
+pytestmark = pytest.mark.needs("torch")
 
 TEXTURES = 6
 OURS = ("visuo_tactile", "hv_net", "ht_net")

@@ -9,6 +9,8 @@ from modeling.attributes.material import MaterialError
 from modeling.attributes.visuo_tactile import OWN, REBUILDING, REBUILT, Answer, VisuoTactile, rmse
 from modeling.training.threads import limited
 
+pytestmark = pytest.mark.needs("torch")
+
 
 @pytest.fixture(autouse=True)
 def one_thread():

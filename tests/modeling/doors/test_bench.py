@@ -2,11 +2,11 @@ from pathlib import Path
 
 import pytest
 
-pytest.importorskip("torch")
-
 from analysis.measuring.rows import MEASURED, measure
 from modeling.doors.bench import AREA, Found, cases
 from tests.modeling.doors.evaluated_small import SIDE, small_rated, wanted
+
+pytestmark = pytest.mark.needs("torch")
 
 
 @pytest.fixture(scope="module")

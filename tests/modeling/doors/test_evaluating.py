@@ -5,8 +5,6 @@ from pathlib import Path
 import numpy as np
 import pytest
 
-pytest.importorskip("torch")
-
 from modeling.commands_training import Training, train_pair
 from modeling.doors.data import ModelDataError
 from modeling.doors.evaluating import Wanted, context_for, judge, plan
@@ -15,6 +13,8 @@ from modeling.doors.evaluating_kept import key, load
 from modeling.doors.evaluating_whole import evaluate
 from modeling.doors.evaluation_results import as_json, tables
 from tests.modeling.doors.evaluated_small import METHODS, SIDE, small_data, wanted
+
+pytestmark = pytest.mark.needs("torch")
 
 
 def judged(data, asked):

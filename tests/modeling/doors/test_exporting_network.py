@@ -2,17 +2,17 @@
 
 import numpy as np
 import pytest
+import torch
+from torch import nn
 
-torch = pytest.importorskip("torch")
+from modeling.doors.data import ModelDataError
+from modeling.doors.exporting_network import exported_network
+from modeling.doors.network_parts import Rescale, answers
+from modeling.doors.networks import ForceToPerception, PerceptionToForce
+from protocols.model_card import Affine, Clip, tensors_named
+from tests.modeling.doors.network_learning import SEEN, profiles, run_by_numpy
 
-from torch import nn  # noqa: E402
-
-from modeling.doors.data import ModelDataError  # noqa: E402
-from modeling.doors.exporting_network import exported_network  # noqa: E402
-from modeling.doors.network_parts import Rescale, answers  # noqa: E402
-from modeling.doors.networks import ForceToPerception, PerceptionToForce  # noqa: E402
-from protocols.model_card import Affine, Clip, tensors_named  # noqa: E402
-from tests.modeling.doors.network_learning import SEEN, profiles, run_by_numpy  # noqa: E402
+pytestmark = pytest.mark.needs("torch")
 
 
 def forward_network():

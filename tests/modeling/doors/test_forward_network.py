@@ -5,16 +5,14 @@ from dataclasses import replace
 
 import numpy as np
 import pytest
+import torch
+from torch import nn
 
-torch = pytest.importorskip("torch")
-
-from torch import nn  # noqa: E402
-
-from modeling.doors.data import ModelDataError  # noqa: E402
-from modeling.doors.forward_network import DELTA, NETWORK, SETTINGS, fit_network, huber  # noqa: E402
-from modeling.doors.networks import POINTS, ForceToPerception  # noqa: E402
-from modeling.training.refusals import TrainingError  # noqa: E402
-from tests.modeling.doors.network_learning import (  # noqa: E402
+from modeling.doors.data import ModelDataError
+from modeling.doors.forward_network import DELTA, NETWORK, SETTINGS, fit_network, huber
+from modeling.doors.networks import POINTS, ForceToPerception
+from modeling.training.refusals import TrainingError
+from tests.modeling.doors.network_learning import (
     SEEN,
     UNSEEN,
     data_of,
@@ -23,6 +21,8 @@ from tests.modeling.doors.network_learning import (  # noqa: E402
     profiles,
     run_by_numpy,
 )
+
+pytestmark = pytest.mark.needs("torch")
 
 
 @pytest.fixture(scope="module")

@@ -4,17 +4,18 @@ from dataclasses import replace
 
 import numpy as np
 import pytest
+import torch
 
-torch = pytest.importorskip("torch")
+from devices.door.side import DoorSide
+from modeling.doors.corners import corners, extremes, singles, unplayable
+from modeling.doors.data import ModelDataError
+from modeling.doors.generator import GENERATOR, Recipe, fit_by
+from modeling.doors.generator_networks import Generator, Size, fresh, random_wishes
+from modeling.doors.generator_shapes import code_of, opened, plausible
+from modeling.doors.generator_teacher import MOST_FOREIGN, Teacher, foreign_to
+from tests.modeling.doors.network_learning import SEEN, data_of, felt, learning, run_by_numpy
 
-from devices.door.side import DoorSide  # noqa: E402
-from modeling.doors.corners import corners, extremes, singles, unplayable  # noqa: E402
-from modeling.doors.data import ModelDataError  # noqa: E402
-from modeling.doors.generator import GENERATOR, Recipe, fit_by  # noqa: E402
-from modeling.doors.generator_networks import Generator, Size, fresh, random_wishes  # noqa: E402
-from modeling.doors.generator_shapes import code_of, opened, plausible  # noqa: E402
-from modeling.doors.generator_teacher import MOST_FOREIGN, Teacher, foreign_to  # noqa: E402
-from tests.modeling.doors.network_learning import SEEN, data_of, felt, learning, run_by_numpy  # noqa: E402
+pytestmark = pytest.mark.needs("torch")
 
 SIDE = DoorSide()
 TINY = Recipe(

@@ -4,13 +4,14 @@ from dataclasses import replace
 
 import numpy as np
 import pytest
+import torch
 
-torch = pytest.importorskip("torch")
+from modeling.doors.data import ModelDataError
+from modeling.doors.gradient_search import RATING_SD, SEARCH, codes_of
+from modeling.doors.mlp import MLP
+from tests.modeling.doors.network_learning import SEEN, data_of, learning, profiles
 
-from modeling.doors.data import ModelDataError  # noqa: E402
-from modeling.doors.gradient_search import RATING_SD, SEARCH, codes_of  # noqa: E402
-from modeling.doors.mlp import MLP  # noqa: E402
-from tests.modeling.doors.network_learning import SEEN, data_of, learning, profiles  # noqa: E402
+pytestmark = pytest.mark.needs("torch")
 
 CORNERS = np.array([[0.0] * 7, [100.0] * 7, [0.0, 100.0] * 3 + [0.0], [100.0, 0.0] * 3 + [100.0]])
 

@@ -4,15 +4,16 @@ from dataclasses import replace
 
 import numpy as np
 import pytest
+import torch
 
-torch = pytest.importorskip("torch")
+from modeling.doors.data import ModelDataError
+from modeling.doors.forward_network import NETWORK
+from modeling.doors.inverse_network import INVERSE_NETWORK, SETTINGS, fit
+from modeling.doors.mlp import MLP
+from modeling.doors.networks import PerceptionToForce
+from tests.modeling.doors.network_learning import SEEN, data_of, learning, run_by_numpy
 
-from modeling.doors.data import ModelDataError  # noqa: E402
-from modeling.doors.forward_network import NETWORK  # noqa: E402
-from modeling.doors.inverse_network import INVERSE_NETWORK, SETTINGS, fit  # noqa: E402
-from modeling.doors.mlp import MLP  # noqa: E402
-from modeling.doors.networks import PerceptionToForce  # noqa: E402
-from tests.modeling.doors.network_learning import SEEN, data_of, learning, run_by_numpy  # noqa: E402
+pytestmark = pytest.mark.needs("torch")
 
 FEW = data_of(SEEN[:6])
 CORNERS = np.array([[0.0] * 7, [100.0] * 7, [0.0, 100.0] * 3 + [0.0], [100.0, 0.0] * 3 + [100.0]])

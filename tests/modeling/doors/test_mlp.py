@@ -2,13 +2,13 @@
 
 import numpy as np
 import pytest
+import torch
+from torch import nn
 
-torch = pytest.importorskip("torch")
+from modeling.doors.mlp import MLP
+from tests.modeling.doors.network_learning import UNSEEN, learning, of_the_mean, profiles, run_by_numpy
 
-from torch import nn  # noqa: E402
-
-from modeling.doors.mlp import MLP  # noqa: E402
-from tests.modeling.doors.network_learning import UNSEEN, learning, of_the_mean, profiles, run_by_numpy  # noqa: E402
+pytestmark = pytest.mark.needs("torch")
 
 
 @pytest.fixture(scope="module")

@@ -2,14 +2,14 @@
 
 import numpy as np
 import pytest
+import torch
+from torch import nn
+from torch.nn import functional
 
-torch = pytest.importorskip("torch")
+from modeling.doors.networks import ForceToPerception, PerceptionToForce, shapes
+from modeling.layers import ResidualBlock
 
-from torch import nn  # noqa: E402
-from torch.nn import functional  # noqa: E402
-
-from modeling.doors.networks import ForceToPerception, PerceptionToForce, shapes  # noqa: E402
-from modeling.layers import ResidualBlock  # noqa: E402
+pytestmark = pytest.mark.needs("torch")
 
 
 @pytest.fixture(autouse=True)

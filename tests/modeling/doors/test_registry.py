@@ -8,7 +8,8 @@ import pytest
 from modeling.doors.data import ModelDataError
 from modeling.doors.registry import DEFAULT, FORWARD, INVERSE, SLOW, THESIS, demand_file, method_named, methods_of
 
-pytest.importorskip("torch")
+pytestmark = pytest.mark.needs("torch")
+
 MADE = Path(__file__).parents[3] / "devices" / "door" / "made"
 ALL = [("forward", name) for name in FORWARD] + [("inverse", name) for name in INVERSE]
 

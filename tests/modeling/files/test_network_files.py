@@ -4,16 +4,17 @@ from __future__ import annotations
 
 import numpy as np
 import pytest
+import torch
 
-torch = pytest.importorskip("torch")
+from devices.models.file import read_model
+from modeling.doors.exporting_network import exported_network
+from modeling.doors.networks import ForceToPerception
+from modeling.files.exported import Exported
+from modeling.files.writing import write_model
+from modeling.layers import conv_relu
+from protocols.model_card import Port, Reshape
 
-from devices.models.file import read_model  # noqa: E402
-from modeling.doors.exporting_network import exported_network  # noqa: E402
-from modeling.doors.networks import ForceToPerception  # noqa: E402
-from modeling.files.exported import Exported  # noqa: E402
-from modeling.files.writing import write_model  # noqa: E402
-from modeling.layers import conv_relu  # noqa: E402
-from protocols.model_card import Port, Reshape  # noqa: E402
+pytestmark = pytest.mark.needs("torch")
 
 
 def ratings(size):

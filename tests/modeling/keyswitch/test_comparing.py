@@ -4,10 +4,6 @@ from dataclasses import replace
 
 import numpy as np
 import pytest
-
-pytest.importorskip("torch")
-pytest.importorskip("sklearn")
-
 import torch
 
 from modeling.doors.networks import ForceToPerception
@@ -19,6 +15,8 @@ from modeling.keyswitch.networks import Reconstruction, classifier
 from modeling.keyswitch.settings import FULL, QUICK, Size
 from modeling.training.refusals import JobError
 from modeling.training.seeding import seeded
+
+pytestmark = pytest.mark.needs("torch")
 
 TINY = Size(folds=2, codes=(3,), epochs=1, batch=8)
 

@@ -6,13 +6,14 @@ import json
 
 import numpy as np
 import pytest
+import torch
 from safetensors.numpy import save_file
 
-torch = pytest.importorskip("torch")
+from devices.models import specimens
+from modeling.textures.bench_runtimes import MAKERS, other_runtimes, read_plainly
+from modeling.textures.recording import TextureDataError
 
-from devices.models import specimens  # noqa: E402 - after the check for torch
-from modeling.textures.bench_runtimes import MAKERS, other_runtimes, read_plainly  # noqa: E402
-from modeling.textures.recording import TextureDataError  # noqa: E402
+pytestmark = pytest.mark.needs("torch")
 
 
 def test_each_runtime_that_is_installed_answers_as_numpy_does():

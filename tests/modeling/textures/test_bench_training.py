@@ -3,13 +3,14 @@
 from itertools import count
 
 import pytest
+import torch
 
-torch = pytest.importorskip("torch")
+from modeling.textures.bench_training import WAYS, cases
+from modeling.textures.foten import Foten
+from modeling.textures.stock_foten import StockFoten
+from tests.modeling.textures.made_up_recording import recording
 
-from modeling.textures.bench_training import WAYS, cases  # noqa: E402
-from modeling.textures.foten import Foten  # noqa: E402
-from modeling.textures.stock_foten import StockFoten  # noqa: E402
-from tests.modeling.textures.made_up_recording import recording  # noqa: E402
+pytestmark = pytest.mark.needs("torch")
 
 
 def test_the_plain_network_has_as_many_weights_and_the_same_shapes():

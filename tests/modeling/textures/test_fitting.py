@@ -2,18 +2,19 @@
 
 import numpy as np
 import pytest
+import torch
 
-torch = pytest.importorskip("torch")
+from modeling.textures.cosine import Cosine, cosine, share_of
+from modeling.textures.fitting import Diet, fed, fit_windows, rows_of, settings_for
+from modeling.textures.foten import Foten
+from modeling.textures.heads import mse
+from modeling.textures.methods import Learning
+from modeling.textures.recording import Parts, TextureDataError
+from modeling.textures.resting import with_rest
+from modeling.training.settings import Settings
+from tests.modeling.textures.made_up_recording import parts, recording
 
-from modeling.textures.cosine import Cosine, cosine, share_of  # noqa: E402
-from modeling.textures.fitting import Diet, fed, fit_windows, rows_of, settings_for  # noqa: E402
-from modeling.textures.foten import Foten  # noqa: E402
-from modeling.textures.heads import mse  # noqa: E402
-from modeling.textures.methods import Learning  # noqa: E402
-from modeling.textures.recording import Parts, TextureDataError  # noqa: E402
-from modeling.textures.resting import with_rest  # noqa: E402
-from modeling.training.settings import Settings  # noqa: E402
-from tests.modeling.textures.made_up_recording import parts, recording  # noqa: E402
+pytestmark = pytest.mark.needs("torch")
 
 
 def rows():

@@ -2,24 +2,25 @@
 
 import numpy as np
 import pytest
+import torch
 
-torch = pytest.importorskip("torch")
+from devices.models.file import read_model
+from modeling.files.writing import write_model
+from modeling.textures.exporting_foten import exported_windows, pieces
+from modeling.textures.fitting import FittedWindows
+from modeling.textures.foten import FOTEN, FOTEN_GENERATIVE, Foten, epochs_for, generative
+from modeling.textures.heads import LEAST_LOG_SD, LOSSES, nll
+from modeling.textures.matching import Matched
+from modeling.textures.methods import Learning
+from modeling.textures.recording import Recording, Scale, TextureDataError
+from modeling.textures.spectral_features import MelBlock, WaveletBlock
+from modeling.textures.ten import TEN, TEN_MFCC, TEN_WAVELET
+from modeling.textures.windows import windows
+from modeling.training.seeding import seeded
+from protocols.model_card import Port
+from tests.modeling.textures.made_up_recording import parts, recording
 
-from devices.models.file import read_model  # noqa: E402
-from modeling.files.writing import write_model  # noqa: E402
-from modeling.textures.exporting_foten import exported_windows, pieces  # noqa: E402
-from modeling.textures.fitting import FittedWindows  # noqa: E402
-from modeling.textures.foten import FOTEN, FOTEN_GENERATIVE, Foten, epochs_for, generative  # noqa: E402
-from modeling.textures.heads import LEAST_LOG_SD, LOSSES, nll  # noqa: E402
-from modeling.textures.matching import Matched  # noqa: E402
-from modeling.textures.methods import Learning  # noqa: E402
-from modeling.textures.recording import Recording, Scale, TextureDataError  # noqa: E402
-from modeling.textures.spectral_features import MelBlock, WaveletBlock  # noqa: E402
-from modeling.textures.ten import TEN, TEN_MFCC, TEN_WAVELET  # noqa: E402
-from modeling.textures.windows import windows  # noqa: E402
-from modeling.training.seeding import seeded  # noqa: E402
-from protocols.model_card import Port  # noqa: E402
-from tests.modeling.textures.made_up_recording import parts, recording  # noqa: E402
+pytestmark = pytest.mark.needs("torch")
 
 SCALE = Scale(np.array([0.01, 75.0, 1.0]), np.array([2.2, 36.0, 0.5]))
 

@@ -3,13 +3,13 @@
 import math
 
 import pytest
+import torch
+from torch import nn
 
-torch = pytest.importorskip("torch")
+from modeling.textures.foten_layers import Dropout, Embedding, Encoder, EncoderLayer, positions
+from modeling.training.seeding import seeded
 
-from torch import nn  # noqa: E402
-
-from modeling.textures.foten_layers import Dropout, Embedding, Encoder, EncoderLayer, positions  # noqa: E402
-from modeling.training.seeding import seeded  # noqa: E402
+pytestmark = pytest.mark.needs("torch")
 
 
 def test_positions_are_equations_4_2_and_4_3():

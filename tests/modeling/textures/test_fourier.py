@@ -1,12 +1,13 @@
 """The Fourier block is equations 4.6 to 4.8, and has a gradient everywhere, at silence too."""
 
 import pytest
+import torch
 
-torch = pytest.importorskip("torch")
+from modeling.textures.fourier import IMPULSE, FourierBlock, inverse, transform
+from modeling.textures.spectral_features import MelBlock, WaveletBlock, wavelet
+from modeling.training.seeding import seeded
 
-from modeling.textures.fourier import IMPULSE, FourierBlock, inverse, transform  # noqa: E402
-from modeling.textures.spectral_features import MelBlock, WaveletBlock, wavelet  # noqa: E402
-from modeling.training.seeding import seeded  # noqa: E402
+pytestmark = pytest.mark.needs("torch")
 
 LENGTHS = (10, 15, 20, 25, 30)
 

@@ -2,21 +2,22 @@
 
 import numpy as np
 import pytest
+import torch
 
-torch = pytest.importorskip("torch")
+from devices.models.file import read_model
+from devices.render import block_voice
+from devices.render.voice import play
+from modeling.textures.gan import GAN, watched
+from modeling.textures.gan_networks import NOISE, Critic, Generator
+from modeling.textures.methods import Learning
+from modeling.textures.outputs import write_texture
+from modeling.textures.recording import Recording, TextureDataError
+from modeling.textures.spectrograms import Frames, magnitudes, spectra
+from modeling.training.adversarial import energy_distance
+from modeling.training.seeding import seeded
+from tests.modeling.textures.made_up_recording import parts, recording
 
-from devices.models.file import read_model  # noqa: E402
-from devices.render import block_voice  # noqa: E402
-from devices.render.voice import play  # noqa: E402
-from modeling.textures.gan import GAN, watched  # noqa: E402
-from modeling.textures.gan_networks import NOISE, Critic, Generator  # noqa: E402
-from modeling.textures.methods import Learning  # noqa: E402
-from modeling.textures.outputs import write_texture  # noqa: E402
-from modeling.textures.recording import Recording, TextureDataError  # noqa: E402
-from modeling.textures.spectrograms import Frames, magnitudes, spectra  # noqa: E402
-from modeling.training.adversarial import energy_distance  # noqa: E402
-from modeling.training.seeding import seeded  # noqa: E402
-from tests.modeling.textures.made_up_recording import parts, recording  # noqa: E402
+pytestmark = pytest.mark.needs("torch")
 
 
 def learning(found=None, seed=0, **settings):

@@ -4,11 +4,12 @@ import math
 
 import numpy as np
 import pytest
+import torch
 
-torch = pytest.importorskip("torch")
+from modeling.textures.matching import MOST_GAIN, Matched, free_run, match, predictor
+from modeling.textures.recording import Parts, Recording, Scale
 
-from modeling.textures.matching import MOST_GAIN, Matched, free_run, match, predictor  # noqa: E402
-from modeling.textures.recording import Parts, Recording, Scale  # noqa: E402
+pytestmark = pytest.mark.needs("torch")
 
 PARTS = Parts(((0, 3000), (3500, 5000)), ((5000, 6000),), ((3000, 3500),))
 SCALE = Scale(np.array([0.0, 80.0, 1.0]), np.array([2.0, 1.0, 1.0]))

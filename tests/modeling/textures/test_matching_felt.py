@@ -4,11 +4,11 @@ import numpy as np
 import pytest
 from scipy.signal import lfilter
 
-pytest.importorskip("torch")
-
 from modeling.textures.matching_felt import correction
 from modeling.textures.metrics_felt import felt_distance, felt_levels
 from modeling.textures.recording import TextureDataError
+
+pytestmark = pytest.mark.needs("torch")
 
 ORDER, STIFF = 20, 2.0
 

@@ -1,9 +1,9 @@
 import pytest
 
-pytest.importorskip("torch")
-
 from modeling.textures.recording import TextureDataError
 from modeling.textures.registry import BASELINE, DEFAULT, METHODS, THESIS, method_named
+
+pytestmark = pytest.mark.needs("torch")
 
 
 @pytest.mark.parametrize("name", METHODS)

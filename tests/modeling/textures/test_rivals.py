@@ -2,24 +2,25 @@
 
 import numpy as np
 import pytest
+import torch
 
-torch = pytest.importorskip("torch")
+from devices.models.file import read_model
+from modeling.files.writing import write_model
+from modeling.textures.dstn import DSTN, Dstn
+from modeling.textures.exporting_foten import exported_windows, pieces
+from modeling.textures.fnn import FNN, Fnn, bands
+from modeling.textures.hapinf import HAPINF, HapInf, asking, picked
+from modeling.textures.informer_layers import Distilled, ProbSparse
+from modeling.textures.lasting import for_length
+from modeling.textures.methods import Learning
+from modeling.textures.recording import Recording, Scale, TextureDataError
+from modeling.textures.windows import windows
+from modeling.training.seeding import seeded
+from modeling.training.settings import Settings
+from protocols.model_card import Port
+from tests.modeling.textures.made_up_recording import parts, recording
 
-from devices.models.file import read_model  # noqa: E402
-from modeling.files.writing import write_model  # noqa: E402
-from modeling.textures.dstn import DSTN, Dstn  # noqa: E402
-from modeling.textures.exporting_foten import exported_windows, pieces  # noqa: E402
-from modeling.textures.fnn import FNN, Fnn, bands  # noqa: E402
-from modeling.textures.hapinf import HAPINF, HapInf, asking, picked  # noqa: E402
-from modeling.textures.informer_layers import Distilled, ProbSparse  # noqa: E402
-from modeling.textures.lasting import for_length  # noqa: E402
-from modeling.textures.methods import Learning  # noqa: E402
-from modeling.textures.recording import Recording, Scale, TextureDataError  # noqa: E402
-from modeling.textures.windows import windows  # noqa: E402
-from modeling.training.seeding import seeded  # noqa: E402
-from modeling.training.settings import Settings  # noqa: E402
-from protocols.model_card import Port  # noqa: E402
-from tests.modeling.textures.made_up_recording import parts, recording  # noqa: E402
+pytestmark = pytest.mark.needs("torch")
 
 SCALE = Scale(np.array([0.01, 75.0, 1.0]), np.array([2.2, 36.0, 0.5]))
 NETWORKS = {"fnn": (Fnn, 30), "dstn": (Dstn, 40), "hapinf": (HapInf, 10)}

@@ -2,21 +2,21 @@
 
 import numpy as np
 import pytest
+import torch
+from torch import nn
 
-torch = pytest.importorskip("torch")
+from modeling.training import loop
+from modeling.training.adversarial import Adversarial, Adversaries, energy_distance, two_adams
+from modeling.training.checkpoints import write_checkpoint
+from modeling.training.clipping import clipped
+from modeling.training.loop import adam, train
+from modeling.training.refusals import CheckpointError, TrainingError
+from modeling.training.seeding import seeded
+from modeling.training.settings import Settings
+from modeling.training.sources import Made, Pairs, pairs
+from tests.modeling.training.small import the_same
 
-from torch import nn  # noqa: E402
-
-from modeling.training import loop  # noqa: E402
-from modeling.training.adversarial import Adversarial, Adversaries, energy_distance, two_adams  # noqa: E402
-from modeling.training.checkpoints import write_checkpoint  # noqa: E402
-from modeling.training.clipping import clipped  # noqa: E402
-from modeling.training.loop import adam, train  # noqa: E402
-from modeling.training.refusals import CheckpointError, TrainingError  # noqa: E402
-from modeling.training.seeding import seeded  # noqa: E402
-from modeling.training.settings import Settings  # noqa: E402
-from modeling.training.sources import Made, Pairs, pairs  # noqa: E402
-from tests.modeling.training.small import the_same  # noqa: E402
+pytestmark = pytest.mark.needs("torch")
 
 
 class Joined(nn.Module):

@@ -10,12 +10,12 @@ from pathlib import Path
 import numpy as np
 import pytest
 
-pytest.importorskip("torch")
-
 from modeling.training import jobs_cluster, jobs_local
 from modeling.training.jobs import run_jobs
 from modeling.training.refusals import JobBroken, JobError
 from tests.modeling.training import working
+
+pytestmark = pytest.mark.needs("torch")
 
 ROOT = Path(__file__).parents[3]
 

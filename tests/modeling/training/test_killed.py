@@ -8,9 +8,6 @@ import sys
 from pathlib import Path
 
 import pytest
-
-pytest.importorskip("torch")
-
 import torch
 from torch import nn
 
@@ -19,6 +16,8 @@ from modeling.training.loop import train
 from modeling.training.refusals import CheckpointError
 from modeling.training.sources import Made
 from tests.modeling.training.small import network, rows, settings, the_same, trained
+
+pytestmark = pytest.mark.needs("torch")
 
 ROOT = Path(__file__).parents[3]
 PLACES = {

@@ -4,9 +4,6 @@ import itertools
 
 import numpy as np
 import pytest
-
-pytest.importorskip("torch")
-
 import torch
 from torch import nn
 
@@ -16,6 +13,8 @@ from modeling.training.schedule import course_of
 from modeling.training.settings import Settings
 from modeling.training.sources import Made, Pairs, pairs
 from tests.modeling.training.small import network, rows, settings, the_same, trained
+
+pytestmark = pytest.mark.needs("torch")
 
 
 def test_the_same_seed_gives_the_same_bits_whatever_ran_before():

@@ -1,13 +1,11 @@
 """A worker that was told to give memory back at once keeps it for the next step."""
 
 import os
-import platform
 import subprocess
 import sys
 
 import pytest
 
-GLIBC = platform.libc_ver()[0] == "glibc"
 FAULTS = """
 import resource, sys, threading
 import numpy as np
@@ -34,7 +32,7 @@ worker.join()
 """
 
 
-@pytest.mark.skipif(not GLIBC, reason="MALLOC_TRIM_THRESHOLD_ is glibc's")
+@pytest.mark.needs("glibc")
 def test_a_worker_keeps_what_it_freed_where_its_environment_gives_it_back():
     told = subprocess.run(
         [sys.executable, "-c", FAULTS], env={**os.environ, "MALLOC_TRIM_THRESHOLD_": "65536"},

@@ -4,8 +4,6 @@ import json
 
 import pytest
 
-pytest.importorskip("torch")
-
 from modeling.training.history import Epoch, read_history, remove_history, write_history
 from modeling.training.learning_curve import learning_curve, save_learning_curve
 from modeling.training.progress import Pace, lasting
@@ -13,6 +11,8 @@ from modeling.training.refusals import TrainingError
 from modeling.training.run_card import BESIDE, run_card
 from modeling.training.settings import Settings
 from protocols.canonical import NotCanonical, digest
+
+pytestmark = pytest.mark.needs("torch")
 
 HISTORY = (Epoch(1, 0.5, 1e-3, 2.25, 2.5), Epoch(2, 1.1, 1e-3, 1 / 3, None), Epoch(3, 1.6, 5e-4, 0.2, 0.4))
 

@@ -12,12 +12,14 @@ from pathlib import Path
 
 import pytest
 
-from devices.window.bench_display import missing, virtual_display
+from devices.window.bench_display import virtual_display
 from devices.window.calibration import Calibration, write_calibration
 from studies.collect import ledgers_in
 from studies.record import read
 from studies.replay import replay
 from studies.session import ledger_path
+
+pytestmark = pytest.mark.needs("psychopy", "xvfb")
 
 ROOT = Path(__file__).resolve().parents[3]
 SIZE = (1280, 720)
@@ -39,9 +41,6 @@ T03,mesh,70,60,40,10
 
 @pytest.fixture(scope="module")
 def display():
-    if lacking := missing():
-        told = f"no window can be opened here, for want of {', '.join(lacking)}"
-        (pytest.fail if os.environ.get("CI") else pytest.skip)(told)
     with virtual_display(*SIZE) as name:
         yield name
 

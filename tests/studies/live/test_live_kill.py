@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import os
 import subprocess
 import sys
 from pathlib import Path
@@ -29,7 +28,7 @@ def left_paused(record) -> bool:
     return does.count("pause") != does.count("go_on")
 
 
-@pytest.mark.skipif(not hasattr(os, "fork"), reason="kills forks of a process, which needs POSIX")
+@pytest.mark.needs("posix")
 def test_a_killed_live_session_keeps_every_aside_and_goes_on(tmp_path):
     subprocess.run([sys.executable, "-m", "tests.studies.live.nursery", str(tmp_path)], cwd=ROOT, check=True)
     whole = read(ledger(tmp_path / "whole"))

@@ -77,7 +77,7 @@ def test_doors_are_felt_through_the_driver_and_the_firmware(lab, rooms):
     replay(sat.path)
 
 
-@pytest.mark.skipif(not sys.platform.startswith("linux"), reason="finds the twin's process in /proc")
+@pytest.mark.needs("linux")
 def test_a_door_that_dies_is_a_fault_and_the_trial_is_met_again(lab, rooms):
     killed = []
 

@@ -11,7 +11,7 @@ def home(tmp_path):
     return new_lab(tmp_path / "lab")
 
 
-@pytest.fixture(params=["sqlite", "postgres"])
+@pytest.fixture(params=["sqlite", pytest.param("postgres", marks=pytest.mark.needs("psycopg", "postgres"))])
 def registry(request, tmp_path):
     """A lab's registry, at either kind of database."""
     if request.param == "sqlite":

@@ -9,7 +9,6 @@ from studies.participants.errors import ParticipantError
 from studies.participants.identities import Identity, erase, identify, identities, store
 
 HANA = Identity("Kim Hana", "hana@example.org", "2026-03-31", "left-handed mouse")
-posix_only = pytest.mark.skipif(os.name != "posix", reason="permissions of POSIX")
 
 
 def bytes_in(folder):
@@ -33,7 +32,7 @@ def test_nothing_is_made_where_nothing_was_told(tmp_path):
     assert list(tmp_path.iterdir()) == []
 
 
-@posix_only
+@pytest.mark.needs("posix")
 def test_only_the_owner_can_look_into_the_store_whatever_the_umask(tmp_path):
     code = (
         "import os, pathlib, sys; os.umask(0)\n"
@@ -46,7 +45,7 @@ def test_only_the_owner_can_look_into_the_store_whatever_the_umask(tmp_path):
     assert (store(tmp_path).parent / ".gitignore").read_text() == "*\n"
 
 
-@posix_only
+@pytest.mark.needs("posix")
 @pytest.mark.parametrize(("which", "mode"), [("folder", 0o750), ("folder", 0o701), ("file", 0o640), ("file", 0o604)])
 def test_a_store_that_others_can_look_into_is_not_used(tmp_path, which, mode):
     identify(tmp_path, "P001", HANA)

@@ -24,7 +24,7 @@ def arrive(lab):
     return [tuple(line) for line in json.loads(done.stdout)]
 
 
-@pytest.fixture(params=["sqlite", "postgres"])
+@pytest.fixture(params=["sqlite", pytest.param("postgres", marks=pytest.mark.needs("psycopg", "postgres"))])
 def lab(request, tmp_path):
     """A lab whose registry nobody has opened yet: making its tables is part of the race."""
     make_lab(tmp_path / "lab")

@@ -14,6 +14,8 @@ from studies.replay import replay
 from studies.session import ledger_path
 from tests.studies.window.robot import Robot, Sitting, pending
 
+pytestmark = pytest.mark.needs("psychopy", "xvfb")
+
 STUDY = "texture_ratings"
 
 

@@ -13,6 +13,8 @@ from studies.rig import simulated
 from studies.session import ledger_path
 from tests.studies.window.robot import Robot, Sitting
 
+pytestmark = pytest.mark.needs("psychopy", "xvfb")
+
 STUDIES = sorted({path.parent.name for path in SHIPPED.glob("*/study.yaml")} - {"texture_photos"})
 """Of the photos nothing is shown to anybody."""
 GROUP = {"texture_capture": ["--group", "pilot"]}

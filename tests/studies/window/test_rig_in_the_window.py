@@ -10,6 +10,8 @@ from studies.session import ledger_path
 from tests.studies.live.rig_rooms import TWINS
 from tests.studies.window.robot import Robot, Sitting
 
+pytestmark = pytest.mark.needs("psychopy", "xvfb")
+
 WANTED = {
     "door_ratings": {"door_telemetry"},
     "texture_capture": {"tool_acceleration", "tool_force", "tool_position"},

@@ -28,7 +28,8 @@ from devices.window.bench_hand import Hand
 from devices.window.commands_calibrate import USUAL_PX_PER_MM
 from tests.devices.author.fakes import FakeMaker
 from tests.devices.author.rooms_for_tests import page_for
-from tests.devices.window.real.conftest import demand_a_display
+
+pytestmark = pytest.mark.needs("psychopy", "xvfb")
 
 SIZE = (1280, 720)
 PATIENCE_S = 60.0
@@ -111,7 +112,6 @@ def window_on(display, lab):
 
 @pytest.fixture(scope="module")
 def display():
-    demand_a_display()
     with virtual_display(*SIZE) as opened:
         yield opened
 
@@ -203,7 +203,6 @@ def test_the_door_is_played_on_the_twin_and_brought_back(window):
 
 @pytest.fixture
 def other_display():
-    demand_a_display()
     with virtual_display(*SIZE) as opened:
         yield opened
 

@@ -4,12 +4,9 @@ from __future__ import annotations
 
 import pytest
 
-from devices.models.native.library import KernelMissing, Library, library
+from devices.models.native.library import Library, library
 
 
 @pytest.fixture(scope="module")
 def kernel() -> Library:
-    try:
-        return library()
-    except KernelMissing as missing:
-        pytest.skip(f"{missing}")
+    return library()

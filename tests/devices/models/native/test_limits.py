@@ -23,6 +23,7 @@ from tests.devices.models.native.random_cards import card_of
 from tests.devices.models.native.test_native import each_set, predictor
 
 
+@pytest.mark.needs("compiler")
 def test_a_hand_too_far_away_to_tell_the_nearest_triangle_is_refused(kernel):
     model, given = predictor(7, 5)
     for place in (79, 119):
@@ -32,6 +33,7 @@ def test_a_hand_too_far_away_to_tell_the_nearest_triangle_is_refused(kernel):
                 native.run(far)
 
 
+@pytest.mark.needs("compiler")
 def test_a_variance_beyond_single_precision_never_looks_like_an_answer(kernel):
     """1 / sqrt(inf) would hide it; NumPy answers where the numbers are held in double precision, or refuses."""
     tensors = {"w": np.eye(2, dtype=np.float32), "b": np.zeros(2, np.float32)}
@@ -47,6 +49,7 @@ def test_a_variance_beyond_single_precision_never_looks_like_an_answer(kernel):
                 native.run(given)
 
 
+@pytest.mark.needs("compiler")
 def test_scores_beyond_single_precision_choose_no_places(kernel):
     weight = np.ones((6, 2), np.float32) * np.arange(1, 7, dtype=np.float32)[:, None]
     tensors = {
@@ -63,6 +66,7 @@ def test_scores_beyond_single_precision_choose_no_places(kernel):
             run.run(np.array([1e20, 1.0, 1.0, 1e20, 1.0, 1.0]))
 
 
+@pytest.mark.needs("compiler")
 def test_numbers_that_no_model_answers_are_refused_in_numpys_words(kernel):
     model = specimens.foten()
     native = Native(model, kernel, kernel.sets[0])
@@ -84,6 +88,7 @@ def test_numbers_that_no_model_answers_are_refused_in_numpys_words(kernel):
     assert np.array_equal(native.run(good.tolist()), model.run(good))
 
 
+@pytest.mark.needs("compiler")
 def test_what_is_outside_the_cards_limits_is_refused(kernel):
     takes = Port(kind="texture_window", size=3, unit="-", within=(-1.0, 2.0))
     steps = (Dense(weight="w", bias="b"),)
@@ -96,6 +101,7 @@ def test_what_is_outside_the_cards_limits_is_refused(kernel):
         native.run(np.array([2.1, 0.0, 0.0]))
 
 
+@pytest.mark.needs("compiler")
 def test_silence_spikes_and_numbers_near_zero_are_answered(kernel):
     model = specimens.foten()
     for native in each_set(model, kernel):
@@ -103,6 +109,7 @@ def test_silence_spikes_and_numbers_near_zero_are_answered(kernel):
             assert native.run(given) == pytest.approx(model.run(given), rel=1e-3, abs=1e-3), native.runtime
 
 
+@pytest.mark.needs("compiler")
 def test_a_step_that_the_kernel_does_not_know_is_left_to_numpy(kernel):
     steps = (Kernel(points="p", weights="w", length=1.0),)
     model = Model(card_of(steps, 2, 1), {"p": np.ones((3, 2)), "w": np.ones((3, 1))})
@@ -113,6 +120,7 @@ def test_a_step_that_the_kernel_does_not_know_is_left_to_numpy(kernel):
     assert found.runtime == "NumPy" and found.run(np.ones(2)) == pytest.approx(model.run(np.ones(2)))
 
 
+@pytest.mark.needs("compiler")
 def test_a_model_that_is_too_large_for_a_kernel_is_left_to_numpy(kernel):
     """Before anything of that size is made."""
     one = {"w": np.ones((1, 3), np.float32), "b": np.zeros(1, np.float32)}
@@ -133,11 +141,13 @@ def test_a_model_that_is_too_large_for_a_kernel_is_left_to_numpy(kernel):
     assert fastest(Model(card_of((dense,), 3, 1), {**one, "w": np.full((1, 3), 1e39)})).run(np.ones(3)) == 3e39
 
 
+@pytest.mark.needs("compiler")
 def test_a_model_without_steps_gives_what_it_takes(kernel):
     native = fastest(Model(card_of((), 3, 3), {}))
     assert native.runtime.startswith("native") and native.run(np.arange(3.0)).tolist() == [0, 1, 2]
 
 
+@pytest.mark.needs("compiler")
 def test_arrays_of_every_kind_are_answered_as_by_numpy(kernel):
     model = Model(card_of((Dense(weight="w", bias="b"),), 3, 1), {"w": np.ones((1, 3)), "b": np.zeros(1)})
     native, apart = fastest(model), np.arange(12.0).reshape(2, 6)[:, ::2]
@@ -154,6 +164,7 @@ def test_arrays_of_every_kind_are_answered_as_by_numpy(kernel):
             native.run(given)
 
 
+@pytest.mark.needs("compiler")
 def test_an_interrupted_batch_leaves_nothing_behind(kernel):
     """A Ctrl-C that comes as a batch ends: the next step reads its own input, not an array that is gone."""
 
@@ -188,6 +199,7 @@ def test_a_file_that_is_no_kernel_is_refused(tmp_path):
         opened(Path(math_library.__file__))
 
 
+@pytest.mark.needs("compiler")
 def test_an_instruction_set_that_is_not_there_is_not_used(kernel):
     found = fastest(specimens.foten(), "AVX-1024")
     assert isinstance(found, ByNumpy) and "AVX-1024" in found.why

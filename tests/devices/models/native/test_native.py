@@ -19,6 +19,8 @@ from protocols.model_card import Activation, Affine, Conv, Dense, Reshape
 from protocols.signal_steps import Attention, Autoregression, Part
 from tests.devices.models.native.random_cards import card_of, random_model
 
+pytestmark = pytest.mark.needs("compiler")
+
 FUNCTIONS = ("relu", "tanh", "sigmoid", "gelu", "elu", "leaky", "softplus", "exp", "log", "square", "abs")
 SINGLE = float(np.finfo(np.float32).eps)
 

@@ -7,14 +7,14 @@ import pytest
 from devices.window.bench_display import virtual_display
 from devices.window.bench_hand import Hand
 from devices.window.calibration import read_calibration
-from tests.devices.window.real.conftest import demand_a_display
+
+pytestmark = pytest.mark.needs("psychopy", "xvfb")
 
 VERB = "from devices.window.commands import window; window()"
 
 
 @pytest.fixture(scope="module")
 def display():
-    demand_a_display()
     with virtual_display(1280, 720) as opened:
         yield opened
 

@@ -10,7 +10,9 @@ from PIL import Image
 from devices.window.bench_display import virtual_display
 from devices.window.bench_hand import Hand
 from devices.window.shell_front import copier
-from tests.devices.window.real.conftest import SIZE, demand_a_display
+from tests.devices.window.real.conftest import SIZE
+
+pytestmark = pytest.mark.needs("psychopy", "xvfb")
 
 SHOWN = """
 import sys
@@ -41,7 +43,6 @@ shell.close()
 
 @pytest.fixture(scope="module")
 def display():
-    demand_a_display()
     with virtual_display(*SIZE) as opened:
         yield opened
 

@@ -7,6 +7,8 @@ from studies.catalogue import SHIPPED, read_study
 from tests.devices.window.real.conftest import CALIBRATION, theatre_of
 from tests.devices.window.real.forms import KOREAN, ask
 
+pytestmark = pytest.mark.needs("psychopy", "xvfb")
+
 
 @pytest.fixture(scope="module")
 def korean():

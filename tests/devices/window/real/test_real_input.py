@@ -6,6 +6,8 @@ from devices.window.bench import lost_answers
 from protocols.requests import Aside, Ask
 from tests.devices.window.real.forms import FORMS, KOREAN, SCALE, ask, trial_of
 
+pytestmark = pytest.mark.needs("psychopy", "xvfb")
+
 FORM = FORMS["sliders"]
 NAMES = FORM.items()
 

@@ -2,6 +2,8 @@ import pytest
 
 from tests.devices.window.real.forms import FORMS, REQUESTS, ask, keys_for
 
+pytestmark = pytest.mark.needs("psychopy", "xvfb")
+
 ANSWERED = sorted(set(REQUESTS) - {"confirm"})
 
 

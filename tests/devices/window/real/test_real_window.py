@@ -11,8 +11,10 @@ from devices.window.bench_display import virtual_display
 from devices.window.bench_hand import Hand
 from devices.window.bench_stagehand import StageError, stage_on
 from protocols.requests import Aside, Confirm, Reply
-from tests.devices.window.real.conftest import CALIBRATION, SETTING, demand_a_display, theatre_of
+from tests.devices.window.real.conftest import CALIBRATION, SETTING, theatre_of
 from tests.devices.window.real.forms import FORMS, ask
+
+pytestmark = pytest.mark.needs("psychopy", "xvfb")
 
 NAMES = FORMS["sliders"].items()
 OPEN_ONE = """
@@ -135,7 +137,6 @@ def test_a_window_of_another_size_ends_the_sitting_and_says_why(fullscreen):
 
 
 def test_a_screen_of_another_size_than_calibrated_is_refused_before_anything_is_shown():
-    demand_a_display()
     with (
         virtual_display(1920, 1080) as display,
         pytest.raises(StageError, match="calibrated at 1280x720 px, the screen has 1920x1080"),
@@ -153,7 +154,6 @@ def test_a_screen_of_another_size_than_calibrated_is_refused_before_anything_is_
     ],
 )
 def test_what_keeps_the_window_from_opening_is_said_without_noise(display, screen, said, tmp_path):
-    demand_a_display()
     with virtual_display(1280, 720) as real:
         done = subprocess.run(
             [sys.executable, "-c", OPEN_ONE, str(screen)], capture_output=True, text=True, check=True,
@@ -165,7 +165,6 @@ def test_what_keeps_the_window_from_opening_is_said_without_noise(display, scree
 
 
 def test_opening_and_closing_says_nothing_and_stays_out_of_the_home_folder(tmp_path):
-    demand_a_display()
     with virtual_display(1280, 720) as display:
         for _ in range(2):
             done = subprocess.run(
@@ -178,7 +177,6 @@ def test_opening_and_closing_says_nothing_and_stays_out_of_the_home_folder(tmp_p
 
 
 def test_a_polite_end_closes_the_window_and_a_rude_one_leaves_the_display_usable():
-    demand_a_display()
     with virtual_display(1280, 720) as display:
         hand = Hand(display)
         for how in (signal.SIGKILL, signal.SIGTERM):
