@@ -20,10 +20,7 @@ def canonical(value: Json) -> bytes:
     Equal on every machine and Python version. Raises NotCanonical and names the place ($.a[2]).
     """
     try:
-        text = json.dumps(
-            _plain(value, "$"), sort_keys=True, separators=(",", ":"), ensure_ascii=False, allow_nan=False
-        )
-        return text.encode("utf-8")
+        return _ENCODER.encode(value if _is_plain(value) else _plain(value, "$")).encode("utf-8")
     except UnicodeEncodeError as error:
         raise NotCanonical(f"a text holds half a character (lone surrogate): {error.object!r:.60}") from None
 
@@ -35,7 +32,7 @@ def digest(value: Json) -> str:
 
 def parse(text: bytes) -> Json:
     """The value of a canonical text; refuses NaN, Infinity and a key that stands twice."""
-    return json.loads(text, parse_constant=_refuse_constant, object_pairs_hook=_without_repeats)
+    return _DECODER.decode(text.decode("utf-8"))
 
 
 def difference(recorded: Json, now: Json, place: str = "$") -> str | None:
@@ -68,6 +65,27 @@ def _list_difference(recorded: Json, now: Json, place: str) -> str | None:
     if len(recorded) != len(now):
         return f"{place}: recorded {len(recorded)} items, now {len(now)}"
     return None
+
+
+def _is_plain(value: Json) -> bool:
+    """Whether the value is built of finite numbers, texts, lists, tuples and dicts alone, so that it needs no copy."""
+    waiting = [value]
+    for item in waiting:  # grows while it is read: no recursion
+        kind = type(item)
+        if kind is dict:
+            if not _TEXT.issuperset(map(type, item)):
+                return False
+            if not _SCALARS.issuperset(map(type, item.values())):
+                waiting.extend(item.values())
+        elif kind is list or kind is tuple:
+            if not _SCALARS.issuperset(map(type, item)):
+                waiting.extend(item)
+        elif kind is float:
+            if item - item != 0:
+                return False
+        elif kind not in _SCALARS:
+            return False
+    return True
 
 
 def _plain(value: Json, place: str) -> Json:
@@ -105,3 +123,9 @@ def _without_repeats(pairs: list[tuple[str, Json]]) -> dict[str, Json]:
 def _short(value: Json) -> str:
     text = canonical(value).decode()
     return text if len(text) <= 80 else f"{text[:77]}..."
+
+
+_ENCODER = json.JSONEncoder(sort_keys=True, separators=(",", ":"), ensure_ascii=False, allow_nan=False)
+_DECODER = json.JSONDecoder(parse_constant=_refuse_constant, object_pairs_hook=_without_repeats)
+_TEXT = frozenset({str})
+_SCALARS = frozenset({str, int, bool, type(None)})

@@ -3,15 +3,19 @@
 from __future__ import annotations
 
 import re
+from collections import Counter
 from collections.abc import Collection, Iterable, Iterator
-from dataclasses import dataclass
+from dataclasses import asdict, dataclass, fields
+from functools import cached_property
 from pathlib import Path
+from typing import Any
 
 from sqlalchemy import URL, Connection, Engine, create_engine, delete, insert, inspect, make_url, select
 from sqlalchemy.exc import ArgumentError, SQLAlchemyError
 
 from studies import collected_schema as schema
 from studies.ledger_schema import APPLICATION_ID
+from studies.ledger_state import FileState, file_state, last_hash
 from studies.participants.schema import metadata as registry
 from studies.record import read
 from studies.tables import SessionTables, tables
@@ -19,9 +23,13 @@ from studies.tables import SessionTables, tables
 LOCK = 0x50414C43
 """Key of the PostgreSQL advisory lock that lets stations collect into one database one after another."""
 OF_A_SESSION = (
-    schema.streams, schema.events, schema.switches, schema.answers, schema.words, schema.responses, schema.trials,
-    schema.sessions,
+    schema.ledgers, schema.streams, schema.events, schema.switches, schema.answers, schema.words, schema.responses,
+    schema.trials, schema.sessions,
 )  # fmt: skip
+_KNOWN = select(
+    *(schema.sessions.c[name] for name in ("session", "file", "participant", "status", "trials_answered", "head_hash")),
+    *(schema.ledgers.c[column.name] for column in fields(FileState)),
+).join(schema.ledgers, schema.ledgers.c.session == schema.sessions.c.session)
 
 
 class CollectError(ValueError):
@@ -73,25 +81,88 @@ def open_database(url: str | URL, rebuild: bool = False) -> Engine:
     return engine
 
 
-def collect(paths: Iterable[Path], engine: Engine, withdrawn: Collection[str] = ()) -> Iterator[Collected]:
+def collect(
+    paths: Iterable[Path], engine: Engine, withdrawn: Collection[str] = (), verify: bool = False
+) -> Iterator[Collected]:
     """Bring each ledger's session into the database, one transaction each; again is as good as once.
 
-    Sessions of the pseudonyms in `withdrawn` are marked, so that no analysis holds them.
-
-    Raises LedgerError on a refused ledger, CollectError on one that contradicts the database.
+    As `Collector.bring`, which see.
     """
-    for path in paths:
+    collector = Collector(engine, withdrawn, verify)
+    return map(collector.bring, paths)
+
+
+@dataclass
+class Collector:
+    """Brings ledgers into a database, and reads only those that changed since they were collected.
+
+    Sessions of the pseudonyms in `withdrawn` are marked, so that no analysis holds them. With `verify` every ledger is
+    read and its chain checked, also where its file is as it was.
+    """
+
+    engine: Engine
+    withdrawn: Collection[str] = ()
+    verify: bool = False
+
+    def bring(self, path: Path) -> Collected:
+        """Collect one ledger, in one transaction.
+
+        Raises LedgerError on a refused ledger, CollectError on one that contradicts the database.
+        """
+        state = file_state(path) if path.is_file() else None
+        known = self._known.get(path.name)
+        if state is not None and known is not None and self._is_unchanged(path, state, known):
+            return Collected(path, known.session, "unchanged", known.trials_answered)
         record = read(path)
-        session = tables(record, record.header["participant"] in withdrawn)
+        session = tables(record, record.header["participant"] in self.withdrawn)
         try:
-            with engine.begin() as connection:
+            with self.engine.begin() as connection:
                 _wait_for_others(connection)
                 what = _bring(connection, session, path)
+                if state is not None:
+                    _note_state(connection, session.session["session"], state)
         except SQLAlchemyError as error:
             raise CollectError(
                 f"{path}: could not be brought in ({getattr(error, 'orig', error)}); try again"
             ) from None
-        yield Collected(path, session.session["session"], what, session.session["trials_answered"])
+        return Collected(path, session.session["session"], what, session.session["trials_answered"])
+
+    def _is_unchanged(self, path: Path, state: FileState, known: _Known) -> bool:
+        """Whether the file, the end of its chain and the participant's withdrawal are as when it was collected."""
+        if self.verify or state != known.state or (known.participant in self.withdrawn) != known.is_withdrawn:
+            return False
+        return last_hash(path) == known.head_hash
+
+    @cached_property
+    def _known(self) -> dict[str, _Known]:
+        """The collected sessions by the name of their file; without those whose file's name another session has."""
+        with self.engine.connect() as connection:
+            rows = connection.execute(_KNOWN).all()
+        times = Counter(row.file for row in rows)
+        return {row.file: _known(row) for row in rows if times[row.file] == 1}
+
+
+@dataclass(frozen=True)
+class _Known:
+    """A session as it was collected, and the state of its file then."""
+
+    session: str
+    participant: str
+    is_withdrawn: bool
+    trials_answered: int
+    head_hash: str
+    state: FileState
+
+
+def _known(row: Any) -> _Known:
+    state = FileState(row.size, row.mtime_ns, row.wal_size, row.wal_mtime_ns)
+    is_withdrawn = row.status == "withdrawn"
+    return _Known(row.session, row.participant, is_withdrawn, row.trials_answered, row.head_hash, state)
+
+
+def _note_state(connection: Connection, session: str, state: FileState) -> None:
+    connection.execute(delete(schema.ledgers).where(schema.ledgers.c.session == session))
+    connection.execute(insert(schema.ledgers), {"session": session, **asdict(state)})
 
 
 def _bring(connection: Connection, session: SessionTables, path: Path) -> str:

@@ -158,6 +158,18 @@ switches = Table(
     Column("side", NAME, nullable=False),
     Column("at_s", Float(53), nullable=False),
 )
+ledgers = Table(
+    "ledgers",
+    metadata,
+    Column(
+        "session", NAME, primary_key=True
+    ),  # no foreign key: an older Palpate, which knows no such rows, may collect
+    Column("size", BigInteger, nullable=False),
+    Column("mtime_ns", BigInteger, nullable=False),
+    Column("wal_size", BigInteger, nullable=False),
+    Column("wal_mtime_ns", BigInteger, nullable=False),
+)
+"""The state of each session's file when it was read: one that is still in it is not read again."""
 RATINGS = "ratings"
 
 

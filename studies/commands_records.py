@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-from collections.abc import Collection
 from contextlib import closing
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
@@ -12,7 +11,7 @@ import click
 from studies.options import JSON, LAB, echo_json, progress
 
 if TYPE_CHECKING:
-    from sqlalchemy import Engine
+    from studies.collect import Collector
 
 
 @click.command()
@@ -51,10 +50,13 @@ def replay(ledger: tuple[Path, ...], lab: Path, as_json: bool) -> None:
 @click.command()
 @click.option("--to", "url", help="SQLAlchemy URL of the database.  [default: LAB/lab.sqlite]")
 @click.option("--rebuild", is_flag=True, help="Empty the database first.")
+@click.option("--verify", is_flag=True, help="Read every ledger and check its chain, also where nothing changed.")
 @LAB
 @JSON
-def collect(url: str | None, rebuild: bool, lab: Path, as_json: bool) -> None:
+def collect(url: str | None, rebuild: bool, verify: bool, lab: Path, as_json: bool) -> None:
     """Gather the lab's sessions into one database; again is as good as once.
+
+    A ledger is read only if it changed since it was collected: its size, time, write-ahead log or last hash.
 
     Tables: studies, participants, sessions, trials, responses, words, answers, switches, events, streams; and the
     view `ratings`, one row per rating as it stands. Sessions of participants who withdrew are marked.
@@ -67,7 +69,7 @@ def collect(url: str | None, rebuild: bool, lab: Path, as_json: bool) -> None:
     """
     from sqlalchemy import URL
 
-    from studies.collect import CollectError, ledgers_in, open_database, others_in
+    from studies.collect import CollectError, Collector, ledgers_in, open_database, others_in
     from studies.participants.registry import withdrawn
 
     paths = ledgers_in(lab)
@@ -75,11 +77,11 @@ def collect(url: str | None, rebuild: bool, lab: Path, as_json: bool) -> None:
         raise CollectError(f"no ledgers in {lab / 'sessions'}; run a session first")
     if url is not None and url.strip() in {"sqlite://", "sqlite:///", "sqlite:///:memory:"}:
         raise CollectError(f"{url}: a database in memory is gone at once; name a file, as sqlite:///lab.sqlite")
-    gone = withdrawn(lab)
     engine = open_database(url or URL.create("sqlite", database=str(lab / "lab.sqlite")), rebuild)
+    collector = Collector(engine, withdrawn(lab), verify)
     try:
         with closing(progress(paths, "collecting", as_json)) as steps:
-            rows = [_collected(path, engine, gone) for path in steps]
+            rows = [_collected(path, collector) for path in steps]
     finally:
         engine.dispose()
     counts = {what: sum(row["what"] == what for row in rows) for what in ("new", "updated", "unchanged", "refused")}
@@ -95,16 +97,14 @@ def collect(url: str | None, rebuild: bool, lab: Path, as_json: bool) -> None:
         raise click.exceptions.Exit(1)
 
 
-def _collected(path: Path, engine: Engine, gone: Collection[str]) -> dict[str, Any]:
+def _collected(path: Path, collector: Collector) -> dict[str, Any]:
     from studies.collect import CollectError
-    from studies.collect import collect as gather
     from studies.record import LedgerError
 
     try:
-        [found] = gather([path], engine, gone)
+        return {"what": collector.bring(path).what}
     except (LedgerError, CollectError) as error:
         return {"what": "refused", "problem": str(error)}
-    return {"what": found.what}
 
 
 def _show_collected(counts: dict[str, int], refused: list[dict[str, Any]], skipped: list[str], where: str) -> None:

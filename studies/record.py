@@ -24,14 +24,16 @@ from studies.ledger_schema import (
     events,
     form_of,
     metadata,
-    samples,
     sitting_hash,
-    sittings,
 )
 from studies.stored_samples import stored
 
 _UNFOUNDED = "samples without their event, or no session_started: the file was changed"
 _MAGIC = b"SQLite format 3\0"
+# Each ledger is an engine of its own, which would compile a SQLAlchemy statement anew: as text, they cost nothing.
+_EVENTS = "SELECT seq, t_ns, kind, trial, attempt, body, hash FROM events"
+_SAMPLES = "SELECT seq, block, stream, form, data FROM samples"
+_SITTINGS = "SELECT n, kind, events, head, body, hash FROM sittings ORDER BY n"
 
 
 class LedgerError(ValueError):
@@ -176,8 +178,8 @@ def _finish_rollback(path: Path) -> None:
 
 
 def _demand_ours(connection: Connection, path: Path) -> None:
-    application = connection.execute(text("PRAGMA application_id")).scalar_one()
-    version = connection.execute(text("PRAGMA user_version")).scalar_one()
+    application = connection.exec_driver_sql("PRAGMA application_id").scalar_one()
+    version = connection.exec_driver_sql("PRAGMA user_version").scalar_one()
     if application != APPLICATION_ID:
         raise LedgerError(f"{path}: an SQLite file, but not a Palpate ledger (or its header is damaged)")
     if version > FORMAT:
@@ -186,12 +188,13 @@ def _demand_ours(connection: Connection, path: Path) -> None:
         )
     if version < 1:
         raise LedgerError(f"{path}: ledger format {version} does not exist; the file's header is damaged")
-    tables = set(connection.execute(text("SELECT name FROM sqlite_master WHERE type IN ('table', 'view')")).scalars())
+    names = connection.exec_driver_sql("SELECT name FROM sqlite_master WHERE type IN ('table', 'view')")
+    tables = set(names.scalars())
     if foreign := tables - set(metadata.tables):
         raise LedgerError(
             f"{path}: holds {', '.join(sorted(foreign))}, which no ledger does: something else wrote to it"
         )
-    found = connection.execute(text("PRAGMA integrity_check(1)")).scalar_one()
+    found = connection.exec_driver_sql("PRAGMA integrity_check(1)").scalar_one()
     if found != "ok":
         raise LedgerError(f"{path}: the file is damaged ({found}); restore it from a copy")
 
@@ -219,17 +222,18 @@ def linked_events(path: Path, connection: Connection, first: int | None = None) 
 
     Raises LedgerError on samples that are damaged, or that no event has.
     """
-    of_samples, of_events = select(samples), select(events)
-    if first is not None:  # Read whole, a number below 0 must show.
-        of_samples, of_events = of_samples.where(samples.c.seq >= first), of_events.where(events.c.seq >= first)
-    rows = connection.execute(of_samples.order_by(samples.c.seq, samples.c.block))
+    since, numbers = ("", ()) if first is None else (" WHERE seq >= ?", (first,))  # Whole, a number below 0 must show.
+    rows = connection.exec_driver_sql(f"{_SAMPLES}{since} ORDER BY seq, block", numbers)
     waiting = rows.fetchone()
-    for row in connection.execute(of_events.order_by(events.c.seq)):
+    several = {"yield_per": 500}
+    for seq, t_ns, kind, trial, attempt, body, link in connection.exec_driver_sql(
+        f"{_EVENTS}{since} ORDER BY seq", numbers, execution_options=several
+    ):
         its_own = []
-        while waiting is not None and waiting.seq == row.seq:
+        while waiting is not None and waiting.seq == seq:
             its_own.append(_samples(path, waiting))
             waiting = rows.fetchone()
-        yield Event(row.seq, row.t_ns, row.kind, row.body.encode(), row.trial, row.attempt, tuple(its_own)), row.hash
+        yield Event(seq, t_ns, kind, body.encode(), trial, attempt, tuple(its_own)), link
     if waiting is not None:
         raise LedgerError(f"{path}: {_UNFOUNDED}")
 
@@ -250,7 +254,7 @@ def _samples(path: Path, row: Any) -> Samples:
 
 def _sittings(path: Path, connection: Connection, hashes: Sequence[str]) -> tuple[Sitting, ...]:
     found, previous = [], SEED
-    for place, row in enumerate(connection.execute(select(sittings).order_by(sittings.c.n))):
+    for place, row in enumerate(connection.exec_driver_sql(_SITTINGS)):
         previous = sitting_hash(previous, row.n, row.kind, row.events, row.head, row.body)
         if row.n != place or row.hash != previous:
             raise LedgerError(f"{path}: the record of sittings was changed or is damaged (sitting {place})")

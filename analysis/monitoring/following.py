@@ -11,9 +11,9 @@ from sqlalchemy import Connection, select
 from sqlalchemy.exc import SQLAlchemyError
 
 from analysis.monitoring.course import Course
-from analysis.monitoring.file_state import FileState, file_state
 from protocols.events import Event
 from studies.ledger_schema import engine_to_read, event_hash, events, sittings
+from studies.ledger_state import FileState, file_state
 from studies.record import LedgerError, Sitting, linked_events, read
 
 

@@ -9,7 +9,6 @@ from pathlib import Path
 from threading import Lock
 
 from analysis.monitoring.balance_grid import Holder, StudyBalance, balance_of
-from analysis.monitoring.file_state import FileState, file_state, held
 from analysis.monitoring.following import Followed, catch_up, follow
 from analysis.monitoring.people import People, people_of
 from analysis.monitoring.raters import Rated, rated
@@ -19,6 +18,7 @@ from protocols.canonical import digest
 from protocols.plan import Plan
 from protocols.study import Study
 from studies.collect import ledgers_in, others_in
+from studies.ledger_state import FileState, file_state, held
 from studies.participants.allocations import Allocation
 from studies.record import LedgerError
 from studies.replay import plan_from_header

@@ -1,11 +1,19 @@
 import json
 import math
+from enum import IntEnum
 
 import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
 from protocols.canonical import NotCanonical, canonical, difference, digest, parse
+
+
+class Whole(IntEnum):
+    """Numbers that json writes, and that a reader gets back as another type."""
+
+    ONE = 1
+
 
 texts = st.text(st.characters(codec="utf-8"), max_size=20)
 values = st.recursive(
@@ -43,6 +51,7 @@ def test_the_order_of_keys_does_not_matter(value, random):
         (math.inf, "inf is not a finite number"),
         ({1: 2}, "the key 1 is not text"),
         ({"a": {3}}, r"\$\.a: set .* has no JSON form"),
+        ({"a": [{"b": Whole.ONE}]}, r"\$\.a\[0\]\.b: Whole .* has no JSON form"),
         ("\ud800", "half a character"),
     ],
 )

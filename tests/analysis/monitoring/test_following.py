@@ -6,10 +6,10 @@ from dataclasses import asdict
 import pytest
 
 from analysis.monitoring import following
-from analysis.monitoring.file_state import file_state, held
 from analysis.monitoring.following import catch_up, follow
 from studies import session
 from studies.ledger import take_up
+from studies.ledger_state import file_state, held
 from studies.record import LedgerError, read
 from tests.studies.labs import Lab
 

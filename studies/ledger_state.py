@@ -1,18 +1,20 @@
-"""A ledger's file seen from outside: whether it changed, and whether a process holds it."""
+"""A ledger's file seen from outside: whether it changed, how its chain ends, and whether a process holds it."""
 
 from __future__ import annotations
 
 import os
+import sqlite3
 import sys
+from contextlib import closing
 from dataclasses import dataclass
 from pathlib import Path
+from urllib.parse import quote
 
 
 @dataclass(frozen=True)
 class FileState:
     """What tells one state of a ledger from the next: file and write-ahead log, each by size and time of change."""
 
-    inode: int
     size: int
     mtime_ns: int
     wal_size: int
@@ -25,13 +27,28 @@ class FileState:
 
 
 def file_state(path: Path) -> FileState:
-    """The file's state now. Raises FileNotFoundError where there is no file."""
+    """The file's state now; an empty write-ahead log, as a mere reader may leave, counts as none.
+
+    Raises FileNotFoundError where there is no file.
+    """
     found = path.stat()
     try:
         wal = path.with_name(f"{path.name}-wal").stat()
     except FileNotFoundError:
-        return FileState(found.st_ino, found.st_size, found.st_mtime_ns, 0, 0)
-    return FileState(found.st_ino, found.st_size, found.st_mtime_ns, wal.st_size, wal.st_mtime_ns)
+        wal = None
+    if wal is None or not wal.st_size:
+        return FileState(found.st_size, found.st_mtime_ns, 0, 0)
+    return FileState(found.st_size, found.st_mtime_ns, wal.st_size, wal.st_mtime_ns)
+
+
+def last_hash(path: Path) -> str | None:
+    """Return the last link of the event chain as it stands in the file, unverified; None where it cannot be read."""
+    try:
+        with closing(sqlite3.connect(f"file:{quote(os.fsencode(path))}?mode=ro", uri=True)) as connection:
+            row = connection.execute("SELECT hash FROM events ORDER BY seq DESC LIMIT 1").fetchone()
+    except sqlite3.Error:
+        return None
+    return None if row is None else str(row[0])
 
 
 def held(path: Path) -> bool:
