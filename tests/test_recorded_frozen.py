@@ -1,0 +1,149 @@
+"""A lab of version 0.1: today's code replays, resumes, collects and regenerates it, and its models answer as then.
+
+`tests/recorded/frozen/` never changes (README there). What comes out otherwise here comes out otherwise in every lab.
+"""
+
+import csv
+import io
+import json
+import re
+import shlex
+import shutil
+import sqlite3
+import subprocess
+import sys
+from contextlib import closing
+
+import pytest
+
+from analysis.regenerating.checking import differences
+from analysis.regenerating.files import STATISTICS, file_texts
+from analysis.regenerating.regenerated import regenerate
+from analysis.reporting.sources import Wanted
+from devices.rig.file import read_rig
+from palpate import _status
+from studies.collect import ledgers_in
+from studies.record import read
+from studies.replay import replay
+from tests.recorded.make_frozen import EXPECTED, LAB, STUDIES, answers
+
+HEADS, ANSWERS = (json.loads(EXPECTED.read_text())[key] for key in ("heads", "models"))
+LEDGERS = [path.name for path in ledgers_in(LAB)]
+LIVE = "texture_photos_P011_s1.sqlite"
+ADDED: dict[str, set[str]] = {}
+"""Columns of a table, or keys of statistics.json, that came later, by file name: written here on purpose."""
+
+
+def run(*command, typed=""):
+    """Run a command of today in a process of its own."""
+    words = [sys.executable, "-m", *map(str, command)]
+    return subprocess.run(words, input=typed, capture_output=True, text=True, timeout=120, check=False)
+
+
+@pytest.fixture(scope="module")
+def lab(tmp_path_factory):
+    """A copy in which no session goes on."""
+    return shutil.copytree(LAB, tmp_path_factory.mktemp("frozen") / "lab")
+
+
+@pytest.fixture(scope="module")
+def resumed(tmp_path_factory):
+    """A copy in which every simulated session that was killed is resumed."""
+    lab = shutil.copytree(LAB, tmp_path_factory.mktemp("resumed") / "lab")
+    for name in HEADS:
+        assert _status(["resume", str(lab / "sessions" / name), "--accept-change"]) == 0, name
+    return lab
+
+
+def test_every_study_is_there_complete_and_killed_in_mid_trial(lab):
+    records = {name: read(lab / "sessions" / name) for name in LEDGERS}
+    assert {name for name, record in records.items() if record.status == "interrupted"} == {*HEADS, LIVE}
+    for study in STUDIES:
+        assert records[f"{study}_P001_s1.sqlite"].complete
+    for name in (*HEADS, LIVE):
+        last = records[name].events[-1]
+        assert (last.kind, last.trial is None) == ("request", False), name
+        assert [sitting.kind for sitting in records[name].sittings] == ["created", "opened"], name
+
+
+@pytest.mark.parametrize("name", LEDGERS)
+def test_a_session_repeats_event_by_event(lab, name):
+    ledger = lab / "sessions" / name
+    before = ledger.read_bytes()
+    assert replay(ledger).events == len(read(ledger).events)
+    assert ledger.read_bytes() == before
+
+
+@pytest.mark.parametrize("name", HEADS)
+def test_a_killed_session_comes_to_the_end_that_it_had_unkilled(resumed, name):
+    """Expected: the last link of the same session's event chain, run by the code of then without a kill."""
+    ledger = resumed / "sessions" / name
+    assert read(ledger).complete and read(ledger).head == HEADS[name]
+    assert replay(ledger).complete
+
+
+def test_a_killed_session_of_a_real_participant_goes_on_at_the_twins_of_the_rig_file(lab, tmp_path):
+    lab = shutil.copytree(lab, tmp_path / "lab")
+    rig, ledger = lab / "stations" / "BENCH" / "rig.yaml", lab / "sessions" / LIVE
+    assert len(read_rig(rig).devices) == 11
+    ended = run("palpate", "resume", ledger, "--rig", rig, "--accept-change", typed="abort no camera\n")
+    assert "aborted: the session is over" in ended.stdout and read(ledger).status == "aborted", ended
+
+
+def collected(lab):
+    """Bring the lab's database up to date as a user would: collect, and the command that a refusal names."""
+    done = run("palpate", "collect", "--lab", lab)
+    if done.returncode:
+        [rebuild] = re.findall(r"palpate collect .*--rebuild.*", done.stderr)
+        done = run(*shlex.split(rebuild))
+    assert done.returncode == 0, done.stderr
+    return lab / "lab.sqlite"
+
+
+def ratings(database, columns="*"):
+    with closing(sqlite3.connect(database)) as connection:
+        rows = connection.execute(f"SELECT {columns} FROM ratings ORDER BY session, trial, attribute")
+        return ", ".join(column[0] for column in rows.description), rows.fetchall()
+
+
+def test_the_collected_database_is_taken_up_or_rebuilt_with_the_same_ratings(lab, tmp_path):
+    columns, before = ratings(lab / "lab.sqlite")
+    assert len(before) == 1971
+    assert ratings(collected(shutil.copytree(lab, tmp_path / "lab")), columns) == (columns, before)
+
+
+def test_a_participant_who_withdrew_stays_withdrawn(lab, tmp_path, capsys):
+    assert _status(["participants", "list", "--lab", str(lab)]) == 0
+    assert re.search("P004 +withdrawn", capsys.readouterr().out)
+    assert _status(["run", "texture_ratings", "--participant", "P004", "--simulate", "--session", "2",
+                    "--lab", str(lab)]) == 2  # fmt: skip
+    assert "withdr" in capsys.readouterr().err
+    with closing(sqlite3.connect(collected(shutil.copytree(lab, tmp_path / "lab")))) as connection:
+        rows = connection.execute("SELECT DISTINCT status FROM sessions WHERE participant = 'P004'").fetchall()
+    assert rows == [("withdrawn",)]
+
+
+def without(added, name, text):
+    """A file's text without the columns, or keys, that were added to it later."""
+    if name == STATISTICS:
+        return json.dumps(json.loads(text, object_hook=lambda o: {k: v for k, v in o.items() if k not in added}))
+    rows = csv.reader(io.StringIO(text))
+    header = next(rows)
+    places = [place for place, column in enumerate(header) if column not in added]
+    out = io.StringIO()
+    csv.writer(out, lineterminator="\n").writerows([row[place] for place in places] for row in [header, *rows])
+    return out.getvalue()
+
+
+@pytest.mark.parametrize("name", ["texture_ratings", "sponges"])
+def test_what_is_regenerated_is_what_was_regenerated_then(lab, name):
+    """Of a sample with a second session, one who withdrew and one who was interrupted; and of an imported table."""
+    texts = file_texts(regenerate(Wanted(name, lab)), {})
+    texts |= {file: without(ADDED[file], file, texts[file]) for file in ADDED.keys() & texts.keys()}
+    assert [found.text() for found in differences(texts, LAB / "regenerated" / name)] == []
+
+
+def test_every_model_answers_as_it_did(lab):
+    """Expected: the answers of version 0.1; single precision rounds otherwise on another processor."""
+    for model, now in answers(lab).items():
+        assert now == pytest.approx(ANSWERS[model], rel=1e-3, abs=1e-4), model
