@@ -2,8 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Iterator
-from contextlib import contextmanager
+from collections.abc import Callable
 from dataclasses import replace
 from functools import wraps
 from pathlib import Path
@@ -11,7 +10,7 @@ from typing import TYPE_CHECKING, Any
 
 import click
 
-from studies.options import JSON, LAB, echo_json
+from studies.options import JSON, LAB, Progress, echo_json, progress_bar
 
 if TYPE_CHECKING:
     from rich.console import Console
@@ -19,8 +18,6 @@ if TYPE_CHECKING:
     from analysis.reporting.analysed import Analysed
     from analysis.reporting.compare_reference import Compared
     from analysis.reporting.sources import Missing, Wanted
-
-Progress = Callable[[int, int, str], None]
 
 
 DATABASE = click.option(
@@ -80,7 +77,7 @@ def analyse(wanted: Wanted, missing: Missing, reference: str, figures: bool, as_
     from analysis.reporting.report import save_figures
     from analysis.reporting.results import write_results
 
-    with progress_told(as_json) as progress:
+    with progress_bar(as_json) as progress:
         found = _analysed(wanted, missing, progress)
         folder = _folder(wanted)
         files = write_results(found, folder)
@@ -112,7 +109,7 @@ def report(wanted: Wanted, missing: Missing, to: Path | None, as_json: bool) -> 
     """
     from analysis.reporting.report import write_report
 
-    with progress_told(as_json) as progress:
+    with progress_bar(as_json) as progress:
         found = _analysed(wanted, missing, progress)
         progress(0, 1, "drawing the figures")
         path = write_report(found, to or _folder(wanted) / "report.html")
@@ -178,18 +175,6 @@ def _compared(found: Analysed, choice: str) -> list[Compared]:
 
     reference = read_reference(choice, found.ratings.name)
     return compare_with_reference(fitting_test(found.statistics.tests, reference).rows, reference)
-
-
-@contextmanager
-def progress_told(quiet: bool) -> Iterator[Progress]:
-    """A progress bar on a terminal, nothing elsewhere."""
-    from rich.console import Console
-    from rich.progress import BarColumn, Progress, TextColumn, TimeElapsedColumn
-
-    columns = (TextColumn("{task.description}"), BarColumn(), TimeElapsedColumn())
-    with Progress(*columns, console=Console(stderr=True), transient=True, disable=quiet) as bar:
-        task = bar.add_task("reading", total=None)
-        yield lambda done, total, what: bar.update(task, completed=done, total=total, description=what)
 
 
 def _show(found: Analysed, files: list[Path], compared: list[Compared]) -> None:

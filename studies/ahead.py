@@ -3,19 +3,16 @@
 from __future__ import annotations
 
 import multiprocessing
-import os
-import signal
-import threading
 from collections.abc import Callable
 from concurrent.futures import Future, ProcessPoolExecutor
 from concurrent.futures.process import BrokenProcessPool
 from dataclasses import dataclass, field
-from multiprocessing.connection import wait
 from typing import Generic, TypeVar
 
 from protocols.plan import Plan
 from protocols.requests import Sense
 from studies.rig import RigError
+from studies.workers import serve_the_parent
 
 T = TypeVar("T")
 
@@ -54,7 +51,7 @@ class Ahead(Generic[T]):
     def _begin(self, request: Sense) -> None:
         if not self.pools:
             spawned = multiprocessing.get_context("spawn")
-            self.pools.append(ProcessPoolExecutor(self.workers, spawned, initializer=_ward))
+            self.pools.append(ProcessPoolExecutor(self.workers, spawned, initializer=serve_the_parent))
         for each in self._next(request):
             if each.trial.number not in self.coming:
                 self.coming[each.trial.number] = self.pools[0].submit(self.make, self.plan, each)
@@ -64,16 +61,3 @@ class Ahead(Generic[T]):
         later = [trial for trial in self.plan.trials if trial.number > request.trial.number]
         asked = [Sense(t.recording.device, t.recording.seconds, t) for t in later if t.recording is not None]
         return [request, *asked[: self.workers]]
-
-
-def _ward() -> None:
-    """Ctrl-C is the session's to heed; a process whose session is gone goes, too."""
-    signal.signal(signal.SIGINT, signal.SIG_IGN)
-    parent = multiprocessing.parent_process()
-    if parent is not None:
-        threading.Thread(target=_until_gone, args=(parent.sentinel,), daemon=True).start()
-
-
-def _until_gone(sentinel: int) -> None:
-    wait([sentinel])
-    os._exit(1)

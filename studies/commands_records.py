@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import time
 from contextlib import closing
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
@@ -9,6 +10,7 @@ from typing import TYPE_CHECKING, Any
 import click
 
 from studies.options import JSON, LAB, echo_json, progress
+from studies.workers import WORKERS, map_in_order, workers_for
 
 if TYPE_CHECKING:
     from studies.collect import Collector
@@ -17,8 +19,9 @@ if TYPE_CHECKING:
 @click.command()
 @click.argument("ledger", nargs=-1, type=click.Path(path_type=Path))
 @LAB
+@WORKERS
 @JSON
-def replay(ledger: tuple[Path, ...], lab: Path, as_json: bool) -> None:
+def replay(ledger: tuple[Path, ...], lab: Path, workers: int | None, as_json: bool) -> None:
     """Replay recorded sessions and compare every event byte for byte; without LEDGER, all of the lab's.
 
     The stored study is compiled anew, must give the plan that was recorded, and its tasks must do what they did.
@@ -36,13 +39,15 @@ def replay(ledger: tuple[Path, ...], lab: Path, as_json: bool) -> None:
     paths = [inner for path in ledger for inner in _ledgers(path)] or ledgers_in(lab)
     if not paths:
         raise CollectError(f"no ledgers in {lab / 'sessions'}; run a session first, or name ledgers")
-    with closing(progress(paths, "replaying", as_json)) as steps:
-        rows = [_replayed(path) for path in steps]
+    begun = time.perf_counter()
+    replayed = map_in_order(_replayed, paths, workers_for(len(paths), workers))
+    with closing(progress(replayed, "replaying", as_json, len(paths))) as steps:
+        rows = list(steps)
     failed = [row for row in rows if not row["ok"]]
     if as_json:
         echo_json(rows)
     else:
-        _show_replayed(rows, failed)
+        _show_replayed(rows, failed, time.perf_counter() - begun)
     if failed:
         raise click.exceptions.Exit(1)
 
@@ -143,7 +148,7 @@ def _replayed(path: Path) -> dict[str, Any]:
     }
 
 
-def _show_replayed(rows: list[dict[str, Any]], failed: list[dict[str, Any]]) -> None:
+def _show_replayed(rows: list[dict[str, Any]], failed: list[dict[str, Any]], took: float) -> None:
     for row in failed:
         click.echo(f"{row['verdict'].upper():<8} {row['ledger']}\n         {row['problem']}")
     good = [row for row in rows if row["ok"]]
@@ -153,7 +158,7 @@ def _show_replayed(rows: list[dict[str, Any]], failed: list[dict[str, Any]]) -> 
         elif not row["complete"]:
             click.echo(f"(interrupted after {row['events']} events: {row['ledger']})")
     if good:
-        took, lasted = sum(row["seconds"] for row in good), sum(row["session_s"] for row in good)
+        lasted = sum(row["session_s"] for row in good)
         click.echo(
             f"{len(good)} of {len(rows)} sessions repeat exactly: {sum(row['events'] for row in good)} events, "
             f"{lasted / 3600:.1f} h of sessions in {took:.1f} s ({lasted / max(took, 1e-9):,.0f} times as fast)"

@@ -2,7 +2,8 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Generator, Sequence
+from collections.abc import Callable, Generator, Iterable, Iterator, Sequence, Sized
+from contextlib import contextmanager
 from pathlib import Path
 from typing import Any, TypeVar
 
@@ -10,6 +11,8 @@ import click
 
 T = TypeVar("T")
 Command = TypeVar("Command", bound=Callable[..., Any])
+Progress = Callable[[int, int, str], None]
+"""Shows how far the work is: how many are done, of how many, of what."""
 
 LAB = click.option(
     "--lab", type=click.Path(file_okay=False, path_type=Path), default=Path(), show_default="the current folder",
@@ -50,11 +53,41 @@ def echo_json(value: Any) -> None:
     click.echo(canonical(value).decode())
 
 
-def progress(items: Sequence[T], doing: str, quiet: bool) -> Generator[T]:
-    """The items one by one; on a terminal with a progress bar."""
+def progress(items: Iterable[T], doing: str, quiet: bool, total: int | None = None) -> Generator[T]:
+    """The items one by one; on a terminal with a progress bar. `total` says how many, where `items` has no length."""
+    count = len(items) if total is None and isinstance(items, Sized) else total or 0
+    with progress_bar(quiet) as show:
+        show(0, count, doing)
+        for done, item in enumerate(items, start=1):
+            yield item
+            show(done, count, doing)
+
+
+@contextmanager
+def progress_bar(quiet: bool) -> Iterator[Progress]:
+    """A bar on a terminal with the time left, nothing elsewhere: call it with how many are done, of how many, of what.
+
+    A smaller number done than before, or another total, begins a further part of the work.
+    """
     from rich.console import Console
-    from rich.progress import Progress
+    from rich.progress import BarColumn, MofNCompleteColumn, TextColumn, TimeElapsedColumn, TimeRemainingColumn
+    from rich.progress import Progress as Bar
 
     console = Console(stderr=True)
-    with Progress(console=console, transient=True, disable=quiet or not console.is_terminal) as bar:
-        yield from bar.track(items, description=doing)
+    if quiet or not console.is_terminal:
+        yield lambda *_: None
+        return
+    columns = (
+        TextColumn("{task.description}"), BarColumn(), MofNCompleteColumn(), TimeElapsedColumn(),
+        TextColumn("left"), TimeRemainingColumn(compact=True),
+    )  # fmt: skip
+    with Bar(*columns, console=console, transient=True) as bar:
+        task = bar.add_task("", total=None)
+
+        def show(done: int, total: int, what: str) -> None:
+            now = bar.tasks[0]
+            if now.total != total or done < now.completed:
+                bar.reset(task, total=total)
+            bar.update(task, completed=done, total=total, description=what)
+
+        yield show

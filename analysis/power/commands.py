@@ -9,8 +9,7 @@ from typing import TYPE_CHECKING
 
 import click
 
-from analysis.commands import progress_told
-from studies.options import JSON, LAB, echo_json
+from studies.options import JSON, LAB, echo_json, progress_bar
 
 if TYPE_CHECKING:
     from analysis.power.curve import Asking, Point
@@ -77,7 +76,7 @@ def power(
     file = find(study, lab)
     name, plan = find_plan(Wanted(study, lab), plan_file)
     asking = Asking(file, plan.path, lab, test, outcome, row, column, effect, plan.declared.alpha, seed)
-    with progress_told(as_json) as progress:
+    with progress_bar(as_json) as progress:
         points = power_curve(asking, sizes, runs, jobs or os.cpu_count() or 1, progress)
     files = write_curve(points, asking, wanted, lab / "analysis" / name)
     enough = needed(points, wanted)

@@ -8,9 +8,9 @@ from typing import TYPE_CHECKING, Any
 
 import click
 
-from analysis.commands import DATABASE, DIGEST, SIMULATED, Progress, progress_told
+from analysis.commands import DATABASE, DIGEST, SIMULATED
 from analysis.ratings.wording import count
-from studies.options import JSON, LAB, echo_json
+from studies.options import JSON, LAB, Progress, echo_json, progress_bar
 
 if TYPE_CHECKING:
     from analysis.regenerating.regenerated import Regenerated
@@ -58,7 +58,7 @@ def regenerate(
     if check_plan:
         _plan_told(name, len(plan.tests), len(plan.figures), plan.path, as_json)
         return
-    with progress_told(as_json) as progress:
+    with progress_bar(as_json) as progress:
         found = regenerate_by(wanted, name, plan, progress)
         folder = to or lab / FOLDER / name
         failed = (

@@ -1,0 +1,95 @@
+"""Work on many items in several processes, the results in the order of the items."""
+
+from __future__ import annotations
+
+import os
+import signal
+from collections import deque
+from collections.abc import Callable, Generator, Iterator, Sequence
+from concurrent.futures import Future, ProcessPoolExecutor
+from concurrent.futures.process import BrokenProcessPool
+from contextlib import contextmanager
+from itertools import islice
+from multiprocessing import get_context, parent_process
+from multiprocessing.connection import wait
+from threading import Thread
+from typing import TypeVar
+
+import click
+
+Item = TypeVar("Item")
+Result = TypeVar("Result")
+
+WORKERS = click.option(
+    "--workers", type=click.IntRange(1, 256), help="Processes at work at once.  [default: one for each core]"
+)
+AHEAD = 8
+"""Results for each process that may wait in memory for the one before them."""
+
+
+class WorkerDied(ValueError):
+    """A process that worked on an item is gone."""
+
+
+def workers_for(items: int, wanted: int | None = None, least: int = 40) -> int:
+    """Return how many processes to use: as many as `wanted`, else one for each core, where each has `least` items."""
+    if wanted is not None:
+        return min(wanted, max(1, items))
+    return max(1, min(available_cores(), items // least))
+
+
+def available_cores() -> int:
+    """Return how many cores this process may use."""
+    return len(os.sched_getaffinity(0)) if hasattr(os, "sched_getaffinity") else os.cpu_count() or 1
+
+
+def map_in_order(work: Callable[[Item], Result], items: Sequence[Item], workers: int) -> Generator[Result]:
+    """Yield `work(item)` for every item, in order; with more than one worker each call runs in another process.
+
+    `work`, the items and the results must pickle. The first call that raises ends it, as it would without processes.
+    Closed or interrupted, it ends its processes once each is done with its item.
+    """
+    if workers <= 1:
+        yield from map(work, items)
+        return
+    # Spawned, not forked: a progress bar is a thread, and a fork of a process with threads may hang.
+    pool = ProcessPoolExecutor(workers, get_context("spawn"), initializer=serve_the_parent)
+    waiting: deque[Future[Result]] = deque()
+    coming = iter(items)
+    try:
+        with _interrupts_held_back():
+            waiting.extend(pool.submit(work, item) for item in islice(coming, workers * AHEAD))
+        while waiting:
+            result = waiting.popleft().result()
+            waiting.extend(pool.submit(work, item) for item in islice(coming, 1))
+            yield result
+    except BrokenProcessPool:
+        raise WorkerDied("a process that computed died, likely for want of memory; go on with --workers 1") from None
+    finally:
+        pool.shutdown(cancel_futures=True)
+
+
+@contextmanager
+def _interrupts_held_back() -> Iterator[None]:
+    """Let no Ctrl-C reach a process while it starts: those begun within the block inherit that."""
+    if not hasattr(signal, "pthread_sigmask"):
+        yield
+        return
+    before = signal.pthread_sigmask(signal.SIG_BLOCK, {signal.SIGINT})
+    try:
+        yield
+    finally:
+        signal.pthread_sigmask(signal.SIG_SETMASK, before)
+
+
+def serve_the_parent() -> None:
+    """Begin a process that works for another: Ctrl-C is the other's to heed, and it ends where the other is gone."""
+    signal.signal(signal.SIGINT, signal.SIG_IGN)
+    parent = parent_process()
+    if parent is not None:
+        Thread(target=_end_with, args=(parent.sentinel,), daemon=True).start()
+
+
+def _end_with(sentinel: int) -> None:
+    wait([sentinel])
+    os._exit(1)
