@@ -76,14 +76,17 @@ def analyse(wanted: Wanted, missing: Missing, reference: str, figures: bool, as_
     """
     from analysis.reporting.report import save_figures
     from analysis.reporting.results import write_results
+    from protocols.files import staged_files
 
     with progress_bar(as_json) as progress:
         found = _analysed(wanted, missing, progress)
         folder = _folder(wanted)
-        files = write_results(found, folder)
-        if figures:
-            progress(0, 1, "drawing the figures")
-            files += save_figures(found, folder)
+        with staged_files(folder) as draft:
+            drafts = write_results(found, draft)
+            if figures:
+                progress(0, 1, "drawing the figures")
+                drafts += save_figures(found, draft)
+        files = [folder / path.relative_to(draft) for path in drafts]
     compared = _compared(found, reference)
     if as_json:
         echo_json(_summary(found, files) | {"reference": [_compared_row(each) for each in compared]})

@@ -9,13 +9,13 @@ from __future__ import annotations
 import hashlib
 import json
 import math
-import os
 from collections.abc import Mapping
 from dataclasses import dataclass, field
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
 from protocols.canonical import canonical, digest
+from protocols.files import write_bytes
 from protocols.study import Stimulus
 from studies.rig import RigError
 
@@ -207,10 +207,7 @@ def _damaged(file: Path, error: object) -> RigError:
 
 def keep(file: Path, made: Rendered) -> None:
     """Write what came out; of two sessions that do so at once, either one's file is whole."""
-    file.parent.mkdir(parents=True, exist_ok=True)
-    fresh = file.with_suffix(f".{os.getpid()}")
-    fresh.write_bytes(canonical(made.record()))
-    fresh.replace(file)
+    write_bytes(file, canonical(made.record()))
 
 
 def _kept_file(lab: Path, key: str) -> Path:

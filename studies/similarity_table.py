@@ -12,6 +12,7 @@ from typing import Any
 
 import click
 
+from protocols.files import open_text, write_text
 from protocols.study import Stimulus
 from studies.felt_alike import friction_apart
 from studies.renderings import Renderings
@@ -47,7 +48,7 @@ def main(renew: bool) -> None:
         if renew or not file.is_file():
             write_felt(file, texture)
     found = {key: made for stimulus in planned() for key, made in rendered(stimulus)}
-    (FOLDER / "rendered.json").write_text(json.dumps(found, indent=1, sort_keys=True) + "\n", encoding="utf-8")
+    write_text(FOLDER / "rendered.json", json.dumps(found, indent=1, sort_keys=True) + "\n")
     rows = [row(stimulus) for stimulus in planned()]
     write_table(rows)
     write_weights(rows)
@@ -60,8 +61,7 @@ def write_felt(file: Path, texture: str) -> None:
     from studies.texture_capturing import scene
 
     acceleration, speed, force = scene(texture, SECONDS, SEED)
-    file.parent.mkdir(exist_ok=True)
-    with file.open("w", encoding="utf-8", newline="") as lines:
+    with open_text(file) as lines:
         table = csv.writer(lines, lineterminator="\n")
         table.writerow(["t_s", "acceleration_m_s2", "speed_mm_s", "force_N"])
         for place, felt in enumerate(zip(acceleration, speed, force, strict=True)):
@@ -107,7 +107,7 @@ def row(stimulus: Stimulus) -> Mapping[str, str]:
 
 def write_table(rows: list[Mapping[str, str]]) -> None:
     """stimuli.csv."""
-    with (FOLDER / "stimuli.csv").open("w", encoding="utf-8", newline="") as lines:
+    with open_text(FOLDER / "stimuli.csv") as lines:
         table = csv.DictWriter(lines, HEAD, lineterminator="\n")
         table.writeheader()
         table.writerows(rows)
@@ -125,7 +125,7 @@ def write_weights(rows: list[Mapping[str, str]]) -> None:
     file, inner = FOLDER / "study.yaml", ", ".join(f"{name}: {value:.2f}" for name, value in weights(rows).items())
     lines = file.read_text(encoding="utf-8").splitlines(keepends=True)
     made = [f"{LATENT}{{{inner}}}\n" if line.startswith(LATENT) else line for line in lines]
-    file.write_text("".join(made), encoding="utf-8")
+    write_text(file, "".join(made))
 
 
 def told(rows: list[Mapping[str, str]]) -> Iterator[str]:

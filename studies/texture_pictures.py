@@ -3,10 +3,12 @@
 from __future__ import annotations
 
 import csv
+from io import BytesIO
 from pathlib import Path
 
 import click
 
+from protocols.files import write_bytes
 from studies.similarity_table import TEXTURES
 from studies.texture_capturing import STIMULI
 
@@ -40,8 +42,9 @@ def write(path: Path, texture: str, columns: dict[str, str]) -> None:
     taken = Image.fromarray(photograph(surface, relief(surface), light(LIGHT)))
     density = PX / SIZE_MM * 25.4
     small = taken.resize((PX, PX), Image.Resampling.LANCZOS)
-    path.parent.mkdir(exist_ok=True)
-    small.save(path, quality=QUALITY, optimize=True, dpi=(density, density))
+    picture = BytesIO()
+    small.save(picture, "JPEG", quality=QUALITY, optimize=True, dpi=(density, density))
+    write_bytes(path, picture.getvalue())
 
 
 if __name__ == "__main__":

@@ -12,6 +12,7 @@ from pathlib import Path
 from tempfile import TemporaryDirectory
 
 from protocols.did_you_mean import nearest
+from protocols.files import staged_folder, write_text
 from protocols.study import Study
 from studies.catalogue import SHIPPED, STUDY_FILE, Found, read_study
 
@@ -89,9 +90,8 @@ def written(lab: Path, wanted: Chosen) -> dict[str, Found]:
         return {name: read_study(SHIPPED / name / STUDY_FILE) for name in STUDIES}
     for name in STUDIES:
         if not (lab / "studies" / name).exists():
-            (lab / "studies").mkdir(exist_ok=True)
-            with TemporaryDirectory(prefix=".draft-", dir=lab) as drafts:
-                _draft(Path(drafts) / name, wanted).rename(lab / "studies" / name)
+            with staged_folder(lab / "studies" / name) as folder:
+                _draft(folder, name, wanted)
     return {name: read_study(lab / "studies" / name / STUDY_FILE) for name in STUDIES}
 
 
@@ -104,7 +104,7 @@ def _planned(name: str, wanted: Chosen) -> Study:
     if wanted.whole:
         return read_study(SHIPPED / name / STUDY_FILE).study
     with TemporaryDirectory() as place:
-        return read_study(_draft(Path(place) / name, wanted) / STUDY_FILE).study
+        return read_study(_draft(Path(place), name, wanted) / STUDY_FILE).study
 
 
 def _demand_ours(folder: Path, study: Study, wanted: Chosen) -> None:
@@ -119,10 +119,9 @@ def _demand_ours(folder: Path, study: Study, wanted: Chosen) -> None:
     )
 
 
-def _draft(folder: Path, wanted: Chosen) -> Path:
-    """The shipped study's files with fewer rows, or other seconds, in a new folder of that name."""
-    name = folder.name
-    shutil.copytree(SHIPPED / name, folder)
+def _draft(folder: Path, name: str, wanted: Chosen) -> Path:
+    """Put the shipped study's files, with fewer rows or other seconds, into an empty folder."""
+    shutil.copytree(SHIPPED / name, folder, dirs_exist_ok=True)
     _rewrite(folder / STUDY_FILE, lambda text: _yaml(text, name, wanted))
     _rewrite(folder / "stimuli.csv", lambda _text: _table(name, wanted))
     _rewrite(folder / "README.md", lambda _text: _readme(name, wanted))
@@ -130,7 +129,7 @@ def _draft(folder: Path, wanted: Chosen) -> Path:
 
 
 def _rewrite(file: Path, change: Callable[[str], str]) -> None:
-    file.write_text(change(file.read_text("utf-8")), "utf-8")
+    write_text(file, change(file.read_text("utf-8")))
 
 
 def _yaml(text: str, name: str, wanted: Chosen) -> str:

@@ -9,6 +9,7 @@ import numpy as np
 from analysis.aligning.bench_truth import GRID_HZ, KINDS
 from analysis.aligning.errors import HAND_HZ, sine_error
 from analysis.aligning.methods import METHODS
+from protocols.files import open_bytes
 
 COLOURS = {
     "hold": "#999999", "nearest": "#56b4e9", "linear": "#e69f00", "pchip": "#009e73", "cubic": "#0072b2",
@@ -43,7 +44,7 @@ def save_error_plot(path: Path, points: int) -> Path:
         "Onto 1 kHz: error by method, without vibration that folds down (dotted: 25 Hz, the fastest hand; 0.5 %)",
         fontsize=11,
     )
-    path.parent.mkdir(parents=True, exist_ok=True)
-    figure.savefig(path, dpi=130)
+    with open_bytes(path) as file:
+        figure.savefig(file, format=path.suffix[1:], dpi=130)
     plt.close(figure)
     return path

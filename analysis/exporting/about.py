@@ -96,12 +96,6 @@ def as_json(value: Any) -> str:
     return json.dumps(value, indent=2, ensure_ascii=False, allow_nan=False) + "\n"
 
 
-def write_text(path: Path, text: str) -> None:
-    """A text file with LF at line ends on every system."""
-    path.parent.mkdir(parents=True, exist_ok=True)
-    path.write_text(text, "utf-8", newline="")
-
-
 def _of_lab(file: Path) -> dict[str, Any]:
     if not file.is_file():
         return {}

@@ -7,7 +7,7 @@ from dataclasses import replace
 from pathlib import Path
 from typing import Any
 
-from analysis.exporting.about import About, as_json, changes, palpate_version, readme, write_text
+from analysis.exporting.about import About, as_json, changes, palpate_version, readme
 from analysis.exporting.bids_names import folder_of, label, stem_of
 from analysis.exporting.bids_recordings import Recorded, write_recordings
 from analysis.exporting.bids_tables import Beh, questionnaire_table, suggestions_table, switch_table, task_table
@@ -19,6 +19,7 @@ from analysis.exporting.source import Sat, Watch
 from analysis.exporting.stimuli import Files, copy_files, stimulus_files
 from analysis.exporting.tables import Shared
 from analysis.exporting.tabular import Column, Row, Table
+from protocols.files import write_text
 from protocols.study import Study
 
 VERSION = "1.11.1"

@@ -15,7 +15,7 @@ from typing import IO, Any
 import numpy as np
 
 from analysis.aligning.refusals import Array
-from analysis.exporting.about import as_json, write_text
+from analysis.exporting.about import as_json
 from analysis.exporting.bids_names import folder_of, label, stem_of
 from analysis.exporting.cells import NOT_AVAILABLE, cell
 from analysis.exporting.guard import Guard
@@ -23,6 +23,7 @@ from analysis.exporting.source import Sat, Source
 from analysis.exporting.tabular import ExportRefused
 from analysis.streams.reading import Attempt, attempts_of, counting, streams_in
 from analysis.streams.recorded import Gap, Stream
+from protocols.files import open_bytes, write_text
 from studies.record import Record, read
 
 EVENTS = {
@@ -170,9 +171,8 @@ def _write_motion(place: _Place, stream: Stream) -> None:
     """Motion files tell no start and no gaps: these are events of the recording, in a table beside it."""
     before = f"_tracksys-{label(stream.name)}"
     path = place.path(stream, "motion", before, "_motion.tsv")
-    path.parent.mkdir(parents=True, exist_ok=True)
     rate = stream.timing.rate_hz
-    with path.open("wb") as file:
+    with open_bytes(path) as file:
         not_finite = sum(
             _write_rows(file, np.column_stack([piece, (first + np.arange(len(piece))) / rate]))
             for first, piece in _pieces(stream)
@@ -243,6 +243,5 @@ def _write_rows(file: IO[bytes], rows: Array) -> int:
 @contextmanager
 def _zipped(path: Path) -> Iterator[IO[bytes]]:
     """A gzip file without name and time in its head: equal data, equal bytes."""
-    path.parent.mkdir(parents=True, exist_ok=True)
-    with path.open("wb") as raw, gzip.GzipFile("", "wb", compresslevel=6, fileobj=raw, mtime=0) as file:
+    with open_bytes(path) as raw, gzip.GzipFile("", "wb", compresslevel=6, fileobj=raw, mtime=0) as file:
         yield file  # type: ignore[misc]

@@ -9,6 +9,7 @@ from pathlib import Path
 from typing import IO
 
 from analysis.exporting.tabular import ExportRefused, Row, Table, Value
+from protocols.files import open_text
 
 NOT_AVAILABLE = "n/a"
 """How BIDS says that a value is missing."""
@@ -31,8 +32,7 @@ def cell(value: Value, missing: str = "") -> str:
 def write_csv(path: Path, table: Table, rows: Iterable[Row]) -> int:
     """Write a comma-separated table, RFC 4180 with LF; how many rows it has. A missing value is an empty cell."""
     names = [column.name for column in table.columns]
-    path.parent.mkdir(parents=True, exist_ok=True)
-    with path.open("w", encoding="utf-8", newline="") as file:
+    with open_text(path) as file:
         writer = csv.writer(file, lineterminator="\n")
         writer.writerow(names)
         return _counted(writer.writerow([cell(row.get(name)) for name in names]) for row in rows)
@@ -44,8 +44,7 @@ def write_tsv(path: Path, table: Table, rows: Iterable[Row]) -> int:
     BIDS knows no quotes: runs of blanks and line breaks in a participant's words become one blank, elsewhere they are
     refused, as is a text that reads n/a.
     """
-    path.parent.mkdir(parents=True, exist_ok=True)
-    with path.open("w", encoding="utf-8", newline="") as file:
+    with open_text(path) as file:
         file.write("\t".join(column.name for column in table.columns) + "\n")
         return _counted(_write_line(file, line) for line in tsv_lines(path.name, table, rows))
 

@@ -3,14 +3,13 @@
 from __future__ import annotations
 
 import json
-import shutil
-import tempfile
 from collections.abc import Iterator
 from contextlib import contextmanager
 from pathlib import Path
 from typing import Any
 
 from analysis.exporting.tabular import ExportRefused
+from protocols.files import staged_folder, write_text
 
 MARK = ".palpate-export.json"
 """Lies in every export: what it is, and the names of its files."""
@@ -23,16 +22,10 @@ def made(folder: Path, replace: bool, about: dict[str, Any]) -> Iterator[Path]:
     Raises ExportRefused where there is something already: only an export, and nothing added to it, is replaced.
     """
     demand_place(folder, replace)
-    folder.parent.mkdir(parents=True, exist_ok=True)
-    outer = Path(tempfile.mkdtemp(prefix=".unfinished-export-", dir=folder.parent))
-    try:
-        draft = outer / "export"
-        draft.mkdir()
+    with staged_folder(folder) as draft:
         yield draft
-        _mark(draft, about)
-        _put_in_place(draft, folder, outer)
-    finally:
-        shutil.rmtree(outer, ignore_errors=True)
+        text = json.dumps({**about, "files": sorted(_files(draft))}, indent=1, ensure_ascii=False)
+        write_text(draft / MARK, text + "\n")
 
 
 def demand_place(folder: Path, replace: bool) -> None:
@@ -72,21 +65,3 @@ def _files(folder: Path) -> set[str]:
     return {
         path.relative_to(folder).as_posix() for path in folder.rglob("*") if not path.is_dir() and path.name != MARK
     }
-
-
-def _mark(draft: Path, about: dict[str, Any]) -> None:
-    text = json.dumps({**about, "files": sorted(_files(draft))}, indent=1, ensure_ascii=False)
-    (draft / MARK).write_text(text + "\n", "utf-8", newline="")
-
-
-def _put_in_place(draft: Path, folder: Path, outer: Path) -> None:
-    """Rename; an export that is replaced stands aside until the new one is there, and comes back if it cannot."""
-    aside = outer / "replaced"
-    if folder.exists():
-        folder.rename(aside)
-    try:
-        draft.rename(folder)
-    except OSError:
-        if aside.exists():
-            aside.rename(folder)
-        raise

@@ -8,13 +8,14 @@ from itertools import islice
 from pathlib import Path
 from typing import Any
 
-from analysis.exporting.about import About, as_json, changes, readme, write_text
+from analysis.exporting.about import About, as_json, changes, readme
 from analysis.exporting.cells import write_csv
 from analysis.exporting.codebook import codebook, definition
 from analysis.exporting.guard import Guard
 from analysis.exporting.stimuli import copy_files, stimulus_files
 from analysis.exporting.tables import Shared
 from analysis.exporting.tabular import ExportRefused, Row, Table
+from protocols.files import open_bytes, write_text
 
 STUDY = "study.json"
 ROWS = 50_000
@@ -88,7 +89,7 @@ def _write(pyarrow: Any, path: Path, table: Table, rows: Iterable[Row]) -> None:
         ],
         metadata={"description": table.description},
     )
-    with pyarrow.parquet.ParquetWriter(path, schema, compression="zstd") as writer:
+    with open_bytes(path) as file, pyarrow.parquet.ParquetWriter(file, schema, compression="zstd") as writer:
         for piece in _pieces(rows):
             columns = {column.name: [row.get(column.name) for row in piece] for column in table.columns}
             writer.write_table(pyarrow.table(columns, schema=schema))

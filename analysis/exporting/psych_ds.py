@@ -7,7 +7,7 @@ from collections.abc import Iterator
 from pathlib import Path
 from typing import Any
 
-from analysis.exporting.about import About, as_json, changes, palpate_version, readme, write_text
+from analysis.exporting.about import About, as_json, changes, palpate_version, readme
 from analysis.exporting.cells import write_csv
 from analysis.exporting.codebook import definition
 from analysis.exporting.guard import Guard
@@ -15,6 +15,7 @@ from analysis.exporting.plain import redacted
 from analysis.exporting.stimuli import copy_files, stimulus_files
 from analysis.exporting.tables import Shared
 from analysis.exporting.tabular import Column, Table
+from protocols.files import write_text
 
 SCHEMA = "https://schema.org"
 VERSION = "Psych-DS 0.4.0"

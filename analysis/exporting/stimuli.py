@@ -2,13 +2,13 @@
 
 from __future__ import annotations
 
-import shutil
 from collections.abc import Collection, Iterator
 from dataclasses import dataclass
 from pathlib import Path
 
 from analysis.exporting.source import Source
 from analysis.exporting.tabular import Column, ExportRefused, Row, Table
+from protocols.files import write_bytes, write_text
 from studies.catalogue import SHIPPED, names
 from studies.content import file_sha256
 
@@ -90,7 +90,6 @@ def _none(why: str) -> Files:
 def copy_files(files: Files, to: Path) -> None:
     """Copy the files and the notices of their licence."""
     for name, path in {**files.notices, **files.files}.items():
-        (to / name).parent.mkdir(parents=True, exist_ok=True)
-        shutil.copyfile(path, to / name)
+        write_bytes(to / name, path.read_bytes())
     if files.ours and files.files:
-        (to / "LICENCE.txt").write_text(OURS, "utf-8", newline="")
+        write_text(to / "LICENCE.txt", OURS)

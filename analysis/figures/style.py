@@ -11,6 +11,8 @@ from functools import lru_cache
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
+from protocols.files import open_bytes, staged_files, write_text
+
 if TYPE_CHECKING:
     from matplotlib.axes import Axes
     from matplotlib.figure import Figure
@@ -88,11 +90,12 @@ def save(figure: Figure, folder: Path, name: str) -> list[Path]:
 
     The figure is laid out once, for the SVG: everything stands at the same place in the PNG.
     """
-    folder.mkdir(parents=True, exist_ok=True)
     svg, png = folder / f"{name}.svg", folder / f"{name}.png"
-    svg.write_text(svg_text(figure), encoding="utf-8", newline="\n")
-    figure.set_layout_engine(None)
-    figure.savefig(png, format="png", dpi=160, metadata={"Software": None})
+    with staged_files(folder) as draft:
+        write_text(draft / svg.name, svg_text(figure))
+        figure.set_layout_engine(None)
+        with open_bytes(draft / png.name) as file:
+            figure.savefig(file, format="png", dpi=160, metadata={"Software": None})
     return [svg, png]
 
 

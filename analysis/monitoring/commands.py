@@ -62,12 +62,12 @@ def _show_once(watch: Watch, once: Path | None, as_json: bool) -> None:
 
 def _write(file: Path, page: str) -> None:
     from analysis.monitoring.watching import MonitorError
+    from protocols.files import reason, write_text
 
     try:
-        file.parent.mkdir(parents=True, exist_ok=True)
-        file.write_text(page, encoding="utf-8", newline="\n")
+        write_text(file, page)
     except OSError as error:
-        raise MonitorError(f"--once {file}: cannot be written ({error.strerror or error}); name another file") from None
+        raise MonitorError(f"--once {file}: cannot be written ({reason(error)}); name another file") from None
 
 
 def _serve(watch: Watch, host: str, port: int, access: Access) -> None:

@@ -10,18 +10,18 @@ from pathlib import Path
 from analysis.figures.style import INK, OKABE_ITO, SOFT, drawing, quiet_axes, save
 from analysis.power.curve import Asking, Point
 from analysis.reporting.csv_files import csv_text
+from protocols.files import staged_files, write_text
 
 
 def write_curve(points: Sequence[Point], asking: Asking, wanted: float, folder: Path) -> list[Path]:
     """Write power_TEST_xEFFECT.csv, .svg and .png to `folder` and give the paths; other questions have other names."""
     what = re.sub(r"[^\w.]+", "-", "_".join(filter(None, (asking.test, asking.outcome, asking.row, asking.column))))
     name = f"power_{what}_x{asking.effect:g}"
-    folder.mkdir(parents=True, exist_ok=True)
     asked = ("test", "outcome", "row", "column", "effect", "alpha", "seed")
     rows = [{**asdict(point), **{key: getattr(asking, key) for key in asked}} for point in points]
-    table = folder / f"{name}.csv"
-    table.write_text(csv_text(rows), encoding="utf-8", newline="\n")
-    return [table, *_drawn(points, asking, wanted, folder, name)]
+    with staged_files(folder) as draft:
+        paths = [write_text(draft / f"{name}.csv", csv_text(rows)), *_drawn(points, asking, wanted, draft, name)]
+    return [folder / path.name for path in paths]
 
 
 def _drawn(points: Sequence[Point], asking: Asking, wanted: float, folder: Path, name: str) -> list[Path]:

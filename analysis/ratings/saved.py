@@ -6,9 +6,6 @@ import csv
 import hashlib
 import io
 import json
-import os
-import shutil
-import tempfile
 from collections.abc import Callable
 from dataclasses import asdict
 from pathlib import Path
@@ -17,6 +14,7 @@ from typing import Any
 import pandas as pd
 
 from analysis.ratings.dataset import Crossing, DataRefused, Exclusion, Input, Ratings, Scale
+from protocols.files import staged_folder, write_bytes, write_text
 
 FORMAT = 1
 TABLE = "ratings.csv"
@@ -42,14 +40,9 @@ def save_ratings(ratings: Ratings, folder: Path, *, replace: bool = False) -> No
     kinds = {str(column): _kind(ratings.table[column], str(column)) for column in ratings.table.columns}
     table = _csv(ratings.table, kinds)
     described = json.dumps(_description(ratings, kinds, table), indent=2, ensure_ascii=False) + "\n"
-    folder.parent.mkdir(parents=True, exist_ok=True)
-    made = Path(tempfile.mkdtemp(prefix=".unfinished-", dir=folder.parent))
-    try:
-        _write(made / TABLE, table)
-        _write(made / DESCRIPTION, described.encode())
-        _put_in_place(made, folder)
-    finally:
-        shutil.rmtree(made, ignore_errors=True)
+    with staged_folder(folder) as draft:
+        write_bytes(draft / TABLE, table)
+        write_text(draft / DESCRIPTION, described)
 
 
 def _other_files(folder: Path) -> list[str]:
@@ -126,24 +119,6 @@ def _description(ratings: Ratings, kinds: dict[str, str], table: bytes) -> dict[
         "inputs": [asdict(each) for each in ratings.inputs],
         "exclusions": [asdict(each) for each in ratings.exclusions],
     }
-
-
-def _write(path: Path, data: bytes) -> None:
-    with path.open("wb") as file:
-        file.write(data)
-        file.flush()
-        os.fsync(file.fileno())
-
-
-def _put_in_place(made: Path, folder: Path) -> None:
-    """Rename into place; a data set that is replaced stands aside until the new one is there."""
-    if not folder.exists():
-        made.rename(folder)
-        return
-    aside = Path(tempfile.mkdtemp(prefix=".replaced-", dir=folder.parent)) / folder.name
-    folder.rename(aside)
-    made.rename(folder)
-    shutil.rmtree(aside.parent)
 
 
 def _checked_table(folder: Path, described: dict[str, Any]) -> pd.DataFrame:

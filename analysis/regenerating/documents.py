@@ -9,6 +9,7 @@ from pathlib import Path
 from analysis.regenerating.grid import Grid
 from analysis.regenerating.regenerated import Regenerated
 from analysis.regenerating.shown import by_test, method_of, rests_on, test_grid, test_title
+from protocols.files import write_bytes, write_text
 
 MOST_LETTERS = 30
 """A cell of more letters wraps."""
@@ -53,6 +54,6 @@ def write_documents(found: Regenerated, folder: Path) -> list[Path]:
     simulated = SIMULATED if found.material.simulated else ""
     tables = list(titled_tables(found))
     word, latex = folder / "tables.docx", folder / "tables.tex"
-    word.write_bytes(word_bytes(found.title, simulated, tables))
-    latex.write_text(latex_text(found.title, simulated, tables), encoding="utf-8", newline="\n")
+    write_bytes(word, word_bytes(found.title, simulated, tables))
+    write_text(latex, latex_text(found.title, simulated, tables))
     return [word, latex]

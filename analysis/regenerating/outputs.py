@@ -12,7 +12,7 @@ from analysis.regenerating.pictured import draw_all
 from analysis.regenerating.placing import written_whole
 from analysis.regenerating.regenerated import Regenerated
 from analysis.regenerating.seconds import FILE, remembered
-from analysis.reporting.csv_files import write_texts
+from protocols.files import write_text, write_texts
 
 Progress = Callable[[int, int, str], None]
 FOLDER = "regenerated"
@@ -33,10 +33,10 @@ def write_all(
     removed; nothing else in the folder is touched. Raises PlaceRefused where another's file is in the way.
     """
     with written_whole(folder) as (draft, names):
-        write_texts(file_texts(found, seconds), draft)
+        write_texts(draft, file_texts(found, seconds))
         write_documents(found, draft)
         if figures:
             pictures = list(draw_all(found.pictured, draft / "figures", progress))
             page = report_html(found, pictures, sum(seconds.values()))
-            (draft / "report.html").write_text(page, encoding="utf-8", newline="\n")
+            write_text(draft / "report.html", page)
     return [folder / name for name in names]

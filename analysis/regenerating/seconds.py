@@ -8,13 +8,12 @@ from __future__ import annotations
 import hashlib
 import json
 import math
-import tempfile
-from collections.abc import Mapping
 from pathlib import Path
 from typing import Any
 
 from analysis.regenerating.regenerated import Regenerated
 from analysis.regenerating.running import Answered
+from protocols.files import write_text
 
 FILE = "seconds.json"
 
@@ -29,17 +28,8 @@ def remembered(found: Regenerated, file: Path) -> dict[int, float]:
             known[key], fresh = float(f"{each.seconds:.2g}"), True
         seconds[place] = known[key]
     if fresh:
-        _write(known, file)
+        write_text(file, json.dumps(known, indent=0, sort_keys=True) + "\n")
     return seconds
-
-
-def _write(known: Mapping[str, float], file: Path) -> None:
-    """Put the file in its place whole: another run may read or write it at the same time."""
-    file.parent.mkdir(parents=True, exist_ok=True)
-    with tempfile.TemporaryDirectory(prefix=".unfinished-", dir=file.parent) as draft:
-        beside = Path(draft) / file.name
-        beside.write_text(json.dumps(known, indent=0, sort_keys=True) + "\n", encoding="utf-8", newline="\n")
-        beside.replace(file)
 
 
 def _read(file: Path) -> dict[str, float]:

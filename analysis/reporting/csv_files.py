@@ -1,4 +1,4 @@
-"""Tables as CSV and texts as files: equal rows give equal bytes on every machine."""
+"""Tables as CSV texts: equal rows give equal bytes on every machine."""
 
 from __future__ import annotations
 
@@ -6,7 +6,6 @@ import csv
 import io
 import math
 from collections.abc import Mapping, Sequence
-from pathlib import Path
 from typing import Any
 
 import pandas as pd
@@ -31,14 +30,3 @@ def _cell(value: Any) -> str:
 def records(table: pd.DataFrame) -> list[dict[str, Any]]:
     """The rows of a table, each by its columns' names."""
     return [{str(name): value for name, value in record.items()} for record in table.to_dict("records")]
-
-
-def write_texts(texts: Mapping[str, str], folder: Path) -> list[Path]:
-    """Write each text under `folder`, by its path there, and give the paths."""
-    paths = []
-    for name, text in texts.items():
-        path = folder / name
-        path.parent.mkdir(parents=True, exist_ok=True)
-        path.write_text(text, encoding="utf-8", newline="\n")
-        paths.append(path)
-    return paths

@@ -13,6 +13,7 @@ from analysis.reporting.page import level_table, page_of
 from analysis.reporting.page_table import Table
 from analysis.reporting.pictures import pictures
 from analysis.reporting.templates import environment
+from protocols.files import staged_files, write_text
 
 TEMPLATES = Path(__file__).parent / "templates"
 
@@ -30,10 +31,11 @@ class ReportFigure:
 def save_figures(found: Analysed, folder: Path) -> list[Path]:
     """Write every figure as SVG and PNG to `folder` and give the paths; none where no factor has levels to show."""
     paths: list[Path] = []
-    for each in pictures(found.ratings):
-        with drawing(each.name):
-            paths += save(each.draw(each.data).figure, folder, each.name)
-    return paths
+    with staged_files(folder) as draft:
+        for each in pictures(found.ratings):
+            with drawing(each.name):
+                paths += save(each.draw(each.data).figure, draft, each.name)
+    return [folder / path.name for path in paths]
 
 
 def report_html(found: Analysed) -> str:
@@ -45,9 +47,7 @@ def report_html(found: Analysed) -> str:
 
 def write_report(found: Analysed, path: Path) -> Path:
     """Write the report to `path`, its folder made where missing."""
-    path.parent.mkdir(parents=True, exist_ok=True)
-    path.write_text(report_html(found), encoding="utf-8", newline="\n")
-    return path
+    return write_text(path, report_html(found))
 
 
 def _figures(found: Analysed) -> Iterator[ReportFigure]:

@@ -10,9 +10,10 @@ from pathlib import Path
 from typing import Any
 
 from analysis.reporting.analysed import Analysed, correction, reported_p, software
-from analysis.reporting.csv_files import csv_text, records, write_texts
+from analysis.reporting.csv_files import csv_text, records
 from analysis.reporting.pictures import shown_factors
 from analysis.reporting.study_statistics import Row, Test
+from protocols.files import write_texts
 
 METHODS = {
     "crossed": "repeated-measures analysis of variance",
@@ -58,7 +59,7 @@ PAIR = {
 def write_results(found: Analysed, folder: Path) -> list[Path]:
     """Write statistics.json and the CSV tables to `folder`: equal inputs give equal bytes. The paths, in order."""
     tables = {name: csv_text(rows) for name, rows in result_tables(found).items()}
-    return write_texts({"statistics.json": statistics_json(found), **tables}, folder)
+    return write_texts(folder, {"statistics.json": statistics_json(found), **tables})
 
 
 def statistics_json(found: Analysed) -> str:

@@ -11,6 +11,7 @@ from analysis.streams.alignment import Wanted, align_streams
 from analysis.streams.exporting import ledger_account, write_aligned, write_raw
 from analysis.streams.reading import Attempt, attempts_of, counting, streams_in, streams_of
 from analysis.streams.recorded import Stream, StreamError
+from protocols.files import staged_files
 from studies.record import Record
 
 
@@ -63,11 +64,13 @@ def export(record: Record, chosen: Chosen, out: Path, wanted: Wanted | None) -> 
     if into_file and (wanted is None or len(acts) > 1):
         raise StreamError(f"{out}: one file holds one aligned recording; {_several(acts, chosen, wanted)}")
     of_ledger = ledger_account(record, attempts_of(record))
-    files: list[Path] = []
-    for act in acts:
-        path = out if into_file else out / f"{act.stem}.csv"
-        files += _written(record, act, path, wanted, chosen, of_ledger)
-    return files
+    folder = out.parent if into_file else out
+    with staged_files(folder) as draft:
+        files: list[Path] = []
+        for act in acts:
+            path = draft / (out.name if into_file else f"{act.stem}.csv")
+            files += _written(record, act, path, wanted, chosen, of_ledger)
+    return [folder / file.name for file in files]
 
 
 def _several(acts: Sequence[_Act], chosen: Chosen, wanted: Wanted | None) -> str:

@@ -14,6 +14,7 @@ from analysis.aligning.refusals import Array
 from analysis.streams.alignment import Together, described
 from analysis.streams.reading import Attempt
 from analysis.streams.recorded import Stream
+from protocols.files import open_text, write_text
 from studies.content import file_sha256
 from studies.record import Record
 
@@ -78,21 +79,16 @@ def _time_format(rate_hz: float) -> str:
 
 def _write(path: Path, header: Sequence[str], tables: Iterable[Array], leading: str) -> None:
     """Rows of numbers; `leading` formats the first columns. The file stands under its name when it is whole."""
-    path.parent.mkdir(parents=True, exist_ok=True)
-    part = path.with_name(f"{path.name}.part")
     columns = len(header) - leading.count("%")
     form = ",".join([leading, *[f"%.{DIGITS}g"] * columns]) + "\n"
-    with part.open("w", encoding="utf-8", newline="") as file:
+    with open_text(path) as file:
         file.write(",".join(header) + "\n")
         for table in tables:
             file.write("".join(form % tuple(row) for row in table.tolist()).replace("nan", ""))
-    part.replace(path)
 
 
 def _write_json(path: Path, account: Mapping[str, Any]) -> Path:
-    path.parent.mkdir(parents=True, exist_ok=True)
-    path.write_text(json.dumps(account, indent=1, allow_nan=False) + "\n", encoding="utf-8")
-    return path
+    return write_text(path, json.dumps(account, indent=1, allow_nan=False) + "\n")
 
 
 def _palpate() -> str:

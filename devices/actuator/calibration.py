@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 import json
-import os
 from pathlib import Path
 from typing import Annotated, Literal, Self
 
@@ -12,6 +11,7 @@ from pydantic import Field, ValidationError, model_validator
 from devices.rig.settings import Date, Finite, Positive, Strict
 from devices.signals import DeviceError
 from protocols.canonical import digest
+from protocols.files import reason, write_text
 
 Numbers = Annotated[list[Finite], Field(min_length=1, max_length=100_000)]
 
@@ -58,15 +58,10 @@ class Calibration(Strict):
 
 def save(calibration: Calibration, path: Path) -> None:
     """Write it whole or not at all. Raises DeviceError where the place cannot be written."""
-    part = path.with_suffix(path.suffix + ".part")
     try:
-        with part.open("w", encoding="utf-8") as file:
-            json.dump(calibration.model_dump(mode="json"), file, indent=1)
-            file.flush()
-            os.fsync(file.fileno())
-        part.replace(path)
+        write_text(path, json.dumps(calibration.model_dump(mode="json"), indent=1))
     except OSError as error:
-        raise DeviceError(f"{path}: the calibration cannot be written: {error.strerror}") from None
+        raise DeviceError(f"{path}: the calibration cannot be written: {reason(error)}") from None
 
 
 def load(path: Path) -> Calibration:

@@ -13,6 +13,7 @@ from devices.author.making import MOST_SMOOTHING_DEG, Made, Maker
 from devices.author.work import Setting, Work
 from devices.door.grid import FORCE_DECIMALS, POINTS
 from devices.door.stimuli import profile_text
+from protocols.files import write_text
 
 FOLDER = "designs"
 KEPT, BEFORE = ".autosave.json", ".autosave-before.json"
@@ -98,7 +99,7 @@ def export(lab: Path, design: Design) -> Path:
     """Write LAB/designs/NAME.csv, a profile as the door studies read it."""
     import numpy as np
 
-    return _put(designs_folder(lab) / f"{design.name}.csv", profile_text(np.array(design.force_N)))
+    return write_text(designs_folder(lab) / f"{design.name}.csv", profile_text(np.array(design.force_N)))
 
 
 def names(lab: Path) -> list[str]:
@@ -174,13 +175,4 @@ def _read(path: Path, kind: type[Any]) -> Any:
 
 
 def _written(path: Path, data: BaseModel) -> Path:
-    return _put(path, json.dumps(data.model_dump(mode="json"), ensure_ascii=False, indent=1) + "\n")
-
-
-def _put(path: Path, text: str) -> Path:
-    """The whole file or the one before: what is half written has another name."""
-    path.parent.mkdir(parents=True, exist_ok=True)
-    part = path.with_name(f"{path.name}.part")
-    part.write_bytes(text.encode())
-    part.replace(path)
-    return path
+    return write_text(path, json.dumps(data.model_dump(mode="json"), ensure_ascii=False, indent=1) + "\n")

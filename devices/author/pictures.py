@@ -15,6 +15,7 @@ from devices.author.work import History, Setting, Work, neutral
 from devices.window.fonts import find_fonts
 from devices.window.geometry import Metrics
 from devices.window.screen import Page
+from protocols.files import open_bytes
 
 if TYPE_CHECKING:
     from PIL import Image
@@ -65,9 +66,9 @@ def _saved(path: Path, maker: Maker, work: Work, language: str, state: str) -> P
     if state == "playing":
         force = Board(Page(Metrics(*SIZE, PX_PER_MM), texts, find_fonts()), maker).made(work.setting).force_N
         told = replace(told, play="stop", hand=(27.3, float(force[273])))
-    path.parent.mkdir(parents=True, exist_ok=True)
     made = picture(maker, work, told, language).quantize(COLOURS, dither=Image.Dither.NONE)
-    made.save(path, optimize=True)
+    with open_bytes(path) as file:
+        made.save(file, "PNG", optimize=True)
     return path
 
 

@@ -67,7 +67,8 @@ def normalise_command(
     import numpy as np
 
     from devices.door.profiles import normalise
-    from devices.door.stimuli import profile_text, write_text
+    from devices.door.stimuli import profile_text
+    from protocols.files import write_text
 
     angle, force = _read(recording, angle_file, angle_column, force_column, time_column)
     angle = np.degrees(angle) if radians else np.asarray(angle)
@@ -94,15 +95,15 @@ def simulate_command(labels: tuple[str, ...], every: bool, parameters: Path | No
     """
     from devices.door.catalogue import DOORS_FILE, find_door, read_catalogue
     from devices.door.mechanics import simulate
-    from devices.door.stimuli import profile_text, write_text
+    from devices.door.stimuli import profile_text
+    from protocols.files import write_texts
 
     catalogue = read_catalogue(parameters or DOORS_FILE)
     if bool(labels) == every:
         raise DoorDataError(f"Name a door with --door, or all with --all. There are: {', '.join(catalogue)}.")
     entries = [find_door(catalogue, label) for label in (catalogue if every else labels)]
-    forces = [(entry.label, simulate(entry.door, entry.label)) for entry in entries]
-    files = [write_text(out / f"{label}_g0.csv", profile_text(force)) for label, force in forces]
-    _answer_files(as_json, files)
+    texts = {f"{entry.label}_g0.csv": profile_text(simulate(entry.door, entry.label)) for entry in entries}
+    _answer_files(as_json, write_texts(out, texts))
 
 
 @doors.command("augment")
@@ -120,10 +121,11 @@ def augment_command(source: Path, out: Path, seed: int, as_json: bool) -> None:
     import numpy as np
 
     from devices.door.augment import VARIANTS, augment
-    from devices.door.stimuli import profile_text, write_text
+    from devices.door.stimuli import profile_text
     from devices.door.twin import read_profile
+    from protocols.files import write_texts
 
-    texts: dict[Path, str] = {}
+    texts: dict[str, str] = {}
     for path in _profiles_in(source):
         label = path.stem.removesuffix("_g0")
         base = np.array(read_profile(path))
@@ -132,8 +134,8 @@ def augment_command(source: Path, out: Path, seed: int, as_json: bool) -> None:
                 made = augment(base, variant, door=label, seed=seed)
             except DoorDataError as error:
                 raise DoorDataError(f"{path}: {error} No variant was written.") from error
-            texts[out / f"{label}_{variant}.csv"] = profile_text(made)
-    _answer_files(as_json, [write_text(path, text) for path, text in texts.items()])
+            texts[f"{label}_{variant}.csv"] = profile_text(made)
+    _answer_files(as_json, write_texts(out, texts))
 
 
 @doors.command("make")

@@ -8,8 +8,10 @@ from typing import Any
 
 from devices.door.grid import MAX_ANGLE_DEG, POINTS, DoorDataError, grid_angle_deg
 from devices.door.twin import read_profile
+from protocols.files import open_bytes
 
 NEEDED = ("car", "variant", "augmentation", "source", "file")
+FORMATS = ("png", "svg", "pdf")
 COLOURS = ("#0072b2", "#d55e00", "#009e73")
 """Three that stay apart for colour-blind readers (Okabe and Ito)."""
 
@@ -23,6 +25,10 @@ def draw(folder: Path, out: Path) -> Path:
     from matplotlib.backends.backend_agg import FigureCanvasAgg
     from matplotlib.figure import Figure
 
+    kind = out.suffix[1:].lower()
+    if kind not in FORMATS:
+        raise DoorDataError(f"{out}: a picture is written as {', '.join(f'.{name}' for name in FORMATS)}.")
+
     rows = _table(folder / "stimuli.csv")
     cars = list(dict.fromkeys(row["car"] for row in rows))
     kinds = [kind for kind in dict.fromkeys(row["augmentation"] for row in rows) if kind != "original"] or ["original"]
@@ -33,8 +39,8 @@ def draw(folder: Path, out: Path) -> Path:
         for kind, panel in zip(kinds, line, strict=True):
             _panel(panel, folder, [row for row in rows if row["car"] == car], kind)
     _label(panels, rows, cars, kinds)
-    out.parent.mkdir(parents=True, exist_ok=True)
-    figure.savefig(out, dpi=110, metadata={"Software": None} if out.suffix == ".png" else None)
+    with open_bytes(out) as file:
+        figure.savefig(file, format=kind, dpi=110, metadata={"Software": None} if kind == "png" else None)
     return out
 
 

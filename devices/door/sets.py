@@ -11,7 +11,8 @@ from numpy.typing import NDArray
 from devices.door.features import describe
 from devices.door.grid import FORCE_DECIMALS, POINTS, DoorDataError
 from devices.door.making import NEUTRAL, Doors, maker_for
-from devices.door.stimuli import FEATURE_DECIMALS, FOLDER, TABLE, originals, profile_text, write_text
+from devices.door.stimuli import FEATURE_DECIMALS, FOLDER, TABLE, originals, profile_text
+from protocols.files import write_texts
 
 Array = NDArray[np.float64]
 
@@ -47,7 +48,7 @@ SETS: Mapping[str, Callable[[], dict[str, str]]] = {
 
 def make(study: str, folder: Path) -> list[Path]:
     """Write the stimulus files of a study of SETS into its folder. Raises DoorDataError on another study."""
-    return [write_text(folder / name, text) for name, text in _made(study).items()]
+    return write_texts(folder, _made(study))
 
 
 def differences(study: str, folder: Path) -> list[str]:

@@ -16,6 +16,7 @@ from devices.door.mechanics import simulate
 from devices.door.profiles import normalise
 from devices.door.recording import read_columns
 from devices.door.twin import HEADER
+from protocols.files import write_texts
 
 Array = NDArray[np.float64]
 
@@ -35,13 +36,6 @@ def profile_text(force_N: Array) -> str:
         raise DoorDataError(f"A door profile has {POINTS} points, this one has {len(force_N)}.")
     rows = (f"{grid_angle_deg(index):.1f},{_fixed(force, FORCE_DECIMALS)}" for index, force in enumerate(force_N))
     return "\n".join((",".join(HEADER), *rows)) + "\n"
-
-
-def write_text(path: Path, text: str) -> Path:
-    """Write UTF-8 with line feeds on every system, making the folder where needed."""
-    path.parent.mkdir(parents=True, exist_ok=True)
-    path.write_bytes(text.encode())
-    return path
 
 
 def originals(measured: Path = MEASURED_FILE) -> Iterator[tuple[str, str, Array]]:
@@ -69,7 +63,7 @@ def stimulus_files(measured: Path = MEASURED_FILE, seed: int = STUDY_SEED) -> di
 
 def make(folder: Path, measured: Path = MEASURED_FILE, seed: int = STUDY_SEED) -> list[Path]:
     """Write the stimulus folder; files of the same name are replaced, others stay."""
-    return [write_text(folder / name, text) for name, text in stimulus_files(measured, seed).items()]
+    return write_texts(folder, stimulus_files(measured, seed))
 
 
 def differences(folder: Path, measured: Path = MEASURED_FILE, seed: int = STUDY_SEED) -> list[str]:

@@ -180,8 +180,9 @@ def _felt(asked: Model, files: Sequence[Path], recording: bool, zero: bool, as_j
 
 def _made(asked: Model, given: Sequence[str], to: Path | None, as_json: bool) -> None:
     from devices.door.side import DoorSide
-    from devices.door.stimuli import profile_text, write_text
+    from devices.door.stimuli import profile_text
     from devices.models.given import wish_of
+    from protocols.files import write_text
 
     if not given:
         raise click.UsageError(f"what is wished for? Give --wish NAME=VALUE; {', '.join(asked.card.takes.names)}")

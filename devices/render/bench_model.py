@@ -9,6 +9,7 @@ import numpy as np
 from safetensors.numpy import save
 
 from devices.render.found import DEFAULT_METHOD, available
+from protocols.files import write_bytes, write_text
 from protocols.model_card import Card, Dense, Port, Texture, Weights
 
 WINDOW = 20
@@ -43,10 +44,8 @@ def predictor(folder: Path) -> Path:
         gives=Port(kind="acceleration", size=2, unit="m/s^2"), steps=(Dense(weight="weight", bias="bias"),),
         texture=texture,
     )  # fmt: skip
-    (folder / weights.file).write_bytes(content)
-    path = folder / f"{NAME}.json"
-    path.write_text(card.model_dump_json())
-    return path
+    write_bytes(folder / weights.file, content)
+    return write_text(folder / f"{NAME}.json", card.model_dump_json())
 
 
 def _coefficients() -> tuple[float, float]:

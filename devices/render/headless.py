@@ -20,6 +20,7 @@ from devices.render.job import Job, Sounds
 from devices.render.opened import told
 from devices.render.process import Rendering
 from devices.render.voice import opened_voice
+from protocols.files import open_bytes
 
 Array = NDArray[np.float64]
 SIMULATED = "simulated"
@@ -96,11 +97,12 @@ def write(path: Path, played: Played) -> None:
     """The signals, as a table (t_s, acceleration_m_s2, speed_mm_s, force_N) or as arrays of these names."""
     times = np.arange(played.signals.shape[1]) / RATE_HZ
     names = ("t_s", "acceleration_m_s2", "speed_mm_s", "force_N")
-    if path.suffix == ".npz":
-        np.savez(path, **dict(zip(names, (times, *played.signals), strict=True)))
-        return
-    rows = np.column_stack([times, *played.signals])
-    np.savetxt(path, rows, delimiter=",", header=",".join(names), comments="", fmt=("%.3f", "%.9g", "%.6g", "%.6g"))
+    with open_bytes(path) as file:
+        if path.suffix == ".npz":
+            np.savez(file, **dict(zip(names, (times, *played.signals), strict=True)))
+            return
+        rows, form = np.column_stack([times, *played.signals]), ("%.3f", "%.9g", "%.6g", "%.6g")
+        np.savetxt(file, rows, delimiter=",", header=",".join(names), comments="", fmt=form)
 
 
 def level_m_s2(signals: Array) -> float:

@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import shutil
 from collections.abc import Mapping
 from pathlib import Path
 from typing import Any
@@ -11,6 +10,7 @@ import yaml
 
 from devices.rig.calibrating import as_yaml
 from devices.rig.file import RigFileError, read_rig
+from protocols.files import write_bytes
 from protocols.yaml_text import load
 
 Span = tuple[int, int, str]
@@ -28,7 +28,7 @@ def put(path: Path, device: str, settings: Mapping[str, Any]) -> None:
         after = edited(before.decode("utf-8"), device, settings).encode("utf-8")
         if load(after, str(path)).data != _wanted(old, device, settings):
             raise ValueError("the new text does not hold what it should")
-        _replace(path.resolve(), after)
+        write_bytes(path, after, check=read_rig)
     except ValueError as error:
         told = f"{path} was not changed: its entry {device!r} cannot be edited safely ({error})"
         raise RigFileError(f"{told}. Put this into it by hand:\n{pasted(settings)}") from None
@@ -103,14 +103,3 @@ def _wanted(data: Any, device: str, settings: Mapping[str, Any]) -> Any:
     new = load(pasted(settings).encode("utf-8"), "settings").data
     devices = {**data["devices"], device: {**data["devices"][device], **new}}
     return {**data, "devices": devices}
-
-
-def _replace(path: Path, after: bytes) -> None:
-    part = path.with_name(f"{path.name}.part")
-    try:
-        part.write_bytes(after)
-        shutil.copymode(path, part)
-        read_rig(part)
-        part.replace(path)
-    finally:
-        part.unlink(missing_ok=True)

@@ -125,12 +125,12 @@ def simulate(lab: Path, out: Path | None, force: bool) -> None:
       palpate record texture_capture --participant P001 --lab LAB
     """
     from devices.rig.file import read_rig, rig_path
+    from protocols.files import write_bytes
 
     file = out or rig_path(lab)
     if file.exists() and not force:
         raise click.UsageError(f"{file} is there already; give another --out, or --force to write over it")
-    file.parent.mkdir(parents=True, exist_ok=True)
-    file.write_text(Path(__file__).with_name("twins.yaml").read_text(encoding="utf-8"), encoding="utf-8")
+    write_bytes(file, Path(__file__).with_name("twins.yaml").read_bytes())
     named = read_rig(file)
     click.echo(f"wrote {file}: {len(named.devices)} twins; see them at work: palpate rig check --rig {file}")
 

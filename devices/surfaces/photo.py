@@ -19,6 +19,7 @@ from devices.surfaces.fields import SIZE_MM, Field, chance, shares
 from devices.surfaces.relief import Relief
 from devices.surfaces.shading import hollowness, shadow, slopes
 from devices.surfaces.table import Surface, SurfaceDataError
+from protocols.files import open_bytes
 from protocols.keyed import Key, uniform
 
 LIGHTS = 10
@@ -108,7 +109,8 @@ def save_photo(image: Image, path: Path) -> None:
     """Write a photo as an 8-bit PNG."""
     from PIL import Image as Pictures
 
-    Pictures.fromarray(image).save(path, compress_level=3)
+    with open_bytes(path) as file:
+        Pictures.fromarray(image).save(file, "PNG", compress_level=3)
 
 
 def _metal(surface: Surface) -> float:

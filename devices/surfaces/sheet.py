@@ -11,6 +11,7 @@ from devices.surfaces.fields import PIXELS
 from devices.surfaces.photo import Image, light, photograph
 from devices.surfaces.relief import relief
 from devices.surfaces.table import Surface
+from protocols.files import open_bytes
 
 THUMB, ACROSS, CAPTION = 300, 10, 22
 
@@ -29,7 +30,8 @@ def contact_sheet(surfaces: Iterable[Surface], path: Path, share: float = 0.4, n
         picture = Pictures.fromarray(_middle(photograph(surface, relief(surface), light(number), "sheet"), share))
         page.paste(picture.resize((THUMB - 4, THUMB - 4), Pictures.Resampling.LANCZOS), (left, top))
         draw.text((left + 4, top + THUMB), f"{surface.id} {surface.label}", fill="black")
-    page.save(path)
+    with open_bytes(path) as file:
+        page.save(file, "PNG")
 
 
 def _middle(image: Image, share: float) -> Image:

@@ -11,6 +11,7 @@ from typing import Any
 from devices.stations import station_folder
 from devices.window.geometry import Metrics, WindowError
 from protocols.did_you_mean import nearest
+from protocols.files import write_text
 from protocols.yaml_text import Document, load
 
 NOMINAL_MM = 127.0
@@ -103,11 +104,7 @@ def read_calibration(lab: Path, host: str | None = None) -> Calibration:
 def write_calibration(lab: Path, calibration: Calibration, host: str | None = None) -> Path:
     """Keep this station's calibration, in place of an earlier one."""
     file = station_file(lab, host)
-    file.parent.mkdir(parents=True, exist_ok=True)
-    fresh = file.with_suffix(".new")
-    fresh.write_text(_text(calibration), encoding="utf-8")
-    fresh.replace(file)
-    return file
+    return write_text(file, _text(calibration))
 
 
 def _text(calibration: Calibration) -> str:

@@ -13,6 +13,7 @@ from devices.window.screen import Page, Screen
 from devices.window.screens.specimen_words import Wording, wording
 from devices.window.screens.specimens import TRIALS, Specimen, specimens
 from devices.window.texts import load_texts
+from protocols.files import open_bytes
 from protocols.forms import Sliders
 from protocols.requests import Ask
 
@@ -68,5 +69,6 @@ def _saved(path: Path, specimen: Specimen, page: Page) -> Path:
     from PIL import Image
 
     image = picture(shown(specimen, page), page)
-    image.quantize(COLOURS, dither=Image.Dither.NONE).save(path, optimize=True)
+    with open_bytes(path) as file:
+        image.quantize(COLOURS, dither=Image.Dither.NONE).save(file, "PNG", optimize=True)
     return path

@@ -13,6 +13,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from modeling.attributes.material import Material, MaterialError, Pair, Rated, Texture
+from protocols.files import write_bytes
 
 FOLDER = "material"
 MODALITIES = ("touch", "sight", "variants")
@@ -40,10 +41,7 @@ def stored(material: Material, work: Path) -> Path:
 
     path = work / FOLDER / f"{digest_of(material)[:32]}.safetensors"
     if not path.is_file():
-        path.parent.mkdir(parents=True, exist_ok=True)
-        fresh = path.with_suffix(".new")
-        fresh.write_bytes(save(dict(_arrays(material)), {"material": json.dumps(_told(material))}))
-        fresh.replace(path)
+        write_bytes(path, save(dict(_arrays(material)), {"material": json.dumps(_told(material))}))
     return path
 
 

@@ -4,7 +4,6 @@ from __future__ import annotations
 
 import hashlib
 import json
-import os
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 from functools import partial
@@ -19,6 +18,7 @@ from pydantic import Field, ValidationError
 from modeling.attributes.material import Array, MaterialError, Pair, Texture
 from modeling.attributes.methods import Fitted, Method, predictions
 from protocols.canonical import NotCanonical, canonical, digest, parse
+from protocols.files import write_bytes
 from protocols.model_card import Interval, Weights, complaint
 from protocols.strict import Strict
 
@@ -123,10 +123,9 @@ def write_model(folder: Path, fitted: Kept, card: Mapping[str, Any], methods: Ma
         raise ModelFileError(f"{name}: {why}. Nothing was written.") from None
     path = folder / f"{name}.json"
     _restored(path, made, _loaded(content), methods)
-    folder.mkdir(parents=True, exist_ok=True)
     aside = _set_aside(path)
-    _put(folder / weights.file, content)
-    _put(path, text)
+    write_bytes(folder / weights.file, content)
+    write_bytes(path, text)
     aside.unlink(missing_ok=True)
     return path
 
@@ -140,8 +139,9 @@ def _set_aside(path: Path) -> Path:
     except (ModelFileError, OSError):
         return aside
     if old.tensors.file != aside.name:
-        _put(aside, content)
-        _put(path, _text(old.model_copy(update={"tensors": old.tensors.model_copy(update={"file": aside.name})})))
+        write_bytes(aside, content)
+        tensors = old.tensors.model_copy(update={"file": aside.name})
+        write_bytes(path, _text(old.model_copy(update={"tensors": tensors})))
     return aside
 
 
@@ -243,13 +243,3 @@ def _plain_array(name: str, key: str, array: NDArray[Any]) -> NDArray[Any]:
 def _text(card: Card) -> bytes:
     told = card.model_dump(mode="json")
     return (json.dumps({**told, "digest": digest(told)}, indent=1, ensure_ascii=False, allow_nan=False) + "\n").encode()
-
-
-def _put(path: Path, content: bytes) -> None:
-    """The whole content under this name, or what was there before."""
-    part = path.with_name(f"{path.name}.part")
-    with part.open("wb") as file:
-        file.write(content)
-        file.flush()
-        os.fsync(file.fileno())
-    part.replace(path)

@@ -9,7 +9,8 @@ from pathlib import Path
 from typing import Any, Protocol, TypeVar
 
 from analysis.regenerating.files import readable_json
-from analysis.reporting.csv_files import csv_text, write_texts
+from analysis.reporting.csv_files import csv_text
+from protocols.files import staged_files, write_text, write_texts
 
 RESULTS, REPORT = "evaluation.json", "report.html"
 
@@ -34,18 +35,17 @@ def write_evaluation(
 ) -> list[Path]:
     """Write everything and give the paths, the report last; what an earlier evaluation wrote here and this one does
     not is removed, nothing else is touched. `draw` puts its figures (SVG, PNG) into the folder that it is given."""
-    earlier = _earlier(folder)
     texts = {f"tables/{name}.csv": csv_text([plain(row) for row in rows]) for name, rows in tables.items()}
-    paths = write_texts(texts, folder)
-    drawn = draw(folder / "figures")
-    paths += [folder / "figures" / f"{each.name}.{kind}" for each in drawn for kind in ("svg", "png")]
-    report = folder / REPORT
-    report.write_text(page(drawn), encoding="utf-8", newline="\n")
-    names = sorted(path.relative_to(folder).as_posix() for path in (*paths, report))
-    results = readable_json({**told(), "files": names}) + "\n"
-    (folder / RESULTS).write_text(results, encoding="utf-8", newline="\n")
-    _remove(folder, [name for name in earlier if name not in names])
-    return [*paths, folder / RESULTS, report]
+    obsolete: list[str] = []
+    with staged_files(folder, last=[RESULTS], obsolete=obsolete) as draft:
+        write_texts(draft, texts)
+        drawn = draw(draft / "figures")
+        names = [*texts, *(f"figures/{each.name}.{kind}" for each in drawn for kind in ("svg", "png"))]
+        write_text(draft / REPORT, page(drawn))
+        results = {**told(), "files": sorted([*names, REPORT])}
+        write_text(draft / RESULTS, readable_json(results) + "\n")
+        obsolete += [name for name in _earlier(folder) if name not in results["files"]]
+    return [folder / name for name in (*names, RESULTS, REPORT)]
 
 
 def plain(row: Mapping[str, Any]) -> dict[str, Any]:
@@ -65,11 +65,5 @@ def read_results(folder: Path) -> dict[str, Any]:
 def _earlier(folder: Path) -> list[str]:
     """The files that the evaluation which lies here says that it wrote."""
     names = read_results(folder).get("files", [])
-    return [name for name in names if isinstance(name, str)] if isinstance(names, list) else []
-
-
-def _remove(folder: Path, names: Sequence[str]) -> None:
-    for name in names:
-        path = folder / name
-        if path.resolve().is_relative_to(folder.resolve()):
-            path.unlink(missing_ok=True)
+    names = [name for name in names if isinstance(name, str)] if isinstance(names, list) else []
+    return [name for name in names if (folder / name).resolve().is_relative_to(folder.resolve())]

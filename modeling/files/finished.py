@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 import json
-import os
 from collections.abc import Callable, Mapping
 from pathlib import Path
 from typing import Any, TypeVar
@@ -11,19 +10,17 @@ from typing import Any, TypeVar
 import numpy as np
 from numpy.typing import NDArray
 
+from protocols.files import open_bytes, write_text
+
 Result = TypeVar("Result")
 Arrays = Mapping[str, NDArray[Any]]
 
 
 def put_down(place: Path, arrays: Arrays, told: Mapping[str, Any]) -> None:
     """Write PLACE.npz and then PLACE.json: where there is a JSON, the arrays are whole."""
-    place.parent.mkdir(parents=True, exist_ok=True)
-    fresh = place.with_suffix(f".{os.getpid()}.new")
-    with fresh.open("wb") as file:
+    with open_bytes(place.with_suffix(".npz")) as file:
         np.savez_compressed(file, **dict(arrays))  # type: ignore[arg-type]
-    fresh.replace(place.with_suffix(".npz"))
-    fresh.write_text(json.dumps(told, sort_keys=True, allow_nan=False) + "\n", encoding="utf-8")
-    fresh.replace(place.with_suffix(".json"))
+    write_text(place.with_suffix(".json"), json.dumps(told, sort_keys=True, allow_nan=False) + "\n")
 
 
 def taken_up(place: Path, made: Callable[[Mapping[str, Any], dict[str, NDArray[Any]]], Result]) -> Result | None:

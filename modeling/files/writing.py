@@ -4,7 +4,6 @@ from __future__ import annotations
 
 import hashlib
 import json
-import os
 import re
 from collections.abc import Mapping, Sequence
 from pathlib import Path
@@ -17,6 +16,7 @@ from safetensors import numpy as numbers
 
 from modeling.files.exported import Exported
 from protocols.canonical import NotCanonical, canonical
+from protocols.files import write_bytes
 from protocols.model_card import Card, Interval, Port, Texture, Weights, complaint, tensors_named
 
 NAME = re.compile(r"[A-Za-z0-9][A-Za-z0-9_.-]{0,63}")
@@ -111,7 +111,6 @@ def _require_same(name: str, content: bytes, tensors: Mapping[str, NDArray[Any]]
 
 def _replaced(folder: Path, card: Card, content: bytes) -> Path:
     """Put both files in place, one rename at a time; until the last one, an old card keeps its own numbers."""
-    folder.mkdir(parents=True, exist_ok=True)
     path, weights = folder / f"{card.name}.json", folder / card.weights.file
     aside = folder / f"{card.name}~replaced.safetensors"  # no model can have this name
     _set_aside(path, weights, aside)
@@ -134,15 +133,13 @@ def _set_aside(path: Path, weights: Path, aside: Path) -> None:
 
 
 def _put(path: Path, content: bytes) -> None:
-    """The whole content under this name, or what was there before."""
-    part = path.with_name(f"{path.name}.part")
-    with part.open("wb") as file:
-        file.write(content)
-        file.flush()
-        os.fsync(file.fileno())
-    if part.read_bytes() != content:
-        raise ModelWritingError(f"{part}: it does not read back as it was written; {path.name} was not replaced.")
-    part.replace(path)
+    """Write the file and read it back before it replaces an earlier one."""
+
+    def check(draft: Path) -> None:
+        if draft.read_bytes() != content:
+            raise ModelWritingError(f"{path}: it does not read back as it was written, and was not replaced.")
+
+    write_bytes(path, content, check)
 
 
 def _text(card: Card) -> bytes:

@@ -4,7 +4,6 @@ from __future__ import annotations
 
 from collections.abc import Collection, Sequence
 from pathlib import Path
-from tempfile import TemporaryDirectory
 from typing import TYPE_CHECKING, Any
 
 from matplotlib.patches import Circle
@@ -13,7 +12,7 @@ from analysis.figures.bubbles import SPACE, draw
 from analysis.figures.drawn import Drawn, FigureData
 from analysis.figures.style import INK, PAPER, SOFT, drawing, save
 from modeling.library.entries import Entry, Kind, Library, LibraryError, felt
-from modeling.library.writing import demand_folder, write_whole
+from modeling.library.writing import demand_folder
 
 if TYPE_CHECKING:
     from matplotlib.axes import Axes
@@ -100,11 +99,8 @@ def write_map(path: Path, data: FigureData, found: Collection[str] = ()) -> list
     Neither is there unless both could be drawn. Raises LibraryError as `demand_writable` does.
     """
     demand_writable(path)
-    with drawing("library"), TemporaryDirectory() as aside:
-        drawn = save(draw_map(data, found).figure, Path(aside), path.stem)
-        for each in drawn:
-            write_whole(path.with_name(each.name), each.read_bytes())
-    return [path.with_name(each.name) for each in drawn]
+    with drawing("library"):
+        return save(draw_map(data, found).figure, path.parent, path.stem)
 
 
 def demand_writable(path: Path) -> None:

@@ -6,6 +6,7 @@ import os
 from pathlib import Path
 
 from modeling.library.entries import LibraryError
+from protocols.files import reason, write_bytes
 
 
 def demand_folder(path: Path) -> None:
@@ -19,14 +20,7 @@ def demand_folder(path: Path) -> None:
 
 def write_whole(path: Path, content: bytes) -> None:
     """Write a file beside its place, then rename it: until then the earlier one is there. Raises LibraryError."""
-    part = path.with_name(f".{path.name}.{os.getpid()}.part")
     try:
-        with part.open("wb") as file:
-            file.write(content)
-            file.flush()
-            os.fsync(file.fileno())
-        part.replace(path)
+        write_bytes(path, content)
     except OSError as error:
-        raise LibraryError(f"{path}: it cannot be written ({error.strerror}); any earlier one is as it was.") from None
-    finally:
-        part.unlink(missing_ok=True)
+        raise LibraryError(f"{path}: it cannot be written ({reason(error)}); any earlier one is as it was.") from None

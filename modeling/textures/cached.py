@@ -13,6 +13,7 @@ import numpy as np
 import modeling
 from modeling.textures.joined import Joined
 from modeling.textures.recording import Recording
+from protocols.files import open_bytes, write_text
 
 DECIDES = (
     "protocols/keyed.py", "devices/noise.py", "devices/scene.py", "devices/surfaces", "devices/daq", "devices/tracker",
@@ -36,17 +37,12 @@ def content_key(*decides: object) -> str:
 
 def write_cached(stem: Path, recording: Recording) -> Path:
     """Keep a recording: numbers as STEM.npy, the rest with their SHA-256 as STEM.json, which is written last."""
-    stem.parent.mkdir(parents=True, exist_ok=True)
     numbers = stem.with_name(f"{stem.name}.npy")
-    part = stem.with_name(f"{stem.name}.part.npy")
-    np.save(part, recording.signals, allow_pickle=False)
-    part.replace(numbers)
+    with open_bytes(numbers) as file:
+        np.save(file, recording.signals, allow_pickle=False)
     told = {name: value for name, value in asdict(recording).items() if name != "signals"}
     about = stem.with_name(f"{stem.name}.json")
-    part = about.with_suffix(".part")
-    part.write_text(json.dumps({**told, "sha256": _sha256(numbers)}) + "\n", encoding="utf-8")
-    part.replace(about)
-    return about
+    return write_text(about, json.dumps({**told, "sha256": _sha256(numbers)}) + "\n")
 
 
 def read_cached(stem: Path) -> Recording | None:

@@ -7,7 +7,6 @@ the one before it stays until the next. Nothing in either can execute code.
 from __future__ import annotations
 
 import hashlib
-import os
 from collections.abc import Iterator, Mapping
 from dataclasses import dataclass
 from pathlib import Path
@@ -20,6 +19,7 @@ from torch import Tensor
 from modeling.training.progress import Report
 from modeling.training.refusals import CheckpointError
 from protocols.canonical import canonical, digest, parse
+from protocols.files import write_bytes
 
 FORMAT = "palpate checkpoint 1"
 KEEP = 2
@@ -36,12 +36,11 @@ class Kept:
 
 def write_checkpoint(folder: Path, kept: Kept) -> None:
     """Write it beside the last one, and remove what is older than that one, or damaged and passed over."""
-    folder.mkdir(parents=True, exist_ok=True)
     name = f"epoch-{kept.epoch:06d}"
     tensors = save(dict(kept.tensors))
-    _write(folder / f"{name}.safetensors", tensors)
+    write_bytes(folder / f"{name}.safetensors", tensors)
     plain = {**kept.plain, "format": FORMAT, "epoch": kept.epoch, "tensors": hashlib.sha256(tensors).hexdigest()}
-    _write(folder / f"{name}.json", canonical({**plain, "digest": digest(plain)}))
+    write_bytes(folder / f"{name}.json", canonical({**plain, "digest": digest(plain)}))
     _remove_others(folder, name)
 
 
@@ -71,16 +70,6 @@ def read_checkpoint(path: Path) -> Kept:
 
 def _newest_first(folder: Path) -> Iterator[Path]:
     return iter(sorted(folder.glob("epoch-*.json"), reverse=True))
-
-
-def _write(path: Path, data: bytes) -> None:
-    """The file has all of its bytes, on the disk too, before it has its name."""
-    unfinished = path.with_name(f".{path.name}.unfinished")
-    with unfinished.open("wb") as file:
-        file.write(data)
-        file.flush()
-        os.fsync(file.fileno())
-    os.replace(unfinished, path)  # noqa: PTH105 - one call, and the name says that it is atomic
 
 
 def _remove_others(folder: Path, newest: str) -> None:

@@ -4,13 +4,13 @@ from __future__ import annotations
 
 import csv
 import io
-import os
 from collections.abc import Iterable, Sequence
 from dataclasses import asdict, astuple, dataclass, fields
 from pathlib import Path
 from typing import Any
 
 from modeling.training.refusals import TrainingError
+from protocols.files import write_text
 
 
 @dataclass(frozen=True)
@@ -46,11 +46,7 @@ def write_history(history: Iterable[Epoch], path: Path) -> Path:
     writer = csv.writer(text, lineterminator="\n")
     writer.writerow(COLUMNS)
     writer.writerows(["" if value is None else repr(value) for value in astuple(epoch)] for epoch in history)
-    path.parent.mkdir(parents=True, exist_ok=True)
-    unfinished = path.with_name(f".{path.name}.unfinished")
-    unfinished.write_text(text.getvalue(), encoding="utf-8")
-    os.replace(unfinished, path)  # noqa: PTH105 - one call, and the name says that it is atomic
-    return path
+    return write_text(path, text.getvalue())
 
 
 def read_history(path: Path) -> tuple[Epoch, ...]:

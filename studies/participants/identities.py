@@ -32,6 +32,7 @@ from sqlalchemy import (
 )
 from sqlalchemy.exc import SQLAlchemyError
 
+from protocols.files import write_text
 from studies.participants.errors import ParticipantError
 
 metadata = MetaData()
@@ -184,7 +185,7 @@ def _make(lab: Path) -> None:
     file = store(lab)
     if not file.parent.exists():
         file.parent.mkdir(mode=0o700, parents=True)
-        (file.parent / ".gitignore").write_text("*\n", "utf-8")
+        write_text(file.parent / ".gitignore", "*\n")
     with suppress(FileExistsError):
         os.close(os.open(file, os.O_CREAT | os.O_EXCL | os.O_WRONLY, 0o600))
 

@@ -5,6 +5,7 @@ from __future__ import annotations
 from dataclasses import dataclass
 from pathlib import Path
 
+from protocols.files import UNFINISHED, staged_files, write_bytes
 from studies.participants.consent import unfilled
 from studies.participants.errors import ParticipantError
 from studies.participants.lab import SETTINGS, SIDECAR, TEMPLATE
@@ -29,20 +30,25 @@ def make_lab(lab: Path) -> Made:
     Raises ParticipantError where the folder is a lab already, is a file, or holds anything else.
     """
     _demand_room(lab)
-    lab.mkdir(parents=True, exist_ok=True)
-    made = [f"{name}/" for name in FOLDERS if _folder(lab / name)]
-    made += [source.name for source in template_files() if _copied(source, lab / source.name)]
+    folders = [name for name in FOLDERS if not (lab / name).is_dir()]
+    files = [source for source in template_files() if not (lab / source.name).exists()]
+    with staged_files(lab, last=[SIDECAR]) as draft:
+        for name in folders:
+            (draft / name).mkdir()
+        for source in files:
+            write_bytes(draft / source.name, source.read_bytes())
+    made = [*(f"{name}/" for name in folders), *(source.name for source in files)]
     texts = {source.name: (lab / source.name).read_text("utf-8") for source in template_files()}
     blanks = {name: len(unfilled(text)) for name, text in texts.items() if name.endswith(".md") and name != "README.md"}
     return Made(lab, tuple(sorted(made)), {name: count for name, count in sorted(blanks.items()) if count})
 
 
 def template_files() -> list[Path]:
-    """The template's files; the one that makes a folder a lab comes last, so that half a lab can be made whole."""
+    """Return the template's files."""
     files = sorted(path for path in TEMPLATE.glob("*.*") if path.suffix in {".md", ".json", ".tsv"})
     if not any(path.name == SIDECAR for path in files):
         raise ParticipantError(f"{TEMPLATE}: the template for labs is missing: install Palpate anew")
-    return sorted(files, key=lambda path: (path.name == SIDECAR, path.name))
+    return files
 
 
 def _demand_room(lab: Path) -> None:
@@ -52,24 +58,7 @@ def _demand_room(lab: Path) -> None:
         raise ParticipantError(f"{lab} is a lab already (it holds {SIDECAR}); nothing was changed")
     known = _OF_A_LAB | {source.name for source in template_files()}
     held = sorted(path.name for path in lab.iterdir()) if lab.exists() else []
-    others = [name for name in held if name not in known and not name.startswith(".git")]
+    others = [name for name in held if name not in known and not name.startswith((".git", UNFINISHED))]
     if others:
         more = f" and {len(others) - 3} more" if len(others) > 3 else ""
         raise ParticipantError(f"{lab} holds {', '.join(others[:3])}{more}; name a folder that is new or empty")
-
-
-def _folder(path: Path) -> bool:
-    if path.is_dir():
-        return False
-    path.mkdir()
-    return True
-
-
-def _copied(source: Path, target: Path) -> bool:
-    """Copy a file, unless one of its name is there."""
-    try:
-        with target.open("xb") as file:
-            file.write(source.read_bytes())
-    except FileExistsError:
-        return False
-    return True

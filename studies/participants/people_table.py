@@ -2,10 +2,10 @@
 
 from __future__ import annotations
 
-import os
 from collections.abc import Iterable, Mapping, Sequence
 from pathlib import Path
 
+from protocols.files import write_text
 from studies.participants.errors import ParticipantError
 from studies.participants.sidecar import identifying
 
@@ -49,7 +49,7 @@ def read_table(file: Path, known: Sequence[str]) -> dict[str, Row]:
 def write_table(file: Path, columns: Sequence[str], rows: Iterable[Mapping[str, str]]) -> None:
     """Put a table in the file's place, whole or not at all; a cell that is missing is n/a."""
     lines = ["\t".join(columns), *("\t".join(_cell(row.get(name)) for name in columns) for row in rows)]
-    _put(file, "\n".join(lines) + "\n")
+    write_text(file, "\n".join(lines) + "\n")
 
 
 def drop_row(file: Path, participant: str) -> bool:
@@ -60,18 +60,8 @@ def drop_row(file: Path, participant: str) -> bool:
     left = [line for line in lines if line.rstrip("\r\n").split("\t")[0] != bids_id(participant)]
     if len(left) == len(lines):
         return False
-    _put(file, "".join(left), errors="surrogateescape")
+    write_text(file, "".join(left), errors="surrogateescape")
     return True
-
-
-def _put(file: Path, text: str, errors: str = "strict") -> None:
-    """Put a text in the file's place, its bytes and line ends as they are, whole or not at all."""
-    draft = file.with_name(f".{file.name}.{os.getpid()}.draft")
-    try:
-        draft.write_text(text, "utf-8", errors=errors, newline="")
-        draft.replace(file)
-    finally:
-        draft.unlink(missing_ok=True)
 
 
 def _demand_header(file: Path, header: list[str], known: Sequence[str]) -> None:

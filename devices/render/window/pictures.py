@@ -23,6 +23,7 @@ from devices.render.window.words import method_word, render_texts, texture_word
 from devices.window.fonts import find_fonts
 from devices.window.geometry import Metrics
 from devices.window.screen import Page
+from protocols.files import open_bytes
 
 if TYPE_CHECKING:
     from PIL import Image
@@ -60,7 +61,8 @@ def saved(path: Path, lab: Path, choice: Choice, language: str) -> Path:
     texts = render_texts(language)
     names = {"texture": texture_word(texts, choice.texture), "method": method_word(texts, choice.method)}
     made = picture(lab, choice, last, Told(record, texts("switched", **names) + "."), language)
-    made.quantize(COLOURS, dither=Image.Dither.FLOYDSTEINBERG).save(path, optimize=True)
+    with open_bytes(path) as file:
+        made.quantize(COLOURS, dither=Image.Dither.FLOYDSTEINBERG).save(file, "PNG", optimize=True)
     return path
 
 

@@ -11,6 +11,7 @@ import numpy as np
 
 from devices.door.plant.measuring.playback import play
 from devices.door.plant.measuring.rendered_stop import Wall, by_default, heavy, light, stiffest
+from protocols.files import open_bytes
 
 INK, SOFT, GREY = "#1a1a1a", "#5c5c5c", "#d9d9d9"
 COLOURS = ("#0072b2", "#d55e00", "#009e73")
@@ -100,6 +101,6 @@ def _saved(figure: Any, path: Path) -> Path:
         axes.spines[["top", "right"]].set_visible(False)
         axes.tick_params(labelsize=8.5, colors=SOFT)
     FigureCanvasAgg(figure)
-    path.parent.mkdir(parents=True, exist_ok=True)
-    figure.savefig(path, dpi=150)
+    with open_bytes(path) as file:
+        figure.savefig(file, format=path.suffix[1:], dpi=150)
     return path
