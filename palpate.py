@@ -5,6 +5,7 @@ from __future__ import annotations
 import os
 import sys
 from collections.abc import Iterator, Sequence
+from contextlib import suppress
 from importlib import import_module
 from importlib.metadata import PackageNotFoundError, version
 from pathlib import Path
@@ -12,7 +13,8 @@ from typing import Any
 
 import click
 
-ROOMS = ("protocols", "devices", "studies", "analysis", "modeling")
+INTERRUPTED = 130
+"""The exit code after Ctrl-C, as shells give it: 128 and the number of the signal."""
 VERBS = {
     "init": ("studies.participants.commands:init", "Make a folder a lab."),
     "participants": ("studies.participants.commands:participants", "Add, list, withdraw people; who holds which row."),
@@ -155,13 +157,16 @@ def demo(lab: Path) -> None:
 
     Each step is an ordinary command, shown before it runs. The lab is made anew every time.
     """
+    from protocols.files import write_text
+    from protocols.shell_command import shell_command
+
     _fresh(lab)
     for line in DEMO:
-        click.secho(f"\n$ palpate {line} --lab {lab}", bold=True)
+        click.secho(f"\n$ {shell_command(*line.split(), '--lab', lab)}", bold=True)
         try:
             status = _status([*line.split(), "--lab", str(lab)])
         finally:
-            (lab / DEMO_MARK).write_text("".join(f"{name}\n" for name in sorted(_files_in(lab))), encoding="utf-8")
+            write_text(lab / DEMO_MARK, "".join(f"{name}\n" for name in sorted(_files_in(lab))))
         if status:
             raise click.exceptions.Exit(status)
 
@@ -179,8 +184,9 @@ def _fresh(lab: Path) -> None:
         import shutil
 
         shutil.rmtree(lab)
-    lab.mkdir(parents=True, exist_ok=True)
-    (lab / DEMO_MARK).touch()
+    from protocols.files import write_text
+
+    write_text(lab / DEMO_MARK, "")
 
 
 def _files_in(lab: Path) -> set[str]:
@@ -253,34 +259,67 @@ def textures_cases(quick: bool) -> Iterator[Any]:
 
 
 def main(arguments: Sequence[str] | None = None) -> None:
-    """Run the command line and exit: 0 done, 1 the thing checked failed, 2 a mistake in what was asked."""
+    """Run the command line and exit: 0 done, 1 the thing checked failed, 2 a mistake or a fault, 130 interrupted."""
     sys.exit(_status(arguments))
+
+
+def import_room(verb: str) -> None:
+    """Import the room of a verb; a verb that is none, or a room that cannot be imported, is told of when it runs."""
+    if verb in VERBS:
+        with suppress(ImportError):
+            import_module(VERBS[verb][0].partition(":")[0])
 
 
 def _status(arguments: Sequence[str] | None) -> int:
     try:
-        return int(cli.main(arguments, prog_name="palpate", standalone_mode=False) or 0)
+        status = int(cli.main(arguments, prog_name="palpate", standalone_mode=False) or 0)
+        sys.stdout.flush()
     except click.ClickException as error:
         error.show()
         return 2
-    except (click.Abort, KeyboardInterrupt):
-        click.echo("stopped", err=True)
-        return 1
+    except KeyboardInterrupt:
+        return _stopped()
+    except click.Abort as error:
+        return _stopped() if isinstance(error.__context__, KeyboardInterrupt) else _declined()
     except BrokenPipeError:
-        os.dup2(os.open(os.devnull, os.O_WRONLY), sys.stdout.fileno())
+        _discard_output()
         return 1
-    except (ValueError, OSError) as error:
-        if not _a_mistake_of_use(error):
+    except Exception as error:
+        if (message := _message(error)) is None:
             raise
-        click.echo(f"Error: {error}", err=True)
+        click.echo(f"Error: {message}", err=True)
         return 2
+    return status
 
 
-def _a_mistake_of_use(error: Exception) -> bool:
-    """Errors that our rooms raise by name, and files that are not to be had; anything else is a fault of ours."""
+def _stopped() -> int:
+    click.echo("stopped", err=True)
+    return INTERRUPTED
+
+
+def _declined() -> int:
+    click.echo("stopped: not confirmed", err=True)
+    return 1
+
+
+def _message(error: Exception) -> str | None:
+    """Return what to tell the user; None for a fault of ours, or where PALPATE_DEBUG asks for the traceback."""
+    try:
+        sys.stdout.flush()
+    except OSError as full:
+        _discard_output()
+        full.filename = "the standard output"
+        error = full if not isinstance(error, OSError) or error.filename is None else error
     if os.environ.get("PALPATE_DEBUG"):
-        return False
-    return type(error).__module__.partition(".")[0] in ROOMS or (isinstance(error, OSError) and bool(error.filename))
+        return None
+    from studies.messages import describe_error
+
+    return describe_error(error)
+
+
+def _discard_output() -> None:
+    """Let what is still buffered for the standard output go nowhere, so that the exit does not fail on it again."""
+    os.dup2(os.open(os.devnull, os.O_WRONLY), sys.stdout.fileno())
 
 
 if __name__ == "__main__":

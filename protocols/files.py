@@ -284,6 +284,8 @@ def _reporting(draft: Path, path: Path, note: str) -> Iterator[None]:
     try:
         yield
     except OSError as error:
+        if error.errno is None:
+            raise
         inside = [Path(name) for name in (error.filename, error.filename2) if isinstance(name, str | os.PathLike)]
         for name in inside:
             if name == draft or draft in name.parents:
@@ -346,5 +348,6 @@ def _sync(handle: int, path: Path) -> None:
     except OSError as error:
         if error.errno in (errno.EINVAL, errno.ENOTSUP):  # a file system that cannot
             return
-        error.filename = str(path)
+        if error.errno is not None:
+            error.filename = str(path)
         raise

@@ -11,11 +11,12 @@ from pathlib import Path
 from typing import Any
 
 from sqlalchemy import URL, Connection, Engine, create_engine, delete, insert, inspect, make_url, select
-from sqlalchemy.exc import ArgumentError, SQLAlchemyError
+from sqlalchemy.exc import OperationalError, SQLAlchemyError
 
 from studies import collected_schema as schema
 from studies.ledger_schema import APPLICATION_ID
 from studies.ledger_state import FileState, file_state, last_hash
+from studies.messages import database_reason, describe_url
 from studies.participants.schema import metadata as registry
 from studies.record import read
 from studies.tables import SessionTables, tables
@@ -74,10 +75,9 @@ def open_database(url: str | URL, rebuild: bool = False) -> Engine:
             _demand_version(connection)
     except CollectError as error:
         engine.dispose()
-        raise CollectError(f"{_without_password(str(url))}: {error}") from None
-    except (SQLAlchemyError, ModuleNotFoundError) as error:
-        reason = "not a database URL" if isinstance(error, ArgumentError) else str(getattr(error, "orig", error))
-        raise CollectError(f"{_without_password(str(url))}: {reason.strip() or type(error).__name__}") from None
+        raise CollectError(f"{describe_url(url)}: {error}") from None
+    except (SQLAlchemyError, ModuleNotFoundError, ValueError) as error:
+        raise CollectError(f"{describe_url(url)}: {database_reason(error, url)}") from None
     return engine
 
 
@@ -122,9 +122,8 @@ class Collector:
                 if state is not None:
                     _note_state(connection, session.session["session"], state)
         except SQLAlchemyError as error:
-            raise CollectError(
-                f"{path}: could not be brought in ({getattr(error, 'orig', error)}); try again"
-            ) from None
+            reason = database_reason(error, self.engine.url)
+            raise CollectError(f"{path}: could not be collected: {reason}") from None
         return Collected(path, session.session["session"], what, session.session["trials_answered"])
 
     def _is_unchanged(self, path: Path, state: FileState, known: _Known) -> bool:
@@ -222,7 +221,13 @@ def _insert_missing(connection: Connection, session: SessionTables) -> None:
 
 
 def _wait_for_others(connection: Connection) -> None:
-    """Two stations that make a table, or bring the same study, at once would each find it missing."""
+    """Take the lock that lets one writer after another in: two at once would each find a table or a study missing."""
+    if connection.dialect.name == "sqlite":
+        try:
+            connection.exec_driver_sql("BEGIN IMMEDIATE")
+        except OperationalError as error:
+            if "readonly" not in str(error):  # a database that is only read needs no lock
+                raise
     if connection.dialect.name == "postgresql":
         connection.exec_driver_sql(f"SELECT pg_advisory_xact_lock({LOCK})")
 
@@ -265,8 +270,3 @@ def _demand_ours(connection: Connection) -> None:
                 f"its table {name} has no column {min(missing)}: palpate collect did not make it; nothing was changed. "
                 "Rename that table, or collect into a new database"
             )
-
-
-def _without_password(url: str) -> str:
-    head, at, tail = url.rpartition("@")
-    return f"{head.split('://')[0]}://...{at}{tail}" if at else url

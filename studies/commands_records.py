@@ -75,6 +75,7 @@ def collect(url: str | None, rebuild: bool, verify: bool, lab: Path, as_json: bo
     from sqlalchemy import URL
 
     from studies.collect import CollectError, Collector, ledgers_in, open_database, others_in
+    from studies.messages import describe_url
     from studies.participants.registry import withdrawn
 
     paths = ledgers_in(lab)
@@ -97,7 +98,7 @@ def collect(url: str | None, rebuild: bool, verify: bool, lab: Path, as_json: bo
             {"sessions": len(rows), **counts, "problems": [row["problem"] for row in refused], "skipped": skipped}
         )
     else:
-        _show_collected(counts, refused, skipped, engine.url.render_as_string(hide_password=True))
+        _show_collected(counts, refused, skipped, describe_url(engine.url))
     if refused:
         raise click.exceptions.Exit(1)
 

@@ -29,6 +29,7 @@ from studies.ledger_schema import (
     sitting_hash,
     sittings,
 )
+from studies.messages import database_reason
 from studies.record import LedgerError, Record, read
 
 Shield = Callable[[], AbstractContextManager[object]]
@@ -95,7 +96,7 @@ def kept(path: Path, what: str) -> Iterator[None]:
     try:
         yield
     except SQLAlchemyError as error:
-        raise LedgerError(f"{path}: {what} could not be kept: {getattr(error, 'orig', error)}") from error
+        raise LedgerError(f"{path}: {what} could not be kept: {database_reason(error)}") from error
 
 
 @dataclass
@@ -169,7 +170,7 @@ def take_up(
         ledger.sit("opened", sitting)
     except OperationalError as error:
         lock.release()
-        raise LedgerError(f"{path}: cannot be written ({error.orig})") from None
+        raise LedgerError(f"{path}: cannot be written ({database_reason(error)})") from None
     except BaseException:
         lock.release()
         raise

@@ -2,24 +2,37 @@
 
 from __future__ import annotations
 
-import csv
 import io
-import json
 import os
 import re
-import sqlite3
 import sys
-import zipfile
 from collections.abc import Iterator
 from pathlib import Path
 from types import TracebackType
 from typing import Any
+from urllib.parse import unquote
 
 from protocols.files import reason
 
 ROOMS = ("protocols", "devices", "studies", "analysis", "modeling")
-DATABASES = "a SQLite file (sqlite:///lab.sqlite) or PostgreSQL (postgresql+psycopg://user@host/lab)"
-_SECRETS = "password|passwd|pwd|secret|token|sslpassword|passfile"
+DATABASES = (
+    "a SQLite file, as sqlite:///lab.sqlite, or PostgreSQL, as postgresql+psycopg://user@host/lab (with its driver:"
+    " pip install 'palpate[postgres]')"
+)
+_STREAMS = {"<stdout>": "the standard output", "<stdin>": "the standard input", "<stderr>": "the standard error"}
+_PARSERS = {
+    "YAML": ("yaml.YAMLError",),
+    "JSON": ("json.JSONDecodeError",),
+    "CSV": ("csv.Error",),
+    "compressed": ("zipfile.BadZipFile", "gzip.BadGzipFile", "zlib.error", "builtins.EOFError"),
+}
+_SECRETS = (
+    re.compile(
+        r"(?i)(?P<name>\b\w*(?:password|passwd|pwd|secret|token)\s*=\s*['\"]?)(?P<secret>[^\s&;,'\"]+)(?P<end>)"
+    ),
+    re.compile(r"(?P<name>:)(?!//|\*\*\*@|(?<=\b[A-Za-z]:)[\\/])(?P<secret>[^\s'\"]+)(?P<end>@)"),
+)
+"""`password=SECRET`, and `:SECRET@` whatever stands before it."""
 
 
 def describe_error(error: BaseException) -> str | None:
@@ -30,21 +43,41 @@ def describe_error(error: BaseException) -> str | None:
     return hide_passwords("; ".join([text.strip(), *getattr(error, "__notes__", [])]))
 
 
-def hide_passwords(text: str) -> str:
-    """Return the text with `***` for every password in a URL, also in one that no program could read."""
-    text = re.sub(rf"(?i)\b({_SECRETS})(\s*=\s*)([^\s&;,'\"]+)", r"\1\2***", text)
-    text = re.sub(r"(\w[\w+.-]*:/{1,3})?([^\s/:@'\"]+):([^\s'\"]+)@", _hide_in_url, text)
+def hide_passwords(text: str, *urls: str) -> str:
+    """Return the text with `***` for every password in a URL, also in a URL that no program can read.
+
+    A driver may report a part of the URL that it was given: of the passwords in `urls` no part is left in the text.
+    """
+    for secret in (match["secret"] for url in urls for form in _SECRETS for match in form.finditer(url)):
+        for part in (secret, *re.split(r"[@:/?#&]", secret), unquote(secret)):
+            text = text.replace(part, "***") if len(part) > 1 else text
+    for form in _SECRETS:
+        text = form.sub(r"\g<name>***\g<end>", text)
     return text
 
 
-def database_reason(error: BaseException) -> str:
-    """Return what a database or its driver reports, on one line and without passwords."""
+def describe_url(url: Any) -> str:
+    """Return a database's URL, given as text or as SQLAlchemy's URL, without its passwords."""
+    whole = url if isinstance(url, str) else url.render_as_string(hide_password=False)
+    return hide_passwords(whole)
+
+
+def database_reason(error: BaseException, url: Any = "") -> str:
+    """Return on one line, without passwords, why a database cannot be used or what its driver reports."""
+    whole = url if isinstance(url, str) else url.render_as_string(hide_password=False)
+    usual = (
+        (ModuleNotFoundError, f"the driver {getattr(error, 'name', '')} is not installed; use {DATABASES}"),
+        (_classes("sqlalchemy.exc.NoSuchModuleError"), f"this kind of database is unknown; use {DATABASES}"),
+        ((ValueError, *_classes("sqlalchemy.exc.ArgumentError")), f"not a database URL; use {DATABASES}"),
+        (_classes("sqlalchemy.exc.IntegrityError"), "another program wrote the same at this moment; try again"),
+    )
+    for kinds, message in usual:
+        if isinstance(error, kinds):
+            return message
     said = str(getattr(error, "orig", None) or error).strip() or type(error).__name__
-    return hide_passwords(" ".join(said.split("\n(Background on this error")[0].split()))
-
-
-def _hide_in_url(match: re.Match[str]) -> str:
-    return f"{match[1] or ''}{match[2]}:***@"
+    if "database is locked" in said:
+        return "another program is writing into it; nothing was changed, try again"
+    return hide_passwords(" ".join(said.split("\n(Background on this error")[0].split()), whole)
 
 
 def _describe(error: BaseException) -> str | None:
@@ -61,41 +94,47 @@ def _describe(error: BaseException) -> str | None:
 
 def _kind(error: BaseException) -> tuple[str, str] | None:
     """Return what could not be used and why, for errors of databases and parsers."""
-    if isinstance(error, sqlite3.Error | _imported("sqlalchemy.exc", "SQLAlchemyError", "psycopg", "Error")):
+    if isinstance(error, _classes("sqlite3.Error", "sqlalchemy.exc.SQLAlchemyError", "psycopg.Error")):
         return "the database", database_reason(error)
-    if isinstance(error, _imported("yaml", "YAMLError")):
-        return "a YAML file", f"not valid YAML: {' '.join(str(error).split())}"
-    if isinstance(error, json.JSONDecodeError):
-        return "a JSON file", f"not valid JSON: {error}"
     if isinstance(error, UnicodeDecodeError):
         return "a text file", f"byte {error.start} is not UTF-8; save the file as UTF-8"
-    if isinstance(error, csv.Error):
-        return "a table", f"not a table of comma-separated values: {error}"
-    if isinstance(error, zipfile.BadZipFile | EOFError) or type(error).__name__ == "BadGzipFile":
-        return "a compressed file", f"damaged or cut short: {error}"
+    for what, names in _PARSERS.items():
+        if isinstance(error, _classes(*names)):
+            return f"a {what} file", f"not valid {what}: {' '.join(str(error).split())}"
     return None
 
 
-def _imported(*pairs: str) -> tuple[type[BaseException], ...]:
+def _classes(*names: str) -> tuple[type[BaseException], ...]:
     """Return the named classes of the modules that this process has imported; another cannot have raised."""
-    modules = [(sys.modules.get(name), kind) for name, kind in zip(pairs[::2], pairs[1::2], strict=True)]
-    return tuple(getattr(module, kind) for module, kind in modules if module is not None)
+    split = [name.rpartition(".") for name in names]
+    return tuple(getattr(sys.modules[module], name) for module, _, name in split if module in sys.modules)
 
 
 def _place(traceback: TracebackType | None) -> str | None:
-    """Return the file or database that the innermost frame of an error had open: read() and parsers name none."""
-    frames = []
+    """Return the file or database that an error is about: read() and parsers name none, but their callers hold it.
+
+    Looked for from the innermost frame to the second one of our own, since the outer ones hold other files, too.
+    """
+    frames, ours = [], 0
     while traceback is not None:
         frames.append(traceback.tb_frame)
         traceback = traceback.tb_next
-    return next((place for frame in reversed(frames) for place in _places(frame.f_locals)), None)
+    for frame in reversed(frames):
+        for place in _places(frame.f_locals):
+            return place
+        ours += frame.f_globals.get("__name__", "").partition(".")[0] in ROOMS
+        if ours == 2:
+            break
+    return None
 
 
 def _places(variables: dict[str, Any]) -> Iterator[str]:
+    databases: Any = _classes("sqlalchemy.Engine", "sqlalchemy.Connection")
     for name, value in variables.items():
         if isinstance(value, io.IOBase) and isinstance(opened := getattr(value, "name", None), str):
-            yield opened
+            yield _STREAMS.get(opened, opened)
         elif isinstance(value, Path) and name in {"self", "path", "file"}:
             yield str(value)
-        elif hasattr(value, "render_as_string"):
-            yield value.render_as_string(hide_password=True)
+        elif isinstance(value, databases):
+            url = value.engine.url
+            yield str(url.database) if url.drivername.startswith("sqlite") else describe_url(url)

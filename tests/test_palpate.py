@@ -68,7 +68,7 @@ def test_ctrl_c_ends_with_one_word(monkeypatch, capsys):
         raise KeyboardInterrupt
 
     monkeypatch.setattr("studies.catalogue.names", stopped)
-    assert palpate._status(["studies"]) == 1
+    assert palpate._status(["studies"]) == 130
     assert capsys.readouterr().err.strip() == "stopped"
 
 

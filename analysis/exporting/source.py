@@ -20,6 +20,7 @@ from protocols.did_you_mean import nearest
 from protocols.study import Study
 from studies import collected_schema as schema
 from studies.collect import collect, ledgers_in, open_database
+from studies.messages import database_reason, describe_url
 from studies.participants.registry import find_registry, withdrawn
 
 _OF_A_CHOICE = tuple(each.name for each in fields(SessionRow))
@@ -147,7 +148,9 @@ def _sessions(connection: Connection, wanted: Wanted) -> list[dict[str, Any]]:
             return found
         known = sorted(connection.execute(select(table.c.study).distinct()).scalars())
     except SQLAlchemyError as error:
-        raise ExportRefused(f"{connection.engine.url!r}: not a collected database ({error.args[0]})") from None
+        raise ExportRefused(
+            f"{describe_url(connection.engine.url)}: not a collected database ({database_reason(error)})"
+        ) from None
     raise ExportRefused(f"no session of study {wanted.name!r} is collected; {nearest(wanted.name, known)}")
 
 

@@ -19,6 +19,7 @@ from analysis.ratings.dataset import Crossing, DataRefused, Exclusion, Input, Ra
 from protocols.canonical import parse
 from protocols.did_you_mean import nearest
 from protocols.study import Study
+from studies.messages import database_reason, describe_url
 
 __all__ = ["Crossing", "DataRefused", "Exclusion", "Input", "Ratings", "Scale", "read_ratings"]
 
@@ -111,10 +112,8 @@ def _query(connection: Connection, statement: Any, study: str) -> list[dict[str,
     try:
         return [dict(row) for row in connection.execute(statement, {"study": study}).mappings()]
     except SQLAlchemyError as error:
-        reason = str(getattr(error, "orig", None) or error).splitlines()[0]
-        raise DataRefused(
-            f"{connection.engine.url!r}: not a collected database ({reason}); make one with: palpate collect"
-        ) from None
+        where, why = describe_url(connection.engine.url), database_reason(error)
+        raise DataRefused(f"{where}: not a collected database ({why}); make one with: palpate collect") from None
 
 
 def _no_sessions(connection: Connection, study: str) -> str:

@@ -25,8 +25,8 @@ def draw(folder: Path, out: Path) -> Path:
     from matplotlib.backends.backend_agg import FigureCanvasAgg
     from matplotlib.figure import Figure
 
-    kind = out.suffix[1:].lower()
-    if kind not in FORMATS:
+    form = out.suffix[1:].lower()
+    if form not in FORMATS:
         raise DoorDataError(f"{out}: a picture is written as {', '.join(f'.{name}' for name in FORMATS)}.")
 
     rows = _table(folder / "stimuli.csv")
@@ -40,7 +40,7 @@ def draw(folder: Path, out: Path) -> Path:
             _panel(panel, folder, [row for row in rows if row["car"] == car], kind)
     _label(panels, rows, cars, kinds)
     with open_bytes(out) as file:
-        figure.savefig(file, format=kind, dpi=110, metadata={"Software": None} if kind == "png" else None)
+        figure.savefig(file, format=form, dpi=110, metadata={"Software": None} if form == "png" else None)
     return out
 
 

@@ -33,6 +33,7 @@ from sqlalchemy import (
 from sqlalchemy.exc import SQLAlchemyError
 
 from protocols.files import write_text
+from studies.messages import database_reason
 from studies.participants.errors import ParticipantError
 
 metadata = MetaData()
@@ -206,4 +207,4 @@ def _said(lab: Path) -> Iterator[None]:
     try:
         yield
     except SQLAlchemyError as error:
-        raise ParticipantError(f"{store(lab)}: {getattr(error, 'orig', error)}") from None
+        raise ParticipantError(f"{store(lab)}: {database_reason(error)}") from None

@@ -17,6 +17,7 @@ from sqlalchemy.exc import ArgumentError, IntegrityError, SQLAlchemyError
 
 from protocols.canonical import canonical
 from studies.environment import wall_time
+from studies.messages import database_reason, describe_url
 from studies.participants import schema
 from studies.participants.errors import ParticipantError
 from studies.participants.lab import SETTINGS, settings
@@ -45,10 +46,8 @@ def registry_url(lab: Path) -> URL:
         return URL.create("sqlite", database=str(lab / "participants" / "registry.sqlite"))
     try:
         url = make_url(told)
-    except ArgumentError:
-        raise ParticipantError(
-            f"{lab / SETTINGS}: registry: not a database URL; expected, as postgresql+psycopg://user@host/lab"
-        ) from None
+    except (ArgumentError, ValueError) as error:
+        raise ParticipantError(f"{lab / SETTINGS}: registry: {database_reason(error, told)}") from None
     dialect = url.get_backend_name()
     if dialect not in {"sqlite", "postgresql"}:
         raise ParticipantError(f"{lab / SETTINGS}: registry: found {dialect}; expected postgresql+psycopg or sqlite")
@@ -141,7 +140,7 @@ def where(registry: Registry) -> str:
 
 
 def _shown(url: URL) -> str:
-    return str(url.database) if url.get_backend_name() == "sqlite" else url.render_as_string(hide_password=True)
+    return str(url.database) if url.get_backend_name() == "sqlite" else describe_url(url)
 
 
 def _at(lab: Path, url: URL) -> Registry:
@@ -150,13 +149,8 @@ def _at(lab: Path, url: URL) -> Registry:
         engine = create_engine(
             url, poolclass=NullPool, connect_args={"timeout": WAIT_S} if sqlite else {"connect_timeout": 10}
         )
-    except ModuleNotFoundError as error:
-        raise ParticipantError(
-            f"registry {_shown(url)}: the driver {error.name} is not installed: write postgresql+psycopg://..., and "
-            "pip install 'palpate[postgres]'"
-        ) from None
-    except SQLAlchemyError as error:
-        raise ParticipantError(f"registry {_shown(url)}: {error}") from None
+    except (ModuleNotFoundError, SQLAlchemyError) as error:
+        raise ParticipantError(f"registry {_shown(url)}: {database_reason(error, url)}") from None
     if sqlite:
         _take_begin_over(engine)
     return Registry(lab, engine)
@@ -183,8 +177,7 @@ def _said(registry: Registry) -> Iterator[None]:
     except IntegrityError:
         raise
     except SQLAlchemyError as error:
-        reason = str(getattr(error, "orig", error)).strip() or type(error).__name__
-        raise ParticipantError(f"{where(registry)}: {reason}") from None
+        raise ParticipantError(f"{where(registry)}: {database_reason(error, registry.engine.url)}") from None
 
 
 def _create(connection: Connection, url: URL) -> None:

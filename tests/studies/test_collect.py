@@ -167,9 +167,12 @@ def test_samples_are_listed_as_streams(tmp_path, engine):
 @pytest.mark.parametrize(
     ("url", "said"),
     [
-        ("nonsense", "nonsense: not a database URL"),
+        ("nonsense", "nonsense: not a database URL; use a SQLite file"),
+        ("postgresql+psycopg://joe:pw@127.0.0.1:notaport/x", r"joe:\*\*\*@127.0.0.1:notaport/x: not a database URL"),
+        ("postgresql+psycopg://joe:pw@[::1/x", r"joe:\*\*\*@\[::1/x: not a database URL"),
+        ("mysql://joe:pw@h/x", r"mysql://joe:\*\*\*@h/x: the driver MySQLdb is not installed; use a SQLite file"),
         ("sqlite:////no/such/folder/x.sqlite", "unable to open database file"),
-        ("postgresql+psycopg://me:secret@127.0.0.1:1/x", r"postgresql\+psycopg://\.\.\.@127.0.0.1:1/x: .*"),
+        ("postgresql+psycopg://me:secret@127.0.0.1:1/x", r"postgresql\+psycopg://me:\*\*\*@127.0.0.1:1/x: .*"),
         ("mysql://host/x", "MySQLdb"),
     ],
 )

@@ -57,7 +57,7 @@ def test_it_is_replaced_as_a_whole_and_leaves_nothing_behind(path):
 def test_cut_off_at_any_moment_the_earlier_model_or_the_new_one_is_there(path, moment, monkeypatch):
     other = small.Linear(np.zeros((526, 4)), np.full(4, 50.0), ("mfcc", "hand"), ())
     before, done = read_model(path, small.METHODS).predict(T01), []
-    put = model_file._put
+    put = model_file.write_bytes
 
     def cut(place, content):
         done.append(place)
@@ -65,7 +65,7 @@ def test_cut_off_at_any_moment_the_earlier_model_or_the_new_one_is_there(path, m
             raise KeyboardInterrupt
         put(place, content)
 
-    monkeypatch.setattr(model_file, "_put", cut)
+    monkeypatch.setattr(model_file, "write_bytes", cut)
     with pytest.raises(KeyboardInterrupt):
         write_model(path.parent, other, CARD, small.METHODS)
     monkeypatch.undo()

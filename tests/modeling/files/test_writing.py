@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import json
+import os
 
 import numpy as np
 import pytest
@@ -127,7 +128,7 @@ def test_replacing_a_model_touches_no_other_whatever_its_name(tmp_path):
 
 def test_a_disk_that_does_not_keep_what_it_was_given_is_noticed(tmp_path, monkeypatch):
     write(tmp_path, bias=np.zeros(2))
-    monkeypatch.setattr(writing.os, "fsync", lambda handle: writing.os.ftruncate(handle, 9))
+    monkeypatch.setattr("os.fsync", lambda handle: os.ftruncate(handle, 9))
     with pytest.raises(ModelWritingError, match="does not read back as it was written"):
         write(tmp_path, bias=np.ones(2))
     assert read_model(tmp_path / "m.json").tensors["b"].tolist() == [0.0, 0.0]

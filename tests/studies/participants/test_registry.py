@@ -134,9 +134,9 @@ def test_a_relative_sqlite_file_lies_in_the_lab_wherever_one_stands(tmp_path, mo
     [
         ("registri: sqlite:///x\n", r"lab\.yaml: line 1: registri: unknown key; did you mean 'registry'\?"),
         ("\nregistry: 3\n", r"lab\.yaml: line 2: registry: found 3, a text is expected"),
-        ("registry: nonsense\n", r"lab\.yaml: registry: not a database URL; expected, as postgresql\+psycopg"),
+        ("registry: nonsense\n", r"lab\.yaml: registry: not a database URL; use a SQLite file, .*postgresql\+psycopg"),
         ("registry: mysql://host/x\n", "registry: found mysql; expected postgresql"),
-        ("registry: postgresql+pg8000://h/x\n", "the driver pg8000 is not installed: .*palpate.postgres"),
+        ("registry: postgresql+pg8000://h/x\n", "the driver pg8000 is not installed; .*palpate.postgres"),
         ("registry: 'sqlite://'\n", "in memory is gone at once"),
         ("registry: 'sqlite:///:memory:'\n", "in memory is gone at once"),
         ("[1]\n", "keys and values are expected"),

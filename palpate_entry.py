@@ -1,0 +1,50 @@
+"""The console script: an interrupt (Ctrl-C) ends the program with a word at any instant, also while it is imported."""
+
+from __future__ import annotations
+
+import _thread
+import os
+import signal
+import sys
+
+INTERRUPTED = 130
+
+
+def main() -> None:
+    """Import the front door and the room of the command, then run the command line and exit."""
+    usual = signal.getsignal(signal.SIGINT)
+    heard = usual is signal.default_int_handler
+    if heard:
+        signal.signal(signal.SIGINT, _stop)
+        sys.unraisablehook = _raise_again
+    try:
+        import palpate
+
+        if len(sys.argv) > 1:
+            palpate.import_room(sys.argv[1])
+        if heard:
+            signal.signal(signal.SIGINT, usual)
+        palpate.main()
+    except KeyboardInterrupt:
+        _stop()
+    finally:
+        if heard:
+            signal.signal(signal.SIGINT, signal.SIG_DFL)
+
+
+def _stop(*_: object) -> None:
+    """End at once: nothing has been opened or written yet, or everything has been closed."""
+    os.write(2, b"stopped\n")
+    os._exit(INTERRUPTED)
+
+
+def _raise_again(unraisable: sys.UnraisableHookArgs) -> None:
+    """Raise an interrupt anew that came while Python could not raise it, as in a callback of the import system."""
+    if unraisable.exc_type is KeyboardInterrupt:
+        _thread.interrupt_main()
+    else:
+        sys.__unraisablehook__(unraisable)
+
+
+if __name__ == "__main__":
+    main()

@@ -1,0 +1,1 @@
+"""Faults of the machine: full disks, read errors, interrupts."""

@@ -1,0 +1,96 @@
+"""Product code writes files through `protocols.files` and nothing else; every exception is listed with its reason."""
+
+import ast
+from pathlib import Path
+
+ROOT = Path(__file__).parents[2]
+ROOMS = ("protocols", "devices", "studies", "analysis", "modeling", "palpate.py", "palpate_entry.py")
+WRITER = "protocols/files.py"
+METHODS = {
+    "write_text": "Path.write_text", "write_bytes": "Path.write_bytes", "savefig": "a figure to a path",
+    "savez": "arrays", "savez_compressed": "arrays", "savetxt": "arrays", "to_csv": "a table", "to_parquet": "a table",
+    "to_excel": "a table", "save_file": "tensors", "rename": "a file", "replace": "a file", "symlink_to": "a link",
+    "hardlink_to": "a link", "link": "a link", "copyfile": "a file", "copy": "a file", "copy2": "a file",
+    "copytree": "a folder", "move": "a file", "mkstemp": "a file", "mkdtemp": "a folder", "touch": "a file",
+}  # fmt: skip
+"""Calls that write under a name of their own. `save` and `replace` are looked at more closely below."""
+EXCEPTIONS = {
+    "studies/ledger.py": "SQLite writes the ledger; its first event is linked or renamed into place by hand",
+    "studies/participants/identities.py": "the journal of erased people is overwritten in place, to forget them",
+    "studies/texture_set_studies.py": "copies a shipped study into a staged folder, which is placed as a whole",
+    "devices/author/designs.py": "renames an earlier work aside, without writing",
+    "devices/door/firmware/process.py": "a log of the emulator, appended line by line while it runs",
+    "analysis/regenerating/running.py": "to_csv gives text for a digest; no file",
+    "analysis/plans/": "DataFrame.rename", "analysis/reliability/": "DataFrame.rename",
+    "analysis/choices/bench.py": "DataFrame.rename",
+}  # fmt: skip
+
+
+def calls(file):
+    """(line, name, call) of every call of a method or function by its last name."""
+    for node in ast.walk(ast.parse(file.read_text("utf-8"))):
+        if isinstance(node, ast.Call):
+            name = node.func.attr if isinstance(node.func, ast.Attribute) else getattr(node.func, "id", "")
+            yield node.lineno, name, node
+
+
+def opens_to_write(call):
+    """Whether a call of any `open`, or of ZipFile, has a mode that writes."""
+    texts = [
+        node.value for node in (*call.args[:2], *(k.value for k in call.keywords)) if isinstance(node, ast.Constant)
+    ]
+    return any(isinstance(text, str) and set(text) <= set("rwaxbt+") and set(text) & set("wax+") for text in texts)
+
+
+def writes(name, call):
+    """Whether the call writes a file by itself."""
+    method = isinstance(call.func, ast.Attribute)
+    module = call.func.value.id if method and isinstance(call.func.value, ast.Name) else ""
+    match name:
+        case "open" | "ZipFile" | "TarFile":
+            return opens_to_write(call) and not into_memory(call)
+        case "replace":  # str.replace takes two, dataclasses.replace names its values
+            return method and len(call.args) == 1 and not call.keywords
+        case "savefig" | "savez" | "savez_compressed" | "savetxt" | "to_csv":
+            return not into_memory(call)
+        case "copy" | "move" | "link":
+            return module in {"shutil", "os"}
+    return method and name in METHODS and not (name == "touch" and call.args)
+
+
+def into_memory(call):
+    """Whether the first argument is an open file or a buffer, by its name."""
+    return bool(call.args) and isinstance(call.args[0], ast.Name) and call.args[0].id in {"file", "buffer", "result"}
+
+
+def saves_a_picture(name, call):
+    """`image.save(path)`: a picture or arrays saved under a name instead of into an open file."""
+    if name != "save" or not isinstance(call.func, ast.Attribute) or not call.args:
+        return False
+    first = call.args[0]
+    return isinstance(first, ast.Name) and first.id in {"path", "out", "to", "target", "part", "fresh"}
+
+
+def test_every_file_is_written_by_the_one_writer():
+    used, found = set(), []
+    for room in ROOMS:
+        top = ROOT / room
+        for file in sorted(top.rglob("*.py")) if top.is_dir() else [top]:
+            name = file.relative_to(ROOT).as_posix()
+            excepted = next((key for key in EXCEPTIONS if name.startswith(key)), None)
+            for line, call, node in calls(file):
+                if name != WRITER and (writes(call, node) or saves_a_picture(call, node)):
+                    used.add(excepted)
+                    if excepted is None:
+                        found.append(f"{name}:{line}: {call}")
+    assert found == [], "write it with protocols.files, or list it in EXCEPTIONS with the reason"
+    assert used - {None} == set(EXCEPTIONS), "an exception that is no longer needed"
+
+
+def test_nothing_in_protocols_but_the_writer_itself_touches_files():
+    users = [
+        file.name for file in sorted((ROOT / "protocols").glob("*.py"))
+        if any(isinstance(node, ast.ImportFrom) and node.module == "protocols.files"
+               for node in ast.walk(ast.parse(file.read_text("utf-8"))))
+    ]  # fmt: skip
+    assert users == []
