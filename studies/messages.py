@@ -65,8 +65,8 @@ def describe_url(url: Any) -> str:
 def database_reason(error: BaseException, url: Any = "") -> str:
     """Return on one line, without passwords, why a database cannot be used or what its driver reports."""
     whole = url if isinstance(url, str) else url.render_as_string(hide_password=False)
-    usual = (
-        (ModuleNotFoundError, f"the driver {getattr(error, 'name', '')} is not installed; use {DATABASES}"),
+    usual: tuple[tuple[tuple[type[BaseException], ...], str], ...] = (
+        ((ModuleNotFoundError,), f"the driver {getattr(error, 'name', '')} is not installed; use {DATABASES}"),
         (_classes("sqlalchemy.exc.NoSuchModuleError"), f"this kind of database is unknown; use {DATABASES}"),
         ((ValueError, *_classes("sqlalchemy.exc.ArgumentError")), f"not a database URL; use {DATABASES}"),
         (_classes("sqlalchemy.exc.IntegrityError"), "another program wrote the same at this moment; try again"),
