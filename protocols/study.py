@@ -290,6 +290,12 @@ class Capture(Strict):
     seconds: RecordingSeconds | Text
 
 
+class Noise(Strict):
+    """The masking noise that a study allows: its level at the ear, in dB(A), is this at most, and known."""
+
+    at_most_db_a: Annotated[float, Field(ge=20, le=80, allow_inf_nan=False)]
+
+
 class Item(Strict):
     """A statement of a questionnaire."""
 
@@ -399,6 +405,7 @@ class Study(Strict):
     rest: Rest | None = None
     navigation: Literal["forward", "back_and_forward"] = "forward"
     needs: tuple[Need, ...] = ()
+    noise: Noise | None = None
     analysis: Analysis | None = None
     simulation: Simulation | None = None
 

@@ -47,6 +47,8 @@ def _of_devices(study: Study) -> Iterator[Problem]:
     used = "door_generator" if study.task == "authoring" else study.capture and study.capture.device
     if study.task in ONE_WAY and used and used not in study.needs:
         yield Problem(("needs",), f"task {study.task} needs the device {used}, which is not listed")
+    if study.noise is not None and "masking_noise" not in study.needs:
+        yield Problem(("noise",), "a level of the noise goes together with needs: [masking_noise]")
     presenting = [need for need in study.needs if need in PRESENTING]
     for index, need in enumerate(study.needs):
         place = ("needs", index)

@@ -65,6 +65,8 @@ class LiveWorld:
         if isinstance(request, Ask) and (instead := self.device.before(request)) is not None:
             return instead
         came = self.presenter.perform(request, self.desk, self.clock)
+        if isinstance(request, Ask) and isinstance(came, Aside):
+            self.device.heed(came)
         if isinstance(request, Ask) and (isinstance(came, Reply) or _gives_up(came)):
             return self.device.after(came)
         return came
@@ -142,6 +144,8 @@ class Station:
     presents: Presents
     records: Mapping[str, Records] = field(default_factory=dict)
     beside: Beside | None = None
+    heed: Callable[[Aside], None] = lambda _aside: None
+    """Told of what comes while a form is answered: a pause is silent."""
 
     def perform(self, request: Present | Sense, window: Pages, desk: Desk, now_ns: Callable[[], int]) -> Came:
         """Hand the request to the device that it is for."""

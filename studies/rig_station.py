@@ -24,6 +24,8 @@ from studies.scenes import pictures_of, scenes_for
 if TYPE_CHECKING:
     from devices.door.link.simulator import DoorSimulator
     from devices.scene import Scene
+    from devices.sound.device import MaskingNoise
+    from devices.sound.masked import Masked
     from studies.rig_renderer import RigRenderer
 
 CAPTURED = tuple(need for need in RECORDING if need != "camera")
@@ -40,7 +42,10 @@ def rig_station(rig: OpenRig, found: Found, plan: Plan, lab: Path) -> Station:
     renderer = _renderer(rig, found, plan, lab)
     presents = _door(rig, found, plan, lab) if renderer is None else renderer
     made = replace(composed(plan.study, presents, records, lambda: _stage(rig, plan)), beside=renderer)
-    return replace(made, presents=_masked(rig, made.presents)) if "masking_noise" in plan.study.needs else made
+    if "masking_noise" not in plan.study.needs:
+        return made
+    masked = _masked(rig, made.presents)
+    return replace(made, presents=masked, heed=masked.heed)
 
 
 def _needed(plan: Plan, among: Sequence[str]) -> list[str]:
@@ -86,7 +91,10 @@ def _renderer(rig: OpenRig, found: Found, plan: Plan, lab: Path) -> RigRenderer 
 
 def demand_within_limits(rig: OpenRig, found: Found, plan: Plan) -> None:
     """The door can play every stimulus of the plan, and whatever may be wished for; the renderer's devices are fit for
-    textures. Raises DeviceError naming which."""
+    textures; the noise is bearable. Raises DeviceError naming which."""
+    if plan.study.noise is not None:
+        noise = cast("MaskingNoise", rig.of("masking_noise")["masking_noise"])
+        noise.demand_bearable(plan.study.noise.at_most_db_a)
     if "texture_renderer" in plan.study.needs:
         from studies.rig_renderer import demand_usable
 
@@ -148,8 +156,8 @@ def _stage(rig: OpenRig, plan: Plan) -> Presents:
     return cast(Presents, stage)
 
 
-def _masked(rig: OpenRig, presents: Presents) -> Presents:
+def _masked(rig: OpenRig, presents: Presents) -> Masked:
     from devices.sound.masked import Masked
 
-    noise: Any = rig.of("masking_noise")["masking_noise"]
+    noise = cast("MaskingNoise", rig.of("masking_noise")["masking_noise"])
     return Masked(presents, noise)

@@ -68,6 +68,13 @@ class Settings(Strict):
         """The level at the ear, where it was measured; else NaN."""
         return float("nan") if self.db_spl_at_0_dbfs is None else self.dbfs + self.db_spl_at_0_dbfs
 
+    @property
+    def db_a(self) -> float:
+        """The A-weighted level at the ear, where it was measured; else NaN."""
+        from devices.sound.noise import a_weighted_db
+
+        return self.spoken_db_spl + a_weighted_db(self.colour, self.rate_hz)
+
 
 @dataclass
 class MaskingNoise:
@@ -123,11 +130,28 @@ class MaskingNoise:
         self.output.stop()
         self.player = None
 
+    def demand_bearable(self, at_most_db_a: float) -> None:
+        """Raise DeviceError unless the level at the ear is known, and at most this."""
+        if self.settings.db_spl_at_0_dbfs is None:
+            raise DeviceError(
+                f"{self.name}: the study allows at most {at_most_db_a:g} dB(A), and nobody has measured how loud this "
+                "noise is: play a full-scale sine, read a sound level meter at the ear, and write what it reads into "
+                "the rig file as db_spl_at_0_dbfs"
+            )
+        if self.settings.db_a > at_most_db_a:
+            raise DeviceError(
+                f"{self.name}: {self.settings.db_a:.1f} dB(A) at the ear, and the study allows at most "
+                f"{at_most_db_a:g}: lower level_db_spl (or level_dbfs) in the rig file"
+            )
+
     def describe(self) -> Mapping[str, Any]:
         """The settings, and the level that they come to."""
         said = self.settings.model_dump(mode="json", exclude_none=True)
-        level = {} if self.settings.db_spl_at_0_dbfs is None else {"db_spl": round(self.settings.spoken_db_spl, 2)}
+        level = {} if self.settings.db_spl_at_0_dbfs is None else self._at_the_ear()
         return {**said, "dbfs": round(self.settings.dbfs, 2), **level}
+
+    def _at_the_ear(self) -> dict[str, float]:
+        return {"db_spl": round(self.settings.spoken_db_spl, 2), "db_a": round(self.settings.db_a, 2)}
 
     def health(self, seconds: float) -> Health:
         """Let the open output play silence for so long; nothing is to be heard."""
@@ -135,7 +159,7 @@ class MaskingNoise:
         fault = self.output.fault()
         facts = {**self.output.facts(), "level": f"{self.settings.dbfs:.1f} dBFS"}
         if self.settings.db_spl_at_0_dbfs is not None:
-            facts["at the ear"] = f"{self.settings.spoken_db_spl:.1f} dB SPL"
+            facts["at the ear"] = f"{self.settings.spoken_db_spl:.1f} dB SPL, {self.settings.db_a:.1f} dB(A)"
         told = f"{self.settings.colour} noise is ready" if fault is None else str(fault)
         return Health(fault is None, told, calibrated=self.settings.calibrated, facts=facts)
 

@@ -23,6 +23,7 @@ class Masked:
     mending: Mending = field(default_factory=Mending)
     begun: Present | None = None
     paused: bool = False
+    on: bool = False
 
     def perform(self, request: Present, window: Pages, desk: Desk, now_ns: NowNs) -> Came:
         """What the device that presents says, or the noise's fault: before a presentation begins, or where it ended."""
@@ -40,7 +41,7 @@ class Masked:
             self.noise.close()
             return self.mending.fault(fault)
         if isinstance(came, Aside):
-            self._heed(came)
+            self.heed(came)
         return came
 
     def _sound(self, request: Present) -> None:
@@ -49,6 +50,7 @@ class Masked:
             self.begun = request
         if not self.paused:
             self.noise.start()
+            self.on = True
 
     def _there(self) -> None:
         """Make sure that it plays; headphones that were put right are opened anew."""
@@ -60,10 +62,15 @@ class Masked:
         except DeviceError as error:
             raise DeviceFault(self.noise.name, "link_lost", str(error)) from None
 
-    def _heed(self, aside: Aside) -> None:
+    def heed(self, aside: Aside) -> None:
+        """Be silent in a pause, and sound again after it, also where one falls into the time for an answer."""
         match aside.value.get("do"):
             case "pause":
                 self.paused = True
                 self.noise.rest()
-            case "go_on" | "repeat":
+            case "go_on":
+                self.paused = False
+                if self.on and self.noise.player is not None:
+                    self.noise.start()
+            case "repeat":
                 self.paused = False

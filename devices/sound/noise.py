@@ -39,6 +39,19 @@ def loop(colour: Colour, rate_hz: int, seed: int) -> Array:
     return made / float(np.sqrt(np.mean(made**2)))
 
 
+def a_weighted_db(colour: Colour, rate_hz: int) -> float:
+    """By how much the A-weighted level of the noise differs from its plain level, in dB (IEC 61672-1, Annex E).
+
+    What a meter set to A reads of the noise is its plain level and this.
+    """
+    hz = np.arange(LOWEST_HZ, min(HIGHEST_HZ, 0.45 * rate_hz), 1 / LOOP_S)
+    square = hz**2
+    gain = 12194.0**2 * square**2 / ((square + 20.6**2) * (square + 12194.0**2))
+    gain /= np.sqrt((square + 107.7**2) * (square + 737.9**2))
+    power = np.ones_like(hz) if colour == "white" else 1 / hz
+    return 2.0 + 10 * math.log10(float(np.sum(power * gain**2) / np.sum(power)))
+
+
 @dataclass
 class Fader:
     """A gain that goes to where it is sent in a straight line; it never jumps."""

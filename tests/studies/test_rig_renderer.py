@@ -27,8 +27,10 @@ RIG = """rig: twins
 devices:
   stylus: {kind: tablet, driver: twin}
   actuator: {kind: voice_coil, driver: twin}
+  noise: {kind: masking_noise, driver: twin, db_spl_at_0_dbfs: 100}
 needs:
   texture_renderer: [stylus, actuator]
+  masking_noise: [noise]
 """
 PLAN = compile_plan(of_two(), plan_for("texture_similarity").who, 1, LAB)
 TRIAL = PLAN.trials[0]
@@ -176,7 +178,7 @@ def rig_file(lab, text=RIG):
 
 
 def test_the_twins_of_stylus_and_actuator_render_in_a_process_of_their_own(lab):
-    rig = open_rig(rig_file(lab), ["stylus", "actuator"])
+    rig = open_rig(rig_file(lab), ["stylus", "actuator", "noise"])
     try:
         station = rig_station(rig, Found(PLAN.study, FOLDER), PLAN, lab)
         assert isinstance(station.presents, Mounted) and isinstance(station.beside, RigRenderer)

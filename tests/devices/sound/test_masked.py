@@ -53,6 +53,20 @@ class Room:
         return self.masked.perform(request, Window(self.clock), desk, self.clock)
 
 
+def test_the_noise_is_silent_in_a_rest_while_people_answer_and_comes_back():
+    room = Room()
+    room.masked.heed(Aside({"do": "go_on"}))
+    assert room.level(1.0) == 0.0, "nothing was presented yet"
+    room.act(Present(trial_of("T07")), Desk(confirms=[0.5]))
+    room.level(1.0)
+    room.masked.heed(Aside({"do": "pause", "by": "participant"}))
+    room.level(1.0)
+    assert room.level(1.0) == 0.0
+    room.masked.heed(Aside({"do": "go_on", "by": "participant"}))
+    room.level(1.0)
+    assert room.level(1.0) > 0.0
+
+
 def test_the_noise_comes_with_the_first_presentation_and_stays_while_people_rate():
     room = Room()
     assert room.level(1.0) == 0.0

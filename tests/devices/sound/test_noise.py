@@ -8,7 +8,7 @@ import pytest
 from pydantic import ValidationError
 
 from devices.sound.device import Settings, make
-from devices.sound.noise import Fader, Player, loop, rms_of
+from devices.sound.noise import Fader, Player, a_weighted_db, loop, rms_of
 
 RATE = 48_000
 
@@ -37,6 +37,23 @@ def test_a_level_in_dbfs_is_that_of_a_full_scale_sine_and_the_loudest_noise_neve
         made = loop(colour, RATE, 7) * rms_of(-12.0)
         assert np.sqrt(np.mean(made**2)) == pytest.approx(rms_of(-12.0))
         assert np.abs(made).max() < 1.0
+
+
+THIRDS = {  # IEC 61672-1:2013, Table 3: nominal frequency in Hz and A-weighting in dB
+    20: -50.5, 25: -44.7, 31.5: -39.4, 40: -34.6, 50: -30.2, 63: -26.2, 80: -22.5, 100: -19.1, 125: -16.1, 160: -13.4,
+    200: -10.9, 250: -8.6, 315: -6.6, 400: -4.8, 500: -3.2, 630: -1.9, 800: -0.8, 1000: 0.0, 1250: 0.6, 1600: 1.0,
+    2000: 1.2, 2500: 1.3, 3150: 1.2, 4000: 1.0, 5000: 0.5, 6300: -0.1, 8000: -1.1, 10000: -2.5, 12500: -4.3,
+    16000: -6.6, 20000: -9.3,
+}  # fmt: skip
+
+
+def test_the_a_weighted_level_is_that_of_the_standards_table():
+    hz = np.fft.rfftfreq(RATE * 10, 1 / RATE)
+    gain = 10 ** (np.interp(np.log(np.maximum(hz, 20)), np.log([*THIRDS]), [*THIRDS.values()]) / 10)
+    for colour in ("white", "pink"):
+        power = np.abs(np.fft.rfft(loop(colour, RATE, 1))) ** 2
+        by_table = 10 * np.log10((power * gain).sum() / power.sum())
+        assert a_weighted_db(colour, RATE) == pytest.approx(by_table, abs=0.1)
 
 
 def test_the_loop_goes_on_over_its_end_as_anywhere_else():

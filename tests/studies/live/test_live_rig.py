@@ -237,5 +237,5 @@ def test_options_that_mean_nothing_are_refused():
 
 def test_a_study_that_renders_textures_needs_a_rig_or_stand_ins(tmp_path):
     found = read_study(SHIPPED / "texture_similarity" / "study.yaml")
-    with pytest.raises(RigError, match="needs texture renderer, and this station has no rig file .*--twins"):
+    with pytest.raises(RigError, match="needs texture renderer, masking noise, .* no rig file .*--twins"):
         live_plan(found, calibrated(tmp_path), LiveOptions())

@@ -13,6 +13,7 @@ import pytest
 import studies.live_rig
 from devices.rig.file import rig_path
 from devices.rig.opened import OpenRig
+from devices.signals import DeviceError
 from protocols.perceiver import Perceiver
 from protocols.plan import ParticipantRow, compile_plan
 from protocols.requests import Ask
@@ -234,6 +235,24 @@ def test_noise_masks_and_other_settings_are_refused_when_going_on(lab, rooms):
         plan_to_go_on(found, lab, LiveOptions(), header)
 
 
+@pytest.mark.parametrize(
+    ("noise", "said"),
+    [
+        ("driver: twin", r"noise: the study allows at most 50 dB\(A\), and nobody has measured how loud"),
+        ("driver: twin, db_spl_at_0_dbfs: 100", r"noise: 63\.0 dB\(A\) at the ear, and the study allows at most 50"),
+    ],
+)
+def test_noise_that_nobody_measured_or_that_is_too_loud_for_the_study_is_refused(lab, rooms, noise, said):
+    found = doors(1, needs=["door", "masking_noise"], noise={"at_most_db_a": 50})
+    rig_path(lab).write_text(TWINS.replace("masking_noise, driver: twin", f"masking_noise, {noise}"))
+    with pytest.raises(DeviceError, match=said):
+        begun(found, lab)
+    quiet = TWINS.replace("masking_noise, driver: twin", f"masking_noise, {noise}, level_dbfs: -50")
+    rig_path(lab).write_text(quiet)
+    if "100" in noise:
+        assert read(begun(found, lab).path).header["rig"]["devices"]["noise"]["db_a"] == pytest.approx(48.0, abs=0.1)
+
+
 def test_a_rig_of_twins_is_no_stand_in_of_this_process(lab, rooms):
     header = {"rig": {"kind": "live", "twins": ["door"], "settings": {}, "language": "en"}, "calibration": None}
     rig, _ = plan_to_go_on(doors(1), lab, LiveOptions(accept_change=True), header)
@@ -246,8 +265,10 @@ TEXTURES = """rig: twins
 devices:
   stylus: {kind: tablet, driver: twin}
   actuator: {kind: voice_coil, driver: twin}
+  noise: {kind: masking_noise, driver: twin, db_spl_at_0_dbfs: 100}
 needs:
   texture_renderer: [stylus, actuator]
+  masking_noise: [noise]
 """
 
 
