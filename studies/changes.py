@@ -2,13 +2,19 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterator, Mapping, Sequence
+import hashlib
+from collections.abc import Iterable, Iterator, Mapping, Sequence
+from contextlib import suppress
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
 from protocols.canonical import canonical, digest
 from protocols.study import Study, conditions_of
-from studies.record import read_header
+from studies.begun import in_person
+from studies.collect import ledgers_in
+from studies.model_versions import SHOWN, models_before, models_in
+from studies.participants.registry import withdrawn
+from studies.record import LedgerError, read_header
 from studies.session import ledger_path
 
 if TYPE_CHECKING:
@@ -22,6 +28,10 @@ NAMES = ("id", "name", "word", "low")
 
 class StudyChanged(ValueError):
     """The study is not the one that the participant began with."""
+
+
+class ModelsChanged(ValueError):
+    """The models are not those that the session, or the sample, was played with."""
 
 
 class ScreenChanged(ValueError):
@@ -47,20 +57,22 @@ def study_change(recorded: Mapping[str, Any], current: Study) -> str | None:
 def demand_unchanged(header: Mapping[str, Any], current: Study, accept: bool) -> dict[str, Any] | None:
     """What is to be put on record where the study has changed since `header` was written; None where it has not.
 
-    `header` is the body of the session's, or of the participant's earlier session's, first event.
+    `header` is the first event's body of the session, of the participant's earlier session, or else of the sample's
+    latest one.
     Raises StudyChanged naming the differences, unless they are accepted.
     """
     told = study_change(header["study"], current)
     if told is None:
         return None
+    before, now = digest(conditions_of(header["study"])), digest(current.conditions())
     if not accept:
         raise StudyChanged(
             f"{current.study}: the study has changed since participant {header['participant']} began session "
-            f"{header['session']}: {told}. Put it back as it was, or accept the change for this participant with "
-            "--accept-change, which goes on record"
+            f"{header['session']} (digest {before[:SHOWN]}, now {now[:SHOWN]}): {told}. Put it back as it was, or "
+            "accept the change for this participant with --accept-change, which goes on record"
         )
-    before, now = digest(conditions_of(header["study"])), digest(current.conditions())
-    return {"since_session": header["session"], "study_before": before, "study_now": now, "differences": told}
+    since = {"since_participant": header["participant"], "since_session": header["session"]}
+    return {**since, "study_before": before, "study_now": now, "differences": told}
 
 
 def earlier_header(lab: Path, study: str, participant: str, number: int) -> dict[str, Any] | None:
@@ -70,6 +82,64 @@ def earlier_header(lab: Path, study: str, participant: str, number: int) -> dict
         if path.is_file():
             return read_header(path)
     return None
+
+
+def sample_ledgers(lab: Path, study: str, real: bool) -> list[Path]:
+    """Return the ledgers of a study's real, or simulated, sessions, the one written to last first.
+
+    Those of people who withdrew, and those whose first event cannot be read, are left out.
+    """
+    gone, ledgers = withdrawn(lab), []
+    for path in ledgers_in(lab, study):
+        with suppress(LedgerError):
+            header = read_header(path)
+            if in_person(header) == real and header["participant"] not in gone:
+                ledgers.append(path)
+    return sorted(ledgers, key=lambda path: path.stat().st_mtime_ns, reverse=True)
+
+
+def models_now(study: Study, lab: Path | None) -> dict[str, str]:
+    """Return the SHA-256 of each model that the study would play now, by name; models that are missing are left out.
+
+    Raises ModelFileError on a model of doors that cannot be read.
+    """
+    models: dict[str, str] = {}
+    if "texture_renderer" in study.needs:
+        from devices.render.found import SHIPPED, available
+
+        cards = available(lab or SHIPPED)
+        for stimulus in study.stimuli:
+            texture, method = stimulus.columns.get("texture", ""), stimulus.columns.get("model", "")
+            if (card := cards.get(texture, {}).get(method)) is not None:
+                models[card.stem] = hashlib.sha256(card.read_bytes()).hexdigest()
+    if "door_generator" in study.needs:
+        from devices.door.making import maker_for
+
+        models |= models_in({"made": {"models": maker_for(lab).identity}})
+    return models
+
+
+def demand_same_models(study: Study, lab: Path, ledgers: Iterable[Path], accept: bool) -> dict[str, Any] | None:
+    """Return what goes on record where a model is another one than when `ledgers` last played it; None where none is.
+
+    Raises ModelsChanged naming the models and both digests, unless the change is accepted.
+    """
+    now = models_now(study, lab)
+    before = models_before(now, ledgers)
+    changed = {name: (*before[name], now[name]) for name in sorted(before) if before[name][0] != now[name]}
+    if not changed:
+        return None
+    if not accept:
+        shown = [
+            f"{name} was {old[:SHOWN]} in {path.name} and is {new[:SHOWN]}"
+            for name, (old, path, new) in list(changed.items())[:MOST_NAMED]
+        ]
+        more = f"; and {len(changed) - MOST_NAMED} more" if len(changed) > MOST_NAMED else ""
+        raise ModelsChanged(
+            f"{study.study}: models have changed under their names: {'; '.join(shown)}{more}. Put them back as they "
+            "were, or accept the change with --accept-change, which goes on record"
+        )
+    return {"models_changed": {name: {"before": old, "now": new} for name, (old, _, new) in changed.items()}}
 
 
 def demand_same_screen(header: Mapping[str, Any], now: Calibration, accept: bool) -> dict[str, Any] | None:

@@ -98,7 +98,7 @@ def _simulated(found: Found, lab: Path, plans: list[Plan], number: int, shared: 
 
     rig = simulated(found.study, found.folder, lab)
     people = [plan.who.participant for plan in plans]
-    accepted = {who: _before(found, lab, who, number, live, real=False) for who in people}
+    accepted = _before(found, lab, people, number, live, real=False)
     demand_free(lab, plans, number, shared)
     sat: list[Sat] = []
     with closing(progress(plans, "running", live.as_json)) as steps:
@@ -119,7 +119,7 @@ def _live(
 
     [who] = people
     demand_new(lab, found.study.study, who, number)
-    accepted = _before(found, lab, who, number, live, real=True)
+    accepted = _before(found, lab, people, number, live, real=True)[who]
     rig = live_plan(found, lab, live)
     # This allocates a row: nothing may be amiss by now.
     [plan] = _plans(found, lab, people, seed, place, live, real=True, number=number)
@@ -140,18 +140,31 @@ def _on_record(found: Found, lab: Path, participant: str, sat: Sat) -> None:
         decline(lab, found.study, participant, "not eligible")
 
 
-def _before(found: Found, lab: Path, who: str, number: int, live: LiveOptions, real: bool) -> dict[str, Any] | None:
-    """The participant's earlier sessions are there and over; what was accepted of a change or a time goes on record."""
-    from studies.changes import demand_unchanged, earlier_header
+def _before(
+    found: Found, lab: Path, people: list[str], number: int, live: LiveOptions, real: bool
+) -> dict[str, dict[str, Any] | None]:
+    """Demand that everybody's earlier sessions are over, and that study and models are those of the sample.
+
+    Returns for each participant what was accepted of a change or of a time, to go on record.
+    """
+    from studies.changes import demand_same_models, demand_unchanged, earlier_header, sample_ledgers
     from studies.launch import demand_next
+    from studies.record import read_header
     from studies.session_times import demand_in_time
 
     study, today = found.study.study, datetime.now().astimezone().date() if real else None
-    demand_next(lab, study, who, number)
-    header = earlier_header(lab, study, who, number)
-    changed = None if header is None else demand_unchanged(header, found.study, live.accept_change)
-    timing = demand_in_time(lab, found.study, who, number, live.accept_timing, today)
-    return {**(changed or {}), **(timing or {})} or None
+    for who in people:
+        demand_next(lab, study, who, number)
+    sample = sample_ledgers(lab, study, real)
+    of_sample = read_header(sample[0]) if sample else None
+    models = demand_same_models(found.study, lab, sample, live.accept_change)
+    accepted: dict[str, dict[str, Any] | None] = {}
+    for who in people:
+        header = earlier_header(lab, study, who, number) or of_sample
+        changed = None if header is None else demand_unchanged(header, found.study, live.accept_change)
+        timing = demand_in_time(lab, found.study, who, number, live.accept_timing, today)
+        accepted[who] = {**(changed or {}), **(models or {}), **(timing or {})} or None
+    return accepted
 
 
 def _rehearsed(
@@ -172,8 +185,8 @@ def _rehearsed(
 def resume(ledger: Path, study: str | None, without_wal: bool, as_json: bool, live: LiveOptions) -> None:
     """Go on with an interrupted session: what is recorded is replayed, then the session goes on at the exact act.
 
-    It goes on with the study as it was recorded. If the study's file has changed since, --accept-change is needed,
-    and goes on record.
+    It goes on with the study as it was recorded. If the study's file or a model that it plays has changed since,
+    --accept-change is needed, and goes on record.
 
     \b
     Example:
@@ -203,7 +216,9 @@ def _to_go_on(
     record: Record, lab: Path, study: str | None, live: LiveOptions
 ) -> tuple[Found, RigPlan, dict[str, Any] | None]:
     """The recorded study at its folder, its rig, and what of changes since then goes on record."""
+    from studies.begun import in_person
     from studies.catalogue import Found, find
+    from studies.changes import demand_same_models, sample_ledgers
     from studies.launch import changed_since
     from studies.live_rig import plan_to_go_on
     from studies.participants.admission import admit, readmit
@@ -216,6 +231,8 @@ def _to_go_on(
     accepted = changed_since(header, file, live.accept_change)
     found, real = Found(declared, file.parent), header["rig"]["kind"] != "simulated"
     admit(lab, declared, plan.who.participant, live=False)
+    ledgers = [record.path, *sample_ledgers(lab, declared.study, in_person(header))]
+    accepted |= demand_same_models(declared, lab, ledgers, live.accept_change) or {}
     if not real:
         return found, simulated(declared, file.parent, lab, header["rig"].get("pictures")), accepted or None
     rig, of_screen = plan_to_go_on(found, lab, live, header)

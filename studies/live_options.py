@@ -57,7 +57,7 @@ _ALWAYS = (
     click.option("--language", help="The participant's language, as ko.  [default: en, or as recorded]"),
     click.option("--screen", type=click.IntRange(min=0), help="The participant's screen.  [default: as calibrated]"),
     click.option("--windowed", callback=size_px, metavar="WxH", help="A window of this size, not the full screen."),
-    click.option("--accept-change", is_flag=True, help="Go on though the study, screen or rig changed; put on record."),
+    click.option("--accept-change", is_flag=True, help="Go on though study, model, screen or rig changed; on record."),
 )
 
 

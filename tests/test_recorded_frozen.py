@@ -4,6 +4,7 @@
 """
 
 import csv
+import hashlib
 import io
 import json
 import re
@@ -26,6 +27,7 @@ from studies.collect import ledgers_in
 from studies.record import read
 from studies.replay import replay
 from tests.recorded.make_frozen import EXPECTED, LAB, STUDIES, answers
+from tests.studies.small_textures import write
 
 HEADS, ANSWERS = (json.loads(EXPECTED.read_text())[key] for key in ("heads", "models"))
 LEDGERS = [path.name for path in ledgers_in(LAB)]
@@ -147,3 +149,38 @@ def test_every_model_answers_as_it_did(lab):
     """Expected: the answers of version 0.1; single precision rounds otherwise on another processor."""
     for model, now in answers(lab).items():
         assert now == pytest.approx(ANSWERS[model], rel=1e-3, abs=1e-4), model
+
+
+def test_a_model_that_changed_under_its_name_is_named_with_both_digests_and_accepted_on_record(lab, tmp_path):
+    """Of the rest of a session that was killed, and of the next participant."""
+    lab = shutil.copytree(lab, tmp_path / "lab")
+    sessions, card = lab / "sessions", lab / "models" / "texture-cardboard-hapinf.json"
+    before = hashlib.sha256(card.read_bytes()).hexdigest()
+    write(lab / "models", "cardboard", "hapinf", louder=2.0)
+    now = hashlib.sha256(card.read_bytes()).hexdigest()
+    killed = sessions / "texture_similarity_P002_s1.sqlite"
+    for path in sessions.glob("texture_similarity_P00[13]*"):
+        path.unlink()
+    study = ("texture_similarity", "--participant", "P007", "--simulate", "--lab", str(lab))
+    accepted = {"models_changed": {card.stem: {"before": before, "now": now}}}
+    for command in (["resume", str(killed)], ["run", *study]):
+        refused = run("palpate", *command)
+        assert refused.returncode == 2 and "Traceback" not in refused.stderr
+        assert f"{card.stem} was {before[:12]} in {killed.name} and is {now[:12]}" in refused.stderr, refused
+        assert run("palpate", *command, "--accept-change").returncode == 0
+    assert accepted.items() <= read(killed).sittings[-2].value["accepted_change"].items()
+    ledger = sessions / "texture_similarity_P007_s1.sqlite"
+    assert accepted.items() <= read(ledger).header["accepted_change"].items()
+    assert _status(["run", *(word.replace("P007", "P008") for word in study)]) == 0
+
+
+def test_what_is_regenerated_names_the_versions_of_models_that_are_mixed(lab, tmp_path):
+    """P001 felt the shipped models of then, P003 those of the lab."""
+    command = ["regenerate", "texture_similarity", "--no-figures", "--lab", lab, "--to", tmp_path / "out"]
+    done = run("palpate", *command)
+    assert done.returncode == 0, done.stderr
+    versions = json.loads((tmp_path / "out" / STATISTICS).read_text())["versions"]
+    assert len(versions) == 48 and {version["note"] for version in versions} == {"1 session"}
+    assert "MIXED VERSIONS" in done.stdout
+    for version in versions:
+        assert f"  {version['name']} {version['sha256'][:12]}: 1 session" in done.stdout

@@ -2,9 +2,10 @@
 
 from __future__ import annotations
 
+import json
 from collections import Counter
-from collections.abc import Collection, Mapping, Sequence
-from dataclasses import dataclass, field
+from collections.abc import Collection, Iterator, Mapping, Sequence
+from dataclasses import dataclass, field, replace
 from types import MappingProxyType
 from typing import Any
 
@@ -15,6 +16,7 @@ from analysis.ratings.collected_sessions import Choice
 from analysis.ratings.dataset import Exclusion, Input, Ratings
 from analysis.ratings.reading import chosen, column_name, inputs_of, left_out_sessions, read_ratings
 from protocols.study import Study
+from studies.model_versions import models_in
 
 OF_A_RATING = ("attribute", "value", "response_time_s", "revised")
 """The columns of a rating that its trial does not have."""
@@ -31,6 +33,12 @@ _ANSWERS = text(
     "SELECT answers.session, answers.form, answers.item, answers.value, answers.number FROM answers"
     " JOIN sessions ON sessions.session = answers.session WHERE sessions.study = :study"
 )
+_REPLIES = text(
+    "SELECT events.session, events.body FROM events JOIN sessions ON sessions.session = events.session"
+    " WHERE sessions.study = :study AND events.kind = 'reply'"
+)
+PLAYING = {"texture_renderer", "door_generator"}
+"""The needs of studies that play models."""
 
 
 @dataclass(frozen=True)
@@ -57,6 +65,8 @@ class Material:
     inputs: tuple[Input, ...]
     exclusions: tuple[Exclusion, ...]
     levels: Mapping[str, tuple[str, ...]] = field(default_factory=lambda: _NO_WORDS)
+    versions: tuple[Input, ...] = ()
+    """Where sessions had different versions of the study or of a model: every version, and how many had it."""
 
     @property
     def participants(self) -> tuple[str, ...]:
@@ -76,7 +86,35 @@ def read_material(
         study, choice = chosen(connection, name, **options)
         ratings = read_ratings(connection, name, **options) if study.attributes else None
         rows = Rows(*(_rows(connection, each, study, choice) for each in (_TRIALS, _WORDS, _ANSWERS)))
-    return material_of(study, choice, ratings, rows)
+        versions = (*_study_versions(study, choice), *_model_versions(connection, study, choice))
+    return replace(material_of(study, choice, ratings, rows), versions=versions)
+
+
+def _study_versions(study: Study, choice: Choice) -> Iterator[Input]:
+    """Every version of the study, where the sample has several; only one of them is analysed."""
+    sessions = (*choice.kept, *(session for session, _ in choice.left_out))
+    counts = Counter(session.study_digest for session in sessions)
+    for digest, count in sorted(counts.items()) if len(counts) > 1 else ():
+        left_out = "" if digest == choice.digest else ", left out"
+        yield Input(f"study {study.study}", digest, f"{_sessions(count)}{left_out}")
+
+
+def _model_versions(connection: Connection, study: Study, choice: Choice) -> Iterator[Input]:
+    """Every version of each model that was not the same in all sessions that are analysed."""
+    if not PLAYING & set(study.needs):
+        return
+    kept = {session.session for session in choice.kept}
+    played: dict[str, dict[str, set[str]]] = {}
+    for session, body in connection.execute(_REPLIES, {"study": study.study}):
+        for name, sha256 in models_in(json.loads(body)) if session in kept else ():
+            played.setdefault(name, {}).setdefault(sha256, set()).add(session)
+    for name, versions in sorted(played.items()):
+        for sha256, sessions in sorted(versions.items()) if len(versions) > 1 else ():
+            yield Input(f"model {name}", sha256, _sessions(len(sessions)))
+
+
+def _sessions(count: int) -> str:
+    return f"{count} session" + "s" * (count != 1)
 
 
 @dataclass(frozen=True)

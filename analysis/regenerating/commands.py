@@ -125,6 +125,7 @@ def _summary(found: Regenerated) -> dict[str, Any]:
         "simulated": found.material.simulated,
         "participants": len(found.material.participants),
         "exclusions": len(found.exclusions),
+        "versions": [vars(version) for version in found.material.versions],
         "answered": sum(each.answer is not None for each in found.answered),
         "refused": [f"{each.asked.name} {each.outcome}".strip() for each in found.answered if each.answer is None],
         "not_drawn": [each.asked.name for each in found.pictured if each.data is None],
@@ -139,6 +140,10 @@ def _people(found: Regenerated) -> str:
 
 def _told(found: Regenerated) -> Iterator[str]:
     """What was answered, and everything that was not, with its reason."""
+    if found.material.versions:
+        yield "MIXED VERSIONS: the sessions were not all recorded with the same version of the study and its models"
+    for version in found.material.versions:
+        yield f"  {version.name} {version.sha256[:12]}: {version.note}"
     answered = [each for each in found.answered if each.answer is not None]
     yield f"{count(len(answered), 'question')} answered, {len(found.answered) - len(answered)} not"
     for each in found.answered:

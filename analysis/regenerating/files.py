@@ -94,6 +94,7 @@ def _statistics(found: Regenerated, seconds: Seconds) -> dict[str, Any]:
         "trials": len(material.trials),
         "exclusions": [asdict(each) for each in found.exclusions],
         "inputs": [asdict(each) for each in found.inputs],
+        **({"versions": [asdict(version) for version in material.versions]} if material.versions else {}),
         "software": dict(found.software),
         "tests": [_test(each, seconds.get(place)) for place, each in enumerate(found.answered)],
         "figures": [

@@ -2,13 +2,14 @@
 
 from __future__ import annotations
 
-from collections.abc import Collection, Iterator, Sequence
+from collections.abc import Collection, Iterable, Iterator, Sequence
 from dataclasses import dataclass
 from pathlib import Path
 from typing import Any
 
 from analysis.figures.interactive import figure_markup, key_text, script
 from analysis.figures.style import inline_svg
+from analysis.ratings.dataset import Input
 from analysis.regenerating.grid import Grid, Head, plain_grid, value_grid
 from analysis.regenerating.page_data import declared, facts, left_out, seconds_told
 from analysis.regenerating.page_words import Caption, caption, parts_of
@@ -136,7 +137,8 @@ def report_html(found: Regenerated, pictures: Sequence[Picture | None], seconds:
             figures=list(figure_parts(found, pictures)),
             not_drawn=[(each.asked.name, each.refused) for each in found.pictured if each.data is None],
             left_out=left_out(found.exclusions),
-            inputs=_inputs(found),
+            inputs=_inputs(found.inputs),
+            versions=_inputs(found.material.versions),
             software=plain_grid(("package", "version"), found.software.items()),
             declared=declared(found),
             seconds=seconds_told(seconds),
@@ -163,6 +165,6 @@ def _hash(code: str) -> str:
     return base64.b64encode(hashlib.sha256(code.encode()).digest()).decode()
 
 
-def _inputs(found: Regenerated) -> Grid:
+def _inputs(inputs: Iterable[Input]) -> Grid:
     heads = ("input", Head("SHA-256", "hash"), Head("note", "words"))
-    return plain_grid(heads, [(each.name, each.sha256, each.note) for each in found.inputs])
+    return plain_grid(heads, [(each.name, each.sha256, each.note) for each in inputs])

@@ -252,6 +252,22 @@ def test_a_study_changed_meanwhile_is_named_and_its_acceptance_recorded(said, tm
     assert "P001 has no session 3" in said(*again[:-1], "4", status=2)
 
 
+def test_a_study_that_changed_is_not_run_with_the_next_participant_unless_that_is_accepted(said, tmp_path):
+    said("run", "toy", "--participant", "P001..P002", "--simulate")
+    file = tmp_path / "studies" / "toy" / "study.yaml"
+    file.write_text(file.read_text().replace("[Soft, Hard]", "[Soft, Firm]"))
+    others = ("run", "toy", "--participant", "P003..P004", "--simulate")
+    refused = said(*others, status=2)
+    assert not (tmp_path / "sessions" / "toy_P003_s1.sqlite").exists()
+    said(*others, "--accept-change")
+    for who in ("P003", "P004"):
+        accepted = read(tmp_path / "sessions" / f"toy_{who}_s1.sqlite").header["accepted_change"]
+        before, now = accepted["study_before"], accepted["study_now"]
+        assert f"(digest {before[:12]}, now {now[:12]}): attributes.Soft.high" in refused
+    said("run", "toy", "--participant", "P005", "--simulate")
+    assert "accepted_change" not in read(tmp_path / "sessions" / "toy_P005_s1.sqlite").header
+
+
 def test_a_crashed_session_without_its_wal_is_not_silently_gone_on_with(said, tmp_path):
     from studies.ledger import take_up
     from studies.session import create, header_of

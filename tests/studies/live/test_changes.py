@@ -61,11 +61,12 @@ def test_whole_numbers_and_decimals_are_different_things():
 
 def test_a_change_is_refused_with_what_to_do_or_accepted_on_record():
     now = sheets(instructions="Feel.")
-    with pytest.raises(StudyChanged, match=r"since participant P001 began session 1: instructions is new.*--accept"):
+    digests = rf"\(digest {digest(HEADER['study'])[:12]}, now {digest(now.definition())[:12]}\)"
+    with pytest.raises(StudyChanged, match=rf"P001 began session 1 {digests}: instructions is new.*--accept"):
         demand_unchanged(HEADER, now, accept=False)
     accepted = demand_unchanged(HEADER, now, accept=True)
     assert accepted == {
-        "since_session": 1, "differences": 'instructions is new: "Feel."',
+        "since_participant": "P001", "since_session": 1, "differences": 'instructions is new: "Feel."',
         "study_before": digest(HEADER["study"]), "study_now": digest(now.definition()),
     }  # fmt: skip
 
