@@ -26,8 +26,9 @@ def pytest_configure(config):
     config.addinivalue_line("markers", "needs(*names): what the test needs beside the extra `test`, by tests/needs.py")
     config.addinivalue_line("markers", "long: takes long, and runs only with --all (`make test-all`)")
     config.addinivalue_line("markers", "untraced: it repeats often what other tests have measured for coverage already")
-    settings.register_profile("bare", max_examples=25)
-    settings.load_profile("default" if config.getoption("all") else "bare")
+    if not config.getoption("all"):
+        settings.register_profile("bare", settings.default, max_examples=25, deadline=None)
+        settings.load_profile("bare")
 
 
 @pytest.fixture(scope="session")

@@ -15,6 +15,7 @@ from hypothesis.extra import numpy as hnp
 from analysis import anova, pairwise_tests, rm_anova
 from analysis.statistics.labels import _natural, ordered
 from tests.analysis.anova_for_tests import long_table, same
+from tests.examples import examples
 
 SHAPES = st.one_of(
     st.tuples(st.integers(2, 7), st.integers(2, 12)),
@@ -30,7 +31,7 @@ def result_of(table: pd.DataFrame, **options: object) -> pd.DataFrame:
     return rm_anova(table, "y", within, "subject", **options)  # type: ignore[arg-type]
 
 
-@settings(max_examples=30, deadline=None)
+@settings(max_examples=examples(30), deadline=None)
 @given(DECIMALS, SEEDS)
 def test_the_order_of_rows_changes_no_bit(cells: np.ndarray, seed: int) -> None:
     table = long_table(cells)
@@ -43,7 +44,7 @@ def test_the_order_of_rows_changes_no_bit(cells: np.ndarray, seed: int) -> None:
         assert same(*groups)
 
 
-@settings(max_examples=40, deadline=None)
+@settings(max_examples=examples(40), deadline=None)
 @given(DECIMALS, SEEDS)
 def test_the_order_of_averaged_rows_changes_no_bit(cells: np.ndarray, seed: int) -> None:
     rng = np.random.default_rng(seed)
@@ -52,7 +53,7 @@ def test_the_order_of_averaged_rows_changes_no_bit(cells: np.ndarray, seed: int)
     assert same(result_of(table, aggregate="mean"), result_of(mixed, aggregate="mean"))
 
 
-@settings(max_examples=25, deadline=None)
+@settings(max_examples=examples(25), deadline=None)
 @given(DECIMALS)
 def test_the_type_of_labels_changes_no_bit(cells: np.ndarray) -> None:
     plain = result_of(long_table(cells))
@@ -102,7 +103,7 @@ def test_short_cuts_sort_as_the_long_way_does(labels: list[str]) -> None:
     assert list(anova(table, "y", "g").attrs["group_sizes"]) == expected
 
 
-@settings(max_examples=20, deadline=None)
+@settings(max_examples=examples(20), deadline=None)
 @given(RATINGS)
 def test_the_type_of_the_column_changes_no_bit(cells: np.ndarray) -> None:
     table = long_table(cells)
@@ -111,7 +112,7 @@ def test_the_type_of_the_column_changes_no_bit(cells: np.ndarray) -> None:
         assert same(plain, result_of(table.astype({"y": kind})))
 
 
-@settings(max_examples=30, deadline=None)
+@settings(max_examples=examples(30), deadline=None)
 @given(DECIMALS, st.integers(-900, 900))
 def test_a_unit_of_a_power_of_two_changes_no_bit_of_f(cells: np.ndarray, power: int) -> None:
     columns = ["F", "p_unc", "p_GG_corr", "p_HF_corr", "eps", "eps_HF", "np2", "ng2"]
@@ -119,14 +120,14 @@ def test_a_unit_of_a_power_of_two_changes_no_bit_of_f(cells: np.ndarray, power: 
     assert same(plain[columns], moved[columns])
 
 
-@settings(max_examples=40, deadline=None)
+@settings(max_examples=examples(40), deadline=None)
 @given(RATINGS, st.integers(-(10**12), 10**12))
 def test_an_added_constant_changes_no_f_of_integers(cells: np.ndarray, constant: int) -> None:
     plain, moved = result_of(long_table(cells)), result_of(long_table(cells + constant))
     assert same(plain, moved)
 
 
-@settings(max_examples=40, deadline=None)
+@settings(max_examples=examples(40), deadline=None)
 @given(RATINGS)
 def test_every_result_is_possible(cells: np.ndarray) -> None:
     table = result_of(long_table(cells))

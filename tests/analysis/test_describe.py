@@ -12,12 +12,13 @@ from hypothesis import strategies as st
 from analysis.ratings.dataset import DataRefused
 from analysis.ratings.describe import ONE_PARTICIPANT, ONE_RATING, describe, participant_means
 from tests.analysis.ratings_for_tests import small_ratings
+from tests.examples import examples
 
 finite = st.floats(allow_nan=False, allow_infinity=False, width=64, min_value=-1e300, max_value=1e300)
 
 
 @given(values=st.lists(finite, min_size=2, max_size=12), offset=st.sampled_from([0.0, 1e9, -1e15]))
-@settings(max_examples=150, deadline=None)
+@settings(max_examples=examples(150), deadline=None)
 def test_mean_and_sd_are_the_exact_ones_rounded_once(values: list[float], offset: float) -> None:
     values = [value + offset for value in values]
     exact = [Fraction(value) for value in values]

@@ -14,6 +14,7 @@ from hypothesis import strategies as st
 from analysis.ratings.dataset import Crossing, DataRefused, Scale
 from analysis.ratings.design import check_design, check_ratings
 from tests.analysis.ratings_for_tests import small_ratings
+from tests.examples import examples
 
 
 def full(people: int = 3, a: int = 2, b: int = 3) -> pd.DataFrame:
@@ -34,7 +35,7 @@ def test_a_full_crossing_is_complete() -> None:
     b=st.integers(2, 4),
     data=st.data(),
 )
-@settings(max_examples=60, deadline=None)
+@settings(max_examples=examples(60), deadline=None)
 def test_it_finds_exactly_the_cells_that_were_removed_doubled_and_spoilt(
     people: int, a: int, b: int, data: st.DataObject
 ) -> None:

@@ -13,6 +13,7 @@ from hypothesis import strategies as st
 from analysis.importing.dialects import TableRefused
 from analysis.ratings.saved import load_ratings, save_ratings
 from tests.analysis.tables_for_tests import Foreign, Record, imported
+from tests.examples import examples
 
 AWKWARD = ("None", "null", "NULL", "nan", "N/A", "True", "1", "01", "1e3", "é", "Größe", "a,b", "a;b", 'say "hm"', "-")
 texts = st.one_of(
@@ -56,7 +57,7 @@ def dirt(draw: st.DrawFn) -> dict[str, object]:
 
 
 @given(table=clean_tables(), dirty=dirt())
-@settings(max_examples=150, deadline=None)
+@settings(max_examples=examples(150), deadline=None)
 def test_dirt_does_not_change_the_table(table: Foreign, dirty: dict[str, object]) -> None:
     with tempfile.TemporaryDirectory() as name:
         ratings = imported(Path(name), table.also(**dirty))
@@ -71,7 +72,7 @@ def test_dirt_does_not_change_the_table(table: Foreign, dirty: dict[str, object]
 
 
 @given(table=clean_tables(), data=st.data())
-@settings(max_examples=60, deadline=None)
+@settings(max_examples=examples(60), deadline=None)
 def test_a_bad_value_anywhere_is_refused_with_its_line(table: Foreign, data: st.DataObject) -> None:
     row = data.draw(st.integers(0, len(table.records) - 1))
     bad = data.draw(st.sampled_from(sorted(REFUSED_VALUES)))
@@ -113,7 +114,7 @@ def with_value(table: Foreign, row: int, value: str) -> Foreign:
 
 
 @given(table=clean_tables(), data=st.data())
-@settings(max_examples=40, deadline=None)
+@settings(max_examples=examples(40), deadline=None)
 def test_a_row_that_stands_twice_is_refused_with_both_lines(table: Foreign, data: st.DataObject) -> None:
     row = data.draw(st.integers(0, len(table.records) - 1))
     doubled = table.also(records=(*table.records, table.records[row]))
@@ -125,7 +126,7 @@ def test_a_row_that_stands_twice_is_refused_with_both_lines(table: Foreign, data
 
 
 @given(table=clean_tables(), data=st.data())
-@settings(max_examples=40, deadline=None)
+@settings(max_examples=examples(40), deadline=None)
 def test_a_row_with_a_cell_too_few_or_too_many_is_refused_with_its_line(table: Foreign, data: st.DataObject) -> None:
     row = data.draw(st.integers(0, len(table.records) - 1))
     records: list[tuple[str, ...]] = list(table.records)

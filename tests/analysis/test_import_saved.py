@@ -14,6 +14,7 @@ from hypothesis import strategies as st
 from analysis.ratings.dataset import Crossing, DataRefused, Exclusion, Input, Ratings, Scale
 from analysis.ratings.saved import load_ratings, save_ratings
 from tests.analysis.ratings_for_tests import add_session, add_study, database, definition, small_ratings, stimuli_of
+from tests.examples import examples
 
 FULL = small_ratings(
     [("P1", "Soft", "x", 0.1), ("P2", "Soft", "None", 1e-300)],
@@ -51,7 +52,7 @@ def test_a_study_from_ledgers_comes_back_too(tmp_path: Path) -> None:
     values=st.lists(st.floats(allow_nan=False), min_size=1, max_size=5),
     label=st.text(st.characters(exclude_categories=["Cs"]), max_size=8),
 )
-@settings(max_examples=80, deadline=None)
+@settings(max_examples=examples(80), deadline=None)
 def test_any_float_and_any_text_come_back_exactly(
     tmp_path_factory: pytest.TempPathFactory, values: list[float], label: str
 ) -> None:

@@ -14,6 +14,7 @@ from devices.door.features import describe, landmarks, peaks_of, plateau_after_s
 from devices.door.grid import POINTS, DoorDataError
 from devices.door.shaping import add_cycles, move_knots, raise_span, set_peak
 from devices.door.stimuli import originals
+from tests.examples import examples
 
 MOST_EXTRA_STEP_N = 4.0
 """No variant of the study steps from one grid point to the next by more than its base at most does, plus this."""
@@ -198,7 +199,7 @@ def test_a_profile_without_the_needed_feature_is_refused_by_name(force_N, varian
     st.sampled_from([0, 7, 300]),
     st.sampled_from(sorted(VARIANTS)),
 )
-@settings(max_examples=200, deadline=None)
+@settings(max_examples=examples(200), deadline=None)
 def test_any_621_numbers_give_a_finite_profile_or_a_refusal(values, padding, variant) -> None:
     knots = np.linspace(0, 620 - padding, len(values))
     rough = np.where(np.arange(POINTS) <= 620 - padding, np.interp(np.arange(POINTS), knots, values), 0.0)
@@ -211,7 +212,7 @@ def test_any_621_numbers_give_a_finite_profile_or_a_refusal(values, padding, var
 
 
 @given(st.integers(2, 300), st.integers(301, 600), st.floats(-15, 60))
-@settings(max_examples=40, deadline=None)
+@settings(max_examples=examples(40), deadline=None)
 def test_set_peak_keeps_the_order_of_forces_on_both_flanks(peak, valley, to_N) -> None:
     force = np.r_[np.linspace(0, 30, peak + 1), np.linspace(30, -20, valley - peak + 1)[1:], np.zeros(620 - valley)]
     changed = set_peak(force, 0, peak, valley, to_N)

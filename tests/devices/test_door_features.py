@@ -10,6 +10,7 @@ from scipy.signal import find_peaks
 
 from devices.door.features import describe, landmarks, peaks_of, plateau_after_second_peak
 from devices.door.grid import POINTS, DoorDataError, grid_index, motion_end
+from tests.examples import examples
 
 
 def line(*points: tuple[float, float]) -> np.ndarray:
@@ -21,7 +22,7 @@ SAW = line((0, 0), (10, 20), (20, -5), (30, 40), (34, 22), (38, 18), (42, -10), 
 
 
 @given(st.lists(st.integers(-6, 6), min_size=3, max_size=120), st.integers(1, 6))
-@settings(max_examples=200, deadline=None)
+@settings(max_examples=examples(200), deadline=None)
 def test_peaks_and_their_prominence_agree_with_scipy(values, least) -> None:
     force = np.array(values, dtype=float)
     expected, _ = find_peaks(force, prominence=least)

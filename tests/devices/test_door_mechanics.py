@@ -28,6 +28,7 @@ from devices.door.mechanics import (
 )
 from devices.door.recording import read_columns
 from devices.door.stimuli import MEASURED_FILE
+from tests.examples import examples
 
 K8 = read_catalogue()["K8"].door
 FINE_DEG = np.linspace(0, 62, 62_001)
@@ -42,7 +43,7 @@ any_door = st.builds(Door, **numbers(RANGES), check=st.lists(any_feature, max_si
 
 
 @given(any_door)
-@settings(max_examples=150, deadline=None)
+@settings(max_examples=examples(150), deadline=None)
 def test_every_door_within_the_ranges_is_finite_and_bounded(door) -> None:
     force_N = simulate(door)
     assert force_N.shape == (POINTS,)

@@ -11,6 +11,7 @@ from hypothesis.extra.numpy import arrays
 from devices.door.features import describe
 from devices.door.grid import POINTS, DoorDataError
 from devices.door.model_features import FEATURES, all_features, features
+from tests.examples import examples
 
 
 def line(*points: tuple[float, float]) -> np.ndarray:
@@ -94,7 +95,7 @@ def test_every_feature_of_an_extreme_profile_is_finite(name):
 
 
 @given(arrays(np.float64, POINTS, elements=st.floats(-1e9, 1e9, width=32)))
-@settings(max_examples=40, deadline=None)
+@settings(max_examples=examples(40), deadline=None)
 def test_every_feature_of_any_profile_is_finite_and_no_length_is_beyond_the_grid(force):
     found = all_features(force)
     assert np.isfinite(list(found.values())).all()

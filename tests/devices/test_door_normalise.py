@@ -18,6 +18,7 @@ from devices.door.mechanics import hand_force, simulate
 from devices.door.profiles import normalise, upsample_angle
 from devices.door.recording import read_columns
 from devices.door.twin import read_profile
+from tests.examples import examples
 
 DATA = Path(__file__).parent / "door_data"
 GRID = np.arange(POINTS) / 10
@@ -42,7 +43,7 @@ def recordings(draw: st.DrawFn) -> tuple[list[float], list[float], np.ndarray]:
 
 
 @given(recordings())
-@settings(max_examples=60, deadline=None)
+@settings(max_examples=examples(60), deadline=None)
 def test_a_rising_recording_of_a_known_profile_is_recovered_whatever_the_speed(recording) -> None:
     angles, forces, path = recording
     made = normalise(path, np.interp(path, angles, forces))
@@ -58,7 +59,7 @@ def test_a_rising_recording_of_a_known_profile_is_recovered_whatever_the_speed(r
 
 
 @given(st.floats(-30, 30), st.floats(-2, 2))
-@settings(max_examples=25, deadline=None)
+@settings(max_examples=examples(25), deadline=None)
 def test_a_straight_line_is_exact_from_sparse_and_from_dense_rows(start, slope) -> None:
     for path in (np.linspace(0, 62, 63), np.linspace(0, 62, 20_000), 62 * np.linspace(0, 1, 5000) ** 1.5):
         made = normalise(path, start + slope * path)

@@ -14,6 +14,7 @@ from hypothesis import strategies as st
 
 from devices.door.grid import POINTS, DoorDataError
 from devices.door.twin import open_door, read_profile
+from tests.examples import examples
 
 STRAIGHT = tuple(index / 20 for index in range(POINTS))
 PROFILES = Path(__file__).parents[2] / "studies" / "door_ratings" / "profiles"
@@ -27,7 +28,7 @@ def test_an_opening_starts_closed_ends_open_and_is_halfway_at_half_time() -> Non
 
 
 @given(st.floats(0.1, 10), st.floats(20, 1000))
-@settings(max_examples=50, deadline=None)
+@settings(max_examples=examples(50), deadline=None)
 def test_the_path_rises_within_the_range_and_a_straight_profile_is_followed_exactly(duration_s, rate_hz) -> None:
     opening = open_door(STRAIGHT, duration_s, rate_hz)
     assert all(a <= b for a, b in zip(opening.angle_deg, opening.angle_deg[1:], strict=False))

@@ -10,6 +10,7 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 
 from protocols.clocks import TOLERANCE_PPM, ClockError, fit_clock, nominal_clock
+from tests.examples import examples
 
 
 def arrivals(rate_hz, drift_ppm, seconds, block, delay, t0_s=5.0):
@@ -22,7 +23,7 @@ def arrivals(rate_hz, drift_ppm, seconds, block, delay, t0_s=5.0):
 
 
 @given(st.floats(-500, 500), st.sampled_from([80.0, 3000.0, 8000.0]), st.floats(0, 0.05), st.integers(0, 10**6))
-@settings(max_examples=60, deadline=None)
+@settings(max_examples=examples(60), deadline=None)
 def test_arrivals_that_are_all_equally_late_give_the_clock_exactly(drift_ppm, rate_hz, late_s, t0_s):
     clock = fit_clock(arrivals(rate_hz, drift_ppm, 20, int(rate_hz / 20), lambda: late_s, t0_s), rate_hz)
     assert clock.measured and clock.drift_ppm == pytest.approx(drift_ppm, abs=1e-9 + 2e-9 * (t0_s + 1))

@@ -9,6 +9,7 @@ from protocols.perceiver import Perceiver, z_scores
 from protocols.plan import ParticipantRow, compile_plan
 from protocols.requests import Ask
 from protocols.study import Scale
+from tests.examples import examples
 from tests.protocols.studies_for_tests import toy
 
 QUIET = {"latents": {"Soft": {"size": 2.0, "intercept": 1.0}}, "gain_sd": 0, "bias_sd": 0, "noise_sd": 0}
@@ -123,7 +124,7 @@ def test_a_scale_refuses_what_is_no_number(value):
     assert not Scale.model_validate({"from": 0, "to": 1}).holds(value)
 
 
-@settings(max_examples=300)
+@settings(max_examples=examples(300))
 @given(
     low=st.integers(-500, 500).map(lambda n: n / 10) | st.integers(-100, 100),
     steps=st.integers(1, 200),

@@ -10,6 +10,7 @@ from hypothesis import strategies as st
 from protocols.balance import certificate
 from protocols.orders import rows_of
 from protocols.plan import ParticipantRow, PlanError, compile_plan, main_order
+from tests.examples import examples
 from tests.protocols.studies_for_tests import toy, toy_plan
 
 
@@ -50,7 +51,7 @@ def test_what_does_not_change_the_session_changes_no_digest():
 designs = st.sampled_from(["williams", "latin", "random", "as_listed"])
 
 
-@settings(max_examples=60, deadline=None)
+@settings(max_examples=examples(60), deadline=None)
 @given(
     n=st.integers(1, 20), design=designs, repeats=st.integers(1, 3), row=st.integers(0, 200), seed=st.integers(0, 5),
     practice=st.integers(0, 3), every=st.integers(1, 7), blocked=st.booleans(), blocks=designs,

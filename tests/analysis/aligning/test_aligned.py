@@ -10,6 +10,7 @@ from hypothesis import strategies as st
 from analysis.aligning.aligned import LONGEST_GAP_S, align, grid_points
 from analysis.aligning.methods import METHODS
 from analysis.aligning.refusals import AlignError
+from tests.examples import examples
 
 RATE_HZ = 120.0
 
@@ -69,7 +70,7 @@ def test_a_sample_between_two_long_holes_is_known_only_where_it_stands():
 
 
 @given(st.lists(st.integers(0, 399), max_size=200), st.sampled_from(sorted(METHODS)), st.floats(0, 0.2))
-@settings(max_examples=60, deadline=None)
+@settings(max_examples=examples(60), deadline=None)
 def test_whatever_is_lost_every_grid_point_is_known_marked_or_in_a_long_hole(lost, name, longest_s):
     times_s, values = walk(400)
     keep = np.setdiff1d(np.arange(400), [each for each in lost if 0 < each < 399])

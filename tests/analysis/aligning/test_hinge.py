@@ -9,6 +9,7 @@ from hypothesis import strategies as st
 
 from analysis.aligning.hinge import fit_hinge
 from analysis.aligning.refusals import AlignError
+from tests.examples import examples
 
 
 def path(angles_deg, radius=900.0, centre=(120.0, -4000.0, 700.0), tilt=(0.1, -0.05, 1.0), noise=0.0, seed=0):
@@ -22,7 +23,7 @@ def path(angles_deg, radius=900.0, centre=(120.0, -4000.0, 700.0), tilt=(0.1, -0
 
 
 @given(st.floats(-180, 180), st.floats(15, 175), st.floats(50, 2000), st.booleans())
-@settings(max_examples=60, deadline=None)
+@settings(max_examples=examples(60), deadline=None)
 def test_a_marker_on_a_door_gives_its_angle_wherever_the_tracker_stands(start, swing, radius, clockwise):
     opened = np.linspace(0, swing, 200)
     positions = path(start + (-opened if clockwise else opened), radius)

@@ -12,6 +12,7 @@ from analysis.aligning.bandlimited import band
 from analysis.aligning.errors import leak, sine_error
 from analysis.aligning.methods import METHODS, method_named
 from analysis.aligning.refusals import AlignError
+from tests.examples import examples
 
 BOUNDS = {  # of a sine at w, sampled every T
     "hold": lambda w, T: w * T,
@@ -31,7 +32,7 @@ def sine(hz, times_s, phase=0.0):
 
 
 @given(st.sampled_from(sorted(BOUNDS)), st.floats(0.5, 8), st.floats(0, 6.3), st.sampled_from([80.0, 120.0, 3000.0]))
-@settings(max_examples=80, deadline=None)
+@settings(max_examples=examples(80), deadline=None)
 def test_no_error_is_larger_than_the_stated_bound(name, hz, phase, rate_hz):
     """Bounds: Taylor's theorem; Hall and Meyer 1976 for the spline; pchip by the error of its slopes (methods.py)."""
     times_s = 3 + np.arange(int(3 * rate_hz)) / rate_hz

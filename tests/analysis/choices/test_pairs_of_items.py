@@ -15,6 +15,7 @@ from analysis.choices.thurstone import thurstone
 from analysis.choices.triads import circular_triads
 from analysis.statistics.refusals import BadOption, BadValue, IncompleteCells, StatisticsError, UnknownColumn
 from tests.analysis.choices.choices_for_tests import baseball, choices, in_r, with_ties
+from tests.examples import examples
 
 PUBLISHED = {"Milwaukee": 1.58, "Detroit": 1.44, "Toronto": 1.29, "New York": 1.25, "Boston": 1.11, "Cleveland": 0.68}
 
@@ -78,7 +79,7 @@ def test_differences_do_not_depend_on_the_constraint() -> None:
     assert (differences(one)["p"] > 0).all()
 
 
-@settings(max_examples=8, deadline=None)
+@settings(max_examples=examples(8), deadline=None)
 @given(st.integers(0, 10**6))
 def test_order_repetition_and_types_of_labels_change_nothing(seed: int) -> None:
     table = baseball().loc[lambda t: t["count"] > 0]

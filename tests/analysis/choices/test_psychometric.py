@@ -18,6 +18,7 @@ from analysis.choices.posterior import posterior
 from analysis.choices.psychometric import fit_psychometric
 from analysis.statistics.refusals import BadOption, BadValue, TooFew
 from tests.analysis.choices.choices_for_tests import in_r
+from tests.examples import examples
 
 SHAPE = {"logit": "logistic", "probit": "gaussian", "cloglog": "weibull"}
 PLAIN = list(in_r()["plain"])
@@ -82,7 +83,7 @@ def test_threshold_and_jnd_are_what_their_names_say() -> None:
     assert weibull.jnd == pytest.approx((level[0] - level[1]) / 2)
 
 
-@settings(max_examples=12, deadline=None)
+@settings(max_examples=examples(12), deadline=None)
 @given(st.integers(0, 10**6), st.sampled_from([(1.0, 0.0), (1024.0, 0.0), (0.001, 5.0), (1.0, 1e6), (-1.0, 0.0)]))
 def test_order_counting_unit_and_direction_change_nothing(seed: int, moved: tuple[float, float]) -> None:
     scale, shift = moved

@@ -11,12 +11,13 @@ from hypothesis import strategies as st
 from scipy import stats
 
 from analysis.figures.spots import density, quartiles, summary, swarm, whiskers
+from tests.examples import examples
 
 VALUES = st.lists(st.integers(0, 40).map(lambda i: i / 4), min_size=1, max_size=40)
 
 
 @given(VALUES, st.booleans())
-@settings(max_examples=80, deadline=None)
+@settings(max_examples=examples(80), deadline=None)
 def test_no_two_points_of_a_swarm_touch(values: list[float], one_sided: bool) -> None:
     aside = swarm(values, 1.0, 1e9, one_sided=one_sided)
     for i in range(len(values)):

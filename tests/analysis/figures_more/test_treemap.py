@@ -12,6 +12,7 @@ from analysis.figures.treemap import TREEMAP
 from analysis.figures.treemap_layout import squarified
 from analysis.ratings.dataset import DataRefused
 from tests.analysis.figures_more.shown_for_tests import answer, asked, shown, svg
+from tests.examples import examples
 
 SIZES = st.lists(st.floats(1e-3, 1e3), min_size=1, max_size=70)
 
@@ -21,7 +22,7 @@ def relevant(shares: dict[str, float | None], least: float = 0.2) -> list[dict]:
 
 
 @given(SIZES, st.floats(1, 100), st.floats(1, 100))
-@settings(max_examples=60, deadline=None)
+@settings(max_examples=examples(60), deadline=None)
 def test_boxes_fill_the_rectangle_in_proportion_without_overlap(sizes: list[float], wide: float, tall: float) -> None:
     sizes.sort(reverse=True)
     boxes = squarified(sizes, wide, tall)

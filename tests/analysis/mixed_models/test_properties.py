@@ -12,6 +12,7 @@ from analysis.mixed_models.blups import random_effects
 from analysis.mixed_models.model import mixed_model
 from analysis.statistics.within import rm_anova
 from tests.analysis.mixed_models.reference_for_tests import asked, ours, table
+from tests.examples import examples
 
 CROSSED = table("crossed").iloc[:200]
 ASKED = {"fixed": ["texture", "group"], "random": {"participant": [], "stimulus": []}}
@@ -27,7 +28,7 @@ def numbers(model):
 BASE = numbers(mixed_model(CROSSED, "y", **ASKED))
 
 
-@settings(max_examples=6, deadline=None)
+@settings(max_examples=examples(6), deadline=None)
 @given(st.permutations(range(len(CROSSED))), st.permutations(list(CROSSED.columns)))
 def test_order_of_rows_and_columns_changes_nothing(rows, columns):
     shuffled = CROSSED.iloc[rows][columns]

@@ -16,6 +16,7 @@ from analysis.ordinal.friedman import friedman
 from analysis.ordinal.nemenyi import nemenyi
 from analysis.ordinal.rank_tests import wilcoxon_tests
 from tests.analysis.ordinal.r_values import long
+from tests.examples import examples
 
 SHAPES = st.tuples(st.integers(2, 8), st.integers(2, 5))
 TENTHS = hnp.arrays(np.int64, SHAPES, elements=st.integers(-20, 20))
@@ -37,14 +38,14 @@ def same(ours, theirs, **tolerance):
         pd.testing.assert_frame_equal(a, b, check_dtype=False, **({"check_exact": True} | tolerance))
 
 
-@settings(max_examples=12, deadline=None)
+@settings(max_examples=examples(12), deadline=None)
 @given(TENTHS, SEEDS)
 def test_order_of_rows_and_columns_changes_no_bit(cells, seed):
     table = long(cells / 10)
     same(rank_results(table.sample(frac=1, random_state=seed)[["y", "condition", "subject"]]), rank_results(table))
 
 
-@settings(max_examples=8, deadline=None)
+@settings(max_examples=examples(8), deadline=None)
 @given(TENTHS)
 def test_types_of_labels_change_no_bit(cells):
     found = rank_results(long(cells / 10, int))
@@ -54,7 +55,7 @@ def test_types_of_labels_change_no_bit(cells):
             same([a.drop(columns=labels)], [b.drop(columns=labels)])
 
 
-@settings(max_examples=12, deadline=None)
+@settings(max_examples=examples(12), deadline=None)
 @given(TENTHS, st.sampled_from([0.1, 3.0, 1e-9, 1e9, 1 / 3]), st.sampled_from([0, 1, 7.7, 1e6]))
 def test_units_and_offsets_change_no_rank(cells, unit, offset):
     plain = rank_results(long(cells))
@@ -67,14 +68,14 @@ def test_units_and_offsets_change_no_rank(cells, unit, offset):
             assert (a[name] * unit).tolist() == pytest.approx(b[name].tolist(), rel=1e-9, abs=room, nan_ok=True)
 
 
-@settings(max_examples=12, deadline=None)
+@settings(max_examples=examples(12), deadline=None)
 @given(TENTHS)
 def test_friedman_takes_any_rising_change_of_each_participants_answers(cells):
     bent = np.array([np.exp(row / 10) * (3**i) - i * 1e3 for i, row in enumerate(cells)])
     same(rank_results(long(bent))[:2], rank_results(long(cells))[:2])
 
 
-@settings(max_examples=12, deadline=None)
+@settings(max_examples=examples(12), deadline=None)
 @given(TENTHS)
 def test_turning_the_scale_round_turns_signs_round(cells):
     plain, turned = (rank_results(long(each)) for each in (cells, -cells))
@@ -87,7 +88,7 @@ def test_turning_the_scale_round_turns_signs_round(cells):
         assert plain[2][name].tolist() == pytest.approx((sign * turned[2][name]).tolist(), rel=1e-14, nan_ok=True)
 
 
-@settings(max_examples=12, deadline=None)
+@settings(max_examples=examples(12), deadline=None)
 @given(
     hnp.arrays(
         np.int64, st.tuples(st.integers(2, 6), st.integers(2, 3), st.integers(2, 3)), elements=st.integers(0, 9)

@@ -20,6 +20,7 @@ from analysis.ratings.target_errors import target_errors
 from analysis.ratings.trends import trends
 from analysis.ratings.within_intervals import mean_intervals
 from analysis.statistics.refusals import BadOption, BadValue, DuplicatedCells, IncompleteCells
+from tests.examples import examples
 
 
 def long(grid: list[list[float]], offset: float = 0.0, name: object = str) -> pd.DataFrame:
@@ -48,7 +49,7 @@ def test_participants_a_billion_apart_change_no_within_participant_interval() ->
     np.testing.assert_allclose(found, mean_intervals(long(GRID), by=("level",))["half"], rtol=1e-14)
 
 
-@settings(max_examples=12, deadline=None)
+@settings(max_examples=examples(12), deadline=None)
 @given(st.permutations(range(12)), st.sampled_from([str, int, lambda i: f"P{i}"]))
 def test_neither_row_order_nor_label_type_changes_intervals_or_trends(order: list[int], name: object) -> None:
     data = long(GRID, name=name).iloc[list(order)].reset_index(drop=True)

@@ -13,6 +13,7 @@ from hypothesis import strategies as st
 from analysis.ratings.dataset import DataRefused
 from analysis.ratings.normalising import normalised
 from analysis.statistics.refusals import BadValue
+from tests.examples import examples
 
 
 def table(**people: list[float]) -> pd.DataFrame:
@@ -71,7 +72,7 @@ def test_an_offset_of_a_billion_costs_z_no_digit() -> None:
 whole = st.lists(st.integers(-50, 50), min_size=3, max_size=9, unique=True)
 
 
-@settings(max_examples=30, deadline=None)
+@settings(max_examples=examples(30), deadline=None)
 @given(whole, st.integers(0, 1000), st.sampled_from([1.0, 4.0, 1e-3, 1e6]), st.randoms())
 def test_neither_the_order_of_rows_nor_the_unit_changes_a_z(
     rows: list[int], shift: int, unit: float, draw: random.Random

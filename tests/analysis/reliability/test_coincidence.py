@@ -15,6 +15,7 @@ from analysis.reliability.coincidence import krippendorff, krippendorff_alpha
 from analysis.reliability.disagreement import LEVELS, disagreement_of
 from analysis.statistics.refusals import BadOption, BadValue, DuplicatedCells, TooFew
 from tests.analysis.reliability.tables import long
+from tests.examples import examples
 
 NO = np.nan
 # Krippendorff 2011, part C: four observers, twelve units, gaps.
@@ -74,7 +75,7 @@ def slow_alpha(values: np.ndarray, level: str) -> float | None:
     return float(1 - (n - 1) * observed / expected) if expected else None
 
 
-@settings(max_examples=80, deadline=None)
+@settings(max_examples=examples(80), deadline=None)
 @given(st.integers(0, 2**32 - 1), st.sampled_from(LEVELS))
 def test_any_table_gives_what_the_definition_gives(seed: int, level: str) -> None:
     rng = np.random.default_rng(seed)

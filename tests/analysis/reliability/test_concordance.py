@@ -15,6 +15,7 @@ from analysis.reliability.concordance import concordance, kendall_w
 from analysis.statistics.references import reference_table
 from analysis.statistics.refusals import BadOption, IncompleteCells, TooFew
 from tests.analysis.reliability.tables import R, long, relative, wide
+from tests.examples import examples
 
 
 @pytest.mark.parametrize("name", R["sets"])
@@ -110,7 +111,7 @@ def test_refusals() -> None:
         kendall_w(table, "y", "target", "rater", p="bootstrap")  # type: ignore[arg-type]
 
 
-@settings(max_examples=25, deadline=None)
+@settings(max_examples=examples(25), deadline=None)
 @given(st.integers(0, 2**32 - 1), st.integers(2, 6), st.integers(2, 5))
 def test_rows_labels_and_any_rising_scale_change_nothing(seed: int, n: int, m: int) -> None:
     x = np.random.default_rng(seed).integers(0, 5, (n, m)).astype(float)

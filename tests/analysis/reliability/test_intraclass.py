@@ -15,6 +15,7 @@ from analysis.reliability.intraclass import icc, iccs
 from analysis.statistics.references import reference_table, reference_values
 from analysis.statistics.refusals import BadOption, DuplicatedCells, IncompleteCells, TooFew
 from tests.analysis.reliability.tables import R, long, relative, wide
+from tests.examples import examples
 
 NUMBERS = {"ICC": "ICC", "F": "F", "p": "p", "df1": "df1", "df2": "df2", "ci_low": "lower", "ci_high": "upper"}
 SHARED = [name for name, entry in reference_values("r_reference").items() if "icc" in entry]
@@ -163,7 +164,7 @@ def test_what_has_gaps_is_left_out_by_name() -> None:
     assert by_rater["ICC"].tolist() == [each.icc for each in iccs(np.delete(x, 1, axis=1))]
 
 
-@settings(max_examples=25, deadline=None)
+@settings(max_examples=examples(25), deadline=None)
 @given(TABLES, st.integers(0, 2**32 - 1))
 def test_rows_labels_shift_and_unit_change_nothing(values: np.ndarray, seed: int) -> None:
     plain = icc(long(values), "y", "target", "rater")
@@ -175,7 +176,7 @@ def test_rows_labels_shift_and_unit_change_nothing(values: np.ndarray, seed: int
     np.testing.assert_allclose(turned, plain["ICC"], rtol=1e-12)
 
 
-@settings(max_examples=40, deadline=None)
+@settings(max_examples=examples(40), deadline=None)
 @given(TABLES)
 def test_every_interval_holds_its_estimate_and_no_number_is_impossible(values: np.ndarray) -> None:
     for each in iccs(values):

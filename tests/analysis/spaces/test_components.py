@@ -13,6 +13,7 @@ from analysis.spaces.profiles import gather_profiles
 from analysis.spaces.retained import parallel_analysis, share_intervals
 from analysis.statistics.refusals import BadOption, BadValue, IncompleteCells, TooFew
 from tests.analysis.spaces.spaces_for_tests import attitude, in_r, ratings
+from tests.examples import examples
 
 
 @pytest.mark.parametrize("kind", ["covariance", "correlation"])
@@ -37,7 +38,7 @@ def test_the_largest_coefficient_is_positive() -> None:
     assert (directions[np.abs(directions).argmax(axis=0), range(7)] > 0).all()
 
 
-@settings(max_examples=30, deadline=None)
+@settings(max_examples=examples(30), deadline=None)
 @given(st.integers(0, 1000), st.sampled_from([1e-150, 1.0, 1e150]), st.sampled_from([0.0, 1e9]))
 def test_order_unit_and_offset_change_nothing(seed: int, unit: float, offset: float) -> None:
     whole = pd.DataFrame(np.random.default_rng(seed).integers(-50, 50, (9, 4)) * 1.0, columns=list("abcd"))

@@ -19,6 +19,7 @@ from analysis.statistics.refusals import BadOption, UnknownColumn
 from analysis.statistics.standardised import dz_interval, hedges_interval
 from tests.analysis.anova_for_tests import long_table
 from tests.analysis.variance.variance_for_tests import UNEQUAL, R, design
+from tests.examples import examples
 
 PF = 1e-6  # R's pf with ncp stops at an error of 1e-9 in the probability
 
@@ -42,7 +43,7 @@ def test_dz_and_g_against_r() -> None:
         np.testing.assert_allclose(found, case["limits"], rtol=1e-8)
 
 
-@settings(max_examples=40, deadline=None)
+@settings(max_examples=examples(40), deadline=None)
 @given(st.floats(0, 1e4), st.floats(1, 90), st.floats(1, 5e4), st.sampled_from([0.5, 0.9, 0.99]))
 def test_the_limits_are_where_the_distribution_says(f: float, df1: float, df2: float, level: float) -> None:
     low, high = f_noncentrality(f, df1, df2, level)

@@ -18,6 +18,7 @@ from analysis.statistics.mixed import mixed_anova
 from analysis.statistics.self_check import self_check
 from tests.analysis.anova_for_tests import relative_error, same
 from tests.analysis.variance.variance_for_tests import UNEQUAL, design
+from tests.examples import examples
 
 ASKED: dict[str, Any] = {"within": ["A", "B"], "between": ["g", "h"], "subject": "subject"}
 FREE = ("F", "p_unc", "p_GG_corr", "eps", "np2", "ng2")
@@ -58,7 +59,7 @@ def test_against_the_tests_it_contains() -> None:
         assert relative_error(ours[column][0], theirs[column][0]) < 1e-14
 
 
-@settings(max_examples=10, deadline=None)
+@settings(max_examples=examples(10), deadline=None)
 @given(st.integers(0, 2**32 - 1), st.sampled_from(["II", "III"]))
 def test_the_order_of_rows_and_columns_and_the_type_of_labels_change_no_bit(seed: int, kind: str) -> None:
     table = design(UNEQUAL, seed=seed % 97)
@@ -70,7 +71,7 @@ def test_the_order_of_rows_and_columns_and_the_type_of_labels_change_no_bit(seed
     assert same(plain[numbers], result(coded.astype({"h": "category"}), sum_of_squares=kind)[numbers])
 
 
-@settings(max_examples=25, deadline=None)
+@settings(max_examples=examples(25), deadline=None)
 @given(st.integers(-300, 300), st.integers(0, 50))
 def test_the_unit_changes_no_f(exponent: int, seed: int) -> None:
     table = design(UNEQUAL, seed=seed)

@@ -14,6 +14,7 @@ from devices.daq.accelerometer import Settings, make
 from devices.daq.adxl335 import POSITIONS, Scaling, acceleration, calibrate
 from devices.signals import DeviceError, DeviceFault
 from tests.devices.daq.scenes import Bent, Clock, Steady, rows, run
+from tests.examples import examples
 
 G = 9.80665
 TYPICAL = Scaling(np.full(3, 0.3), np.full(3, 1.5), 3.0)
@@ -48,7 +49,7 @@ def test_at_another_supply_both_voltages_are_in_proportion() -> None:
     st.lists(st.floats(0.27, 0.33), min_size=3, max_size=3),
     st.lists(st.floats(1.2, 1.8), min_size=3, max_size=3),
 )
-@settings(max_examples=50, deadline=None)
+@settings(max_examples=examples(50), deadline=None)
 def test_six_positions_give_the_scaling_back(sensitivity, zero) -> None:
     readings = {name: np.array(zero) + up * sensitivity for name, up in UP.items()}
     found = calibrate(readings, 3.0)

@@ -13,6 +13,7 @@ from devices.daq.cal_file import AXES, read_cal_file
 from devices.daq.force_torque import SAMPLE
 from devices.daq.wrench import Slopes, calibration, compensated, moved, torque_Nm, wrench
 from devices.signals import DeviceError
+from tests.examples import examples
 
 TEXT = SAMPLE.read_text(encoding="utf-8")
 ROWS = (
@@ -94,7 +95,7 @@ def test_a_transform_tells_the_torque_about_the_new_origin_and_turns_the_axes_af
 
 
 @given(st.lists(st.floats(-3, 3), min_size=6, max_size=6), st.lists(st.floats(-9, 9), min_size=6, max_size=6))
-@settings(max_examples=60, deadline=None)
+@settings(max_examples=examples(60), deadline=None)
 def test_a_transform_keeps_the_force_and_the_work_of_a_wrench(shift, load) -> None:
     """Force length and the product force x torque are invariants of a rigid change of frame."""
     told = moved(shift[:3], shift[3:]) @ load
@@ -187,7 +188,7 @@ def test_bytes_that_old_tools_leave_at_the_end_do_no_harm(tmp_path) -> None:
 
 
 @given(st.data())
-@settings(max_examples=150, deadline=None)
+@settings(max_examples=examples(150), deadline=None)
 def test_a_damaged_file_is_read_or_refused_and_nothing_else(tmp_path_factory, data) -> None:
     text = bytearray(TEXT.encode())
     for _ in range(data.draw(st.integers(1, 4))):

@@ -9,6 +9,7 @@ from hypothesis import strategies as st
 
 from devices.daq.watch import Watch
 from devices.signals import DeviceFault
+from tests.examples import examples
 
 
 def watch(stuck_s=0.1):
@@ -18,7 +19,7 @@ def watch(stuck_s=0.1):
 
 
 @given(st.integers(1, 400), st.lists(st.integers(1, 60), min_size=30, max_size=30))
-@settings(max_examples=60, deadline=None)
+@settings(max_examples=examples(60), deadline=None)
 def test_a_stuck_wire_is_a_fault_at_the_block_in_which_it_has_stood_long_enough(first, cuts) -> None:
     volts = np.random.default_rng(1).uniform(4, 6, (1000, 2))
     volts[first:, 1] = 5.0

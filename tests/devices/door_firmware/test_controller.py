@@ -9,6 +9,7 @@ from devices.door.firmware.limits import Limits
 from devices.door.link import messages as says
 from devices.door.link.codes import HEARTBEAT_MS, Fault, Reason, State
 from tests.devices.door_firmware.plants import Host, TinyPlant, firmware, out_and_back, profile
+from tests.examples import examples
 
 REQUESTS = {
     says.Hello: says.Hello(), says.Heartbeat: says.Heartbeat(), says.Stop: says.Stop(), says.EStop: says.EStop(),
@@ -198,7 +199,7 @@ def test_a_device_that_boots_does_nothing_but_answer():
     assert host.firmware.state is State.safe
 
 
-@settings(max_examples=200, deadline=None)
+@settings(max_examples=examples(200), deadline=None)
 @given(st.lists(st.sampled_from(list(REQUESTS.values())) | st.binary(max_size=40), max_size=40))
 def test_whatever_is_said_the_motor_is_on_only_in_the_states_that_say_so(said):
     host = Host(firmware(limits=Limits()))

@@ -16,6 +16,7 @@ from devices.door.link.frames import (
     stuffed,
     unstuffed,
 )  # fmt: skip
+from tests.examples import examples
 
 frames = st.builds(Frame, st.integers(0, 255), st.integers(0, 65535), st.binary(max_size=600))
 
@@ -41,7 +42,7 @@ def test_frames_come_out_as_they_went_in_however_they_are_cut(sent, size):
     assert found == sent and parser.dropped == parser.dropped_bytes == 0
 
 
-@settings(max_examples=300)
+@settings(max_examples=examples(300))
 @given(st.lists(st.binary(max_size=3000), max_size=12))
 def test_anything_at_all_raises_nothing_and_keeps_little(pieces):
     parser = Parser()
@@ -50,7 +51,7 @@ def test_anything_at_all_raises_nothing_and_keeps_little(pieces):
         assert parser.kept <= MAX_STUFFED
 
 
-@settings(max_examples=300)
+@settings(max_examples=examples(300))
 @given(frames, st.data())
 def test_a_frame_with_any_bit_turned_is_never_taken_for_a_frame(frame, data):
     raw = bytearray(bare(frame))
@@ -60,7 +61,7 @@ def test_a_frame_with_any_bit_turned_is_never_taken_for_a_frame(frame, data):
     assert Parser().feed(b"\0" + stuffed(bytes(raw)) + b"\0") == []
 
 
-@settings(max_examples=300)
+@settings(max_examples=examples(300))
 @given(st.binary(max_size=3000), st.lists(frames, min_size=3, max_size=3), st.integers(0, 700))
 def test_garbage_within_and_before_frames_costs_at_most_the_frame_that_it_struck(garbage, sent, at):
     first, *rest = map(on_the_line, sent)

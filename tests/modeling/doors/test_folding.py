@@ -14,6 +14,7 @@ from modeling.doors.data import ModelDataError
 from modeling.doors.folding import Fold, folds, held_share
 from modeling.doors.sources import SAME_N
 from modeling.doors.training_variants import with_variants
+from tests.examples import examples
 from tests.modeling.doors.made_up import crossed, made_up
 
 PAIRS = tuple((15 * door, 15 * door + 10) for door in range(6))
@@ -68,7 +69,7 @@ def leaks(data, fold):
     ]  # fmt: skip
 
 
-@settings(max_examples=40, deadline=None)
+@settings(max_examples=examples(40), deadline=None)
 @given(any_data(), st.integers(2, 4), st.integers(0, 3), st.booleans())
 def test_no_source_and_no_profile_is_ever_on_both_sides(data, k, seed, by_door):
     try:
@@ -83,7 +84,7 @@ def test_no_source_and_no_profile_is_ever_on_both_sides(data, k, seed, by_door):
     assert tested == list(range(len(data)))
 
 
-@settings(max_examples=20, deadline=None)
+@settings(max_examples=examples(20), deadline=None)
 @given(
     st.lists(st.tuples(st.sampled_from("ABCD"), st.sampled_from("vwxyz")), min_size=8, max_size=30), st.integers(2, 5)
 )
@@ -97,7 +98,7 @@ def test_where_every_profile_is_its_own_source_the_balance_is_perfect(places, k)
     assert {len(fold.test) for fold in found} <= {len(places) // k, -(-len(places) // k)}
 
 
-@settings(max_examples=20, deadline=None)
+@settings(max_examples=examples(20), deadline=None)
 @given(any_data(), st.sampled_from([0.1, 0.15, 0.3, 0.5]), st.integers(0, 3))
 def test_a_held_share_has_no_source_in_common_with_the_rest(data, share, seed):
     try:

@@ -7,6 +7,7 @@ from hypothesis import strategies as st
 
 from modeling.doors.data import ModelDataError
 from modeling.doors.intervals import half_widths, interval, needed, nested_coverage, scaled_half_widths
+from tests.examples import examples
 
 
 @pytest.mark.parametrize(("coverage", "least"), [(0.5, 1), (0.8, 4), (0.9, 9), (0.95, 19), (0.99, 99)])
@@ -33,7 +34,7 @@ def test_the_half_width_is_the_finite_sample_quantile_by_attribute():
 
 
 @given(st.integers(9, 60), st.floats(0.05, 0.9), st.integers(0, 5))
-@settings(max_examples=60, deadline=None)
+@settings(max_examples=examples(60), deadline=None)
 def test_a_half_width_is_a_residual_and_grows_with_coverage(n, coverage, seed):
     residual = np.random.default_rng(seed).normal(size=(n, 2))
     width = half_widths(residual, coverage)

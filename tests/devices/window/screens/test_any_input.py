@@ -11,6 +11,7 @@ from protocols.forms import Likert, Sliders
 from protocols.requests import Ask
 from protocols.study import Attribute, Item, Questionnaire, Scale
 from tests.devices.window.screens.pages import ask, page
+from tests.examples import examples
 
 KEYS = ("left", "right", "up", "down", "home", "end", "pageup", "pagedown", "tab", "enter", "space", "backspace",
         "delete", "escape")  # fmt: skip
@@ -65,7 +66,7 @@ def canonical_types(value):
 
 @pytest.mark.parametrize("name", FORMS)
 @given(acts=st.lists(ACTS, max_size=60))
-@settings(max_examples=40, deadline=None)
+@settings(max_examples=examples(40), deadline=None)
 def test_a_reply_is_always_one_that_answers_the_form(name, acts):
     request = FORMS[name]
     screen = screen_for(request, PAGE, 0)
@@ -83,7 +84,7 @@ def test_a_reply_is_always_one_that_answers_the_form(name, acts):
     presses=st.lists(st.tuples(st.integers(0, 3), st.floats(0, 1)), min_size=1, max_size=40),
     step=st.sampled_from([None, 1, 0.1]),
 )
-@settings(max_examples=60, deadline=None)
+@settings(max_examples=examples(60), deadline=None)
 def test_the_last_touch_of_every_line_is_its_answer(presses, step):
     scale = Scale.model_validate({"from": -1, "to": 1} | ({} if step is None else {"step": step}))
     form = Sliders(tuple(Attribute(low=f"a{n}", high=f"b{n}") for n in range(4)), scale)
