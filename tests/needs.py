@@ -82,7 +82,8 @@ NEEDS = {
     "selenium": package("selenium", "dev"),
     "chromium": system(partial(has_programs, "chromium", "chromedriver"), "chromium chromium-driver"),
     "compiler": system(has_kernel, "gcc libc6-dev", "make clean test"),
-    "fonts": system(has_fonts, "fonts-noto-core fonts-noto-cjk"),
+    "fonts": system(has_fonts, "libfribidi0 fonts-noto-core fonts-noto-cjk"),
+    "pgrep": system(partial(has_programs, "pgrep"), "procps"),
     "portaudio": system(lambda: ctypes.util.find_library("portaudio") is not None, "libportaudio2"),
     "xvfb": system(partial(has_programs, "Xvfb"), "xvfb xauth libglu1-mesa libfontconfig1"),
     "postgres": Need(

@@ -66,6 +66,7 @@ def test_the_inputs_are_the_ledgers_with_their_real_hashes(lab: Path, analysed: 
     assert data["title"] == "Opening a car door, rated on seven attributes"
 
 
+@pytest.mark.long
 def test_a_collected_database_gives_the_same_report(lab: Path, tmp_path: Path) -> None:
     url = f"sqlite:///{tmp_path / 'all.sqlite'}"
     assert told("collect", "--lab", lab, "--to", url)[0] == 0

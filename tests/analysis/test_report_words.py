@@ -100,6 +100,7 @@ def test_a_scale_that_was_not_declared_was_not_checked() -> None:
     assert "off the scale" not in text and "on the rating scale" not in text and "on the range of the data" in text
 
 
+@pytest.mark.long
 def test_what_an_import_merged_is_counted_as_merged(tmp_path: Path) -> None:
     rows = [(p, c, s) for p in ("P1", "P2", "P3") for c in ("K3", "K8") for s in range(4)]
     text = "who,item,car,score\n" + "".join(f"{p},soft,{c},{len(p) + s + int(c[1])}\n" for p, c, s in rows)
@@ -137,12 +138,14 @@ def test_captions_say_how_many_people_and_what_the_spread_is() -> None:
     assert "as many ratings" not in text
 
 
+@pytest.mark.long
 def test_a_mean_that_rests_on_fewer_ratings_is_told_under_the_figure() -> None:
     ratings = door_ratings(people=2, attributes=1)
     lacking = replace(ratings, table=ratings.table.drop(index=[0]).reset_index(drop=True))
     assert told(lacking).count("Not every participant's mean rests on as many ratings: 2 to 3.") == 2
 
 
+@pytest.mark.long
 def test_one_reason_stands_once() -> None:
     ratings = door_ratings(people=2)
     table = ratings.table

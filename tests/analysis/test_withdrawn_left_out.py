@@ -58,7 +58,9 @@ def test_a_regenerated_study_holds_nobody_who_withdrew(wanted, lab, monkeypatch)
     assert "P002" not in set(found.answered[0].rows["participant"])
 
 
-@pytest.mark.parametrize("fmt", ["bids", "psych-ds", "csv", "parquet"])
+@pytest.mark.parametrize(
+    "fmt", ["bids", "psych-ds", "csv", pytest.param("parquet", marks=pytest.mark.needs("pyarrow"))]
+)
 def test_no_format_holds_anybody_who_withdrew(wanted, fmt, tmp_path):
     found = export(wanted, tmp_path / "out", Choices(fmt))
     everything = b"".join(path.read_bytes() for path in (tmp_path / "out").rglob("*") if path.is_file())

@@ -149,6 +149,7 @@ def test_every_command_has_help_with_an_example() -> None:
         assert f"palpate doors {name}" in run(name, "--help").output
 
 
+@pytest.mark.long
 def test_the_picture_shows_every_profile(tmp_path) -> None:
     run("draw", STUDY, "--out", tmp_path / "doors.svg")
     picture = (tmp_path / "doors.svg").read_text(encoding="utf-8")

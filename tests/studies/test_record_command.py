@@ -94,6 +94,7 @@ def test_as_json_the_answer_stands_alone(said, lab):
     assert row["complete"] and row["ledger"].endswith("quick_P001_s1.sqlite")
 
 
+@pytest.mark.long
 def test_pictures_are_told_and_lie_in_the_lab_wherever_the_rig_file_lies(said, lab):
     elsewhere = lab / "rigs" / "booth.yaml"
     elsewhere.parent.mkdir()
@@ -146,6 +147,7 @@ def test_a_rig_that_cannot_be_had_is_told_and_nothing_is_recorded(said, lab, cha
     assert not ledgers(lab)
 
 
+@pytest.mark.long
 def test_a_second_session_has_a_number_of_its_own(said, lab):
     said("quick", "--participant", "P001")
     before = (lab / "sessions" / "quick_P001_s1.sqlite").read_bytes()

@@ -191,7 +191,7 @@ def test_the_table_is_made_of_what_is_kept():
     assert [dict(similarity_table.row(each)) for each in similarity_table.planned()] == rows(), AGAIN
 
 
-@pytest.mark.parametrize("method", ["AR", "DSTN", "HapInf", "FoTEN"])
+@pytest.mark.parametrize("method", ["AR", "DSTN", "HapInf", pytest.param("FoTEN", marks=pytest.mark.long)])
 def test_the_shipped_models_still_play_what_is_kept_of_them(method):
     """One texture, rendered anew; another runtime rounds otherwise, worth 0.3 dB at most (measured on all 24)."""
     cloth = stimulus(f"cloth_{method}")

@@ -40,12 +40,14 @@ def tsv(path):
         return list(csv.DictReader(file, delimiter="\t", quoting=csv.QUOTE_NONE))
 
 
+@pytest.mark.needs("bids-validator")
 @pytest.mark.parametrize("study", KINDS)
 def test_every_kind_of_study_passes_the_validator(study, tmp_path):
     exported(lab_of(tmp_path / "lab", study), study, tmp_path / "out", "bids")
     assert errors_by_validator(tmp_path / "out") == (0, set())
 
 
+@pytest.mark.needs("bids-validator")
 def test_the_validator_would_say_no(tmp_path):
     """The check above can fail: a table without its key column, a file that BIDS does not know."""
     out = tmp_path / "out"
@@ -108,6 +110,7 @@ def lossy(tmp_path):
     return lab
 
 
+@pytest.mark.needs("bids-validator")
 def test_lost_samples_read_not_available_where_they_were_and_are_told(lossy, tmp_path):
     out = tmp_path / "out"
     exported(lossy, "door_capture", out, "bids")
@@ -139,6 +142,7 @@ def test_positions_are_motion_data_and_their_gaps_are_events(lossy, tmp_path):
     ]  # fmt: skip
 
 
+@pytest.mark.needs("bids-validator")
 def test_no_date_leaves_the_lab_unless_it_is_asked_for(tmp_path):
     lab = tmp_path / "lab"
     rewritten(RECORDED / "ten/door_authoring_P001_s1.sqlite", lab / "sessions/door_authoring_P001_s1.sqlite")
@@ -171,6 +175,7 @@ def test_the_questionnaire_and_the_switches_have_tables_of_their_own(tmp_path):
     assert first == {"onset": "54.158", "duration": "0", "trial_type": "real", "trial": "1"}  # 52.662 + 1.496
 
 
+@pytest.mark.needs("bids-validator")
 def test_a_participant_of_two_sessions_has_both(tmp_path):
     lab = lab_of(tmp_path / "lab", "door_lexicon")
     first = lab / "sessions/door_lexicon_P001_s1.sqlite"

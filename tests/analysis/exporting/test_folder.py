@@ -21,7 +21,9 @@ def bytes_of(folder):
     return {path.relative_to(folder).as_posix(): path.read_bytes() for path in folder.rglob("*") if path.is_file()}
 
 
-@pytest.mark.parametrize("fmt", ["bids", "psych-ds", "csv", "parquet"])
+@pytest.mark.parametrize(
+    "fmt", ["bids", "psych-ds", "csv", pytest.param("parquet", marks=pytest.mark.needs("pyarrow"))]
+)
 def test_two_exports_are_the_same_bytes(lab, tmp_path, fmt):
     exported(lab, STUDY, tmp_path / "one", fmt)
     exported(lab, STUDY, tmp_path / "two", fmt)

@@ -69,7 +69,9 @@ def test_a_refusal_names_file_column_and_row_and_not_the_text(tmp_path):
     assert "words.csv: row 2" in (tmp_path / "out/README.md").read_text()
 
 
-@pytest.mark.parametrize("fmt", ["bids", "psych-ds", "csv", "parquet"])
+@pytest.mark.parametrize(
+    "fmt", ["bids", "psych-ds", "csv", pytest.param("parquet", marks=pytest.mark.needs("pyarrow"))]
+)
 def test_what_people_said_of_themselves_is_watched_and_can_be_left_out(fmt, tmp_path):
     lab = tmp_path / "lab"
     rewritten(LEXICON, lab / "sessions/door_lexicon_P001_s1.sqlite", answering(remark="I am mina.kim@lab.ac.kr"))
@@ -128,7 +130,9 @@ def test_a_pseudonym_that_is_a_name_or_a_number_of_identity_is_refused(pseudonym
     assert pseudonym not in str(refused.value)
 
 
-@pytest.mark.parametrize("fmt", ["bids", "psych-ds", "csv", "parquet"])
+@pytest.mark.parametrize(
+    "fmt", ["bids", "psych-ds", "csv", pytest.param("parquet", marks=pytest.mark.needs("pyarrow"))]
+)
 def test_a_number_of_identity_that_was_asked_as_a_number_is_refused_in_every_format(fmt, tmp_path):
     lab = tmp_path / "lab"
     asked = {"name": "registered", "text": "Number?", "kind": "number", "levels": [], "unit": None, "optional": True}

@@ -7,6 +7,7 @@ from analysis.features.bench_pictures import cases, counted
 from analysis.features.pictures import SIDE
 
 
+@pytest.mark.needs("skimage")
 def test_both_ways_give_what_counting_gives():
     found = {each.method: each.error(each.run()) for each in cases(quick=True)}
     assert list(found) == ["palpate", "scikit-image", "pairs counted by NumPy"]

@@ -1,8 +1,11 @@
 """The bench of touch says what is true: librosa's numbers, and where energy stays."""
 
+import pytest
+
 from analysis.features.bench import cases
 
 
+@pytest.mark.needs("librosa", "pywt")
 def test_each_way_errs_as_is_documented():
     found = {(each.case, each.method): each.error(each.run()) for each in cases(quick=True)}
     assert found["cepstral coefficients", "palpate, all segments at once"] < 1e-6

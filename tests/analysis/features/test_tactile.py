@@ -10,6 +10,7 @@ from analysis.features.touch import FeatureError, Stretch, Touch
 from tests.analysis.features.made_touch import noise, touch
 
 
+@pytest.mark.needs("librosa", "pywt")
 def test_the_documented_sizes_in_single_precision():
     found = touch_features(touch(2700, 500))
     assert {kind: rows.shape for kind, rows in found.items()} == {
@@ -20,17 +21,20 @@ def test_the_documented_sizes_in_single_precision():
     assert all(rows.dtype == np.float32 for rows in found.values())
 
 
+@pytest.mark.needs("librosa", "pywt")
 def test_a_row_of_cepstra_is_time_by_coefficient():
     made = touch(1000)
     rows = touch_features(made)["mfcc"].reshape(2, 40, 13)
     np.testing.assert_array_equal(rows, mfcc(segments(made).vibration).astype(np.float32))
 
 
+@pytest.mark.needs("librosa", "pywt")
 def test_the_same_again_bit_for_bit():
     first, second = touch_features(touch(3000)), touch_features(touch(3000))
     assert all(np.array_equal(first[kind], second[kind]) for kind in SIZES)
 
 
+@pytest.mark.needs("librosa", "pywt")
 @pytest.mark.parametrize(
     "axes",
     [np.zeros((1000, 3)), np.full((1000, 3), 2.5), np.clip(noise(1000), -0.1, 0.1), 1e-9 * noise(1000),
@@ -42,6 +46,7 @@ def test_extremes_are_finite(axes):
     assert all(np.isfinite(rows).all() for rows in touch_features(made).values())
 
 
+@pytest.mark.needs("librosa", "pywt")
 def test_segments_without_contact_have_no_row():
     force = np.repeat([1.0, 0.14, 0.16, 0.0], 500)
     made = Touch("made", (Stretch(noise(2000), np.full(2000, 50.0), force),))

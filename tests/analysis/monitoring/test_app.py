@@ -10,6 +10,8 @@ from analysis.monitoring.watching import MonitorError, Watch
 from tests.analysis.monitoring.people_for_tests import run
 from tests.studies.labs import Lab
 
+pytestmark = pytest.mark.needs("flask")
+
 TOKEN = "a-token-of-good-length"
 HERE = Access(loopback=True, token=None)
 NASTY = "<script>alert('note')</script>"

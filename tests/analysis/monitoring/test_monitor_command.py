@@ -48,6 +48,7 @@ def test_json_tells_a_script_what_the_page_shows(lab):
     ]
 
 
+@pytest.mark.needs("flask")
 def test_a_port_that_is_taken_is_said_so(lab):
     with socket.socket() as taken:
         taken.bind(("127.0.0.1", 0))
@@ -57,6 +58,7 @@ def test_a_port_that_is_taken_is_said_so(lab):
             called("--lab", lab.path, "--port", port)
 
 
+@pytest.mark.needs("flask")
 def test_an_address_that_is_not_this_machines_is_said_so(lab):
     with pytest.raises(MonitorError, match=r"192\.0\.2\.1, port 0: .* as --host"):
         called("--lab", lab.path, "--host", "192.0.2.1", "--port", 0)
@@ -68,11 +70,13 @@ def test_without_a_server_installed_the_error_says_what_to_install(lab, monkeypa
         called("--lab", lab.path)
 
 
+@pytest.mark.needs("flask")
 def test_a_users_mistake_ends_with_a_message_and_exit_code_2(tmp_path, capsys):
     assert palpate._status(["monitor", "--lab", str(tmp_path / "nowhere")]) == 2
     assert capsys.readouterr().err == f"Error: {tmp_path / 'nowhere'}: no such folder; give the lab's with --lab\n"
 
 
+@pytest.mark.needs("flask")
 def test_a_lab_that_is_none_is_refused_before_anything_is_served(tmp_path):
     with pytest.raises(MonitorError, match="no such folder"):
         called("--lab", tmp_path / "nowhere", "--port", 0)

@@ -88,11 +88,13 @@ def test_more_people_and_larger_effects_find_more(lab):
     assert all(point.runs == 20 and point.low <= point.power <= point.high for point in (*weak, *strong))
 
 
+@pytest.mark.long
 def test_people_who_feel_nothing_are_found_at_the_rate_of_alpha(lab):
     (point,) = power_curve(asking(lab, effect=0.0, alpha=0.2), [8], 80)
     assert point.low <= 0.2 <= point.high
 
 
+@pytest.mark.long
 def test_the_curve_depends_neither_on_the_processes_nor_on_the_other_sizes(lab):
     one = power_curve(asking(lab, effect=0.5), [4, 6], 6)
     assert power_curve(asking(lab, effect=0.5), [6, 4], 6, jobs=2) == one

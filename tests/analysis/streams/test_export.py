@@ -131,6 +131,7 @@ def test_a_known_latency_moves_a_stream_back(session, tmp_path):
     assert np.abs(found["tool_position_z"] - (found["time_s"] + 0.05))[200:-200].max() < 1e-3
 
 
+@pytest.mark.long
 def test_a_whole_session_goes_into_a_folder_and_raw_streams_as_they_were_recorded(session, tmp_path):
     files = json.loads(said("export", session, "--out", tmp_path / "all", "--rate", 500, "--json"))["files"]
     assert [Path(each).name for each in files if each.endswith("csv")] == [

@@ -86,6 +86,7 @@ def test_only_what_changed_is_painted_and_it_is_what_a_whole_painting_gives(tmp_
     assert whole.tobytes() == room.picture.tobytes()
 
 
+@pytest.mark.needs("fonts")
 def test_a_move_is_drawn_well_within_a_frame_on_an_ordinary_day():
     seconds = painted_s(FakeMaker(), (1280, 720), 60)
     assert np.median(seconds) < 0.1, "twenty times as slow as measured: something is painted that need not be"

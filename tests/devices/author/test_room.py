@@ -66,6 +66,7 @@ def test_the_keyboard_alone_reaches_everything(tmp_path):
     assert {"play", "undo", "redo", "compare", "save", "open", "export", "reset", "help", "close"} < set(stops)
 
 
+@pytest.mark.needs("fonts")
 def test_hangul_letters_stand_for_the_keys_they_lie_on(tmp_path):
     room = begun(tmp_path, language="ko")
     wish(room, 2, 20)
@@ -88,6 +89,7 @@ def test_two_are_compared_and_only_the_one_that_is_on_changes(tmp_path):
     assert room.main.work.b is None and room.main.work.setting.wish[:2] == (70, 80)
 
 
+@pytest.mark.needs("fonts")
 def test_what_cannot_be_had_is_said_and_what_can_is_not(tmp_path):
     room = begun(tmp_path)
     assert words(room).startswith("The door should feel as wished")

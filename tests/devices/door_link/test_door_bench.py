@@ -1,8 +1,11 @@
+import pytest
+
 from devices.door.firmware.drills import DRILLS, drilled
 from devices.door.link.bench import cases, frames_lost
 from devices.door.link.codes import SAFE_WITHIN_MS, Fault
 
 
+@pytest.mark.needs("serial")
 def test_every_case_of_the_bench_is_right():
     for case in cases(quick=True):
         if not case.case.startswith("safe"):

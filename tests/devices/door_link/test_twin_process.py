@@ -93,6 +93,7 @@ def notes(log):
     return [json.loads(line) for line in log.read_text().splitlines()]
 
 
+@pytest.mark.needs("serial")
 def test_a_twin_presents_through_its_pty_and_its_telemetry_is_recorded(tmp_path):
     log = tmp_path / "log"
     door = twin(log)
@@ -111,6 +112,7 @@ def test_a_twin_presents_through_its_pty_and_its_telemetry_is_recorded(tmp_path)
     assert notes(log)[-1]["host"] == "gone, ended" and notes(log)[-1]["mode"] == "off"
 
 
+@pytest.mark.needs("serial")
 def test_a_sensor_that_fails_behind_the_pty_is_a_fault_and_the_door_is_safe(tmp_path):
     log = tmp_path / "log"
     door = twin(log, ("--ail=not_a_number@900",))
@@ -124,6 +126,7 @@ def test_a_sensor_that_fails_behind_the_pty_is_a_fault_and_the_door_is_safe(tmp_
     assert tripped["t_ms"] == 900 and tripped["state"] == "safe" and tripped["mode"] == "off"
 
 
+@pytest.mark.needs("serial")
 def test_a_host_that_is_killed_leaves_the_door_safe_within_50_ms_of_plant_time(tmp_path):
     log = tmp_path / "log"
     root = Path(devices.__file__).parent.parent
@@ -146,6 +149,7 @@ def test_a_host_that_is_killed_leaves_the_door_safe_within_50_ms_of_plant_time(t
     assert told[-1]["state"] == "safe" and abs(told[-1]["motor_Nm"]) < 1e-6 and told[-1]["brake_A"] > 0.99
 
 
+@pytest.mark.needs("serial")
 def test_a_twin_that_is_killed_is_a_lost_link_and_another_one_is_started_for_the_next_attempt():
     door, desk = twin(), Desk()
     started = []
@@ -171,6 +175,7 @@ def test_a_twin_that_is_killed_is_a_lost_link_and_another_one_is_started_for_the
         door.close()
 
 
+@pytest.mark.needs("serial")
 def test_a_port_that_is_not_there_or_is_nobodys_is_refused_with_what_to_do():
     with pytest.raises(DeviceError, match="/dev/nowhere at 1000000 baud cannot be opened.*plugged in"):
         by_serial("door", "/dev/nowhere", 1_000_000)

@@ -58,6 +58,7 @@ def test_every_field_composes_and_numbers_stay_numbers():
     assert hand.value["answers"]["further"] == ["떨터브", "소마"]
 
 
+@pytest.mark.needs("fonts")
 def test_the_hint_tells_the_key_only_where_it_means_something():
     for form in (Lexicon(1), Words(("a", "b"), further=True)):
         assert "F9" in Hand(form, language="ko", hangul=True).text("hint")

@@ -9,6 +9,8 @@ from modeling.attributes.bench_material import made_up
 from modeling.attributes.methods import Method
 from tests.modeling.attributes import judged_attributes as small
 
+pytestmark = pytest.mark.long
+
 METHODS = {
     name: Method(name, method.title, method.fit, method.sees)
     for name, method in {**small.METHODS, "ann": Method("ann", "Refusing", small.fit_refusing)}.items()

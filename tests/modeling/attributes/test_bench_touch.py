@@ -1,11 +1,14 @@
 """The bench from sensors to features: what was felt comes back."""
 
+import pytest
+
 from analysis.measuring.rows import MEASURED, measure
 from modeling.attributes.bench_touch import ERROR, MEMORY, cases
 
 FROM_SENSORS = "from sensors to features"
 
 
+@pytest.mark.needs("librosa", "pywt")
 def test_what_was_felt_comes_back_within_half_a_percent():
     found = {each.method: each.error(each.run()) for each in cases(quick=True) if each.case == FROM_SENSORS}
     assert set(found) == {"as shipped", "hum not looked for"}

@@ -1,6 +1,7 @@
 """Boosted trees as arrays, against the regressors of scikit-learn that they were."""
 
 import numpy as np
+import pytest
 from sklearn.ensemble import GradientBoostingRegressor
 
 from modeling.attributes import boosting
@@ -32,6 +33,7 @@ def test_the_arrays_answer_to_the_bit_as_sklearn_does():
     assert boosted(front, own, bias).answers(rows).tobytes() == expected.tobytes()
 
 
+@pytest.mark.long
 def test_fit_is_that_of_sklearn():
     given = learning(textures=made_material(12, 3, 2).textures)
     front, own = grown(given)

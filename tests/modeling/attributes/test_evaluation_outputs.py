@@ -174,6 +174,7 @@ def test_what_an_earlier_evaluation_wrote_and_this_one_does_not_is_removed(judge
     assert paths[-1] == tmp_path / REPORT
 
 
+@pytest.mark.long
 def test_a_quick_evaluation_says_so_and_has_no_intervals(tmp_path):
     judged = small.judged(tmp_path, methods={name: small.METHODS[name] for name in ("mean", "ridge")}, quick=True)
     assert any("5 textures were left out" in line for line in banners(judged))

@@ -41,6 +41,7 @@ def test_the_recording_is_prepared_and_the_picture_decoded_while_the_clock_runs(
     assert told["recording"] >= 1000
 
 
+@pytest.mark.needs("librosa", "pywt")
 def test_only_what_was_asked_for_is_timed(short):
     told = feature_seconds({"dft"})
     assert set(told) == {"recording", "dft"}

@@ -94,6 +94,7 @@ def test_the_order_of_the_textures_changes_no_number(found, tmp_path):
         np.testing.assert_array_equal(again.results[job].predicted, done.predicted)
 
 
+@pytest.mark.needs("pgrep")
 def test_workers_find_what_one_process_finds(found, tmp_path):
     asked = small.wanted(tmp_path, workers=2, methods=("mean", "ridge"))
     again = judge(small.material(), asked, small.METHODS, small.OWN)

@@ -37,6 +37,7 @@ def lab(tmp_path):
     return tmp_path
 
 
+@pytest.mark.needs("torch", "librosa", "pywt", "skimage")
 def test_textures_are_joined_by_their_ids_and_keep_what_they_have(lab):
     found = read(lab, variants=1)
     assert found.ids == ("T01", "T02", "T03", "T04")
@@ -58,6 +59,7 @@ def test_textures_are_joined_by_their_ids_and_keep_what_they_have(lab):
     assert "looked at in a hurry: 2 x 2 of 7 x 7 patches of at most 3 pictures of a texture" in found.notes
 
 
+@pytest.mark.needs("torch", "librosa", "pywt", "skimage")
 def test_of_some_textures_alone_features_are_made_and_they_have_everything(lab):
     session(lab, "P002", [{"stimulus": "T03"}, {"stimulus": "T05"}])
     lines = []
@@ -68,6 +70,7 @@ def test_of_some_textures_alone_features_are_made_and_they_have_everything(lab):
     assert set(read(lab, most=5).ids) == {"T01", "T02", "T03", "T04", "T05"}  # there are no more than that
 
 
+@pytest.mark.needs("torch", "librosa", "pywt", "skimage")
 def test_what_is_kept_is_not_made_again(lab):
     lines = []
     first = read(lab, report=lines.append)
@@ -86,6 +89,7 @@ def test_what_is_kept_is_not_made_again(lab):
                 np.testing.assert_array_equal(rows, {**each.touch, **each.sight}[kind])
 
 
+@pytest.mark.needs("torch", "librosa", "pywt", "skimage")
 def test_touch_or_sight_alone_and_nothing_kept(lab):
     touch, sight = read(lab, sight=False, keep=False), read(lab, touch=False, keep=False)
     assert not (lab / "features").exists()
@@ -97,6 +101,7 @@ def test_touch_or_sight_alone_and_nothing_kept(lab):
         read(lab, touch=False, sight=False)
 
 
+@pytest.mark.needs("torch", "librosa", "pywt", "skimage")
 def test_a_texture_that_was_never_touched_and_lifted_segments_are_told(tmp_path):
     session(tmp_path, "P001", [{"stimulus": "T01"}, {"stimulus": "T02", "press": 0.05}])
     whole, lifted = read(tmp_path).textures
@@ -104,6 +109,7 @@ def test_a_texture_that_was_never_touched_and_lifted_segments_are_told(tmp_path)
     assert lifted.touch == {} and any("T02: no contact in any of 1 segments" in note for note in lifted.notes)
 
 
+@pytest.mark.needs("torch", "librosa", "pywt", "skimage")
 def test_recordings_of_twins_or_of_a_rig_are_taken_and_never_both(tmp_path):
     session(tmp_path, "P001", [{"stimulus": "T01"}, {"stimulus": "T02"}])
     session(tmp_path, "P002", [{"stimulus": "T01", "seed": 9}], rig=LIVE)
@@ -113,6 +119,7 @@ def test_recordings_of_twins_or_of_a_rig_are_taken_and_never_both(tmp_path):
     assert not np.array_equal(real.textures[0].touch["mfcc"], twins.textures[0].touch["mfcc"])
 
 
+@pytest.mark.needs("torch", "librosa", "pywt", "skimage")
 def test_where_all_who_touched_withdrew_the_pictures_are_left(tmp_path):
     session(tmp_path, "P001", [{"stimulus": "T01"}])
     photographed(tmp_path, "T01")
@@ -124,6 +131,7 @@ def test_where_all_who_touched_withdrew_the_pictures_are_left(tmp_path):
     assert any("nothing was felt: " in note and "somebody who withdrew" in note for note in found.notes)
 
 
+@pytest.mark.needs("torch", "librosa", "pywt", "skimage")
 def test_a_recording_that_cannot_be_used_leaves_the_texture_with_a_note(tmp_path):
     session(tmp_path, "P001", [{"stimulus": "T01"}, {"stimulus": "T02", "seconds": 4.0}])
     whole, short = read(tmp_path).textures
@@ -143,6 +151,7 @@ def test_half_a_recording_that_the_tracker_did_not_see_is_told_of_its_texture(tm
         assert not any("known together" in note for note in whole.notes)
 
 
+@pytest.mark.needs("torch", "librosa", "pywt", "skimage")
 def test_a_picture_that_shows_nothing_leaves_the_texture_with_a_note(tmp_path):
     photographed(tmp_path, "T01")
     made = photos(tmp_path, "E002")
@@ -156,6 +165,7 @@ def test_a_picture_that_shows_nothing_leaves_the_texture_with_a_note(tmp_path):
     assert "no session of texture_capture: nothing was felt" in found.notes
 
 
+@pytest.mark.needs("torch", "librosa", "pywt", "skimage")
 def test_the_same_black_picture_of_two_textures_does_not_join_them(tmp_path):
     black = BytesIO()
     Image.new("L", (256, 256), 0).save(black, "PNG")
@@ -173,6 +183,7 @@ def test_the_same_black_picture_of_two_textures_does_not_join_them(tmp_path):
     assert groups_of(read(tmp_path, variants=1).textures) == (("T01",), ("T02",))
 
 
+@pytest.mark.needs("torch", "librosa", "pywt", "skimage")
 def test_three_of_many_pictures_in_a_hurry_and_all_group_the_texture(tmp_path):
     photographed(tmp_path, "T01", lights=5)
     (found,) = read(tmp_path).textures

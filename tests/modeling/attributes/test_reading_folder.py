@@ -26,6 +26,7 @@ def read(place, **options):
     return read_folder(place, **{"quick": True, "variants": 0, "workers": 1, **options})
 
 
+@pytest.mark.needs("torch", "skimage")
 def test_pictures_and_ratings_become_textures(tmp_path):
     folder_of(tmp_path, HEADER, *ROWS)
     found = read(tmp_path, lab=tmp_path / "lab", simulated=True)
@@ -140,6 +141,7 @@ def test_a_picture_counts_once(tmp_path):
         read(tmp_path)
 
 
+@pytest.mark.needs("torch", "skimage")
 def test_a_texture_may_be_unrated_and_pictures_nobody_s_are_told_of(tmp_path):
     folder_of(tmp_path, HEADER, ROWS[0], "", "T2,felt,fabric,,,,", pictures=("T1.png", "T2/a.jpg", "T20_1.png"))
     found = read(tmp_path)
@@ -148,6 +150,7 @@ def test_a_texture_may_be_unrated_and_pictures_nobody_s_are_told_of(tmp_path):
     assert "1 pictures belong to no texture of the table (T20_1.png first): left aside" in found.notes
 
 
+@pytest.mark.needs("torch", "skimage")
 def test_the_table_is_the_one_named_or_the_only_one(tmp_path):
     folder_of(tmp_path, HEADER, ROWS[0])
     (tmp_path / "ratings.csv").rename(tmp_path / "mine.csv")
@@ -173,11 +176,13 @@ def test_ratings_of_few_steps_are_not_read_as_of_0_to_100_unless_that_is_said(tm
     np.testing.assert_allclose(told, [10 * value for value in values])
 
 
+@pytest.mark.needs("torch", "skimage")
 def test_one_rating_above_ten_is_enough_for_0_to_100(tmp_path):
     folder_of(tmp_path, HEADER, "T1,x,y,1,7,3,4", "T2,x,y,2,5,1,60")
     assert read(tmp_path).textures[0].rated.mean.tolist() == [1, 7, 3, 4]
 
 
+@pytest.mark.needs("torch", "skimage")
 @pytest.mark.parametrize("separator", [";", "\t"])
 def test_semicolons_and_tabs_separate_too_and_commas_are_decimal_then(tmp_path, separator):
     """As a spreadsheet saves a CSV where numbers have decimal commas; a comma in a name stays one."""

@@ -18,6 +18,7 @@ def read(place, recordings, **options):
     return read_folder(place, recordings=recordings, **{"quick": True, "variants": 0, "workers": 1, **options})
 
 
+@pytest.mark.needs("librosa", "pywt")
 def test_slides_of_the_cluster_data_set_become_segments_of_its_textures(tmp_path):
     data = tmp_path / "texture_dataset"
     slide(data)
@@ -36,6 +37,8 @@ def test_slides_of_the_cluster_data_set_become_segments_of_its_textures(tmp_path
     np.testing.assert_array_equal(first.rated.mean, [20, 31, 60, 5])
 
 
+@pytest.mark.needs("librosa", "pywt")
+@pytest.mark.long
 def test_a_recording_of_the_toolkit_is_trimmed_as_in_the_thesis(tmp_path):
     (tmp_path / "data").mkdir()
     (tmp_path / "data" / "ABS_Plastic.xml").write_text(whole(n=60_000), "utf-8")
@@ -45,6 +48,7 @@ def test_a_recording_of_the_toolkit_is_trimmed_as_in_the_thesis(tmp_path):
     assert len(texture.touch["mfcc"]) == 10
 
 
+@pytest.mark.needs("librosa", "pywt")
 def test_one_that_is_too_short_is_left_out_with_what_would_help(tmp_path):
     table(tmp_path / "data", "oak", seconds=1.9)
     recordings = Recordings(tables=(tmp_path / "data",))
@@ -61,6 +65,7 @@ def test_one_that_is_too_short_is_left_out_with_what_would_help(tmp_path):
     assert len(read(rated(tmp_path / "mine", "oak"), whole_one).textures[0].touch["dft"]) == 3
 
 
+@pytest.mark.needs("torch", "librosa", "pywt", "skimage")
 def test_what_was_felt_and_what_was_seen_come_together_by_name(tmp_path):
     for seed, name in enumerate(("oak", "felt")):
         table(tmp_path / "data", name, seed=seed)
@@ -76,6 +81,7 @@ def test_what_was_felt_and_what_was_seen_come_together_by_name(tmp_path):
     assert found.weights.startswith("random")
 
 
+@pytest.mark.needs("librosa", "pywt")
 def test_features_are_kept_by_content_and_by_how_the_table_is_read(tmp_path):
     table(tmp_path / "data", "oak")
     mine, lab = rated(tmp_path / "mine", "oak"), tmp_path / "lab"
@@ -110,6 +116,7 @@ def test_a_file_s_new_name_is_a_new_recording_since_it_says_what_was_wished_for(
     assert read(mine, Recordings(cluster=data), lab=lab).textures[0].touch
 
 
+@pytest.mark.needs("librosa", "pywt")
 def test_what_lacks_of_a_texture_that_is_not_in_the_table_is_nobody_s_matter(tmp_path):
     data = tmp_path / "data"
     for stem in ("0_0_40_500_0", "3_0_40_500_0"):
@@ -143,6 +150,7 @@ def test_one_that_cannot_be_read_is_left_out_by_name_and_ratings_are_no_recordin
     assert not any("not in the table" in each for each in found.notes)
 
 
+@pytest.mark.needs("librosa", "pywt")
 def test_without_sight_no_picture_is_looked_at(tmp_path):
     mine = rated(tmp_path / "mine", "oak")
     table(tmp_path / "data", "oak")

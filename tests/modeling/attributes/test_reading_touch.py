@@ -19,6 +19,7 @@ from tests.modeling.attributes.captured_textures import session
 from tests.modeling.attributes.photo_labs import LIVE
 
 
+@pytest.mark.needs("librosa", "pywt")
 def test_each_texture_with_its_class_in_the_order_of_the_session(tmp_path):
     session(tmp_path, "P001", [{"stimulus": "T03"}, {"stimulus": "T01"}])
     first, second = touches(tmp_path)
@@ -100,6 +101,7 @@ def test_the_same_samples_are_known_wherever_they_stand(tmp_path):
     assert trimmed.key != one.key == recorded(tmp_path / "a", ["T01"])[0].key
 
 
+@pytest.mark.needs("librosa", "pywt")
 def test_jobs_get_no_samples_and_give_the_same_rows(tmp_path):
     path = session(tmp_path, "P001", [{"stimulus": f"T0{n}"} for n in (1, 2)])
     sent = [pickle.loads(pickle.dumps(each)) for each in recorded(tmp_path)]
@@ -133,6 +135,7 @@ def one_and_six(tmp_path):
     return tmp_path / "one", tmp_path / "six", path.stat().st_size
 
 
+@pytest.mark.long
 def test_only_one_texture_is_in_memory(one_and_six):
     one, six, size = one_and_six
 
@@ -145,6 +148,7 @@ def test_only_one_texture_is_in_memory(one_and_six):
     assert peak_bytes(lambda: recorded(six)) < 0.15 * size
 
 
+@pytest.mark.long
 def test_rendering_reads_no_file_whole(one_and_six):
     one, six, size = one_and_six
     read_lab(one)

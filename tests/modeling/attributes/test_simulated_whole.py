@@ -41,6 +41,8 @@ def rows_of(judged):
     return rows
 
 
+@pytest.mark.needs("librosa", "pywt")
+@pytest.mark.long
 def test_what_was_felt_predicts_textures_left_out_better_than_the_mean(lab, tmp_path):
     material = read_material(lab, sight=False, workers=1)
     assert material.simulated and sorted(material.ids) == list(TEXTURES)
@@ -51,6 +53,8 @@ def test_what_was_felt_predicts_textures_left_out_better_than_the_mean(lab, tmp_
     assert written.metrics["mae"] == rows["ridge"]["mae"]
 
 
+@pytest.mark.needs("torch", "librosa", "pywt", "skimage")
+@pytest.mark.long
 def test_what_was_felt_and_seen_predicts_textures_left_out_better_than_the_mean(seen, tmp_path):
     assert seen.simulated and sorted(seen.ids) == list(TEXTURES)
     assert all(each.touch["dwt"].shape == (3, 24) and each.sight["resnet"].shape == (1, 2048) for each in seen.textures)

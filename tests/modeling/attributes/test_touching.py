@@ -201,6 +201,7 @@ def test_a_tail_that_is_not_known_is_left_out_and_told():
     assert not any("known together" in note for note in touch_of("t", [touched()])[1])
 
 
+@pytest.mark.needs("librosa", "pywt")
 def test_segments_without_contact_are_told_and_never_any_is_refused():
     force = np.where(np.arange(N) // 500 == 8, 0.0, 1.2)
     found, notes = touch_of("t", [touched(force=force)])

@@ -242,6 +242,7 @@ def test_a_model_is_asked_about_features_made_as_those_that_it_learned_from(felt
     assert library.textures[0].predicted.value == pytest.approx(np.clip(expected, 0, 100), abs=1e-3)
 
 
+@pytest.mark.needs("torch", "librosa", "pywt", "skimage")
 def test_a_model_without_intervals_is_taken_as_unsure(felt_lab):
     model = predictor_of(read_model(with_model(felt_lab, interval=None)), felt_lab)
     assert model.high == pytest.approx(1.644854 * NOTHING_KNOWN[1]) and "no intervals" in model.notes[-1]
@@ -255,6 +256,7 @@ def test_other_weights_than_the_model_learned_from_are_refused(felt_lab, tmp_pat
         index(Wanted(felt_lab, model=card, workers=1))
 
 
+@pytest.mark.needs("torch", "librosa", "pywt", "skimage")
 def test_a_lab_with_a_model_can_be_indexed_without_it(felt_lab):
     card = with_model(felt_lab)
     assert index(Wanted(felt_lab, without_model=True)).counts["predicted"] == 0

@@ -11,6 +11,8 @@ from modeling.textures.evaluation_thesis import printed_errors, printed_times, p
 from modeling.textures.judging_whole import judge
 from tests.modeling.textures import judged_small as small
 
+pytestmark = pytest.mark.needs("torch")
+
 
 @pytest.fixture(scope="module")
 def judged(tmp_path_factory):

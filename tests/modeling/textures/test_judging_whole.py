@@ -13,6 +13,8 @@ from modeling.training.refusals import JobBroken
 from tests.modeling.textures import judged_small as small
 from tests.modeling.textures.made_up_recording import recording
 
+pytestmark = pytest.mark.needs("torch")
+
 
 @pytest.fixture(scope="module")
 def judged(tmp_path_factory):

@@ -14,6 +14,8 @@ from modeling.textures.training import train_textures
 from tests.modeling.textures import judged_small as small
 from tests.modeling.textures.made_up_recording import recording
 
+pytestmark = pytest.mark.needs("torch")
+
 
 def trained(tmp_path, found=None, methods=("foten_generative",), **more):
     asked = small.wanted(tmp_path / "work", methods, **more)

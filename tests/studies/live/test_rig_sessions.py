@@ -64,6 +64,7 @@ def rooms(monkeypatch, experimenter):
     return made
 
 
+@pytest.mark.needs("serial")
 def test_doors_are_felt_through_the_driver_and_the_firmware(lab, rooms):
     found = doors()
     sat = begun(found, lab)
@@ -78,6 +79,7 @@ def test_doors_are_felt_through_the_driver_and_the_firmware(lab, rooms):
     replay(sat.path)
 
 
+@pytest.mark.needs("serial")
 @pytest.mark.needs("linux")
 def test_a_door_that_dies_is_a_fault_and_the_trial_is_met_again(lab, rooms):
     killed = []
@@ -115,6 +117,7 @@ def test_a_session_that_is_quit_while_a_door_is_felt_leaves_it_safe_and_goes_on(
     replay(sat.path)
 
 
+@pytest.mark.needs("serial")
 def test_the_first_thing_done_in_the_end_is_that_nothing_moves(lab, rooms, monkeypatch):
     done = []
 
@@ -140,6 +143,7 @@ def test_a_profile_beyond_the_rig_s_limits_is_refused_before_anything_is_recorde
     assert not (lab / "sessions").exists() and not list(children())
 
 
+@pytest.mark.needs("serial")
 def test_where_no_ledger_can_be_written_the_devices_are_let_go_of(lab, rooms):
     (lab / "sessions").write_text("a file in the way", encoding="utf-8")
     with pytest.raises(OSError, match="sessions"):
@@ -193,6 +197,7 @@ def test_a_recording_that_is_interrupted_is_made_again(lab, rooms):
     replay(sat.path)
 
 
+@pytest.mark.long
 def test_a_photo_study_keeps_its_pictures_in_the_lab(lab, rooms):
     path = rig_path(lab)
     path.write_text(TWINS.replace("camera, driver: twin", "camera, driver: twin, lights: 2"), encoding="utf-8")
@@ -213,6 +218,7 @@ def test_a_photo_study_keeps_its_pictures_in_the_lab(lab, rooms):
     assert len(list((lab / "pictures").rglob("*.png"))) == 2, "wherever the rig file lies"
 
 
+@pytest.mark.needs("serial")
 def test_noise_masks_and_other_settings_are_refused_when_going_on(lab, rooms):
     found = doors(1, needs=["door", "masking_noise"])
 
@@ -279,6 +285,7 @@ def textures(count=1) -> Found:
     return Found(found.study.model_copy(update=given), found.folder)
 
 
+@pytest.mark.long
 def test_a_texture_session_taken_up_while_an_answer_is_asked_for_is_answered_with_the_texture_on(
     lab, rooms, experimenter, monkeypatch
 ):

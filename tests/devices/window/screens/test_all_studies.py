@@ -23,6 +23,7 @@ def requests(study):
     yield from (Ask(trial.form, trial) for trial in plan.trials[:1] if trial.form is not None)
 
 
+@pytest.mark.needs("fonts")
 @pytest.mark.parametrize("size", ["1280x720 at 3.2", "1280x720 at 4", "3840x2160 at 7"])
 @pytest.mark.parametrize("name", STUDIES)
 def test_every_study_can_be_shown(name, size):

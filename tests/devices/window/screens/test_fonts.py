@@ -22,6 +22,7 @@ def test_latin_with_accents_can_always_be_drawn_by_the_font_that_matplotlib_brin
     latin_only().demand(["Äußerst ça déjà Łódź ñ ő – “quoted” … ← → ↓"])
 
 
+@pytest.mark.needs("fonts")
 def test_characters_without_a_font_are_named_with_what_to_install():
     with pytest.raises(WindowError) as error:
         latin_only().demand(["Rough", "거친", "कड़ा"])
@@ -30,6 +31,7 @@ def test_characters_without_a_font_are_named_with_what_to_install():
     assert "fonts-noto-cjk (Debian" in said and "fonts-noto-core (Debian" in said and "Nirmala UI" in said
 
 
+@pytest.mark.needs("fonts")
 def test_korean_hindi_and_accents_are_covered_here():
     fonts().demand(["거칠다 매끄럽다", "खुरदुरा क्षण स्निग्ध", "Ærøskøbing, naïve, tiếng Việt"])
 
@@ -46,6 +48,7 @@ def test_bold_falls_back_to_regular_where_a_bold_font_lacks_the_character():
     assert mixed.face("거", bold=True) == mixed.face("거")
 
 
+@pytest.mark.needs("fonts")
 def test_complex_scripts_are_refused_where_pillow_cannot_shape_them():
     plain = Fonts(fonts().regular, shapes_complex=False)
     plain.demand(["Rough 거친"])
@@ -53,6 +56,7 @@ def test_complex_scripts_are_refused_where_pillow_cannot_shape_them():
         plain.demand(["कड़ा"])
 
 
+@pytest.mark.needs("fonts")
 def test_hindi_is_shaped_and_not_drawn_letter_by_letter():
     font = fonts().font(fonts().face("क"), 40)
     assert font.getlength("क्षि") < sum(font.getlength(each) for each in "क्षि")

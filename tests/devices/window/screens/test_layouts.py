@@ -65,7 +65,10 @@ LONG = replace(
 WORDINGS = {"en": wording("en"), "ko": wording("ko"), "hi": HINDI, "long": LONG}
 
 
-@pytest.mark.parametrize("words", WORDINGS)
+@pytest.mark.parametrize(
+    "words",
+    [pytest.param(words, marks=[pytest.mark.needs("fonts")] if words in ("ko", "hi") else []) for words in WORDINGS],
+)
 @pytest.mark.parametrize("size", SIZES)
 def test_nothing_overlaps_is_cut_or_too_small(size, words):
     language = "ko" if words == "ko" else "en"

@@ -1,6 +1,8 @@
 from pathlib import Path
 from typing import get_args
 
+import pytest
+
 from devices.window.pictures import pictures
 from devices.window.screens.specimen_words import FOLDER
 from devices.window.screens.specimens import specimens
@@ -25,6 +27,7 @@ def test_there_is_a_specimen_of_every_form_and_every_page():
     assert {path.stem for path in FOLDER.glob("*.yaml")} == set(languages())
 
 
+@pytest.mark.needs("fonts")
 def test_pictures_are_painted_at_any_size_and_in_any_language(tmp_path):
     files = pictures(tmp_path / "new", (1366, 768), "ko")
     assert [file.name for file in files] == [f"screen-{name}.png" for name in specimens()]
