@@ -94,6 +94,7 @@ def test_nothing_on_the_page_is_nan_or_a_p_of_zero(html: str) -> None:
     assert not re.search(r"p = (0|\.0+)\b", text)
 
 
+@pytest.mark.long
 @pytest.mark.parametrize("value", [0.1, 7.0, 100.0])
 def test_constant_ratings_are_told_not_computed(value: float) -> None:
     ratings = door_ratings(people=2, attributes=1)
@@ -105,6 +106,7 @@ def test_constant_ratings_are_told_not_computed(value: float) -> None:
     assert "NaN" not in statistics_json(found) and "Infinity" not in statistics_json(found)
 
 
+@pytest.mark.long
 def test_exclusions_are_listed_and_their_absence_is_said(doors: Analysed, html: str) -> None:
     assert "P199, session s9 interrupted after 3 of 45 trials 21" in words(html)
     without = replace(doors, ratings=replace(doors.ratings, exclusions=()))
@@ -118,6 +120,7 @@ def test_every_input_stands_with_its_hash(doors: Analysed, html: str) -> None:
         assert f"{each.name} {each.note}".strip() in text and each.sha256 in text
 
 
+@pytest.mark.long
 def test_simulated_answers_carry_a_banner_and_real_ones_do_not(doors: Analysed, html: str) -> None:
     assert "no person gave these answers" in words(html)
     real = replace(doors, ratings=replace(doors.ratings, simulated=False))

@@ -77,6 +77,7 @@ def test_groups_are_said_to_be_no_factor_near_the_tables_and_in_the_methods() ->
     assert APART not in told(replace(reasoning(), between=()))
 
 
+@pytest.mark.long
 def test_the_pairs_say_how_many_ratings_a_mean_rests_on() -> None:
     text = told(door_ratings(people=2, attributes=1))
     assert (
@@ -86,6 +87,7 @@ def test_the_pairs_say_how_many_ratings_a_mean_rests_on() -> None:
     assert "A participant's value at a level is the mean of 2 ratings." in told(reasoning())
 
 
+@pytest.mark.long
 def test_averaged_ratings_are_not_said_to_be_neither_repeated_nor_replaced() -> None:
     plain, merged = told(reasoning()), told(replace(reasoning(), exclusions=MERGED))
     assert "nothing is missing, repeated or off the scale" in plain and "No value is replaced or imputed" in plain
@@ -123,6 +125,7 @@ def session_study(**changes: Any) -> Ratings:
     return read_ratings(engine, "doors")
 
 
+@pytest.mark.long
 def test_measured_and_simulated_stimuli_and_seeds_are_told() -> None:
     text = told(session_study(simulated=True))
     assert "Stimuli 12: 5 measured, 7 simulated" in text and "Simulation seeds 1, 2, 3" in text

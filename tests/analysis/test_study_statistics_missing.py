@@ -223,6 +223,7 @@ def answer(*arguments: object) -> dict[str, Any]:
     return dict(json.loads(out))
 
 
+@pytest.mark.long
 def test_an_interrupted_session_that_is_included_is_named_and_stops_its_tests(interrupted: tuple[object, ...]) -> None:
     found = answer("report", *interrupted, "--include-incomplete")
     assert (found["participants"], found["complete"], found["interrupted_included"]) == (4, False, 1)
@@ -236,6 +237,7 @@ def test_an_interrupted_session_that_is_included_is_named_and_stops_its_tests(in
     assert code == 0 and "1 interrupted session was included" in out
 
 
+@pytest.mark.long
 def test_listwise_on_the_command_line_leaves_the_participant_out(interrupted: tuple[object, ...]) -> None:
     found = answer("report", *interrupted, "--include-incomplete", "--missing", "listwise")
     assert (found["participants"], found["complete"], found["left_out"]) == (3, True, 1)

@@ -42,6 +42,7 @@ any_feature = st.builds(CheckFeature, **numbers(CHECK_RANGES))
 any_door = st.builds(Door, **numbers(RANGES), check=st.lists(any_feature, max_size=6).map(tuple))
 
 
+@pytest.mark.long
 @given(any_door)
 @settings(max_examples=examples(150), deadline=None)
 def test_every_door_within_the_ranges_is_finite_and_bounded(door) -> None:

@@ -77,6 +77,7 @@ def test_training_says_which_method_it_takes_and_why(made, tmp_path, monkeypatch
     assert done(train, *asked, "--method", "mean").stdout.startswith("training mean: as it was asked for.")
 
 
+@pytest.mark.long
 def test_training_says_what_the_model_was_made_from(made, tmp_path):
     asked = ("--lab", tmp_path, "--workers", 1, "--quick")
     told = " ".join(done(train, *asked, "--method", "ridge").stdout.split())
@@ -104,6 +105,7 @@ def test_a_quick_model_takes_no_other_s_place_unless_that_is_said(made, tmp_path
     assert read_model(tmp_path / "models").card.method == "mean"
 
 
+@pytest.mark.long
 @pytest.mark.parametrize("folds", [1, 3])
 def test_few_folds_are_told_and_more_of_them_go_on_from_there(made, tmp_path, folds):
     asked = ("--lab", tmp_path, "--workers", 1, "--no-ablations", "--methods", "ridge,mean")

@@ -31,6 +31,7 @@ def test_arrivals_that_are_all_equally_late_give_the_clock_exactly(drift_ppm, ra
     assert clock.wander_s is not None and clock.wander_s <= 1e-9 + 1e-15 * t0_s
 
 
+@pytest.mark.long
 @pytest.mark.untraced
 @pytest.mark.parametrize(
     ("rate_hz", "block", "seconds"), [(8000, 80, 60), (3000, 30, 10), (120, 1, 60), (80, 1, 20), (1000, 500, 60)]

@@ -99,6 +99,7 @@ def test_tries_are_no_answers(tmp_path, engine):
     assert rows(engine, "SELECT count(*), sum(counts) FROM responses") == [(8, 8)]
 
 
+@pytest.mark.long
 def test_a_recording_counts_as_done(tmp_path, engine):
     ran(tmp_path, "capture", needs=["tool"])
     gather(tmp_path, engine)

@@ -21,6 +21,7 @@ def test_what_the_twins_record_has_the_streams_of_a_session_and_repeats():
     assert all(np.array_equal(found[name][1], again[name][1]) for name in found)
 
 
+@pytest.mark.long
 def test_another_place_of_a_scene_has_the_same_hand_and_another_vibration():
     one, elsewhere = scene("cloth", SECONDS, 1), scene("cloth", SECONDS, 1, 1)
     assert one.shape == (3, 1500)

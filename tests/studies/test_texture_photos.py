@@ -29,6 +29,7 @@ def test_every_texture_gets_ten_pictures_and_nobody_is_asked(tmp_path):
     assert replay(sat.path).complete
 
 
+@pytest.mark.long
 def test_a_picture_is_made_of_the_trial_s_own_surface():
     plan = compile_plan(FOUND.study, ParticipantRow("E001", "all"))
     one, other = (next(pictures_of(Sense("camera", 60.0, plan.trials[n]))) for n in (26, 46))

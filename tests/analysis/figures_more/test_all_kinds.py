@@ -44,6 +44,7 @@ def test_equal_data_give_equal_bytes_and_every_mark_its_own_group(name: str) -> 
     assert "nan" not in "".join(text for mark in drawn.marks for pair in mark.told for text in pair).lower().split()
 
 
+@pytest.mark.long
 @pytest.mark.parametrize("name", KINDS)
 def test_a_figure_is_drawn_from_its_table_as_a_file_would_hold_it(name: str) -> None:
     """Every row has the same columns of plain values, finite where they are numbers."""

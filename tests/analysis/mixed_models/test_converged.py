@@ -25,6 +25,7 @@ def made(seed):
     return whole[rng.random(len(whole)) < 0.85]
 
 
+@pytest.mark.long
 @pytest.mark.parametrize("seed", range(8))
 def test_no_point_that_is_tried_is_better(seed):
     model = mixed_model(made(seed), "y", [], {"p": ["x"], "s": []}, numeric=["x"])

@@ -28,7 +28,8 @@ def questions():
         for asked in plan.tests:
             if asked.test not in seen:
                 seen.add(asked.test)
-                yield pytest.param(study, asked.name, id=asked.test)
+                slow = asked.test in ("mds", "vectors")  # they draw bootstrap samples of people
+                yield pytest.param(study, asked.name, id=asked.test, marks=[pytest.mark.long] if slow else [])
 
 
 QUESTIONS = list(questions())

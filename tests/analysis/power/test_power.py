@@ -80,6 +80,7 @@ def test_without_an_effect_people_feel_no_difference_but_keep_their_noise():
     assert with_effect(study, 1.0).simulation.latents == study.simulation.latents
 
 
+@pytest.mark.long
 def test_more_people_and_larger_effects_find_more(lab):
     weak, strong = (power_curve(asking(lab, effect=effect), [3, 12], 20) for effect in (0.4, 1.0))
     assert weak[0].power < weak[1].power
@@ -145,6 +146,7 @@ def test_an_intercept_is_no_effect_and_a_models_own_tests_are_found():
     assert p_of(answer, "model", "method") == (0.04, "", "method: p_unc")
 
 
+@pytest.mark.long
 @pytest.mark.parametrize("kind", ["friedman, factor: stimulus", "mixed_model, fixed: [stimulus]"])
 def test_a_plans_rank_test_and_model_have_a_power(lab, kind):
     plan = lab / "studies" / "pairs" / "analysis.yaml"

@@ -107,6 +107,7 @@ def test_check_says_equal_or_names_what_differs(lab):
     assert "tables/ratings.csv: line " in done.output and "differs from" in done.output
 
 
+@pytest.mark.long
 def test_a_test_that_left_the_plan_leaves_no_table_behind(lab):
     run(lab, "--no-figures")
     change(lab, "  - {name: pairs, test: pairs, factor: variant, correction: holm}\n", "")
@@ -125,6 +126,7 @@ def test_the_same_number_keeps_its_seconds_and_a_new_one_gets_its_own(lab):
     assert found_of(lab, "pairs")["seconds"] < 100
 
 
+@pytest.mark.long
 def test_other_draws_are_another_question_with_a_time_of_its_own(lab):
     run(lab, "--no-figures")
     file = lab / "regenerated" / "seconds.json"
@@ -134,6 +136,7 @@ def test_other_draws_are_another_question_with_a_time_of_its_own(lab):
     assert found_of(lab, "variants")["seconds"] < 100
 
 
+@pytest.mark.long
 def test_without_figures_no_older_report_stays_behind(lab):
     run(lab)
     mine = lab / "regenerated" / "doors_small" / "figures" / "mine.svg"
@@ -152,6 +155,7 @@ def test_a_folder_of_ones_own_is_not_written_over(lab, tmp_path):
     assert contents(own.parent) == {"tables.tex": b"mine"}
 
 
+@pytest.mark.long
 def test_check_tells_a_report_that_is_gone(lab):
     run(lab)
     (lab / "regenerated" / "doors_small" / "report.html").unlink()
@@ -159,6 +163,7 @@ def test_check_tells_a_report_that_is_gone(lab):
     assert done.exit_code == 1 and "report.html: the file: committed listed, found not there" in done.output
 
 
+@pytest.mark.long
 @pytest.mark.parametrize("policy", ["refuse", "listwise", "mixed_model"])
 def test_a_where_that_takes_other_cells_from_everyone_never_averages_what_is_left(lab, policy):
     """The first trials of a session met other stimuli in each of the orders."""
@@ -174,6 +179,7 @@ def test_a_where_that_takes_other_cells_from_everyone_never_averages_what_is_lef
     assert told[policy] in found["refused"] and "results" not in found
 
 
+@pytest.mark.long
 def test_a_where_on_the_stimulus_keeps_whole_cells(lab):
     change(lab, "within: [variant]", "within: [variant], where: {car: K3, stimulus: [K3_g0, K3_g3, K3_g6]}")
     run(lab, "--no-figures")
@@ -229,6 +235,7 @@ def test_listwise_leaves_the_participant_out_by_name(lab):
     assert found_of(lab, "model", "Damped")["participants"] == 11
 
 
+@pytest.mark.long
 def test_a_mixed_model_answers_on_what_is_there(lab):
     drop_a_cell(lab, "mixed_model")
     for name in ("all", "model"):

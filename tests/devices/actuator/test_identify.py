@@ -138,6 +138,7 @@ def test_distortion_shows_as_a_loss_of_coherence():
     assert np.median(curved.coherence[inside]) < np.median(straight.coherence[inside]) - 0.001
 
 
+@pytest.mark.long
 def test_through_the_device_and_a_sensor_at_its_own_rate_the_same_response_is_found(tmp_path):
     clock = Clock()
     shaken = coil(clock, ahead_ms=50)
@@ -190,6 +191,7 @@ def test_an_excitation_that_was_not_played_as_it_was_meant_identifies_nothing(ch
         identify(through(shaken, Slow(shaken, clock), clock.ns))
 
 
+@pytest.mark.long
 def test_a_clipped_axis_is_found_before_the_axes_are_made_one():
     clock = Clock()
     shaken = coil(clock, ahead_ms=50)

@@ -119,6 +119,7 @@ def test_a_stop_takes_one_millisecond():
     assert host.firmware.plant.mode == "off" and host.firmware.fault is Fault.none
 
 
+@pytest.mark.long
 @pytest.mark.parametrize("end_deg", [62.0, 40.0])
 @pytest.mark.parametrize("height_Nm", [-8.0, 0.5, 40.0])
 def test_a_whole_opening_by_a_hand_raises_no_alarm(height_Nm, end_deg):

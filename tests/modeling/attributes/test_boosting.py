@@ -53,5 +53,6 @@ def test_a_value_between_two_single_precision_numbers_goes_where_sklearn_sends_i
     assert boosted(front, own, bias).answers(rows)[:, 0].tolist() == expected.tolist()
 
 
+@pytest.mark.long
 def test_a_texture_is_one_row():
     assert BOOSTING.fit(learning()).predict(asked()[0]).shape == (1, 4)

@@ -39,6 +39,7 @@ def rows(judged):
     return {row["method"]: row for row in method_rows(judged)}
 
 
+@pytest.mark.long
 def test_errors_stand_beside_times_and_differences(judged, rows):
     off = np.abs(judged.predicted(judged.main("ridge")) - judged.rated())
     assert rows["ridge"]["mae"] == pytest.approx(off.mean())
@@ -217,6 +218,7 @@ def test_a_lab_trains_what_its_own_whole_evaluation_of_the_same_textures_chose(t
     assert (none.method, "this lab has no evaluation that can be read" in none.why) == ("visuo_tactile", True)
 
 
+@pytest.mark.long
 @pytest.mark.parametrize(
     ("changed", "told"),
     [

@@ -23,6 +23,7 @@ def weighed(textures, given, share):
     return z * np.concatenate([np.full(size, (own / size) ** 0.5) for size, own in blocks])
 
 
+@pytest.mark.long
 @pytest.mark.parametrize("noise", [1.0, 15.0])
 def test_it_chooses_and_answers_as_sklearn_does_over_every_share_and_penalty(noise):
     given = learning(textures=made_material(14, 4, 3, noise=noise).textures)

@@ -238,6 +238,7 @@ def test_what_is_not_a_number_or_too_short_or_long_is_not_answered(method):
             fitted.predict(wrong)
 
 
+@pytest.mark.long
 @every
 def test_float16_is_answered_as_the_numbers_it_holds(method):
     fitted, coarse = method.fit(learn()), asked(method).astype(np.float16)

@@ -91,6 +91,7 @@ def test_the_bar_is_as_long_as_the_fit():
     assert near(short, "#1f2328", bar) == pytest.approx(near(long, "#1f2328", bar) / 4, rel=0.05)
 
 
+@pytest.mark.long
 @pytest.mark.parametrize("count", [1, 2, 5, 6, 20, 21, MOST])
 def test_any_number_that_can_be_looked_at_has_room(count):
     many = [entry(f"T{k:03d}", rated=rated(10, 20, 30, 40)) for k in range(count)]

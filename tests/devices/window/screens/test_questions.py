@@ -110,6 +110,7 @@ def test_a_press_between_two_points_takes_the_nearer_one():
     assert (points.nearest(between - 3), points.nearest(between + 3)) == (2, 3)
 
 
+@pytest.mark.long
 def test_a_question_of_any_length_is_pointed_at_in_as_many_words_as_there_is_room_for():
     long = Question("job", "What do you do on an ordinary day? " * 20, "text", optional=False)
     hand = Hand(Demographics((long,))).tap("next")
