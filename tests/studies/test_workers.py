@@ -60,7 +60,7 @@ def test_a_worker_that_dies_is_told_in_a_sentence():
         list(map_in_order(die, [1, 2], 2))
 
 
-@pytest.mark.skipif(sys.platform == "win32", reason="process groups of POSIX")
+@pytest.mark.needs("posix")
 def test_an_interrupt_ends_it_without_a_word_from_the_workers(tmp_path):
     script = tmp_path / "interrupted.py"
     script.write_text(INTERRUPTED)
