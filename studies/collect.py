@@ -3,14 +3,16 @@
 from __future__ import annotations
 
 import re
+import sqlite3
 from collections import Counter
-from collections.abc import Collection, Iterable, Iterator
+from collections.abc import Collection, Generator, Iterable, Iterator, Sequence
+from contextlib import closing
 from dataclasses import asdict, dataclass, fields
-from functools import cached_property
+from functools import cached_property, partial
 from pathlib import Path
 from typing import Any
 
-from sqlalchemy import URL, Connection, Engine, create_engine, delete, insert, inspect, make_url, select
+from sqlalchemy import URL, Connection, Engine, StaticPool, create_engine, delete, insert, inspect, make_url, select
 from sqlalchemy.exc import OperationalError, SQLAlchemyError
 
 from studies import collected_schema as schema
@@ -20,6 +22,7 @@ from studies.messages import database_reason, describe_url
 from studies.participants.schema import metadata as registry
 from studies.record import read
 from studies.tables import SessionTables, tables
+from studies.workers import map_in_order, workers_for
 
 LOCK = 0x50414C43
 """Key of the PostgreSQL advisory lock that lets stations collect into one database one after another."""
@@ -92,6 +95,45 @@ def collect(
     return map(collector.bring, paths)
 
 
+def scratch_database(cache_MB: int = 64) -> Engine:
+    """An empty database to collect into for one run: in memory, and beyond `cache_MB` in a nameless temporary file."""
+
+    def connect() -> sqlite3.Connection:
+        connection = sqlite3.connect("")
+        connection.execute(f"PRAGMA cache_size = -{1000 * cache_MB}")
+        connection.execute("PRAGMA synchronous = OFF")
+        return connection
+
+    engine = create_engine("sqlite://", creator=connect, poolclass=StaticPool)
+    with engine.begin() as connection:
+        _demand_version(connection)
+    return engine
+
+
+def fill(
+    engine: Engine, paths: Sequence[Path], withdrawn: Collection[str] = (), with_events: bool = True,
+    workers: int | None = None,
+) -> Generator[Path]:  # fmt: skip
+    """Read these ledgers, every chain checked, into an empty database; yield each once it is there.
+
+    Where there are many, several processes read. Raises as `Collector.bring` does.
+    """
+    reading = partial(_read_tables, withdrawn=frozenset(withdrawn), with_events=with_events)
+    sessions = map_in_order(reading, paths, workers_for(len(paths), workers))
+    with closing(sessions), engine.begin() as connection:
+        for path, session in zip(paths, sessions, strict=True):
+            try:
+                _bring(connection, session, path)
+            except SQLAlchemyError as error:
+                raise CollectError(f"{path}: could not be brought in ({database_reason(error)})") from None
+            yield path
+
+
+def _read_tables(path: Path, withdrawn: Collection[str], with_events: bool) -> SessionTables:
+    record = read(path)
+    return tables(record, record.header["participant"] in withdrawn, with_events)
+
+
 @dataclass
 class Collector:
     """Brings ledgers into a database, and reads only those that changed since they were collected.
@@ -113,8 +155,7 @@ class Collector:
         known = self._known.get(path.name)
         if state is not None and known is not None and self._is_unchanged(path, state, known):
             return Collected(path, known.session, "unchanged", known.trials_answered)
-        record = read(path)
-        session = tables(record, record.header["participant"] in self.withdrawn)
+        session = _read_tables(path, self.withdrawn, with_events=True)
         try:
             with self.engine.begin() as connection:
                 _wait_for_others(connection)

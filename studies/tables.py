@@ -167,8 +167,11 @@ class _Walk:
             }
 
 
-def tables(record: Record, withdrawn: bool = False) -> SessionTables:
-    """Every table's rows for one session; `withdrawn` marks that of a participant who withdrew."""
+def tables(record: Record, withdrawn: bool = False, with_events: bool = True) -> SessionTables:
+    """Every table's rows for one session; `withdrawn` marks that of a participant who withdrew.
+
+    Without events, the tables of events and streams stay empty: what was answered is in the others.
+    """
     plan = recompiled(record)
     header = record.header
     session = session_name(record)
@@ -183,8 +186,8 @@ def tables(record: Record, withdrawn: bool = False) -> SessionTables:
         words=walk.words,
         answers=walk.answers,
         switches=walk.switches,
-        events=[_event_row(session, e, h) for e, h in zip(record.events, record.hashes, strict=True)],
-        streams=list(_stream_rows(session, record.events)),
+        events=[_event_row(session, *each) for each in zip(record.events, record.hashes, strict=True) if with_events],
+        streams=list(_stream_rows(session, record.events)) if with_events else [],
     )
 
 

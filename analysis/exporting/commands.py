@@ -63,8 +63,8 @@ class _Watched:
     def __init__(self, quiet: bool) -> None:
         self._quiet = quiet
 
-    def __call__(self, items: Any, doing: str) -> Any:
-        with closing(progress(items, doing, self._quiet)) as steps:
+    def __call__(self, items: Any, doing: str, total: int | None = None) -> Any:
+        with closing(progress(items, doing, self._quiet, total)) as steps:
             yield from steps
 
 

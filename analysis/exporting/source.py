@@ -2,8 +2,8 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterable, Iterator, Sequence
-from contextlib import contextmanager
+from collections.abc import Iterable, Iterator
+from contextlib import closing, contextmanager
 from dataclasses import dataclass, fields, replace
 from pathlib import Path
 from typing import Any, Protocol
@@ -14,12 +14,12 @@ from sqlalchemy.exc import SQLAlchemyError
 from analysis.exporting.tabular import ExportRefused
 from analysis.ratings.collected_sessions import SessionRow, choose_sessions
 from analysis.ratings.dataset import natural_key
-from analysis.reporting.sources import IMPORTED, IN_MEMORY, Wanted
+from analysis.reporting.sources import IMPORTED, Wanted
 from protocols.canonical import parse
 from protocols.did_you_mean import nearest
 from protocols.study import Study
 from studies import collected_schema as schema
-from studies.collect import collect, ledgers_in, open_database
+from studies.collect import fill, ledgers_in, open_database, scratch_database
 from studies.messages import database_reason, describe_url
 from studies.participants.registry import find_registry, withdrawn
 
@@ -29,10 +29,10 @@ _OF_A_CHOICE = tuple(each.name for each in fields(SessionRow))
 class Watch(Protocol):
     """Hands the items through one by one, and may show how far it is."""
 
-    def __call__(self, items: Sequence[Any], doing: str, /) -> Iterable[Any]: ...
+    def __call__(self, items: Iterable[Any], doing: str, total: int | None = None, /) -> Iterable[Any]: ...
 
 
-def unwatched(items: Sequence[Any], _doing: str, /) -> Iterable[Any]:
+def unwatched(items: Iterable[Any], _doing: str, _total: int | None = None, /) -> Iterable[Any]:
     """Shows nothing."""
     return items
 
@@ -78,7 +78,7 @@ def opened(wanted: Wanted, watch: Watch = unwatched) -> Iterator[Source]:
     Sessions of people who withdrew, declined or were not eligible are never among them. Raises ExportRefused or
     DataRefused where there are none, and LedgerError or CollectError on a file or database that cannot be used.
     """
-    engine = open_database(wanted.url if wanted.url is not None else IN_MEMORY)
+    engine = scratch_database() if wanted.url is None else open_database(wanted.url)
     try:
         if wanted.url is None:
             _gather(wanted, engine, watch)
@@ -92,8 +92,9 @@ def _gather(wanted: Wanted, engine: Engine, watch: Watch) -> None:
     paths = ledgers_in(wanted.lab, wanted.name)
     if not paths:
         raise ExportRefused(_nothing(wanted))
-    for path in watch(paths, "reading"):
-        list(collect([path], engine))
+    with closing(fill(engine, paths)) as reading:
+        for _ in watch(reading, "reading", len(paths)):
+            pass
 
 
 def _nothing(wanted: Wanted) -> str:

@@ -14,7 +14,7 @@ from sqlalchemy import Connection, Engine, text
 
 from analysis.ratings.collected_sessions import Choice
 from analysis.ratings.dataset import Exclusion, Input, Ratings
-from analysis.ratings.reading import chosen, column_name, inputs_of, left_out_sessions, read_ratings
+from analysis.ratings.reading import chosen, column_name, inputs_of, left_out_sessions, query, read_ratings
 from protocols.study import Study
 from studies.model_versions import models_in
 
@@ -187,7 +187,7 @@ def study_levels(study: Study, trials: pd.DataFrame) -> dict[str, tuple[str, ...
 def _rows(connection: Connection, statement: Any, study: Study, choice: Choice) -> list[dict[str, Any]]:
     """The statement's rows of the sessions that are kept, with the participant and the group of each."""
     kept = {each.session: each for each in choice.kept}
-    found = connection.execute(statement, {"study": study.study}).mappings()
+    found = query(connection, statement, study.study)
     return [
         {"participant": kept[row["session"]].participant, "group": kept[row["session"]].group_name or "", **row}
         for row in found

@@ -36,7 +36,7 @@ _RATINGS = text(
 )
 
 
-@dataclass(frozen=True)
+@dataclass(frozen=True, slots=True)
 class Rating:
     """A row of the view `ratings`: the counting answer to one attribute in one trial."""
 
@@ -75,7 +75,7 @@ def read_ratings(
             connection, study, digest=digest, include_incomplete=include_incomplete, simulated=simulated,
             withdrawn=withdrawn,
         )  # fmt: skip
-        ratings = [Rating(**row) for row in _query(connection, _RATINGS, study)]
+        ratings = [Rating(**row) for row in query(connection, _RATINGS, study)]
     return assembled(definition, choice, ratings)
 
 
@@ -84,7 +84,7 @@ def chosen(
     withdrawn: Collection[str] = (),
 ) -> tuple[Study, Choice]:  # fmt: skip
     """The version of the study that is analysed, and which of its sessions are. Raises DataRefused as above."""
-    rows = [SessionRow(**row) for row in _query(connection, _SESSIONS, study)]
+    rows = [SessionRow(**row) for row in query(connection, _SESSIONS, study)]
     if not rows:
         raise DataRefused(_no_sessions(connection, study))
     rows = [replace(row, status="withdrawn") if row.participant in withdrawn else row for row in rows]
@@ -108,23 +108,26 @@ def _connected(source: Engine | Connection) -> Iterator[Connection]:
         yield connection
 
 
-def _query(connection: Connection, statement: Any, study: str) -> list[dict[str, Any]]:
+def query(connection: Connection, statement: Any, study: str) -> Iterator[dict[str, Any]]:
+    """The rows of the statement; equal texts are one object, since a large study repeats its names in every row."""
+    texts: dict[str, str] = {}
     try:
-        return [dict(row) for row in connection.execute(statement, {"study": study}).mappings()]
+        for row in connection.execute(statement, {"study": study}).mappings():
+            yield {name: texts.setdefault(cell, cell) if type(cell) is str else cell for name, cell in row.items()}
     except SQLAlchemyError as error:
         where, why = describe_url(connection.engine.url), database_reason(error)
         raise DataRefused(f"{where}: not a collected database ({why}); make one with: palpate collect") from None
 
 
 def _no_sessions(connection: Connection, study: str) -> str:
-    known = [row["study"] for row in _query(connection, text("SELECT DISTINCT study FROM sessions"), study)]
+    known = [row["study"] for row in query(connection, text("SELECT DISTINCT study FROM sessions"), study)]
     if not known:
         return "the collected database holds no session; collect the session files first"
     return f"no session of study {study!r} is collected; {nearest(study, sorted(known))}"
 
 
 def _definition(connection: Connection, study: str, digest: str) -> Study:
-    found = _query(connection, text("SELECT study_digest, definition FROM studies WHERE study = :study"), study)
+    found = query(connection, text("SELECT study_digest, definition FROM studies WHERE study = :study"), study)
     for row in found:
         if row["study_digest"] == digest:
             stored = row["definition"]

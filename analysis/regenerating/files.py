@@ -14,7 +14,7 @@ from analysis.plans.answers import Answer, Row
 from analysis.regenerating.headings import heading
 from analysis.regenerating.regenerated import Regenerated
 from analysis.regenerating.running import Answered
-from analysis.reporting.csv_files import csv_text, records
+from analysis.reporting.csv_files import csv_text, table_csv
 
 STATISTICS = "statistics.json"
 Seconds = Mapping[int, float]
@@ -24,7 +24,7 @@ def file_texts(found: Regenerated, seconds: Seconds) -> dict[str, str]:
     """The text of every table and of statistics.json by its path in the output folder; the same for equal inputs."""
     texts = {STATISTICS: statistics_json(found, seconds)}
     for name, table in material_tables(found).items():
-        texts[f"tables/{name}.csv"] = csv_text(records(table))
+        texts[f"tables/{name}.csv"] = table_csv(table)
     texts["tables/exclusions.csv"] = _table(("what", "who", "why", "rows", "into"), map(asdict, found.exclusions))
     for name, rows in test_rows(found.answered).items():
         texts[f"tests/{name}.csv"] = csv_text(rows)

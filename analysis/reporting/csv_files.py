@@ -5,19 +5,36 @@ from __future__ import annotations
 import csv
 import io
 import math
-from collections.abc import Mapping, Sequence
+from collections.abc import Iterable, Mapping, Sequence
 from typing import Any
 
+import numpy as np
 import pandas as pd
 
 
 def csv_text(rows: Sequence[Mapping[str, Any]]) -> str:
     """Rows as CSV: what is missing is empty, a float is the shortest text that reads back as the same float."""
-    text = io.StringIO(newline="")
     columns = list(dict.fromkeys(name for row in rows for name in row))
+    return _written(columns, ([_cell(row.get(name)) for name in columns] for row in rows))
+
+
+def table_csv(table: pd.DataFrame) -> str:
+    """A table as CSV, the same text as that of its rows, made column by column."""
+    columns = [[_cell(value) for value in _values(table[name])] for name in table.columns]
+    return _written([str(name) for name in table.columns], zip(*columns, strict=True))
+
+
+def _values(column: pd.Series[Any]) -> list[Any]:
+    """The column's values as Python's own."""
+    values: list[Any] = column.tolist()
+    return [value.item() if isinstance(value, np.generic) else value for value in values]
+
+
+def _written(columns: Sequence[str], rows: Iterable[Sequence[str]]) -> str:
+    text = io.StringIO(newline="")
     writer = csv.writer(text, lineterminator="\n")
     writer.writerow(columns)
-    writer.writerows([_cell(row.get(name)) for name in columns] for row in rows)
+    writer.writerows(rows)
     return text.getvalue()
 
 

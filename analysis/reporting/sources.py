@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Callable
+from contextlib import closing
 from dataclasses import dataclass
 from pathlib import Path
 from typing import Literal
@@ -14,12 +15,11 @@ from analysis.ratings.dataset import DataRefused, Ratings
 from analysis.ratings.reading import read_ratings
 from analysis.ratings.saved import load_ratings
 from protocols.did_you_mean import nearest
-from studies.collect import collect, ledgers_in, open_database
+from studies.collect import fill, ledgers_in, open_database, scratch_database
 from studies.participants.registry import withdrawn
 
 Missing = Literal["refuse", "listwise"]
 Progress = Callable[[int, int, str], None]
-IN_MEMORY = "sqlite://"
 IMPORTED = "imported"
 
 
@@ -73,13 +73,12 @@ def _from_ledgers(paths: list[Path], wanted: Wanted, progress: Progress) -> tupl
 
 
 def gathered(paths: list[Path], lab: Path, progress: Progress = lambda *_: None) -> Engine:
-    """The session files in a database in memory; sessions of people who withdrew from the lab are marked as such."""
-    engine = open_database(IN_MEMORY)
-    gone = withdrawn(lab)
-    for done, path in enumerate(paths):
-        progress(done, len(paths), path.name)
-        list(collect([path], engine, gone))
-    progress(len(paths), len(paths), "")
+    """What the session files answered, in a database of its own; people who withdrew from the lab are marked."""
+    engine = scratch_database()
+    progress(0, len(paths), "reading")
+    with closing(fill(engine, paths, withdrawn(lab), with_events=False)) as read:
+        for done, _ in enumerate(read, start=1):
+            progress(done, len(paths), "reading")
     return engine
 
 
