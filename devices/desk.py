@@ -6,7 +6,7 @@ from collections.abc import Callable, Mapping
 from dataclasses import dataclass
 from typing import Any, Literal, Protocol
 
-from protocols.requests import Aside
+from protocols.requests import Aside, Confirm, Reply
 
 
 @dataclass(frozen=True)
@@ -20,6 +20,15 @@ class Prompt:
     kind: Literal["confirm", "number"] = "confirm"
     default: float | None = None
     codes: bool = False
+
+
+def confirmed(request: Confirm, desk: Desk) -> Reply | None:
+    """Demand the step of setting up; the reply once it is confirmed."""
+    desk.demand(Prompt(f"{request.what.capitalize()}: {request.text}"))
+    if desk.answer() is None:
+        return None
+    desk.demand(None)
+    return Reply({"confirmed": True})
 
 
 class Desk(Protocol):

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable
+from collections.abc import Callable, Sequence
 from dataclasses import dataclass
 
 from devices.acts import Act, going_on
@@ -14,15 +14,21 @@ TELLING = ("label", "material", "position")
 """Columns of a stimulus table that say which sample is meant and where it lies."""
 
 
-def described(stimulus: Stimulus) -> str:
-    """The stimulus by its id and what its table says of it: T07 (sandpaper P60, box 3)."""
-    told = [said for name in TELLING if (said := stimulus.columns.get(name, "")) not in ("", stimulus.id)]
+def described(stimulus: Stimulus, blind: Sequence[str] = ()) -> str:
+    """The stimulus by its id and what its table says of it: T07 (sandpaper P60, box 3).
+
+    Where columns are `blind` neither they nor the id, which may tell them, are shown: sandpaper P60, box 3.
+    """
+    seen = [name for name in TELLING if name not in blind]
+    told = [said for name in seen if (said := stimulus.columns.get(name, "")) not in ("", stimulus.id)]
+    if blind:
+        return ", ".join(told) or "a stimulus that the study keeps blind"
     return f"{stimulus.id} ({', '.join(told)})" if told else stimulus.id
 
 
-def mounting(stimulus: Stimulus) -> Prompt:
+def mounting(stimulus: Stimulus, blind: Sequence[str] = ()) -> Prompt:
     """What the experimenter is asked to do before the participant can feel the stimulus."""
-    return Prompt(f"Put in place: {described(stimulus)}")
+    return Prompt(f"Put in place: {described(stimulus, blind)}")
 
 
 @dataclass
@@ -34,11 +40,12 @@ class HandMounted:
     """
 
     act: Act | None = None
+    blind: Sequence[str] = ()
 
     def perform(self, request: Present, window: Pages, desk: Desk, now_ns: Callable[[], int]) -> Reply | Aside:
         """Demand the sample and wait for the confirmation; an aside leaves the demand standing."""
         self.act = act = going_on(self.act, request, now_ns)
-        desk.demand(mounting(request.trial.stimulus))
+        desk.demand(mounting(request.trial.stimulus, self.blind))
         aside = act.wait("changing_sample", window, desk, now_ns, lambda: desk.answer() is not None)
         if aside is not None:
             return aside

@@ -24,6 +24,8 @@ def inconsistencies(study: Study) -> Iterator[Problem]:
         ids = [s.id for s in study.stimuli]
         for index, wanted in enumerate(study.practice.stimuli):
             yield from _known(wanted, ids, ("practice", "stimuli", index), "a stimulus id")
+    for index, column in enumerate(study.blind):
+        yield from _column(study, column, ("console", "blind", index))
     yield from _analysis(study)
     yield from _simulation(study)
 

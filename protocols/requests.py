@@ -111,13 +111,17 @@ class Instruct:
 
 @dataclass(frozen=True)
 class Confirm:
-    """Have the experimenter confirm something before the session goes on: the drawn length of `calibration`."""
+    """Have the experimenter confirm something before the session goes on.
+
+    `calibration`: the drawn length. `setup N`: the N-th step of setting up, which `text` describes.
+    """
 
     what: str
+    text: str | None = None
 
     def body(self) -> dict[str, Any]:
         """What the ledger keeps of the request."""
-        return {"do": "confirm", "what": self.what}
+        return {"do": "confirm", "what": self.what} | ({} if self.text is None else {"text": self.text})
 
 
 Request = Present | Ask | Sense | Rest | Instruct | Confirm

@@ -36,6 +36,8 @@ def run(plan: Plan, world: World, log: Log, header: Mapping[str, Any]) -> None:
 def _session(plan: Plan, record: _Recorder, header: Mapping[str, Any]) -> str:
     if header.get("calibration") is not None:
         record.perform(Confirm("calibration"))
+    for number, step in enumerate(plan.study.setup, start=1):
+        record.perform(Confirm(f"setup {number}", step))
     for form in plan.opening:
         answers = record.perform(Ask(form)).value["answers"]
         if answers.get("agreed") is False:

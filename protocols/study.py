@@ -378,6 +378,12 @@ def rule_for(sessions: int) -> OverSessions:
     return "next_row" if sessions > 1 else "same"
 
 
+class Console(Strict):
+    """What the experimenter's console does not show: columns of the stimulus table, and with them the stimulus' id."""
+
+    blind: Annotated[tuple[Text, ...], Field(min_length=1)]
+
+
 class Study(Strict):
     """A study with its stimuli: everything that a plan is made from."""
 
@@ -389,6 +395,7 @@ class Study(Strict):
     opening: tuple[Literal["consent", "eligibility", "demographics"], ...] = ()
     eligible: Annotated[tuple[Criterion, ...], Field(max_length=20)] = ()
     questions: tuple[Name, ...] | None = None
+    setup: Annotated[tuple[Text, ...], Field(max_length=20)] = ()
     instructions: Text | None = None
     stimuli: Annotated[tuple[Stimulus, ...], Field(min_length=1, max_length=LARGEST_STUDY)]
     groups: dict[Level, dict[Text, tuple[Level, ...]]] = {}
@@ -406,6 +413,7 @@ class Study(Strict):
     navigation: Literal["forward", "back_and_forward"] = "forward"
     needs: tuple[Need, ...] = ()
     noise: Noise | None = None
+    console: Console | None = None
     analysis: Analysis | None = None
     simulation: Simulation | None = None
 
@@ -426,6 +434,11 @@ class Study(Strict):
     def over_sessions(self) -> OverSessions:
         """The rule that gives a later session its order."""
         return self.order.over_sessions or rule_for(self.sessions)
+
+    @property
+    def blind(self) -> tuple[str, ...]:
+        """The columns of the stimulus table that the experimenter must not see."""
+        return () if self.console is None else self.console.blind
 
     def stimuli_of(self, group: str | None) -> tuple[Stimulus, ...]:
         """The stimuli of a group, in the order of the table; all of them where the study has no groups."""

@@ -9,7 +9,7 @@ from protocols.answering import answer
 from protocols.canonical import difference
 from protocols.events import NS, Event, Log, World
 from protocols.perceiver import Perceiver
-from protocols.requests import Aside, Ask, Came, Chunk, Fault, Present, Reply, Request, Rest, Sense
+from protocols.requests import Aside, Ask, Came, Chunk, Confirm, Fault, Present, Reply, Request, Rest, Sense
 
 
 @dataclass(frozen=True)
@@ -62,6 +62,8 @@ class Simulated:
             case Rest():
                 seconds = self.person.rest_s(request)
                 return Done(Reply({"seconds": seconds}), seconds)
+            case Confirm():
+                return Done(Reply({"confirmed": True}), self.person.reading_s)
             case _:
                 return Done(Reply({}), self.person.reading_s)
 

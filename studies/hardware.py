@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass, field
+from functools import partial
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
@@ -157,6 +158,8 @@ def composed(
     stage: Callable[[], Presents] = HandMounted,
 ) -> Station:
     """A station of what presents, if anything does, what records by its name, and who mounts the samples."""
+    if stage is HandMounted:
+        stage = partial(HandMounted, blind=study.blind)
     if device is None:
         return Station(stage(), records)
     if "samples" in study.needs:

@@ -73,7 +73,8 @@ class RigRenderer:
             self._put_on(request.trial)
         except (ValueError, OSError) as error:
             return self._fault(error)
-        desk.tell({NEED: f"{self.told['model']}, {self.told['runtime']}"})
+        blind = self.plan.study.blind
+        desk.tell({NEED: "renders" if blind else f"{self.told['model']}, {self.told['runtime']}"})
         seconds = round((now_ns() - begun_ns) / NS, 3)
         made = {**self.told, "deadlines": self.counted}
         return Reply({"presented": True, "by": "renderer", "seconds": seconds, "rendered": made})

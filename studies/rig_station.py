@@ -148,7 +148,7 @@ def _scenes(rig: OpenRig, need: str, found: Found, plan: Plan) -> Callable[[Sens
 def _stage(rig: OpenRig, plan: Plan) -> Presents:
     """Who mounts the samples: somebody who says so, or somebody whose scanner does."""
     if "samples" not in rig.file.needs:
-        return HandMounted()
+        return HandMounted(blind=plan.study.blind)
     from devices.stage.codes import known_codes
 
     stage: Any = rig.of("samples")["stage"]

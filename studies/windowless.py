@@ -7,8 +7,8 @@ from collections.abc import Callable, Mapping
 from dataclasses import dataclass, field
 from typing import TYPE_CHECKING, Any
 
-from devices.desk import Desk
-from protocols.requests import Aside, Reply
+from devices.desk import Desk, confirmed
+from protocols.requests import Aside, Confirm, Reply
 from protocols.study import Study
 from studies.rig import RigError
 
@@ -29,7 +29,13 @@ class Windowless:
     paused: bool = False
 
     def perform(self, request: Shown, desk: Desk, now_ns: Callable[[], int]) -> Reply | Aside:  # noqa: ARG002
-        """Raises RigError: nobody could answer."""
+        """Wait until a step of setting up is confirmed. Raises RigError on the rest: nobody could answer."""
+        if isinstance(request, Confirm) and request.text is not None:
+            while self.paused or (reply := confirmed(request, desk)) is None:
+                if (aside := desk.poll()) is not None:
+                    return self._heed(aside)
+                self.rest(TURN_S)
+            return reply
         raise RigError(f"there is no window to {request.body()['do']} in: the study's needs lack window")
 
     def wait_for(self, key: str, desk: Desk, ready: Callable[[], bool]) -> Aside | None:  # noqa: ARG002

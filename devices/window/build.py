@@ -38,7 +38,7 @@ def screen_for(request: Ask | Instruct | Rest | Confirm, page: Page, t0_ns: int)
         case Rest():
             return RestScreen(request, page)
         case Confirm():
-            return RulerScreen(page)
+            return RulerScreen(page) if request.text is None else MessageScreen("pause", page)
 
 
 def page_for(key: str, page: Page) -> Screen:

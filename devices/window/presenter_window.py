@@ -6,7 +6,7 @@ from collections.abc import Callable, Mapping
 from dataclasses import dataclass, field, replace
 from typing import TYPE_CHECKING, Any
 
-from devices.desk import Desk, Prompt
+from devices.desk import Desk, Prompt, confirmed
 from devices.window.build import RESTING, page_for, screen_for
 from devices.window.calibration import NOMINAL_MM, TOLERANCE_MM, demand_reading
 from devices.window.loop import Scene
@@ -126,7 +126,7 @@ class WindowPresenter:
 
     def _reply(self, request: Shown, scene: Scene, desk: Desk) -> Reply | None:
         if isinstance(request, Confirm) and not self.paused:
-            return self._measured(desk)
+            return self._measured(desk) if request.text is None else confirmed(request, desk)
         return scene.screen.reply
 
     def _measured(self, desk: Desk) -> Reply | None:

@@ -37,7 +37,7 @@ def page(view: View, t_ns: int, width: int, height: int = 30) -> Layout:
     layout = Layout()
     layout.split_column(
         Layout(_title(view.board), size=1),
-        Layout(_demand(view), size=4),
+        Layout(_demand(view), size=4 + _further_lines(view, width)),
         Layout(_progress(view.board, t_ns), size=3),
         Layout(_help() if view.help else _middle(view, t_ns, width, height)),
         Layout(_keys(), size=1),
@@ -68,6 +68,8 @@ def _title(board: Board) -> RenderableType:
     left = Text.assemble((f" {mark} ", style), "  ", (study.title or study.study, "bold"))
     if simulated:
         left.append(f"   simulated: {simulated}", style="yellow")
+    if board.plan.study.blind:
+        left.append(f"   blind: {', '.join(board.plan.study.blind)}", style="yellow")
     group = f"  group {who.group}" if who.group is not None else ""
     row.add_row(left, f"{who.participant}{group}  row {who.row}  session {board.header.get('session', 1)} ")
     return row
@@ -92,6 +94,12 @@ def _demand(view: View) -> RenderableType:
         )
     told = f"The session is {board.ended}." if board.ended is not None else "Nothing to do for you now."
     return Panel(Text(told, style="dim"), border_style="bright_black", box=box.ROUNDED)
+
+
+def _further_lines(view: View, width: int) -> int:
+    """How many lines more than one the demand takes, at most five."""
+    told = 0 if view.prompt is None or view.board.paused else cell_len(view.prompt.text)
+    return min(told // max(width - 8, 20), 5)
 
 
 def _progress(board: Board, t_ns: int) -> RenderableType:
@@ -145,12 +153,12 @@ def _stimuli(board: Board) -> RenderableType:
     rows = Table.grid(padding=(0, 1))
     rows.add_column(style="dim", no_wrap=True, min_width=4)
     rows.add_column(overflow="ellipsis", no_wrap=True)
-    trial = board.current()
+    trial, blind = board.current(), board.plan.study.blind
     if trial is not None:
-        rows.add_row("now", Text(described(trial.stimulus), style="bold"))
+        rows.add_row("now", Text(described(trial.stimulus, blind), style="bold"))
     for name, coming in zip(("next", "then"), board.coming(2), strict=False):
         rest = "  (after a rest)" if coming.rest_before else ""
-        rows.add_row(name, f"{described(coming.stimulus)}{rest}")
+        rows.add_row(name, f"{described(coming.stimulus, blind)}{rest}")
     if board.position + 1 >= board.total:
         rows.add_row("next", Text("none: this is the last", style="dim"))
     return rows

@@ -26,6 +26,7 @@ DOING = {
     "present a wish": "feeling what was made from the sliders",
     "present": "feeling the stimulus",
     "instruct": "reading the instructions",
+    "confirm a text": "waiting while the experimenter sets up",
     "confirm": "waiting while the screen is measured",
 }
 
@@ -42,7 +43,8 @@ def doing(body: Mapping[str, Any] | None, waits: bool = False) -> str:
         case {"do": "rest", "done": done, "total": total}:
             return f"resting ({done} of {total} behind them)"
         case {"do": do, **more}:
-            return DOING.get(f"{do} a wish" if "wish" in more else do, "waiting")
+            what = next((word for word in ("wish", "text") if word in more), None)
+            return DOING.get(do if what is None else f"{do} a {what}", "waiting")
         case _:
             return "waiting"
 
@@ -85,9 +87,15 @@ def standing(board: Board) -> str:
     trial = board.current()
     if trial is None:
         return f"{len(board.done)} of {board.total} trials done"
-    block = "" if trial.block == "main" else f" ({trial.block})"
+    hidden = trial.block == "main" or _blocks_are_blind(board)
+    block = "" if hidden else f" ({trial.block})"
     again = f", attempt {board.attempt}" if board.attempt > 1 else ""
     return f"trial {board.position + 1} of {board.total}{block}{again}"
+
+
+def _blocks_are_blind(board: Board) -> bool:
+    blocks = board.plan.study.order.blocks
+    return blocks is not None and blocks.by in board.plan.study.blind
 
 
 def line(event: Event, board: Board) -> str | None:
@@ -117,6 +125,6 @@ def where(board: Board) -> str:
     trial = board.current()
     if trial is None:
         return standing(board)
-    coming = board.coming(1)
-    then = f"; next {described(coming[0].stimulus)}" if coming else ""
-    return f"{standing(board)}: {described(trial.stimulus)}{then}"
+    coming, blind = board.coming(1), board.plan.study.blind
+    then = f"; next {described(coming[0].stimulus, blind)}" if coming else ""
+    return f"{standing(board)}: {described(trial.stimulus, blind)}{then}"

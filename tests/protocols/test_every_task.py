@@ -271,6 +271,15 @@ def test_the_eligibility_form_and_its_questions_go_together(changes, said):
     assert any(said in problem.message for problem in inconsistencies(study_of("matching", **changes)))
 
 
+def test_the_steps_of_setting_up_are_confirmed_first_and_on_record():
+    plan = plan_of("capture", setup=["Plates of 5 mm.", "The box is closed."])
+    events = ran(plan)
+    steps = [event.value for event in events if event.value.get("do") == "confirm"]
+    assert [step["text"] for step in steps] == ["Plates of 5 mm.", "The box is closed."]
+    assert [event.kind for event in events[:5]] == ["session_started", "request", "reply", "request", "reply"]
+    assert events[2].value == {"confirmed": True}
+
+
 def at_first(task):
     return plan_of(task).trials[0]
 

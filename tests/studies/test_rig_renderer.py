@@ -181,7 +181,7 @@ def test_the_twins_of_stylus_and_actuator_render_in_a_process_of_their_own(lab):
     rig = open_rig(rig_file(lab), ["stylus", "actuator", "noise"])
     try:
         station = rig_station(rig, Found(PLAN.study, FOLDER), PLAN, lab)
-        assert isinstance(station.presents, Mounted) and isinstance(station.beside, RigRenderer)
+        assert isinstance(station.presents.presents, Mounted) and isinstance(station.beside, RigRenderer)
         try:
             assert isinstance(present(station.beside), Reply)
             counted = station.after(Reply({})).value["rendered"]["deadlines"]

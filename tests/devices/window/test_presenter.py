@@ -207,6 +207,13 @@ def test_there_is_no_button_to_rest_unless_the_study_offers_it(window, shell):
     assert "rest" not in {each.name for each in window.scene.screen.placed()}
 
 
+def test_a_step_of_setting_up_is_confirmed_at_the_desk_while_the_participant_waits(window, shell):
+    desk = FakeDesk(answers=deque([True]))
+    reply = window.perform(Confirm("setup 1", "Plates of 5 mm."), desk, shell.now_ns)
+    assert reply.value == {"confirmed": True} and desk.demands[0].text == "Setup 1: Plates of 5 mm."
+    assert desk.demands[-1] is None
+
+
 def test_a_new_request_object_gets_a_new_form(window, shell):
     first, inputs = answered(window)
     shell.turns.extend(inputs[:1])

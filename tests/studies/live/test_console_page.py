@@ -12,12 +12,15 @@ import pytest
 from rich.console import Console
 
 from devices.desk import Prompt
+from devices.samples import mounting
+from protocols import study
 from protocols.canonical import canonical
 from protocols.events import NS, Event
 from studies.console.board import Board, after
 from studies.console.entry import IDLE, Entry
 from studies.console.page import page
 from studies.console.view import View
+from studies.console.words import where
 from tests.studies.live.halls import sheets_plan
 from tests.studies.live.picture import view, words
 
@@ -54,6 +57,15 @@ def test_a_pause_covers_the_demand_until_the_session_goes_on():
     board = after(view().board, Event(99, view().board.t_ns, "experimenter", canonical({"do": "pause"}), 20, 1))
     text = printed(replace(view(), board=board), t_s=75)
     assert "p goes on" in text and "paused for 1:15" in text and "Enter when it is done" not in text
+
+
+def test_a_blind_console_shows_neither_the_column_nor_the_id_and_says_so():
+    plan = view().board.plan
+    blind = plan.study.model_copy(update={"console": study.Console(blind=("material",))})
+    board = replace(view().board, plan=replace(plan, study=blind))
+    text = printed(replace(view(), board=board, prompt=mounting(board.current().stimulus, blind.blind)))
+    assert "blind: material" in text and "T39" not in text and "denim" not in text and "box 4" in text
+    assert "T39" not in where(board) and "T39" in where(view().board)
 
 
 def test_a_rest_of_the_participants_is_said_to_be_one():

@@ -149,7 +149,7 @@ class Robot:
     def perform(self, request, record):
         match request:
             case Confirm():
-                self.sitting.order("127")
+                self.sitting.order("127" if request.text is None else "confirm")
             case Present() if "samples" in recompiled(record).study.needs:
                 self.sitting.order("confirm")
             case Present() | Sense():
