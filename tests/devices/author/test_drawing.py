@@ -55,6 +55,7 @@ def test_the_range_behind_is_that_of_the_rated_doors():
     assert (least <= profiles.min(axis=0) + 0.01).all() and (most >= profiles.max(axis=0) - 0.01).all()
 
 
+@pytest.mark.needs("fonts")
 @pytest.mark.parametrize(("size", "px_per_mm"), [((1280, 720), 3.6), ((1920, 1080), 3.78), ((1366, 768), 4.0),
                                                  ((1920, 1200), 3.7), ((3840, 2160), 7.0)])  # fmt: skip
 @pytest.mark.parametrize("language", ["en", "ko"])

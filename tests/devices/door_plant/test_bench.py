@@ -26,6 +26,7 @@ def test_no_two_cases_are_the_same(declared):
     assert len(set(names)) == len(names)
 
 
+@pytest.mark.long
 def test_a_run_that_diverges_has_an_infinite_error_and_no_warning(declared):
     steel = [case for case in declared if "hard stop" in case.case and case.input == "step 4 ms"]
     errors = {case.method: case.error(case.run()) for case in steel}
@@ -41,5 +42,6 @@ def test_a_method_that_is_never_good_enough_refuses():
     assert solved.error_rad(good.run()) <= 1e-4
 
 
+@pytest.mark.long
 def test_the_figures_are_drawn(tmp_path):
     assert [path.stat().st_size > 20_000 for path in figures(tmp_path / "out", quick=True)] == [True, True]

@@ -153,6 +153,7 @@ def test_a_hand_that_loses_its_grip_does_not_pull():
     assert (arm.angle_rad, arm.ledger.hand_J) == (0.0, 0.0)
 
 
+@pytest.mark.long
 def test_two_hours_of_plant_time_do_not_drift():
     """A free swing on a spring for 2 h, and an arm held by its brake; at 20 ms a step, which the method allows.
 

@@ -252,6 +252,7 @@ def test_the_six_textures_have_pictures_of_a_sample_and_a_card_may_name_its_own(
     assert photo_file(model(id="silk").card, lab) is None
 
 
+@pytest.mark.needs("fonts")
 @pytest.mark.parametrize("language", ["en", "ko"])
 @pytest.mark.parametrize(("size", "px_per_mm"), [((1280, 720), 3.6), ((1024, 640), 3.8), ((2736, 1824), 10.5)])
 def test_everything_has_its_place_on_every_screen(lab, language, size, px_per_mm):

@@ -199,6 +199,7 @@ def test_a_calibration_that_is_named_before_it_is_there_does_not_stand_in_its_ow
     assert 0.9 < told["figures"]["coherence_median"] <= 1 and told["figures"]["ripple_dB"] < 1
 
 
+@pytest.mark.long
 @pytest.mark.parametrize(
     ("coil", "sensor", "options", "told"),
     [

@@ -51,6 +51,7 @@ def test_a_device_is_read_and_told_with_rate_mean_noise_and_calibration(said, la
     assert "noise (" not in text, "only what is named is looked at"
 
 
+@pytest.mark.needs("serial")
 def test_what_cannot_be_opened_is_told_beside_what_can_and_the_exit_code_says_so(said, lab):
     text = said("check", "--seconds", 0.2, "--lab", lab, status=1)
     assert "ok     noise" in text and "ok     vibration" in text

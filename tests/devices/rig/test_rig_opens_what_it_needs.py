@@ -39,7 +39,13 @@ def rig(tmp_path):
 
 
 @pytest.mark.parametrize(
-    ("names", "imported"), [("door", {"serial"}), ("vibration,force", set()), ("tracker", set()), ("noise", set())]
+    ("names", "imported"),
+    [
+        pytest.param("door", {"serial"}, marks=pytest.mark.needs("serial")),
+        ("vibration,force", set()),
+        ("tracker", set()),
+        ("noise", set()),
+    ],
 )
 def test_a_device_brings_its_own_library_and_no_other(rig, names, imported):
     done = subprocess.run(
@@ -51,6 +57,7 @@ def test_a_device_brings_its_own_library_and_no_other(rig, names, imported):
     assert set(filter(None, done.stdout.strip().split(","))) == imported
 
 
+@pytest.mark.needs("serial")
 def test_where_one_cannot_be_had_the_others_are_closed(rig, monkeypatch):
     file, closed = read_rig(rig), []
     monkeypatch.setattr(MaskingNoise, "close", lambda self: closed.append(self.name))

@@ -57,6 +57,7 @@ def sends(ours, parts):
     return turn
 
 
+@pytest.mark.needs("serial")
 @pytest.mark.parametrize("end", [b"\r", b"\n", b"\r\n"])
 def test_the_right_code_confirms_however_its_line_ends_and_in_however_many_parts_it_comes(end):
     with scanner_port() as (ours, port), stage_at(port) as stage:
@@ -69,6 +70,7 @@ def test_the_right_code_confirms_however_its_line_ends_and_in_however_many_parts
     assert window.pages == ["changing_sample"]
 
 
+@pytest.mark.needs("serial")
 def test_a_wrong_sample_is_refused_by_name_and_the_right_one_is_taken_then():
     with scanner_port() as (ours, port), stage_at(port) as stage:
         clock, desk = Clock(), Desk()
@@ -82,6 +84,7 @@ def test_a_wrong_sample_is_refused_by_name_and_the_right_one_is_taken_then():
     ]
 
 
+@pytest.mark.needs("serial")
 def test_a_column_of_codes_names_the_sample_and_its_id_does_too():
     for code in (b"8801234567893\n", b"T12\n"):
         with scanner_port() as (ours, port), stage_at(port) as stage:
@@ -90,6 +93,7 @@ def test_a_column_of_codes_names_the_sample_and_its_id_does_too():
         assert came.value["by"] == "barcode"
 
 
+@pytest.mark.needs("serial")
 def test_a_code_from_before_it_was_asked_for_confirms_nothing():
     with scanner_port() as (ours, port), stage_at(port) as stage:
         os.write(ours, b"T07\r")
@@ -98,6 +102,7 @@ def test_a_code_from_before_it_was_asked_for_confirms_nothing():
     assert came.value["by"] == "experimenter" and "code" not in came.value
 
 
+@pytest.mark.needs("serial")
 def test_a_key_alone_is_not_enough_where_the_rig_says_so():
     with scanner_port() as (ours, port), stage_at(port, key_confirms=False) as stage:
         clock, desk = Clock(), Desk(confirms=[0.1])
@@ -106,6 +111,7 @@ def test_a_key_alone_is_not_enough_where_the_rig_says_so():
     assert came.value["by"] == "barcode" and came.value["seconds"] > 0.9
 
 
+@pytest.mark.needs("serial")
 def test_an_aside_leaves_the_demand_and_the_refusal_standing_and_the_pause_out_of_the_time():
     with scanner_port() as (ours, port), stage_at(port) as stage:
         clock, desk, request = Clock(), Desk(), Present(trial_of("T07"))
@@ -120,6 +126,7 @@ def test_an_aside_leaves_the_demand_and_the_refusal_standing_and_the_pause_out_o
     assert len(desk.demands) == 2 and desk.demands[1].endswith("T07 is asked for, T12 was scanned.")
 
 
+@pytest.mark.needs("serial")
 def test_a_scanner_that_is_pulled_is_a_fault_and_the_next_trial_asks_for_it_first():
     with scanner_port() as (ours, port), stage_at(port) as stage:
         clock = Clock()
@@ -137,6 +144,7 @@ def test_a_scanner_that_is_pulled_is_a_fault_and_the_next_trial_asks_for_it_firs
     assert desk.demands[0].endswith("Put it right, then confirm.") and "is gone" in desk.demands[0]
 
 
+@pytest.mark.needs("serial")
 def test_a_scanner_that_is_still_gone_is_a_fault_again_and_not_a_loop():
     with scanner_port() as (_ours, port), stage_at(port) as stage:
         stage.scanner.close()
@@ -148,6 +156,7 @@ def test_a_scanner_that_is_still_gone_is_a_fault_again_and_not_a_loop():
         assert isinstance(came, Fault) and clock.t_ns >= 3 * 10**9
 
 
+@pytest.mark.needs("serial")
 def test_a_port_that_is_not_there_is_refused_when_the_rig_is_opened():
     with pytest.raises(DeviceError, match="stage: the scanner's port /dev/no-such-port cannot be opened: No such file"):
         Scanner("stage", "/dev/no-such-port", 9600).open()

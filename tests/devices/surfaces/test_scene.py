@@ -106,6 +106,7 @@ def test_rest_follows_the_act(under):
     assert np.linalg.norm(acceleration[-1]) == pytest.approx(9.80665, rel=0.1)
 
 
+@pytest.mark.long
 def test_memory_holds_three_batches_however_long_the_act_is(under):
     scene = scene_of(under, 100.0)
     for _ in islice(scene.position_mm(120.0), int(50 / 0.25)):
@@ -115,6 +116,7 @@ def test_memory_holds_three_batches_however_long_the_act_is(under):
     assert all(len(batch.force) == BATCH for batch in held.values())
 
 
+@pytest.mark.long
 def test_one_sensor_may_run_ahead_of_another(under):
     scene = scene_of(under, 45.0)
     ahead = first_rows(scene.position_mm(120.0), 5400)

@@ -67,6 +67,7 @@ def line_dB(power, periods_mm):
     return 10 * np.log10(power[place - 1 : place + 2].max() / around)
 
 
+@pytest.mark.long
 def test_what_repeats_is_felt_at_the_speed_over_the_period_that_is_seen():
     """Weaves, twill, domes, ribs and wires as shipped: the vibration's largest peak is a line of their own photo."""
     names = ("T14", "T22", "T28", "T40", "T44", "T48")
@@ -80,6 +81,7 @@ def test_what_repeats_is_felt_at_the_speed_over_the_period_that_is_seen():
         assert np.median([line_dB(photo, 1.12 * peak) for photo, peak in zip(photos, peaks, strict=True)]) < 3
 
 
+@pytest.mark.long
 @pytest.mark.parametrize("pattern", ["foam", "leather"])
 def test_a_coarser_grain_of_one_material_is_seen_coarser_and_felt_lower(pattern):
     """Within one material only: across materials the contact's resonance rules the centroid."""
