@@ -1,8 +1,11 @@
 """What holds for all tests: which of them can run here, which are measured for coverage, and which come first."""
 
+import json
 import os
 import sys
 from collections import Counter
+from functools import cache
+from pathlib import Path
 
 import pytest
 from hypothesis import settings
@@ -16,10 +19,14 @@ ELSEWHERE = ("tests/studies/window/", "tests/studies/test_kill.py")
 LONGEST = ("tests/studies/test_kill.py", "tests/studies/window/")
 """Minutes of waiting for other processes: begun first, nobody waits for them in the end."""
 LONG = "long"
+AGAIN = (*TRACED, "tests/devices/models/", "tests/devices/render/", "tests/test_recorded")
+"""What CI runs bare and again with everything installed: it counts for coverage, or the kernel takes part in it."""
 
 
 def pytest_addoption(parser):
     parser.addoption("--all", action="store_true", help="run the long tests, too; with CI set, what is missing fails")
+    parser.addoption("--save-passed", metavar="FILE", help="write down which tests passed")
+    parser.addoption("--skip-passed", metavar="FILE", help="leave out what passed, but for what extras may change")
 
 
 def pytest_configure(config):
@@ -85,11 +92,30 @@ def pytest_terminal_summary(terminalreporter):
     for name, count in sorted(left_out.items()):
         why, command = ("takes long", "make test-all") if name == LONG else (f"no {name}", NEEDS[name].command)
         terminalreporter.write_line(f"{why}: {count} test{'s' * (count > 1)} left out; to run: {command}")
+    if file := terminalreporter.config.getoption("save_passed"):
+        passed = [report.nodeid for report in terminalreporter.stats.get("passed", [])]
+        Path(file).write_text(json.dumps(passed), encoding="utf-8")
 
 
-def pytest_collection_modifyitems(items):
-    """Let the longest tests begin first; the others keep their order."""
+def pytest_collection_modifyitems(config, items):
+    """Let the longest tests begin first, the others keep their order; leave out what passed in another run."""
     items.sort(key=lambda item: not item.nodeid.startswith(LONGEST))
+    if file := config.getoption("skip_passed"):
+        passed = set(json.loads(Path(file).read_text(encoding="utf-8")))
+        done = [item.nodeid in passed and not runs_again(item) for item in items]
+        config.hook.pytest_deselected(items=[item for item, left_out in zip(items, done, strict=True) if left_out])
+        items[:] = [item for item, left_out in zip(items, done, strict=True) if not left_out]
+
+
+def runs_again(item):
+    """Whether what is installed may change what the test finds."""
+    return item.nodeid.startswith(AGAIN) or looks_at_imports(item.path)
+
+
+@cache
+def looks_at_imports(path):
+    """Whether the file has tests of what is imported and what is not."""
+    return "sys.modules" in path.read_text(encoding="utf-8")
 
 
 @pytest.hookimpl(wrapper=True, tryfirst=True)

@@ -38,6 +38,7 @@ pytest_plugins = ["pytester"]
 def run(pytester, monkeypatch):
     monkeypatch.setitem(needs.NEEDS, "no_such_package", needs.package("no_such_package", "models"))
     monkeypatch.setitem(needs.NEEDS, "nothing", needs.Need(lambda: True, ""))
+    monkeypatch.delenv("PYTEST_ADDOPTS", raising=False)
     pytester.makeconftest(CONFTEST.read_text(encoding="utf-8"))
     pytester.makepyfile(test_file=FILE, test_other=OTHER)
     profile = settings.get_current_profile_name()
@@ -59,6 +60,12 @@ def test_what_is_left_out_is_counted_by_what_is_missing_with_the_command_that_ru
 def test_the_full_run_runs_the_long_tests_and_fails_in_ci_for_what_is_missing(run, monkeypatch, ci, outcomes):
     monkeypatch.setenv("CI", ci)
     run("--all").assert_outcomes(**outcomes)
+
+
+def test_what_passed_in_one_run_is_left_out_of_another_but_for_tests_of_what_is_imported(run, pytester):
+    pytester.makepyfile(test_imports="import sys\ndef test_g(): assert 'sys' in sys.modules")
+    run("--save-passed=passed").assert_outcomes(passed=2, skipped=5)
+    run("--all", "--skip-passed=passed").assert_outcomes(passed=2, skipped=4, deselected=1)
 
 
 def test_a_need_that_nobody_knows_is_refused(tmp_path):

@@ -1,4 +1,4 @@
-"""On ordinary data the statistics agree with pingouin and statsmodels (optional: the extra `crosscheck`)."""
+"""On ordinary data the statistics agree with pingouin and statsmodels."""
 
 from __future__ import annotations
 
