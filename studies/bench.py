@@ -5,12 +5,13 @@ from __future__ import annotations
 import subprocess
 import sys
 import tempfile
-from collections.abc import Callable, Iterator
+from collections.abc import Callable, Iterator, Sequence
 from dataclasses import dataclass, field
 from itertools import count
 from pathlib import Path
 
 from protocols.bench import Case
+from protocols.event_shapes import EventShapes
 from protocols.events import NS, Event
 from protocols.plan import Plan, compile_plan
 from protocols.runner import run
@@ -67,6 +68,10 @@ def sessions(quick: bool) -> Iterator[Case]:
             lambda: read(path),
             lambda r: float(size - len(r.events)),
         )
+        yield case(
+            "reading a ledger", "of this, the shapes of its events", "events not checked",
+            lambda: _shapes_checked(record.events), lambda checked: float(size - checked),
+        )  # fmt: skip
 
 
 def startup(quick: bool) -> Iterator[Case]:
@@ -97,6 +102,13 @@ def _heavy(arguments: list[str] | None) -> float:
 def _plan() -> Plan:
     study = read_study(DOORS / "study.yaml").study
     return compile_plan(study, allocate(study, "P001"), 1, lab_forms(study, DOORS, live=False))
+
+
+def _shapes_checked(events: Sequence[Event]) -> int:
+    shapes = EventShapes()
+    for event in events:
+        shapes.take(event)
+    return len(events)
 
 
 @dataclass

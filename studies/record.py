@@ -6,6 +6,7 @@ import json
 import sqlite3
 from collections.abc import Iterator, Sequence
 from dataclasses import dataclass, replace
+from datetime import datetime
 from functools import cached_property
 from pathlib import Path
 from typing import Any
@@ -13,6 +14,17 @@ from typing import Any
 from sqlalchemy import Connection, select, text
 from sqlalchemy.exc import OperationalError, SQLAlchemyError
 
+from protocols.event_shapes import (
+    OBJECT,
+    TEXT,
+    EventShapes,
+    Kind,
+    ShapeError,
+    demand_fields,
+    demand_header,
+    demand_samples,
+    parse_canonical,
+)
 from protocols.events import Event
 from protocols.requests import Samples
 from studies.ledger_schema import (
@@ -34,6 +46,17 @@ _MAGIC = b"SQLite format 3\0"
 _EVENTS = "SELECT seq, t_ns, kind, trial, attempt, body, hash FROM events"
 _SAMPLES = "SELECT seq, block, stream, form, data FROM samples"
 _SITTINGS = "SELECT n, kind, events, head, body, hash FROM sittings ORDER BY n"
+
+
+def _is_moment(value: Any) -> bool:
+    try:
+        return type(value) is str and bool(datetime.fromisoformat(value))
+    except ValueError:
+        return False
+
+
+_NOTE = {"at": Kind(_is_moment, "a date and time")}, {"because": TEXT, "environment": OBJECT}
+"""What a note that a ledger was opened or closed must hold, and what it may hold."""
 
 
 class LedgerError(ValueError):
@@ -97,7 +120,8 @@ class Record:
 def read(path: Path) -> Record:
     """The session in the file, its chains checked link by link.
 
-    Raises LedgerError on a file that is missing, no ledger, newer, damaged, changed or cut short.
+    Raises LedgerError on a file that is missing, no ledger, newer, damaged, changed or cut short, or whose events are
+    not such as a session writes (see `protocols.event_shapes`).
     """
     _demand_sqlite(path)
     without_wal = _without_wal(path)
@@ -128,8 +152,9 @@ def read_header(path: Path) -> dict[str, Any]:
             value: dict[str, Any] = json.loads(
                 connection.execute(select(events.c.body).where(events.c.seq == 0)).scalar_one()
             )
+            demand_header(value)
             return value
-    except (SQLAlchemyError, sqlite3.Error, ValueError, TypeError) as error:
+    except (SQLAlchemyError, sqlite3.Error, ValueError, TypeError, RecursionError) as error:
         raise LedgerError(f"{path}: no first event can be read ({error})") from None
     finally:
         engine.dispose()
@@ -201,18 +226,29 @@ def _demand_ours(connection: Connection, path: Path) -> None:
 
 def _verified(path: Path, connection: Connection) -> Record:
     happened: list[Event] = []
-    hashes, previous = [], SEED
+    hashes, previous, shapes = [], SEED, EventShapes()
     for place, (one, link) in enumerate(linked_events(path, connection)):
         previous = event_hash(previous, one)
         if one.seq != place or link != previous:
             raise LedgerError(f"{path}: the hash chain breaks at event {place}: the file was changed or is damaged")
         if happened and one.t_ns < happened[-1].t_ns:
             raise LedgerError(f"{path}: time runs backwards at event {place}: the file was changed")
+        demand_shape(path, shapes, one)
         happened.append(one)
         hashes.append(previous)
     if not happened or happened[0].kind != "session_started":
         raise LedgerError(f"{path}: {_UNFOUNDED}")
     return Record(path, tuple(happened), tuple(hashes), _sittings(path, connection, hashes))
+
+
+def demand_shape(path: Path, shapes: EventShapes, event: Event) -> None:
+    """Raise LedgerError that names the event and what was expected, unless it is one that a session writes there."""
+    try:
+        shapes.take(event)
+    except ShapeError as error:
+        raise LedgerError(
+            f"{path}: event {event.seq} ({event.kind}) is not one that a session writes: {error}"
+        ) from None
 
 
 def linked_events(path: Path, connection: Connection, first: int | None = None) -> Iterator[tuple[Event, str]]:
@@ -245,9 +281,10 @@ def _samples(path: Path, row: Any) -> Samples:
             row.stream, tuple(form["channels"]), tuple(form["units"]), form["rate_hz"], form["t0_ns"], row.data,
             form.get("first", 0), form.get("clock", "host"),
         )  # fmt: skip
+        demand_samples(block)
         if form_of(block).decode() == row.form:
             return stored(block, path, row.seq, row.block)
-    except (ValueError, KeyError, ZeroDivisionError):
+    except (ValueError, TypeError, KeyError, ZeroDivisionError, RecursionError):
         pass
     raise LedgerError(f"{path}: the samples of event {row.seq} are damaged")
 
@@ -264,6 +301,10 @@ def _sittings(path: Path, connection: Connection, hashes: Sequence[str]) -> tupl
             )
         if row.events < 1 or hashes[row.events - 1] != row.head:
             raise LedgerError(f"{path}: the events are not those that were there when it was {row.kind}")
+        try:
+            demand_fields(parse_canonical(row.body.encode()), *_NOTE)
+        except ShapeError as error:
+            raise LedgerError(f"{path}: the note of when it was {row.kind} (sitting {place}): {error}") from None
         found.append(Sitting(row.kind, row.events, row.head, row.body, row.hash))
     if not found:
         raise LedgerError(f"{path}: no sitting is on record: the file was changed")

@@ -12,9 +12,10 @@ from protocols.canonical import difference
 from protocols.events import NS
 from protocols.forms import LabForms
 from protocols.plan import ParticipantRow, Plan, compile_plan
+from protocols.requests import ReplyError
 from protocols.runner import run
 from protocols.study import Study
-from protocols.worlds import EndOfRecord, Recorded
+from protocols.worlds import Divergence, EndOfRecord, Recorded
 from studies.record import LedgerError, Record, read
 
 
@@ -54,6 +55,8 @@ def compare(record: Record) -> None:
         run(recompiled(record), tape, tape, record.header)
     except EndOfRecord:
         return
+    except ReplyError as error:
+        raise Divergence(f"event {tape.position} does not answer its request: {error}") from None
     tape.demand_end()
 
 

@@ -7,17 +7,16 @@ from dataclasses import dataclass, field
 from typing import Any
 
 from protocols.canonical import canonical, digest
+from protocols.event_shapes import WORD_FORMS
 from protocols.events import NS, Event
 from protocols.plan import Plan
 from protocols.study import Study, conditions_of
 from studies.begun import by_twins
 from studies.content import file_sha256
-from studies.record import Record
+from studies.record import LedgerError, Record
 from studies.replay import recompiled
 
 Row = dict[str, Any]
-WORDS = ("adjectives", "lexicon", "suggestions")
-"""Forms that are answered by words."""
 
 
 @dataclass(frozen=True)
@@ -118,7 +117,7 @@ class _Walk:
 
     def _unfolded(self, event: Event) -> tuple[list[Row], Iterator[Row]]:
         """The table that a form's answers belong to, and the rows they make."""
-        if self.request["form"] in WORDS:
+        if self.request["form"] in WORD_FORMS:
             return self.words, self._words(event)
         if event.trial is None:
             return self.answers, self._about(event)
@@ -176,6 +175,10 @@ def tables(record: Record, withdrawn: bool = False, with_events: bool = True) ->
     header = record.header
     session = session_name(record)
     walk = _walked(session, record.events)
+    if unknown := {row["attribute"] for row in walk.responses} - {
+        attribute.name for attribute in plan.study.attributes
+    }:
+        raise LedgerError(f"{record.path}: {min(unknown)!r} was rated, which is no attribute of the recorded study")
     who = {"study": plan.study.study, "participant": plan.who.participant}
     return SessionTables(
         study=_study_row(plan.study),

@@ -11,10 +11,11 @@ from sqlalchemy import Connection, select
 from sqlalchemy.exc import SQLAlchemyError
 
 from analysis.monitoring.course import Course
+from protocols.event_shapes import EventShapes
 from protocols.events import Event
 from studies.ledger_schema import engine_to_read, event_hash, events, sittings
 from studies.ledger_state import FileState, file_state
-from studies.record import LedgerError, Sitting, linked_events, read
+from studies.record import Sitting, demand_shape, linked_events, read
 
 
 @dataclass
@@ -27,6 +28,7 @@ class Followed:
     head: str
     sittings: tuple[Sitting, ...]
     lacks_wal: bool
+    shapes: EventShapes
 
     @property
     def laid_down(self) -> bool:
@@ -39,12 +41,10 @@ def follow(path: Path) -> Followed:
     state = file_state(path)
     record = read(path)
     course = Course()
-    try:
-        for event in record.events:
-            course.take(event)
-    except (AttributeError, KeyError, TypeError, ValueError) as error:
-        raise LedgerError(f"{path}: an event is not such as this version reads ({error!r})") from None
-    return Followed(path, state, course, record.head, record.sittings, record.lacks_wal)
+    for event in record.events:
+        course.take(event)
+    shapes = EventShapes.after(record.events)
+    return Followed(path, state, course, record.head, record.sittings, record.lacks_wal, shapes)
 
 
 def catch_up(followed: Followed) -> Followed:
@@ -76,7 +76,7 @@ def _grown(followed: Followed, state: FileState) -> Followed | None:
         return None
     for event in new:
         followed.course.take(event)
-    return Followed(followed.path, state, followed.course, head, sat, lacks_wal=False)
+    return Followed(followed.path, state, followed.course, head, sat, False, followed.shapes)
 
 
 def _verified(connection: Connection, followed: Followed) -> tuple[list[Event] | None, str]:
@@ -87,6 +87,7 @@ def _verified(connection: Connection, followed: Followed) -> tuple[list[Event] |
         head = event_hash(head, event)
         if link != head or event.seq != known + place or event.t_ns < t_ns:
             return None, head
+        demand_shape(followed.path, followed.shapes, event)
         t_ns = event.t_ns
         new.append(event)
     return new, head

@@ -18,6 +18,12 @@ from tests.protocols.studies_for_tests import toy_plan
 
 LIVELY = {"simulation": {"latents": {"Soft": {"size": 4.0}}, "revise_rate": 0.2, "lapse_rate": 0.2}}
 
+HEADER = {
+    "study": {"study": "toy"}, "participant": "P001", "group": None, "row": 0, "session": 1, "seed": 0, "plan": "",
+    "trials": 0, "rig": {"kind": "simulated"}, "calibration": None, "environment": {"palpate": "0"},
+}  # fmt: skip
+"""The first event's body of a session that nobody replays."""
+
 
 @dataclass(frozen=True)
 class Lab:

@@ -275,11 +275,11 @@ def test_a_crashed_session_without_its_wal_is_not_silently_gone_on_with(said, tm
     lab = Lab(tmp_path)
     path = tmp_path / "sessions" / "toy_P001_s1.sqlite"
     create(path, header_of(lab.plan(), lab.rig), {"at": "2026-01-01T00:00:00+00:00"})
-    ledger = take_up(path, {})
+    ledger = take_up(path, {"at": "2026-01-01T00:00:00+00:00"})
     alone = tmp_path / "alone" / "sessions" / path.name
     alone.parent.mkdir(parents=True)
     shutil.copy(path, alone)
-    ledger.close({})
+    ledger.close({"at": "2026-01-01T00:00:00+00:00"})
     assert "the -wal file is missing" in said("replay", str(alone))
     assert "its -wal file, which may hold the session's last events, is not there" in said(
         "resume", str(alone), "--study", "toy", status=2

@@ -13,18 +13,28 @@ from protocols.requests import Samples
 from studies.ledger import create, take_up
 from studies.ledger_schema import FORMAT
 from studies.record import LedgerError, read
+from tests.studies.labs import HEADER
 
+NOTE = b'{"do":"note"}'
 SITTING = {"at": "2026-01-01T00:00:00+00:00"}
 BLOCK = Samples("door", ("angle", "force"), ("deg", "N"), 100.0, 5, bytes(range(256)))
 
 
 def made(tmp_path, events=3):
     path = tmp_path / "s.sqlite"
-    create(path, {"study": "x"}, SITTING)
+    create(path, HEADER, SITTING)
     ledger = take_up(path, SITTING)
     for seq in range(1, events):
-        ledger.append(Event(seq, seq * 1000, "reply", canonical({"n": seq}), 1, 1, (BLOCK,) if seq % 40 == 1 else ()))
-    ledger.close({"because": "complete"})
+        ledger.append(
+            Event(
+                seq,
+                seq * 1000,
+                "experimenter",
+                canonical({"do": "note", "n": seq}),
+                samples=(BLOCK,) if seq % 40 == 1 else (),
+            )
+        )
+    ledger.close({**SITTING, "because": "complete"})
     return path
 
 
@@ -32,10 +42,10 @@ def test_what_was_appended_is_read_back(tmp_path):
     record = read(made(tmp_path))
     assert [e.seq for e in record.events] == [0, 1, 2]
     assert record.events[1].samples == (BLOCK,) and BLOCK.count == 32
-    assert record.events[2].value == {"n": 2}
+    assert record.events[2].value == {"do": "note", "n": 2}
     assert [s.kind for s in record.sittings] == ["created", "opened", "closed"]
-    assert record.header == {"study": "x"} and not record.complete
-    assert record.sittings[-1].value == {"because": "complete"}
+    assert record.header == HEADER and not record.complete
+    assert record.sittings[-1].value == {**SITTING, "because": "complete"}
 
 
 def test_a_closed_ledger_is_one_plain_file(tmp_path):
@@ -50,21 +60,21 @@ def test_a_closed_ledger_is_one_plain_file(tmp_path):
 def test_every_event_is_durable_when_append_returns(tmp_path):
     """Another connection sees the event at once, and the file is written through: WAL, synchronous FULL."""
     path = tmp_path / "s.sqlite"
-    create(path, {}, SITTING)
+    create(path, HEADER, SITTING)
     ledger = take_up(path, SITTING)
     for seq in range(1, 5):
-        ledger.append(Event(seq, seq, "reply", b"{}"))
+        ledger.append(Event(seq, seq, "experimenter", NOTE))
         assert len(read(path).events) == seq + 1
     modes = [ledger.connection.exec_driver_sql(f"pragma {p}").scalar() for p in ("journal_mode", "synchronous")]
     ledger.connection.rollback()
-    ledger.close({})
+    ledger.close(SITTING)
     assert modes == ["wal", 2]
 
 
 def test_a_name_is_taken_once(tmp_path):
     path = made(tmp_path)
     with pytest.raises(LedgerError, match="a session of this name exists already"):
-        create(path, {}, SITTING)
+        create(path, HEADER, SITTING)
     assert not list(tmp_path.glob("*draft*"))
 
 
@@ -76,7 +86,7 @@ def test_a_file_system_without_hard_links_is_no_obstacle(tmp_path, monkeypatch):
     path = made(tmp_path)
     assert len(read(path).events) == 3
     with pytest.raises(LedgerError, match="exists already"):
-        create(path, {}, SITTING)
+        create(path, HEADER, SITTING)
     assert len(read(path).events) == 3
 
 
@@ -85,15 +95,15 @@ def test_only_one_process_writes(tmp_path):
     ledger = take_up(path, SITTING)
     with pytest.raises(LedgerError, match="another process is running this session"):
         take_up(path, SITTING)
-    ledger.close({})
-    take_up(path, SITTING).close({})
+    ledger.close(SITTING)
+    take_up(path, SITTING).close(SITTING)
 
 
 def test_an_event_out_of_turn_is_refused(tmp_path):
     ledger = take_up(made(tmp_path), SITTING)
     with pytest.raises(LedgerError, match="event 7 offered, event 3 is next"):
-        ledger.append(Event(7, 0, "reply", b"{}"))
-    ledger.close({})
+        ledger.append(Event(7, 0, "experimenter", NOTE))
+    ledger.close(SITTING)
 
 
 def test_a_full_disk_is_said_and_what_was_kept_stays(tmp_path):
@@ -103,8 +113,8 @@ def test_a_full_disk_is_said_and_what_was_kept_stays(tmp_path):
     ledger.connection.commit()
     big = Samples("door", ("angle",), ("deg",), 1.0, 0, bytes(400_000))
     with pytest.raises(LedgerError, match=r"event 3 could not be kept: .*full"):
-        ledger.append(Event(3, 9999, "reply", b"{}", samples=(big,)))
-    ledger.close({"because": "failed"})
+        ledger.append(Event(3, 9999, "experimenter", NOTE, samples=(big,)))
+    ledger.close({**SITTING, "because": "failed"})
     assert len(read(path).events) == 3
 
 
@@ -163,7 +173,7 @@ def test_events_rewritten_with_a_good_chain_do_not_match_the_sittings(tmp_path):
 
     path = made(tmp_path)
     record = read(path)
-    forged = replace(record.events[2], body=b'{"n":9}')
+    forged = replace(record.events[2], body=b'{"do":"note","n":9}')
     link = event_hash(record.hashes[1], forged)
     change(path, f"update events set body='{forged.body.decode()}', hash='{link}' where seq=2")
     with pytest.raises(LedgerError, match="the events are not those that were there when it was closed"):
@@ -242,19 +252,19 @@ def test_a_write_that_a_crash_left_in_a_rollback_journal_is_undone(tmp_path):
     writer.close()
     assert crashed.read_bytes() != path.read_bytes()
     assert read(crashed).events == before.events
-    take_up(crashed, SITTING).close({})
+    take_up(crashed, SITTING).close(SITTING)
 
 
 def test_a_running_session_can_be_read_at_any_moment(tmp_path):
     path = tmp_path / "s.sqlite"
-    create(path, {"study": "x"}, SITTING)
+    create(path, HEADER, SITTING)
     done = threading.Event()
 
     def write():
         ledger = take_up(path, SITTING)
         for seq in range(1, 600):
-            ledger.append(Event(seq, seq, "reply", b"{}", 1, 1, (BLOCK, BLOCK)))
-        ledger.close({})
+            ledger.append(Event(seq, seq, "experimenter", NOTE, samples=(BLOCK, BLOCK)))
+        ledger.close(SITTING)
         done.set()
 
     writer = threading.Thread(target=write)
@@ -276,25 +286,25 @@ def test_a_file_that_something_else_wrote_to_is_refused(tmp_path):
 
 def test_time_that_runs_backwards_is_refused(tmp_path):
     path = tmp_path / "s.sqlite"
-    create(path, {}, SITTING)
+    create(path, HEADER, SITTING)
     ledger = take_up(path, SITTING)
-    ledger.append(Event(1, 50, "reply", b"{}"))
-    ledger.append(Event(2, 49, "reply", b"{}"))
-    ledger.close({})
+    ledger.append(Event(1, 50, "experimenter", NOTE))
+    ledger.append(Event(2, 49, "experimenter", NOTE))
+    ledger.close(SITTING)
     with pytest.raises(LedgerError, match="time runs backwards at event 2"):
         read(path)
 
 
 def test_a_crashed_ledger_without_its_wal_file_is_known(tmp_path):
     path = tmp_path / "s.sqlite"
-    create(path, {}, SITTING)
+    create(path, HEADER, SITTING)
     ledger = take_up(path, SITTING)
-    ledger.append(Event(1, 1, "reply", b"{}"))
+    ledger.append(Event(1, 1, "experimenter", NOTE))
     alone = tmp_path / "alone.sqlite"
     shutil.copy(path, alone)
     assert read(alone).lacks_wal
     assert not read(path).lacks_wal
-    ledger.close({})
+    ledger.close(SITTING)
     assert not read(path).lacks_wal
 
 
@@ -320,8 +330,8 @@ def test_a_log_that_a_lost_ledger_left_is_not_taken_over(tmp_path):
 
 def test_a_reader_at_the_last_instant_does_not_keep_the_log_alive(tmp_path):
     path = made(tmp_path)
-    ledger = take_up(path, {})
-    ledger.append(Event(3, 3000, "reply", canonical({"n": 3})))
+    ledger = take_up(path, SITTING)
+    ledger.append(Event(3, 3000, "experimenter", canonical({"do": "note", "n": 3})))
     reading = threading.Event()
 
     def look():
@@ -337,6 +347,6 @@ def test_a_reader_at_the_last_instant_does_not_keep_the_log_alive(tmp_path):
     reader.start()
     reading.wait(10)
     threading.Timer(0.1, closing.set).start()
-    ledger.close({})
+    ledger.close(SITTING)
     reader.join()
     assert path.read_bytes()[18:20] == b"\1\1" and not path.with_name(f"{path.name}-wal").exists()

@@ -8,7 +8,7 @@ from studies.record import LedgerError, read
 from studies.replay import replay
 from studies.rig import Rig, RigError
 from studies.session import ledger_path, resume, start
-from tests.studies.labs import Lab, stopping
+from tests.studies.labs import HEADER, Lab, stopping
 
 
 def same(one, other) -> bool:
@@ -191,7 +191,7 @@ def test_a_header_that_declares_nothing_is_refused(lab):
     from studies.ledger import create
 
     path = lab.path / "sessions" / "toy_P001_s1.sqlite"
-    create(path, {"study": {"study": "toy"}}, {"at": "x"})
+    create(path, HEADER, {"at": "2026-01-01T00:00:00+00:00"})
     with pytest.raises(LedgerError, match="its first event declares no session that this version reads"):
         replay(path)
 
@@ -200,10 +200,10 @@ def test_events_after_the_end_are_noticed(lab):
     from studies.ledger import take_up
 
     path = lab.start()
-    ledger = take_up(path, {})
+    ledger = take_up(path, {"at": "2026-01-01T00:00:00+00:00"})
     last = ledger.record.events[-1]
-    ledger.append(Event(last.seq + 1, last.t_ns, "reply", b"{}"))
-    ledger.close({})
+    ledger.append(Event(last.seq + 1, last.t_ns, "experimenter", b'{"do":"note"}'))
+    ledger.close({"at": "2026-01-01T00:00:00+00:00"})
     for act in (lambda: replay(path), lambda: resume(path, lab.rig)):
         with pytest.raises(Divergence, match="recorded, but the session is over before it"):
             act()

@@ -14,6 +14,7 @@ from studies.ledger import create, take_up
 from studies.record import read
 from studies.stored_samples import SMALL_BYTES, SamplesGone, StoredSamples
 from studies.tables import tables
+from tests.studies.labs import HEADER
 
 AT = {"at": "2026-01-01T00:00:00+00:00"}
 RECORDED = Path(__file__).parents[1] / "recorded" / "ten"
@@ -26,10 +27,10 @@ def block(number, count=20_000):
 
 
 def ledger(path, blocks, header=None):
-    create(path, header or {"study": {"study": "x"}}, AT)
+    create(path, header or HEADER, AT)
     kept = take_up(path, AT)
     for number, each in enumerate(blocks, start=1):
-        kept.append(Event(number, number, "samples", canonical({}), 1, 1, (each,)))
+        kept.append(Event(number, number, "experimenter", canonical({"do": "note"}), samples=(each,)))
     kept.close(AT)
     return path
 

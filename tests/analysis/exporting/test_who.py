@@ -54,7 +54,7 @@ def test_people_who_took_no_part_are_never_exported_whatever_is_asked_for(tmp_pa
     lab = lab_of(tmp_path / "lab", "door_lexicon")
 
     def declining(kind, body):
-        return {"as": ended_as} if kind == "session_ended" else body
+        return {**body, "as": ended_as} if kind == "session_ended" else body
 
     rewritten(LEXICON, lab / "sessions/door_lexicon_P002_s1.sqlite", declining, {"participant": "P002"})
     exported(lab, "door_lexicon", tmp_path / "out", "csv", include_incomplete=True)

@@ -40,7 +40,9 @@ class Written:
         self.ask_for("sense")
 
     def ask_for(self, do):
-        self.note("request", {"do": do})
+        self.note(
+            "request", {"present": {"do": do, "stimulus": "K8"}, "sense": {"do": do, "device": "d", "seconds": 1.0}}[do]
+        )
 
     def end(self, as_="captured"):
         self.note("trial_ended", {"as": as_})
@@ -64,7 +66,7 @@ class Written:
             for event in self.events:
                 ledger.append(event)
         finally:
-            ledger.close({"because": "complete"})
+            ledger.close({"at": "2026-01-01T00:00:00+00:00", "because": "complete"})
         return read(self.path)
 
 

@@ -67,5 +67,5 @@ def session(lab, participant, captures, rig=None):
         for event in written.events:
             ledger.append(event)
     finally:
-        ledger.close({"because": "complete"})
+        ledger.close({"at": "2026-01-01T00:00:00+00:00", "because": "complete"})
     return path

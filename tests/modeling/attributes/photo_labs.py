@@ -44,7 +44,7 @@ class Photos(Written):
             for event in self.events:
                 ledger.append(event)
         finally:
-            ledger.close({"because": "complete"})
+            ledger.close({"at": "2026-01-01T00:00:00+00:00", "because": "complete"})
 
 
 def photos(lab, participant="E001"):

@@ -20,6 +20,7 @@ from studies.participants.making import make_lab
 from studies.participants.people import add
 from studies.participants.registry import Registry, open_registry
 from tests.protocols.studies_for_tests import toy
+from tests.studies.labs import HEADER
 
 GROUPS = {"x": {"kind": ["x"]}, "y": {"kind": ["y"]}}
 
@@ -65,14 +66,14 @@ def sat(
 ) -> Path:  # fmt: skip
     """A session's ledger as far as people concern it: who, which row, and what they said about themselves."""
     header = {
-        "study": {"study": study}, "participant": participant, "group": row[0], "row": row[1], "seed": seed,
-        "rig": {"kind": kind},
+        **HEADER, "study": {"study": study}, "participant": participant, "group": row[0], "row": row[1], "seed": seed,
+        "rig": {"kind": kind}, "session": number,
     }  # fmt: skip
     path = session.ledger_path(lab, study, participant, number)
     create(path, header, {"at": at})
     ledger = take_up(path, {"at": at})
     if answers is not None:
-        ask = {"do": "ask", "form": "demographics", "items": sorted(answers)}
+        ask = {"do": "ask", "form": "demographics", "items": sorted(answers), "back": False, "previous": None}
         ledger.append(Event(1, 1, "request", canonical(ask)))
         ledger.append(Event(2, 2, "reply", canonical({"answers": answers})))
     ledger.close({"at": at})

@@ -1,0 +1,297 @@
+"""The shape that the events of a ledger must have, so that whoever reads one later can rely on it.
+
+A chain of hashes shows that nobody changed a ledger; it does not show that its events mean anything. `EventShapes`
+checks the bodies one after another, of all formats: required keys and the kinds of their values, the form's answers
+against the request that is open, and events of a trial against the trial that has started. Keys that no reader knows
+are allowed. Whether an answer fits the study is what a replay shows.
+"""
+
+from __future__ import annotations
+
+import json
+from collections.abc import Callable, Mapping, Sequence
+from dataclasses import dataclass
+from typing import Any
+
+from protocols.events import Event
+from protocols.requests import Samples
+
+DEEPEST = 100
+"""How many lists and objects may lie inside each other."""
+WORD_FORMS = ("adjectives", "lexicon", "suggestions")
+"""Forms that are answered by words."""
+_LARGEST = 1.7976931348623157e308
+
+
+class ShapeError(ValueError):
+    """An event whose body is not what an event of its kind holds; the message says what was expected and found."""
+
+
+@dataclass(frozen=True)
+class Kind:
+    """A kind of value: how to recognise it, and its name in messages."""
+
+    matches: Callable[[Any], bool]
+    name: str
+
+    def or_null(self) -> Kind:
+        """Return the same kind, or null."""
+        return Kind(lambda value: value is None or self.matches(value), f"{self.name} or null")
+
+    def list(self) -> Kind:
+        """Return the kind of lists of such values."""
+        return Kind(lambda value: type(value) is list and all(map(self.matches, value)), f"a list, each {self.name},")
+
+    def object(self) -> Kind:
+        """Return the kind of objects of such values."""
+        return Kind(
+            lambda value: type(value) is dict and all(map(self.matches, value.values())),
+            f"an object, each value {self.name},",
+        )
+
+
+def row(*kinds: Kind) -> Kind:
+    """Return the kind of lists that begin with these values."""
+
+    def matches(value: Any) -> bool:
+        if type(value) is not list or len(value) < len(kinds):
+            return False
+        return all(kind.matches(cell) for kind, cell in zip(kinds, value, strict=False))
+
+    return Kind(matches, f"a list of {', '.join(kind.name for kind in kinds)}")
+
+
+def fields(required: Mapping[str, Kind], optional: Mapping[str, Kind] | None = None) -> Kind:
+    """Return the kind of objects with these keys."""
+
+    def matches(value: Any) -> bool:
+        try:
+            demand_fields(value, required, optional or {})
+        except ShapeError:
+            return False
+        return True
+
+    return Kind(matches, f"an object with {', '.join(required)}" if required else "an object")
+
+
+TEXT = Kind(lambda value: type(value) is str, "a text")
+FLAG = Kind(lambda value: type(value) is bool, "true or false")
+WHOLE = Kind(lambda value: type(value) is int and -(2**63) <= value < 2**63, "a whole number")
+NUMBER = Kind(lambda value: type(value) in (int, float) and -_LARGEST <= value <= _LARGEST, "a number")
+ANY = Kind(lambda _value: True, "a value")
+OBJECT = Kind(lambda value: type(value) is dict, "an object")
+
+_QUESTION = fields(
+    {"name": TEXT, "text": TEXT, "kind": TEXT},
+    {"levels": row(TEXT, TEXT).list(), "unit": TEXT.or_null(), "low": NUMBER.or_null(), "high": NUMBER.or_null()},
+)
+_STREAM = fields(
+    {},
+    {
+        "arrived": row(WHOLE, WHOLE).list(), "device_s": NUMBER.list(), "calibration": ANY, "first": WHOLE,
+        "count": WHOLE, "lost": WHOLE, "why": TEXT,
+    },
+)  # fmt: skip
+_CHUNKED = fields({}, {"gaps": row(WHOLE, WHOLE, TEXT).list()})
+_RECORDED = fields(
+    {},
+    {
+        "samples": WHOLE, "lost": WHOLE, "gaps": WHOLE, "rate_hz": NUMBER.or_null(), "drift_ppm": NUMBER.or_null(),
+    },
+)  # fmt: skip
+
+HEADER: dict[str, Kind] = {
+    "study": fields(
+        {"study": TEXT},
+        {"title": TEXT.or_null(), "stimuli": fields({"id": TEXT}, {"columns": TEXT.object()}).list()},
+    ),
+    "participant": TEXT, "group": TEXT.or_null(), "row": WHOLE, "session": WHOLE, "seed": WHOLE, "plan": TEXT,
+    "trials": WHOLE, "rig": fields({"kind": TEXT}, {"twins": TEXT.list(), "settings": OBJECT.or_null()}),
+    "calibration": OBJECT.or_null(), "environment": fields({"palpate": TEXT}),
+}  # fmt: skip
+_BODIES: dict[str, tuple[dict[str, Kind], dict[str, Kind]]] = {
+    "session_started": (
+        HEADER,
+        {"lab_forms": fields({"consent": TEXT, "questions": _QUESTION.list()}), "accepted_change": OBJECT},
+    ),
+    "trial_started": ({"stimulus": TEXT, "block": TEXT}, {}),
+    "request": ({"do": TEXT}, {}),
+    "reply": (
+        {},
+        {
+            "go": TEXT, "at_s": NUMBER.or_null().object(), "streams": _RECORDED.object(),
+            "switches": fields({"to": TEXT, "at_s": NUMBER}).list(), "pictures": OBJECT.list(),
+        },
+    ),
+    "experimenter": ({"do": TEXT}, {"which": TEXT, "text": TEXT.or_null()}),
+    "samples": ({"streams": _CHUNKED.object()}, {}),
+    "fault": ({"device": TEXT, "what": TEXT, "message": TEXT}, {}),
+    "trial_ended": ({"as": TEXT}, {}),
+    "session_ended": ({"trials": WHOLE}, {"as": TEXT}),
+}  # fmt: skip
+"""Of each kind of event, the keys that it must have and the kinds of those that it may have."""
+_REQUESTS: dict[str, dict[str, Kind]] = {
+    "present": {"stimulus": TEXT},
+    "ask": {"form": TEXT, "items": TEXT.list(), "back": FLAG, "previous": OBJECT.or_null()},
+    "sense": {"device": TEXT, "seconds": NUMBER},
+    "rest": {"done": WHOLE, "total": WHOLE},
+    "instruct": {"page": TEXT},
+    "confirm": {"what": TEXT},
+}
+_WORDS = TEXT.list().object()
+
+
+@dataclass
+class EventShapes:
+    """Checks the events of a session in their order; `take` raises ShapeError at the first that is wrong."""
+
+    trial: tuple[int, int] | None = None
+    """Number and attempt of the trial that has started and not ended."""
+    request: Mapping[str, Any] | None = None
+    """The body of the request that waits for its reply."""
+
+    @classmethod
+    def after(cls, events: Sequence[Event]) -> EventShapes:
+        """Return what is open after these events, which were checked before."""
+        shapes = cls()
+        for event in events:
+            if event.kind in {"trial_started", "trial_ended", "request", "reply"}:
+                shapes._open(event, event.value if event.kind == "request" else {})
+        return shapes
+
+    def take(self, event: Event) -> None:
+        """Check the next event and its body."""
+        if event.kind not in _BODIES:
+            raise ShapeError(f"an event of the kind {event.kind!r:.40} does not exist")
+        self._demand_place(event)
+        body = parse_canonical(event.body)
+        demand_fields(body, *_BODIES[event.kind])
+        if event.kind == "request":
+            demand_fields(body, _REQUESTS.get(body["do"], {}), {"wish": NUMBER.object()})
+        elif event.kind == "reply":
+            self._demand_reply(event, body)
+        if "streams" in body:
+            demand_fields(body["streams"], {}, dict.fromkeys(body["streams"], _STREAM))
+        self._open(event, body)
+
+    def _demand_place(self, event: Event) -> None:
+        """The event's own columns, and that it stands where an event of its kind can stand."""
+        for name in ("trial", "attempt"):
+            if (value := getattr(event, name)) is not None and not WHOLE.matches(value):
+                raise ShapeError(f"{name}: a whole number is expected, found {_short(value)}")
+        if not WHOLE.matches(event.t_ns):
+            raise ShapeError(f"t_ns: a whole number is expected, found {_short(event.t_ns)}")
+        if (event.kind == "session_started") != (event.seq == 0):
+            raise ShapeError("session_started is expected as the first event, and nowhere else")
+        here = None if event.trial is None and event.attempt is None else (event.trial, event.attempt)
+        if event.kind == "trial_started":
+            if here is None or None in here:
+                raise ShapeError("the numbers of the trial and of the attempt are expected, and one is missing")
+        elif event.kind != "session_ended" and here != self.trial:
+            raise ShapeError(f"it belongs to {_place(here)}, and {_place(self.trial)} is under way")
+        elif event.kind == "trial_ended" and here is None:
+            raise ShapeError("no trial is under way that could end")
+        if event.kind in {"reply", "samples"} and self.request is None:
+            raise ShapeError("no request is open that it could belong to")
+
+    def _demand_reply(self, event: Event, body: Mapping[str, Any]) -> None:
+        """The answers of a form in the shape that its readers rely on; a form that was left has none."""
+        request = self.request or {}
+        if request["do"] != "ask":
+            if "go" in body:
+                raise ShapeError(f"go: only the reply to a form has this key, and {request['do']!r:.40} was requested")
+            return
+        if "answers" not in body:
+            if body.get("go") != "back":
+                raise ShapeError("answers is missing: an object is expected")
+            return
+        if request["form"] in WORD_FORMS:
+            demand_fields(body, {"answers": _WORDS}, {})
+            return
+        kind = ANY if event.trial is None else NUMBER
+        demand_fields(body, {"answers": OBJECT}, {})
+        try:
+            demand_fields(body["answers"], dict.fromkeys(request["items"], kind), {})
+        except ShapeError as error:
+            raise ShapeError(f"answers: {error}") from None
+
+    def _open(self, event: Event, body: Mapping[str, Any]) -> None:
+        match event.kind:
+            case "trial_started":
+                self.trial, self.request = (event.trial or 0, event.attempt or 0), None
+            case "trial_ended":
+                self.trial = self.request = None
+            case "request":
+                self.request = body
+            case "reply":
+                self.request = None
+
+
+def parse_canonical(text: bytes) -> Any:
+    """Return the value of a canonical JSON text. Raises ShapeError where it is anything else, or nested too deeply."""
+    try:
+        value = json.loads(text)
+        again = json.dumps(value, sort_keys=True, separators=(",", ":"), ensure_ascii=False, allow_nan=False)
+        if again.encode() == text and _depth_is_fine(text, value):
+            return value
+    except (ValueError, RecursionError):
+        pass
+    raise ShapeError(f"canonical JSON is expected, found {text[:60]!r}")
+
+
+def _depth_is_fine(text: bytes, value: Any) -> bool:
+    if text.count(b"[") + text.count(b"{") <= DEEPEST:
+        return True
+    level = [value]
+    for _ in range(DEEPEST):
+        level = [
+            inner
+            for outer in level
+            for inner in (outer.values() if type(outer) is dict else outer)
+            if type(inner) in (dict, list)
+        ]
+        if not level:
+            return True
+    return False
+
+
+def demand_header(header: Any) -> None:
+    """Raise ShapeError unless this is the body of session_started."""
+    demand_fields(header, *_BODIES["session_started"])
+
+
+def demand_fields(body: Any, required: Mapping[str, Kind], optional: Mapping[str, Kind]) -> None:
+    """Raise ShapeError unless the body is an object with the required keys, and all values are of their kinds."""
+    if type(body) is not dict:
+        what = f"an object with {', '.join(required)}" if required else "an object"
+        raise ShapeError(f"{what} is expected, found {_short(body)}")
+    for name, kind in required.items():
+        if name not in body:
+            raise ShapeError(f"{name} is missing: {kind.name} is expected")
+        if not kind.matches(body[name]):
+            raise ShapeError(f"{name}: {kind.name} is expected, found {_short(body[name])}")
+    for name, kind in optional.items():
+        if name in body and not kind.matches(body[name]):
+            raise ShapeError(f"{name}: {kind.name} is expected, found {_short(body[name])}")
+
+
+def demand_samples(block: Samples) -> None:
+    """Raise ShapeError unless a block has a name, a unit for each channel, a rate, and whole rows of samples."""
+    named = all(type(name) is str for name in (block.stream, block.clock, *block.channels, *block.units))
+    if not named or not block.channels or len(block.units) != len(block.channels):
+        raise ShapeError("samples: names of a stream, its clock, its channels and a unit of each are expected")
+    if not NUMBER.matches(block.rate_hz) or block.rate_hz < 0 or not WHOLE.matches(block.t0_ns):
+        raise ShapeError(f"samples of {block.stream!r:.40}: a rate of 0 or more and a time are expected")
+    if not WHOLE.matches(block.first) or block.first < 0:
+        raise ShapeError(f"samples of {block.stream!r:.40}: first: a number of 0 or more is expected")
+    if len(block.data) % (4 * len(block.channels)):
+        raise ShapeError(f"samples of {block.stream!r:.40}: rows of {len(block.channels)} float32 values are expected")
+
+
+def _place(here: tuple[int | None, int | None] | None) -> str:
+    return "no trial" if here is None else f"trial {here[0]}, attempt {here[1]}"
+
+
+def _short(value: Any) -> str:
+    text = f"{value!r:.60}"
+    return text if len(text) < 60 else f"{text[:57]}..."
