@@ -133,7 +133,7 @@ def _recorded(asked: Asked) -> tuple[Recording, ...]:
     return read_lab(asked.lab)
 
 
-def wanted_for(asked: Asked, methods: tuple[str, ...] | None, grid: bool = False) -> Wanted:
+def wanted_for(asked: Asked, methods: tuple[str, ...] | None, grid: tuple[str, ...] = ()) -> Wanted:
     """What the evaluation or the training is asked to do. Raises TextureDataError for an unknown method."""
     from modeling.textures.evaluation_outputs import kept_in
     from modeling.textures.judging_whole import Wanted
@@ -190,14 +190,24 @@ def _told(metrics: Any) -> str:
 
 @click.command("textures")
 @texture_options
-@click.option("--figure-4-5", "grid", is_flag=True, help="Five windows by five losses of FoTEN too: takes hours.")
+@click.option(
+    "--figure-4-5", "figure_4_5", is_flag=True, help="Compare five windows by five losses of FoTEN too: takes hours."
+)
+@click.option(
+    "--table-4-2",
+    "table_4_2",
+    is_flag=True,
+    help="The same for FoTEN and all its variants: takes days; with --textures cloth --epochs 3, two hours.",
+)
 @click.option("--figures/--no-figures", default=True, help="Whether to draw the figures.")
 @click.option(
     "--to", type=click.Path(file_okay=False, path_type=Path), help="Where to.  [default: LAB/evaluated/textures]"
 )
 @JSON
 @click.pass_obj
-def evaluate_textures(sides: Sides, asked: Asked, grid: bool, figures: bool, to: Path | None, as_json: bool) -> None:
+def evaluate_textures(
+    sides: Sides, asked: Asked, figure_4_5: bool, table_4_2: bool, figures: bool, to: Path | None, as_json: bool
+) -> None:
     """Judge every method on every texture, running free and one step ahead, and write tables, figures and a report.
 
     Each model runs on its own output for a minute under a hand that it did not see, through the renderer's player,
@@ -208,8 +218,11 @@ def evaluate_textures(sides: Sides, asked: Asked, grid: bool, figures: bool, to:
     """
     from modeling.textures.evaluation_outputs import as_json as results
     from modeling.textures.evaluation_outputs import folder_for, write_all
+    from modeling.textures.evaluation_tables import VARIANTS
     from modeling.textures.judging_whole import context_for, judge
+    from modeling.textures.registry import THESIS
 
+    grid = VARIANTS if table_4_2 else (THESIS,) if figure_4_5 else ()
     wanted = wanted_for(asked, asked.methods or None, grid)
     with going_on("what is left"), progress_lines() as report:
         side = sides.textures()

@@ -32,23 +32,24 @@ class HVNet(nn.Module):
     each (to the length that was halved there, where it was odd), and one filter that joins 256 into the row.
 
     The dense layers 512 and 128 are given the code, and the row that is made anew stands in the loss. The thesis has
-    them "after reconstruction", which can also mean that they are given that row; then ten layers stand between the
+    them "after reconstruction": with `after_reconstruction` they are given that row; then ten layers stand between the
     features and the answer, and one channel. That way it errs more after the same training, and prediction needs the
     decoder (docs/reference/attribute-models.md has the numbers).
 
     Between the layers rows are (batch, places, filters), as `RowConv` takes them.
     """
 
-    def __init__(self, length: int) -> None:
+    def __init__(self, length: int, after_reconstruction: bool = False) -> None:
         super().__init__()
         if length < LEAST:
             raise MaterialError(f"HV-Net halves a row {len(FILTERS)} times: {length} features, {LEAST} are expected.")
-        self.length = length
+        self.length, self.after_reconstruction = length, after_reconstruction
         self.encoder = nn.ModuleList(map(_conv, (1, *FILTERS[:-1]), FILTERS, KERNELS))
         back = FILTERS[::-1]
         self.decoder = nn.ModuleList(map(_conv, (back[0], *back[:-1]), back, KERNELS[::-1]))
         self.join = _conv(back[-1], 1, KERNELS[0])
-        self.first, self.second = dense(FILTERS[-1] * (length // LEAST), DENSE[0]), dense(*DENSE)
+        inputs = length if after_reconstruction else FILTERS[-1] * (length // LEAST)
+        self.first, self.second = dense(inputs, DENSE[0]), dense(*DENSE)
 
     def forward(self, rows: Tensor) -> Seen:
         """Encode, embed, rebuild. Raises MaterialError for rows of another length."""
@@ -56,7 +57,7 @@ class HVNet(nn.Module):
         return Seen(self.embed(code), self.decode(code))
 
     def looked(self, rows: Tensor) -> Tensor:
-        """(batch, length) to (batch, 128), without making the features anew."""
+        """(batch, length) to (batch, 128), without making the features anew where that is not needed."""
         return self.embed(self.encode(rows))
 
     def encode(self, rows: Tensor) -> Tensor:
@@ -82,14 +83,19 @@ class HVNet(nn.Module):
 
     def embed(self, code: Tensor) -> Tensor:
         """What `encode` gives to (batch, 128)."""
-        return torch.relu(self.second(torch.relu(self.first(code.flatten(1)))))
+        return torch.relu(self.second(self.hidden(code)))
+
+    def hidden(self, code: Tensor) -> Tensor:
+        """What `encode` gives to (batch, 512)."""
+        given = self.decode(code) if self.after_reconstruction else code.flatten(1)
+        return torch.relu(self.first(given))
 
 
 def shapes(network: HVNet, rows: Tensor) -> dict[str, tuple[int, ...]]:
     """The shape of every stage for rows (batch, length), by name; channels before length."""
     with torch.no_grad():
         code = network.encode(rows)
-        hidden, seen = network.first(code.flatten(1)), network(rows)
+        hidden, seen = network.hidden(code), network(rows)
         stretched = network.stretch(code)
     made = {"code": code, "stretched": stretched, "rebuilt": seen.rebuilt}
     stages = {**made, "hidden": hidden, "embedded": seen.embedded}

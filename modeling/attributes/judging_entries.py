@@ -11,6 +11,8 @@ from modeling.attributes.methods import Method
 PROPOSED = "visuo_tactile"
 SEEING, FEELING = "hv_net", "ht_net"
 """The thesis' network, and its two branches each by itself."""
+ON_REQUEST = ("visuo_tactile_thesis",)
+"""What takes hours a fold is evaluated only where it is named."""
 COMPARED = ("vision_cnn", "haptic_cnn", "tactile_cnn_lstm", "tactile_svm", SEEING, FEELING)
 """Those of Table 3.4."""
 PLAIN = "ridge"

@@ -12,7 +12,7 @@ from typing import Any
 import numpy as np
 
 from modeling.attributes.folds import LEAST, leave_one_texture_out, some_of
-from modeling.attributes.judging_entries import Own, entries
+from modeling.attributes.judging_entries import ON_REQUEST, Own, entries
 from modeling.attributes.judging_jobs import MAIN, Clock, Context, Done, Entry, Job
 from modeling.attributes.judging_kept import keep, load
 from modeling.attributes.judging_material import digest_of, parts_of, stored
@@ -29,10 +29,11 @@ QUICK_TEXTURES = 5
 class Wanted:
     """What is evaluated, and how.
 
-    `work` is the folder of finished jobs and of the textures as workers read them. `methods` None: all. `ablations`:
-    Tables 3.4 and 3.5 too. `quick`: five textures are left out, and methods have few epochs. `epochs` None: their own.
-    `folds`: so many textures are left out, in turn from each class (None: each of them); `quick` goes before it.
-    `early_stopping`: the thesis' network and its halves watch textures too, as the baselines do.
+    `work` is the folder of finished jobs and of the textures as workers read them. `methods` None: all but
+    `ON_REQUEST`. `ablations`: Tables 3.4 and 3.5 too. `quick`: five textures are left out, and methods have few
+    epochs. `epochs` None: their own. `folds`: so many textures are left out, in turn from each class (None: each of
+    them); `quick` goes before it. `early_stopping`: the thesis' network and its halves watch textures too, as the
+    baselines do.
     """
 
     work: Path
@@ -194,7 +195,8 @@ def judge(
     demand_known(wanted.methods or (), methods)
     start = clock()
     context = context_for(material, wanted, methods, clock)
-    names = tuple(name for name in methods if wanted.methods is None or name in wanted.methods)
+    chosen = [name for name in methods if name not in ON_REQUEST] if wanted.methods is None else wanted.methods
+    names = tuple(name for name in methods if name in chosen)
     every = entries(names, methods, own, wanted.ablations)
     jobs = [Job(entry, test) for entry in every for test in context.folds]
     results = {job: found for job in jobs if (found := load(job, context)) is not None}

@@ -20,7 +20,7 @@ from modeling.attributes.network_saved import arrays_of, load_into, looks_in, ta
 from modeling.attributes.visuo_tactile import VisuoTactile, rmse
 from modeling.textures.cosine import cosine
 from modeling.training.asked import wished_settings
-from modeling.training.loop import Trained, train
+from modeling.training.loop import Trained, adam, train
 from modeling.training.seeding import seeded, training_state
 from modeling.training.settings import Settings
 from modeling.training.sources import Made
@@ -29,6 +29,9 @@ SETTINGS = Settings(epochs=30, batch=2, learning_rate=5e-4, plateau_patience=Non
 """The thesis has at most 200 epochs, which would take a fold ten to twenty minutes; in 30 the rate falls along a cosine
 to nearly nothing, so that stopping there is no accident (22 are too few: docs/reference/attribute-models.md). Adam, and
 a patience of 10 where textures are watched, are the thesis', batch and rate ours."""
+LITERAL_SETTINGS = replace(SETTINGS, epochs=200, learning_rate=1e-3)
+"""Thesis 3.5.3: 200 epochs at most, ended after more than 10 without a better one, Adam. The rate is Keras' own and
+stays as it is; the batch, which the thesis does not give, is ours."""
 ASKED = ("epochs", "batch", "threads", "checkpoint", "learning_rate", "stop_patience")
 """The settings of `Learning.settings` that go to the training as they are."""
 QUICK_EPOCHS = 2
@@ -83,27 +86,31 @@ class FittedNetwork:
     def saved(self) -> tuple[dict[str, NDArray[Any]], dict[str, Any]]:
         """Arrays (weights, standardisation, scale of the ratings) and plain values, for `restored`."""
         looks = [look for look in (self.sight, self.touch) if look is not None]
-        return arrays_of(self.network, looks, self.target), {"looks": told_of(looks)}
+        literal = {"literal": True} if self.network.literal else {}
+        return arrays_of(self.network, looks, self.target), {"looks": told_of(looks), **literal}
 
 
-def fit(learning: Learning, sees: frozenset[Modality]) -> FittedNetwork:
+def fit(learning: Learning, sees: frozenset[Modality], literal: bool = False) -> FittedNetwork:
     """Train a network that looks at the learning's features of `sees`.
 
     An epoch shows each texture once, with one of its pictures (or of their variants) and some of its segments; others
-    every time. The last epoch is kept; where textures are held, that with the lowest RMSE on them. Raises MaterialError
-    for textures that cannot be learned from, TrainingError for a training that does not converge.
+    every time. The last epoch is kept; where textures are held, that with the lowest RMSE on them. `literal` as for
+    `VisuoTactile`, trained at a rate that stays as it is (`LITERAL_SETTINGS`). Raises MaterialError for textures that
+    cannot be learned from, TrainingError for a training that does not converge.
     """
     textures, ratings = textures_of(learning)
     sight = look_of(textures, "sight", learning.sight) if "sight" in sees else None
     touch = look_of(textures, "touch", learning.touch) if "touch" in sees else None
     target = target_of(textures)
-    asked = wished_settings(learning.settings, SETTINGS, learning.seed, ASKED, QUICK_EPOCHS)
-    network = _network(sight, touch, target, asked.seed)
+    settings = LITERAL_SETTINGS if literal else SETTINGS
+    asked = wished_settings(learning.settings, settings, learning.seed, ASKED, QUICK_EPOCHS)
+    network = _network(sight, touch, target, asked.seed, literal)
     data = drawn([shown(each, sight, touch, variants=True) for each in textures], target.down(ratings), SEGMENTS)
     held = _watched(learning.held, sight, touch, target)
     asked = replace(asked, keep_last=held is None)
     steps = asked.epochs * math.ceil(len(data) / asked.batch)
-    trained = train(network, data, held, rmse, asked, optimiser=cosine(steps), report=learning.report)
+    optimiser = adam if literal else cosine(steps)
+    trained = train(network, data, held, rmse, asked, optimiser=optimiser, report=learning.report)
     network.zero_grad(set_to_none=True)
     return FittedNetwork(network, sight, touch, target, trained)
 
@@ -116,19 +123,20 @@ def restored(arrays: Mapping[str, NDArray[Any]], told: Mapping[str, Any]) -> Fit
     try:
         looks = {look.modality: look for look in looks_in(arrays, told["looks"])}
         target = target_in(arrays)
-        network = _network(looks.get("sight"), looks.get("touch"), target, 0)
+        literal = bool(told.get("literal", False))
+        network = _network(looks.get("sight"), looks.get("touch"), target, 0, literal)
         load_into(network, arrays)
     except (KeyError, RuntimeError, TypeError, ValueError) as error:
         raise MaterialError(f"these are not the numbers of a visuo-tactile network: {error}") from error
     return FittedNetwork(network.eval(), looks.get("sight"), looks.get("touch"), target)
 
 
-def _network(sight: Look | None, touch: Look | None, target: Target, seed: int) -> VisuoTactile:
+def _network(sight: Look | None, touch: Look | None, target: Target, seed: int, literal: bool = False) -> VisuoTactile:
     """With fresh weights; on one thread, since orthogonal ones are a product of sums."""
     length = None if sight is None else len(sight.mean)
     channels = None if touch is None else touch.channels
     with training_state(seed, 1):
-        return seeded(lambda: VisuoTactile(length, channels, len(target.mean)), seed)
+        return seeded(lambda: VisuoTactile(length, channels, len(target.mean), literal), seed)
 
 
 def _watched(held: Sequence[Texture], sight: Look | None, touch: Look | None, target: Target) -> Made | None:

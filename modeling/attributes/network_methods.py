@@ -23,11 +23,11 @@ SEEING: frozenset[Modality] = frozenset({"sight"})
 FEELING: frozenset[Modality] = frozenset({"touch"})
 
 
-def fit(learning: Learning, sees: frozenset[Modality]) -> FittedNetwork:
+def fit(learning: Learning, sees: frozenset[Modality], literal: bool = False) -> FittedNetwork:
     """Train it; see `network_fit.fit`."""
     from modeling.attributes.network_fit import fit as fit_network
 
-    return fit_network(learning, sees)
+    return fit_network(learning, sees, literal)
 
 
 def restored(arrays: Mapping[str, NDArray[Any]], told: Mapping[str, Any]) -> FittedNetwork:
@@ -42,5 +42,9 @@ def _method(name: str, title: str, sees: frozenset[Modality], source: str) -> Me
 
 
 VISUO_TACTILE = _method("visuo_tactile", "Visuo-tactile network", BOTH, "thesis 3.5")
+VISUO_TACTILE_THESIS = Method(
+    "visuo_tactile_thesis", "Visuo-tactile network, to the letter", partial(fit, sees=BOTH, literal=True), BOTH,
+    holds_out=True, source="thesis 3.5: dense layers after the reconstruction, RMSE alone, 200 epochs, patience 10",
+)  # fmt: skip
 HV_NET = _method("hv_net", "Haptic vision network (HV-Net)", SEEING, "thesis 3.5.1")
 HT_NET = _method("ht_net", "Haptic tactile network (HT-Net)", FEELING, "thesis 3.5.2")

@@ -14,6 +14,7 @@ __all__ = ["METHODS", "OWN_FEATURES", "PROPOSED", "method_named"]
 METHODS: Mapping[str, Method] = Lazily(
     {
         "visuo_tactile": "modeling.attributes.network_methods:VISUO_TACTILE",
+        "visuo_tactile_thesis": "modeling.attributes.network_methods:VISUO_TACTILE_THESIS",
         "hv_net": "modeling.attributes.network_methods:HV_NET",
         "ht_net": "modeling.attributes.network_methods:HT_NET",
         "ann": "modeling.attributes.ann:ANN",
@@ -28,6 +29,7 @@ METHODS: Mapping[str, Method] = Lazily(
 )
 OWN_FEATURES: Mapping[str, tuple[tuple[str, ...], tuple[str, ...]]] = {
     "visuo_tactile": (TOUCH, SIGHT),
+    "visuo_tactile_thesis": (TOUCH, SIGHT),
     "hv_net": ((), SIGHT),
     "ht_net": (TOUCH, ()),
     "ann": (TOUCH, SIGHT),

@@ -46,20 +46,25 @@ class VisuoTactile(nn.Module):
     unit for each attribute. Without `sight` or without `touch` the other branch has the same head for itself.
     Where there are both, each has a linear head of its own beside, which only training asks (deep supervision, Lee et
     al. 2015). A picture goes through HV-Net once, whatever the number of segments that it is shown with.
+
+    `literal` is the thesis to the letter: HV-Net's dense layers follow the reconstruction, no branch has a head of its
+    own, and the loss is the RMSE of the attributes alone.
     """
 
-    def __init__(self, sight: int | None, touch: int | None, attributes: int = 4) -> None:
+    def __init__(self, sight: int | None, touch: int | None, attributes: int = 4, literal: bool = False) -> None:
         super().__init__()
         if sight is None and touch is None:
             raise MaterialError("a network that neither sees nor feels has nothing to go by: name features of one.")
-        self.sight = None if sight is None else HVNet(sight)
+        self.literal = literal
+        self.sight = None if sight is None else HVNet(sight, after_reconstruction=literal)
         self.touch = None if touch is None else HTNet(touch)
         branches = sum(each is not None for each in (sight, touch))
         sizes = (branches * EMBEDDED, *HIDDEN)
         self.joined = nn.ModuleList(dense(*pair) for pair in pairwise(sizes))
         self.last = dense(HIDDEN[-1] // 2, LAST)
         self.out = dense(LAST, attributes, gain=OUT)
-        self.own = nn.ModuleList(dense(EMBEDDED, attributes, gain=OUT) for _ in range(branches if branches > 1 else 0))
+        heads = branches if branches > 1 and not literal else 0
+        self.own = nn.ModuleList(dense(EMBEDDED, attributes, gain=OUT) for _ in range(heads))
 
     def forward(self, *given: Tensor) -> Answer:
         """(batch, features) of pictures, (batch, segments, steps, channels, places) of touch: those that it looks at.
@@ -72,7 +77,7 @@ class VisuoTactile(nn.Module):
         if self.sight is not None and sight is not None:
             code = self.sight.encode(sight)
             parts.append(self.sight.embed(code)[:, None])
-            if self.training and torch.rand(()) < REBUILT:
+            if self.training and not self.literal and torch.rand(()) < REBUILT:
                 wrong = (self.sight.decode(code[:1]) - sight[:1]).square().mean(dim=1)
         if self.touch is not None and touch is not None:
             parts.append(self.touch(touch.flatten(0, 1)).unflatten(0, touch.shape[:2]))

@@ -16,7 +16,7 @@ from modeling.doors.evaluating_kept import forget_checkpoints, keep, load
 from modeling.doors.evaluating_run import run, with_below
 from modeling.doors.folding import KINDS, Fold, Kinds, folds
 from modeling.doors.methods import Method
-from modeling.doors.registry import DEFAULT, SLOW, Direction
+from modeling.doors.registry import DEFAULT, ON_REQUEST, SLOW, Direction
 from modeling.doors.scaling import scaling_of
 from modeling.doors.side import DoorSide
 from modeling.doors.training_variants import with_variants
@@ -135,7 +135,8 @@ def _worth(split: str, slow: bool, wanted: Wanted) -> bool:
 
 
 def _all(known: Mapping[str, Method], direction: Direction, quick: bool) -> tuple[str, ...]:
-    return tuple(name for name in known if not (quick and (direction, name) in NOT_QUICK))
+    left_out = ON_REQUEST | NOT_QUICK if quick else ON_REQUEST
+    return tuple(name for name in known if (direction, name) not in left_out)
 
 
 def _finished(jobs: Iterable[Job], context: Context) -> bool:

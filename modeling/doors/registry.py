@@ -21,6 +21,7 @@ FORWARD: Mapping[str, Method] = Lazily(
         "gaussian_process": "modeling.doors.gaussian_process:GAUSSIAN_PROCESS",
         "mlp": "modeling.doors.mlp:MLP",
         "network": "modeling.doors.forward_network:NETWORK",
+        "network_thesis": "modeling.doors.forward_network:NETWORK_THESIS",
     },
 )
 INVERSE: Mapping[str, Method] = Lazily(
@@ -37,7 +38,17 @@ THESIS = "network"
 DEFAULT: Mapping[Direction, str] = {"forward": "gaussian_process", "inverse": "generator"}
 """What is trained where nothing was evaluated on the lab's own data: the best of the evaluation that
 docs/reference/door-evaluation.md reports. The forward one also judges made profiles."""
-SLOW = frozenset({("forward", "network"), ("inverse", "network"), ("inverse", "search"), ("inverse", "generator")})
+ON_REQUEST = frozenset({("forward", "network_thesis")})
+"""What is evaluated only where it is named: beside `network` it costs several times as much."""
+SLOW = frozenset(
+    {
+        ("forward", "network"),
+        ("forward", "network_thesis"),
+        ("inverse", "network"),
+        ("inverse", "search"),
+        ("inverse", "generator"),
+    }
+)
 """Methods that take half a minute a fold or more: only the split that was asked for is worth their time."""
 NO_FILE = frozenset({("inverse", "search")})
 """Methods whose every answer is a search with torch: a rig cannot be given one, so none is trained or a default."""

@@ -14,6 +14,7 @@ from modeling.textures.evaluation_tables import (
     curve_rows,
     figure_4_5,
     free_rows,
+    grid_rows,
     method_rows,
     table_4_1,
     table_4_2,
@@ -52,6 +53,7 @@ def tables(found: Judged) -> dict[str, list[Row]]:
         "table_4_2": table_4_2(found),
         "table_4_3": table_4_3(found),
         "figure_4_5": figure_4_5(found),
+        "windows_and_losses": grid_rows(found),
         "learning_curves": curve_rows(found),
     }
     return {name: rows for name, rows in every.items() if rows}

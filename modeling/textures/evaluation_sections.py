@@ -12,6 +12,7 @@ from modeling.textures import evaluation_words as words
 from modeling.textures.evaluation_tables import (
     Row,
     free_rows,
+    grid_rows,
     method_rows,
     table_4_1,
     table_4_2,
@@ -21,6 +22,7 @@ from modeling.textures.evaluation_tables import (
 from modeling.textures.judging import LIMITS
 from modeling.textures.judging_default import Choice
 from modeling.textures.judging_whole import Judged
+from modeling.textures.registry import METHODS
 from modeling.training.run_card import versions
 
 OVERALL = (
@@ -72,6 +74,14 @@ VARIANTS = (
     Column("thesis_window", "thesis: window", "int"),
     Column("thesis_mae", "MAE", "3"),
     Column("thesis_gfc", "GFC, %", "2"),
+)
+CHOSEN = (
+    Column("title", "features"),
+    Column("window", "window", "int"),
+    Column("loss", "loss"),
+    Column("mae", "MAE of the test part", "3", "SDs", "low"),
+    Column("gfc", "GFC, %", "2", "", "high"),
+    Column("textures", "textures", "int"),
 )
 THEIRS = ("thesis_window", "thesis_mae", "thesis_gfc", "thesis_cpu_ms", "thesis_gpu_ms", "thesis_epoch_s")
 SHORT = {"level": "level", "smoothed_gfc": "GFC", "envelope": "envelope", "cycle_excess": "repeats", "greatest": "size"}
@@ -134,6 +144,9 @@ def step_section(found: Judged, pictured: Sequence[Pictured], chosen: Choice) ->
         blocks.append(table(title, own, [Column("title", "method"), *cells], note=words.PRIVATE, ours=chosen.method))
     if variants := table_4_2(found):
         blocks.append(table("Table 4.2, spectral features", variants, VARIANTS, ours=chosen.method, theirs=THEIRS))
+    if compared := [row for row in grid_rows(found) if row["chosen"]]:
+        titles_of = [{**row, "title": METHODS[row["method"]].title} for row in compared]
+        blocks.append(table("Table 4.2, window and loss chosen by the validation part", titles_of, CHOSEN))
     blocks += [figure_block(each, _number(each.name)) for each in pictures(pictured, "figure_4_")]
     if not pictures(pictured, "figure_4_5"):
         blocks.append(Words(words.NO_GRID, "note"))

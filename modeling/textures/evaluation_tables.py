@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterable, Mapping
+from collections.abc import Iterable, Mapping, Sequence
 from typing import Any
 
 from modeling.textures.evaluation_thesis import SAID, printed_errors, printed_times, printed_variant
@@ -10,6 +10,7 @@ from modeling.textures.judging import beyond
 from modeling.textures.judging_jobs import Done, Fit, Play
 from modeling.textures.judging_whole import Judged
 from modeling.textures.metrics import mean_of
+from modeling.textures.registry import THESIS
 from modeling.training.curves import history_in
 
 Row = dict[str, Any]
@@ -21,6 +22,7 @@ FREE = (
 MEAN_ALONE = ", its mean alone"
 TRUTH, CEILING = "truth", "another realisation"
 VARIANTS = ("ten", "ten_mfcc", "ten_wavelet", "foten")
+"""Table 4.2."""
 PERCENT = 100.0
 
 
@@ -177,15 +179,43 @@ def table_4_3(found: Judged) -> list[Row]:
 
 
 def figure_4_5(found: Judged) -> list[Row]:
-    """The mean MAE over the textures (SDs) for each window and loss of our network; empty where they were not asked."""
-    cells: dict[tuple[int, str], list[float | None]] = {}
+    """The mean MAE over the textures (SDs) for each window and loss of the thesis' network; empty where they were not
+    compared."""
+    return [
+        {name: row[name] for name in ("window", "loss", "mae", "textures")}
+        for row in grid_rows(found)
+        if row["method"] == THESIS
+    ]
+
+
+def grid_rows(found: Judged) -> list[Row]:
+    """A row for each method, window and loss that were compared (thesis 4.6.2, 4.6.3): means over the textures of the
+    test part's MAE (SDs) and GFC (percent), and of the validation part's MAE (m/s^2).
+
+    `chosen` marks the window and loss of a method with the least MAE on the validation part: chosen by the test part,
+    the best of 25 would flatter it.
+    """
+    cells: dict[tuple[str, int, str], list[Mapping[str, float | None]]] = {}
     for fit, done in found.fits.items():
         if fit.window is not None and fit.loss is not None:
-            cells.setdefault((fit.window, fit.loss), []).append(done.numbers.get("mae"))
-    return [
-        {"window": window, "loss": loss, "mae": mean_of(values), "textures": sum(each is not None for each in values)}
-        for (window, loss), values in cells.items()
-    ]
+            cells.setdefault((fit.method, fit.window, fit.loss), []).append(done.numbers)
+    rows = [_grid_row(key, numbers) for key, numbers in cells.items()]
+    for method in {row["method"] for row in rows}:
+        tried = [row for row in rows if row["method"] == method and row["validation_mae"] is not None]
+        for row in sorted(tried, key=lambda row: row["validation_mae"])[:1]:
+            row["chosen"] = True
+    return rows
+
+
+def _grid_row(key: tuple[str, int, str], numbers: Sequence[Mapping[str, float | None]]) -> Row:
+    method, window, loss = key
+    mae, gfc, watched = ([one.get(name) for one in numbers] for name in ("mae", "gfc", "validation_mae"))
+    share = mean_of(gfc)
+    return {
+        "method": method, "window": window, "loss": loss, "mae": mean_of(mae),
+        "gfc": None if share is None else PERCENT * share, "validation_mae": mean_of(watched),
+        "textures": sum(value is not None for value in mae), "chosen": False,
+    }  # fmt: skip
 
 
 def curve_rows(found: Judged) -> list[Row]:

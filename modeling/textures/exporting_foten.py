@@ -93,6 +93,7 @@ def _(_layer: nn.ReLU, _name: str) -> Pieces:
 
 
 @pieces.register(nn.Dropout)
+@pieces.register(nn.Identity)
 @pieces.register(Dropout)
 def _(_layer: nn.Module, _name: str) -> Pieces:
     yield from ()
@@ -115,6 +116,7 @@ def _(layer: Embedding, name: str) -> Pieces:
 def _(layer: EncoderLayer, name: str) -> Pieces:
     before, between = f"{name}before", f"{name}between"
     yield Keep(kept=before), {}
+    yield from pieces(layer.first, f"{name}first.")
     tensors = {"weight": layer.mix.weight, "bias": layer.mix.bias, "out": layer.out.weight, "out_bias": layer.out.bias}
     named = {key: f"{name}attention.{key}" for key in tensors}
     yield Attention(heads=layer.heads, **named), {named[key]: value for key, value in tensors.items()}

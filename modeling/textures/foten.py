@@ -5,12 +5,13 @@ from __future__ import annotations
 import math
 from collections.abc import Callable, Iterator
 from dataclasses import replace
+from functools import partial
 
 import torch
 from torch import Tensor, nn
 
 from modeling.textures.fitting import Diet, FittedWindows, fit_windows
-from modeling.textures.foten_layers import DROPOUT, WIDTH, Embedding, Encoder
+from modeling.textures.foten_layers import DROPOUT, WIDTH, Dropout, Embedding, Encoder
 from modeling.textures.fourier import FourierBlock
 from modeling.textures.heads import head, loss_named, nll
 from modeling.textures.matching import MOST_GAIN, QUICK_ROUNDS, ROUNDS, Matched, match
@@ -44,6 +45,7 @@ class Foten(nn.Module):
     """(batch, 3, window) normalised to (batch, 1), or (batch, 2) where generative (thesis figure 4.3).
 
     `spectral` makes the block beside the encoder from the window's length and the dropout; without one it is TEN.
+    `normalised_first` and `head_dropout` are the thesis' to the letter (4.4.3, 4.4.5): see `literal`.
     """
 
     def __init__(
@@ -52,13 +54,16 @@ class Foten(nn.Module):
         spectral: Spectral | None = FourierBlock,
         generative: bool = False,
         dropout: float = DROPOUT,
+        normalised_first: bool = False,
+        head_dropout: float = 0.0,
     ) -> None:
         super().__init__()
         self.window = window
         self.embedding = Embedding(window, WIDTH)
-        self.encoder = Encoder(LAYERS, dropout=dropout)
+        self.embedded = Dropout(head_dropout)
+        self.encoder = Encoder(LAYERS, dropout=dropout, normalised_first=normalised_first)
         self.spectral = None if spectral is None else spectral(window, dropout)
-        self.head = head(window * (WIDTH + 2 + (self.spectral is not None)), generative)
+        self.head = head(window * (WIDTH + 2 + (self.spectral is not None)), generative, head_dropout)
 
     def forward(self, x: Tensor) -> Tensor:
         """Encoder block and spectral block side by side, with speed and force beside them, and the head."""
@@ -66,7 +71,7 @@ class Foten(nn.Module):
             raise TextureDataError(f"windows of shape {tuple(x.shape)}: (batch, 3, {self.window}) is expected.")
         past = x[:, 0]
         beside = [] if self.spectral is None else [self.spectral(past)]
-        encoded = self.encoder(self.embedding(past))
+        encoded = self.encoder(self.embedded(self.embedding(past)))
         hand = torch.stack([*beside, x[:, 1], x[:, 2]], dim=-1)
         found: Tensor = self.head(torch.cat([encoded, hand], dim=-1).flatten(1))
         return found
@@ -75,6 +80,19 @@ class Foten(nn.Module):
 def _fit(learning: Learning) -> FittedWindows:
     loss = loss_named(str(learning.settings.get("loss", LOSS)))
     return fit_windows(Foten, learning, loss, SETTINGS, window=WINDOW)
+
+
+def literal(window: int) -> Foten:
+    """The network to the thesis' letter: each layer normalises first as well (4.4.3), and there is dropout "within the
+    entire network" (4.4.5): after the embedding and in the head, too. Its width, which the thesis does not give, is
+    ours."""
+    spectral = partial(FourierBlock, normalised_first=True)
+    return Foten(window, spectral, normalised_first=True, head_dropout=DROPOUT)
+
+
+def _fit_literal(learning: Learning) -> FittedWindows:
+    loss = loss_named(str(learning.settings.get("loss", LOSS)))
+    return fit_windows(literal, learning, loss, SETTINGS, window=WINDOW)
 
 
 def generative(window: int) -> Foten:
@@ -116,6 +134,10 @@ def epochs_for(learning: Learning) -> int:
 
 
 FOTEN = Method(name="foten", title="FoTEN", fit=_fit, window=WINDOW, source="thesis 4.4")
+FOTEN_THESIS = Method(
+    name="foten_thesis", title="FoTEN, to the letter", fit=_fit_literal, window=WINDOW,
+    source="thesis 4.4, normalised first and with dropout in the whole network",
+)  # fmt: skip
 FOTEN_GENERATIVE = Method(
     name="foten_generative",
     title="Generative FoTEN",

@@ -9,7 +9,8 @@ from torch import Tensor, nn
 from torch.nn import functional
 
 WIDTH, HEADS, HIDDEN, DROPOUT = 64, 4, 128, 0.2
-"""Thesis 4.4.3 and 4.4.5: width of the embedding, heads, hidden units of the feed-forward network, dropout."""
+"""Heads, hidden units of the feed-forward network and dropout are those of thesis 4.4.3 and 4.4.5. The width of the
+embedding, d_model, is ours: the thesis gives none."""
 
 
 def positions(length: int, width: int) -> Tensor:
@@ -59,11 +60,19 @@ class Embedding(nn.Module):
 
 
 class EncoderLayer(nn.Module):
-    """Attention and feed-forward, each with a way around and then normalised (Vaswani et al. 2017; thesis 4.4.3)."""
+    """Attention and feed-forward, each with a way around and then normalised (Vaswani et al. 2017).
 
-    def __init__(self, width: int = WIDTH, heads: int = HEADS, hidden: int = HIDDEN, dropout: float = DROPOUT) -> None:
+    `normalised_first`: what goes into attention is normalised, too, as thesis 4.4.3 describes the layer; the way around
+    begins before that.
+    """
+
+    def __init__(
+        self, width: int = WIDTH, heads: int = HEADS, hidden: int = HIDDEN, dropout: float = DROPOUT,
+        normalised_first: bool = False,
+    ) -> None:  # fmt: skip
         super().__init__()
         self.heads = heads
+        self.first = nn.LayerNorm(width) if normalised_first else nn.Identity()
         self.mix = nn.Linear(width, 3 * width)
         self.out = nn.Linear(width, width)
         self.after_attention = nn.LayerNorm(width)
@@ -73,7 +82,7 @@ class EncoderLayer(nn.Module):
 
     def forward(self, x: Tensor) -> Tensor:
         """(batch, length, width) to the same shape."""
-        x = self.after_attention(x + self.dropout(self.attention(x)))
+        x = self.after_attention(x + self.dropout(self.attention(self.first(x))))
         inner: Tensor = self.narrow(torch.relu(self.wide(x)))
         found: Tensor = self.after_forward(x + self.dropout(inner))
         return found
@@ -92,6 +101,7 @@ class Encoder(nn.Sequential):
     """Several such layers, one after another."""
 
     def __init__(
-        self, layers: int, width: int = WIDTH, heads: int = HEADS, hidden: int = HIDDEN, dropout: float = DROPOUT
-    ) -> None:
-        super().__init__(*(EncoderLayer(width, heads, hidden, dropout) for _ in range(layers)))
+        self, layers: int, width: int = WIDTH, heads: int = HEADS, hidden: int = HIDDEN, dropout: float = DROPOUT,
+        normalised_first: bool = False,
+    ) -> None:  # fmt: skip
+        super().__init__(*(EncoderLayer(width, heads, hidden, dropout, normalised_first) for _ in range(layers)))

@@ -50,10 +50,10 @@ class SpectrumEncoder(nn.Module):
     It has an embedding of its own: over a single feature a layer normalisation is constant.
     """
 
-    def __init__(self, length: int, dropout: float) -> None:
+    def __init__(self, length: int, dropout: float, normalised_first: bool = False) -> None:
         super().__init__()
         self.embedding = Embedding(length, WIDTH, with_positions=False)
-        self.encoder = Encoder(1, WIDTH, HEADS, HIDDEN, dropout)
+        self.encoder = Encoder(1, WIDTH, HEADS, HIDDEN, dropout, normalised_first)
         self.dense = nn.Linear(WIDTH, 1)
 
     def forward(self, x: Tensor) -> Tensor:
@@ -69,13 +69,14 @@ class FourierBlock(nn.Module):
     offset: Tensor
     back: Tensor
 
-    def __init__(self, length: int, dropout: float = DROPOUT) -> None:
+    def __init__(self, length: int, dropout: float = DROPOUT, normalised_first: bool = False) -> None:
         super().__init__()
         matrix, offset = transform(length)
         self.register_buffer("matrix", matrix)
         self.register_buffer("offset", offset)
         self.register_buffer("back", inverse(length))
-        self.magnitude, self.phase = SpectrumEncoder(length, dropout), SpectrumEncoder(length, dropout)
+        self.magnitude = SpectrumEncoder(length, dropout, normalised_first)
+        self.phase = SpectrumEncoder(length, dropout, normalised_first)
 
     def forward(self, x: Tensor) -> Tensor:
         """Equations 4.6 to 4.8."""

@@ -9,6 +9,7 @@ import torch
 from torch import Tensor, nn
 from torch.nn import functional
 
+from modeling.textures.foten_layers import Dropout
 from modeling.textures.recording import TextureDataError
 from modeling.training.stepping import Loss
 
@@ -26,10 +27,14 @@ class Spread(nn.Module):
         return torch.cat([x[:, :1], LEAST_LOG_SD + functional.softplus(x[:, 1:])], dim=1)
 
 
-def head(inputs: int, generative: bool = False) -> nn.Sequential:
-    """Dense layers from a list of numbers to the mean, or where generative to mean and log SD, all normalised."""
+def head(inputs: int, generative: bool = False, dropout: float = 0.0) -> nn.Sequential:
+    """Dense layers from a list of numbers to the mean, or where generative to mean and log SD, all normalised.
+
+    `dropout` follows each of the two dense layers before the last one.
+    """
     first, second = UNITS
-    layers = [nn.Linear(inputs, first), nn.ReLU(), nn.Linear(first, second), nn.ReLU()]
+    drop = [Dropout(dropout)] if dropout else []
+    layers = [nn.Linear(inputs, first), nn.ReLU(), *drop, nn.Linear(first, second), nn.ReLU(), *drop]
     return nn.Sequential(*layers, *(_generative(second) if generative else [nn.Linear(second, 1)]))
 
 

@@ -38,6 +38,9 @@ def fitted(job: Fit, context: Context) -> Done:
         actual, answered = _of_blocks(context, recording, parts, card)
     else:
         actual, answered = one_step(recording, parts, model)
+    if job.of_the_grid:
+        watched = windows(recording, parts.validation, model.window)
+        numbers["validation_mae"] = mae(watched.wanted, model.predict(watched.given))
     told = {"window": float(model.window), **numbers, **step_numbers(actual, answered, recording, parts)}
     arrays = {} if job.of_the_grid else {"actual": actual, "answered": answered, **curve_of(model)}
     return Done(job, told, arrays, card)

@@ -34,7 +34,7 @@ class Explore:
 
 @dataclass(frozen=True)
 class Fit:
-    """One method fitted to one texture; with a window and a loss of their own for Figure 4.5."""
+    """One method fitted to one texture; with a window and a loss of their own for Figure 4.5 and Table 4.2."""
 
     texture: str
     method: str
@@ -49,7 +49,7 @@ class Fit:
 
     @property
     def of_the_grid(self) -> bool:
-        """Whether it is one of Figure 4.5 alone: it gets no file and does not run free."""
+        """Whether its window and loss are only compared with others: it gets no file and does not run free."""
         return self.loss is not None
 
 

@@ -16,7 +16,7 @@ from modeling.textures.judging_kept import forget_checkpoints, keep, load
 from modeling.textures.judging_run import drive_for, run
 from modeling.textures.methods import Method
 from modeling.textures.recording import Parts, Recording, TextureDataError
-from modeling.textures.registry import DEFAULT, METHODS, THESIS, demand_known
+from modeling.textures.registry import DEFAULT, METHODS, ON_REQUEST, demand_known
 from modeling.textures.side import TextureSide
 from modeling.textures.splitting import split, told
 from modeling.textures.windows import LENGTHS
@@ -25,7 +25,7 @@ Report = Callable[[str], None]
 LOSSES = ("mae", "mse", "huber-1.2", "huber-1.6", "huber-2.0")
 """Figure 4.5 (the names are those of modeling.textures.heads)."""
 STEPS, QUICK_STEPS = 2000, 200
-SLOW = ("dstn", "hapinf", "gan", "foten", "foten_generative", "ten", "ten_mfcc", "ten_wavelet")
+SLOW = ("dstn", "hapinf", "gan", "foten", "foten_thesis", "foten_generative", "ten", "ten_mfcc", "ten_wavelet")
 """What takes minutes to train goes first, so that no core is left with a long one at the end."""
 Steps = Mapping[str, tuple[float, float, float]]
 
@@ -34,15 +34,16 @@ Steps = Mapping[str, tuple[float, float, float]]
 class Wanted:
     """What is evaluated, and how.
 
-    `methods` None: all. `explore`: the surfaces are simulated, and another exploration drives the models. `grid`: the
-    windows and losses of Figure 4.5 too. `workers` and `cluster` as `run_jobs` takes them; `work` is the folder of
-    finished jobs. `settings` go to the methods as they are.
+    `methods` None: all but `ON_REQUEST`. `explore`: the surfaces are simulated, and another exploration drives the
+    models. `grid`: the methods whose windows and losses are compared too (Figure 4.5, Table 4.2). `workers` and
+    `cluster` as `run_jobs` takes them; `work` is the folder of finished jobs. `settings` go to the methods as they
+    are.
     """
 
     work: Path
     methods: tuple[str, ...] | None = None
     explore: bool = False
-    grid: bool = False
+    grid: tuple[str, ...] = ()
     seed: int = 0
     quick: bool = False
     settings: Mapping[str, Any] = field(default_factory=dict)
@@ -52,7 +53,8 @@ class Wanted:
     @property
     def names(self) -> tuple[str, ...]:
         """The methods in the registry's order."""
-        return tuple(name for name in METHODS if self.methods is None or name in self.methods)
+        chosen = [name for name in METHODS if name not in ON_REQUEST] if self.methods is None else self.methods
+        return tuple(name for name in METHODS if name in chosen)
 
 
 @dataclass(frozen=True)
@@ -182,10 +184,13 @@ def _explores(context: Context) -> list[Explore]:
 
 def _fits(context: Context, wanted: Wanted) -> list[Fit]:
     whole = [Fit(texture, name) for texture in context.recordings for name in wanted.names]
-    grid = [
-        Fit(texture, THESIS, window, loss) for texture in context.recordings for window in LENGTHS for loss in LOSSES
+    return whole + [
+        Fit(texture, method, window, loss)
+        for texture in context.recordings
+        for method in wanted.grid
+        for window in LENGTHS
+        for loss in LOSSES
     ]
-    return whole + (grid if wanted.grid else [])
 
 
 def _plays(context: Context, wanted: Wanted) -> list[Play]:

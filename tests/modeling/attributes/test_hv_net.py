@@ -32,6 +32,14 @@ def test_the_shapes_of_2304_features():
     assert found == {"code": (32, 72), "stretched": (256, 2304), **ends}
 
 
+def test_to_the_letter_its_dense_layers_are_given_the_features_made_anew():
+    net, rows = HVNet(64, after_reconstruction=True), torch.randn(2, 64)
+    assert net.first.in_features == 64
+    seen = net(rows)
+    torch.testing.assert_close(seen.embedded, torch.relu(net.second(torch.relu(net.first(seen.rebuilt)))))
+    torch.testing.assert_close(net.looked(rows), seen.embedded)
+
+
 @pytest.mark.parametrize("length", [32, 33, 63, 250, 256, 2048])
 def test_any_length_from_32_is_rebuilt_at_its_own(length):
     found = shapes(HVNet(length), torch.randn(2, length))

@@ -7,8 +7,8 @@ import pytest
 
 from modeling.attributes.material import MaterialError, ratings_of
 from modeling.attributes.methods import Learning, predictions
-from modeling.attributes.network_fit import SETTINGS
-from modeling.attributes.network_methods import HT_NET, HV_NET, VISUO_TACTILE, restored
+from modeling.attributes.network_fit import LITERAL_SETTINGS, SETTINGS
+from modeling.attributes.network_methods import HT_NET, HV_NET, VISUO_TACTILE, VISUO_TACTILE_THESIS, restored
 from modeling.attributes.registry import METHODS
 from tests.modeling.attributes.made_material import PAIRS, made_material
 
@@ -39,6 +39,15 @@ def test_the_registry_has_all_three_and_they_learn_from_every_texture():
     assert not any(each.holds({}) for each in ALL)
     assert all(each.holds({"early_stopping": True}) for each in ALL)
     assert [sorted(each.sees) for each in ALL] == [["sight", "touch"], ["sight"], ["touch"]]
+
+
+def test_to_the_letter_it_watches_textures_keeps_its_rate_and_is_restored_to_the_bit(textures):
+    assert VISUO_TACTILE_THESIS.holds({}) and METHODS["visuo_tactile_thesis"] is VISUO_TACTILE_THESIS
+    assert (LITERAL_SETTINGS.epochs, LITERAL_SETTINGS.stop_patience, LITERAL_SETTINGS.learning_rate) == (200, 10, 1e-3)
+    model = VISUO_TACTILE_THESIS.fit(learning(textures[:3], textures[3:4]))
+    assert [epoch.learning_rate for epoch in model.trained.history] == [1e-3]
+    again = restored(*model.saved())
+    np.testing.assert_array_equal(again.predict(textures[4]), model.predict(textures[4]))
 
 
 def test_there_is_an_answer_for_every_segment_or_picture(fitted, textures):

@@ -36,6 +36,17 @@ def test_its_head_is_that_of_thesis_3_5_3():
     assert [(each.in_features, each.out_features) for each in net.own] == [(128, 4), (128, 4)]
 
 
+def test_to_the_letter_the_loss_is_the_rmse_of_the_attributes_alone():
+    torch.manual_seed(1)
+    net, (sight, touch) = VisuoTactile(64, 3, literal=True), given()
+    assert net.sight.after_reconstruction and len(net.own) == 0
+    answer, target = net(sight, touch), torch.randn(2, 4)
+    assert answer.own == () and answer.wrong.tolist() == [0.0]
+    assert rmse(answer, target).item() == pytest.approx(
+        (answer.attributes - target[:, None]).square().mean().sqrt().item()
+    )
+
+
 def test_the_head_takes_the_greater_of_every_two():
     net = made()
     parts = [torch.randn(2, 1, 128), torch.randn(2, 3, 128)]

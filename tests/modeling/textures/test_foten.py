@@ -8,7 +8,8 @@ from devices.models.file import read_model
 from modeling.files.writing import write_model
 from modeling.textures.exporting_foten import exported_windows, pieces
 from modeling.textures.fitting import FittedWindows
-from modeling.textures.foten import FOTEN, FOTEN_GENERATIVE, Foten, epochs_for, generative
+from modeling.textures.foten import FOTEN, FOTEN_GENERATIVE, FOTEN_THESIS, Foten, epochs_for, generative, literal
+from modeling.textures.foten_layers import EncoderLayer
 from modeling.textures.heads import LEAST_LOG_SD, LOSSES, nll
 from modeling.textures.matching import Matched
 from modeling.textures.methods import Learning
@@ -43,6 +44,21 @@ def test_shapes_and_weights_are_those_of_the_thesis():
     assert generative(20)(x).shape == (5, 2)
 
 
+def test_to_the_letter_five_layers_normalise_first_and_dropout_is_everywhere():
+    network = literal(20)
+    first = [each.first for each in network.modules() if isinstance(each, EncoderLayer)]
+    assert [type(each).__name__ for each in first] == ["LayerNorm"] * 5
+    assert sum(each.numel() for each in network.parameters()) == 471_235 + 3 * 128 + 2 * 32
+    x = seeded(lambda: torch.randn(400, 3, 20), 1)
+    for part in (network.embedded, network.head[2], network.head[5]):
+        zeros = (part(torch.ones(10_000)) == 0).float().mean().item()
+        assert zeros == pytest.approx(0.2, abs=0.02)
+    with torch.no_grad():
+        assert not torch.equal(network(x), network(x))
+        network.eval()
+        assert torch.equal(network(x), network(x))
+
+
 def test_a_window_of_another_length_is_refused():
     with pytest.raises(TextureDataError, match=r"\(batch, 3, 20\) is expected"):
         Foten(20)(torch.zeros(1, 3, 19))
@@ -64,6 +80,7 @@ CASES = {
     "foten": lambda: (Foten(20), 20), "foten 15": lambda: (Foten(15), 15), "generative": lambda: (generative(20), 20),
     "ten": lambda: (Foten(25, None), 25), "mfcc": lambda: (Foten(30, MelBlock), 30),
     "wavelet": lambda: (Foten(25, WaveletBlock), 25), "matched": lambda: (corrected(), 20),
+    "literal": lambda: (literal(20), 20),
 }  # fmt: skip
 
 
@@ -93,7 +110,9 @@ def test_a_layer_without_a_step_is_refused():
         list(pieces(torch.nn.GRU(2, 2), "inner."))
 
 
-@pytest.mark.parametrize("method", [FOTEN, TEN, TEN_MFCC, TEN_WAVELET, FOTEN_GENERATIVE], ids=lambda each: each.name)
+@pytest.mark.parametrize(
+    "method", [FOTEN, FOTEN_THESIS, TEN, TEN_MFCC, TEN_WAVELET, FOTEN_GENERATIVE], ids=lambda each: each.name
+)
 def test_every_method_learns_and_answers_in_units(method):
     given = learning(0.4, batch=128)
     found = method.fit(given)

@@ -4,6 +4,7 @@ import json
 import numpy as np
 import pytest
 
+from modeling.textures.evaluation_tables import figure_4_5, grid_rows
 from modeling.textures.judging_jobs import Explore, Fit, Play
 from modeling.textures.judging_kept import key, module_digest
 from modeling.textures.judging_run import run
@@ -111,13 +112,22 @@ def test_a_fault_of_the_program_is_not_taken_for_a_refusal(tmp_path):
         judge(context, asked)
 
 
-def test_windows_and_losses_of_figure_4_5_are_fitted_without_files(tmp_path):
-    context, asked = small.context(tmp_path, found=small.recordings(4.0, ("smooth",)), methods_of=("foten",), grid=True)
+def test_windows_and_losses_are_compared_without_files_and_chosen_by_the_validation_part(tmp_path):
+    context, asked = small.context(
+        tmp_path, found=small.recordings(4.0, ("smooth",)), methods_of=("foten",), grid=("foten", "ar")
+    )
     judged = judge(context, asked)
     grid = {fit: done for fit, done in judged.fits.items() if fit.of_the_grid}
-    assert len(grid) == 25
+    assert len(grid) == 2 * 25
     assert all(done.card is None and done.numbers["mae"] > 0 for done in grid.values())
     assert len({done.numbers["test_samples"] for done in judged.fits.values()}) == 1
+    rows = grid_rows(judged)
+    for method in ("foten", "ar"):
+        tried = [row for row in rows if row["method"] == method]
+        (chosen,) = [row for row in tried if row["chosen"]]
+        assert len(tried) == 25
+        assert chosen["validation_mae"] == min(row["validation_mae"] for row in tried)
+    assert len(figure_4_5(judged)) == 25
 
 
 def test_a_recording_too_short_to_split_is_left_out_and_said(tmp_path):
