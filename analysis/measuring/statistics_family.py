@@ -10,6 +10,7 @@ from typing import Any, TypeAlias
 import numpy as np
 import pandas as pd
 
+from analysis.crosschecking import packages
 from analysis.measuring.statistics_inputs import extended_answer, long_table, random_cells
 from analysis.statistics.doubles import Floats
 from analysis.statistics.equivalence import equivalence_tests
@@ -71,35 +72,24 @@ def _mixed() -> Iterator[Case]:
 
 def _mixed_methods(table: pd.DataFrame, entry: dict[str, Any]) -> Methods:
     within, between, kind = entry["within"], entry["between"], "I" * entry["type"]
-    averaged = table.groupby(["subject", *within, *between], as_index=False)["y"].mean()
+    averaged: pd.DataFrame = table.groupby(["subject", *within, *between])["y"].mean().reset_index()
 
     def ours() -> pd.DataFrame:
         asked: Any = {"within": within, "between": between, "sum_of_squares": kind, "aggregate": "mean"}
         return mixed_anova(table, "y", subject="subject", **asked)
 
     def pingouins() -> pd.DataFrame:
-        import pingouin
+        return packages.pingouin_mixed(averaged, "y", within[0], between[0], "subject")
 
-        roles = {"within": within[0], "between": between[0], "subject": "subject"}
-        found: pd.DataFrame = pingouin.mixed_anova(averaged, dv="y", **roles)
-        return found
-
-    names = {"Interaction": f"{between[0]}:{within[0]}"}
     methods = {OURS: ("pandas", ours, _reader({"F": "F", "p": "p_unc", "ges": "ng2"}))}
     if len(within) == len(between) == 1:
-        methods[PINGOUIN] = (PINGOUIN, pingouins, _reader({"F": "F", "p": "p_unc"}, names))
+        methods[PINGOUIN] = (PINGOUIN, pingouins, _reader({"F": "F", "p": "p_unc"}))
     return methods
 
 
-def _reader(kinds: Mapping[str, str], names: Mapping[str, str] | None = None) -> Read:
+def _reader(kinds: Mapping[str, str]) -> Read:
     """Numbers by effect and kind from a table with a column Source."""
-
-    def read(table: pd.DataFrame) -> Numbers:
-        rows = table.to_dict("records")
-        source = [str((names or {}).get(row["Source"], row["Source"])) for row in rows]
-        return {(s, kind): float(row[c]) for s, row in zip(source, rows, strict=True) for kind, c in kinds.items()}
-
-    return read
+    return lambda table: packages.read_table(table, table["Source"], kinds)
 
 
 def _sphericity() -> Iterator[Case]:
@@ -143,17 +133,15 @@ def _equivalence() -> Iterator[Case]:
     def ours() -> pd.DataFrame:
         return equivalence_tests(table, "y", within="time", subject="subject", bounds=(-10.0, 8.0))
 
-    def statsmodels() -> Any:
-        from statsmodels.stats.weightstats import ttost_paired
-
-        return ttost_paired(a, b, -10.0, 8.0)
+    def statsmodels() -> tuple[float, float]:
+        return packages.statsmodels_equivalence(a, b, -10.0, 8.0, True)
 
     methods: Methods = {
         OURS: ("pandas", ours, lambda t: {("m30-m36", name): float(t[name].iloc[0]) for name in ("p_low", "p_high")}),
         "statsmodels ttost_paired": (
             "statsmodels",
             statsmodels,
-            lambda found: {("m30-m36", "p_low"): float(found[1][1]), ("m30-m36", "p_high"): float(found[2][1])},
+            lambda found: {("m30-m36", "p_low"): found[0], ("m30-m36", "p_high"): found[1]},
         ),
     }
     yield from _cases("equivalence (TOST)", "md_15.1, m30 - m36", 24, "relative, worst of both p; R", TOST_R, methods)
@@ -208,15 +196,12 @@ def _large_mixed(table: pd.DataFrame, n: int) -> Iterator[Case]:
     right = _reader({"F": "F"})(mixed_anova(whole, "y", **asked))
     moved = whole.assign(y=whole["y"] + 2.0**40)
 
-    def pingouins() -> Any:
-        import pingouin
+    def pingouins() -> pd.DataFrame:
+        return packages.pingouin_mixed(moved, "y", "A", "group", "subject")
 
-        return pingouin.mixed_anova(moved, dv="y", **asked)
-
-    names = {"Interaction": "group:A"}
     methods: Methods = {
         OURS: ("pandas", lambda: mixed_anova(moved, "y", **asked), _reader({"F": "F"})),
-        PINGOUIN: (PINGOUIN, pingouins, _reader({"F": "F"}, names)),
+        PINGOUIN: (PINGOUIN, pingouins, _reader({"F": "F"})),
     }
     kind = "relative, worst F; the same values without the offset of 2^40"
     yield from _cases("mixed ANOVA, large table", f"{n} x 90, 3 groups", len(table), kind, right, methods)

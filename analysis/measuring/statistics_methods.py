@@ -3,14 +3,14 @@
 from __future__ import annotations
 
 import math
-import warnings
-from collections.abc import Callable, Iterable, Mapping
+from collections.abc import Callable
 from dataclasses import dataclass
 from importlib.util import find_spec
 from typing import Any, TypeAlias
 
 import pandas as pd
 
+from analysis.crosschecking import packages
 from analysis.measuring.statistics_inputs import Input
 from analysis.statistics.between import anova
 from analysis.statistics.exact import ExactEffect, exact_within
@@ -36,15 +36,7 @@ class Method:
         return find_spec(self.package) is not None
 
 
-def quietly(run: Callable[[Input], Any]) -> Callable[[Input], Any]:
-    """The same call with warnings off: what others warn of is measured here as an error."""
-
-    def silent(given: Input) -> Any:
-        with warnings.catch_warnings():
-            warnings.simplefilter("ignore")
-            return run(given)
-
-    return silent
+_KINDS = {"p_unc": "p", "p_GG_corr": "p_GG"}
 
 
 def _run_ours(given: Input) -> pd.DataFrame | None:
@@ -59,33 +51,27 @@ def _read_ours(table: pd.DataFrame | None) -> Numbers:
     if table is None or table["F"].isna().all():
         return {}
     kinds = {"F": "F", "p": "p_unc", "p_GG": "p_GG_corr", "eps": "eps", "np2": "np2", "ng2": "ng2"}
-    return read_table(table, table["Source"], kinds)
+    return packages.read_table(table, table["Source"], kinds)
 
 
 def _run_pingouin(given: Input) -> pd.DataFrame:
-    import pingouin
-
-    within = list(given.within) if len(given.within) > 1 else given.within[0]
-    found: pd.DataFrame = pingouin.rm_anova(
-        given.averaged, dv="y", within=within, subject=given.subject, correction=True
-    )
-    return found
+    return packages.pingouin_within(given.averaged, "y", given.within, given.subject)
 
 
 def _read_pingouin(table: pd.DataFrame) -> Numbers:
-    sources = table["Source"].str.replace(" * ", ":", regex=False)
-    return read_table(table, sources, {"F": "F", "p": "p_unc", "p_GG": "p_GG_corr", "eps": "eps", "ng2": "ng2"})
+    return _by_kind(packages.read_pingouin_anova(table))
+
+
+def _by_kind(found: Numbers) -> Numbers:
+    return {(source, _KINDS.get(column, column)): value for (source, column), value in found.items()}
 
 
 def _run_anova_rm(given: Input) -> pd.DataFrame:
-    from statsmodels.stats.anova import AnovaRM
-
-    found: pd.DataFrame = AnovaRM(given.averaged, "y", given.subject, within=list(given.within)).fit().anova_table
-    return found
+    return packages.statsmodels_within(given.averaged, "y", given.within, given.subject)
 
 
 def _read_anova_rm(table: pd.DataFrame) -> Numbers:
-    return read_table(table, table.index, {"F": "F Value", "p": "Pr > F"})
+    return _by_kind(packages.read_statsmodels_within(table))
 
 
 def _run_exact(given: Input) -> list[ExactEffect]:
@@ -117,16 +103,7 @@ def _read_pingouin_reported(table: pd.DataFrame) -> Numbers:
 
 
 def _run_pingouin_between(given: Input) -> pd.DataFrame:
-    import pingouin
-
-    found: pd.DataFrame = pingouin.anova(given.table, dv="y", between="group")
-    return found
-
-
-def read_table(table: pd.DataFrame, sources: Iterable[Any], kinds: Mapping[str, str]) -> Numbers:
-    """Numbers from a table with one row per effect, whose columns `kinds` names."""
-    columns = {kind: table[name].tolist() for kind, name in kinds.items() if name in table}
-    return {(str(s), kind): float(c[i]) for i, s in enumerate(sources) for kind, c in columns.items()}
+    return packages.pingouin_between(given.table, "y", ["group"])
 
 
 def _read_between(table: pd.DataFrame) -> Numbers:
@@ -137,14 +114,14 @@ OURS, PINGOUIN = "palpate", "pingouin"
 EXACT = Method("exact fractions", _run_exact, _read_exact)
 ORDINARY = (
     Method(OURS, _run_ours, _read_ours),
-    Method(PINGOUIN, quietly(_run_pingouin), _read_pingouin, "pingouin"),
-    Method("statsmodels AnovaRM", quietly(_run_anova_rm), _read_anova_rm, "statsmodels"),
+    Method(PINGOUIN, _run_pingouin, _read_pingouin, "pingouin"),
+    Method("statsmodels AnovaRM", _run_anova_rm, _read_anova_rm, "statsmodels"),
 )
 REPORTED = (
     Method(OURS, _run_ours, _read_ours_reported),
-    Method(PINGOUIN, quietly(_run_pingouin_auto), _read_pingouin_reported, "pingouin"),
+    Method(PINGOUIN, packages.quietly(_run_pingouin_auto), _read_pingouin_reported, "pingouin"),
 )
 BETWEEN = (
     Method(OURS, lambda given: anova(given.table, "y", "group"), _read_between),
-    Method(PINGOUIN, quietly(_run_pingouin_between), _read_between, "pingouin"),
+    Method(PINGOUIN, _run_pingouin_between, _read_between, "pingouin"),
 )

@@ -11,6 +11,7 @@ from typing import Any, TypeAlias
 import numpy as np
 import pandas as pd
 
+from analysis.crosschecking import packages
 from analysis.ordinal.bench_truth import (
     FRIEDMAN,
     RANGES,
@@ -95,10 +96,8 @@ def _our_friedman(cells: Any) -> Numbers:
 
 
 def _pingouin_friedman(cells: Any) -> Numbers:
-    import pingouin
-
-    row = pingouin.friedman(_long(cells), dv="y", within="condition", subject="person").iloc[0]
-    return {"chi2": float(row["Q"]), "p": float(row["p_unc"])}
+    found = packages.read_pingouin_friedman(packages.pingouin_friedman(_long(cells), "y", "condition", "person"))
+    return {"chi2": found["chi2"], "p": found["p_unc"]}
 
 
 def _scipy_friedman(cells: Any) -> Numbers:

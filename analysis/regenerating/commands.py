@@ -32,18 +32,23 @@ if TYPE_CHECKING:
 @click.option("--check-plan", is_flag=True, help="Only check the plan against the study, also before there are data.")
 @click.option("--exact", is_flag=True, help="Compute every analysis of variance again in exact fractions and compare.")
 @click.option("--figures/--no-figures", default=True, help="Whether to draw the figures and write the report.")
+@click.option(
+    "--crosscheck/--no-crosscheck", default=True,
+    help="Whether to hold the answers against pingouin and statsmodels (crosscheck.json; never with --check).",
+)  # fmt: skip
 @DATABASE
 @DIGEST
 @SIMULATED
 @JSON
 def regenerate(
     study: str, lab: Path, plan_file: Path | None, to: Path | None, check: bool, check_plan: bool, exact: bool,
-    figures: bool, url: str | None, digest: str | None, simulated: bool | None, as_json: bool,
+    figures: bool, crosscheck: bool, url: str | None, digest: str | None, simulated: bool | None, as_json: bool,
 ) -> None:  # fmt: skip
     """From STUDY's raw ledgers to every number, table and figure that its analysis plan asks for.
 
-    Writes statistics.json, tidy tables, a table for each test, figures (SVG, PNG, CSV), tables.docx, tables.tex and
-    report.html. Twice gives the same bytes. STUDY is a study's name or folder, or an imported data set.
+    Writes statistics.json, tidy tables, a table for each test, figures (SVG, PNG, CSV), tables.docx, tables.tex,
+    report.html, and crosscheck.json: what pingouin and statsmodels say of the answers. Twice gives the same bytes.
+    STUDY is a study's name or folder, or an imported data set.
 
     Example: palpate regenerate door_ratings --lab LAB; palpate regenerate door_ratings --lab LAB --check
     """
@@ -59,7 +64,7 @@ def regenerate(
         _plan_told(name, len(plan.tests), len(plan.figures), plan.path, as_json)
         return
     with progress_bar(as_json) as progress:
-        found = regenerate_by(wanted, name, plan, progress)
+        found = regenerate_by(wanted, name, plan, progress, crosscheck and not check)
         folder = to or lab / FOLDER / name
         failed = (
             _checked(found, folder, as_json) if check else _written(found, wanted, folder, figures, as_json, progress)
@@ -129,7 +134,17 @@ def _summary(found: Regenerated) -> dict[str, Any]:
         "answered": sum(each.answer is not None for each in found.answered),
         "refused": [f"{each.asked.name} {each.outcome}".strip() for each in found.answered if each.answer is None],
         "not_drawn": [each.asked.name for each in found.pictured if each.data is None],
+        **_second_opinion(found),
     }
+
+
+def _second_opinion(found: Regenerated) -> dict[str, Any]:
+    from analysis.crosschecking.summary import disagreements, sentence
+
+    if found.checks is None:
+        return {}
+    wrong = [each.text() for each in disagreements(found.checks)]
+    return {"crosscheck": {"summary": sentence(found.checks), "disagreements": wrong}}
 
 
 def _people(found: Regenerated) -> str:
@@ -139,7 +154,13 @@ def _people(found: Regenerated) -> str:
 
 
 def _told(found: Regenerated) -> Iterator[str]:
-    """What was answered, and everything that was not, with its reason."""
+    """What was answered, what another package says of it, and everything that was not answered, with its reason."""
+    from analysis.crosschecking.summary import disagreements, sentence
+
+    for check in disagreements(found.checks):
+        yield f"DISAGREEMENT: {check.text()}"
+    if found.checks is not None:
+        yield f"Second opinion: {sentence(found.checks)}"
     if found.material.versions:
         yield "MIXED VERSIONS: the sessions were not all recorded with the same version of the study and its models"
     for version in found.material.versions:

@@ -5,6 +5,8 @@ from __future__ import annotations
 from collections.abc import Callable
 from pathlib import Path
 
+from analysis.crosschecking.summary import FILE as CROSSCHECK
+from analysis.crosschecking.summary import crosscheck_json
 from analysis.regenerating.documents import write_documents
 from analysis.regenerating.files import file_texts
 from analysis.regenerating.page import report_html
@@ -34,6 +36,8 @@ def write_all(
     """
     with written_whole(folder) as (draft, names):
         write_texts(draft, file_texts(found, seconds))
+        if found.checks is not None:
+            write_texts(draft, {CROSSCHECK: crosscheck_json(found.checks)})
         write_documents(found, draft)
         if figures:
             pictures = list(draw_all(found.pictured, draft / "figures", progress))

@@ -7,6 +7,8 @@ from dataclasses import dataclass
 from pathlib import Path
 from typing import Any
 
+from analysis.crosschecking.checks import difference_text
+from analysis.crosschecking.summary import disagreements, line_of, sentence
 from analysis.figures.interactive import figure_markup, key_text, script
 from analysis.figures.style import inline_svg
 from analysis.ratings.dataset import Input
@@ -48,6 +50,7 @@ class TestPart:
     headlines: tuple[Headline, ...]
     method: str
     rests_on: str
+    checked: str
     notes: tuple[str, ...]
     grid: Grid
     file: str
@@ -86,6 +89,7 @@ def test_parts(found: Regenerated, known: Collection[str] = ()) -> Iterator[Test
             headlines=tuple(_headlines(answered)),
             method=method_of(answered),
             rests_on=rests_on(answered),
+            checked=line_of([check for check in found.checks or () if check.test == name]),
             notes=notes_of(answered),
             grid=test_grid(answered, known),
             file=f"tests/{name}.csv",
@@ -137,6 +141,9 @@ def report_html(found: Regenerated, pictures: Sequence[Picture | None], seconds:
             figures=list(figure_parts(found, pictures)),
             not_drawn=[(each.asked.name, each.refused) for each in found.pictured if each.data is None],
             left_out=left_out(found.exclusions),
+            disagreements=[check.text() for check in disagreements(found.checks)],
+            second_opinion=sentence(found.checks),
+            checks=_checks(found),
             inputs=_inputs(found.inputs),
             versions=_inputs(found.material.versions),
             software=plain_grid(("package", "version"), found.software.items()),
@@ -163,6 +170,15 @@ def _hash(code: str) -> str:
     import hashlib
 
     return base64.b64encode(hashlib.sha256(code.encode()).digest()).decode()
+
+
+def _checks(found: Regenerated) -> Grid:
+    heads = ("test", "outcome", Head("checked with", "words"), Head("numbers", "number"), "largest relative difference")
+    rows = [
+        (check.test, check.outcome, check.checked_with(), str(check.numbers or ""), difference_text(check))
+        for check in found.checks or ()
+    ]
+    return plain_grid(heads, rows)
 
 
 def _inputs(inputs: Iterable[Input]) -> Grid:

@@ -8,6 +8,7 @@ from pathlib import Path
 
 import pandas as pd
 
+from analysis.crosschecking.checks import CrossCheck, cross_check
 from analysis.plans.exclusions import apply_exclusions
 from analysis.plans.material import Material, imported_material, read_material
 from analysis.plans.reading import PLAN_FILE, Plan, PlanError, read_plan
@@ -31,7 +32,8 @@ class Regenerated:
     """Everything that a plan's outputs are written from.
 
     `material` is what was left after the plan's exclusions; `exclusions` are their lines, after those of reading.
-    `inputs` are the session files, the plan and its own tables.
+    `inputs` are the session files, the plan and its own tables. `checks` are the second opinions of other packages,
+    None where none were asked for.
     """
 
     plan: Plan
@@ -42,6 +44,7 @@ class Regenerated:
     pictured: tuple[Pictured, ...]
     tables: Mapping[str, pd.DataFrame]
     software: Mapping[str, str]
+    checks: tuple[CrossCheck, ...] | None = None
 
     @property
     def title(self) -> str:
@@ -57,8 +60,10 @@ def regenerate(wanted: Wanted, plan_file: Path | None = None, progress: Progress
     return regenerate_by(wanted, *find_plan(wanted, plan_file), progress)
 
 
-def regenerate_by(wanted: Wanted, name: str, plan: Plan, progress: Progress = lambda *_: None) -> Regenerated:
-    """As `regenerate`, by a plan that was found before."""
+def regenerate_by(
+    wanted: Wanted, name: str, plan: Plan, progress: Progress = lambda *_: None, crosscheck: bool = False
+) -> Regenerated:
+    """As `regenerate`, by a plan that was found before; with `crosscheck` also held against other packages."""
     whole = whole_material(wanted, name, plan, progress)
     left = apply_exclusions(whole, plan.declared)
     tables = {table: read_table(plan.table_path(table)) for table in plan.declared.tables}
@@ -73,6 +78,7 @@ def regenerate_by(wanted: Wanted, name: str, plan: Plan, progress: Progress = la
         pictured=picture_data(selecting, by_name(answered)),
         tables=tables,
         software=software(),
+        checks=cross_check(answered, progress) if crosscheck else None,
     )
 
 

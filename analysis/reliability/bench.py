@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 import math
-import warnings
 from collections.abc import Callable, Iterator, Mapping
 from dataclasses import dataclass, replace
 from fractions import Fraction
@@ -13,6 +12,7 @@ from typing import Any, TypeAlias
 import numpy as np
 import pandas as pd
 
+from analysis.crosschecking import packages
 from analysis.reliability.coincidence import krippendorff
 from analysis.reliability.concordance import concordance
 from analysis.reliability.consistency import cronbach_alpha
@@ -172,36 +172,26 @@ def _read_icc(table: pd.DataFrame) -> Numbers:
     return {f"{row['type']} {key}": float(row[ours]) for _, row in table.iterrows() for key, ours in columns.items()}
 
 
-def _run_pingouin_icc(given: Given) -> Any:
-    import pingouin
+def _pingouin_icc(given: Given) -> pd.DataFrame:
+    return packages.pingouin_icc(given.table, "y", "target", "rater")
 
-    with warnings.catch_warnings():
-        warnings.simplefilter("ignore")
-        return pingouin.intraclass_corr(given.table, targets="target", raters="rater", ratings="y")
+
+def _read_alpha(found: Numbers) -> Numbers:
+    return {"alpha": found["alpha"]}
+
+
+def _read_kappa(found: float) -> Numbers:
+    return {"kappa": found}
 
 
 def _read_pingouin_icc(table: pd.DataFrame) -> Numbers:
-    found: dict[str, float] = {}
-    for kind, (_, row) in zip(KINDS, table.iterrows(), strict=True):
-        numbers = (row["ICC"], row["F"], row["pval"], *row["CI95"])
-        found |= {f"{kind} {key}": float(value) for key, value in zip(R_KEYS, numbers, strict=True)}
-    return found
+    ends = {"ci_low": "low", "ci_high": "high"}
+    found = packages.read_pingouin_icc(table)
+    return {f"{kind} {ends.get(name, name)}": value for (kind, name), value in found.items()}
 
 
 def _without_intervals(found: Numbers) -> Numbers:
     return {key: value for key, value in found.items() if not key.endswith(("low", "high"))}
-
-
-def _run_pingouin_alpha(given: Given) -> Any:
-    import pingouin
-
-    return pingouin.cronbach_alpha(pd.DataFrame(given.values))
-
-
-def _run_statsmodels_kappa(given: Given) -> Any:
-    from statsmodels.stats.inter_rater import fleiss_kappa as theirs
-
-    return theirs(given.values)
 
 
 def _run_scipy_w(given: Given) -> Any:
@@ -217,8 +207,8 @@ def _run_krippendorff(given: Given) -> Numbers:
 
 ICC_WAYS = (
     Way("palpate", lambda given: icc(given.table, "y", "target", "rater"), _read_icc),
-    Way("pingouin", _run_pingouin_icc, _read_pingouin_icc, "pingouin"),
-    Way("pingouin, no interval", _run_pingouin_icc, lambda t: _without_intervals(_read_pingouin_icc(t)), "pingouin"),
+    Way("pingouin", _pingouin_icc, _read_pingouin_icc, "pingouin"),
+    Way("pingouin, no interval", _pingouin_icc, lambda t: _without_intervals(_read_pingouin_icc(t)), "pingouin"),
 )
 ALPHA_WAYS = (
     Way(
@@ -226,7 +216,7 @@ ALPHA_WAYS = (
         lambda given: cronbach_alpha(given.table, "y", "rater", "target"),
         lambda found: {"alpha": found.alpha},
     ),
-    Way("pingouin", _run_pingouin_alpha, lambda found: {"alpha": float(found[0])}, "pingouin"),
+    Way("pingouin", lambda given: packages.pingouin_alpha(pd.DataFrame(given.values)), _read_alpha, "pingouin"),
 )
 W_WAYS = (
     Way(
@@ -238,6 +228,6 @@ W_WAYS = (
 )
 KAPPA_WAYS = (
     Way("palpate", lambda given: fleiss_kappa(given.values), lambda found: {"kappa": found.kappa}),
-    Way("statsmodels", _run_statsmodels_kappa, lambda found: {"kappa": float(found)}, "statsmodels"),
+    Way("statsmodels", lambda given: packages.statsmodels_kappa(given.values), _read_kappa, "statsmodels"),
 )
 KRIPPENDORFF_WAYS = (Way("palpate", _run_krippendorff, lambda found: found),)

@@ -326,3 +326,33 @@ def test_an_imported_table_is_regenerated_by_the_labs_plan(tmp_path):
     found = json.loads((tmp_path / "regenerated" / "sk2011" / "statistics.json").read_text())["tests"][0]
     row = next(row for row in found["results"] if row["effect"] == "inference")
     assert row["F"] == pytest.approx(5.1492441741628365, rel=1e-12)  # R 4.2.2, afex 1.2.1 (analysis/reference)
+
+
+def test_a_second_opinion_lies_beside_the_statistics_and_is_no_part_of_what_is_compared(lab):
+    done = run(lab, "--no-figures")
+    folder = lab / "regenerated" / "doors_small"
+    checks = json.loads((folder / "crosscheck.json").read_text())
+    outcomes = len({each["outcome"] for each in checks["checks"]})
+    assert [each["test"] for each in checks["checks"]][::outcomes] == ["variants", "all", "pairs", "model"]
+    assert checks["disagreements"] == 0 and "DISAGREEMENT" not in done.output
+    assert all(each["largest_relative_difference"] < 1e-9 for each in checks["checks"] if not each["not_checked"])
+    assert "Second opinion: " in done.output
+    (folder / "crosscheck.json").write_text("{}")
+    assert run(lab, "--check").exit_code == 0
+    assert run(lab, "--no-figures", "--no-crosscheck").exit_code == 0
+    assert not (folder / "crosscheck.json").exists()
+
+
+def test_a_disagreement_stands_at_the_head_of_console_and_report(lab, monkeypatch):
+    from analysis.crosschecking import packages
+
+    right = packages.read_pingouin_anova
+    monkeypatch.setattr(packages, "read_pingouin_anova", lambda table: {k: 1.01 * v for k, v in right(table).items()})
+    change(lab, "  - {name: pairs, test: pairs, factor: variant, correction: holm}\n", "")
+    done = run(lab)
+    assert done.exit_code == 0
+    assert (
+        "DISAGREEMENT: variants Damped: " in done.output and " differs by 1e-02 of its value (pingouin " in done.output
+    )
+    page = (lab / "regenerated" / "doors_small" / "report.html").read_text()
+    assert page.index("Another package disagrees. variants") < page.index("<nav")

@@ -16,6 +16,7 @@ import pandas as pd
 import pytest
 
 from analysis import pairwise_tests, rm_anova
+from analysis.crosschecking import packages
 from analysis.measuring.statistics_inputs import edge_cells, long_table, wide_input
 from analysis.statistics.mixed import mixed_anova
 from analysis.statistics.noncentral import f_chance, f_noncentrality
@@ -33,12 +34,11 @@ def theirs(module: str) -> Any:
 
 
 def pingouins(table: pd.DataFrame, within: Any = "A") -> Any:
-    found = theirs("pingouin").rm_anova(table, dv="y", within=within, subject="subject", correction=True)
-    return found.iloc[0]
+    return packages.pingouin_within(table, "y", [within] if isinstance(within, str) else within, "subject").iloc[0]
 
 
 def anova_rms(table: pd.DataFrame, *within: str) -> Any:
-    return theirs("statsmodels.stats.anova").AnovaRM(table, "y", "subject", within=list(within)).fit().anova_table
+    return packages.statsmodels_within(table, "y", within, "subject")
 
 
 def rated(shape: tuple[int, ...] = (8, 3), seed: int = 7) -> np.ndarray:

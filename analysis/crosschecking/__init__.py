@@ -1,0 +1,1 @@
+"""A second opinion: tables of `regenerate` held against pingouin and statsmodels."""

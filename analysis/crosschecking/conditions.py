@@ -1,0 +1,170 @@
+"""Data on which pingouin or statsmodels are known to be wrong or to answer another question.
+
+Each condition looks at the data alone, before anything is compared, and gives the reason or "". They are listed with
+examples in docs/reference/crosscheck.md; a test holds each one to data on which the package still fails.
+"""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Sequence
+from itertools import combinations
+
+import numpy as np
+import pandas as pd
+
+from analysis.statistics.doubles import Floats
+
+MOST_APART = 1e4
+"""Values so many times their residual lose half of a double's digits in sums of squares."""
+MOST_APART_PAIRED = 1e7
+LARGEST, SMALLEST = 1e100, 1e-100
+NEARLY_TIED = 1e-9
+MOST_BETWEEN = 1e3
+
+
+def incomplete(wide: pd.DataFrame) -> str:
+    """Some cell has no value: pingouin drops or averages without a word, AnovaRM counts whom it should not."""
+    return "a cell is missing, which the packages drop or average without a word" if wide.isna().any(axis=None) else ""
+
+
+def out_of_range(values: Floats) -> str:
+    """Squares of the values leave the range of doubles."""
+    largest = float(np.abs(values).max(initial=0.0))
+    return "squares of the values leave the range of doubles" if largest > LARGEST or 0 < largest < SMALLEST else ""
+
+
+def drowned(cells: Floats, groups: Sequence[str] | None = None) -> str:
+    """The residual of some effect is nothing, or so small beside the values that sums of squares drown it in rounding.
+
+    `cells` has participants along its first axis and a factor within them along each other one; `groups` names each
+    participant's group.
+    """
+    largest = float(np.abs(cells).max()) or 1.0
+    residuals = _residuals(cells / largest, np.array(groups) if groups is not None else None)
+    least = largest * min(_size(each) for each in residuals)
+    if largest > MOST_APART * least:
+        apart = (
+            "there is no residual"
+            if least == 0 or largest / least > 1e14
+            else (f"the values are {largest / least:.0e} times their residual")
+        )
+        return f"{apart}: sums of squares are rounding there"
+    return ""
+
+
+def _residuals(cells: Floats, groups: np.ndarray | None) -> list[Floats]:
+    """What is left of each effect within participants, and of participants within groups."""
+    axes = range(1, cells.ndim)
+    found = []
+    for size in range(1, cells.ndim):
+        for kept in combinations(axes, size):
+            rest = cells.mean(axis=tuple(a for a in axes if a not in kept), keepdims=True)
+            for axis in kept:
+                rest = rest - rest.mean(axis=axis, keepdims=True)
+            found.append(_within_groups(rest, groups))
+    if groups is not None or cells.ndim == 1:
+        found.append(_within_groups(cells.mean(axis=tuple(axes)) if cells.ndim > 1 else cells, groups))
+    return found
+
+
+def _within_groups(values: Floats, groups: np.ndarray | None) -> Floats:
+    rest: Floats = np.array(values, dtype=np.float64)
+    whole = np.zeros(len(rest)) if groups is None else groups
+    for group in np.unique(whole):
+        rest[whole == group] -= rest[whole == group].mean(axis=0)
+    return rest
+
+
+def _size(values: Floats) -> float:
+    return math.sqrt(float(np.mean(values**2)))
+
+
+def another_type(sizes: Sequence[int], sum_of_squares: str) -> str:
+    """pingouin's mixed ANOVA is type II, which with groups of unequal sizes is not type III."""
+    unequal = len(set(sizes)) > 1 and sum_of_squares == "III"
+    return "pingouin's mixed ANOVA is of type II, another number for groups of unequal sizes" if unequal else ""
+
+
+def undefined_pair(wide: pd.DataFrame) -> str:
+    """A pair of levels whose difference does not vary: pingouin's t is infinite, or the pair leaves its family."""
+    values = wide.to_numpy(dtype=float) / (float(np.abs(wide.to_numpy()).max()) or 1.0)
+    for a, b in combinations(range(values.shape[1]), 2):
+        apart = values[:, a] - values[:, b]
+        if MOST_APART_PAIRED * _size(apart - apart.mean()) < 1:
+            names = f"{wide.columns[a]} and {wide.columns[b]}"
+            return f"the difference of {names} does not vary: pingouin gives an infinite t or takes the pair out"
+    return ""
+
+
+def constant_groups(values: Floats, groups: Sequence[str]) -> str:
+    """Groups between which a t test has no variance, or one that drowns in rounding."""
+    labels, x = np.array(groups), values / (float(np.abs(values).max()) or 1.0)
+    for a, b in combinations(np.unique(labels), 2):
+        rest = np.concatenate([x[labels == each] - x[labels == each].mean() for each in (a, b)])
+        if MOST_APART * _size(rest) < 1:
+            return f"{a} and {b} hardly vary beside their values: variances are rounding there"
+    return ""
+
+
+def nearly_tied(wide: pd.DataFrame) -> str:
+    """Values of one participant that differ only by rounding: SciPy and pingouin rank 0.1 + 0.2 above 0.3."""
+    values = np.sort(wide.to_numpy(dtype=float), axis=1)
+    gaps = np.diff(values, axis=1)
+    near = (gaps > 0) & (gaps <= NEARLY_TIED * np.abs(values).max(axis=1, keepdims=True))
+    return "values that differ only by rounding are ties, which pingouin ranks" if near.any() else ""
+
+
+def all_tied(wide: pd.DataFrame) -> str:
+    """Nobody's values differ: there are no ranks."""
+    same = (wide.nunique(axis=1) == 1).all()
+    return "nobody's values differ: there are no ranks" if same else ""
+
+
+def undefined_icc(values: Floats) -> str:
+    """An intraclass correlation whose denominator is not positive: pingouin gives a reliability above 1."""
+    n, k = values.shape
+    b = k * values.mean(axis=1).var(ddof=1)
+    j = n * values.mean(axis=0).var(ddof=1)
+    rest = values - values.mean(axis=1, keepdims=True) - values.mean(axis=0) + values.mean()
+    e = float((rest**2).sum()) / ((n - 1) * (k - 1))
+    tiny = 1e-12 * float((values**2).mean() or 1.0)
+    if min(b, b + (j - e) / n, b + (k - 1) * e + k * (j - e) / n) <= tiny:
+        return "an estimated variance is not above 0, and pingouin divides by it"
+    return ""
+
+
+def extreme_ratio(values: Floats, fixed: Floats, groups: Sequence[Sequence[str]]) -> str:
+    """Groups so far apart beside the residual that MixedLM stops early, or not at all: a variance of zero.
+
+    `fixed` are the columns of the fixed effects. Decided by least squares: the mean square of each grouping factor,
+    adjusted for the fixed effects and the other factors, over that of the residual.
+    """
+    dummies = [_dummies(labels) for labels in groups]
+    whole = np.column_stack([fixed, *dummies])
+    rest, rank = _left_over(values, whole)
+    freedom = len(values) - rank
+    if freedom < 1 or rest <= (np.finfo(float).eps * float(np.abs(values).max())) ** 2 * len(values):
+        return "there is no residual"
+    for place in range(len(groups)):
+        others = np.column_stack([fixed, *(each for i, each in enumerate(dummies) if i != place)])
+        more, fewer = _left_over(values, others)
+        if rank == fewer:  # the other factors lie within this one
+            continue
+        ratio = (more - rest) / (rank - fewer) / (rest / freedom)
+        if ratio > MOST_BETWEEN**2:
+            return f"groups are {math.sqrt(ratio):.0e} residuals apart, where MixedLM says converged and is not"
+        if ratio <= 1:
+            return "a variance is estimated as zero, where MixedLM's search does not end"
+    return ""
+
+
+def _dummies(labels: Sequence[str]) -> Floats:
+    found: Floats = pd.get_dummies(pd.Series(list(labels)), dtype=float).to_numpy()
+    return found
+
+
+def _left_over(values: Floats, columns: Floats) -> tuple[float, int]:
+    """The sum of squares that least squares leaves, and the rank of the columns."""
+    solved, _, rank, _ = np.linalg.lstsq(columns, values - values.mean(), rcond=1e-10)
+    return float(((values - values.mean() - columns @ solved) ** 2).sum()), int(rank)

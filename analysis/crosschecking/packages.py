@@ -1,0 +1,259 @@
+"""Calls of pingouin and statsmodels, and how their tables' columns correspond to ours: the only place that knows both.
+
+Every call takes plain tables and is quiet: what the packages warn of is found by comparing. Every reader gives numbers
+by (row, column), an effect's factors joined by ":", columns named as our own functions name them.
+"""
+
+from __future__ import annotations
+
+import warnings
+from collections.abc import Callable, Iterable, Mapping, Sequence
+from functools import wraps
+from importlib import import_module
+from types import MappingProxyType
+from typing import Any, ParamSpec, TypeAlias, TypeVar
+
+import pandas as pd
+
+Numbers: TypeAlias = dict[tuple[str, str], float]
+P = ParamSpec("P")
+T = TypeVar("T")
+
+WITHIN_COLUMNS = {"F": "F", "p_unc": "p_unc", "p_GG_corr": "p_GG_corr", "eps": "eps", "ng2": "ng2"}
+ICC_TYPES = ("ICC1", "ICC2", "ICC3", "ICC1k", "ICC2k", "ICC3k")
+"""The order of the rows of pingouin.intraclass_corr."""
+GRADIENT = 1e-8
+"""Where the search of a mixed model ends."""
+ICC_INTERVAL_DECIMALS, ALPHA_INTERVAL_DECIMALS, CORRELATION_INTERVAL_DECIMALS = 2, 3, 2
+"""To how many decimals pingouin rounds these intervals."""
+
+
+def quietly(call: Callable[P, T]) -> Callable[P, T]:
+    """The same call with warnings off."""
+
+    @wraps(call)
+    def silent(*args: P.args, **kwargs: P.kwargs) -> T:
+        with warnings.catch_warnings():
+            warnings.simplefilter("ignore")
+            return call(*args, **kwargs)
+
+    return silent
+
+
+def _module(name: str) -> Any:
+    """A package's module; statsmodels asks for its warnings when it is imported, so they are turned off again."""
+    found = import_module(name)
+    warnings.simplefilter("ignore")
+    return found
+
+
+def read_table(table: pd.DataFrame, rows: Iterable[Any], columns: Mapping[str, str]) -> Numbers:
+    """Numbers from a table with one row per label in `rows`; `columns` maps our column names to the table's."""
+    present = {ours: table[theirs].tolist() for ours, theirs in columns.items() if theirs in table}
+    return {(str(row), ours): float(own[i]) for i, row in enumerate(rows) for ours, own in present.items()}
+
+
+@quietly
+def pingouin_within(table: pd.DataFrame, dv: str, within: Sequence[str], subject: str) -> pd.DataFrame:
+    """Repeated-measures ANOVA of one or two factors with Greenhouse-Geisser's correction, one value per cell."""
+    pingouin = _module("pingouin")
+    factors = list(within) if len(within) > 1 else within[0]
+    found: pd.DataFrame = pingouin.rm_anova(table, dv=dv, within=factors, subject=subject, correction=True)
+    return found
+
+
+def read_pingouin_anova(table: pd.DataFrame) -> Numbers:
+    """The effects of pingouin's ANOVA within or between participants."""
+    table = table[table["Source"] != "Residual"]
+    columns = {**WITHIN_COLUMNS, "np2": "np2"}
+    return read_table(table, table["Source"].str.replace(" * ", ":", regex=False), columns)
+
+
+@quietly
+def statsmodels_within(table: pd.DataFrame, dv: str, within: Sequence[str], subject: str) -> pd.DataFrame:
+    """Repeated-measures ANOVA of any number of factors, not corrected; memory grows with the square of the rows."""
+    found: pd.DataFrame = (
+        _module("statsmodels.stats.anova").AnovaRM(table, dv, subject, within=list(within)).fit().anova_table
+    )
+    return found
+
+
+def read_statsmodels_within(table: pd.DataFrame) -> Numbers:
+    """F and the uncorrected p of every effect."""
+    return read_table(table, table.index, {"F": "F Value", "p_unc": "Pr > F"})
+
+
+@quietly
+def pingouin_between(table: pd.DataFrame, dv: str, between: Sequence[str], sum_of_squares: str = "II") -> pd.DataFrame:
+    """ANOVA between groups, one value per participant."""
+    pingouin = _module("pingouin")
+    factors = list(between) if len(between) > 1 else between[0]
+    found: pd.DataFrame = pingouin.anova(table, dv=dv, between=factors, ss_type=len(sum_of_squares))
+    return found
+
+
+@quietly
+def pingouin_mixed(table: pd.DataFrame, dv: str, within: str, between: str, subject: str) -> pd.DataFrame:
+    """Mixed ANOVA of one factor within and one between participants, sums of squares of type II."""
+    pingouin = _module("pingouin")
+    found: pd.DataFrame = pingouin.mixed_anova(
+        table, dv=dv, within=within, between=between, subject=subject, correction=True, effsize="ng2"
+    )
+    return found.replace({"Source": {"Interaction": f"{between}:{within}"}})
+
+
+@quietly
+def statsmodels_t(a: Any, b: Any, paired: bool) -> dict[str, float]:
+    """The t test of the mean of a minus b: paired, or between groups (Welch's where their sizes differ)."""
+    stats = _module("statsmodels.stats.weightstats")
+    found = stats.DescrStatsW(a - b).ttest_mean(0) if paired else stats.ttest_ind(a, b, usevar=_variance(a, b))
+    return dict(zip(("T", "p_unc", "dof"), map(float, found), strict=True))
+
+
+def _variance(a: Any, b: Any) -> str:
+    return "pooled" if len(a) == len(b) else "unequal"
+
+
+@quietly
+def statsmodels_adjusted(p: Sequence[float], correction: str) -> list[float]:
+    """p values adjusted for their family: "bonferroni", "holm" or "none"."""
+    if correction == "none":
+        return list(p)
+    return [float(each) for each in _module("statsmodels.stats.multitest").multipletests(p, method=correction)[1]]
+
+
+@quietly
+def statsmodels_equivalence(a: Any, b: Any, low: float, high: float, paired: bool) -> tuple[float, float]:
+    """p of the two one-sided tests that the mean of a minus b is above `low` and below `high`."""
+    stats = _module("statsmodels.stats.weightstats")
+    limits = (a, b, low, high)
+    found = stats.ttost_paired(*limits) if paired else stats.ttost_ind(*limits, usevar=_variance(a, b))
+    return float(found[1][1]), float(found[2][1])
+
+
+@quietly
+def pingouin_friedman(table: pd.DataFrame, dv: str, within: str, subject: str) -> pd.DataFrame:
+    """Friedman's test, corrected for ties, with Kendall's W."""
+    pingouin = _module("pingouin")
+    found: pd.DataFrame = pingouin.friedman(table, dv=dv, within=within, subject=subject)
+    return found
+
+
+def read_pingouin_friedman(table: pd.DataFrame) -> dict[str, float]:
+    """chi-squared, its degrees of freedom and p, and W."""
+    row = table.iloc[0]
+    return {"chi2": float(row["Q"]), "ddof1": float(row["ddof1"]), "p_unc": float(row["p_unc"]), "W": float(row["W"])}
+
+
+@quietly
+def pingouin_icc(table: pd.DataFrame, dv: str, targets: str, raters: str) -> pd.DataFrame:
+    """The six intraclass correlations; its 95 % intervals are rounded."""
+    pingouin = _module("pingouin")
+    found: pd.DataFrame = pingouin.intraclass_corr(table, targets=targets, raters=raters, ratings=dv)
+    return found
+
+
+def read_pingouin_icc(table: pd.DataFrame) -> Numbers:
+    """By type (ICC1, ..., ICC3k): ICC, F, p and the rounded ends of the interval."""
+    return {
+        (kind, name): float(value)
+        for kind, row in zip(ICC_TYPES, table.to_dict("records"), strict=True)
+        for name, value in zip(
+            ("ICC", "F", "p", "ci_low", "ci_high"), (row["ICC"], row["F"], row["pval"], *row["CI95"]), strict=True
+        )
+    }
+
+
+@quietly
+def pingouin_alpha(wide: pd.DataFrame, confidence: float = 0.95) -> dict[str, float]:
+    """Cronbach's alpha of the columns, and its interval, rounded."""
+    pingouin = _module("pingouin")
+    alpha, (low, high) = pingouin.cronbach_alpha(wide, ci=confidence)
+    return {"alpha": float(alpha), "ci_low": float(low), "ci_high": float(high)}
+
+
+@quietly
+def statsmodels_kappa(counts: Any) -> float:
+    """Fleiss' kappa of a table of counts, one row per unit and one column per category."""
+    return float(_module("statsmodels.stats.inter_rater").fleiss_kappa(counts))
+
+
+def nested(table: pd.DataFrame, groups: Sequence[str]) -> bool:
+    """Whether the levels of every other grouping column lie within those of the first."""
+    first, *others = groups
+    return all(bool((table.groupby(name, observed=True)[first].nunique() == 1).all()) for name in others)
+
+
+@quietly
+def statsmodels_mixed_model(
+    table: pd.DataFrame,
+    fixed: Sequence[str],
+    groups: Sequence[str],
+    slopes: Sequence[str] = (),
+    reml: bool = True,
+    start: Mapping[str, Any] = MappingProxyType({}),
+) -> Any:
+    """A linear mixed model of column `y` on the columns `fixed` (one of ones among them), fitted by MixedLM.
+
+    One of `groups` has a random intercept and the correlated random `slopes`; with several, each has an intercept. The
+    first of these is MixedLM's group where the others lie within it; else they are components of one group, whose
+    matrix has a row and a column for every value. BFGS goes on to a gradient of GRADIENT, for its default stops short,
+    and begins at `start`: each group's covariance matrix over the residual variance (left alone it is often lost).
+    """
+    import numpy as np
+
+    first, *others = groups
+    model: dict[str, Any] = {"groups": table[first], "re_formula": " + ".join(("1", *slopes))}
+    within = not others or nested(table, groups)
+    if others and within:
+        model["vc_formula"] = {name: f"0 + C({name})" for name in others}
+    elif others:
+        parts = {name: f"0 + C({name})" for name in groups}
+        model = {"groups": np.ones(len(table)), "re_formula": "0", "vc_formula": parts}
+    linear_mixed = _module("statsmodels.regression.mixed_linear_model")
+    prepared = linear_mixed.MixedLM.from_formula(f"y ~ 0 + {' + '.join(fixed)}", table, **model)
+    options: dict[str, Any] = {"reml": reml, "method": "bfgs", "gtol": GRADIENT}
+    if start:
+        options["start_params"] = linear_mixed.MixedLMParams.from_components(
+            fe_params=np.zeros(len(fixed)),
+            cov_re=np.asarray(start[first]) if within else np.zeros((0, 0)),
+            vcomp=np.array([np.asarray(start[name])[0, 0] for name in prepared.exog_vc.names]),
+        )
+    return prepared.fit(**options)
+
+
+def read_statsmodels_mixed_model(fitted: Any, groups: Sequence[str]) -> Numbers:
+    """Estimates and standard errors by column, the log likelihood, and the variances by group and "Residual"."""
+    found = {(str(name), "estimate"): float(value) for name, value in fitted.fe_params.items()}
+    errors = fixed_covariance(fitted).diagonal() ** 0.5
+    found |= {(str(name), "se"): float(value) for name, value in zip(fitted.fe_params.index, errors, strict=True)}
+    covariance = fitted.cov_re
+    if covariance.size:
+        effects = ["(Intercept)", *map(str, covariance.index[1:])]
+        found |= {(f"{groups[0]} {e}", "variance"): float(covariance.iloc[i, i]) for i, e in enumerate(effects)}
+    components = zip(fitted.model.exog_vc.names, fitted.vcomp, strict=True)
+    found |= {(f"{name} (Intercept)", "variance"): float(value) for name, value in components}
+    found["Residual", "variance"] = float(fitted.scale)
+    found["fit", "log_likelihood"] = float(fitted.llf)
+    return found
+
+
+def fixed_covariance(fitted: Any) -> Any:
+    """The covariance of the fixed effects at the fitted variances, as lme4 gives it.
+
+    MixedLM's own is a part of the inverse of the whole observed information, where variances are uncertain too.
+    """
+    import numpy as np
+
+    whole, count = np.asarray(fitted.cov_params()), len(fitted.fe_params)
+    fixed, across, random = whole[:count, :count], whole[:count, count:], whole[count:, count:]
+    return fixed - across @ np.linalg.solve(random, across.T)
+
+
+def wald_f(fitted: Any, columns: Sequence[str]) -> float:
+    """F that the fixed effects of these columns are all zero, from their covariance."""
+    import numpy as np
+
+    places = [fitted.fe_params.index.get_loc(name) for name in columns]
+    own = fitted.fe_params.to_numpy()[places]
+    return float(own @ np.linalg.solve(fixed_covariance(fitted)[np.ix_(places, places)], own)) / len(own)
