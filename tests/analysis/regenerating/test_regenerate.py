@@ -46,7 +46,7 @@ def change(lab, before, after):
 
 
 def run(lab, *more):
-    return CliRunner().invoke(regenerate, ["doors_small", "--lab", str(lab), *more])
+    return CliRunner().invoke(regenerate, ["doors_small", "--lab", str(lab), "--no-crosscheck", *more])
 
 
 def statistics(lab):
@@ -92,7 +92,8 @@ def test_twice_gives_the_same_bytes_also_in_another_process(lab, tmp_path):
     assert run(lab).exit_code == 0
     first = contents(lab / "regenerated" / "doors_small")
     code = "import sys; from analysis.regenerating.commands import regenerate; regenerate(sys.argv[1:])"
-    command = [sys.executable, "-c", code, "doors_small", "--lab", str(lab), "--to", str(tmp_path / "again")]
+    to = str(tmp_path / "again")
+    command = [sys.executable, "-c", code, "doors_small", "--lab", str(lab), "--to", to, "--no-crosscheck"]
     subprocess.run(command, check=True, capture_output=True, env={**os.environ, "PYTHONHASHSEED": "7"})
     assert contents(tmp_path / "again") == first
 
@@ -329,7 +330,7 @@ def test_an_imported_table_is_regenerated_by_the_labs_plan(tmp_path):
 
 
 def test_a_second_opinion_lies_beside_the_statistics_and_is_no_part_of_what_is_compared(lab):
-    done = run(lab, "--no-figures")
+    done = run(lab, "--no-figures", "--crosscheck")
     folder = lab / "regenerated" / "doors_small"
     checks = json.loads((folder / "crosscheck.json").read_text())
     outcomes = len({each["outcome"] for each in checks["checks"]})
@@ -339,7 +340,7 @@ def test_a_second_opinion_lies_beside_the_statistics_and_is_no_part_of_what_is_c
     assert "Second opinion: " in done.output
     (folder / "crosscheck.json").write_text("{}")
     assert run(lab, "--check").exit_code == 0
-    assert run(lab, "--no-figures", "--no-crosscheck").exit_code == 0
+    assert run(lab, "--no-figures").exit_code == 0
     assert not (folder / "crosscheck.json").exists()
 
 
@@ -349,7 +350,7 @@ def test_a_disagreement_stands_at_the_head_of_console_and_report(lab, monkeypatc
     right = packages.read_pingouin_anova
     monkeypatch.setattr(packages, "read_pingouin_anova", lambda table: {k: 1.01 * v for k, v in right(table).items()})
     change(lab, "  - {name: pairs, test: pairs, factor: variant, correction: holm}\n", "")
-    done = run(lab)
+    done = run(lab, "--crosscheck")
     assert done.exit_code == 0
     assert (
         "DISAGREEMENT: variants Damped: " in done.output and " differs by 1e-02 of its value (pingouin " in done.output
