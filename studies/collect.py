@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import re
+import shlex
 import sqlite3
 from collections import Counter
 from collections.abc import Collection, Generator, Iterable, Iterator, Sequence
@@ -24,6 +25,7 @@ from studies.record import read
 from studies.tables import SessionTables, tables
 from studies.workers import map_in_order, workers_for
 
+DATABASE = "lab.sqlite"
 LOCK = 0x50414C43
 """Key of the PostgreSQL advisory lock that lets stations collect into one database one after another."""
 OF_A_SESSION = (
@@ -62,8 +64,10 @@ def others_in(lab: Path) -> list[Path]:
     return sorted(path for path in (lab / "sessions").glob("*.sqlite") if path not in named and path.name[0] != ".")
 
 
-def open_database(url: str | URL, rebuild: bool = False) -> Engine:
+def open_database(url: str | URL, rebuild: bool = False, lab: Path | None = None) -> Engine:
     """A database for collecting, its tables made where missing; to `rebuild` drops them first, and nothing else.
+
+    `lab` is the folder that a message about rebuilding it names.
 
     Raises CollectError on a URL that cannot be used, a database of another version, or one that holds other tables.
     """
@@ -75,7 +79,7 @@ def open_database(url: str | URL, rebuild: bool = False) -> Engine:
             _demand_ours(connection)
             if rebuild:
                 schema.drop_all(connection)
-            _demand_version(connection)
+            _demand_version(connection, lab)
     except CollectError as error:
         engine.dispose()
         raise CollectError(f"{describe_url(url)}: {error}") from None
@@ -273,7 +277,18 @@ def _wait_for_others(connection: Connection) -> None:
         connection.exec_driver_sql(f"SELECT pg_advisory_xact_lock({LOCK})")
 
 
-def _demand_version(connection: Connection) -> None:
+def rebuild_command(url: URL, lab: Path | None) -> str:
+    """Return the command that rebuilds a collected database, and say where its URL is shown without the password."""
+    words = ["palpate", "collect", "--rebuild", "--lab", "LAB" if lab is None else str(lab)]
+    shown = url._replace(password=None).difference_update_query(  # `set` takes None for unchanged
+        [key for key in url.query if "password" in key.lower() or key.lower() in {"pwd", "passwd"}]
+    )
+    if lab is None or url != URL.create("sqlite", database=str(lab / DATABASE)):
+        words += ["--to", shown.render_as_string(hide_password=False)]
+    return shlex.join(words) + ("" if shown == url else " (the URL is shown without its password: add it)")
+
+
+def _demand_version(connection: Connection, lab: Path | None = None) -> None:
     """Make what is missing; what is there must be of this version."""
     schema.palpate.create(connection, checkfirst=True)
     found = connection.execute(select(schema.palpate.c.version)).scalar_one_or_none()
@@ -281,7 +296,8 @@ def _demand_version(connection: Connection) -> None:
         connection.execute(insert(schema.palpate), {"version": schema.VERSION})
     elif found != schema.VERSION:
         raise CollectError(
-            f"the database was collected in version {found}, this Palpate writes {schema.VERSION}: collect --rebuild"
+            f"collected in version {found}, and this Palpate writes {schema.VERSION}; make it anew from the ledgers:"
+            f" {rebuild_command(connection.engine.url, lab)}"
         )
     schema.create_all(connection)
 

@@ -74,7 +74,7 @@ def collect(url: str | None, rebuild: bool, verify: bool, lab: Path, as_json: bo
     """
     from sqlalchemy import URL
 
-    from studies.collect import CollectError, Collector, ledgers_in, open_database, others_in
+    from studies.collect import DATABASE, CollectError, Collector, ledgers_in, open_database, others_in
     from studies.messages import describe_url
     from studies.participants.registry import withdrawn
 
@@ -83,7 +83,7 @@ def collect(url: str | None, rebuild: bool, verify: bool, lab: Path, as_json: bo
         raise CollectError(f"no ledgers in {lab / 'sessions'}; run a session first")
     if url is not None and url.strip() in {"sqlite://", "sqlite:///", "sqlite:///:memory:"}:
         raise CollectError(f"{url}: a database in memory is gone at once; name a file, as sqlite:///lab.sqlite")
-    engine = open_database(url or URL.create("sqlite", database=str(lab / "lab.sqlite")), rebuild)
+    engine = open_database(url or URL.create("sqlite", database=str(lab / DATABASE)), rebuild, lab)
     collector = Collector(engine, withdrawn(lab), verify)
     try:
         with closing(progress(paths, "collecting", as_json)) as steps:

@@ -78,7 +78,7 @@ def opened(wanted: Wanted, watch: Watch = unwatched) -> Iterator[Source]:
     Sessions of people who withdrew, declined or were not eligible are never among them. Raises ExportRefused or
     DataRefused where there are none, and LedgerError or CollectError on a file or database that cannot be used.
     """
-    engine = scratch_database() if wanted.url is None else open_database(wanted.url)
+    engine = scratch_database() if wanted.url is None else open_database(wanted.url, lab=wanted.lab)
     try:
         if wanted.url is None:
             _gather(wanted, engine, watch)

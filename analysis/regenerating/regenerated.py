@@ -126,7 +126,10 @@ def whole_material(
         if not imported.is_dir():
             raise nothing_of(name, wanted.lab)
         return imported_material(load_ratings(imported), (plan.declared.title if plan else None) or "")
-    engine = open_database(wanted.url) if wanted.url is not None else gathered(paths, wanted.lab, progress)
+    if wanted.url is not None:
+        engine = open_database(wanted.url, lab=wanted.lab)
+    else:
+        engine = gathered(paths, wanted.lab, progress)
     try:
         return read_material(
             engine,

@@ -52,7 +52,7 @@ def read_source(wanted: Wanted, progress: Progress = lambda *_: None) -> tuple[R
 
 def _read(wanted: Wanted, progress: Progress) -> tuple[Ratings, str]:
     if wanted.url is not None:
-        return _from_database(open_database(wanted.url), wanted)
+        return _from_database(open_database(wanted.url, lab=wanted.lab), wanted)
     paths = ledgers_in(wanted.lab, wanted.name)
     folder = wanted.lab / IMPORTED / wanted.name
     if paths and folder.exists():

@@ -74,7 +74,7 @@ def _collected(lab: Path, study: str) -> bool:
 
     from studies.collect import open_database
 
-    engine = open_database(f"sqlite:///{path}")
+    engine = open_database(f"sqlite:///{path}", lab=lab)
     try:
         with engine.connect() as connection:
             query = text("SELECT count(*) FROM sessions WHERE study = :study")

@@ -1,16 +1,19 @@
 import json
 import os
+import re
 import shutil
 import sqlite3
 from concurrent.futures import ThreadPoolExecutor
+from pathlib import Path
 from threading import Barrier
 
 import pytest
-from sqlalchemy import create_engine, inspect, select, text
+from sqlalchemy import create_engine, inspect, make_url, select, text
 
 from protocols.canonical import digest
 from studies import collected_schema as schema
-from studies.collect import CollectError, collect, ledgers_in, open_database
+from studies.collect import CollectError, collect, ledgers_in, open_database, rebuild_command
+from studies.messages import hide_passwords
 from studies.participants.identities import Identity, identify
 from studies.participants.registry import reading
 from studies.record import LedgerError, read
@@ -182,14 +185,32 @@ def test_a_database_that_cannot_be_used_is_said_without_its_password(url, said):
     assert "secret" not in str(caught.value)
 
 
+@pytest.mark.parametrize(
+    ("url", "command"),
+    [
+        ("sqlite:///my lab/lab.sqlite", "palpate collect --rebuild --lab 'my lab'"),
+        ("sqlite:///shared.sqlite", "palpate collect --rebuild --lab 'my lab' --to sqlite:///shared.sqlite"),
+        (
+            "postgresql+psycopg://me:secret@host:5433/lab?sslpassword=secret&options=-csearch_path%3Dx",
+            "palpate collect --rebuild --lab 'my lab' --to"
+            " 'postgresql+psycopg://me@host:5433/lab?options=-csearch_path%3Dx'"
+            " (the URL is shown without its password: add it)",
+        ),
+    ],
+)
+def test_the_command_that_rebuilds_a_database_names_lab_and_url_and_no_password(url, command):
+    assert rebuild_command(make_url(url), Path("my lab")) == hide_passwords(command) == command
+
+
 def test_a_database_of_another_version_is_refused(tmp_path):
     url = f"sqlite:///{tmp_path / 'x.sqlite'}"
     engine = open_database(url)
     with engine.begin() as connection:
         connection.execute(text("UPDATE palpate SET version = 99"))
     engine.dispose()
-    with pytest.raises(CollectError, match="collected in version 99, this Palpate writes 3: collect --rebuild"):
-        open_database(url)
+    command = f"make it anew from the ledgers: palpate collect --rebuild --lab {tmp_path} --to {url}"
+    with pytest.raises(CollectError, match=rf"x.sqlite: collected in version 99, .*{re.escape(command)}"):
+        open_database(url, lab=tmp_path)
 
 
 @pytest.mark.parametrize("rebuild", [False, True])

@@ -192,9 +192,8 @@ def test_a_version_of_a_changed_study_is_chosen_by_its_digest(lab):
 
     study = lab / "studies" / "doors_small" / "study.yaml"
     study.write_text(study.read_text().replace("Damped", "Muffled"))
-    assert (
-        not CliRunner().invoke(sit, ["doors_small", "--participant", "P021", "--simulate", "--lab", str(lab)]).exception
-    )
+    changed = ["doors_small", "--participant", "P021", "--simulate", "--lab", str(lab), "--accept-change"]
+    assert not CliRunner().invoke(sit, changed).exception
     told = str(run(lab, "--no-figures").exception)
     assert "was changed between participants" in told
     old = next(part.split()[0] for part in told.replace(":", ",").split(",") if "12 sessions" in part)
@@ -202,6 +201,10 @@ def test_a_version_of_a_changed_study_is_chosen_by_its_digest(lab):
     assert done.exit_code == 0, done.exception
     assert found_of(lab, "variants", "Damped")["participants"] == 12
     assert any("another version" in each["why"] for each in statistics(lab)["exclusions"])
+    notes = {version["note"]: version["sha256"] for version in statistics(lab)["versions"]}
+    assert set(notes) == {"12 sessions", "1 session, left out"}
+    for note, sha256 in notes.items():
+        assert f"  study doors_small {sha256[:12]}: {note}" in done.output
 
 
 def drop_a_cell(lab, policy):
