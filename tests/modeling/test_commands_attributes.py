@@ -175,6 +175,7 @@ def test_no_method_at_all_is_refused(made, tmp_path, names):
     assert made == []
 
 
+@pytest.mark.needs("distributed")
 @pytest.mark.parametrize("group", [train, evaluate])
 def test_a_cluster_that_is_not_there_is_refused_before_features_are_made(tmp_path, monkeypatch, group):
     read = []

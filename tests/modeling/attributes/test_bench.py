@@ -56,6 +56,7 @@ def test_a_full_run_leaves_eight_of_the_textures_out():
     assert rows[0].n == 8 and rows[0].input.startswith("16 made-up textures, 8 left out")
 
 
+@pytest.mark.needs("distributed")
 def test_two_folds_of_a_whole_study_err_the_same_one_after_another_and_by_dask_workers(monkeypatch):
     monkeypatch.setattr("modeling.attributes.bench.TEXTURES", 6)
     monkeypatch.setattr("modeling.attributes.bench_folds.WHOLE", 6)

@@ -15,6 +15,7 @@ def test_what_was_felt_comes_back_within_half_a_percent():
     assert all(0 < error < 0.5 for error in found.values())
 
 
+@pytest.mark.needs("librosa", "pywt")
 def test_a_study_s_recordings_are_made_once_and_their_error_time_and_memory_told():
     error, memory = (measure(each) for each in cases(quick=True) if each.case != FROM_SENSORS)
     assert error.outcome == memory.outcome == MEASURED

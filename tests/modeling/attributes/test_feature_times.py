@@ -19,6 +19,7 @@ def short(monkeypatch):
     monkeypatch.setattr(feature_times, "SECONDS", 8.0)
 
 
+@pytest.mark.needs("librosa", "pywt")
 def test_the_recording_is_prepared_and_the_picture_decoded_while_the_clock_runs(short, monkeypatch):
     """A clock that counts what was done: filtering a recording, decoding a picture."""
     from analysis.features import pictures

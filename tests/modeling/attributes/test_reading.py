@@ -142,6 +142,7 @@ def test_a_recording_that_cannot_be_used_leaves_the_texture_with_a_note(tmp_path
     assert read(tmp_path).textures[1].notes == short.notes
 
 
+@pytest.mark.needs("librosa", "pywt")
 def test_half_a_recording_that_the_tracker_did_not_see_is_told_of_its_texture(tmp_path):
     session(tmp_path, "P001", [{"stimulus": "T01"}, {"stimulus": "T02", "seconds": 7.0, "seen_s": 4.0}])
     for _ in range(2):  # made, and kept

@@ -165,6 +165,7 @@ def test_the_table_is_the_one_named_or_the_only_one(tmp_path):
         read(tmp_path, scale=(100.0, 0.0))
 
 
+@pytest.mark.needs("torch", "skimage")
 @pytest.mark.parametrize("rows", [("1,7,3,4", "2,5,1,6"), ("0.5,0.1,1,0", "0,0,1,1"), ("1.2,9.9,4.4,10", ",,,")])
 def test_ratings_of_few_steps_are_not_read_as_of_0_to_100_unless_that_is_said(tmp_path, rows):
     folder_of(tmp_path, HEADER, *(f"T{n},x,y,{row}" for n, row in enumerate(rows, start=1)))

@@ -104,6 +104,7 @@ def test_names_that_do_not_meet_are_told(tmp_path):
         filed(Recordings(cluster=tmp_path / "data"), {"cluster_0": ("", "")})
 
 
+@pytest.mark.needs("librosa", "pywt")
 def test_a_file_s_new_name_is_a_new_recording_since_it_says_what_was_wished_for(tmp_path):
     data, mine, lab = tmp_path / "data", rated(tmp_path / "mine", "cluster_3", "cluster_4"), tmp_path / "lab"
     slide(data, "3_0_10_500_0", speed=40.0)
@@ -137,6 +138,7 @@ def test_what_lacks_of_a_texture_that_is_not_in_the_table_is_nobody_s_matter(tmp
         Recordings(hatt=toolkit).sources(["cork"])
 
 
+@pytest.mark.needs("librosa", "pywt")
 def test_one_that_cannot_be_read_is_left_out_by_name_and_ratings_are_no_recording(tmp_path):
     mine = rated(tmp_path / "mine", "oak", "felt", "cork")
     for name in ("oak", "felt"):

@@ -79,6 +79,7 @@ def in_words(*words):
     return json.loads(result.stdout)
 
 
+@pytest.mark.needs("torch", "librosa", "pywt", "skimage")
 @pytest.mark.parametrize(
     ("wish", "attribute", "most"),
     [("very rough", 0, min), ("bumpy, not sticky", 1, max), ("very soft", 3, max)],

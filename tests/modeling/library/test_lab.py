@@ -207,6 +207,7 @@ def test_pictures_of_a_folder_stand_in_for_those_of_sessions(lab, tmp_path):
     assert [each.picture for each in found.told.library.textures] == [None, None, "pictures/T03.jpg"]
 
 
+@pytest.mark.needs("torch", "librosa", "pywt", "skimage")
 def test_a_model_predicts_what_nobody_rated_and_says_what_it_learned(felt_lab):
     with_model(felt_lab)
     library = index(Wanted(felt_lab, workers=1)).told.library
@@ -224,12 +225,14 @@ def test_a_model_predicts_what_nobody_rated_and_says_what_it_learned(felt_lab):
     assert source.file == f"models/{NAME}.json"
 
 
+@pytest.mark.needs("torch", "librosa", "pywt", "skimage")
 def test_a_model_from_elsewhere_is_named_without_a_place_in_the_lab(felt_lab, tmp_path):
     card = with_model(felt_lab, folder=tmp_path / "elsewhere" / "models")
     (source,) = index(Wanted(felt_lab, model=card, workers=1)).told.library.sources[-1:]
     assert source.file == card.name and source.sha256 == hashlib.sha256(card.read_bytes()).hexdigest()
 
 
+@pytest.mark.needs("torch", "librosa", "pywt", "skimage")
 def test_a_model_is_asked_about_features_made_as_those_that_it_learned_from(felt_lab):
     """Those of pictures looked at in a hurry are kept; whole ones would be made anew."""
     with_model(felt_lab, "sight")
@@ -248,6 +251,7 @@ def test_a_model_without_intervals_is_taken_as_unsure(felt_lab):
     assert model.high == pytest.approx(1.644854 * NOTHING_KNOWN[1]) and "no intervals" in model.notes[-1]
 
 
+@pytest.mark.needs("torch", "librosa", "pywt", "skimage")
 def test_other_weights_than_the_model_learned_from_are_refused(felt_lab, tmp_path):
     card = with_model(felt_lab, "sight", tmp_path / "elsewhere", weights="a file 0123")
     with pytest.raises(

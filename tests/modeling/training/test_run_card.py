@@ -4,10 +4,13 @@ import subprocess
 import sys
 from importlib.metadata import PackageNotFoundError, version
 
+import pytest
+
 from modeling.training import run_card
 from modeling.training.run_card import BESIDE, PACKAGES, versions
 
 
+@pytest.mark.needs("torch", "librosa", "pywt", "skimage")
 def test_every_package_that_makes_features_is_named_with_its_installed_version():
     told = versions()
     assert set(PACKAGES) < set(told)

@@ -100,6 +100,7 @@ def test_a_door_that_dies_is_a_fault_and_the_trial_is_met_again(lab, rooms):
     assert not list(children()), "every twin ends with its session"
 
 
+@pytest.mark.needs("serial")
 def test_a_session_that_is_quit_while_a_door_is_felt_leaves_it_safe_and_goes_on(lab, rooms):
     def quits(page, looks):
         if page == "feel_now" and looks > 200:
@@ -135,6 +136,7 @@ def test_the_first_thing_done_in_the_end_is_that_nothing_moves(lab, rooms, monke
     assert done[:2] == ["safe", "stop"]
 
 
+@pytest.mark.needs("serial")
 def test_a_profile_beyond_the_rig_s_limits_is_refused_before_anything_is_recorded(lab, rooms):
     path = rig_path(lab)
     path.write_text(TWINS.replace("twin_speed: 0.25", "limits: {torque_Nm: 5}"), encoding="utf-8")
@@ -151,6 +153,7 @@ def test_where_no_ledger_can_be_written_the_devices_are_let_go_of(lab, rooms):
     assert not list(children())
 
 
+@pytest.mark.needs("serial")
 def test_wishes_that_the_rig_s_door_may_not_play_are_refused_before_anything_is_recorded(lab, rooms):
     found = read_study(SHIPPED / "door_authoring" / "study.yaml")
     hardware = hardware_for(found, lab, LiveOptions())

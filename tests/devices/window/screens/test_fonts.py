@@ -36,6 +36,7 @@ def test_korean_hindi_and_accents_are_covered_here():
     fonts().demand(["거칠다 매끄럽다", "खुरदुरा क्षण स्निग्ध", "Ærøskøbing, naïve, tiếng Việt"])
 
 
+@pytest.mark.needs("fonts")
 def test_a_line_of_many_scripts_is_split_by_font_and_marks_stay_with_their_letter():
     runs = fonts().runs("Rough 거친 कि é!")
     assert [run.text for run in runs] == ["Rough ", "거친 ", "कि ", "é!"]

@@ -88,6 +88,7 @@ def test_a_longest_word_list_stays_on_one_sheet_on_the_smallest_screen():
         assert screen_for(ask(Words(words, further=True)), page(SIZES[size]), 0).sheets == 1
 
 
+@pytest.mark.needs("fonts")
 def test_seven_lines_stay_on_one_sheet_in_both_languages_on_the_smallest_screen():
     for language in ("en", "ko"):
         form = specimens(wording(language))["sliders"].request

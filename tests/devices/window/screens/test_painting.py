@@ -22,6 +22,7 @@ def all_events(screen):
         yield from (Key("tab", False, n), Key("right", False, n), Typed("가", n), Key("backspace", True, n))
 
 
+@pytest.mark.needs("fonts")
 @pytest.mark.parametrize("name", NAMES)
 def test_painting_what_changed_gives_the_same_picture_as_painting_everything(name):
     on = page(language="ko", pages={"instructions": "하나\n\n" * 60})
