@@ -284,7 +284,7 @@ needs:
 def textures(count=1) -> Found:
     found = read_study(SHIPPED / "texture_similarity" / "study.yaml")
     some = tuple(each for each in found.study.stimuli if each.columns["method"] == "AR")[:count]
-    given = {"stimuli": some, "opening": (), "instructions": None}
+    given = {"stimuli": some, "opening": (), "setup": (), "instructions": None}
     return Found(found.study.model_copy(update=given), found.folder)
 
 
