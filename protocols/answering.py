@@ -6,7 +6,7 @@ import math
 from collections.abc import Iterable
 from typing import Any
 
-from protocols.forms import Consent, Demographics, Eligibility, Lexicon, Likert, Question, Sliders, Words
+from protocols.forms import Consent, Demographics, Eligibility, Interview, Lexicon, Likert, Question, Sliders, Words
 from protocols.keyed import normal, shuffled, uniform
 from protocols.perceiver import Perceiver
 from protocols.requests import Ask, Reply
@@ -51,8 +51,9 @@ def _answered(person: Perceiver, ask: Ask) -> tuple[Reply, float]:
             return _agreed(person, ask, form)
         case Demographics() as form:
             return _after(person, ask, {question.name: _about_oneself(person, question) for question in form.questions})
-        case Consent() | Eligibility() as form:
-            return _after(person, ask, dict.fromkeys(form.items(), True))
+        case Interview() | Consent() | Eligibility() as form:
+            said = "" if isinstance(form, Interview) else True
+            return _after(person, ask, dict.fromkeys(form.items(), said))
 
 
 def _after(person: Perceiver, ask: Ask, answers: dict[str, Any]) -> tuple[Reply, float]:

@@ -9,7 +9,7 @@ from collections.abc import Mapping, Sequence
 from dataclasses import asdict, dataclass
 from typing import Any, Literal
 
-from protocols.study import Attribute, Criterion, Questionnaire, Scale
+from protocols.study import Attribute, Criterion, Item, Questionnaire, Scale
 
 LONGEST_WORD = 200
 MOST_WORDS = 200
@@ -188,6 +188,27 @@ class Consent:
 
 
 @dataclass(frozen=True)
+class Interview:
+    """Questions that are answered in the participant's own words, or left empty: {question: text}."""
+
+    questions: tuple[Item, ...]
+    name: Literal["interview"] = "interview"
+
+    def items(self) -> list[str]:
+        """The questions' names."""
+        return [question.name for question in self.questions]
+
+    def problem(self, answers: Any) -> str | None:
+        """Why these are no answers, or None."""
+        if not isinstance(answers, Mapping) or sorted(answers) != sorted(self.items()):
+            return f"answers to {self.items()} expected, found {answers!r:.200}"
+        for name, answer in answers.items():
+            if not isinstance(answer, str) or len(answer) > LONGEST_WORD * MOST_WORDS:
+                return f"{name} = {answer!r:.80}: a text is expected"
+        return None
+
+
+@dataclass(frozen=True)
 class Eligibility:
     """Questions that decide whether the person can take part: {eligible: true or false}.
 
@@ -207,7 +228,7 @@ class Eligibility:
         return None if good else f"eligible: true or false expected, found {answers!r:.80}"
 
 
-Form = Sliders | Words | Lexicon | Likert | Demographics | Consent | Eligibility
+Form = Sliders | Words | Lexicon | Likert | Demographics | Consent | Eligibility | Interview
 
 
 @dataclass(frozen=True)

@@ -9,7 +9,18 @@ from math import lcm
 from typing import Any
 
 from protocols.canonical import digest
-from protocols.forms import Consent, Demographics, Eligibility, Form, LabForms, Lexicon, Likert, Sliders, Words
+from protocols.forms import (
+    Consent,
+    Demographics,
+    Eligibility,
+    Form,
+    Interview,
+    LabForms,
+    Lexicon,
+    Likert,
+    Sliders,
+    Words,
+)
 from protocols.keyed import Key, shuffled
 from protocols.orders import Design, latin_row, rows_of, williams_row
 from protocols.study import RATED, Stimulus, Study
@@ -110,6 +121,7 @@ class Plan:
         forms: dict[str, Form] = {"suggestions": Lexicon(0, "suggestions")}
         if asked is not None:
             forms["questionnaire"] = Likert(asked)
+        forms["interview"] = Interview(self.study.interview)
         return tuple(forms[name] for name in self.study.closing)
 
 

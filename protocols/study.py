@@ -297,7 +297,7 @@ class Noise(Strict):
 
 
 class Item(Strict):
-    """A statement of a questionnaire."""
+    """A statement of a questionnaire, or a question of an interview."""
 
     name: Name
     text: Text
@@ -405,7 +405,8 @@ class Study(Strict):
     adjectives: Adjectives | None = None
     lexicon: Lexicon | None = None
     capture: Capture | None = None
-    closing: tuple[Literal["suggestions", "questionnaire"], ...] = ()
+    closing: tuple[Literal["suggestions", "questionnaire", "interview"], ...] = ()
+    interview: Annotated[tuple[Item, ...], Field(max_length=10)] = ()
     questionnaire: Questionnaire | None = None
     order: Order
     practice: Practice | None = None

@@ -74,6 +74,12 @@ def _of_ends(study: Study) -> Iterator[Problem]:
     for index, name in enumerate(names):
         if name in names[:index]:
             yield Problem(("eligible", index), f"the question {name!r} stands twice")
+    if ("interview" in study.closing) != bool(study.interview):
+        yield Problem(("interview",), "closing: [interview] and interview: [{name, text}, ...] go together")
+    names = [item.name for item in study.interview]
+    for index, name in enumerate(names):
+        if name in names[:index]:
+            yield Problem(("interview", index), f"the question {name!r} stands twice")
     asked = "questionnaire" in study.closing
     if asked != (study.questionnaire is not None):
         yield Problem(("questionnaire",), "closing: [questionnaire] and questionnaire: {items: ...} go together")

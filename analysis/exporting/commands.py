@@ -27,12 +27,13 @@ FORMATS = ("bids", "psych-ds", "csv", "parquet")
 @click.option("--parquet", is_flag=True, help='As Parquet files; needs pip install "palpate[export]".')
 @click.option("--without", multiple=True, metavar="COLUMN", help="Leave out this column or question. Repeatable.")
 @click.option("--redact", is_flag=True, help="Blacken texts that look as if they said who somebody is.")
+@click.option("--free-text", is_flag=True, help="Also what people wrote in an interview: read it first.")
 @click.option("--with-dates", is_flag=True, help="Also tell when sessions began.")
 @click.option("--recordings/--no-recordings", default=True, help="Whether BIDS gets the recorded streams.")
 @click.option("--replace", is_flag=True, help="Replace an earlier export in that folder.")
 @JSON
 def export(wanted: Wanted, folder: Path, as_json: bool, without: tuple[str, ...], redact: bool, with_dates: bool,
-           recordings: bool, replace: bool, **formats: bool) -> None:  # fmt: skip
+           free_text: bool, recordings: bool, replace: bool, **formats: bool) -> None:  # fmt: skip
     """Write the data of the study NAME to a folder that can be shared.
 
     Participants appear by pseudonym; people who withdrew, declined or were not eligible do not appear. Columns
@@ -49,7 +50,7 @@ def export(wanted: Wanted, folder: Path, as_json: bool, without: tuple[str, ...]
     from analysis.exporting.exported import export as write
 
     chosen = _format(formats)
-    choices = Choices(chosen, without, with_dates, redact, recordings, replace)
+    choices = Choices(chosen, without, with_dates, redact, recordings, replace, free_text)
     found = write(wanted, folder, choices, _Watched(as_json))
     if as_json:
         echo_json({**vars(found), "folder": str(found.folder)})

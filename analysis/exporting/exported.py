@@ -25,8 +25,9 @@ Format = Literal["bids", "psych-ds", "csv", "parquet"]
 class Choices:
     """How a data set is to be shared.
 
-    `without` names columns and questions to leave out, `dates` keeps when sessions began, `redact` blackens texts that
-    look as if they said who somebody is, `recordings` says whether BIDS gets the streams.
+    `without` names columns and questions to leave out, `dates` keeps when sessions began, `free_text` what was written
+    in an interview; `redact` blackens texts that look as if they said who somebody is, `recordings` says whether BIDS
+    gets the streams.
     """
 
     format: Format
@@ -35,6 +36,7 @@ class Choices:
     redact: bool = False
     recordings: bool = True
     replace: bool = False
+    free_text: bool = False
 
 
 @dataclass(frozen=True)
@@ -62,7 +64,7 @@ def export(wanted: Wanted, folder: Path, choices: Choices, watch: Watch = unwatc
     guard = Guard(identities(wanted.lab), choices.redact)
     with opened(wanted, watch) as source:
         guard.demand_pseudonyms(source.participants)
-        data, of = shared(source, choices.without, choices.dates), about(source, choices.dates)
+        data, of = shared(source, choices.without, choices.dates, choices.free_text), about(source, choices.dates)
         mark = {
             "format": choices.format,
             "study": source.study.study,

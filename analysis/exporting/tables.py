@@ -63,17 +63,19 @@ ROWS: dict[str, PerSession] = {
 """What a session gives to each table."""
 
 
-def shared(source: Source, without: Iterable[str] = (), dates: bool = False) -> Shared:
+def shared(source: Source, without: Iterable[str] = (), dates: bool = False, free_text: bool = False) -> Shared:
     """The data set's tables, those that the study cannot fill left out.
 
     `without` names columns, or questions that were put to participants, to be left out wherever they stand; `dates`
-    keeps when sessions began. Raises ExportRefused on a name that no column has, or one that a table needs.
+    keeps when sessions began, `free_text` what was written in an interview. Raises ExportRefused on a name that no
+    column has, or one that a table needs.
     """
     left_out = frozenset(without)
     found = (people(source).table(), *_of_sessions(source, dates), stimulus_table(source))
     asked = {str(row["item"]) for sat in source.kept for row in SessionRows(source, sat).answers()}
     _demand_known(left_out, found, asked)
     kept = tuple(_without_items(table.without(left_out), left_out) for table in found)
+    kept = kept if free_text else tuple(_without_interview(table) for table in kept)
     return Shared(source, kept, tuple(sorted(left_out)))
 
 
@@ -93,6 +95,13 @@ def _without_items(table: Table, names: frozenset[str]) -> Table:
     return replace(table, rows=lambda: (row for row in table.rows() if row["item"] not in names))
 
 
+def _without_interview(table: Table) -> Table:
+    """What people wrote freely leaves the lab only where it is asked for."""
+    if table.name != "answers":
+        return table
+    return replace(table, rows=lambda: (row for row in table.rows() if row["form"] != "interview"))
+
+
 def _of_sessions(source: Source, dates: bool) -> Iterator[Table]:
     study = source.study
     yield _table(source, "sessions", "One row for each session.", _session_columns(dates))
@@ -102,7 +111,7 @@ def _of_sessions(source: Source, dates: bool) -> Iterator[Table]:
         yield _table(source, "ratings", told, _rating_columns(study))
     if study.task in WORDS_OF or "suggestions" in study.closing:
         yield _table(source, "words", "One row for each word that was ticked or written.", _word_columns())
-    if study.opening or "questionnaire" in study.closing:
+    if study.opening or {"questionnaire", "interview"} & set(study.closing):
         told = "One row for each question outside trials: about the person, or the questionnaire."
         yield _table(source, "answers", told, _answer_columns(study))
     if study.sides:
@@ -196,8 +205,14 @@ def _word_columns() -> tuple[Column, ...]:
 
 def _answer_columns(study: Study) -> tuple[Column, ...]:
     items = {item.name: item.text for item in study.questionnaire.items} if study.questionnaire else {}
+    items |= {item.name: item.text for item in study.interview}
     return (
-        Column("form", "The form.", levels={FORM: "about the person", "likert": "the questionnaire"}, key=True),
+        Column(
+            "form",
+            "The form.",
+            levels={FORM: "about the person", "likert": "the questionnaire", "interview": "free text"},
+            key=True,
+        ),
         Column("item", "The question.", levels=items, key=True),
         Column("value", "The answer as text; empty where none was given.", said=True, key=True),
         Column("value_number", "The answer as a number, where it is one.", "number", said=True),

@@ -227,12 +227,14 @@ def _words(found: Sequence[Mapping[str, Any]], trials: pd.DataFrame) -> pd.DataF
 
 
 def _forms(found: Sequence[Mapping[str, Any]]) -> pd.DataFrame:
+    """The answers outside trials, but for what was written freely in an interview: no report repeats that."""
     rows = [
         {
             **{key: row[key] for key in ("participant", "session", "group", "form")},
             **{"attribute": row["item"], "value": row["number"], "text": row["value"]},
         }
         for row in found
+        if row["form"] != "interview"
     ]
     head = ["participant", "session", "group", "form", "attribute", "value", "text"]
     return _sorted(rows, head, ("participant", "session", "form", "attribute")).astype({"value": "float64"})

@@ -8,6 +8,7 @@ from typing import Any
 from devices.window.screen import Page, Screen
 from devices.window.screens.authoring import AuthoringScreen
 from devices.window.screens.demographics import DemographicsScreen, EligibilityScreen
+from devices.window.screens.interview import InterviewScreen
 from devices.window.screens.lexicon import LexiconScreen
 from devices.window.screens.likert import LikertScreen
 from devices.window.screens.pages import MessageScreen, RestScreen, RulerScreen
@@ -15,7 +16,7 @@ from devices.window.screens.reading import ConsentScreen, InstructionScreen
 from devices.window.screens.similarity import SimilarityScreen
 from devices.window.screens.sliders import SliderScreen
 from devices.window.screens.words import WordScreen
-from protocols.forms import Consent, Demographics, Eligibility, Form, Lexicon, Likert, Sliders, Words
+from protocols.forms import Consent, Demographics, Eligibility, Form, Interview, Lexicon, Likert, Sliders, Words
 from protocols.requests import Ask, Confirm, Instruct, Rest
 
 __all__ = ["Page", "demand_shown", "page_for", "screen_for"]
@@ -71,5 +72,6 @@ SCREENS: Mapping[type[Form], Callable[[Ask, Any, Page], Screen]] = {
     Demographics: DemographicsScreen,
     Eligibility: EligibilityScreen,
     Consent: ConsentScreen,
+    Interview: InterviewScreen,
 }
 """The screens of the forms that are not sliders."""

@@ -24,6 +24,7 @@ def study_texts(study: Study) -> tuple[str, ...]:
         texts += [attribute.low, attribute.high, attribute.explanation]
     if study.scale is not None:
         texts += [text for _, text in study.scale.labels]
+    texts += [question.text for question in study.interview]
     texts += [criterion.text for criterion in study.eligible]
     if study.adjectives is not None:
         texts += [word.word for word in study.adjectives.words]

@@ -19,6 +19,7 @@ ANSWERING = {
     "suggestions": "suggesting further adjectives",
     "likert": "answering {n} statement(s)",
     "demographics": "answering {n} question(s) about themselves",
+    "interview": "answering {n} question(s) in their own words",
     "eligibility": "answering whether they can take part",
     "consent": "reading the consent form",
 }

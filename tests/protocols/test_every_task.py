@@ -280,6 +280,17 @@ def test_the_steps_of_setting_up_are_confirmed_first_and_on_record():
     assert events[2].value == {"confirmed": True}
 
 
+def test_an_interview_is_answered_freely_or_left_empty():
+    asked = [{"name": "felt", "text": "What did you feel?"}]
+    plan = plan_of("matching", closing=["questionnaire", "interview"], interview=asked)
+    form = plan.closing[-1]
+    assert form.problem({"felt": "A buzz,\nthen nothing."}) is None and form.problem({"felt": ""}) is None
+    assert form.problem({"felt": None}) and form.problem({})
+    assert ran(plan)[-2].value["answers"] == {"felt": ""}
+    problems = inconsistencies(study_of("matching", closing=["interview"], questionnaire=None))
+    assert any("closing: [interview] and interview" in problem.message for problem in problems)
+
+
 def at_first(task):
     return plan_of(task).trials[0]
 

@@ -25,6 +25,7 @@ class Wording:
     items: tuple[str, ...]
     ends: tuple[str, str]
     person: tuple[tuple[str, tuple[str, ...] | str], ...]
+    free: str
     fit: tuple[str, ...]
     consent: str
     instructions: str

@@ -7,7 +7,18 @@ from dataclasses import dataclass, field, replace
 from typing import Any
 
 from devices.window.screens.specimen_words import Wording, wording
-from protocols.forms import Consent, Demographics, Eligibility, Form, Lexicon, Likert, Question, Sliders, Words
+from protocols.forms import (
+    Consent,
+    Demographics,
+    Eligibility,
+    Form,
+    Interview,
+    Lexicon,
+    Likert,
+    Question,
+    Sliders,
+    Words,
+)
 from protocols.plan import Trial
 from protocols.requests import Ask, Confirm, Instruct, Rest
 from protocols.study import Attribute, Criterion, Item, Questionnaire, Scale, Stimulus
@@ -50,11 +61,13 @@ def _trials(words: Wording) -> dict[str, Specimen]:
 
 def _questions(words: Wording) -> dict[str, Specimen]:
     items = tuple(Item(name=f"item{n}", text=text) for n, text in enumerate(words.items))
+    interview = Interview((Item(name="item0", text=words.free),))
     likert = Likert(Questionnaire(items=items, ends=words.ends))
     person = Demographics(tuple(_question(n, *asked) for n, asked in enumerate(words.person)))
     return {
         "suggestions": Specimen(Ask(Lexicon(0, "suggestions")), {"words": []}),
         "likert": Specimen(Ask(likert), {"item0": 6, "item1": 5, "item2": 3}),
+        "interview": Specimen(Ask(interview), {"item0": words.own[1]}),
         "demographics": Specimen(Ask(person), {"q0": 34, "q1": person.questions[1].levels[0][0], "q3": None}),
         "eligibility": Specimen(Ask(Eligibility(tuple(_criterion(n, text) for n, text in enumerate(words.fit))))),
         "consent": Specimen(Ask(Consent(words.consent))),

@@ -11,6 +11,7 @@ from analysis.exporting.tabular import ExportRefused
 from analysis.ratings.dataset import DataRefused
 from studies.collect import collect, open_database
 from tests.analysis.exporting.labs import RECORDED, answering, exported, lab_of, rewritten, told
+from tests.studies.test_collect_forms import ran
 
 LEXICON = RECORDED / "ten/door_lexicon_P001_s1.sqlite"
 
@@ -59,6 +60,14 @@ def test_people_who_took_no_part_are_never_exported_whatever_is_asked_for(tmp_pa
     rewritten(LEXICON, lab / "sessions/door_lexicon_P002_s1.sqlite", declining, {"participant": "P002"})
     exported(lab, "door_lexicon", tmp_path / "out", "csv", include_incomplete=True)
     assert [row["participant"] for row in rows(tmp_path / "out/participants.csv")] == ["P001"]
+
+
+@pytest.mark.parametrize("free_text", [False, True])
+def test_what_people_wrote_in_an_interview_leaves_the_lab_only_where_it_is_asked_for(tmp_path, free_text):
+    asked = [{"name": "felt", "text": "What did you feel?"}]
+    ran(tmp_path, "matching", closing=["questionnaire", "interview"], interview=asked)
+    exported(tmp_path, "toy", tmp_path / "out", "csv", free_text=free_text)
+    assert ("interview" in {row["form"] for row in rows(tmp_path / "out/answers.csv")}) == free_text
 
 
 def test_interrupted_sessions_come_only_when_asked_for_and_say_so(tmp_path):

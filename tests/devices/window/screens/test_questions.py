@@ -1,6 +1,6 @@
 import pytest
 
-from protocols.forms import Demographics, Eligibility, Likert, Question
+from protocols.forms import Demographics, Eligibility, Interview, Likert, Question
 from protocols.study import Criterion, Item, Questionnaire
 from tests.devices.window.screens.pages import Hand
 
@@ -116,3 +116,10 @@ def test_a_question_of_any_length_is_pointed_at_in_as_many_words_as_there_is_roo
     hand = Hand(Demographics((long,))).tap("next")
     assert hand.screen.reply is None
     assert hand.text("notice").startswith("Please look at: What do you do") and hand.text("notice").endswith("…")
+
+
+def test_an_interview_is_written_over_several_sheets_and_may_be_left_empty():
+    asked = Interview(tuple(Item(name=name, text=f"What of {name}?") for name in ("texture", "noise")))
+    hand = Hand(asked).type("It buzzed,\nthen stopped.").tap("next")
+    assert hand.screen.reply is None and hand.text("question") == "What of noise?"
+    assert hand.tap("next").value["answers"] == {"texture": "It buzzed,\nthen stopped.", "noise": ""}
