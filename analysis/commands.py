@@ -10,6 +10,7 @@ from typing import TYPE_CHECKING, Any
 
 import click
 
+from protocols.shell_command import shell_command
 from studies.options import JSON, LAB, Progress, echo_json, progress_bar
 
 if TYPE_CHECKING:
@@ -156,7 +157,7 @@ def import_(map: Path, data: Path | None, lab: Path, replace: bool, as_json: boo
     click.echo(f"{ratings.name}: {given}, factors {ratings.factors_text()}, in {folder}")
     for each in ratings.exclusions:
         click.echo(f"  {each.what} of {each.who} ({each.rows:,}): {each.why}")
-    click.echo(f"Next: palpate analyse {ratings.name} --lab {lab}")
+    click.echo(f"Next: {shell_command('analyse', ratings.name, '--lab', lab)}")
 
 
 def _analysed(wanted: Wanted, missing: Missing, progress: Progress) -> Analysed:

@@ -10,6 +10,7 @@ import click
 
 from modeling.commands_data import going_on, progress_lines
 from modeling.handed import Handed
+from protocols.shell_command import shell_command
 from studies.options import JSON, LAB, echo_json, names_in
 
 if TYPE_CHECKING:
@@ -71,4 +72,7 @@ def _show(made: Sequence[SetSession], lab: Path) -> None:
     if {each.done for each in made} == {"kept"}:
         click.echo("All of it was there already: nothing was made, and nothing was changed.")
     click.echo("Simulated: no measurement of a material or of a person.")
-    click.echo(f"Then: palpate textures index --lab {lab}, or palpate evaluate attributes --lab {lab}")
+    click.echo(
+        f"Then: {shell_command('textures', 'index', '--lab', lab)}, or "
+        f"{shell_command('evaluate', 'attributes', '--lab', lab)}"
+    )

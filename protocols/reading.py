@@ -26,6 +26,8 @@ def study_from(document: Document, stimuli: Sequence[Mapping[str, Any]], name: s
         raise StudyError(f"{name}: keys and values are expected at the top, e.g. study: NAME")
     try:
         study = Study.model_validate(_texts_as_keys(document.data) | _table(document, stimuli))
+    except StudyError as error:
+        raise StudyError(f"{name}: {error}") from None
     except ValidationError as error:
         raise StudyError(listed(translated(error, Study), document, name)) from None
     if problems := list(inconsistencies(study)):
@@ -41,7 +43,11 @@ def _table(document: Document, stimuli: Sequence[Mapping[str, Any]]) -> dict[str
 def _texts_as_keys(value: Any) -> Any:
     """YAML lets a key be a number (groups: {1: ...}); a study's keys are texts."""
     if isinstance(value, dict):
-        return {str(key): _texts_as_keys(inner) for key, inner in value.items()}
+        texts = {str(key): _texts_as_keys(inner) for key, inner in value.items()}
+        if len(texts) < len(value):
+            twice = next(key for key in value if not isinstance(key, str) and str(key) in value)
+            raise StudyError(f"the keys {twice!r} and {str(twice)!r} mean the same; one of them is expected")
+        return texts
     if isinstance(value, list):
         return [_texts_as_keys(inner) for inner in value]
     return value

@@ -7,6 +7,7 @@ from typing import TYPE_CHECKING, Any
 
 import click
 
+from protocols.shell_command import shell_command
 from studies.commands_sessions import report, sat_through, session_options
 
 if TYPE_CHECKING:
@@ -30,7 +31,7 @@ def record(study: str, as_json: bool, **asked: Any) -> None:
 
     found = read_study(find(study, asked["lab"]))
     if found.study.task != "capture":
-        told = f"{found.study.study} is no capture study: it asks, and no sensor records. palpate run {study}"
+        told = f"{found.study.study} is no capture study: it asks, and no sensor records. {shell_command('run', study)}"
         raise click.UsageError(told)
     sat = sat_through(found, **asked)
     if not as_json:

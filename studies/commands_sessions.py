@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 import re
-import shlex
 from collections.abc import Callable, Iterator
 from contextlib import closing
 from datetime import datetime
@@ -12,6 +11,7 @@ from typing import TYPE_CHECKING, Any
 
 import click
 
+from protocols.shell_command import shell_command
 from studies.live_options import REHEARSALS, LiveOptions, to_go_on, to_start
 from studies.options import JSON, LAB, echo_json, progress, with_options
 
@@ -280,5 +280,5 @@ def _told(sat: list[Sat], study: str | None, rig: Path | None) -> Iterator[str]:
         elif not each.complete:
             by_path = ["--study", study] if study and ("/" in study or Path(study).suffix) else []
             by_rig = [] if rig is None else ["--rig", str(rig)]
-            command = shlex.join(["palpate", "resume", str(each.path), *by_path, *by_rig])
+            command = shell_command("resume", each.path, *by_path, *by_rig)
             yield f"{each.reason}; {each.events} events are kept. Go on with: {command}"

@@ -8,6 +8,7 @@ from typing import Any
 
 from protocols.plan import ParticipantRow, Plan, compile_plan
 from protocols.reading import StudyError
+from protocols.shell_command import shell_command
 from protocols.study import Study
 from protocols.yaml_text import YamlError
 from studies.allocation import AllocationError, allocate
@@ -64,7 +65,7 @@ def demand_next(lab: Path, study: str, participant: str, number: int) -> None:
             raise LedgerError(f"{path}: {participant} has no session {earlier}; give --session {earlier}")
         status = read(path).status
         if status == "interrupted":
-            raise LedgerError(f"{path}: session {earlier} is not over; go on with it: palpate resume {path}")
+            raise LedgerError(f"{path}: session {earlier} is not over; resume it: {shell_command('resume', path)}")
 
 
 def changed_since(header: Mapping[str, Any], file: Path, accept: bool) -> dict[str, Any]:

@@ -10,6 +10,7 @@ from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
 from protocols.plan import Plan
+from protocols.shell_command import shell_command
 from protocols.study import Study
 from studies.catalogue import Found
 from studies.changes import demand_same_devices, demand_same_screen
@@ -98,7 +99,7 @@ def window_calibration(study: Study, lab: Path, options: LiveOptions) -> Calibra
     if options.screen not in (None, calibration.screen):
         raise RigError(
             f"screen {calibration.screen} is calibrated, and screen {options.screen} is asked for: "
-            f"palpate window calibrate --screen {options.screen}"
+            f"{shell_command('window', 'calibrate', '--screen', options.screen)}"
         )
     return replace(calibration, size_px=options.windowed) if options.windowed is not None else calibration
 

@@ -11,6 +11,7 @@ from typing import Any
 from protocols.events import Event
 from protocols.plan import Plan
 from protocols.runner import run
+from protocols.shell_command import shell_command
 from protocols.worlds import Recorded
 from studies.environment import environment, wall_time
 from studies.interrupts import Guard, Interrupted, guarded
@@ -52,7 +53,7 @@ def _taken(path: Path, study: str, who: str, number: int) -> str:
     """What to say where the participant has a session of this number."""
     status = read(path).status
     if status == "interrupted":
-        return f"{path} exists and is not over: go on with it: palpate resume {path}"
+        return f"{path} exists and is not over: resume it: {shell_command('resume', path)}"
     return (
         f"{path}: {who} has had session {number} of {study} ({status}); if a further one is meant, give"
         f" --session {number + 1}"

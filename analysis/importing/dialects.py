@@ -7,6 +7,7 @@ import csv
 import hashlib
 import io
 import re
+import unicodedata
 from collections.abc import Iterator, Sequence
 from dataclasses import dataclass
 from pathlib import Path
@@ -15,7 +16,14 @@ from analysis.ratings.dataset import DataRefused
 from protocols.did_you_mean import nearest
 
 DELIMITERS = (",", ";", "\t", "|")
-OFFERED = "cp1252, latin-1, mac-roman or utf-16"
+OFFERED = ("utf-8", "utf-16", "utf-16-be", "cp1252", "latin-1", "mac-roman", "cp949")
+_SAVE_AS = "open it in the program that wrote it and save it as CSV in UTF-8"
+_FORMS = {
+    b"pk\x03\x04": "a workbook (xlsx, ods) or another zip file", b"\xd0\xcf\x11\xe0": "an old workbook (xls)",
+    b"\x1f\x8b": "a compressed file (gzip)", b"%pdf": "a PDF", b"sqlite format 3": "a SQLite database",
+    b"par1": "a Parquet file", b"<html": "a web page", b"<!doctype": "a web page", b"<?xml": "an XML file",
+    b"{\n": "a JSON file", b'{"': "a JSON file", b"[{": "a JSON file",
+}  # fmt: skip
 _UTF8_MARK = b"\xef\xbb\xbf"
 _UTF16_MARKS = (b"\xff\xfe", b"\xfe\xff")
 _SEP_LINE = re.compile(r"sep=(.)(?:\r\n|\r|\n)")
@@ -85,6 +93,9 @@ def read_sheet(
 def _decoded(data: bytes, encodings: Sequence[str], name: str) -> tuple[str, str]:
     if not data:
         raise TableRefused(f"{name}: the file is empty; leave it out or replace it")
+    for begin, form in _FORMS.items():
+        if data.lstrip().lower().startswith(begin):
+            raise TableRefused(f"{name}: is {form}, whatever its name says; {_SAVE_AS}")
     for encoding in encodings:
         try:
             text = data.decode(encoding)
@@ -96,7 +107,26 @@ def _decoded(data: bytes, encodings: Sequence[str], name: str) -> tuple[str, str
     line = data[:failed].count(b"\n") + 1
     raise TableRefused(
         f"{name}: line {line}: byte 0x{data[failed]:02x} (byte {failed + 1} of the file) is not"
-        f" {' or '.join(encodings)}; say in the map which encoding it is, e.g. encoding: {OFFERED}"
+        f" {' or '.join(encodings)}; {_advice(data, encodings)}"
+    )
+
+
+def _advice(data: bytes, tried: Sequence[str]) -> str:
+    """Name the encodings that read the file without control characters, except those that were tried."""
+    known = {codecs.lookup(encoding).name for encoding in tried}
+    others = [name for name in OFFERED if codecs.lookup(name).name not in known and _reads(data, name)]
+    if not others:
+        return f"no other encoding reads it either: {_SAVE_AS}"
+    return f"say in the map which encoding it is; what reads it: encoding: {' or '.join(others)}"
+
+
+def _reads(data: bytes, encoding: str) -> bool:
+    try:
+        text = data.decode(encoding)
+    except UnicodeError:
+        return False
+    return not any(
+        unicodedata.category(letter) in {"Cc", "Cn", "Co", "Cs"} for letter in set(text) - set("\t\r\n\ufeff")
     )
 
 
@@ -108,7 +138,7 @@ def _check_marks(data: bytes, text: str, encoding: str, name: str) -> None:
     if data.startswith(_UTF16_MARKS) and not known.startswith(("utf-16", "utf-32")):
         raise TableRefused(f"{name}: begins with the mark of UTF-16, not of {encoding}; say encoding: utf-16")
     if "\0" in text:
-        raise TableRefused(f"{name}: holds NUL characters as {encoding}: is it utf-16, or no text file?")
+        raise TableRefused(f"{name}: holds NUL characters as {encoding}; {_advice(data, [encoding])}")
 
 
 def _told_delimiter(text: str) -> tuple[str | None, int, str]:

@@ -62,6 +62,19 @@ class _Strict(BaseModel):
     model_config = ConfigDict(frozen=True, extra="forbid")
 
 
+def _levels(listed: list[Any]) -> dict[Any, Any]:
+    """Return each level under its own name. Raises ValueError on one that is no text, or stands twice."""
+    for place, level in enumerate(listed):
+        if isinstance(level, dict | list):
+            raise ValueError(
+                f"level {place + 1} of the list is {level!r:.60}; texts are expected, as [low, high], or, with no list,"
+                " what the table's texts mean, as {l: low, h: high}"
+            )
+        if level in listed[:place]:
+            raise ValueError(f"the level {level!r} stands twice; each is named once")
+    return {level: level for level in listed}
+
+
 class Source(_Strict):
     """Where a factor's level stands: in a column, as it is, renamed by `levels`, or told by what the text contains.
 
@@ -79,7 +92,7 @@ class Source(_Strict):
         if isinstance(value, str | int):
             return {"column": value}
         if isinstance(value, dict) and isinstance(value.get("levels"), list):
-            return {**value, "levels": {level: level for level in value["levels"]}}
+            return {**value, "levels": _levels(value["levels"])}
         return value
 
     @model_validator(mode="after")

@@ -19,6 +19,21 @@ _GROUPED = re.compile(r"[+-]?[0-9]{1,3}(?:([.,'’_\s\u00a0\u202f])[0-9]{3})(?:\
 _NOT_FINITE = re.compile(r"[+-]?(?:nan|inf(?:inity)?)", re.IGNORECASE)
 _ZERO = re.compile(r"[+-]?[0.,]*(?:[eE][+-]?[0-9]+)?")
 
+_MONTH = "jan|feb|m[aä]r|mrz|apr|ma[iy]|jun|jul|aug|sep|o[ck]t|nov|de[cz]|[0-9]+월"
+_DATE = "a date, which spreadsheets make of numbers as 4.3; set the column's format to text there and enter it again"
+_OTHER_FORMS = (
+    (re.compile(r"[+-]?0x[0-9a-f]+", re.I), "a hexadecimal number; write it with the digits 0 to 9"),
+    (re.compile(r"[+-]?[0-9.,]+\s*[%‰]"), "a percentage; write the numbers without the sign, in the scale's units"),
+    (
+        re.compile(rf"(?=.*[0-9])(?:[0-9]{{1,4}}[./\s-]*)?(?:{_MONTH})[a-z]*\.?(?:[./\s-]*[0-9]{{1,4}}일?)?", re.I),
+        _DATE,
+    ),
+    (re.compile(r"[0-9]{1,4}([./-])[0-9]{1,2}\1[0-9]{1,4}"), _DATE),
+    (re.compile(r"(?=.*[^\x00-\x7f])[+-]?[\d.,٫٬]+"), "written with digits of another script; write 0 to 9"),
+    (re.compile(r"[+-]?[0-9.,]+\s*[^\W\d_]+(?:/[^\W\d_]+)?"), "a number with a unit; write the number alone"),
+)
+_NO_NUMBER = "no number; correct the cell or, only if nothing was rated there, list the text under missing"
+
 
 class NoNumber(ValueError):
     """The text is no finite number in the table's way of writing them; the message says why."""
@@ -71,4 +86,4 @@ def _why_not(text: str, decimal: Decimal) -> str:
         return f"written with {other!r} where the decimal mark is {decimal!r}"
     if _GROUPED.fullmatch(text):
         return "written with thousands separators; write it without"
-    return "no number; if it means a missing rating, list it under missing"
+    return next((advice for form, advice in _OTHER_FORMS if form.fullmatch(text)), _NO_NUMBER)

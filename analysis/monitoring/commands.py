@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from pathlib import Path
-from typing import TYPE_CHECKING
+from typing import TYPE_CHECKING, Any
 
 import click
 
@@ -14,6 +14,13 @@ if TYPE_CHECKING:
 
     from analysis.monitoring.access import Access
     from analysis.monitoring.watching import Watch
+
+
+SERVER: dict[str, Any] = {
+    "threads": 4, "ident": None, "connection_limit": 500, "channel_timeout": 10, "cleanup_interval": 2,
+    "asyncore_use_poll": True,
+}  # fmt: skip
+"""A connection that asks nothing is closed after 10 s, and 500 of them are needed to keep others waiting until then."""
 
 
 @click.command()
@@ -79,7 +86,7 @@ def _serve(watch: Watch, host: str, port: int, access: Access) -> None:
     watch.look(0.0)  # A lab that is none is refused now, not in the page.
     with _listening(host, port) as listening:
         app = make_app(watch, access)
-        server = import_module("waitress.server").create_server(app, sockets=[listening], threads=4, ident=None)
+        server = import_module("waitress.server").create_server(app, sockets=[listening], **SERVER)
         address = _address(host, listening.getsockname()[1], access.token)
         click.echo(f"Watching {watch.lab} at {address} (Ctrl-C ends it)")
         try:
@@ -108,6 +115,8 @@ def _listening(host: str, port: int) -> socket.socket:
 
     from analysis.monitoring.watching import MonitorError
 
+    if not host.strip():
+        raise MonitorError('--host "": an address or name of this machine is expected, as 127.0.0.1; 0.0.0.0 means all')
     family = socket.AF_INET6 if ":" in host else socket.AF_INET
     try:
         return socket.create_server((host, port), family=family)

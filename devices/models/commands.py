@@ -10,6 +10,7 @@ from typing import TYPE_CHECKING, Any
 import click
 
 from devices.options import JSON, LAB
+from protocols.shell_command import shell_command
 
 if TYPE_CHECKING:
     from devices.models.comparing import Inputs
@@ -141,7 +142,9 @@ def predict(
     """
     asked = _read(model, lab)
     if asked.card.texture is not None:
-        raise click.UsageError(f"{asked.card.name} makes a texture: `palpate render {asked.card.texture.id}` plays it")
+        raise click.UsageError(
+            f"{asked.card.name} makes a texture: {shell_command('render', asked.card.texture.id)} plays it"
+        )
     if asked.card.takes.kind == "ratings":
         if recording or zero:
             raise click.UsageError(f"{asked.card.name} makes profiles: it is given --wish, not a recording")

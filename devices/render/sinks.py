@@ -11,6 +11,7 @@ import numpy as np
 from devices.actuator.device import VoiceCoil
 from devices.actuator.outputs import Felt
 from devices.render.errors import RenderError
+from protocols.shell_command import shell_command
 
 WHEN_LATE = "the last sample, dying away with a time constant of 2 ms"
 """What devices/actuator/queue.py plays where a sample is missing."""
@@ -71,7 +72,7 @@ def on_coil(coil: VoiceCoil, ahead: int = MOST_AHEAD) -> Coil:
         return Coil(coil, ahead, 1 / coil.output.shaken.coil.gain_m_s2_V)
     raise RenderError(
         f"{coil.name}: its response is not known, so an acceleration cannot be made volts. Identify it first: "
-        f"palpate rig calibrate {coil.name}"
+        f"{shell_command('rig', 'calibrate', coil.name)}"
     )
 
 

@@ -10,6 +10,7 @@ import click
 from devices.options import JSON, LAB
 from devices.rig.commands_calibrate import calibrate
 from devices.rig.options import RIG
+from protocols.shell_command import shell_command
 
 if TYPE_CHECKING:
     from devices.rig.file import RigFile
@@ -132,7 +133,9 @@ def simulate(lab: Path, out: Path | None, force: bool) -> None:
         raise click.UsageError(f"{file} is there already; give another --out, or --force to write over it")
     write_bytes(file, Path(__file__).with_name("twins.yaml").read_bytes())
     named = read_rig(file)
-    click.echo(f"wrote {file}: {len(named.devices)} twins; see them at work: palpate rig check --rig {file}")
+    click.echo(
+        f"wrote {file}: {len(named.devices)} twins; see them at work: {shell_command('rig', 'check', '--rig', file)}"
+    )
 
 
 @rig.command()

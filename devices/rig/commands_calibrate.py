@@ -13,6 +13,7 @@ import click
 
 from devices.options import JSON, LAB
 from devices.rig.options import RIG
+from protocols.shell_command import shell_command
 
 if TYPE_CHECKING:
     from devices.rig.calibrating import Found, Job
@@ -76,7 +77,7 @@ def calibrate(
     if as_json:
         click.echo(json.dumps(_as_data(file, device, found, write), indent=2, ensure_ascii=False))
     elif write:
-        click.echo(f"written into {file.path}; see: palpate rig check {device} --rig {file.path}")
+        click.echo(f"written into {file.path}; see: {shell_command('rig', 'check', device, '--rig', file.path)}")
 
 
 def _demand(file: RigFile, device: str, given: dict[str, Any]) -> None:

@@ -12,6 +12,7 @@ from devices.stations import station_folder
 from devices.window.geometry import Metrics, WindowError
 from protocols.did_you_mean import nearest
 from protocols.files import write_text
+from protocols.shell_command import shell_command
 from protocols.yaml_text import Document, load
 
 NOMINAL_MM = 127.0
@@ -94,11 +95,15 @@ def read_calibration(lab: Path, host: str | None = None) -> Calibration:
     """This station's calibration. Raises WindowError if there is none, or if the file is wrong: line and key."""
     file = station_file(lab, host)
     if not file.is_file():
-        raise WindowError(f"{file}: this station's screen is not calibrated; do it first: {AGAIN} --lab {lab}")
+        raise WindowError(f"{file}: this station's screen is not calibrated; do it first: {_command(lab)}")
     document = load(file.read_bytes(), str(file))
     if not isinstance(document.data, dict):
-        raise WindowError(f"{file}: keys with values are expected; make it anew: {AGAIN} --lab {lab}")
+        raise WindowError(f"{file}: keys with values are expected; make it anew: {_command(lab)}")
     return Calibration.from_definition(document.data, _where(file, document))
+
+
+def _command(lab: Path) -> str:
+    return shell_command("window", "calibrate", "--lab", lab)
 
 
 def write_calibration(lab: Path, calibration: Calibration, host: str | None = None) -> Path:

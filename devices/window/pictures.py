@@ -13,7 +13,7 @@ from devices.window.screen import Page, Screen
 from devices.window.screens.specimen_words import Wording, wording
 from devices.window.screens.specimens import TRIALS, Specimen, specimens
 from devices.window.texts import load_texts
-from protocols.files import open_bytes
+from protocols.files import open_bytes, staged_files
 from protocols.forms import Sliders
 from protocols.requests import Ask
 
@@ -29,10 +29,11 @@ def pictures(
     folder: Path, size: tuple[int, int] = (1280, 720), language: str = "en", px_per_mm: float | None = None
 ) -> list[Path]:
     """Paint a specimen of every kind of screen into folder/screen-NAME.png; the files. Raises WindowError."""
-    folder.mkdir(parents=True, exist_ok=True)
     words = wording(language)
     page = specimen_page(Metrics(*size, px_per_mm or size[0] / WIDTH_MM), language, words)
-    return [_saved(folder / f"screen-{name}.png", each, page) for name, each in specimens(words).items()]
+    with staged_files(folder) as draft:
+        drafts = [_saved(draft / f"screen-{name}.png", each, page) for name, each in specimens(words).items()]
+    return [folder / path.name for path in drafts]
 
 
 def specimen_page(metrics: Metrics, language: str = "en", words: Wording | None = None) -> Page:

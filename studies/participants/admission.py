@@ -14,7 +14,7 @@ from studies.participants.errors import ParticipantError
 from studies.participants.lab import demand_lab
 from studies.participants.people import demand_known, status_of, unknown
 from studies.participants.registry import Registry, find_registry, note, reading, write
-from studies.participants.rows import allocate_row, release
+from studies.participants.rows import allocate_row, release, release_command
 
 
 def admit(
@@ -64,7 +64,7 @@ def demand_not_finished(lab: Path, study: str, participant: str) -> None:
     if own is not None and own.status == "finished":
         raise ParticipantError(
             f"{participant} has finished {study} in a session that is not in {lab}: have further ones at the station "
-            f"where it lies; if it is void, first: palpate participants release {study} {participant} --why ..."
+            f"where it lies; if it is void, first: {release_command(study, participant)}"
         )
 
 

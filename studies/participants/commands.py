@@ -7,6 +7,7 @@ from typing import Any
 
 import click
 
+from protocols.shell_command import shell_command
 from studies.options import JSON, LAB, echo_json
 from studies.participants.commands_rows import allocate, balance, overlap, release
 
@@ -28,7 +29,7 @@ def init(lab: Path) -> None:
     click.echo(f"{lab} is a lab now: {', '.join(done.made)}")
     for name, count in done.blanks.items():
         click.echo(f"  {name}: {count} [blanks] to fill in")
-    click.echo(f"then: palpate participants add --lab {lab}")
+    click.echo(f"then: {shell_command('participants', 'add', '--lab', lab)}")
 
 
 @click.group()

@@ -6,6 +6,7 @@ from dataclasses import dataclass
 from pathlib import Path
 
 from protocols.did_you_mean import nearest
+from protocols.shell_command import shell_command
 from protocols.yaml_text import load
 from studies.participants.errors import ParticipantError
 
@@ -27,7 +28,9 @@ class Settings:
 def demand_lab(lab: Path) -> None:
     """Raise ParticipantError unless `palpate init` made the folder a lab."""
     if not (lab / SIDECAR).is_file():
-        raise ParticipantError(f"{lab} is no lab: it holds no {SIDECAR}; make it one with: palpate init {lab}")
+        raise ParticipantError(
+            f"{lab} is no lab: it holds no {SIDECAR}; make it one with: {shell_command('init', lab)}"
+        )
 
 
 def settings(lab: Path) -> Settings:

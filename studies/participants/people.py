@@ -6,6 +6,7 @@ from pathlib import Path
 
 from sqlalchemy import Connection, insert, select
 
+from protocols.shell_command import shell_command
 from studies.environment import wall_time
 from studies.participants import schema
 from studies.participants.errors import ParticipantError
@@ -49,7 +50,8 @@ def demand_active(connection: Connection, lab: Path, participant: str) -> None:
 
 def unknown(lab: Path, participant: str) -> str:
     """What to say of a participant who is not in the registry."""
-    return f"{participant} is not known in {lab}: palpate participants add --pseudonym {participant} --lab {lab}"
+    command = shell_command("participants", "add", "--pseudonym", participant, "--lab", lab)
+    return f"{participant} is not known in {lab}: {command}"
 
 
 def _status(connection: Connection, participant: str) -> str | None:

@@ -8,6 +8,7 @@ from sqlalchemy import Connection
 
 from protocols.did_you_mean import nearest
 from protocols.plan import LARGEST_ROW, ParticipantRow
+from protocols.shell_command import shell_command
 from protocols.study import Study
 from studies.participants.allocations import Allocation, allocation_of, allocations_of, keep, place_told
 from studies.participants.errors import ParticipantError
@@ -118,13 +119,18 @@ def _allocated(
     )
 
 
+def release_command(study: str, participant: str) -> str:
+    """Return the command that takes a row from a participant, its reason left to fill in."""
+    return f"{shell_command('participants', 'release', study, participant, '--why')} ..."
+
+
 def _taken_up(earlier: Allocation, standing: Places) -> Allocation:
     """The row that the participant had before, if nobody got it meanwhile."""
     holder = standing.held.get(earlier.place)
     if holder is not None:
         raise ParticipantError(
             f"{earlier.participant} had {earlier.told()} of {earlier.study}, which is {holder}'s now, and a row is "
-            f"allocated once; if {holder} dropped out: palpate participants release {earlier.study} {holder} --why ..."
+            f"allocated once; if {holder} dropped out: {release_command(earlier.study, holder)}"
         )
     return replace(earlier, status="active")
 
@@ -137,7 +143,7 @@ def _free(study: Study, standing: Places, place: Place | None, wish: Wish) -> Pl
     if place in standing.held:
         raise ParticipantError(
             f"{place_told(place)} of {study.study} is {standing.held[place]}'s; leave --row out for one on offer, or "
-            f"first: palpate participants release {study.study} {standing.held[place]} --why ..."
+            f"first: {release_command(study.study, standing.held[place])}"
         )
     return place
 
@@ -153,7 +159,7 @@ def _wished(study: str, wish: Wish, everybody: list[Allocation], recorded: Recor
     if left.holds:
         raise ParticipantError(
             f"{wish.replaces} still holds {left.told()} of {study}; if they dropped out: "
-            f"palpate participants release {study} {wish.replaces} --why ..."
+            f"{release_command(study, wish.replaces)}"
         )
     return left.place
 

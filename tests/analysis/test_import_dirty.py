@@ -10,7 +10,8 @@ import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
-from analysis.importing.dialects import TableRefused
+from analysis.importing.dialects import TableRefused, read_sheet
+from analysis.importing.number_texts import NoNumber, number
 from analysis.ratings.saved import load_ratings, save_ratings
 from tests.analysis.tables_for_tests import Foreign, Record, imported
 from tests.examples import examples
@@ -100,9 +101,9 @@ REFUSED_VALUES = {
     " 5": "say trim: true",
     "\t": "nothing stands there",
     "five": "no number",
-    "5 cm": "no number",
-    "٣": "no number",
-    "0x1f": "no number",
+    "5 cm": "a number with a unit",
+    "٣": "digits of another script",
+    "0x1f": "a hexadecimal number",
     "None": "no number",
 }
 
@@ -143,3 +144,33 @@ def test_a_level_named_none_stays_a_level(tmp_path: Path) -> None:
     assert ratings.levels("car") == ("None",)
     with pytest.raises(TableRefused, match=r"line 2: 'who' is 'None', which means missing"):
         imported(tmp_path, Foreign(records), missing=["", "None"])
+
+
+@pytest.mark.parametrize(
+    ("text", "advice"),
+    [
+        ("0x10", "a hexadecimal number"), ("45%", "a percentage"), ("04.Mrz", "a date"), ("4-Mar", "a date"),
+        ("2026-03-04", "a date"), ("3월4일", "a date"), ("\u0663", "digits of another script"),
+        ("45 mm", "with a unit"), ("?", "only if nothing was rated there"),
+    ],
+)  # fmt: skip
+def test_each_kind_of_cell_that_is_no_number_has_its_own_advice(text, advice):
+    with pytest.raises(NoNumber, match=advice):
+        number(text, ".")
+
+
+@pytest.mark.parametrize(
+    ("data", "encoding", "said"),
+    [
+        (b"PK\x03\x04rest", "utf-8-sig", "is a workbook .*; open it .* save it as CSV in UTF-8"),
+        (b'{"who": 1}', "utf-8-sig", "is a JSON file"),
+        ("who,v\nJörg,1\n".encode("utf-16-le"), "utf-8-sig", "encoding: utf-16"),
+        ("who,v\nJörg,1\n".encode("cp1252"), "utf-8-sig", "encoding: cp1252 or latin-1"),
+        (bytes(range(256)), "utf-8-sig", "no other encoding reads it either: open it"),
+    ],
+)
+def test_what_a_file_is_decides_the_advice(tmp_path, data, encoding, said):
+    path = tmp_path / "table.csv"
+    path.write_bytes(data)
+    with pytest.raises(TableRefused, match=said):
+        read_sheet(path, "table.csv", encodings=[encoding], delimiter=None, wanted=["who"], trim=False)

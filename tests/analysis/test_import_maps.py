@@ -6,7 +6,7 @@ from pathlib import Path
 
 import pytest
 
-from analysis.importing.map_file import read_map
+from analysis.importing.map_file import MapRefused, read_map
 from analysis.importing.tables import import_table
 from analysis.ratings.describe import describe
 from analysis.ratings.design import check_ratings
@@ -29,3 +29,22 @@ def test_the_reasoning_data_are_complete_and_have_their_known_means() -> None:
     means = describe(ratings, ["attribute"])
     # Sum of the column y by awk over the file: 25325.
     assert means["mean"].tolist() == [25325 / 320]
+
+
+@pytest.mark.parametrize(
+    ("levels", "said"),
+    [
+        ("[{a: b}]", "line 3: columns.within.size: level 1 of the list is {'a': 'b'}; texts are expected"),
+        ("[[a]]", "level 1 of the list is ['a']; texts are expected"),
+        ("[a, a, b]", "the level 'a' stands twice"),
+    ],
+)
+def test_levels_that_are_no_texts_or_stand_twice_are_refused_by_name(tmp_path, levels, said):
+    path = tmp_path / "map.yaml"
+    within = f"size: {{column: size, levels: {levels}}}"
+    path.write_text(
+        f"name: m\nfiles: t.csv\ncolumns: {{participant: who, value: v, attribute_is: Soft, within: {{{within}}}}}\n"
+    )
+    with pytest.raises(MapRefused) as refused:
+        read_map(path)
+    assert said in str(refused.value)

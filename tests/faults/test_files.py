@@ -8,6 +8,8 @@ import pytest
 
 from protocols.files import UNFINISHED, open_text, staged_files, staged_folder, write_bytes, write_text
 
+pytestmark = pytest.mark.needs("linux")
+
 
 def contents(folder):
     return {path.relative_to(folder).as_posix(): path.read_text() for path in folder.rglob("*") if path.is_file()}

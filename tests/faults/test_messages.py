@@ -11,6 +11,7 @@ from sqlalchemy import create_engine, text
 
 from studies.messages import describe_error, hide_passwords
 
+pytestmark = pytest.mark.needs("linux")
 URLS = (
     "postgresql+psycopg://joe:s3cret@127.0.0.1/x", "postgresql+psycopg//joe:s3cret@127.0.0.1/x",
     "postgresql+psycopg:/joe:s3cret@h/x", "postgresql://joe:/s3cret@h/x", "postgresql://joe:s3cret:@@h/x",

@@ -1,0 +1,140 @@
+"""Faults of the machine, injected below Python's files: system calls that the kernel refuses, and interrupts.
+
+A child of this process installs a seccomp filter, so that the kernel itself answers with ENOSPC, EIO or EROFS, or a
+limit on the size of files; then it runs one command line. Nothing of the program is replaced.
+"""
+
+from __future__ import annotations
+
+import ctypes
+import errno
+import os
+import platform
+import resource
+import signal
+import struct
+import sys
+import traceback
+from collections.abc import Callable
+from dataclasses import dataclass
+from pathlib import Path
+
+CALLS = {
+    "write": 1, "pwrite64": 18, "writev": 20, "ftruncate": 77, "fallocate": 285, "sendfile": 40, "copy_file_range": 326,
+    "fsync": 74, "fdatasync": 75, "openat": 257, "open": 2, "mkdir": 83, "rename": 82, "link": 86, "unlink": 87,
+    "rmdir": 84, "chmod": 90,
+}  # fmt: skip
+"""Numbers of system calls on x86_64."""
+DATA = ("write", "pwrite64", "writev", "ftruncate", "fallocate", "sendfile", "copy_file_range")
+NAMES = ("mkdir", "rename", "link", "unlink", "rmdir", "chmod")
+SECONDS = 60
+CHANGES = {"open", "os.mkdir", "os.rename", "os.remove", "os.rmdir", "os.link", "os.chmod"}
+"""Audit events at which something in the lab may change; an interrupt is raised at each of them in turn."""
+
+
+def refusing(*names: str, error: int) -> list[tuple[int, ...]]:
+    """Return filter steps that let calls fail: data only beyond the standard streams, opening only to write."""
+    steps: list[tuple[int, ...]] = []
+    for name in names:
+        answer = (0x06, 0, 0, 0x00050000 | error)
+        argument = {"openat": (32, 0x45, 0x43), "open": (24, 0x45, 0x43)}.get(name)
+        if name in DATA:
+            argument = (16, 0x25, 2)
+        test = [] if argument is None else [(0x20, 0, 0, argument[0]), (argument[1], 0, 1, argument[2])]
+        steps += [(0x20, 0, 0, 0), (0x15, 0, len(test) + 1, CALLS[name]), *test, answer]
+    return steps
+
+
+FAULTS: dict[str, list[tuple[int, ...]]] = {
+    "disk full": refusing(*DATA, error=errno.ENOSPC),
+    "write error": refusing(*DATA, error=errno.EIO),
+    "sync error": refusing("fsync", "fdatasync", error=errno.EIO),
+    "read-only": refusing("openat", "open", *NAMES, error=errno.EROFS),
+}
+SIZE = "size limit"
+INTERRUPT = "interrupt"
+
+
+def can_filter() -> bool:
+    """Whether the kernel filters system calls for this process, and its numbers are those above."""
+    return sys.platform == "linux" and platform.machine() == "x86_64" and Path("/proc/sys/kernel/seccomp").exists()
+
+
+def install(steps: list[tuple[int, ...]]) -> None:
+    """Let the kernel refuse calls from here on, in this process and its children."""
+    program = [*steps, (0x06, 0, 0, 0x7FFF0000)]
+    code = ctypes.create_string_buffer(b"".join(struct.pack("HBBI", *step) for step in program))
+    head = ctypes.create_string_buffer(struct.pack("HxxxxxxQ", len(program), ctypes.addressof(code)))
+    libc = ctypes.CDLL(None, use_errno=True)
+    if libc.prctl(38, 1, 0, 0, 0) or libc.prctl(22, 2, head, 0, 0):
+        raise OSError(ctypes.get_errno(), "seccomp")
+
+
+@dataclass(frozen=True)
+class Ended:
+    """How a command line ended: exit code, what it printed, and how often it changed something."""
+
+    code: int
+    out: str
+    err: str
+    changes: int = 0
+
+
+def run_with(fault: str | None, folder: Path, command: Callable[[], int], instant: int = 0) -> Ended:
+    """Run a command in a child with `folder` as its working directory and a fault of the machine.
+
+    An interrupt comes before the change with the number `instant`, from 1 on.
+    """
+    channels = [Path(f"{folder}.{name}") for name in ("out", "err", "changes")]
+    child = os.fork()
+    if child == 0:
+        _be_child(fault, folder, command, instant, channels)
+    signal.alarm(SECONDS)
+    _, status = os.waitpid(child, 0)
+    signal.alarm(0)
+    out, err, changes = (path.read_text("utf-8", "replace") for path in channels)
+    for path in channels:
+        path.unlink()
+    return Ended(os.waitstatus_to_exitcode(status), out, err, len(changes))
+
+
+def _be_child(fault: str | None, folder: Path, command: Callable[[], int], instant: int, channels: list[Path]) -> None:
+    code = 99
+    try:
+        os.chdir(folder)
+        for number, path in enumerate(channels[:2], start=1):
+            os.dup2(os.open(path, os.O_WRONLY | os.O_CREAT), number)
+        sys.stdout, sys.stderr = (open(number, "w", encoding="utf-8", closefd=False) for number in (1, 2))  # noqa: SIM115
+        counter = os.open(channels[2], os.O_WRONLY | os.O_CREAT)
+        signal.signal(signal.SIGINT, signal.default_int_handler)
+        if fault in FAULTS:
+            install(FAULTS[fault])
+        elif fault == SIZE:
+            signal.signal(signal.SIGXFSZ, signal.SIG_IGN)
+            resource.setrlimit(resource.RLIMIT_FSIZE, (512, 512))
+        else:
+            sys.addaudithook(_Interrupting(folder, counter, instant))
+        code = command()
+        sys.stdout.flush()
+    except BaseException:
+        os.write(2, traceback.format_exc().encode())
+    finally:
+        os._exit(code)
+
+
+class _Interrupting:
+    """Counts the changes below a folder, and raises SIGINT before one of them."""
+
+    def __init__(self, folder: Path, counter: int, instant: int) -> None:
+        self.folder, self.counter, self.instant, self.count = str(folder), counter, instant, 0
+
+    def __call__(self, event: str, arguments: tuple[object, ...]) -> None:
+        if event not in CHANGES or (event == "open" and not int(arguments[2] or 0) & (os.O_WRONLY | os.O_RDWR)):
+            return
+        path = arguments[0]
+        if not isinstance(path, str | os.PathLike) or not os.path.abspath(path).startswith(self.folder):  # noqa: PTH100
+            return
+        self.count += 1
+        os.write(self.counter, b".")
+        if self.count == self.instant:
+            signal.raise_signal(signal.SIGINT)
