@@ -7,7 +7,7 @@ from typing import TYPE_CHECKING, Any
 
 import click
 
-from studies.options import JSON, LAB, echo_json
+from studies.options import JSON, LAB, echo_json, progress_bar
 
 if TYPE_CHECKING:
     import socket
@@ -58,7 +58,8 @@ def _show_once(watch: Watch, once: Path | None, as_json: bool) -> None:
     from analysis.monitoring.data import as_data
     from analysis.monitoring.page import Pages
 
-    snapshot = watch.look()
+    with progress_bar(as_json) as watch.progress:
+        snapshot = watch.look()
     if once is not None:
         _write(once, Pages().still(snapshot))
     if as_json:

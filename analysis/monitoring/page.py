@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Sequence
 from dataclasses import dataclass, field
+from datetime import datetime
 from functools import partial
 from pathlib import Path
 from typing import Any
@@ -45,6 +46,7 @@ class Pages:
 
     templates: Any = field(default_factory=environment)
     kept: dict[tuple[str, str], tuple[Any, Any]] = field(default_factory=dict)
+    rows: dict[tuple[Any, ...], tuple[Session, Any, Any]] = field(default_factory=dict)
 
     def fragment(self, snapshot: Snapshot) -> str:
         """What changes on the page."""
@@ -64,22 +66,39 @@ class Pages:
 
     def _view(self, snapshot: Snapshot) -> dict[str, Any]:
         sessions = sorted(snapshot.sessions, key=_urgency)
-        alike = {
+        alike: dict[str, Any] = {
             "one_study": len({session.study for session in sessions}) == 1,
             "all_simulated": bool(sessions) and all(session.simulated for session in sessions),
         }
+        alike["row"] = self._row_writer({"lab": snapshot, **alike})
         studies = [self._study(each, snapshot, _raters(each, sessions), alike) for each in snapshot.balances]
         notes = [(session, note) for session in sessions for note in session.notes]
         parts = {"balances": [one for one, _ in studies], "raters": [one for _, one in studies if one]}
         return {"lab": snapshot, "sessions": sessions, "facts": list(_facts(snapshot)), "notes": notes} | parts | alike
+
+    def _row_writer(self, view: dict[str, Any]) -> Any:
+        """What writes a session's row of a table; a row is kept while the session, and what all rows share, is so."""
+        parts = self.templates.get_template("parts.html").make_module(view)
+        day = datetime.fromtimestamp(view["lab"].at).date()
+        shared = (view["one_study"], view["all_simulated"], day)
+
+        def row(macro: str, session: Session, *how: bool) -> Any:
+            name = (macro, session.file, *how)
+            kept = self.rows.get(name)
+            if kept is None or kept[0] is not session or kept[1] != shared:
+                kept = self.rows[name] = session, shared, getattr(parts, macro)(session, *how)
+            return kept[2]
+
+        return row
 
     def _study(self, study: StudyBalance, snapshot: Snapshot, raters: list[Session], alike: Any) -> tuple[Any, Any]:
         """The balance of a study and the table of its raters, as HTML."""
         several = sum(other.study == study.study for other in snapshot.balances) > 1
         view = {"study": study, "several": several, "raters": raters, **alike}
         who = tuple((each.participant, each.number, each.withdrawn, each.simulated, each.rated) for each in raters)
+        shared = {name: value for name, value in alike.items() if name != "row"}
         balance = self._part("balance.html", (study, several), view)
-        return balance, self._part("raters.html", (who, several, alike), view) if raters else ""
+        return balance, self._part("raters.html", (who, several, shared), view) if raters else ""
 
     def _part(self, template: str, rests_on: Any, view: dict[str, Any]) -> Any:
         from markupsafe import Markup

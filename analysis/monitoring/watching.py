@@ -1,14 +1,16 @@
-"""Watching a lab: what was read is kept, and only files that changed are read again."""
+"""Watching a lab: what was read is kept, from one monitor to the next, and only files that changed are read again."""
 
 from __future__ import annotations
 
 import time
 from collections.abc import Callable, Iterator, Sequence
-from dataclasses import dataclass, field
+from contextlib import suppress
+from dataclasses import dataclass, field, replace
 from pathlib import Path
 from threading import Lock
 
 from analysis.monitoring.balance_grid import Holder, StudyBalance, balance_of
+from analysis.monitoring.finished import Finished, load_finished, save_finished
 from analysis.monitoring.following import Followed, catch_up, follow
 from analysis.monitoring.people import People, people_of
 from analysis.monitoring.raters import Rated, rated
@@ -19,6 +21,7 @@ from protocols.plan import Plan
 from protocols.study import Study
 from studies.collect import ledgers_in, others_in
 from studies.ledger_state import FileState, file_state, held
+from studies.options import Progress
 from studies.participants.allocations import Allocation
 from studies.record import LedgerError
 from studies.replay import plan_from_header
@@ -60,6 +63,11 @@ class _Known:
     rated: Rated | None = None
     rated_at: tuple[int, bool] = (-1, False)
 
+    @property
+    def order(self) -> tuple[str, ...]:
+        """The stimuli of the plan, without practice."""
+        return tuple(trial.stimulus.id for trial in self.plan.trials if not trial.practice)
+
     def diagnosed(self, over: bool) -> Rated | None:
         at = (len(self.followed.course.times_ns), over)
         if self.rated_at != at:
@@ -80,11 +88,13 @@ class Watch:
     lab: Path
     now: Callable[[], float] = time.time
     known: dict[Path, _Known] = field(default_factory=dict)
+    finished: dict[Path, Finished] | None = None
     bad: dict[Path, _Bad] = field(default_factory=dict)
     studies: dict[str, Study] = field(default_factory=dict)
     balances: dict[str, tuple[tuple[Holder, ...], StudyBalance]] = field(default_factory=dict)
     people: People = field(default_factory=People)
     looking: Lock = field(default_factory=Lock)
+    progress: Progress = lambda *_: None
 
     def look(self, budget_s: float | None = None) -> Snapshot:
         """The lab now; after `budget_s` seconds of reading, the ledgers that were never read are left for later.
@@ -98,13 +108,17 @@ class Watch:
 
     def _looked(self, budget_s: float | None) -> Snapshot:
         paths = ledgers_in(self.lab)
-        for gone in (self.known.keys() | self.bad.keys()) - set(paths):
+        if self.finished is None:
+            self.finished, self.studies = load_finished(self.lab, paths)
+        states = dict(_states(paths))
+        for gone in (self.known.keys() | self.bad.keys()) - states.keys():
             self.known.pop(gone, None)
             self.bad.pop(gone, None)
-        unread = self._read(paths, budget_s)
+        self.finished = {path: one for path, one in self.finished.items() if states.get(path) == one.state}
+        unread = self._read({path: at for path, at in states.items() if path not in self.finished}, budget_s)
         now = self.now()
         self.people = people_of(self.lab, self.people, now)
-        sessions = tuple(self._sessions(now))
+        sessions = tuple(self._sessions(self.finished, now))
         return Snapshot(
             lab=str(self.lab.resolve()),
             at=now,
@@ -112,19 +126,20 @@ class Watch:
             refused=tuple(Refused(path.name, bad.reason) for path, bad in sorted(self.bad.items())),
             others=tuple(path.name for path in others_in(self.lab)),
             unread=unread,
-            balances=tuple(self._balances(sessions)),
+            balances=tuple(self._balances(sessions, self.finished)),
             people_problem=self.people.problem,
         )
 
-    def _read(self, paths: list[Path], budget_s: float | None) -> int:
-        """Bring every ledger up to date; how many were left unread for want of time."""
+    def _read(self, states: dict[Path, FileState], budget_s: float | None) -> int:
+        """Bring every ledger up to date, those that go on first; how many were left unread for want of time."""
         begun, unread = time.monotonic(), 0
-        for path in sorted(paths, key=_changed_at, reverse=True):
+        for path in sorted(states, key=lambda path: states[path].changed_at, reverse=True):
             late = budget_s is not None and time.monotonic() - begun > budget_s
             if late and path not in self.known and path not in self.bad:
                 unread += 1
                 continue
             self._bring(path)
+            self.progress(len(self.known), len(states), "reading")
         return unread
 
     def _bring(self, path: Path) -> None:
@@ -174,27 +189,50 @@ class Watch:
             raise LedgerError(f"{followed.path}: the recorded study now compiles to another order of trials")
         return name, plan
 
-    def _sessions(self, now: float) -> Iterator[Session]:
-        for path, known in sorted(self.known.items()):
-            course, followed = known.followed.course, known.followed
-            might_run = course.ended is None and not followed.laid_down
-            status = status_of(followed, might_run and held(path))
-            withdrawn = course.header["participant"] in self.people.withdrawn
-            try:
-                answers = None if withdrawn else known.diagnosed(over=status == "complete")
-            except DiagnosticsError as error:
-                del self.known[path]
-                self.bad[path] = _Bad(followed.state, f"{path}: {error}")
-                continue
-            yield session_of(followed, status, known.digest, answers, withdrawn, now)
+    def _sessions(self, finished: dict[Path, Finished], now: float) -> Iterator[Session]:
+        before, studies = set(finished), {one.session.digest for one in finished.values()}
+        for path in sorted(self.known.keys() | finished.keys()):
+            session = self._finished(finished[path]) if path in finished else self._session(path, finished, now)
+            if session is not None:
+                yield session
+        new = [one for path, one in finished.items() if path not in before]
+        if new:
+            versions = {one.session.digest for one in new} - studies
+            save_finished(self.lab, new, {digest: self.studies[digest] for digest in versions})
 
-    def _balances(self, sessions: tuple[Session, ...]) -> Iterator[StudyBalance]:
+    def _finished(self, one: Finished) -> Session:
+        if one.session.participant not in self.people.withdrawn:
+            return one.session
+        return replace(one.session, withdrawn=True, rated=None)
+
+    def _session(self, path: Path, finished: dict[Path, Finished], now: float) -> Session | None:
+        """The session in a ledger that was read; one that is over goes among the finished."""
+        known = self.known[path]
+        course, followed = known.followed.course, known.followed
+        might_run = course.ended is None and not followed.laid_down
+        status = status_of(followed, might_run and held(path))
+        withdrawn = course.header["participant"] in self.people.withdrawn
+        try:
+            answers = None if withdrawn else known.diagnosed(over=status == "complete")
+        except DiagnosticsError as error:
+            del self.known[path]
+            self.bad[path] = _Bad(followed.state, f"{path}: {error}")
+            return None
+        session = session_of(followed, status, known.digest, answers, withdrawn, now)
+        if course.ended is not None and followed.laid_down and not withdrawn:
+            finished[path] = Finished(followed.state, followed.head, known.order, session)
+            del self.known[path]
+        return session
+
+    def _balances(self, sessions: tuple[Session, ...], finished: dict[Path, Finished]) -> Iterator[StudyBalance]:
         """One for every version of a study; made anew only where somebody's row or status changed."""
+        orders = {path.name: known.order for path, known in self.known.items()}
+        orders |= {path.name: one.order for path, one in finished.items()}
         holders: dict[str, list[Holder]] = {}
-        for session, known in zip(sessions, (self.known[path] for path in sorted(self.known)), strict=True):
-            order = tuple(trial.stimulus.id for trial in known.plan.trials if not trial.practice)
+        for session in sessions:
             given = self.people.allocations.get(session.study, ())
-            holder = Holder(session.participant, session.group, session.row, _standing(session, given), order)
+            standing, order = _standing(session, given), orders[session.file]
+            holder = Holder(session.participant, session.group, session.row, standing, order)
             holders.setdefault(session.digest, []).append(holder)
         for name, met in holders.items():
             found = (*met, *_waiting(met, self.people.allocations.get(self.studies[name].study, ())))
@@ -203,12 +241,10 @@ class Watch:
             yield self.balances[name][1]
 
 
-def _changed_at(path: Path) -> float:
-    """What is going on is read first."""
-    try:
-        return file_state(path).changed_at
-    except FileNotFoundError:
-        return 0.0
+def _states(paths: list[Path]) -> Iterator[tuple[Path, FileState]]:
+    for path in paths:
+        with suppress(FileNotFoundError):
+            yield path, file_state(path)
 
 
 def _standing(session: Session, given: Sequence[Allocation]) -> str:

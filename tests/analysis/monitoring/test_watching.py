@@ -10,7 +10,8 @@ from itertools import pairwise
 
 import pytest
 
-from analysis.monitoring import following, watching
+from analysis.monitoring import finished, following, watching
+from analysis.monitoring.people import People
 from analysis.monitoring.watching import MonitorError, Watch
 from protocols.canonical import canonical
 from protocols.events import Event
@@ -209,3 +210,27 @@ def test_an_answer_off_the_scale_refuses_its_session_and_no_other(lab):
         assert [each.participant for each in found.sessions] == ["P002"]
         assert [each.file for each in found.refused] == ["toy_P001_s1.sqlite"]
         assert "a finite number from -10 to 10 is expected" in found.refused[0].reason
+
+
+def test_the_next_monitor_reads_no_finished_session_again(lab, monkeypatch):
+    paths = [run(lab, "P001"), run(lab, "P002"), run(lab, "P003", stop_before=2)]
+    first = Watch(lab.path, now=lambda: 1e9).look()
+    opened = []
+    monkeypatch.setattr(watching, "follow", lambda path: opened.append(path.name) or following.follow(path))
+    again = Watch(lab.path, now=lambda: 1e9).look()
+    assert again == first and opened == [paths[2].name]
+    opened.clear()
+    os.utime(paths[0], (1000.0, 1000.0))
+    assert Watch(lab.path, now=lambda: 1e9).look() == first and opened == [paths[0].name, paths[2].name][::-1]
+    opened.clear()
+    (lab.path / finished.FILE).write_text('{"palpate monitor": "another"}\n{"damaged')
+    assert Watch(lab.path, now=lambda: 1e9).look() == first and len(opened) == 3
+    assert (lab.path / finished.FILE).read_text().count("\n") == 4  # the version, a study, two finished sessions
+
+
+def test_a_finished_session_that_was_kept_is_marked_when_its_participant_withdraws(lab, monkeypatch):
+    run(lab, "P001")
+    assert Watch(lab.path).look().sessions[0].rated is not None
+    monkeypatch.setattr(watching, "people_of", lambda *_: People(withdrawn=frozenset({"P001"})))
+    [session] = Watch(lab.path).look().sessions
+    assert session.withdrawn and session.rated is None

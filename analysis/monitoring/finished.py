@@ -1,0 +1,104 @@
+"""Sessions that are over, as the monitor shows them: kept in the lab, so that the next monitor need not read them."""
+
+from __future__ import annotations
+
+import json
+from collections.abc import Iterable
+from contextlib import suppress
+from dataclasses import asdict, dataclass
+from pathlib import Path
+from typing import Any
+
+from analysis.monitoring.raters import Rated
+from analysis.monitoring.sessions import Note, Session
+from analysis.ratings.diagnostics import Diagnostic
+from protocols.study import Study
+from studies.environment import palpate_version
+from studies.ledger_state import FileState, file_state, last_hash
+
+FILE = Path(".cache") / "monitor.jsonl"
+"""A line for the version, and one for each study and finished session; it may be removed at any time."""
+
+
+@dataclass(frozen=True)
+class Finished:
+    """A session that is over and whose ledger was closed: its file then, the end of its chain, and what is shown.
+
+    `order` are the stimuli of its plan without practice. `session` is as if nobody had withdrawn.
+    """
+
+    state: FileState
+    head: str
+    order: tuple[str, ...]
+    session: Session
+
+
+def load_finished(lab: Path, paths: Iterable[Path]) -> tuple[dict[Path, Finished], dict[str, Study]]:
+    """Return what is kept of these ledgers and still true of them, and the versions of studies, by digest.
+
+    A ledger is unchanged by its size and time, those of its write-ahead log, and the last hash of its chain.
+    What another version of Palpate kept, or what cannot be read, is as if it were not there.
+    """
+    finished: dict[str, Finished] = {}
+    studies: dict[str, Study] = {}
+    with suppress(OSError, ValueError, TypeError, KeyError), (lab / FILE).open(encoding="utf-8") as file:
+        if json.loads(file.readline()) != _version():
+            return {}, {}
+        for line in file:
+            kept = json.loads(line)
+            if "study" in kept:
+                studies[kept["digest"]] = Study.model_validate(kept["study"])
+            else:
+                finished[kept["session"]["file"]] = _finished(kept)
+    known = {path: finished[path.name] for path in paths if path.name in finished}
+    return {path: one for path, one in known.items() if one.session.digest in studies and _holds(path, one)}, studies
+
+
+def save_finished(lab: Path, finished: Iterable[Finished], studies: dict[str, Study]) -> None:
+    """Add these sessions, and the studies among them that are given, to what is kept, where the lab can be written."""
+    lines = [{"digest": digest, "study": study.definition()} for digest, study in studies.items()]
+    lines += [
+        {"state": asdict(one.state), "head": one.head, "order": one.order, "session": asdict(one.session)}
+        for one in finished
+    ]
+    text = "".join(f"{json.dumps(line)}\n" for line in lines)
+    with suppress(OSError):
+        file = lab / FILE
+        file.parent.mkdir(exist_ok=True)
+        head = f"{json.dumps(_version())}\n"
+        with file.open("a+", encoding="utf-8") as kept:
+            kept.seek(0)
+            if kept.readline() != head:
+                kept.truncate(0)
+                text = head + text
+            kept.write(text)
+
+
+def _version() -> dict[str, str]:
+    return {"palpate monitor": palpate_version()}
+
+
+def _holds(path: Path, one: Finished) -> bool:
+    with suppress(OSError):
+        return file_state(path) == one.state and last_hash(path) == one.head
+    return False
+
+
+def _finished(kept: dict[str, Any]) -> Finished:
+    session = kept["session"]
+    rated = session["rated"]
+    return Finished(
+        FileState(**kept["state"]),
+        kept["head"],
+        tuple(kept["order"]),
+        Session(**session | {
+            "notes": tuple(Note(**note) for note in session["notes"]),
+            "rated": None if rated is None else _rated(rated),
+        }),
+    )  # fmt: skip
+
+
+def _rated(kept: dict[str, Any]) -> Rated:
+    signs = tuple(Diagnostic(**sign) for sign in kept["signs"])
+    low, high = kept["ends"]
+    return Rated(kept["kind"], signs, tuple(kept["seconds"]), tuple(kept["histogram"]), (low, high))
