@@ -23,14 +23,18 @@ from analysis.regenerating.regenerated import regenerate
 from analysis.reporting.sources import Wanted
 from devices.rig.file import read_rig
 from palpate import _status
+from studies.catalogue import SHIPPED
 from studies.collect import ledgers_in
 from studies.record import read
-from studies.replay import replay
+from studies.replay import recompiled, replay
+from studies.rig import simulated
+from studies.session import resume
 from tests.recorded.make_frozen import EXPECTED, LAB, STUDIES, answers
 from tests.studies.small_textures import write
 
 HEADS, ANSWERS = (json.loads(EXPECTED.read_text())[key] for key in ("heads", "models"))
 LEDGERS = [path.name for path in ledgers_in(LAB)]
+RECORDED = LAB.parents[1]
 LIVE = "texture_photos_P011_s1.sqlite"
 ADDED: dict[str, set[str]] = {}
 """Columns of a table, or keys of statistics.json, that came later, by file name: written here on purpose."""
@@ -82,6 +86,34 @@ def test_a_killed_session_comes_to_the_end_that_it_had_unkilled(resumed, name):
     ledger = resumed / "sessions" / name
     assert read(ledger).complete and read(ledger).head == HEADS[name]
     assert replay(ledger).complete
+
+
+OLDER = {1: "sessions/doors_small_P004_s1.sqlite", 2: "ten/texture_ratings_P001_s1.sqlite"}
+"""A complete ledger of each format before the lab's: one with a lapse, one that was resumed."""
+
+
+@pytest.mark.parametrize("version", OLDER)
+@pytest.mark.parametrize("share", [0.3, 0.7])
+def test_an_unfinished_ledger_of_an_older_format_goes_on_under_the_rule_it_began_with(tmp_path, version, share):
+    """Expected: the chain of events of the same session as it was recorded whole, also where it was then resumed."""
+    whole = read(RECORDED / OLDER[version])
+    ledger = tmp_path / "sessions" / whole.path.name
+    ledger.parent.mkdir()
+    shutil.copy(whole.path, ledger)
+    last = next(
+        event.seq for event in whole.events[int(share * len(whole.events)) :] if event.kind == "request" and event.trial
+    )
+    with closing(sqlite3.connect(ledger)) as connection, connection:
+        assert connection.execute("PRAGMA user_version").fetchone() == (version,)
+        connection.execute("DELETE FROM samples WHERE seq > ?", (last,))
+        connection.execute("DELETE FROM events WHERE seq > ?", (last,))
+        connection.execute("DELETE FROM sittings WHERE events > ?", (last + 1,))
+    plan = recompiled(whole)
+    folder = RECORDED / "doors_small" if version == 1 else SHIPPED / plan.study.study
+    assert resume(ledger, simulated(plan.study, folder)).complete
+    assert read(ledger).hashes == whole.hashes
+    with closing(sqlite3.connect(ledger)) as connection:
+        assert connection.execute("PRAGMA user_version").fetchone() == (version,)
 
 
 def test_a_killed_session_of_a_real_participant_goes_on_at_the_twins_of_the_rig_file(lab, tmp_path):
