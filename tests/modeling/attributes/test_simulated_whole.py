@@ -13,6 +13,8 @@ from modeling.attributes.training import train_attributes
 from modeling.commands_library import textures
 from studies.texture_set import TextureSet
 
+pytestmark = [pytest.mark.long, pytest.mark.needs("torch", "librosa", "pywt", "skimage")]
+
 TEXTURES = ("T02", "T11", "T17", "T25", "T33", "T36", "T39", "T43", "T48")
 """Of nine classes, each attribute from low to high."""
 FELT = {"ridge": (("dwt",), ()), "mean": ((), ())}
@@ -41,8 +43,6 @@ def rows_of(judged):
     return rows
 
 
-@pytest.mark.needs("librosa", "pywt")
-@pytest.mark.long
 def test_what_was_felt_predicts_textures_left_out_better_than_the_mean(lab, tmp_path):
     material = read_material(lab, sight=False, workers=1)
     assert material.simulated and sorted(material.ids) == list(TEXTURES)
@@ -53,8 +53,6 @@ def test_what_was_felt_predicts_textures_left_out_better_than_the_mean(lab, tmp_
     assert written.metrics["mae"] == rows["ridge"]["mae"]
 
 
-@pytest.mark.needs("torch", "librosa", "pywt", "skimage")
-@pytest.mark.long
 def test_what_was_felt_and_seen_predicts_textures_left_out_better_than_the_mean(seen, tmp_path):
     assert seen.simulated and sorted(seen.ids) == list(TEXTURES)
     assert all(each.touch["dwt"].shape == (3, 24) and each.sight["resnet"].shape == (1, 2048) for each in seen.textures)
@@ -79,7 +77,6 @@ def in_words(*words):
     return json.loads(result.stdout)
 
 
-@pytest.mark.needs("torch", "librosa", "pywt", "skimage")
 @pytest.mark.parametrize(
     ("wish", "attribute", "most"),
     [("very rough", 0, min), ("bumpy, not sticky", 1, max), ("very soft", 3, max)],
