@@ -75,6 +75,7 @@ def test_what_was_felt_can_be_learned_from_and_says_that_it_is_simulated(small):
     assert found[0].acceleration_m_s2.std() > 2 * found[1].acceleration_m_s2.std()  # sandpaper and aluminum
 
 
+@pytest.mark.needs("librosa", "pywt")
 def test_the_shortest_set_has_a_segment_of_touch_to_describe(small):
     """And a half second less would not have."""
     assert 2 * TRIM_S + SEGMENT_S < LEAST_S <= 2 * TRIM_S + 2 * SEGMENT_S

@@ -244,6 +244,7 @@ def test_noise_masks_and_other_settings_are_refused_when_going_on(lab, rooms):
         plan_to_go_on(found, lab, LiveOptions(), header)
 
 
+@pytest.mark.needs("serial")
 @pytest.mark.parametrize(
     ("noise", "said"),
     [
