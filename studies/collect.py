@@ -13,7 +13,19 @@ from functools import cached_property, partial
 from pathlib import Path
 from typing import Any
 
-from sqlalchemy import URL, Connection, Engine, StaticPool, create_engine, delete, insert, inspect, make_url, select
+from sqlalchemy import (
+    URL,
+    Connection,
+    Engine,
+    StaticPool,
+    create_engine,
+    delete,
+    insert,
+    inspect,
+    make_url,
+    select,
+    update,
+)
 from sqlalchemy.exc import OperationalError, SQLAlchemyError
 
 from studies import collected_schema as schema
@@ -254,15 +266,27 @@ def _insert(connection: Connection, session: SessionTables) -> None:
 
 
 def _insert_missing(connection: Connection, session: SessionTables) -> None:
-    """The study and the participant, where no earlier session brought them."""
+    """The study and the participant, where no earlier session brought them.
+
+    Of one version of a study (its sample may change) the definition of the session that was begun last stands.
+    """
     study, who = session.study, session.participant
-    if not connection.execute(
-        select(schema.studies.c.study).where(schema.studies.c.study_digest == study["study_digest"])
-    ).first():
+    mine = schema.studies.c.study_digest == study["study_digest"]
+    held = connection.execute(select(schema.studies.c.definition).where(mine)).scalar_one_or_none()
+    if held is None:
         connection.execute(insert(schema.studies), study)
+    elif held != study["definition"] and _is_latest(connection, session):
+        connection.execute(update(schema.studies).where(mine).values(study))
     same = (schema.participants.c.study == who["study"]) & (schema.participants.c.participant == who["participant"])
     if not connection.execute(select(schema.participants.c.row).where(same)).first():
         connection.execute(insert(schema.participants), who)
+
+
+def _is_latest(connection: Connection, session: SessionTables) -> bool:
+    """Whether no session of the same version of the study was begun later, by time and name."""
+    row, table = session.session, schema.sessions
+    begun = select(table.c.started_at, table.c.session).where(table.c.study_digest == row["study_digest"])
+    return all(tuple(other) <= (row["started_at"], row["session"]) for other in connection.execute(begun))
 
 
 def _wait_for_others(connection: Connection) -> None:

@@ -20,7 +20,7 @@ from sqlalchemy import (
     true,
 )
 
-VERSION = 3
+VERSION = 4
 NAME = String(200)
 metadata = MetaData()
 
@@ -48,6 +48,7 @@ sessions = Table(
     Column("study", NAME, nullable=False),
     Column("study_digest", String(64), ForeignKey("studies.study_digest"), nullable=False),
     Column("participant", NAME, nullable=False),
+    Column("number", Integer, nullable=False),
     Column("group_name", NAME),
     Column("row", Integer, nullable=False),
     Column("seed", BigInteger, nullable=False),
@@ -145,6 +146,7 @@ answers = Table(
     Column("seq", Integer, primary_key=True),
     Column("item", NAME, primary_key=True),
     Column("form", NAME, nullable=False),
+    Column("kind", NAME, nullable=False),
     Column("value", Text, nullable=False),
     Column("number", Float(53)),
 )
@@ -181,6 +183,7 @@ def ratings_query() -> Select[tuple[object, ...]]:
             sessions.c.session,
             sessions.c.study,
             sessions.c.participant,
+            sessions.c.number,
             sessions.c.group_name,
             sessions.c.status,
             sessions.c.simulated,

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterable, Iterator, Sequence
+from collections.abc import Iterable, Iterator, Mapping, Sequence
 from dataclasses import dataclass, field
 from typing import Any
 
@@ -17,6 +17,8 @@ from studies.record import LedgerError, Record
 from studies.replay import recompiled
 
 Row = dict[str, Any]
+TEXT = "text"
+"""The kind of an answer in the participant's own words."""
 
 
 @dataclass(frozen=True)
@@ -49,6 +51,7 @@ class _Walk:
     """One pass over the events."""
 
     session: str
+    kinds: Mapping[str, str] = field(default_factory=dict)
     met: dict[int, _Met] = field(default_factory=dict)
     standing: dict[int, list[Row]] = field(default_factory=dict)
     responses: list[Row] = field(default_factory=list)
@@ -152,6 +155,17 @@ class _Walk:
                 "counts": True,
             }
 
+    def _kind(self, item: str) -> str:
+        """What an answer outside trials is: a question's kind, points, or agreed; a text of the participant's own."""
+        match self.request["form"]:
+            case "demographics":
+                return self.kinds.get(item, TEXT)
+            case "likert":
+                return "points"
+            case "consent":
+                return "agreed"
+        return TEXT
+
     def _about(self, event: Event) -> Iterator[Row]:
         for item in self.request["items"]:
             answer = event.value["answers"][item]
@@ -161,6 +175,7 @@ class _Walk:
                 "seq": event.seq,
                 "item": item,
                 "form": self.request["form"],
+                "kind": self._kind(item),
                 "value": answer if isinstance(answer, str) else canonical(answer).decode(),
                 "number": number,
             }
@@ -174,7 +189,7 @@ def tables(record: Record, withdrawn: bool = False, with_events: bool = True) ->
     plan = recompiled(record)
     header = record.header
     session = session_name(record)
-    walk = _walked(session, record.events)
+    walk = _walked(plan, session, record.events)
     if unknown := {row["attribute"] for row in walk.responses} - {
         attribute.name for attribute in plan.study.attributes
     }:
@@ -206,12 +221,13 @@ class Answers:
 
 def answers_of(plan: Plan, session: str, events: Iterable[Event]) -> Answers:
     """The answers in the events of a session that need not be on file."""
-    walk = _walked(session, events)
+    walk = _walked(plan, session, events)
     return Answers(_trial_rows(plan, walk), _response_rows(plan, walk), walk.words, walk.answers)
 
 
-def _walked(session: str, events: Iterable[Event]) -> _Walk:
-    walk = _Walk(session)
+def _walked(plan: Plan, session: str, events: Iterable[Event]) -> _Walk:
+    questions = plan.lab_forms.questions if plan.lab_forms is not None else ()
+    walk = _Walk(session, {question.name: question.kind for question in questions})
     for event in events:
         walk.take(event)
     return walk
@@ -232,6 +248,11 @@ def session_name(record: Record) -> str:
     return f"{header['study']['study']}/{header['participant']}/{header['session']}"
 
 
+def session_number(name: str) -> str:
+    """Return the number in a session's name: which of the participant's sessions it is."""
+    return name.rpartition("/")[2]
+
+
 def _study_row(study: Study) -> Row:
     text = canonical(study.definition()).decode()
     return {"study_digest": digest(study.conditions()), "study": study.study, "title": study.title, "definition": text}
@@ -244,6 +265,7 @@ def _session_row(record: Record, walk: _Walk) -> Row:
         "study": header["study"]["study"],
         "study_digest": digest(conditions_of(header["study"])),
         "participant": header["participant"],
+        "number": header["session"],
         "group_name": header["group"],
         "row": header["row"],
         "seed": header["seed"],

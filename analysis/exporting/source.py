@@ -22,6 +22,7 @@ from studies import collected_schema as schema
 from studies.collect import fill, ledgers_in, open_database, scratch_database
 from studies.messages import database_reason, describe_url
 from studies.participants.registry import find_registry, withdrawn
+from studies.tables import session_number
 
 _OF_A_CHOICE = tuple(each.name for each in fields(SessionRow))
 
@@ -156,7 +157,7 @@ def _sessions(connection: Connection, wanted: Wanted) -> list[dict[str, Any]]:
 
 
 def _sat(row: dict[str, Any]) -> Sat:
-    number = row["session"].rpartition("/")[2]
+    number = session_number(row["session"])
     if not (row["participant"].isascii() and row["participant"].isalnum() and number.isdecimal()):
         raise ExportRefused(f"session {row['session']!r}: STUDY/PSEUDONYM/NUMBER is expected, as door_ratings/P001/1")
     return Sat(row["session"], row["participant"], int(number), row)

@@ -2,9 +2,11 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterable, Sequence
-from dataclasses import dataclass
+from collections.abc import Iterable, Mapping, Sequence
+from dataclasses import dataclass, field
+from typing import Any
 
+from analysis.reporting.sample import sample_facts
 from protocols.balance import Balance, certificate
 from protocols.orders import rows_of
 from protocols.study import Study
@@ -65,19 +67,25 @@ class GroupBalance:
 
 @dataclass(frozen=True)
 class StudyBalance:
-    """The balance of one version of a study, by group."""
+    """The balance of one version of a study, by group, and what came of its planned sample (label, text)."""
 
     study: str
     title: str
     digest: str
     groups: tuple[GroupBalance, ...]
+    sample: Mapping[str, Any] = field(default_factory=dict)
+
+    @property
+    def sample_facts(self) -> tuple[tuple[str, str], ...]:
+        """What was planned and what came, as labels and texts."""
+        return tuple(sample_facts(self.sample))
 
 
-def balance_of(study: Study, digest: str, holders: Sequence[Holder]) -> StudyBalance:
-    """The balance of a study whose participants are `holders`."""
+def balance_of(study: Study, digest: str, holders: Sequence[Holder], sample: Mapping[str, Any]) -> StudyBalance:
+    """The balance of a study whose participants are `holders`; `sample` is what came of the planned one."""
     groups: list[str | None] = [*sorted(study.groups)] or [None]
     found = (_of_group(study, group, [each for each in holders if each.group == group]) for group in groups)
-    return StudyBalance(study.study, study.title or study.study, digest, tuple(found))
+    return StudyBalance(study.study, study.title or study.study, digest, tuple(found), sample)
 
 
 def round_of(study: Study, group: str | None) -> int:

@@ -33,6 +33,7 @@ def _study(balance: StudyBalance) -> dict[str, Any]:
     return {
         "study": balance.study,
         "digest": balance.digest,
+        "sample": dict(balance.sample),
         "groups": [_group(group) for group in balance.groups],
     }
 

@@ -8,6 +8,7 @@ from contextlib import suppress
 from dataclasses import dataclass, field, replace
 from pathlib import Path
 from threading import Lock
+from typing import Any
 
 from analysis.monitoring.balance_grid import Holder, StudyBalance, balance_of
 from analysis.monitoring.finished import Finished, load_finished, save_finished
@@ -16,6 +17,7 @@ from analysis.monitoring.people import People, people_of
 from analysis.monitoring.raters import Rated, rated
 from analysis.monitoring.sessions import Session, session_of, status_of
 from analysis.ratings.diagnostics import DiagnosticsError
+from analysis.reporting.sample import DoneSession, achieved_sample
 from protocols.canonical import digest
 from protocols.plan import Plan
 from protocols.study import Study
@@ -91,7 +93,7 @@ class Watch:
     finished: dict[Path, Finished] | None = None
     bad: dict[Path, _Bad] = field(default_factory=dict)
     studies: dict[str, Study] = field(default_factory=dict)
-    balances: dict[str, tuple[tuple[Holder, ...], StudyBalance]] = field(default_factory=dict)
+    balances: dict[str, tuple[Any, StudyBalance]] = field(default_factory=dict)
     people: People = field(default_factory=People)
     looking: Lock = field(default_factory=Lock)
     progress: Progress = lambda *_: None
@@ -179,6 +181,7 @@ class Watch:
                 self.studies[whole] = Study.model_validate(header["study"])
             study = self.studies[whole]
             name, plan = digest(study.conditions()), plan_from_header(header, study)
+            self.studies[name] = study  # of one version the sample that was read last
         except (KeyError, TypeError, ValueError) as error:
             raise LedgerError(
                 f"{followed.path}: its first event declares no session that this version reads: {error}"
@@ -229,15 +232,21 @@ class Watch:
         orders = {path.name: known.order for path, known in self.known.items()}
         orders |= {path.name: one.order for path, one in finished.items()}
         holders: dict[str, list[Holder]] = {}
+        done: dict[str, list[DoneSession]] = {}
         for session in sessions:
             given = self.people.allocations.get(session.study, ())
             standing, order = _standing(session, given), orders[session.file]
             holder = Holder(session.participant, session.group, session.row, standing, order)
             holders.setdefault(session.digest, []).append(holder)
+            if session.status == "complete" and not session.withdrawn:
+                one = DoneSession(session.participant, session.group, session.number, session.elapsed_s / 60)
+                done.setdefault(session.digest, []).append(one)
         for name, met in holders.items():
-            found = (*met, *_waiting(met, self.people.allocations.get(self.studies[name].study, ())))
-            if name not in self.balances or self.balances[name][0] != found:
-                self.balances[name] = found, balance_of(self.studies[name], name, found)
+            study = self.studies[name]
+            found = (*met, *_waiting(met, self.people.allocations.get(study.study, ())))
+            sample = achieved_sample(study, done.get(name, ()))
+            if name not in self.balances or self.balances[name][0] != (found, sample):
+                self.balances[name] = (found, sample), balance_of(study, name, found, sample)
             yield self.balances[name][1]
 
 

@@ -24,6 +24,21 @@ COLUMNS = (
     "pooled", "target", "attribute_column", "groups",
 )  # fmt: skip
 """Settings that name columns of the study's answers."""
+FACTORS = tuple(name for name in (*COLUMNS, "random", "interactions") if name != "numeric")
+"""Those of them, and of a model's terms, that tell rows apart; a column in `numeric` is a number."""
+
+
+def column_names(value: object) -> list[str]:
+    """Return every column that a setting names, alone or in an interaction."""
+    if isinstance(value, Mapping):
+        return [text for pair in value.items() for each in pair for text in column_names(each)]
+    texts = (value,) if isinstance(value, str) else value if isinstance(value, tuple) else ()
+    return [name for each in texts if isinstance(each, str) for name in each.split(":")]
+
+
+def columns_named(asked: object, settings: tuple[str, ...] = (*FACTORS, "numeric")) -> tuple[str, ...]:
+    """Return the columns that a test or figure names in these settings, without those of its `where`."""
+    return tuple(dict.fromkeys(name for key in settings for name in column_names(getattr(asked, key, None))))
 
 
 class Asked(Strict):
@@ -60,7 +75,8 @@ class Selected:
     kind that is asked for each outcome by itself. `offered` are the words that a participant could tick. `antonyms` and
     `categories` map an attribute to the other end of its scale and to "physical" or "emotional". `scale` are the ends
     of the scale that `value` is on (None where it has none). `tables` are the plan's own tables by name. `seed` and
-    `draws` are for whatever is resampled.
+    `draws` are for whatever is resampled. `unanswered` are left out, as they did not answer a question about themselves
+    that is a column here.
     """
 
     table: pd.DataFrame
@@ -75,6 +91,7 @@ class Selected:
     antonyms: Mapping[str, str] = field(default_factory=lambda: _NONE)
     categories: Mapping[str, str] = field(default_factory=lambda: _NONE)
     tables: Mapping[str, pd.DataFrame] = field(default_factory=lambda: _NONE)
+    unanswered: tuple[str, ...] = ()
 
     @property
     def outcome(self) -> str:

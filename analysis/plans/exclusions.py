@@ -50,10 +50,13 @@ def _demand_known(whole: Material, rule: Rule) -> None:
         if who not in whole.participants and not _knew(whole, who):
             told = nearest(who, whole.participants)
             raise DataRefused(f"{whole.name!r}: the plan leaves out {who!r}, who has no session; {told}")
-    matching(whole.trials, where, whole.name)
+    matching(whole.people.added(whole.trials, tuple(where)), where, whole.name)
 
 
 def _applied(material: Material, rule: Rule) -> tuple[Material, list[Exclusion]]:
+    where = rule.where or {}
+    if where and len(material.people.named(material.trials, where)) == len(where):
+        return _without_people(material, _who_answered(material, where), rule.because)
     if rule.outlying is not None:
         return _without_outlying(material, rule.outlying, rule.because)
     if rule.faster_than_s is not None or rule.slower_than_s is not None or rule.where is not None:
@@ -67,6 +70,12 @@ def _bad_people(material: Material, rule: Rule) -> list[str]:
     if rule.fewer_than is not None:
         return _unfinished(material, rule.fewer_than)
     return _flagged(material, rule.flagged or 1)
+
+
+def _who_answered(material: Material, where: Mapping[str, str | tuple[str, ...]]) -> list[str]:
+    """The participants with these answers about themselves, also those without a trial."""
+    everybody = material.people.added(pd.DataFrame({"participant": list(material.participants)}), tuple(where))
+    return [str(who) for who in everybody.loc[_met(everybody, where), "participant"]]
 
 
 def _knew(material: Material, who: str) -> bool:
@@ -108,7 +117,7 @@ def _flagged(material: Material, least: int) -> list[str]:
 def _bad_trials(material: Material, rule: Rule) -> pd.DataFrame:
     """The trials (participant, session, trial) that a rule leaves out."""
     if rule.where is not None:
-        return material.trials[_met(material.trials, rule.where)]
+        return material.trials[_met(material.people.added(material.trials, tuple(rule.where)), rule.where)]
     if material.ratings is None or "response_time_s" not in material.ratings.table.columns:
         raise DataRefused(f"{material.name!r}: no response times are on record; leave faster_than_s, slower_than_s out")
     seconds = material.ratings.table.groupby(TRIAL, as_index=False)["response_time_s"].max()

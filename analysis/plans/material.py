@@ -12,7 +12,8 @@ from typing import Any
 import pandas as pd
 from sqlalchemy import Connection, Engine, text
 
-from analysis.ratings.collected_sessions import Choice
+from analysis.plans.people import People, people_of
+from analysis.ratings.collected_sessions import Choice, SessionRow
 from analysis.ratings.dataset import Exclusion, Input, Ratings
 from analysis.ratings.reading import chosen, column_name, inputs_of, left_out_sessions, query, read_ratings
 from protocols.study import Study
@@ -30,7 +31,7 @@ _WORDS = text(
     " JOIN sessions ON sessions.session = words.session WHERE sessions.study = :study"
 )
 _ANSWERS = text(
-    "SELECT answers.session, answers.form, answers.item, answers.value, answers.number FROM answers"
+    "SELECT answers.session, answers.form, answers.item, answers.kind, answers.value, answers.number FROM answers"
     " JOIN sessions ON sessions.session = answers.session WHERE sessions.study = :study"
 )
 _REPLIES = text(
@@ -49,7 +50,8 @@ class Material:
     an answer that counts; `forms` one per answered item of a form (questionnaire, demographics). All three have
     participant, session and group; trials and words also trial, stimulus and the stimulus columns. `planned` counts the
     trials of each session that were to be answered. `levels` maps each of these columns to its levels in the study's
-    order. `study` is None for an imported data set.
+    order. `study` is None for an imported data set. `people` are the answers about themselves that may be columns,
+    `sessions` those that count.
     """
 
     name: str
@@ -65,6 +67,8 @@ class Material:
     inputs: tuple[Input, ...]
     exclusions: tuple[Exclusion, ...]
     levels: Mapping[str, tuple[str, ...]] = field(default_factory=lambda: _NO_WORDS)
+    people: People = field(default_factory=People)
+    sessions: tuple[SessionRow, ...] = ()
     versions: tuple[Input, ...] = ()
     """Where sessions had different versions of the study or of a model: every version, and how many had it."""
 
@@ -145,6 +149,8 @@ def material_of(study: Study, choice: Choice, ratings: Ratings | None, rows: Row
         inputs=inputs_of(study, choice),
         exclusions=ratings.exclusions if ratings is not None else left_out_sessions(choice),
         levels=study_levels(study, trials),
+        people=people_of(rows.answers),
+        sessions=choice.kept,
     )
 
 

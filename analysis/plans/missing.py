@@ -27,14 +27,17 @@ class MissingTold:
     participants: int = 0
     cells: int = 0
     left_out: tuple[str, ...] = ()
+    unanswered: tuple[str, ...] = ()
 
     def text(self) -> str:
         """One sentence, "" where nothing was missing."""
+        silent = f"left out without an answer about themselves: {', '.join(self.unanswered)}" if self.unanswered else ""
         if not self.cells:
-            return ""
+            return silent
+        cells = f"{self.found()}; answered from what is there"
         if self.policy == "listwise":
-            return f"{self.found()}; left out listwise: {', '.join(self.left_out)}"
-        return f"{self.found()}; answered from what is there"
+            cells = f"{self.found()}; left out listwise: {', '.join(self.left_out)}"
+        return "; ".join(filter(None, (cells, silent)))
 
     def found(self) -> str:
         """How much is missing."""

@@ -51,6 +51,7 @@ class AnalysisPlan(Strict):
     """A study's analysis. `tests` and `figures` are read by the schema of their kind.
 
     `sessions` says whether interrupted sessions count. `seed` and `draws` are those of everything that is resampled.
+    `least_people`: a group by answers about oneself (gender, say) of fewer participants is refused.
     `tables` are CSV files beside the plan, by the name that tests and figures use.
     """
 
@@ -62,6 +63,7 @@ class AnalysisPlan(Strict):
     sessions: Literal["complete", "also_interrupted"] = "complete"
     missing: Missing = "refuse"
     normalise: Normalise = "none"
+    least_people: Annotated[Whole, Field(ge=1)] = 3
     exclusions: tuple[Rule, ...] = ()
     tables: Mapping[Name, Text] = {}
     tests: tuple[dict[Text, Any], ...] = ()

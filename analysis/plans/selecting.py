@@ -10,9 +10,10 @@ from typing import TypeAlias
 import pandas as pd
 
 from analysis.figures.drawn import AskedFigure
-from analysis.plans.answers import Asked, Normalise, Selected, Takes
+from analysis.plans.answers import FACTORS, Asked, Normalise, Selected, Takes, columns_named
 from analysis.plans.exclusions import matching
 from analysis.plans.material import OF_A_RATING, Material
+from analysis.plans.people import refuse_small_groups
 from analysis.plans.reading import Plan
 from analysis.ratings.completeness import Faults, cell_faults
 from analysis.ratings.dataset import DataRefused, Ratings, natural
@@ -43,13 +44,46 @@ class Selecting:
         table, scale = self._table(asked, takes)
         if takes != "table":
             refuse_repeated(table, self.material.name)
-        table = table[matching(table, asked.where, self.material.name)].reset_index(drop=True)
+            table, silent = self._of_people(asked, table)
+        else:
+            silent = ()
+            table = table[matching(table, asked.where, self.material.name)].reset_index(drop=True)
         outcomes = self._outcomes(asked, table, takes)
         if "attribute" in table.columns and takes != "table":
             table = table[table["attribute"].isin(outcomes)].reset_index(drop=True)
         if not len(table) and takes != "words":
             raise DataRefused(f"{self.material.name!r}: no rows are left for {asked.name!r}")
-        return self._selected(asked, table, outcomes, scale)
+        return replace(self._selected(asked, table, outcomes, scale), unanswered=silent)
+
+    def trials(self, where: Mapping[str, object]) -> pd.DataFrame:
+        """Return the trials of the study, with the columns of people and sessions that a `where` names."""
+        return self.material.people.added(self.material.trials, tuple(where))
+
+    def _of_people(self, asked: Asked | AskedFigure, table: pd.DataFrame) -> tuple[pd.DataFrame, tuple[str, ...]]:
+        """The rows of `where`, with the columns of people and sessions that are asked for, and who is left out.
+
+        Left out are those who did not answer a question that is a column.
+
+        Raises DataRefused where somebody did not answer and the missing policy is to refuse, or a group is too small.
+        """
+        people, name = self.material.people, self.material.name
+        named, grouping = columns_named(asked), columns_named(asked, FACTORS)
+        asked_of = people.named(table, (*named, *asked.where))
+        chosen = matching(people.added(table, tuple(asked.where)), asked.where, name)
+        table = people.added(table[chosen].reset_index(drop=True), named)
+        factors = [column for column in asked_of if column in named]
+        silent = set(table.loc[table[factors].isna().any(axis=1), "participant"]) if factors else set()
+        if silent and (getattr(asked, "missing", None) or self.plan.declared.missing) == "refuse":
+            raise DataRefused(
+                f"{asked.name!r}: no answer to {' or '.join(factors)} from {', '.join(sorted(silent))}; leave such "
+                "participants out with `missing: listwise`"
+            )
+        table = table[~table["participant"].isin(silent)].reset_index(drop=True)
+        groups = [column for column in asked_of if column in grouping or column in asked.where]
+        if groups:
+            alike = people.added(table, groups)
+            refuse_small_groups(alike, groups, self.plan.declared.least_people, asked.name)
+        return table, tuple(sorted(silent))
 
     def _selected(
         self,
@@ -61,11 +95,11 @@ class Selecting:
         material, declared = self.material, self.plan.declared
         study, ratings = material.study, material.ratings
         listed = study.adjectives.words if study is not None and study.adjectives is not None else ()
-        trials = material.trials
+        trials = self.trials(asked.where)
         known = {column: level for column, level in asked.where.items() if column in trials.columns}
         return Selected(
             table=table,
-            trials=trials[matching(trials, known, material.name)].reset_index(drop=True),
+            trials=material.trials[matching(trials, known, material.name)].reset_index(drop=True),
             outcomes=outcomes,
             levels=_levels(material.levels, table),
             alpha=declared.alpha,

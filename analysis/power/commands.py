@@ -48,7 +48,12 @@ class Sizes(click.ParamType):  # type: ignore[type-arg]  # not generic in click 
     "--effect", type=click.FloatRange(0, 10), default=1.0, show_default=True,
     help="How much of the differences that the study's simulated people feel; 0 shows the rate of false alarms.",
 )  # fmt: skip
-@click.option("--participants", "sizes", type=Sizes(), default="4..40", show_default=True, help="How many: 8..40/4.")
+@click.option(
+    "--participants",
+    "sizes",
+    type=Sizes(),
+    help="How many: 8..40/4.  [default: up to what the study plans, else 4..40]",
+)
 @click.option("--runs", type=click.IntRange(10, 100_000), default=200, show_default=True, help="Studies to simulate.")
 @click.option("--power", "wanted", type=click.FloatRange(0.01, 0.999), default=0.8, show_default=True)
 @click.option("--seed", type=click.IntRange(0, 1_000_000), default=0, show_default=True)
@@ -56,38 +61,57 @@ class Sizes(click.ParamType):  # type: ignore[type-arg]  # not generic in click 
 @click.option("--plan", "plan_file", type=click.Path(dir_okay=False, path_type=Path), help="The analysis plan.")
 @JSON
 def power(
-    study: str, lab: Path, test: str, outcome: str, row: str, column: str, effect: float, sizes: tuple[int, ...],
+    study: str, lab: Path, test: str, outcome: str, row: str, column: str, effect: float, sizes: tuple[int, ...] | None,
     runs: int, wanted: float, seed: int, jobs: int | None, plan_file: Path | None, as_json: bool,
 ) -> None:  # fmt: skip
     """How many participants STUDY needs for a test of its analysis plan to find its effect.
 
     Runs whole simulated studies through the real runner, each with its own simulated people, and asks the plan's own
     test of the first 2, 3, ... of them. The effect is what these people feel (simulation: in the study file), times
-    --effect. Writes power_TEST_xEFFECT.csv and a figure to LAB/analysis/STUDY.
+    --effect. Where the study plans a sample, it says whether that is enough. Writes power_TEST_xEFFECT.csv and a figure
+    to LAB/analysis/STUDY.
 
     Example: palpate power texture_similarity --test methods --effect 0.3 --participants 4..24
     """
-    from analysis.power.curve import Asking, needed, power_curve
+    from analysis.power.curve import Asking, needed, power_curve, suffices
     from analysis.power.picture import write_curve
     from analysis.regenerating.regenerated import find_plan
     from analysis.reporting.sources import Wanted
-    from studies.catalogue import find
+    from protocols.sample import planned_people
+    from studies.catalogue import find, read_study
 
     file = find(study, lab)
     name, plan = find_plan(Wanted(study, lab), plan_file)
+    planned = planned_people(read_study(file).study)
+    sizes = sizes or _sizes_up_to(planned)
     asking = Asking(file, plan.path, lab, test, outcome, row, column, effect, plan.declared.alpha, seed)
     with progress_bar(as_json) as progress:
         points = power_curve(asking, sizes, runs, jobs or os.cpu_count() or 1, progress)
     files = write_curve(points, asking, wanted, lab / "analysis" / name)
     enough = needed(points, wanted)
     if as_json:
-        told = {"needed": enough.participants if enough else None, "points": [vars(each) for each in points]}
+        told = {
+            "needed": enough.participants if enough else None,
+            "planned": planned,
+            "planned_is_enough": suffices(points, planned, wanted),
+            "points": [vars(each) for each in points],
+        }
         echo_json(
             {"study": name, "test": test, "effect": effect, "power": wanted, **told, "files": list(map(str, files))}
         )
         return
     _show(points, asking, wanted, enough)
+    if planned is not None:
+        verdict = {None: "was not simulated", True: "is enough", False: "is not enough"}
+        click.echo(f"the planned sample of {planned} {verdict[suffices(points, planned, wanted)]} for power {wanted:g}")
     click.echo(f"Written to {files[0].parent}: {', '.join(file.name for file in files)}")
+
+
+def _sizes_up_to(planned: int | None) -> tuple[int, ...]:
+    """Numbers of participants to simulate: about ten up to the planned one, itself among them, or 4 to 40."""
+    most = min(max(planned or 40, 2), 999)
+    step = max(1, (most - 4) // 9)
+    return tuple(sorted({*range(min(4, most), most, step), most}))
 
 
 def _show(points: list[Point], asking: Asking, wanted: float, enough: Point | None) -> None:

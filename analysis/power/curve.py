@@ -191,3 +191,8 @@ def needed(points: Sequence[Point], power: float) -> Point | None:
 
 
 __all__ = ["Asking", "PlanError", "Point", "PowerError", "needed", "power_curve"]
+
+
+def suffices(points: Sequence[Point], planned: int | None, power: float) -> bool | None:
+    """Return whether the planned number of participants has the power; None where it was not simulated."""
+    return next((point.power >= power for point in points if point.participants == planned), None)

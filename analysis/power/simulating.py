@@ -56,9 +56,10 @@ def people(count: int) -> list[str]:
 
 
 def simulated_material(study: Study, lab: Path, participants: Sequence[str], seed: int) -> Material:
-    """Run a session of each participant through the real runner and give what they answered."""
+    """Run every session of each participant through the real runner and give what they answered."""
     forms = lab_forms(study, lab, live=False)
-    plans = [compile_plan(study, allocate(study, who), seed, forms) for who in participants]
+    sessions = range(1, study.sessions + 1)
+    plans = [compile_plan(study, allocate(study, who), seed, forms, n) for who in participants for n in sessions]
     sat = [(plan, answers_of(plan, _session(plan), _events(plan))) for plan in plans]
     choice = Choice(digest(study.conditions()), tuple(_row(plan, answers) for plan, answers in sat), ())
     rows = Rows(
@@ -71,7 +72,7 @@ def simulated_material(study: Study, lab: Path, participants: Sequence[str], see
 
 
 def _session(plan: Plan) -> str:
-    return f"{plan.study.study}/{plan.who.participant}/1"
+    return f"{plan.study.study}/{plan.who.participant}/{plan.session}"
 
 
 def _events(plan: Plan) -> list[Event]:
@@ -111,6 +112,7 @@ def _row(plan: Plan, answers: Answers) -> SessionRow:
         head_hash="",
         file=IN_MEMORY,
         file_sha256="",
+        number=plan.session,
     )
 
 

@@ -30,6 +30,8 @@ class SessionRow:
     head_hash: str
     file: str
     file_sha256: str
+    number: int = 1
+    duration_s: float = 0.0
 
 
 @dataclass(frozen=True)

@@ -91,9 +91,10 @@ class Ratings:
     factor in `within` and `between`. `attributes` stand in the study's order. `antonyms` and `categories` map an
     attribute to the other end of its scale and to 'physical' or 'emotional', where the study says so.
     `crossings` are the declared cells, empty where only the rows themselves tell what was planned; each cell is
-    owed `repeats` times. `pooled` and `families` name the factor that all participants share and the column that
-    groups its levels, where the study says so. `interrupted` names the interrupted sessions among the ratings;
-    `seeds` are those of simulated sessions; `stimulus_sources` counts the stimuli by where they come from.
+    owed `repeats` times in each of `sessions` sessions (None: rows know no sessions). `pooled` and `families` name the
+    factor that all participants share and the column that groups its levels, where the study says so. `interrupted`
+    names the interrupted sessions among the ratings; `seeds` are those of simulated sessions; `stimulus_sources` counts
+    the stimuli by where they come from.
     Raises DataRefused where a factor has no column, or a name that means something else.
     """
 
@@ -109,6 +110,7 @@ class Ratings:
     categories: Mapping[str, str] = field(default_factory=lambda: _NONE)
     crossings: tuple[Crossing, ...] = ()
     repeats: int = 1
+    sessions: int | None = None
     pooled: str = ""
     families: str = ""
     simulated: bool = False

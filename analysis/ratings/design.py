@@ -14,6 +14,7 @@ from analysis.ratings.dataset import Crossing, DataRefused, Ratings, Scale, natu
 from analysis.ratings.design_report import NOTES, DesignReport, Kind, Place, Problem, gathered
 from analysis.ratings.design_values import value_problems
 from analysis.ratings.lookalikes import lookalikes
+from studies.tables import session_number
 
 __all__ = ["DesignReport", "Kind", "Place", "Problem", "check_design", "check_ratings"]
 
@@ -22,12 +23,19 @@ MOST_CELLS = 5_000_000
 
 
 def check_ratings(ratings: Ratings, *, limit: int = 20) -> DesignReport:
-    """The design check of a data set against its declared cells, or against its own levels where none are declared."""
-    cells = ratings.cells
+    """The design check of a data set against its declared cells, or against its own levels where none are declared.
+
+    Where the study declares several sessions, or somebody had more than one, each session owes the cells.
+    """
+    cells, table = ratings.cells, ratings.table
     attributes = {"attribute": ratings.attributes}
+    numbers = table["session"].map(session_number) if ratings.sessions is not None and "session" in table else None
+    if numbers is not None and (ratings.sessions != 1 or set(numbers) - {"1"}):
+        cells, table = (*cells, "session"), table.assign(session=numbers)
+        attributes["session"] = tuple(str(number) for number in range(1, (ratings.sessions or 1) + 1))
     nested = [name for name in ("stimulus",) if name in ratings.table.columns and name not in cells]
     return check_design(
-        ratings.table,
+        table,
         cells=("attribute", *cells),
         between=ratings.between,
         nested=nested,

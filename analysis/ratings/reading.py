@@ -28,7 +28,7 @@ SOURCE = "source"
 
 _SESSIONS = text(
     "SELECT session, study_digest, participant, group_name, seed, simulated, status, trials_planned, trials_answered,"
-    " head_hash, file, file_sha256 FROM sessions WHERE study = :study ORDER BY participant, session"
+    " head_hash, file, file_sha256, number, duration_s FROM sessions WHERE study = :study ORDER BY participant, session"
 )
 _RATINGS = text(
     "SELECT session, participant, group_name, trial, block, practice, stimulus, attribute, value,"
@@ -166,6 +166,7 @@ def assembled(study: Study, choice: Choice, found: Sequence[Rating]) -> Ratings:
         categories={a.name: a.category for a in study.attributes if a.category is not None},
         crossings=crossings,
         repeats=study.order.repeats,
+        sessions=study.sessions,
         pooled=column_name((study.analysis and study.analysis.pooled) or ""),
         families=column_name((study.analysis and study.analysis.families) or ""),
         simulated=any(session.simulated for session in choice.kept),

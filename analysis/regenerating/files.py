@@ -91,6 +91,7 @@ def _statistics(found: Regenerated, seconds: Seconds) -> dict[str, Any]:
         "simulated": material.simulated,
         "simulation_seeds": list(material.seeds),
         "participants": len(material.participants),
+        **({"sample": found.sample} if found.sample else {}),
         "trials": len(material.trials),
         "exclusions": [asdict(each) for each in found.exclusions],
         "inputs": [asdict(each) for each in found.inputs],

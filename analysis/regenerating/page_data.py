@@ -10,6 +10,7 @@ from analysis.ratings.dataset import Exclusion
 from analysis.regenerating.grid import Grid, Head, plain_grid
 from analysis.regenerating.regenerated import Regenerated
 from analysis.reporting.page_text import count
+from analysis.reporting.sample import sample_facts
 
 NOTHING = "nothing"
 """What a rule of the plan left out that met nothing."""
@@ -23,6 +24,7 @@ def facts(found: Regenerated) -> list[tuple[str, str]]:
     lines = [each for each in found.exclusions if each.what != NOTHING]
     return [
         ("Participants", f"{len(material.participants):,}"),
+        *sample_facts(found.sample),
         ("Trials", f"{len(material.trials):,}"),
         *([(what, f"{values:,}")] if values else []),
         ("Exclusion ledger", count(len(lines), "line") if lines else "nothing left out"),

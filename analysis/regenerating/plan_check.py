@@ -6,10 +6,11 @@ from collections.abc import Collection, Iterator, Mapping, Sequence
 from pathlib import Path
 
 from analysis.figures.drawn import AskedFigure
-from analysis.plans.answers import COLUMNS, Asked, Takes
+from analysis.plans.answers import COLUMNS, Asked, Takes, columns_named
 from analysis.plans.kinds import figure_kind, test_kind
 from analysis.plans.reading import Plan
 from analysis.plans.schema import Rule
+from analysis.plans.study_columns import StudyColumns, study_columns
 from analysis.ratings.reading import column_name
 from analysis.ratings.saved import load_ratings
 from analysis.reporting.sources import IMPORTED, Wanted
@@ -17,7 +18,10 @@ from protocols.did_you_mean import nearest
 from protocols.problems import Problem
 from protocols.study import Study
 from studies.catalogue import STUDY_FILE, find, names, read_study
+from studies.lab_forms import lab_forms
 
+WORDS_ONLY = ("word", "kind", "category")
+OF_FORMS = ("participant", "session", "group", "attribute")
 ALWAYS = ("participant", "session", "group", "stimulus", "attribute", "category", "trial", "block", "word", "kind")
 
 
@@ -29,18 +33,29 @@ def check_against_study(wanted: Wanted, plan: Plan) -> None:
     if wanted.digest is not None:
         return
     study = _study(wanted)
-    columns, outcomes = _known(study) if study is not None else _imported(wanted.lab / IMPORTED / wanted.name)
+    design: StudyColumns | None = None
+    if study is None:
+        columns, outcomes = _imported(wanted.lab / IMPORTED / wanted.name)
+    else:
+        form = lab_forms(study, wanted.lab, live=False) if "demographics" in study.opening else None
+        design = study_columns(study, form.questions if form is not None else ())
+        columns, outcomes = _known(design)
     both: tuple[tuple[str, Sequence[Asked | AskedFigure]], ...] = (("tests", plan.tests), ("figures", plan.figures))
     problems = [
         Problem((section, place, *problem.path), problem.message)
         for section, asked in both
         for place, each in enumerate(asked)
         if each.table is None
-        for problem in _problems(each, _takes(each), columns, outcomes)
+        for problem in _problems(each, _takes(each), columns, outcomes, design)
     ]
     problems += _rule_problems(plan.declared.exclusions, columns)
     if problems:
         raise plan.complaint(problems)
+
+
+def problems_of_test(asked: Asked, design: StudyColumns) -> list[Problem]:
+    """Return what is wrong with one test of a study's own answers, before there are data."""
+    return list(_problems(asked, _takes(asked), *_known(design), design))
 
 
 def _study(wanted: Wanted) -> Study | None:
@@ -49,9 +64,16 @@ def _study(wanted: Wanted) -> Study | None:
     return None
 
 
-def _known(study: Study) -> tuple[dict[str, Collection[str]], dict[Takes, Collection[str]]]:
-    """The study's columns with their levels (empty: any), and its outcomes by the table they stand in."""
+def _known(design: StudyColumns) -> tuple[dict[str, Collection[str]], dict[Takes, Collection[str]]]:
+    """The study's columns with their levels (empty: any), and its outcomes by the table they stand in.
+
+    What participants are asked about themselves are columns, too, unless a column of the stimuli has the name.
+    """
+    study = design.study
     columns: dict[str, Collection[str]] = dict.fromkeys(ALWAYS, ())
+    columns |= {name: levels for name, (_, levels) in design.people.items()}
+    if study.participants is not None and study.participants.sessions is not None:
+        columns["session"] = [str(number) for number in range(1, study.sessions + 1)]
     columns["stimulus"] = [each.id for each in study.stimuli]
     columns["group"] = list(study.groups)
     for name in study.stimuli[0].columns if study.stimuli else ():
@@ -90,6 +112,7 @@ def _problems(
     takes: Takes,
     columns: Mapping[str, Collection[str]],
     outcomes: Mapping[Takes, Collection[str]],
+    design: StudyColumns | None,
 ) -> Iterator[Problem]:
     if takes not in outcomes or not outcomes[takes]:
         if takes in ("ratings", "forms"):
@@ -100,18 +123,21 @@ def _problems(
                 yield Problem(("outcomes", n), f"no outcome {name!r}; {nearest(name, outcomes[takes])}")
     for column, wanted in asked.where.items():
         yield from _level_problems(column, (wanted,) if isinstance(wanted, str) else wanted, columns)
+    if design is not None and isinstance(asked, Asked) and takes in ("ratings", "forms"):
+        of_forms = {*OF_FORMS, *design.people}
+        columns = {
+            name: levels
+            for name, levels in columns.items()
+            if (name in of_forms if takes == "forms" else name not in WORDS_ONLY)
+        }
+    unknown = False
     for key in (*COLUMNS, "random", "interactions"):
-        for column in _texts(getattr(asked, key, None)):
+        for column in columns_named(asked, (key,)):
             if column not in columns:
+                unknown = True
                 yield Problem((key,), f"the study has no column {column!r}; {nearest(column, columns)}")
-
-
-def _texts(value: object) -> list[str]:
-    """Every column that a setting names, alone or in an interaction."""
-    if isinstance(value, Mapping):
-        return [text for pair in value.items() for each in pair for text in _texts(each)]
-    texts = (value,) if isinstance(value, str) else value if isinstance(value, tuple) else ()
-    return [name for each in texts if isinstance(each, str) for name in each.split(":")]
+    if design is not None and isinstance(asked, Asked) and takes in ("ratings", "forms") and not unknown:
+        yield from design.problems(asked, outcomes[takes] if asked.outcomes is None else asked.outcomes)
 
 
 def _level_problems(column: str, wanted: Sequence[str], columns: Mapping[str, Collection[str]]) -> Iterator[Problem]:

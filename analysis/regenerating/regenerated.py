@@ -5,6 +5,7 @@ from __future__ import annotations
 from collections.abc import Callable, Mapping
 from dataclasses import dataclass
 from pathlib import Path
+from typing import Any
 
 import pandas as pd
 
@@ -18,6 +19,7 @@ from analysis.ratings.saved import load_ratings
 from analysis.regenerating.pictured import Pictured, picture_data
 from analysis.regenerating.running import Answered, by_name, run_tests
 from analysis.reporting.analysed import software
+from analysis.reporting.sample import DoneSession, achieved_sample
 from analysis.reporting.sources import IMPORTED, Wanted, both_of, gathered, nothing_of
 from protocols.did_you_mean import nearest
 from studies.catalogue import STUDY_FILE, names
@@ -45,6 +47,14 @@ class Regenerated:
     tables: Mapping[str, pd.DataFrame]
     software: Mapping[str, str]
     checks: tuple[CrossCheck, ...] | None = None
+
+    @property
+    def sample(self) -> dict[str, Any]:
+        """What the study planned of its sample and what came of it, before the plan's exclusions."""
+        study, sessions = self.material.study, self.material.sessions
+        complete = [each for each in sessions if each.status == "complete"]
+        done = [DoneSession(s.participant, s.group_name, s.number, s.duration_s / 60) for s in complete]
+        return {} if study is None else achieved_sample(study, done)
 
     @property
     def title(self) -> str:

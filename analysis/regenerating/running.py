@@ -5,11 +5,11 @@ from __future__ import annotations
 import hashlib
 import time
 from collections.abc import Callable, Iterator, Mapping, Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 
 import pandas as pd
 
-from analysis.plans.answers import COLUMNS, Answer, Asked, Kind, Selected
+from analysis.plans.answers import COLUMNS, Answer, Asked, Kind, Selected, columns_named
 from analysis.plans.kinds import test_kind
 from analysis.plans.missing import MissingTold, handled
 from analysis.plans.selecting import Selecting, by_outcome
@@ -82,21 +82,22 @@ def _questions(selecting: Selecting, asked: Asked) -> Iterator[Question]:
 
 def _compares_outcomes(asked: Asked) -> bool:
     """Whether the outcomes themselves are a factor of the test, as the items of a questionnaire may be."""
-    named = (getattr(asked, key, None) for key in COLUMNS)
-    return any(each == OUTCOME or (isinstance(each, tuple) and OUTCOME in each) for each in named)
+    return OUTCOME in columns_named(asked, COLUMNS)
 
 
 def _answered(selecting: Selecting, question: Question, clock: Clock) -> Answered:
     policy = question.asked.missing or selecting.plan.declared.missing
-    told, selected, kind = MissingTold(policy), question.selected, question.kind
+    selected, kind = question.selected, question.kind
+    told = MissingTold(policy, unanswered=() if selected is None else selected.unanswered)
     own = question.asked.table is not None
     start = clock()
     try:
         if selected is None:
             return Answered(question.asked, question.outcome, None, question.refused, "", told, 0.0)
         if kind.complete is not None and not own and _rates(question):
-            trials = selecting.material.trials
-            selected, told = handled(selected, selecting.faults, question.asked.where, policy, trials)
+            trials = selecting.trials(question.asked.where)
+            selected, found = handled(selected, selecting.faults, question.asked.where, policy, trials)
+            told = replace(found, unanswered=told.unanswered)
         start = clock()
         gaps = kind.with_gaps if told.cells and policy == "mixed_model" else None
         if told.cells and policy == "mixed_model" and gaps is None:

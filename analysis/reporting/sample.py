@@ -1,0 +1,65 @@
+"""What a study planned of its sample, and what came of it: participants, sessions and minutes."""
+
+from __future__ import annotations
+
+from collections import Counter
+from collections.abc import Iterator, Mapping, Sequence
+from dataclasses import dataclass
+from statistics import median
+from typing import Any
+
+from protocols.sample import planned_people, sample_of
+from protocols.study import Study
+
+
+@dataclass(frozen=True)
+class DoneSession:
+    """A complete session: whose, which one, and how many minutes it took, the time between sittings left out."""
+
+    participant: str
+    group: str | None
+    number: int
+    minutes: float
+
+
+def achieved_sample(study: Study, sessions: Sequence[DoneSession]) -> dict[str, Any]:
+    """Return what was planned and what came, as JSON data; {} where the study plans nothing.
+
+    A participant is done who had every session.
+    """
+    planned = sample_of(study)
+    if not planned:
+        return {}
+    count = Counter(each.participant for each in sessions)
+    group_of = {each.participant: each.group for each in sessions}
+    done = [who for who, number in count.items() if number >= study.sessions]
+    found: dict[str, Any] = {"done": len(done)}
+    if "planned" in planned:
+        found["planned"] = planned["planned"]
+    if "per_group" in planned:
+        found["groups"] = {
+            group: {"planned": planned_people(study, group), "done": sum(group_of[who] == group for who in done)}
+            for group in study.groups
+        }
+    if study.sessions > 1:
+        numbers = Counter(each.number for each in sessions)
+        found["sessions_done"] = {str(number): numbers[number] for number in range(1, study.sessions + 1)}
+    if study.minutes is not None:
+        found["minutes_planned"] = study.minutes
+        if minutes := [each.minutes for each in sessions]:
+            found["minutes"] = {"median": median(minutes), "least": min(minutes), "most": max(minutes)}
+    return found
+
+
+def sample_facts(found: Mapping[str, Any]) -> Iterator[tuple[str, str]]:
+    """Yield what `achieved_sample` returned as labels and texts for the head of a page."""
+    if "planned" in found:
+        groups = found.get("groups", {})
+        told = ", ".join(f"group {group}: {each['done']} of {each['planned']}" for group, each in groups.items())
+        yield "Done of planned", f"{found['done']:,} of {found['planned']:,}" + (f" ({told})" if told else "")
+    for number, done in found.get("sessions_done", {}).items():
+        yield f"Session {number} done", f"{done:,}"
+    if "minutes_planned" in found:
+        real = found.get("minutes")
+        came = f"{real['median']:.0f} ({real['least']:.0f} to {real['most']:.0f})" if real else "none"
+        yield "Minutes, real and planned", f"{came}; {found['minutes_planned']:g} planned"

@@ -1,0 +1,153 @@
+"""Answers about oneself and sessions as columns of a plan: what is answered, left out, or refused."""
+
+from pathlib import Path
+
+import pytest
+
+from analysis.plans.exclusions import apply_exclusions
+from analysis.plans.kinds import test_kind as kind_of
+from analysis.plans.people import people_of
+from analysis.plans.reading import Plan
+from analysis.plans.schema import AnalysisPlan
+from analysis.plans.selecting import Selecting
+from analysis.plans.study_columns import study_columns
+from analysis.power.simulating import people, simulated_material
+from analysis.ratings.dataset import DataRefused
+from analysis.regenerating.plan_check import problems_of_test
+from analysis.regenerating.running import run_tests
+from protocols.study import Study
+from protocols.yaml_text import load
+from studies.lab_forms import lab_forms
+
+LAB = Path("no lab")
+STUDY = Study.model_validate(
+    {
+        "study": "two",
+        "task": "slider_rating",
+        "participants": {"sessions": 2},
+        "opening": ["demographics"],
+        "questions": ["age", "gender"],
+        "closing": ["questionnaire"],
+        "questionnaire": {"items": [{"name": "ease", "text": "It was easy."}], "points": 3},
+        "stimuli": [{"id": f"s{n}", "columns": {"cloth": "xy"[n % 2], "dose": str(n // 2)}} for n in range(6)],
+        "groups": {"glove": {"cloth": ["x", "y"]}, "bare": {"cloth": ["x", "y"]}},
+        "attributes": [["Soft", "Hard"], ["Cold", "Warm"]],
+        "scale": {"from": 0, "to": 100},
+        "order": {"design": "williams"},
+        "simulation": {"latents": {"Soft": {"dose": 12}}, "noise_sd": 8, "bias_sd": 5},
+    }
+)
+COLUMNS = (
+    "participant",
+    "session",
+    "group",
+    "stimulus",
+    "cloth",
+    "dose",
+    "attribute",
+    "trial",
+    "age",
+    "gender",
+    "ease",
+)
+
+
+@pytest.fixture(scope="module")
+def material():
+    return simulated_material(STUDY, LAB, people(24), 3)
+
+
+def plan_of(*tests, **declared):
+    asked = tuple(kind_of(one["test"]).settings.model_validate({"name": f"t{n}", **one}) for n, one in enumerate(tests))
+    plan = AnalysisPlan.model_validate({"study": "two", "draws": 100, **declared})
+    return Plan(Path("analysis.yaml"), "", plan, asked, (), load(b"a: 1", "analysis.yaml"))
+
+
+def answered(material, *tests, **declared):
+    plan = plan_of(*tests, **declared)
+    return run_tests(Selecting(apply_exclusions(material, plan.declared).material, plan))
+
+
+def declarations():
+    """Every column in every place of the kinds that a group, a session or an answer about oneself may stand in."""
+    for name in COLUMNS:
+        for test in ("pairs", "wilcoxon", "friedman", "nemenyi"):
+            yield {"test": test, "factor": name}
+        for test in ("anova", "aligned_ranks"):
+            yield from ({"test": test, "within": (name,)}, {"test": test, "between": (name,)})
+            yield {"test": test, "within": ("session",), "between": (name,)}
+        yield {"test": "anova", "within": (name,), "where": {"session": "1"}}
+        yield {"test": "anova", "within": ("cloth", name)}
+        yield {"test": "means", "by": (name,)}
+        yield {"test": "likert", "by": name}
+        yield {"test": "icc", "targets": "stimulus", "raters": name}
+        yield {"test": "icc", "targets": name}
+    yield {"test": "mixed_model", "fixed": ("session", "gender"), "numeric": ("age",)}
+    yield from ({"test": test} for test in ("retest", "raters", "cronbach_alpha"))
+    yield {"test": "icc", "where": {"session": "2", "gender": ("F", "M")}}
+
+
+def test_what_the_check_calls_in_order_is_never_refused_for_its_declaration(material):
+    columns = study_columns(STUDY, lab_forms(STUDY, LAB, live=False).questions)
+    in_order = []
+    for number, one in enumerate(declarations()):
+        outcomes = {} if one["test"] in ("likert", "cronbach_alpha") or "attribute" in str(one) else ("Soft",)
+        try:
+            whole = {"name": f"t{number}", **({"outcomes": outcomes} if outcomes else {}), **one}
+            asked = kind_of(one["test"]).settings.model_validate(whole)
+        except ValueError:
+            continue
+        if not problems_of_test(asked, columns):
+            in_order.append(whole)
+    assert len(in_order) > 40
+    found = answered(material, *in_order, least_people=1)
+    shown = [(each.asked.model_dump(exclude_defaults=True), each.refused) for each in found if each.answer is None]
+    assert not shown, "\n".join(str(one)[:300] for one in shown)
+
+
+def test_sessions_groups_and_answers_cross_in_one_analysis(material):
+    [found] = answered(material, {"test": "anova", "within": ["session"], "between": ["group"], "outcomes": ["Soft"]})
+    assert [(row["effect"], row["df1"], row["df2"]) for row in found.answer.rows] == [
+        ("group", 1, 22), ("session", 1, 22), ("group:session", 1, 22)]  # fmt: skip
+
+
+def test_a_small_group_is_refused_unless_it_is_asked_for(material):
+    gender = {"test": "anova", "between": ["gender"], "outcomes": ["Soft"]}
+    sizes = {level: sum(said == level for said in material.people.answers["gender"].values()) for level in "FMX"}
+    [found] = answered(material, gender, least_people=min(sizes.values()) + 1)
+    assert found.answer is None and f"{min(sizes.values())} of the participants have gender" in found.refused
+    assert answered(material, gender, least_people=min(sizes.values()))[0].answer is not None
+
+
+def test_who_did_not_answer_is_named(material):
+    said = {who: level for who, level in material.people.answers["gender"].items() if who != "P003"}
+    object.__setattr__(material, "people", people_of([]).__class__({**material.people.answers, "gender": said}))
+    gender = {"test": "anova", "between": ["gender"], "outcomes": ["Soft"]}
+    [refused] = answered(material, gender, least_people=1)
+    assert "no answer to gender from P003" in refused.refused
+    [found] = answered(material, {**gender, "missing": "listwise"}, least_people=1)
+    assert found.answer.participants == 23 and "P003" in found.missing.text()
+
+
+def test_answers_about_oneself_leave_people_out_and_free_text_never_groups(material):
+    left = apply_exclusions(material, plan_of(exclusions=[{"where": {"gender": "F"}, "because": "x"}]).declared)
+    gone = {who for who, said in material.people.answers["gender"].items() if said == "F"}
+    assert set(left.material.participants) == set(material.participants) - gone
+    row = {"session": "two/P001/1", "participant": "P001", "item": "why", "kind": "text", "value": "x", "number": None}
+    with pytest.raises(DataRefused, match="own words"):
+        people_of([row]).named(material.trials, ["why"])
+
+
+def test_the_last_answer_of_a_person_counts():
+    rows = [
+        {
+            "session": f"two/P001/{n}",
+            "participant": "P001",
+            "item": "age",
+            "kind": "number",
+            "value": str(a),
+            "number": a,
+        }
+        for n, a in ((10, 41.0), (2, 40.0))
+    ]
+    assert people_of(rows).answers == {"age": {"P001": "41"}}
