@@ -13,7 +13,7 @@ from analysis.figures.drawn import AskedFigure
 from analysis.plans.answers import FACTORS, Asked, Normalise, Selected, Takes, columns_named
 from analysis.plans.exclusions import matching
 from analysis.plans.material import OF_A_RATING, Material
-from analysis.plans.people import refuse_small_groups
+from analysis.plans.people import SESSION, refuse_small_groups
 from analysis.plans.reading import Plan
 from analysis.ratings.completeness import Faults, cell_faults
 from analysis.ratings.dataset import DataRefused, Ratings, natural
@@ -33,10 +33,20 @@ class Selecting:
     tables: Mapping[str, pd.DataFrame] = field(default_factory=dict)
 
     @cached_property
-    def faults(self) -> Faults:
-        """Every cell of the ratings that is missing, filled too often or not of the design."""
+    def _faults(self) -> dict[bool, Faults]:
+        return {}
+
+    def faults(self, asked: Asked) -> Faults:
+        """Every cell of the ratings that is missing, filled too often or not of the design.
+
+        A test that names `session` is asked about the cells of each session.
+        """
         ratings = self.material.ratings
-        return Faults() if ratings is None or not len(ratings.table) else cell_faults(ratings)
+        by_session = SESSION in (*columns_named(asked), *asked.where)
+        if by_session not in self._faults:
+            none = ratings is None or not len(ratings.table)
+            self._faults[by_session] = Faults() if none or ratings is None else cell_faults(ratings, by_session)
+        return self._faults[by_session]
 
     def of(self, asked: Asked | AskedFigure, takes: Takes) -> Selected:
         """The rows that are asked about, all outcomes together. Raises DataRefused where there are none."""

@@ -54,9 +54,9 @@ class Faults:
         return told + (f" ({'the first: ' if len(places) > 1 else ''}{first})" if first else "")
 
 
-def cell_faults(ratings: Ratings) -> Faults:
-    """Every cell of the design check that forbids an average, none left unlisted."""
-    report = check_ratings(ratings, limit=sys.maxsize)
+def cell_faults(ratings: Ratings, by_session: bool = False) -> Faults:
+    """Every cell of the design check that forbids an average, none left unlisted; `by_session` as `check_ratings`."""
+    report = check_ratings(ratings, limit=sys.maxsize, by_session=by_session)
     places: dict[tuple[str, str], dict[Kind, list[Place]]] = {}
     for problem in report.problems:
         for place in problem.listed if problem.kind in _FAULTS else ():

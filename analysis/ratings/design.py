@@ -22,17 +22,16 @@ Label = tuple[str, ...]
 MOST_CELLS = 5_000_000
 
 
-def check_ratings(ratings: Ratings, *, limit: int = 20) -> DesignReport:
+def check_ratings(ratings: Ratings, *, limit: int = 20, by_session: bool = False) -> DesignReport:
     """The design check of a data set against its declared cells, or against its own levels where none are declared.
 
-    Where the study declares several sessions, or somebody had more than one, each session owes the cells.
+    Where the study declares several sessions, or `by_session` says so, each session owes the cells.
     """
     cells, table = ratings.cells, ratings.table
     attributes = {"attribute": ratings.attributes}
-    numbers = table["session"].map(session_number) if ratings.sessions is not None and "session" in table else None
-    if numbers is not None and (ratings.sessions != 1 or set(numbers) - {"1"}):
-        cells, table = (*cells, "session"), table.assign(session=numbers)
-        attributes["session"] = tuple(str(number) for number in range(1, (ratings.sessions or 1) + 1))
+    if ratings.sessions is not None and "session" in table and (ratings.sessions > 1 or by_session):
+        cells, table = (*cells, "session"), table.assign(session=table["session"].map(session_number))
+        attributes["session"] = tuple(str(number) for number in range(1, ratings.sessions + 1))
     nested = [name for name in ("stimulus",) if name in ratings.table.columns and name not in cells]
     return check_design(
         table,

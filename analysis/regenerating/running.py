@@ -96,7 +96,7 @@ def _answered(selecting: Selecting, question: Question, clock: Clock) -> Answere
             return Answered(question.asked, question.outcome, None, question.refused, "", told, 0.0)
         if kind.complete is not None and not own and _rates(question):
             trials = selecting.trials(question.asked.where)
-            selected, found = handled(selected, selecting.faults, question.asked.where, policy, trials)
+            selected, found = handled(selected, selecting.faults(question.asked), question.asked.where, policy, trials)
             told = replace(found, unanswered=told.unanswered)
         start = clock()
         gaps = kind.with_gaps if told.cells and policy == "mixed_model" else None
