@@ -139,6 +139,8 @@ def import_(map: Path, data: Path | None, lab: Path, replace: bool, as_json: boo
     """
     from analysis.importing.map_file import find_map
     from analysis.importing.tables import import_table
+    from analysis.ratings.design import check_ratings
+    from analysis.ratings.notes import data_notes, exclusion_lines
     from analysis.ratings.saved import save_ratings
     from analysis.ratings.wording import count
     from analysis.reporting.sources import IMPORTED
@@ -146,17 +148,21 @@ def import_(map: Path, data: Path | None, lab: Path, replace: bool, as_json: boo
     ratings = import_table(find_map(map), data)
     folder = lab / IMPORTED / ratings.name
     save_ratings(ratings, folder, replace=replace)
+    notes = data_notes(check_ratings(ratings).notes, ratings.exclusions)
     if as_json:
         echo_json({
             "name": ratings.name, "folder": str(folder), "participants": len(ratings.participants),
             "ratings": len(ratings.table), "attributes": list(ratings.attributes), "within": list(ratings.within),
             "between": list(ratings.between), "left_out": [vars(each) for each in ratings.exclusions],
+            "notes": list(notes),
         })  # fmt: skip
         return
     given = f"{count(len(ratings.participants), 'participant')}, {count(len(ratings.table), 'rating')}"
     click.echo(f"{ratings.name}: {given}, factors {ratings.factors_text()}, in {folder}")
-    for each in ratings.exclusions:
-        click.echo(f"  {each.what} of {each.who} ({each.rows:,}): {each.why}")
+    for line in exclusion_lines(ratings.exclusions):
+        click.echo(f"  {line}")
+    for line in notes:
+        click.echo(line)
     click.echo(f"Next: {shell_command('analyse', ratings.name, '--lab', lab)}")
 
 
@@ -199,6 +205,7 @@ def _show(found: Analysed, files: list[Path], compared: list[Compared]) -> None:
 def _show_data(console: Console, found: Analysed) -> None:
     from rich.markup import escape
 
+    from analysis.ratings.notes import data_notes
     from analysis.reporting.page_data import inclusions
     from analysis.reporting.page_text import count
 
@@ -211,8 +218,8 @@ def _show_data(console: Console, found: Analysed) -> None:
         console.print(f"The exclusion ledger in the report has {count(len(ratings.exclusions), 'line')}.")
     for line in inclusions(ratings):
         console.print(f"[yellow]{escape(line)}[/yellow]", soft_wrap=True)
-    for problem in design.problems:
-        console.print(f"[yellow]{escape(problem.text())}[/yellow]", soft_wrap=True)
+    for line in (*(problem.text() for problem in design.problems), *data_notes(design.notes, ratings.exclusions)):
+        console.print(f"[yellow]{escape(line)}[/yellow]", soft_wrap=True)
 
 
 def _show_headlines(console: Console, found: Analysed) -> None:
@@ -233,6 +240,7 @@ def _show_headlines(console: Console, found: Analysed) -> None:
 
 
 def _summary(found: Analysed, files: list[Path]) -> dict[str, Any]:
+    from analysis.ratings.notes import data_notes
     from analysis.reporting.page_tests import refusals
     from analysis.reporting.sentences import headlines
 
@@ -242,6 +250,7 @@ def _summary(found: Analysed, files: list[Path]) -> dict[str, Any]:
         "ratings": len(found.ratings.table),
         "simulated": found.ratings.simulated,
         "complete": found.design.ok,
+        "notes": list(data_notes(found.design.notes, found.ratings.exclusions)),
         "left_out": len(found.ratings.exclusions),
         "interrupted_included": len(found.ratings.interrupted),
         "headlines": dict(headlines(found)),

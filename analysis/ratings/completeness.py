@@ -8,14 +8,18 @@ from dataclasses import dataclass, field, replace
 
 from analysis.ratings.dataset import DataRefused, Exclusion, Ratings
 from analysis.ratings.design import check_ratings
-from analysis.ratings.design_report import Kind, Place
+from analysis.ratings.design_report import Kind, Place, Problem
 from analysis.ratings.wording import count
 
 SHOWN = 5
 ADVICE = "find the ratings, or leave such participants out with --missing listwise"
+SEVERAL = (
+    "name the ratings that count in an analysis plan: `where: {session: ...}` keeps one session of each participant,"
+    " `where: {trial: [...]}` some trials (docs/reference/analysis-plan.md); then palpate regenerate"
+)
 _FAULTS: Mapping[Kind, tuple[str, str]] = {
     "missing": ("lacks {cells}", ADVICE),
-    "duplicate": ("has {cells} filled more often than planned", "leave one of the ratings out"),
+    "duplicate": ("has {cells} filled more often than planned", SEVERAL),
     "undeclared": ("has {cells} that the design does not have", "correct the design or the table"),
 }
 
@@ -28,11 +32,13 @@ class CellsRefused(DataRefused):
 class Faults:
     """The cells that are missing, filled twice or not of the design, by attribute and participant.
 
-    `owed` is how many cells of one attribute each participant owes, 0 where that differs between groups.
+    `owed` is how many cells of one attribute each participant owes, 0 where that differs between groups. `notes` are
+    those of the same design check.
     """
 
     places: Mapping[tuple[str, str], Mapping[Kind, Sequence[Place]]] = field(default_factory=dict)
     owed: int = 0
+    notes: tuple[Problem, ...] = ()
 
     def demand_none(self, attribute: str, participants: Iterable[str], advice: str = ADVICE) -> None:
         """Raise CellsRefused where a cell of the attribute is at fault for one of the participants.
@@ -63,7 +69,7 @@ def cell_faults(ratings: Ratings, by_session: bool = False) -> Faults:
             kinds = places.setdefault((place.cell["attribute"], place.participant), {})
             kinds.setdefault(problem.kind, []).append(place)
     owed, uneven = divmod(report.cells_owed, max(1, report.participants * len(ratings.attributes) * ratings.repeats))
-    return Faults(places, 0 if uneven else owed)
+    return Faults(places, 0 if uneven else owed, report.notes)
 
 
 def without_incomplete(ratings: Ratings) -> Ratings:

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import math
 import re
 from collections.abc import Iterable, Mapping
 from dataclasses import dataclass, field, replace
@@ -83,6 +84,10 @@ class Crossing:
     levels: Mapping[str, tuple[str, ...]]
 
 
+LARGEST = 1e100
+"""Sums of squares of larger ratings leave the range of doubles."""
+
+
 @dataclass(frozen=True)
 class Ratings:
     """One row per rating, with everything a statistic or a report needs to know about the rows.
@@ -128,6 +133,14 @@ class Ratings:
                 raise DataRefused(f"data set {self.name!r}: no column {column!r}; the columns are {found}")
         if len(set(needed)) != len(needed):
             raise DataRefused(f"data set {self.name!r}: a factor is named twice among {', '.join(needed)}")
+        largest = float(self.table["value"].abs().max()) if len(self.table) else 0.0
+        ends = (abs(self.scale.low), abs(self.scale.high)) if self.scale is not None else ()
+        most = max(largest, *ends) if ends else largest
+        if LARGEST < most < math.inf:  # what is not finite is the design check's
+            raise DataRefused(
+                f"data set {self.name!r}: a rating or scale end of {most:g}; at most {LARGEST:g} is expected, whose"
+                " sums and squares a computer can hold: correct the table, or give the ratings in a larger unit"
+            )
         for role, name in taken_names({"within": self.within, "between": self.between}):
             if (role, name) == ("within", "stimulus"):
                 continue  # the factor of a study whose stimuli nothing crosses

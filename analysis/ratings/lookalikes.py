@@ -2,15 +2,12 @@
 
 from __future__ import annotations
 
-import re
-import unicodedata
 from collections.abc import Iterator, Sequence
 
 import pandas as pd
 
 from analysis.ratings.design_report import Place
-
-_NUMBER = re.compile(r"[+-]?[0-9]+(?:[.,][0-9]+)?")
+from protocols.lookalikes import looks
 
 
 def lookalikes(table: pd.DataFrame, columns: Sequence[str]) -> Iterator[Place]:
@@ -18,16 +15,7 @@ def lookalikes(table: pd.DataFrame, columns: Sequence[str]) -> Iterator[Place]:
     for column in columns:
         alike: dict[str, set[str]] = {}
         for label in table[column].dropna().unique().tolist():
-            alike.setdefault(_looks(str(label)), set()).add(str(label))
+            alike.setdefault(looks(str(label)), set()).add(str(label))
         for labels in alike.values():
             if len(labels) > 1:
                 yield Place(column, found=" and ".join(ascii(label) for label in sorted(labels)))
-
-
-def _looks(label: str) -> str:
-    """The same text for labels that look alike: one way for each letter, no case, no outer or doubled blanks."""
-    text = " ".join(unicodedata.normalize("NFKC", label).casefold().split())
-    if _NUMBER.fullmatch(text):
-        whole, _, fraction = text.replace(",", ".").lstrip("+").partition(".")
-        text = f"{whole}.{fraction.rstrip('0')}".rstrip(".")
-    return re.sub(r"(?<![0-9.])0+(?=[0-9])", "", text)

@@ -130,6 +130,7 @@ def _summary(found: Regenerated) -> dict[str, Any]:
         "simulated": found.material.simulated,
         "participants": len(found.material.participants),
         "exclusions": len(found.exclusions),
+        "notes": list(found.notes),
         "versions": [vars(version) for version in found.material.versions],
         "answered": sum(each.answer is not None for each in found.answered),
         "refused": [f"{each.asked.name} {each.outcome}".strip() for each in found.answered if each.answer is None],
@@ -165,6 +166,7 @@ def _told(found: Regenerated) -> Iterator[str]:
         yield "MIXED VERSIONS: the sessions were not all recorded with the same version of the study and its models"
     for version in found.material.versions:
         yield f"  {version.name} {version.sha256[:12]}: {version.note}"
+    yield from found.notes
     answered = [each for each in found.answered if each.answer is not None]
     yield f"{count(len(answered), 'question')} answered, {len(found.answered) - len(answered)} not"
     for each in found.answered:

@@ -15,6 +15,7 @@ from analysis.plans.material import Material, imported_material, read_material
 from analysis.plans.reading import PLAN_FILE, Plan, PlanError, read_plan
 from analysis.plans.selecting import Selecting
 from analysis.ratings.dataset import Exclusion, Input
+from analysis.ratings.notes import data_notes
 from analysis.ratings.saved import load_ratings
 from analysis.regenerating.pictured import Pictured, picture_data
 from analysis.regenerating.running import Answered, by_name, run_tests
@@ -35,7 +36,7 @@ class Regenerated:
 
     `material` is what was left after the plan's exclusions; `exclusions` are their lines, after those of reading.
     `inputs` are the session files, the plan and its own tables. `checks` are the second opinions of other packages,
-    None where none were asked for.
+    None where none were asked for. `notes` qualify every number.
     """
 
     plan: Plan
@@ -47,6 +48,7 @@ class Regenerated:
     tables: Mapping[str, pd.DataFrame]
     software: Mapping[str, str]
     checks: tuple[CrossCheck, ...] | None = None
+    notes: tuple[str, ...] = ()
 
     @property
     def sample(self) -> dict[str, Any]:
@@ -89,6 +91,7 @@ def regenerate_by(
         tables=tables,
         software=software(),
         checks=cross_check(answered, progress) if crosscheck else None,
+        notes=data_notes(selecting.faults.notes, (*whole.exclusions, *left.lines)),
     )
 
 

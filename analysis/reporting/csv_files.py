@@ -11,6 +11,9 @@ from typing import Any
 import numpy as np
 import pandas as pd
 
+FORMULA = "=+-@\t\r"
+"""What a cell begins with that spreadsheets take for a formula."""
+
 
 def csv_text(rows: Sequence[Mapping[str, Any]]) -> str:
     """Rows as CSV: what is missing is empty, a float is the shortest text that reads back as the same float."""
@@ -41,7 +44,26 @@ def _written(columns: Sequence[str], rows: Iterable[Sequence[str]]) -> str:
 def _cell(value: Any) -> str:
     if value is None or (isinstance(value, float) and math.isnan(value)):
         return ""
+    if isinstance(value, str):
+        return without_formula(value)
     return str(value).lower() if isinstance(value, bool) else str(value)
+
+
+def without_formula(text: str) -> str:
+    """A text that no spreadsheet runs: one that begins like a formula, and is no number, gets an apostrophe before it.
+
+    So does one with apostrophes before such a mark: taking away the first one always gives the text back.
+    """
+    begins = text.lstrip("'")[:1]
+    return f"'{text}" if begins in FORMULA and begins and not _is_number(text) else text
+
+
+def _is_number(text: str) -> bool:
+    try:
+        float(text)
+    except ValueError:
+        return False
+    return True
 
 
 def records(table: pd.DataFrame) -> list[dict[str, Any]]:

@@ -5,6 +5,7 @@ from __future__ import annotations
 from collections.abc import Iterator
 from dataclasses import dataclass
 
+from analysis.ratings.notes import data_notes
 from analysis.reporting import page_data
 from analysis.reporting.analysed import Analysed, software
 from analysis.reporting.page_methods import methods
@@ -54,7 +55,10 @@ def page_of(found: Analysed) -> Page:
         means=stimulus_table(found),
         check=page_data.check_words(found),
         inclusions=tuple(page_data.inclusions(ratings)),
-        findings=tuple(each.text() for each in (*found.design.problems, *found.design.notes)),
+        findings=(
+            *(each.text() for each in found.design.problems),
+            *data_notes(found.design.notes, ratings.exclusions),
+        ),
         exclusions=page_data.exclusions(ratings),
         participants=page_data.participants(ratings),
         analyses=tuple(variance_tables(found)),

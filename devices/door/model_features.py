@@ -15,6 +15,7 @@ from numpy.typing import NDArray
 
 from devices.door.features import Landmarks, as_profile, columns, landmarks_and_felt, plateau_of
 from devices.door.grid import POINTS_PER_DEG, DoorDataError
+from devices.door.profiles import demand_force
 from protocols.did_you_mean import nearest
 
 Array = NDArray[np.float64]
@@ -35,8 +36,6 @@ FLAT_N_DEG = 1.0
 """Along a flat stretch the force changes by at most so much a degree."""
 PARTS_DEG = ((0, 20), (20, 40), (40, 62))
 """The parts of the opening whose work is told apart."""
-GREATEST_N = 1e9
-"""A number beyond this is no force of a door; squares of what is within it stay far from overflow."""
 
 
 def features(force_N: Array, names: Sequence[str] | None = None) -> Array:
@@ -165,6 +164,5 @@ def _row(profile: Array, where: str, names: Sequence[str]) -> Array:
 
 def _checked(force_N: Array, where: str) -> Array:
     profile = as_profile(force_N, where)
-    if (most := float(np.abs(profile).max())) > GREATEST_N:
-        raise DoorDataError(f"{where}: a force of {most:g} N; a door's is at most {GREATEST_N:g}.")
+    demand_force(profile, where)
     return profile

@@ -20,6 +20,8 @@ LEAST_OPENING_DEG = 2.0
 """A recording that covers less of the grid than this is refused."""
 LARGEST_GAP_DEG = 2.0
 """Widest stretch without a row that is bridged by a straight line."""
+GREATEST_N = 1e9
+"""A number beyond this is no force of a door; squares of what is within it stay far from overflow."""
 SAME_ANGLE_DEG = 1e-9
 """Angles closer than this are one angle: far below any encoder's step, far above rounding."""
 
@@ -47,10 +49,11 @@ def normalise(
     before the first motion are left out and the angle there becomes 0.
 
     Raises:
-        DoorDataError: unequal lengths, a value that is not finite (with its row, counted from 1), less than 2
-            degrees of opening, or a gap wider than `largest_gap_deg`.
+        DoorDataError: unequal lengths, a value that is not finite (with its row, counted from 1), a force beyond
+            1e9 N, less than 2 degrees of opening, or a gap wider than `largest_gap_deg`.
     """
     angle, force = _checked(angle_deg, force_N)
+    demand_force(force, "the recording")
     rows = len(angle)
     start_deg = 0.0
     if zero:
@@ -65,6 +68,12 @@ def normalise(
     gap = _refuse_gaps(angle, largest_gap_deg)
     profile, padded = _resample(angle, force)
     return NormalisedProfile(profile, rows, backward, after, padded, gap, start_deg)
+
+
+def demand_force(force_N: Array, where: str) -> None:
+    """Raise DoorDataError on a number that is no force of a door."""
+    if (most := float(np.abs(force_N).max())) > GREATEST_N:
+        raise DoorDataError(f"{where}: a force of {most:g} N; a door's is at most {GREATEST_N:g}.")
 
 
 def upsample_angle(

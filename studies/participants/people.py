@@ -6,6 +6,7 @@ from pathlib import Path
 
 from sqlalchemy import Connection, insert, select
 
+from protocols.lookalikes import looks
 from protocols.shell_command import shell_command
 from studies.environment import wall_time
 from studies.participants import schema
@@ -64,6 +65,12 @@ def _added(connection: Connection, pseudonym: str | None, held: set[str]) -> str
     same = next((each for each in sorted(known) if each.casefold() == new.casefold()), None)
     if same is not None:
         raise ParticipantError(f"{same} is known already; leave --pseudonym out for the next free one")
+    alike = next((each for each in sorted(known | held) if looks(each) == looks(new) and each != new), None)
+    if alike is not None:
+        raise ParticipantError(
+            f"{new} looks like {alike}, which is in use here: a reader would take the two for one person; give another"
+            " pseudonym, or leave --pseudonym out for the next free one"
+        )
     connection.execute(insert(people), {"participant": new, "status": "active", "added_at": wall_time()})
     note(connection, "added", {"participant": new})
     return new

@@ -6,6 +6,7 @@ import re
 from collections.abc import Iterable
 from pathlib import Path
 
+from protocols.lookalikes import looks
 from studies.participants.errors import ParticipantError
 
 _PSEUDONYM = re.compile(r"^[A-Za-z][A-Za-z0-9]{0,14}[0-9]$")
@@ -21,10 +22,10 @@ def demand_pseudonym(text: str) -> None:
 
 
 def next_pseudonym(known: Iterable[str]) -> str:
-    """The first of P001, P002, ... that was never given; capitals and small letters count as the same."""
-    given = {each.casefold() for each in known}
+    """The first of P001, P002, ... that was never given, nor one that looks like it (p1, P0001)."""
+    given = {looks(each) for each in known}
     number = 1
-    while f"p{number:03d}" in given:
+    while looks(f"P{number:03d}") in given:
         number += 1
     return f"P{number:03d}"
 

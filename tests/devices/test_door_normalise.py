@@ -248,3 +248,12 @@ def test_the_command_reads_radians_and_a_separate_angle_recording(tmp_path) -> N
     result = CliRunner().invoke(doors, ["normalise", *files, *columns], catch_exceptions=False)
     assert "621 points from 4000 rows" in result.output
     assert read_profile(out)[1:] == pytest.approx(5 + GRID[1:] / 16, abs=2e-3)
+
+
+def test_a_force_that_no_door_has_is_refused_as_it_is_by_predict():
+    from devices.door.model_features import features
+
+    angle = [i / 10 for i in range(621)]
+    for call in (lambda: normalise(angle, [1e308, -1e308, *[0.0] * 619]), lambda: features(np.full(621, 1e308))):
+        with pytest.raises(DoorDataError, match=r"a force of 1e\+308 N; a door's is at most 1e\+09"):
+            call()

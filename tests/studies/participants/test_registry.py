@@ -30,6 +30,15 @@ def test_the_next_pseudonym_is_one_that_nobody_ever_had(registry):
     assert audit_of(registry)[-1] == ("added", {"participant": "P005"})
 
 
+def test_a_pseudonym_that_looks_like_another_is_refused_and_never_given(registry):
+    add(registry, "P0001")
+    sat(registry.lab, "Q07")
+    for new, other in (("P001", "P0001"), ("p1", "P0001"), ("Q7", "Q07")):
+        with pytest.raises(ParticipantError, match=f"{new} looks like {other}, .*leave --pseudonym out"):
+            add(registry, new)
+    assert add(registry) == "P002"
+
+
 def test_a_pseudonym_is_given_once_whatever_its_capitals(registry):
     filled(registry, 1)
     for same in ("P001", "p001"):

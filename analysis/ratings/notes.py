@@ -1,0 +1,39 @@
+"""What qualifies every number of a data set, in lines: the one place that collects it for console, JSON and reports."""
+
+from __future__ import annotations
+
+from collections.abc import Iterable, Iterator, Sequence
+from dataclasses import replace
+from itertools import groupby
+
+from analysis.ratings.dataset import Exclusion
+from analysis.ratings.design_report import Problem
+from analysis.ratings.wording import count
+
+MOST_PLACES = 20
+MOST_ALIKE = 3
+"""More exclusions of one kind with the same reason are one counted line."""
+
+
+def data_notes(notes: Sequence[Problem], exclusions: Sequence[Exclusion]) -> tuple[str, ...]:
+    """Notes of the design check (look-alike labels, constant raters), and what was averaged or was no rating."""
+    merged = [each for each in exclusions if each.what == "averaged"]
+    rows = sum(each.rows for each in exclusions if each.what == "rows")
+    lines = [replace(note, listed=note.listed[:MOST_PLACES]).text() for note in notes]
+    if merged:
+        ratings, means = sum(each.rows for each in merged), sum(each.into for each in merged)
+        lines.append(f"{count(ratings, 'repeated rating')} averaged into {means:,} (the exclusion ledger says whose)")
+    if rows:
+        lines.append(f"{count(rows, 'row')} of the table left out as no rating (the exclusion ledger says why)")
+    return tuple(lines)
+
+
+def exclusion_lines(exclusions: Iterable[Exclusion]) -> Iterator[str]:
+    """Each exclusion as a line; many that say the same are one counted line, so that those that differ are seen."""
+    ordered = sorted(exclusions, key=lambda each: (each.what, each.why, each.rows))
+    for (what, why, rows), own in groupby(ordered, key=lambda each: (each.what, each.why, each.rows)):
+        whose = [each.who for each in own]
+        if len(whose) > MOST_ALIKE:
+            yield f"{what} of {whose[0]} and {len(whose) - 1:,} more ({rows:,} each): {why}"
+        else:
+            yield from (f"{what} of {who} ({rows:,}): {why}" for who in whose)

@@ -1,0 +1,72 @@
+"""What qualifies a number goes with it: look-alikes, averages and left-out rows, in every command by one function."""
+
+import json
+from dataclasses import replace
+
+import pytest
+from click.testing import CliRunner
+
+from analysis.commands import analyse
+from analysis.ratings.dataset import DataRefused, Exclusion, Scale
+from analysis.ratings.notes import data_notes, exclusion_lines
+from analysis.regenerating.commands import regenerate
+from analysis.reporting.csv_files import csv_text, without_formula
+from tests.analysis.ratings_for_tests import small_ratings
+
+ALIKE = "1 set of labels that look alike and count as different:\n  participant: '001' and '1'"
+
+
+def rows(people=("001", "1", "2", "3"), values=range(1, 99)):
+    return [(who, "Soft", level, float(value)) for (who, level), value in zip(
+        ((who, level) for who in people for level in "abc"), values, strict=False)]  # fmt: skip
+
+
+@pytest.fixture
+def lab(tmp_path):
+    from analysis.ratings.saved import save_ratings
+
+    save_ratings(small_ratings(rows()), tmp_path / "imported" / "small")
+    (tmp_path / "studies" / "small").mkdir(parents=True)
+    plan = "study: small\ntests:\n  - {name: levels, test: anova, within: [level]}\n"
+    (tmp_path / "studies" / "small" / "analysis.yaml").write_text(plan)
+    return tmp_path
+
+
+@pytest.mark.parametrize(
+    ("command", "more"), [(analyse, ["--no-figures"]), (regenerate, ["--no-figures", "--no-crosscheck"])]
+)
+def test_look_alike_ids_are_told_on_the_console_and_as_json(lab, command, more):
+    asked = ["small", "--lab", str(lab), *more]
+    assert ALIKE in CliRunner().invoke(command, asked).output
+    found = CliRunner().invoke(command, [*asked, "--json"]).output
+    assert json.loads(found)["notes"] == [ALIKE]
+
+
+def test_many_that_say_the_same_are_one_line_and_those_that_differ_are_seen():
+    same = [Exclusion("averaged", f"P{n:03d}", "averaged of 2", 2, 1) for n in range(66)]
+    other = [Exclusion("averaged", who, "averaged of 3", 3, 1) for who in ("P070", "P071")]
+    assert list(exclusion_lines([*same[:9], *other, *same[9:]])) == [
+        "averaged of P000 and 65 more (2 each): averaged of 2",
+        "averaged of P070 (3): averaged of 3",
+        "averaged of P071 (3): averaged of 3",
+    ]
+    assert data_notes((), [*same, *other]) == (
+        "138 repeated ratings averaged into 68 (the exclusion ledger says whose)",
+    )
+
+
+@pytest.mark.parametrize("scale", [None, Scale(-1e308, 1e308)])
+def test_ratings_that_overflow_are_refused(scale):
+    with pytest.raises(DataRefused, match=r"of 1e\+308; at most 1e\+100 is expected"):
+        replace(small_ratings(rows(values=[1e308, -1e308] * 6)), scale=scale)
+
+
+@pytest.mark.parametrize("text", ["=HYPERLINK(1)", "@b", "+a", "-a", "\tx", "'=1", "''@"])
+def test_a_formula_in_a_cell_is_a_text_and_can_be_had_back(text):
+    assert without_formula(text) == f"'{text}"
+
+
+@pytest.mark.parametrize("text", ["-5", "+3.5", "-1e-3", "a=b", "'quoted'", "", "K3 - K8"])
+def test_numbers_and_ordinary_texts_stay_as_they_are(text):
+    assert without_formula(text) == text
+    assert csv_text([{"x": -0.5, "y": "=1"}]) == "x,y\n-0.5,'=1\n"
