@@ -12,8 +12,8 @@ from pathlib import Path
 
 from analysis.regenerating.files import file_texts
 from analysis.regenerating.regenerated import regenerate
-from analysis.reporting.csv_files import write_texts
 from analysis.reporting.sources import Wanted
+from protocols.files import write_texts
 from protocols.plan import compile_plan
 from studies.allocation import allocate
 from studies.catalogue import SHIPPED, read_study
@@ -60,7 +60,7 @@ def expect() -> None:
     """Write what is regenerated into `expected/regenerated`."""
     shutil.rmtree(EXPECTED, ignore_errors=True)
     for name in PEOPLE:
-        write_texts(texts_of(name), EXPECTED / name)
+        write_texts(EXPECTED / name, texts_of(name))
 
 
 if __name__ == "__main__":
