@@ -36,13 +36,13 @@ class Selecting:
     def _faults(self) -> dict[bool, Faults]:
         return {}
 
-    def faults(self, asked: Asked) -> Faults:
+    def faults(self, asked: Asked | None = None) -> Faults:
         """Every cell of the ratings that is missing, filled too often or not of the design.
 
         A test that names `session` is asked about the cells of each session.
         """
         ratings = self.material.ratings
-        by_session = SESSION in (*columns_named(asked), *asked.where)
+        by_session = asked is not None and SESSION in (*columns_named(asked), *asked.where)
         if by_session not in self._faults:
             none = ratings is None or not len(ratings.table)
             self._faults[by_session] = Faults() if none or ratings is None else cell_faults(ratings, by_session)

@@ -11,7 +11,7 @@ from analysis.crosschecking.checks import difference_text
 from analysis.crosschecking.summary import disagreements, line_of, sentence
 from analysis.figures.interactive import figure_markup, key_text, script
 from analysis.figures.style import inline_svg
-from analysis.ratings.dataset import Input
+from analysis.ratings.dataset import Input, Ratings
 from analysis.regenerating.grid import Grid, Head, plain_grid, value_grid
 from analysis.regenerating.page_data import declared, facts, left_out, seconds_told
 from analysis.regenerating.page_words import Caption, caption, parts_of
@@ -86,7 +86,7 @@ def test_parts(found: Regenerated, known: Collection[str] = ()) -> Iterator[Test
             anchor=f"test-{name}",
             name=test_name(answered),
             kind=test_kind(answered),
-            headlines=tuple(_headlines(answered)),
+            headlines=tuple(_headlines(answered, found.material.ratings)),
             method=method_of(answered),
             rests_on=rests_on(answered),
             checked=line_of([check for check in found.checks or () if check.test == name]),
@@ -96,12 +96,15 @@ def test_parts(found: Regenerated, known: Collection[str] = ()) -> Iterator[Test
         )
 
 
-def _headlines(answered: Sequence[Answered]) -> Iterator[Headline]:
+def _headlines(answered: Sequence[Answered], ratings: Ratings | None) -> Iterator[Headline]:
+    """The sentences; an outcome is shown with both poles, as its name alone may be that of the low one."""
+    antonyms = {} if ratings is None else ratings.antonyms
     for each in answered:
+        outcome = f"{each.outcome} → {antonyms[each.outcome]}" if each.outcome in antonyms else each.outcome
         if each.answer is None:
-            yield Headline(each.outcome, (f"Not answered: {each.refused}",))
+            yield Headline(outcome, (f"Not answered: {each.refused}",))
         elif each.answer.headline:
-            yield Headline(each.outcome, parts_of(each.answer.headline))
+            yield Headline(outcome, parts_of(each.answer.headline))
 
 
 def figure_parts(found: Regenerated, pictures: Sequence[Picture | None]) -> Iterator[FigurePart]:

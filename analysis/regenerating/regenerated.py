@@ -91,7 +91,7 @@ def regenerate_by(
         tables=tables,
         software=software(),
         checks=cross_check(answered, progress) if crosscheck else None,
-        notes=data_notes(selecting.faults.notes, (*whole.exclusions, *left.lines)),
+        notes=data_notes(selecting.faults().notes, (*whole.exclusions, *left.lines)),
     )
 
 
