@@ -52,6 +52,7 @@ AREAS = {
     "statistics": "analysis.bench:cases",
     "sessions": "studies.bench:sessions",
     "startup": "studies.bench:startup",
+    "scale": "analysis.bench_scale:cases",
     "window": "studies.bench_window:cases",
     "plant": "devices.door.plant.bench:cases",
     "serial": "devices.door.link.bench:cases",

@@ -14,7 +14,7 @@ class Case:
     `run` is timed and takes nothing; what it needs is made before. `error` is called on run's result and gives
     a number >= 0 in the unit that `error_kind` names, or None where the method refused by name.
     Where `seconds` is given it is called on run's result and says itself how long the answer took, as of a training
-    that was timed while it ran: then `run` is called once only, and no memory is traced.
+    that was timed while it ran: then `run` is called once only, and no memory is traced; `peak_MB` may say it then.
     """
 
     area: str
@@ -27,3 +27,4 @@ class Case:
     error: Callable[[Any], float | None]
     repeats: int = 5
     seconds: Callable[[Any], float] | None = None
+    peak_MB: Callable[[Any], float] | None = None

@@ -94,7 +94,8 @@ def _told(case: Case, seconds: Callable[[Any], float]) -> Row:
     """What the case itself says of its one run."""
     answer = case.run()
     error, outcome = _judged(case.error(answer))
-    return _row(case, _Found(error, outcome, _duration(seconds(answer)), 1, None))
+    peak_MB = None if case.peak_MB is None else case.peak_MB(answer)
+    return _row(case, _Found(error, outcome, _duration(seconds(answer)), 1, peak_MB))
 
 
 def _duration(seconds: float) -> float:

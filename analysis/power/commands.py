@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import os
 import re
+import sys
 from pathlib import Path
 from typing import TYPE_CHECKING
 
@@ -13,6 +14,9 @@ from studies.options import JSON, LAB, echo_json, progress_bar
 
 if TYPE_CHECKING:
     from analysis.power.curve import Asking, Point
+
+
+RUNS, QUICK_RUNS = 200, 20
 
 
 class Sizes(click.ParamType):  # type: ignore[type-arg]  # not generic in click 8.1
@@ -54,7 +58,8 @@ class Sizes(click.ParamType):  # type: ignore[type-arg]  # not generic in click 
     type=Sizes(),
     help="How many: 8..40/4.  [default: up to what the study plans, else 4..40]",
 )
-@click.option("--runs", type=click.IntRange(10, 100_000), default=200, show_default=True, help="Studies to simulate.")
+@click.option("--runs", type=click.IntRange(10, 100_000), help="Studies to simulate.  [default: 200; --quick: 20]")
+@click.option("--quick", is_flag=True, help="A first look: 20 studies; intervals up to 40 points wide, not 14.")
 @click.option("--power", "wanted", type=click.FloatRange(0.01, 0.999), default=0.8, show_default=True)
 @click.option("--seed", type=click.IntRange(0, 1_000_000), default=0, show_default=True)
 @click.option("--jobs", type=click.IntRange(1, 256), default=None, help="Processes.  [default: one for each core]")
@@ -62,7 +67,7 @@ class Sizes(click.ParamType):  # type: ignore[type-arg]  # not generic in click 
 @JSON
 def power(
     study: str, lab: Path, test: str, outcome: str, row: str, column: str, effect: float, sizes: tuple[int, ...] | None,
-    runs: int, wanted: float, seed: int, jobs: int | None, plan_file: Path | None, as_json: bool,
+    runs: int | None, quick: bool, wanted: float, seed: int, jobs: int | None, plan_file: Path | None, as_json: bool,
 ) -> None:  # fmt: skip
     """How many participants STUDY needs for a test of its analysis plan to find its effect.
 
@@ -73,7 +78,8 @@ def power(
 
     Example: palpate power texture_similarity --test methods --effect 0.3 --participants 4..24
     """
-    from analysis.power.curve import Asking, needed, power_curve, suffices
+    from analysis.monitoring.words import rough
+    from analysis.power.curve import Asking, estimate_s, needed, power_curve, suffices
     from analysis.power.picture import write_curve
     from analysis.regenerating.regenerated import find_plan
     from analysis.reporting.sources import Wanted
@@ -85,8 +91,12 @@ def power(
     planned = planned_people(read_study(file).study)
     sizes = sizes or _sizes_up_to(planned)
     asking = Asking(file, plan.path, lab, test, outcome, row, column, effect, plan.declared.alpha, seed)
+    runs, jobs = runs or (QUICK_RUNS if quick else RUNS), jobs or os.cpu_count() or 1
+    if not as_json and sys.stderr.isatty():
+        time = rough(estimate_s(asking, sizes, runs, jobs))
+        click.echo(f"{runs} simulated studies of {sizes[-1]} participants: {time}", err=True)
     with progress_bar(as_json) as progress:
-        points = power_curve(asking, sizes, runs, jobs or os.cpu_count() or 1, progress)
+        points = power_curve(asking, sizes, runs, jobs, progress)
     files = write_curve(points, asking, wanted, lab / "analysis" / name)
     enough = needed(points, wanted)
     if as_json:

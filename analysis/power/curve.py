@@ -3,11 +3,10 @@
 from __future__ import annotations
 
 import math
-import signal
-from collections.abc import Callable, Iterator, Mapping, Sequence
-from concurrent.futures import ProcessPoolExecutor
+import time
+from collections.abc import Callable, Generator, Mapping, Sequence
+from contextlib import closing
 from dataclasses import dataclass, replace
-from multiprocessing import get_context
 from pathlib import Path
 from typing import Any
 
@@ -25,8 +24,10 @@ from analysis.regenerating.running import run_tests
 from protocols.did_you_mean import nearest
 from protocols.study import Study
 from studies.catalogue import read_study
+from studies.workers import map_in_order
 
 Progress = Callable[[int, int, str], None]
+Clock = Callable[[], float]
 MOST_RUNS = 100_000
 """So many studies have seeds of their own before those of the next --seed begin."""
 
@@ -82,9 +83,12 @@ def power_curve(
     sizes = sorted(set(sizes))
     check_asking(asking)
     outcomes: list[Mapping[int, Decided]] = []
-    for done, each in enumerate(_runs(asking, sizes, runs, jobs)):
-        outcomes.append(each)
-        progress(done + 1, runs, f"{asking.test}, up to {sizes[-1]} participants")
+    told = f"{asking.test}, up to {sizes[-1]} participants"
+    progress(0, runs, told)
+    with closing(_runs(asking, sizes, runs, jobs)) as studies:
+        for done, each in enumerate(studies, start=1):
+            outcomes.append(each)
+            progress(done, runs, told)
     return [_point(size, [each[size] for each in outcomes], asking.alpha) for size in sizes]
 
 
@@ -105,19 +109,29 @@ def check_asking(asking: Asking) -> Asked:
     return asked
 
 
-def _runs(asking: Asking, sizes: Sequence[int], runs: int, jobs: int) -> Iterator[Mapping[int, Decided]]:
-    todo = [(asking, tuple(sizes), run) for run in range(runs)]
-    if jobs == 1:
-        yield from map(one_run, todo)
-        return
-    # spawned, not forked: the progress bar is a thread, and a fork of a process with threads may hang
-    with ProcessPoolExecutor(min(jobs, runs), get_context("spawn"), initializer=_left_to_the_parent) as pool:
-        yield from pool.map(one_run, todo)
+def _runs(asking: Asking, sizes: Sequence[int], runs: int, jobs: int) -> Generator[Mapping[int, Decided]]:
+    return map_in_order(one_run, [(asking, tuple(sizes), run) for run in range(runs)], min(jobs, runs))
 
 
-def _left_to_the_parent() -> None:
-    """Ctrl-C reaches every process of a terminal; the parent alone says that it stopped."""
-    signal.signal(signal.SIGINT, signal.SIG_IGN)
+def estimate_s(asking: Asking, sizes: Sequence[int], runs: int, jobs: int, clock: Clock = time.perf_counter) -> float:
+    """Return about how many seconds `power_curve` takes: one small study and one of half the largest are timed.
+
+    A study is taken to grow with its participants as a straight line. Raises as `power_curve` does.
+    """
+    check_asking(asking)
+    half = max(2, sizes[-1] // 2)
+    one_run((asking, (2,), 0))  # what is imported is not timed
+    few, many = (_seconds(asking, each, clock) for each in (2, half))
+    per_person = max(0.0, (many - few) / (half - 2)) if half > 2 else 0.0
+    largest = few + per_person * (sizes[-1] - 2)
+    tests = (len(sizes) - 1) / 2 * few  # the smaller sizes are tests of the same people
+    return (largest + tests) * runs / min(jobs, runs)
+
+
+def _seconds(asking: Asking, participants: int, clock: Clock) -> float:
+    begun = clock()
+    one_run((asking, (participants,), 0))
+    return clock() - begun
 
 
 def one_run(todo: tuple[Asking, tuple[int, ...], int]) -> dict[int, Decided]:

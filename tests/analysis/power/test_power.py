@@ -9,14 +9,14 @@ from click.testing import CliRunner
 from analysis.plans.answers import Answer
 from analysis.plans.material import read_material
 from analysis.power.commands import Sizes, power
-from analysis.power.curve import Asking, Point, check_asking, needed, one_run, power_curve, wilson
+from analysis.power.curve import Asking, Point, check_asking, estimate_s, needed, one_run, power_curve, wilson
 from analysis.power.deciding import p_of
 from analysis.power.refusals import PowerError
 from analysis.power.simulating import people, simulated_material, with_effect
 from analysis.reporting.sources import gathered
 from protocols.plan import compile_plan
 from studies.allocation import allocate
-from studies.catalogue import SHIPPED, read_study
+from studies.catalogue import SHIPPED, find, read_study
 from studies.lab_forms import lab_forms
 from studies.rig import simulated
 from studies.session import start
@@ -195,6 +195,19 @@ def test_the_verb_writes_a_table_and_a_figure(lab):
     shown = CliRunner().invoke(power, [*command, "--effect", "0.5"])
     assert "10 simulated studies" in shown.output
     assert {path.name for path in written.glob("*.csv")} == {"power_textures_x1.csv", "power_textures_x0.5.csv"}
+
+
+def test_the_time_it_takes_is_told_from_a_small_study_and_a_larger_one(lab):
+    """1 s for two people and 4 s for five: 9 s for ten; the smaller size is one more test of the same people."""
+    asking = Asking(find("pairs", lab), lab / "studies" / "pairs" / "analysis.yaml", lab, "textures")
+    clock = iter([0.0, 1.0, 10.0, 14.0]).__next__
+    assert estimate_s(asking, [5, 10], runs=20, jobs=2, clock=clock) == pytest.approx((9 + 0.5) * 20 / 2)
+
+
+def test_quick_simulates_twenty_studies(lab):
+    command = ["pairs", "--lab", str(lab), "--test", "textures", "--participants", "3", "--quick", "--jobs", "1"]
+    told = json.loads(CliRunner().invoke(power, [*command, "--json"]).stdout)
+    assert [point["runs"] for point in told["points"]] == [20]
 
 
 @pytest.mark.parametrize("sizes", ["1..4", "9..3", "x", "4..1000", "2..200/1", "4..8/0"])

@@ -1,0 +1,264 @@
+"""Figures to reach for a lab that grows: what each verb costs on 20, 200 and 2,000 sessions of 50 trials."""
+
+from __future__ import annotations
+
+import csv
+import os
+import shutil
+import sqlite3
+import subprocess
+import sys
+import tempfile
+import time
+from collections.abc import Callable, Iterator
+from contextlib import closing
+from dataclasses import dataclass
+from functools import partial
+from pathlib import Path
+
+from sqlalchemy import delete
+
+from protocols.bench import Case
+from studies.catalogue import SHIPPED
+from studies.collect import OF_A_SESSION, collect, ledgers_in, open_database
+from studies.collected_schema import metadata
+
+SIZES = (20, 200, 2000)
+MOST_REGENERATED = 500
+MEASURED = """
+import resource, sys, palpate
+try:
+    palpate.main(sys.argv[1:])
+except SystemExit as end:
+    peak = resource.getrusage(resource.RUSAGE_SELF).ru_maxrss
+    print(peak if sys.platform == "darwin" else 1024 * peak)
+    raise
+"""
+"""A palpate command that says at its end how many bytes it held at most; its workers' are their own."""
+STUDY = "scale_doors"
+CARS = ("BC3", "FORD", "G90", "K3", "K8")
+VARIANTS = tuple(f"g{number}" for number in range(10))
+DEFINITION = """study: scale_doors
+task: slider_rating
+opening: [consent, demographics]
+stimuli: stimuli.csv
+instructions: Open the door fully, in one natural motion, and rate how it felt.
+attributes:
+  - {low: Easy-to-pull, high: Hard-to-pull, category: physical}
+  - {low: Damped, high: Recoiling, category: physical}
+  - {low: Luxurious, high: Cheap, category: emotional}
+scale: {from: -10, to: 10, step: 1}
+order: {design: williams}
+navigation: back_and_forward
+needs: [door, window]
+analysis: {within: [car, variant], pooled: variant, families: augmentation}
+simulation:
+  latents:
+    Easy-to-pull: {mean_force_N: 1.6, first_peak_N: 2.0}
+    Damped: {drop_N: 1.6, first_peak_N: 0.8}
+    Luxurious: {roughness_N: 1.0, intercept: 0.5}
+  lapse_rate: 0.01
+  revise_rate: 0.01
+  present_s: 3.0
+"""
+PLAN = """study: scale_doors
+missing: listwise
+tests:
+  - {name: means, test: means, by: [variant], interval: cousineau_morey}
+  - {name: cells, test: anova, within: [car, variant]}
+  - {name: augmentations, test: pairs, factor: augmentation, correction: holm}
+  - {name: trends, test: trends, families: augmentation, pooled: variant}
+  - {name: agreement, test: icc, targets: stimulus, raters: participant}
+  - {name: raters, test: raters}
+figures:
+  - {name: means, figure: means, by: [variant], families: augmentation}
+  - {name: participants, figure: rating_heatmap, outcomes: [Easy-to-pull]}
+  - {name: order, figure: order_effect}
+"""
+
+
+def cache_folder() -> Path:
+    """Return the folder where the bench keeps its labs between runs: XDG_CACHE_HOME/palpate, or ~/.cache/palpate."""
+    return Path(os.environ.get("XDG_CACHE_HOME") or Path.home() / ".cache") / "palpate" / "bench_scale"
+
+
+def make_lab(sessions: int, folder: Path | None = None) -> Path:
+    """Return a lab of this many simulated sessions, made once by `palpate run --simulate` and kept in the cache.
+
+    A lab with fewer sessions, as an interrupted run leaves it, is completed.
+    """
+    lab = (folder or cache_folder()) / f"lab_{sessions}"
+    _write_study(lab / "studies" / STUDY)
+    missing = [number for number in range(1, sessions + 1) if not (lab / "sessions" / _name(number)).exists()]
+    if missing:
+        people = f"P{missing[0]:04d}..P{missing[-1]:04d}"
+        run_verb("-m", "palpate", "run", STUDY, "--participant", people, "--simulate", "--seed", "1", "--lab", str(lab))
+    if len(ledgers_in(lab)) != sessions:
+        raise ValueError(f"{lab}: {len(ledgers_in(lab))} sessions, {sessions} are expected; remove the folder")
+    return lab
+
+
+def cases(quick: bool) -> Iterator[Case]:
+    """Each verb on labs of 20, 200 and 2,000 sessions, as a process of its own: seconds and the most memory it held."""
+    for sessions in SIZES[:2] if quick else SIZES:
+        with tempfile.TemporaryDirectory() as folder:
+            yield from _cases_of(sessions, _copy(make_lab(sessions), Path(folder) / "lab"))
+
+
+def _cases_of(sessions: int, lab: Path) -> Iterator[Case]:
+    place, told = str(lab), f"{sessions} sessions of 50 trials"
+
+    def case(name: str, method: str, kind: str, act: Callable[[], Cost], error: Callable[[], float]) -> Case:
+        return Case(
+            "scale", name, method, told, sessions, kind, act, lambda _cost: error(), seconds=lambda cost: cost.seconds,
+            peak_MB=lambda cost: cost.peak_MB,
+        )  # fmt: skip
+
+    differ = "rows that differ from a rebuild"
+    collect = ("collect", "--lab", place)
+    yield case("collect", "the first time", differ, lambda: timed(*collect), lambda: rows_that_differ(lab))
+    yield case("collect", "nothing new", differ, lambda: timed(*collect), lambda: rows_that_differ(lab))
+    yield case("collect", "one new session", differ, lambda: _with_one_new(lab), lambda: rows_that_differ(lab))
+    yield case("collect", "every chain (--verify)", differ, lambda: timed(*collect, "--verify"), lambda: 0.0)
+    refused = "sessions that are not repeated"
+    for workers in (1, 2):
+        method = f"{workers} process{'es' if workers > 1 else ''}"
+        replay = ("replay", "--lab", place, "--workers", str(workers), "--json")
+        yield case("replay", method, refused, partial(timed, *replay), lambda: 0.0)  # a refusal would end the bench
+    page = ("monitor", "--lab", place, "--once", str(lab / "monitor.html"))
+    missing = "sessions that are not on the page"
+    yield case("monitor, a whole page", "never watched", missing, lambda: timed(*page), lambda: _not_shown(lab))
+    yield case("monitor, a whole page", "watched before", missing, lambda: timed(*page), lambda: _not_shown(lab))
+    yield _update(lab, told, sessions)
+    kept = "sessions missing"
+    to = str(lab / "exported")
+    export = ("export", STUDY, "--lab", place, "--to", to, "--csv", "--replace")
+    yield case("export", "as CSV", kept, lambda: timed(*export), lambda: float(sessions - _lines(Path(to))))
+    some = ("regenerate", STUDY, "--lab", place)
+    if sessions > MOST_REGENERATED:
+        lab = _copy(lab, lab.parent / "some", MOST_REGENERATED)
+        some, told = ("regenerate", STUDY, "--lab", str(lab)), f"{MOST_REGENERATED} sessions of 50 trials"
+    files = "files that differ at a second run"
+    check = (*some, "--check")
+    yield case("regenerate", "tables, figures, report", files, lambda: timed(*some), lambda: float(_fails(*check)))
+
+
+def _update(lab: Path, told: str, sessions: int) -> Case:
+    """A page that is open, and a session that ends: what the browser waits for."""
+    from analysis.monitoring.page import Pages
+    from analysis.monitoring.watching import Watch
+
+    watch, pages = Watch(lab), Pages()
+    pages.fragment(watch.look())
+
+    def update() -> Cost:
+        (lab / "sessions" / _name(sessions)).touch()
+        begun = time.perf_counter()
+        pages.fragment(watch.look())
+        return Cost(time.perf_counter() - begun, 0.0)
+
+    return Case(
+        "scale", "monitor, an update", "one ledger changed", told, sessions, "sessions that are not on the page",
+        update, lambda _cost: float(sessions - len(watch.look().sessions)), seconds=lambda cost: cost.seconds,
+    )  # fmt: skip
+
+
+@dataclass(frozen=True)
+class Cost:
+    """What a process took: seconds from its start to its end, and the most memory (10^6 bytes) that it held."""
+
+    seconds: float
+    peak_MB: float
+
+
+def timed(*arguments: str) -> Cost:
+    """Run a palpate command in a process of its own. Raises CalledProcessError where it fails."""
+    begun = time.perf_counter()
+    printed = run_verb("-c", MEASURED, *arguments).splitlines()[-1]
+    return Cost(time.perf_counter() - begun, int(printed) / 1e6)
+
+
+def run_verb(*arguments: str) -> str:
+    """Run Python with these arguments and return what it printed."""
+    return subprocess.run([sys.executable, *arguments], check=True, capture_output=True, text=True).stdout
+
+
+def rows_that_differ(lab: Path) -> float:
+    """Return how many rows of the lab's database are not those of one that is made anew from its ledgers."""
+    with tempfile.TemporaryDirectory() as folder:
+        anew = Path(folder) / "anew.sqlite"
+        engine = open_database(f"sqlite:///{anew}")
+        list(collect(ledgers_in(lab), engine))
+        engine.dispose()
+        with closing(sqlite3.connect(lab / "lab.sqlite")) as connection:
+            connection.execute("ATTACH ? AS anew", (str(anew),))
+            return float(sum(_differ(connection, name) for name in metadata.tables))
+
+
+def _differ(connection: sqlite3.Connection, table: str) -> int:
+    one, other = f'SELECT * FROM main."{table}"', f'SELECT * FROM anew."{table}"'
+    counts = (
+        connection.execute(f"SELECT count(*) FROM ({a} EXCEPT {b})").fetchone()[0]
+        for a, b in ((one, other), (other, one))
+    )
+    return int(sum(counts))
+
+
+def _with_one_new(lab: Path) -> Cost:
+    """Let the database forget the last session, so that its ledger is new, and collect."""
+    session = f"{STUDY}/{ledgers_in(lab)[-1].name.split('_')[-2]}/1"
+    engine = open_database(f"sqlite:///{lab / 'lab.sqlite'}")
+    with engine.begin() as connection:
+        for table in OF_A_SESSION:
+            connection.execute(delete(table).where(table.c.session == session))
+    engine.dispose()
+    return timed("collect", "--lab", str(lab))
+
+
+def _not_shown(lab: Path) -> float:
+    page = (lab / "monitor.html").read_text(encoding="utf-8")
+    return float(len(ledgers_in(lab)) - page.count('<tr id="session-'))
+
+
+def _lines(folder: Path) -> int:
+    return len((folder / "sessions.csv").read_text(encoding="utf-8").splitlines()) - 1
+
+
+def _fails(*arguments: str) -> bool:
+    try:
+        timed(*arguments)
+    except subprocess.CalledProcessError:
+        return True
+    return False
+
+
+def _copy(lab: Path, copy: Path, sessions: int | None = None) -> Path:
+    """A lab with the first ledgers of another, as links to the same files where the disk knows them."""
+    shutil.copytree(lab / "studies", copy / "studies")
+    (copy / "sessions").mkdir(parents=True)
+    for ledger in ledgers_in(lab)[:sessions]:
+        try:
+            os.link(ledger, copy / "sessions" / ledger.name)
+        except OSError:
+            shutil.copy2(ledger, copy / "sessions" / ledger.name)
+    return copy
+
+
+def _name(number: int) -> str:
+    return f"{STUDY}_P{number:04d}_s1.sqlite"
+
+
+def _write_study(folder: Path) -> None:
+    """Fifty of the shipped doors: five cars in ten variants."""
+    source = SHIPPED / "door_ratings"
+    (folder / "profiles").mkdir(parents=True, exist_ok=True)
+    with (source / "stimuli.csv").open(encoding="utf-8", newline="") as file:
+        rows = [row for row in csv.DictReader(file) if row["car"] in CARS and row["variant"] in VARIANTS]
+    for row in rows:
+        shutil.copyfile(source / row["file"], folder / row["file"])
+    with (folder / "stimuli.csv").open("w", encoding="utf-8", newline="") as file:
+        table = csv.DictWriter(file, list(rows[0]), lineterminator="\n")
+        table.writeheader()
+        table.writerows(rows)
+    (folder / "study.yaml").write_text(DEFINITION, encoding="utf-8")
+    (folder / "analysis.yaml").write_text(PLAN, encoding="utf-8")
