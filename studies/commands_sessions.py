@@ -263,7 +263,7 @@ def report(sat: list[Sat], as_json: bool, study: str | None, rig: Path | None = 
         for line in _told(sat, study, rig):
             click.echo(line)
     if not all(each.complete for each in sat):
-        raise click.exceptions.Exit(1)
+        raise click.exceptions.Exit(130 if any("SIGINT" in each.reason for each in sat) else 1)
 
 
 def _told(sat: list[Sat], study: str | None, rig: Path | None) -> Iterator[str]:

@@ -32,7 +32,7 @@ WRITES = {
     "participants export": "participants export",
     "participants allocate": "participants allocate doors_small P001",
     "participants release": "participants release doors_small P002 --why ill",
-    "run": "run doors_small --participant P003 --simulate --seed 1 --session 9",
+    "run": "run doors_small --participant P003 --simulate --seed 1 --session 2",
     "collect": "collect",
     "rig simulate": "rig simulate --out rig.yaml --force",
     "doors normalise": "doors normalise profile.csv --out out.csv",
@@ -47,7 +47,7 @@ WRITES = {
     "export": "export doors_small --csv --to shared",
     "streams export": "streams export lab/sessions/doors_small_P001_s1.sqlite --trial 2 --raw --out streams",
     "monitor": "monitor --once monitor.html",
-    "render": "render cloth --hand simulated --seconds 0.2 --out played.npz",
+    "render": "render cloth --hand simulated --seconds 1 --out played.npz",
     "predict": "predict door-force --wish Damped=30 --to door.csv",
     "window screens": "window screens --out screens",
 }

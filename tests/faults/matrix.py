@@ -122,7 +122,7 @@ def _judge(name: str, fault: str, came: tuple[Ended, Tree], before: Tree, whole:
     said = f"exit {ended.code}"
     if ended.code == 0 and is_done:
         said = DONE if fault == INTERRUPT else UNTOUCHED
-    elif fault == INTERRUPT and ended.code == 130 and ended.err.strip().endswith("stopped"):
+    elif fault == INTERRUPT and ended.code == 130 and ("stopped" in ended.err or "by SIGINT" in ended.out):
         said = STOPPED
     elif fault != INTERRUPT and ended.code == 2 and ended.err.startswith(("Error: ", "Usage: ")):
         said = REFUSED
