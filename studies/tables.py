@@ -13,6 +13,7 @@ from protocols.plan import Plan
 from protocols.study import Study, conditions_of
 from studies.begun import by_twins
 from studies.content import file_sha256
+from studies.model_versions import models_in
 from studies.record import LedgerError, Record
 from studies.replay import recompiled
 
@@ -184,7 +185,7 @@ class _Walk:
 def tables(record: Record, withdrawn: bool = False, with_events: bool = True) -> SessionTables:
     """Every table's rows for one session; `withdrawn` marks that of a participant who withdrew.
 
-    Without events, the tables of events and streams stay empty: what was answered is in the others.
+    Without events, of these only the replies that name models stay, and no streams: what was answered is in the others.
     """
     plan = recompiled(record)
     header = record.header
@@ -204,7 +205,11 @@ def tables(record: Record, withdrawn: bool = False, with_events: bool = True) ->
         words=walk.words,
         answers=walk.answers,
         switches=walk.switches,
-        events=[_event_row(session, *each) for each in zip(record.events, record.hashes, strict=True) if with_events],
+        events=[
+            _event_row(session, event, link)
+            for event, link in zip(record.events, record.hashes, strict=True)
+            if with_events or (event.kind == "reply" and any(models_in(event.value)))
+        ],
         streams=list(_stream_rows(session, record.events)) if with_events else [],
     )
 
