@@ -9,15 +9,19 @@ from collections.abc import Callable, Iterator, Sequence
 from dataclasses import dataclass, field
 from itertools import count
 from pathlib import Path
+from typing import Any
 
 from protocols.bench import Case
+from protocols.canonical import canonical
 from protocols.event_shapes import EventShapes
 from protocols.events import NS, Event
 from protocols.plan import Plan, compile_plan
+from protocols.requests import Samples
 from protocols.runner import run
 from studies.allocation import allocate
 from studies.catalogue import SHIPPED, read_study
 from studies.lab_forms import lab_forms
+from studies.ledger import create, take_up
 from studies.record import read
 from studies.replay import replay
 from studies.rig import simulated
@@ -68,6 +72,11 @@ def sessions(quick: bool) -> Iterator[Case]:
             lambda: read(path),
             lambda r: float(size - len(r.events)),
         )
+        heavy = _with_samples(lab / "heavy.sqlite", record.events[0].value, 6 if quick else 60)
+        yield Case(
+            "sessions", "receipt of a session", "palpate, read back whole", f"{6 if quick else 60} MB of samples", size,
+            "events missing", lambda: read(heavy), lambda r: float(7 if quick else 61) - len(r.events), 3,
+        )  # fmt: skip
         yield case(
             "reading a ledger", "of this, the shapes of its events", "events not checked",
             lambda: _shapes_checked(record.events), lambda checked: float(size - checked),
@@ -102,6 +111,18 @@ def _heavy(arguments: list[str] | None) -> float:
 def _plan() -> Plan:
     study = read_study(DOORS / "study.yaml").study
     return compile_plan(study, allocate(study, "P001"), 1, lab_forms(study, DOORS, live=False))
+
+
+def _with_samples(path: Path, header: dict[str, Any], megabytes: int) -> Path:
+    """Write a ledger of so many events, each with a sample block of 1 MB."""
+    note = {"at": "2026-01-01T00:00:00+00:00"}
+    create(path, header, note)
+    ledger = take_up(path, note)
+    for seq in range(1, megabytes + 1):
+        block = Samples("force", ("N",), ("N",), 8000.0, seq, bytes([seq]) * 1_000_000)
+        ledger.append(Event(seq, seq, "experimenter", canonical({"do": "note"}), samples=(block,)))
+    ledger.close(note)
+    return path
 
 
 def _shapes_checked(events: Sequence[Event]) -> int:

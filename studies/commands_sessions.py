@@ -255,15 +255,38 @@ def _people(participant: str, simulate: bool) -> list[str]:
 
 
 def report(sat: list[Sat], as_json: bool, study: str | None, rig: Path | None = None) -> None:
-    """Say how each sitting ended; exit code 1 unless every session is complete. `rig` is the file that was named."""
+    """Say how each run of a session ended, with its receipt; `rig` is the file that was named.
+
+    The exit code is 1 unless every session is complete and all its events were read back from the disk; 130 after
+    Ctrl-C.
+    """
+    bad = [session for session in sat if session.receipt is not None and not session.receipt.good]
     if as_json:
-        rows = [{"ledger": str(s.path), "complete": s.complete, "events": s.events, "ended": s.reason} for s in sat]
-        echo_json(rows)
+        echo_json([_row(session) for session in sat])
     else:
+        _show_receipts(sat, bad)
         for line in _told(sat, study, rig):
             click.echo(line)
-    if not all(each.complete for each in sat):
-        raise click.exceptions.Exit(130 if any("SIGINT" in each.reason for each in sat) else 1)
+    if bad or not all(each.complete for each in sat):
+        interrupted = not bad and any("SIGINT" in each.reason for each in sat)
+        raise click.exceptions.Exit(130 if interrupted else 1)
+
+
+def _row(session: Sat) -> dict[str, Any]:
+    row = {"ledger": str(session.path), "complete": session.complete, "events": session.events, "ended": session.reason}
+    return row if session.receipt is None else {**row, "receipt": session.receipt.to_dict()}
+
+
+def _show_receipts(sat: list[Sat], bad: list[Sat]) -> None:
+    """Print the receipt; of several sessions those that differ, in red, and how many are good."""
+    for session in bad:
+        click.secho(f"{session.receipt}: {session.path}", fg="red")
+    good = [session.receipt for session in sat if session.receipt is not None and session.receipt.good]
+    if len(good) == 1:
+        click.echo(str(good[0]))
+    elif good:
+        events = sum(receipt.planned for receipt in good)
+        click.echo(f"receipts of {len(good)} sessions: {events} events planned, written and read back from the disk")
 
 
 def _told(sat: list[Sat], study: str | None, rig: Path | None) -> Iterator[str]:

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Callable, Mapping
 from contextlib import nullcontext, suppress
-from dataclasses import dataclass
+from dataclasses import asdict, dataclass
 from pathlib import Path
 from typing import Any
 
@@ -22,6 +22,35 @@ from studies.rig import Rig, RigPlan
 
 
 @dataclass(frozen=True)
+class Receipt:
+    """What a run of a session left on the disk: read back through a connection of its own, its chains verified.
+
+    `planned` events were handed to the ledger by the plan's walk, `written` is what the ledger counted, `read_back` is
+    None where the file was refused, and `problem` says why. `digest` is the last link of the chain of events.
+    """
+
+    planned: int
+    written: int
+    read_back: int | None
+    digest: str
+    problem: str | None = None
+
+    @property
+    def good(self) -> bool:
+        """Whether everything that was planned is on the disk as it was written."""
+        return self.problem is None and self.planned == self.written == self.read_back
+
+    def to_dict(self) -> dict[str, Any]:
+        """Return it as JSON data; `problem` only where there is one."""
+        return {name: value for name, value in asdict(self).items() if name != "problem" or value is not None}
+
+    def __str__(self) -> str:
+        read_back = "none" if self.read_back is None else f"{self.read_back}"
+        counts = f"{self.planned} events planned, {self.written} written, {read_back} read back from the disk"
+        return f"receipt: {counts}; digest {self.digest[:16]}" + (f"; {self.problem}" if self.problem else "")
+
+
+@dataclass(frozen=True)
 class Sat:
     """How a sitting ended; `status` is the session's (see studies.record.Record.status)."""
 
@@ -29,6 +58,7 @@ class Sat:
     status: str
     events: int
     reason: str
+    receipt: Receipt | None = None
 
     @property
     def complete(self) -> bool:
@@ -117,12 +147,13 @@ def _sit(ledger: Ledger, planned: RigPlan, guard: Guard) -> Sat:
     """Take the session on. Signals are held back until the rig is open, and once the session is over."""
     rig: Rig | None = None
     reason = "complete"
+    log = Watched(ledger, len(ledger.record.events))
     try:
         try:
             plan = recompiled(ledger.record)
             rig = planned.open(plan, ledger.record.events[-1].t_ns)
             guard.listen()
-            _go_on(plan, rig, ledger)
+            _go_on(plan, rig, log)
             rig.finish()
         finally:
             guard.over = True
@@ -133,8 +164,8 @@ def _sit(ledger: Ledger, planned: RigPlan, guard: Guard) -> Sat:
         reason = f"failed: {type(error).__name__}: {error}"
         raise
     finally:
-        _lay_down(ledger, rig, reason)
-    return Sat(ledger.record.path, ledger.status, ledger.written, _because(ledger, reason))
+        receipt = _lay_down(log, rig, reason)
+    return Sat(ledger.record.path, ledger.status, ledger.written, _because(ledger, reason), receipt)
 
 
 def _to_go_on_with(record: Record) -> None:
@@ -144,24 +175,41 @@ def _to_go_on_with(record: Record) -> None:
     recompiled(record)
 
 
-def _go_on(plan: Plan, rig: Rig, ledger: Ledger) -> None:
-    tape = Recorded(ledger.record.events, rig.world, Watched(ledger, rig.watch))
-    for event in ledger.record.events:
+def _go_on(plan: Plan, rig: Rig, log: Watched) -> None:
+    log.watch = rig.watch
+    record = log.ledger.record
+    tape = Recorded(record.events, rig.world, log)
+    for event in record.events:
         rig.watch(event)
-    run(plan, tape, tape, ledger.record.header)
+    run(plan, tape, tape, record.header)
     tape.demand_end()
 
 
-def _lay_down(ledger: Ledger, rig: Rig | None, reason: str) -> None:
-    """Safe state first, then the ledger; the ledger also where the rig fails to be safe."""
+def _lay_down(log: Watched, rig: Rig | None, reason: str) -> Receipt:
+    """Safe state first, then the ledger with its receipt; the ledger also where the rig fails to be safe."""
     try:
         if rig is not None:
             rig.safe()
     finally:
-        because = _because(ledger, reason)
+        receipt = _receipt(log)
+        note = {"at": wall_time(), "because": _because(log.ledger, reason), "receipt": receipt.to_dict()}
         # Where the session failed, that is the error to report, not that the note of it found no room.
         with suppress(LedgerError) if reason.startswith("failed") else nullcontext():
-            ledger.close({"at": wall_time(), "because": because})
+            log.ledger.close(note)
+    return receipt
+
+
+def _receipt(log: Watched) -> Receipt:
+    """Read the ledger anew from its file and compare it with what was written."""
+    ledger, count, problem = log.ledger, None, None
+    try:
+        record = read(ledger.record.path)
+        count = len(record.events)
+        if record.head != ledger.head:
+            problem = f"the file's digest is {record.head[:16]}"
+    except (LedgerError, OSError) as error:
+        problem = str(error)
+    return Receipt(log.planned, ledger.written, count, ledger.head, problem)
 
 
 def _because(ledger: Ledger, reason: str) -> str:
@@ -169,16 +217,19 @@ def _because(ledger: Ledger, reason: str) -> str:
     return reason if ledger.status == "interrupted" else ledger.status
 
 
-@dataclass(frozen=True)
+@dataclass
 class Watched:
-    """The ledger, and somebody who is told of every event once it is kept."""
+    """The ledger, and somebody who is told of every event once it is kept; `planned` counts what it was handed."""
 
     ledger: Ledger
-    watch: Callable[[Event], None]
+    planned: int
+    watch: Callable[[Event], None] = lambda _event: None
 
     def append(self, event: Event) -> None:
         """Keep the event, then tell of it."""
-        self.ledger.append(event)
+        with self.ledger.shield():
+            self.ledger.append(event)
+            self.planned += 1
         self.watch(event)
 
 

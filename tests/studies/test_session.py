@@ -1,3 +1,5 @@
+import json
+import sqlite3
 from dataclasses import replace
 
 import pytest
@@ -207,3 +209,54 @@ def test_events_after_the_end_are_noticed(lab):
     for act in (lambda: replay(path), lambda: resume(path, lab.rig)):
         with pytest.raises(Divergence, match="recorded, but the session is over before it"):
             act()
+
+
+def test_the_receipt_counts_what_was_planned_written_and_read_back(lab):
+    sat = start(lab.path, lab.plan(), lab.rig)
+    record = read(sat.path)
+    expected = {"planned": sat.events, "written": sat.events, "read_back": sat.events, "digest": record.head}
+    assert sat.receipt.good and sat.receipt.to_dict() == expected == record.sittings[-1].value["receipt"]
+    assert str(sat.receipt) == (
+        f"receipt: {sat.events} events planned, {sat.events} written, {sat.events} read back from the disk; "
+        f"digest {record.head[:16]}"
+    )
+    stopped = start(lab.path, lab.plan("P002"), stopping(lab.rig, 5))
+    assert stopped.status == "interrupted" and stopped.receipt.good
+    assert resume(stopped.path, lab.rig).receipt.good
+
+
+@pytest.mark.parametrize(
+    ("damage", "told"),
+    [
+        ("DELETE FROM events WHERE seq = (SELECT max(seq) FROM events)", "read back from the disk"),
+        ("UPDATE events SET body = '{}' WHERE seq = 3", "the hash chain breaks at event 3"),
+    ],
+)
+def test_a_receipt_shows_in_red_what_the_disk_does_not_hold(lab, monkeypatch, capsys, damage, told):
+    from click.exceptions import Exit
+
+    from studies.commands_sessions import report
+
+    def damaged():
+        connection = sqlite3.connect(lab.path / "sessions" / "toy_P001_s1.sqlite")
+        connection.execute(damage)
+        connection.commit()
+        connection.close()
+
+    sat = start(lab.path, lab.plan(), with_safe(lab.rig, damaged))
+    assert sat.complete and not sat.receipt.good
+    with pytest.raises(Exit):
+        report([sat], False, None)
+    assert told in capsys.readouterr().out
+    with pytest.raises(Exit):
+        report([sat], True, None)
+    assert json.loads(capsys.readouterr().out)[0]["receipt"]["planned"] == sat.events
+
+
+def with_safe(rig, act):
+    """The same rig, which does something else when it is made safe."""
+
+    def opened(plan, t_ns):
+        return replace(rig.open(plan, t_ns), safe=act)
+
+    return replace(rig, open=opened)
