@@ -166,10 +166,14 @@ def test_settings_are_plain_yaml(tmp_path):
         open_registry(tmp_path)
 
 
-def test_a_registry_shares_a_database_with_what_was_collected(registry):
-    from studies.collect import open_database
+def test_a_registry_shares_a_server_with_what_was_collected_and_its_own_file_with_nothing(registry):
+    from studies.collect import CollectError, open_database
 
     url = registry.engine.url
+    if url.get_backend_name() == "sqlite":  # the lab's own file, not a database that stations share
+        with pytest.raises(CollectError, match="holds the table registry"):
+            open_database(url)
+        return
     collected = open_database(url)
     assert add(open_registry(registry.lab)) == "P001"
     with collected.begin() as connection:
