@@ -33,7 +33,7 @@ WRITES = {
     "participants allocate": "participants allocate doors_small P001",
     "participants release": "participants release doors_small P002 --why ill",
     "run": "run doors_small --participant P003 --simulate --seed 1 --session 2",
-    "collect": "collect",
+    "collect": "collect --rebuild",
     "rig simulate": "rig simulate --out rig.yaml --force",
     "doors normalise": "doors normalise profile.csv --out out.csv",
     "doors simulate": "doors simulate --door G90 --door K8 --out doors",

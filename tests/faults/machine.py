@@ -28,7 +28,7 @@ CALLS = {
 DATA = ("write", "pwrite64", "writev", "ftruncate", "fallocate", "sendfile", "copy_file_range")
 NAMES = ("mkdir", "rename", "link", "unlink", "rmdir", "chmod")
 SECONDS = 60
-CHANGES = {"open", "os.mkdir", "os.rename", "os.remove", "os.rmdir", "os.link", "os.chmod"}
+CHANGES = {"open", "os.mkdir", "os.rename", "os.remove", "os.rmdir", "os.link", "os.chmod", "sqlite3.connect"}
 """Audit events at which something in the lab may change; an interrupt is raised at each of them in turn."""
 
 

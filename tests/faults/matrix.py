@@ -44,7 +44,7 @@ changes that the command makes to files, spread over all of them, the last renam
 - **done**: the interrupt came after the last change. **not met**: the command needs nothing of the kind.
 
 What is finished stays: `run` keeps every event that was on the disk before the fault, `collect` every session,
-`regenerate` its record of how long each number took."""
+`regenerate` its record of how long each number took, `monitor` its cache of finished sessions."""
 
 
 @dataclass(frozen=True)
@@ -140,7 +140,8 @@ def _judge(name: str, fault: str, came: tuple[Ended, Tree], before: Tree, whole:
 
 def _grows(name: str, changed: Sequence[str]) -> bool:
     """Whether only what keeps every finished step has grown: sessions, the collected database, the record of times."""
-    grow = {"run": (".sqlite",), "collect": (".sqlite",), "regenerate": ("lab/regenerated", "seconds.json")}
+    grow = {"run": (".sqlite",), "collect": (".sqlite",), "regenerate": ("lab/regenerated", "seconds.json"),
+            "monitor": ("lab/.cache", "monitor.jsonl")}  # fmt: skip
     return bool(changed) and all(path.endswith(grow.get(name, ())) for path in changed)
 
 
