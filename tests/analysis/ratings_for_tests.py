@@ -77,7 +77,8 @@ def add_session(
     met = planned[:answered]
     session = f"{STUDY}/{participant}/{number}"
     row = {
-        "session": session, "study": STUDY, "study_digest": digest, "participant": participant, "group_name": group,
+        "session": session, "number": number, "study": STUDY, "study_digest": digest, "participant": participant,
+        "group_name": group,
         "row": 0, "seed": 1, "simulated": False, "status": "complete" if met == planned else "interrupted",
         "trials_planned": len(planned), "trials_answered": len(met), "events": 9, "first_hash": "a" * 64,
         "head_hash": "b" * 64, "file": f"{STUDY}_{participant}_s{number}.sqlite", "file_sha256": "c" * 64,

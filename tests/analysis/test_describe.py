@@ -9,12 +9,12 @@ import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
-from analysis.ratings.dataset import DataRefused
+from analysis.ratings.dataset import LARGEST, DataRefused
 from analysis.ratings.describe import ONE_PARTICIPANT, ONE_RATING, describe, participant_means
 from tests.analysis.ratings_for_tests import small_ratings
 from tests.examples import examples
 
-finite = st.floats(allow_nan=False, allow_infinity=False, width=64, min_value=-1e300, max_value=1e300)
+finite = st.floats(allow_nan=False, allow_infinity=False, width=64, min_value=-LARGEST, max_value=LARGEST)
 
 
 @given(values=st.lists(finite, min_size=2, max_size=12), offset=st.sampled_from([0.0, 1e9, -1e15]))
@@ -36,7 +36,7 @@ def _root(square: Fraction) -> Fraction:
     return Fraction(isqrt((square.numerator << (2 * shift)) // square.denominator), 1 << shift)
 
 
-@pytest.mark.parametrize("constant", [0.1, 0.3, 1e9 + 0.1, 1e-300, 1e300])
+@pytest.mark.parametrize("constant", [0.1, 0.3, 1e9 + 0.1, 1e-300, LARGEST])
 def test_a_constant_has_no_spread_at_all(constant: float) -> None:
     row = describe(small_ratings([(f"P{i}", "Soft", "x", constant) for i in range(10)]), ["attribute"]).iloc[0]
     assert (row["mean"], row["sd"]) == (constant, 0.0)

@@ -11,7 +11,7 @@ import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
-from analysis.ratings.dataset import Crossing, DataRefused, Exclusion, Input, Ratings, Scale
+from analysis.ratings.dataset import LARGEST, Crossing, DataRefused, Exclusion, Input, Ratings, Scale
 from analysis.ratings.saved import load_ratings, save_ratings
 from tests.analysis.ratings_for_tests import add_session, add_study, database, definition, small_ratings, stimuli_of
 from tests.examples import examples
@@ -49,7 +49,7 @@ def test_a_study_from_ledgers_comes_back_too(tmp_path: Path) -> None:
 
 
 @given(
-    values=st.lists(st.floats(allow_nan=False), min_size=1, max_size=5),
+    values=st.lists(st.floats(-LARGEST, LARGEST), min_size=1, max_size=5),
     label=st.text(st.characters(exclude_categories=["Cs"]), max_size=8),
 )
 @settings(max_examples=examples(80), deadline=None)

@@ -171,7 +171,9 @@ def test_an_unknown_method_is_refused_before_anything_is_read(made, tmp_path, gr
 def test_no_method_at_all_is_refused(made, tmp_path, names):
     result = CliRunner().invoke(evaluate, ["attributes", "--lab", str(tmp_path), "--methods", names])
     assert result.exit_code == 2
-    assert "--methods names none; there are visuo_tactile, hv_net" in " ".join(result.output.split())
+    assert "--methods names none; there are visuo_tactile, visuo_tactile_thesis, hv_net" in " ".join(
+        result.output.split()
+    )
     assert made == []
 
 

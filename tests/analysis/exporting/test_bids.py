@@ -105,7 +105,7 @@ def lossy(tmp_path):
     )
     written.done()
     written.end()
-    written.note("session_ended", {})
+    written.note("session_ended", {"trials": 1})
     written.record()
     return lab
 

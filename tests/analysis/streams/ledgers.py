@@ -40,9 +40,9 @@ class Written:
         self.ask_for("sense")
 
     def ask_for(self, do):
-        self.note(
-            "request", {"present": {"do": do, "stimulus": "K8"}, "sense": {"do": do, "device": "d", "seconds": 1.0}}[do]
-        )
+        asked = {"form": "sliders", "items": [], "back": False, "previous": None}
+        given = {"present": {"stimulus": "K8"}, "sense": {"device": "d", "seconds": 1.0}, "ask": asked}
+        self.note("request", {"do": do, **given[do]})
 
     def end(self, as_="captured"):
         self.note("trial_ended", {"as": as_})
