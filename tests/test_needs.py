@@ -38,6 +38,8 @@ pytest_plugins = ["pytester"]
 def run(pytester, monkeypatch):
     monkeypatch.setitem(needs.NEEDS, "no_such_package", needs.package("no_such_package", "models"))
     monkeypatch.setitem(needs.NEEDS, "nothing", needs.Need(lambda: True, ""))
+    for name in ("CI", "PYTEST_ADDOPTS"):  # of the run that this test is part of
+        monkeypatch.delenv(name, raising=False)
     monkeypatch.delenv("PYTEST_ADDOPTS", raising=False)
     pytester.makeconftest(CONFTEST.read_text(encoding="utf-8"))
     pytester.makepyfile(test_file=FILE, test_other=OTHER)
