@@ -40,7 +40,6 @@ def run(pytester, monkeypatch):
     monkeypatch.setitem(needs.NEEDS, "nothing", needs.Need(lambda: True, ""))
     for name in ("CI", "PYTEST_ADDOPTS"):  # of the run that this test is part of
         monkeypatch.delenv(name, raising=False)
-    monkeypatch.delenv("PYTEST_ADDOPTS", raising=False)
     pytester.makeconftest(CONFTEST.read_text(encoding="utf-8"))
     pytester.makepyfile(test_file=FILE, test_other=OTHER)
     profile = settings.get_current_profile_name()
