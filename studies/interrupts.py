@@ -16,6 +16,17 @@ class Interrupted(BaseException):
     """A signal asked the session to end. No Exception: a driver that retries on errors must not swallow it."""
 
 
+def interrupt_behind(error: BaseException) -> Interrupted | None:
+    """Return the interrupt that an error was raised in handling of, if there is one.
+
+    A signal that comes while another one unwinds the stack can break what cleans up there, as a lock that is left.
+    """
+    behind: BaseException | None = error
+    while behind is not None and not isinstance(behind, Interrupted):
+        behind = behind.__context__
+    return behind
+
+
 @dataclass
 class Guard:
     """Raises Interrupted where a signal finds the session, or at the end of the write it falls into.

@@ -74,7 +74,7 @@ def plan_to_go_on(
         raise RigError("a rehearsal is not gone on with: rehearse again")
     as_begun = replace(
         options,
-        twins=options.twins or (bool(rig.get("twins")) and "settings" not in rig),
+        twins=options.twins or (options.rig is None and "settings" not in rig),  # begun without a rig file
         language=options.language or rig.get("language"),
     )
     calibration = window_calibration(found.study, lab, as_begun)

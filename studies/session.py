@@ -14,7 +14,7 @@ from protocols.runner import run
 from protocols.shell_command import shell_command
 from protocols.worlds import Recorded
 from studies.environment import environment, wall_time
-from studies.interrupts import Guard, Interrupted, guarded
+from studies.interrupts import Guard, Interrupted, guarded, interrupt_behind
 from studies.ledger import Ledger, create, take_up
 from studies.record import LedgerError, Record, read
 from studies.replay import recompiled
@@ -161,8 +161,11 @@ def _sit(ledger: Ledger, planned: RigPlan, guard: Guard) -> Sat:
         guard.over = True
         reason = f"interrupted by {signal}"
     except Exception as error:
-        reason = f"failed: {type(error).__name__}: {error}"
-        raise
+        if (signal := interrupt_behind(error)) is None:
+            reason = f"failed: {type(error).__name__}: {error}"
+            raise
+        guard.over = True
+        reason = f"interrupted by {signal}"
     finally:
         receipt = _lay_down(log, rig, reason)
     return Sat(ledger.record.path, ledger.status, ledger.written, _because(ledger, reason), receipt)

@@ -19,7 +19,7 @@ from torch import Tensor
 from modeling.training.progress import Report
 from modeling.training.refusals import CheckpointError
 from protocols.canonical import canonical, digest, parse
-from protocols.files import write_bytes
+from protocols.files import UNFINISHED, write_bytes
 
 FORMAT = "palpate checkpoint 1"
 KEEP = 2
@@ -82,5 +82,5 @@ def _remove_others(folder: Path, newest: str) -> None:
     for path in sorted(folder.glob("epoch-*.*")):
         if path.stem not in keep:
             path.unlink(missing_ok=True)
-    for path in folder.glob(".epoch-*.unfinished"):
+    for path in folder.glob(f"{UNFINISHED}*"):
         path.unlink(missing_ok=True)

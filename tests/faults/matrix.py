@@ -40,7 +40,8 @@ with data, and the kernel refuses its system calls (a seccomp filter): every wri
 changes that the command makes to files, spread over all of them, the last renaming included.
 
 - **message, 2**: one sentence on the standard error, exit code 2; every file is as it was, and none is left over.
-- **stopped, 130**: the word `stopped`, exit code 130; every file is as it was, or all of them are new.
+- **stopped, 130**: the word `stopped`, exit code 130; every file is as it was, or all of them are new. The last of the
+  instants may come when all is done already.
 - **done**: the interrupt came after the last change. **not met**: the command needs nothing of the kind.
 
 What is finished stays: `run` keeps every event that was on the disk before the fault, `collect` every session,
@@ -91,6 +92,8 @@ def outcomes(names: Sequence[str], faults: Sequence[str] = COLUMNS, instants: in
                 found = [_judge(name, fault, _drive(name, fault, base, Path(place, "case"), k), before, whole[1])
                          for k in numbers]  # fmt: skip
                 said = dict.fromkeys(each.said for each in found)
+                if STOPPED in said:  # the last instant may fall before or after the end, as signals come
+                    said.pop(DONE, None)
                 yield Outcome(name, fault, " or ".join(said), tuple(p for each in found for p in each.problems))
 
 

@@ -6,7 +6,7 @@ from pathlib import Path
 
 import pytest
 
-from studies.interrupts import Guard, Interrupted, guarded
+from studies.interrupts import Guard, Interrupted, guarded, interrupt_behind
 from studies.record import read
 
 ROOT = Path(__file__).resolve().parents[2]
@@ -87,6 +87,16 @@ def test_a_storm_of_signals_ends_a_session_safely(tmp_path):
     lines = [*said, *rest.splitlines()]
     assert lines[:2] == ["opened", "safe"] and lines[2].startswith("interrupted by SIG")
     assert read(tmp_path / "sessions" / "toy_P001_s1.sqlite").sittings[-1].kind == "closed"
+
+
+def test_an_error_that_an_interrupt_brought_about_is_taken_for_it():
+    with pytest.raises(RuntimeError) as failed:
+        try:
+            raise Interrupted("SIGINT")
+        finally:
+            raise RuntimeError("release unlocked lock")
+    assert str(interrupt_behind(failed.value)) == "SIGINT"
+    assert interrupt_behind(RuntimeError("its own")) is None
 
 
 def listening() -> Guard:

@@ -28,7 +28,7 @@ PLACES = {
 """Where the training is killed, and at which time it comes there."""
 
 CHILD = """
-import os, signal, sys
+import os, signal, stat, sys
 from pathlib import Path
 from tests.modeling.training.small import trained
 
@@ -46,7 +46,8 @@ def train_until(folder, where, count, told):
             os.kill(os.getpid(), signal.SIGKILL)
     replace, fsync = os.replace, os.fsync
     os.replace = lambda source, target: (at("before the name"), replace(source, target))
-    os.fsync = lambda file: (at("mid-write", file), fsync(file))
+    is_file = lambda file: stat.S_ISREG(os.fstat(file).st_mode)  # not the folder, which is synced as well
+    os.fsync = lambda file: (is_file(file) and at("mid-write", file), fsync(file))
     trained(checkpoint=Path(folder), report=lambda line: at("told"))
     os._exit(0)
 
