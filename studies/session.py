@@ -161,11 +161,11 @@ def _sit(ledger: Ledger, planned: RigPlan, guard: Guard) -> Sat:
         guard.over = True
         reason = f"interrupted by {signal}"
     except Exception as error:
-        if (signal := interrupt_behind(error)) is None:
+        if (interrupt := interrupt_behind(error)) is None:
             reason = f"failed: {type(error).__name__}: {error}"
             raise
         guard.over = True
-        reason = f"interrupted by {signal}"
+        reason = f"interrupted by {interrupt}"
     finally:
         receipt = _lay_down(log, rig, reason)
     return Sat(ledger.record.path, ledger.status, ledger.written, _because(ledger, reason), receipt)
