@@ -25,6 +25,15 @@ def canonical(value: Json) -> bytes:
         raise NotCanonical(f"a text holds half a character (lone surrogate): {error.object!r:.60}") from None
 
 
+def json_text(value: Json, indent: int | None = None, *, sort_keys: bool = False) -> str:
+    """The value as JSON to read or to keep, the last line ended. Raises NotCanonical where a number is not finite."""
+    try:
+        return json.dumps(value, indent=indent, sort_keys=sort_keys, ensure_ascii=False, allow_nan=False) + "\n"
+    except ValueError:
+        _plain(value, "$")
+        raise
+
+
 def digest(value: Json) -> str:
     """SHA-256 of the canonical text, in hexadecimal."""
     return hashlib.sha256(canonical(value)).hexdigest()

@@ -4,7 +4,6 @@ from __future__ import annotations
 
 import csv
 import hashlib
-import json
 from collections.abc import Iterator, Mapping
 from pathlib import Path
 from statistics import mean, pstdev
@@ -12,6 +11,7 @@ from typing import Any
 
 import click
 
+from protocols.canonical import json_text
 from protocols.files import open_text, write_text
 from protocols.study import Stimulus
 from studies.felt_alike import friction_apart
@@ -48,7 +48,7 @@ def main(renew: bool) -> None:
         if renew or not file.is_file():
             write_felt(file, texture)
     found = {key: made for stimulus in planned() for key, made in rendered(stimulus)}
-    write_text(FOLDER / "rendered.json", json.dumps(found, indent=1, sort_keys=True) + "\n")
+    write_text(FOLDER / "rendered.json", json_text(found, indent=1, sort_keys=True))
     rows = [row(stimulus) for stimulus in planned()]
     write_table(rows)
     write_weights(rows)

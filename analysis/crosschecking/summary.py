@@ -2,13 +2,13 @@
 
 from __future__ import annotations
 
-import json
 from collections import Counter
 from collections.abc import Sequence
 from typing import Any
 
 from analysis.crosschecking.checks import LIMIT, CrossCheck, difference_text
 from analysis.ratings.wording import count, phrase
+from protocols.canonical import json_text
 
 FILE = "crosscheck.json"
 
@@ -16,7 +16,7 @@ FILE = "crosscheck.json"
 def crosscheck_json(checks: Sequence[CrossCheck]) -> str:
     """Every check: test, outcome, package, version, how many numbers, the largest relative difference, or why none."""
     data = {"limit": LIMIT, "disagreements": len(disagreements(checks)), "checks": [_check(each) for each in checks]}
-    return json.dumps(data, indent=1, ensure_ascii=False, allow_nan=False) + "\n"
+    return json_text(data, indent=1)
 
 
 def _check(check: CrossCheck) -> dict[str, Any]:

@@ -12,6 +12,7 @@ from typing import Any
 from analysis.exporting.source import Source
 from analysis.exporting.tabular import ExportRefused
 from analysis.ratings.wording import count
+from protocols.canonical import json_text
 from protocols.did_you_mean import nearest
 
 OWN = "dataset_description.json"
@@ -93,7 +94,7 @@ def changes(source: Source) -> str:
 
 def as_json(value: Any) -> str:
     """JSON for people to read."""
-    return json.dumps(value, indent=2, ensure_ascii=False, allow_nan=False) + "\n"
+    return json_text(value, indent=2)
 
 
 def _of_lab(file: Path) -> dict[str, Any]:

@@ -9,6 +9,7 @@ from pathlib import Path
 from typing import IO
 
 from analysis.exporting.tabular import ExportRefused, Row, Table, Value
+from analysis.reporting.csv_files import demand_not_infinite, without_formula
 from protocols.files import open_text
 
 NOT_AVAILABLE = "n/a"
@@ -30,19 +31,29 @@ def cell(value: Value, missing: str = "") -> str:
 
 
 def write_csv(path: Path, table: Table, rows: Iterable[Row]) -> int:
-    """Write a comma-separated table, RFC 4180 with LF; how many rows it has. A missing value is an empty cell."""
+    """Write a comma-separated table, RFC 4180 with LF; how many rows it has. A missing value is an empty cell.
+
+    A text that a spreadsheet would run as a formula gets an apostrophe before it.
+    """
     names = [column.name for column in table.columns]
     with open_text(path) as file:
         writer = csv.writer(file, lineterminator="\n")
         writer.writerow(names)
-        return _counted(writer.writerow([cell(row.get(name)) for name in names]) for row in rows)
+        return _counted(writer.writerow([_csv_cell(name, row.get(name)) for name in names]) for row in rows)
+
+
+def _csv_cell(name: str, value: Value) -> str:
+    if isinstance(value, float):
+        demand_not_infinite(name, value)
+    return without_formula(cell(value))
 
 
 def write_tsv(path: Path, table: Table, rows: Iterable[Row]) -> int:
     """Write a tab-separated table as BIDS wants it; how many rows it has. A missing value is n/a.
 
-    BIDS knows no quotes: runs of blanks and line breaks in a participant's words become one blank, elsewhere they are
-    refused, as is a text that reads n/a.
+    BIDS knows no quotes: runs of blanks and line breaks in a participant's words become one blank, and words that a
+    spreadsheet would run as a formula get an apostrophe before them; elsewhere tabs and line breaks are refused, as is
+    a text that reads n/a.
     """
     with open_text(path) as file:
         file.write("\t".join(column.name for column in table.columns) + "\n")
@@ -57,11 +68,13 @@ def tsv_lines(where: str, table: Table, rows: Iterable[Row]) -> Iterable[Sequenc
 
 
 def _tsv_cell(where: str, number: int, name: str, value: Value, said: bool) -> str:
+    if isinstance(value, float):
+        demand_not_infinite(name, value)
     text = cell(value, NOT_AVAILABLE)
     if not isinstance(value, str):
         return text
     if said:
-        return " ".join(text.split()) or NOT_AVAILABLE
+        return without_formula(" ".join(text.split())) or NOT_AVAILABLE
     if value == NOT_AVAILABLE or any(each in value for each in "\t\r\n"):
         raise ExportRefused(
             f"{where}: row {number}, column {name!r}: {value!r:.60} cannot stand in a BIDS table (tabs, line breaks,"

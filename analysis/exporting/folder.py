@@ -9,6 +9,7 @@ from pathlib import Path
 from typing import Any
 
 from analysis.exporting.tabular import ExportRefused
+from protocols.canonical import json_text
 from protocols.files import staged_folder, write_text
 
 MARK = ".palpate-export.json"
@@ -24,7 +25,7 @@ def made(folder: Path, replace: bool, about: dict[str, Any]) -> Iterator[Path]:
     demand_place(folder, replace)
     with staged_folder(folder) as draft:
         yield draft
-        text = json.dumps({**about, "files": sorted(_files(draft))}, indent=1, ensure_ascii=False)
+        text = json_text({**about, "files": sorted(_files(draft))}, indent=1)
         write_text(draft / MARK, text + "\n")
 
 

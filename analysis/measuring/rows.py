@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 import gc
-import json
 import math
 import statistics
 import time
@@ -13,6 +12,7 @@ from dataclasses import asdict, dataclass
 from typing import Any
 
 from protocols.bench import Case
+from protocols.canonical import json_text
 
 Clock = Callable[[], float]
 
@@ -72,7 +72,7 @@ def run_bench(areas_cases: Mapping[str, Iterable[Case]], progress: Callable[[str
 
 def as_json(rows: Iterable[Row]) -> str:
     """The rows as a JSON list, keys sorted; a number that does not exist is null, its `outcome` beside it."""
-    return json.dumps([asdict(row) for row in rows], indent=1, sort_keys=True, allow_nan=False) + "\n"
+    return json_text([asdict(row) for row in rows], indent=1, sort_keys=True)
 
 
 def _measured(case: Case, clock: Clock) -> Row:

@@ -14,6 +14,7 @@ from typing import Any
 import pandas as pd
 
 from analysis.ratings.dataset import Crossing, DataRefused, Exclusion, Input, Ratings, Scale
+from protocols.canonical import json_text
 from protocols.files import staged_folder, write_bytes, write_text
 
 FORMAT = 1
@@ -39,7 +40,7 @@ def save_ratings(ratings: Ratings, folder: Path, *, replace: bool = False) -> No
         raise DataRefused(f"{folder}: holds {others[0]}, which no import made; move it away, or give another name")
     kinds = {str(column): _kind(ratings.table[column], str(column)) for column in ratings.table.columns}
     table = _csv(ratings.table, kinds)
-    described = json.dumps(_description(ratings, kinds, table), indent=2, ensure_ascii=False) + "\n"
+    described = json_text(_description(ratings, kinds, table), indent=2)
     with staged_folder(folder) as draft:
         write_bytes(draft / TABLE, table)
         write_text(draft / DESCRIPTION, described)

@@ -7,6 +7,7 @@ from collections.abc import Collection, Iterator
 from contextlib import contextmanager, suppress
 from pathlib import Path, PurePosixPath
 
+from protocols.canonical import json_text
 from protocols.files import staged_files, write_text
 
 MARK = ".palpate-regenerated.json"
@@ -31,7 +32,7 @@ def written_whole(folder: Path) -> Iterator[tuple[Path, list[str]]]:
         earlier = listed(folder)
         _demand_ours(folder, earlier, names)
         obsolete += sorted(earlier - set(names))
-        write_text(draft / MARK, json.dumps({"files": sorted(names)}, indent=1, ensure_ascii=False) + "\n")
+        write_text(draft / MARK, json_text({"files": sorted(names)}, indent=1))
     for name in obsolete:
         with suppress(OSError):
             (folder / name).parent.rmdir()

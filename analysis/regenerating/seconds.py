@@ -13,6 +13,7 @@ from typing import Any
 
 from analysis.regenerating.regenerated import Regenerated
 from analysis.regenerating.running import Answered
+from protocols.canonical import json_text
 from protocols.files import write_text
 
 FILE = "seconds.json"
@@ -28,7 +29,7 @@ def remembered(found: Regenerated, file: Path) -> dict[int, float]:
             known[key], fresh = float(f"{each.seconds:.2g}"), True
         seconds[place] = known[key]
     if fresh:
-        write_text(file, json.dumps(known, indent=0, sort_keys=True) + "\n")
+        write_text(file, json_text(known, indent=0, sort_keys=True))
     return seconds
 
 

@@ -15,15 +15,22 @@ FORMULA = "=+-@\t\r"
 """What a cell begins with that spreadsheets take for a formula."""
 
 
+class NotFinite(ValueError):
+    """A result is infinite: nothing that could be written down as a number."""
+
+
 def csv_text(rows: Sequence[Mapping[str, Any]]) -> str:
-    """Rows as CSV: what is missing is empty, a float is the shortest text that reads back as the same float."""
+    """Rows as CSV: what is missing is empty, a float is the shortest text that reads back as the same float.
+
+    Raises NotFinite with the column of a number that is infinite.
+    """
     columns = list(dict.fromkeys(name for row in rows for name in row))
-    return _written(columns, ([_cell(row.get(name)) for name in columns] for row in rows))
+    return _written(columns, ([_cell(name, row.get(name)) for name in columns] for row in rows))
 
 
 def table_csv(table: pd.DataFrame) -> str:
     """A table as CSV, the same text as that of its rows, made column by column."""
-    columns = [[_cell(value) for value in _values(table[name])] for name in table.columns]
+    columns = [[_cell(str(name), value) for value in _values(table[name])] for name in table.columns]
     return _written([str(name) for name in table.columns], zip(*columns, strict=True))
 
 
@@ -41,12 +48,21 @@ def _written(columns: Sequence[str], rows: Iterable[Sequence[str]]) -> str:
     return text.getvalue()
 
 
-def _cell(value: Any) -> str:
-    if value is None or (isinstance(value, float) and math.isnan(value)):
+def _cell(name: str, value: Any) -> str:
+    if value is None:
+        return ""
+    if isinstance(value, float) and math.isnan(demand_not_infinite(name, value)):
         return ""
     if isinstance(value, str):
         return without_formula(value)
     return str(value).lower() if isinstance(value, bool) else str(value)
+
+
+def demand_not_infinite(name: str, value: float) -> float:
+    """Return the number, which may be NaN where it is missing. Raises NotFinite with the column's name."""
+    if math.isinf(value):
+        raise NotFinite(f"column {name}: a number is infinite, so it is no result; nothing was written")
+    return value
 
 
 def without_formula(text: str) -> str:

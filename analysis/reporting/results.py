@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import json
 import re
 from collections.abc import Iterator
 from dataclasses import asdict
@@ -13,6 +12,7 @@ from analysis.reporting.analysed import Analysed, correction, reported_p, softwa
 from analysis.reporting.csv_files import csv_text, records
 from analysis.reporting.pictures import shown_factors
 from analysis.reporting.study_statistics import Row, Test
+from protocols.canonical import json_text
 from protocols.files import write_texts
 
 METHODS = {
@@ -68,7 +68,7 @@ def statistics_json(found: Analysed) -> str:
     Keys are sorted and no value is NaN: an undefined number is null, and the `note` beside it says why.
     `ratings_per_cell` are the fewest and the most ratings that one participant's value is the mean of.
     """
-    return json.dumps(statistics_data(found), indent=1, sort_keys=True, ensure_ascii=False, allow_nan=False) + "\n"
+    return json_text(statistics_data(found), indent=1, sort_keys=True)
 
 
 def statistics_data(found: Analysed) -> dict[str, Any]:

@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import json
 from collections.abc import Iterable, Mapping, Sequence
 from importlib.metadata import PackageNotFoundError, version
 from pathlib import Path
@@ -14,6 +13,7 @@ from analysis.aligning.refusals import Array
 from analysis.streams.alignment import Together, described
 from analysis.streams.reading import Attempt
 from analysis.streams.recorded import Stream
+from protocols.canonical import json_text
 from protocols.files import open_text, write_text
 from studies.content import file_sha256
 from studies.record import Record
@@ -88,7 +88,7 @@ def _write(path: Path, header: Sequence[str], tables: Iterable[Array], leading: 
 
 
 def _write_json(path: Path, account: Mapping[str, Any]) -> Path:
-    return write_text(path, json.dumps(account, indent=1, allow_nan=False) + "\n")
+    return write_text(path, json_text(account, indent=1))
 
 
 def _palpate() -> str:

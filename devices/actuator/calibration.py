@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import json
 from pathlib import Path
 from typing import Annotated, Literal, Self
 
@@ -10,7 +9,7 @@ from pydantic import Field, ValidationError, model_validator
 
 from devices.rig.settings import Date, Finite, Positive, Strict
 from devices.signals import DeviceError
-from protocols.canonical import digest
+from protocols.canonical import digest, json_text
 from protocols.files import reason, write_text
 
 Numbers = Annotated[list[Finite], Field(min_length=1, max_length=100_000)]
@@ -59,7 +58,7 @@ class Calibration(Strict):
 def save(calibration: Calibration, path: Path) -> None:
     """Write it whole or not at all. Raises DeviceError where the place cannot be written."""
     try:
-        write_text(path, json.dumps(calibration.model_dump(mode="json"), indent=1))
+        write_text(path, json_text(calibration.model_dump(mode="json"), indent=1))
     except OSError as error:
         raise DeviceError(f"{path}: the calibration cannot be written: {reason(error)}") from None
 

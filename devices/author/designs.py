@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import json
 from collections.abc import Mapping
 from pathlib import Path
 from typing import Annotated, Any, Literal
@@ -13,6 +12,7 @@ from devices.author.making import MOST_SMOOTHING_DEG, Made, Maker
 from devices.author.work import Setting, Work
 from devices.door.grid import FORCE_DECIMALS, POINTS
 from devices.door.stimuli import profile_text
+from protocols.canonical import json_text
 from protocols.files import write_text
 
 FOLDER = "designs"
@@ -175,4 +175,4 @@ def _read(path: Path, kind: type[Any]) -> Any:
 
 
 def _written(path: Path, data: BaseModel) -> Path:
-    return write_text(path, json.dumps(data.model_dump(mode="json"), ensure_ascii=False, indent=1) + "\n")
+    return write_text(path, json_text(data.model_dump(mode="json"), indent=1))

@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import json
 from collections.abc import Callable
 from functools import partial
 from pathlib import Path
@@ -11,6 +10,7 @@ from typing import TYPE_CHECKING, Any
 import click
 
 from devices.door.grid import STUDY_SEED, DoorDataError
+from protocols.canonical import json_text
 
 if TYPE_CHECKING:
     from devices.door.profiles import NormalisedProfile
@@ -243,7 +243,7 @@ def _account_text(out: Path, made: NormalisedProfile) -> str:
 
 
 def _answer(as_json: bool, answer: dict[str, Any], text: str) -> None:
-    click.echo(json.dumps(answer, indent=2) if as_json else text)
+    click.echo(json_text(answer, indent=2) if as_json else text, nl=not as_json)
 
 
 def _answer_files(as_json: bool, files: list[Path]) -> None:

@@ -10,6 +10,7 @@ import click
 from devices.options import JSON, LAB
 from devices.rig.commands_calibrate import calibrate
 from devices.rig.options import RIG
+from protocols.canonical import json_text
 from protocols.shell_command import shell_command
 
 if TYPE_CHECKING:
@@ -87,7 +88,6 @@ def _as_data(file: RigFile, name: str, health: Health) -> dict[str, Any]:
 
 
 def _echo_json(data: Any) -> None:
-    import json
 
     def plain(value: Any) -> Any:
         """JSON has no NaN: a number that could not be had is null."""
@@ -97,7 +97,7 @@ def _echo_json(data: Any) -> None:
             return [plain(inner) for inner in value]
         return None if isinstance(value, float) and not abs(value) < float("inf") else value
 
-    click.echo(json.dumps(plain(data), indent=2, ensure_ascii=False))
+    click.echo(json_text(plain(data), indent=2), nl=False)
 
 
 def _table(file: RigFile, found: dict[str, Health]) -> None:

@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import json
 import sys
 from collections.abc import Callable
 from datetime import date, datetime
@@ -13,6 +12,7 @@ import click
 
 from devices.options import JSON, LAB
 from devices.rig.options import RIG
+from protocols.canonical import json_text
 from protocols.shell_command import shell_command
 
 if TYPE_CHECKING:
@@ -75,7 +75,7 @@ def calibrate(
 
         put(file.path, device, found.settings)
     if as_json:
-        click.echo(json.dumps(_as_data(file, device, found, write), indent=2, ensure_ascii=False))
+        click.echo(json_text(_as_data(file, device, found, write), indent=2), nl=False)
     elif write:
         click.echo(f"written into {file.path}; see: {shell_command('rig', 'check', device, '--rig', file.path)}")
 

@@ -17,7 +17,7 @@ from pydantic import Field, ValidationError
 
 from modeling.attributes.material import Array, MaterialError, Pair, Texture
 from modeling.attributes.methods import Fitted, Method, predictions
-from protocols.canonical import NotCanonical, canonical, digest, parse
+from protocols.canonical import NotCanonical, canonical, digest, json_text, parse
 from protocols.files import write_bytes
 from protocols.model_card import Interval, Weights, complaint
 from protocols.strict import Strict
@@ -242,4 +242,4 @@ def _plain_array(name: str, key: str, array: NDArray[Any]) -> NDArray[Any]:
 
 def _text(card: Card) -> bytes:
     told = card.model_dump(mode="json")
-    return (json.dumps({**told, "digest": digest(told)}, indent=1, ensure_ascii=False, allow_nan=False) + "\n").encode()
+    return json_text({**told, "digest": digest(told)}, indent=1).encode()

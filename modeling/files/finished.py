@@ -10,6 +10,7 @@ from typing import Any, TypeVar
 import numpy as np
 from numpy.typing import NDArray
 
+from protocols.canonical import json_text
 from protocols.files import open_bytes, write_text
 
 Result = TypeVar("Result")
@@ -20,7 +21,7 @@ def put_down(place: Path, arrays: Arrays, told: Mapping[str, Any]) -> None:
     """Write PLACE.npz and then PLACE.json: where there is a JSON, the arrays are whole."""
     with open_bytes(place.with_suffix(".npz")) as file:
         np.savez_compressed(file, **dict(arrays))  # type: ignore[arg-type]
-    write_text(place.with_suffix(".json"), json.dumps(told, sort_keys=True, allow_nan=False) + "\n")
+    write_text(place.with_suffix(".json"), json_text(told, sort_keys=True))
 
 
 def taken_up(place: Path, made: Callable[[Mapping[str, Any], dict[str, NDArray[Any]]], Result]) -> Result | None:

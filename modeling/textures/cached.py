@@ -13,6 +13,7 @@ import numpy as np
 import modeling
 from modeling.textures.joined import Joined
 from modeling.textures.recording import Recording
+from protocols.canonical import json_text
 from protocols.files import open_bytes, write_text
 
 DECIDES = (
@@ -42,7 +43,7 @@ def write_cached(stem: Path, recording: Recording) -> Path:
         np.save(file, recording.signals, allow_pickle=False)
     told = {name: value for name, value in asdict(recording).items() if name != "signals"}
     about = stem.with_name(f"{stem.name}.json")
-    return write_text(about, json.dumps({**told, "sha256": _sha256(numbers)}) + "\n")
+    return write_text(about, json_text({**told, "sha256": _sha256(numbers)}))
 
 
 def read_cached(stem: Path) -> Recording | None:

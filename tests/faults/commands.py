@@ -54,7 +54,8 @@ WRITES = {
 """Every command that writes, as it is driven; the lab is LAB where the command takes one."""
 LEFT_OUT = {
     "record": "as run, at a station", "resume": "as run: tests/studies/test_kill.py ends it at every instant",
-    "rig calibrate": "needs a device; its file: tests/protocols/test_files.py", "author": "a window; as window calibrate",
+    "rig calibrate": "needs a device; its file: tests/protocols/test_files.py",
+    "author": "a window; as window calibrate",
     "window calibrate": "a person measures; its file is written as that of rig simulate",
     "power": "minutes; its files are those of analyse",
     "train doors": "minutes; tests/modeling/files/test_writing.py", "train textures": "minutes; as train doors",

@@ -1,6 +1,7 @@
 """Product code writes files through `protocols.files` and nothing else; every exception is listed with its reason."""
 
 import ast
+from functools import cache
 from pathlib import Path
 
 ROOT = Path(__file__).parents[2]
@@ -26,6 +27,18 @@ EXCEPTIONS = {
     "analysis/regenerating/running.py": "to_csv gives text for a digest; no file",
     "analysis/plans/": "DataFrame.rename", "analysis/reliability/": "DataFrame.rename",
     "analysis/choices/bench.py": "DataFrame.rename",
+}  # fmt: skip
+
+JSON_ELSEWHERE = {
+    "protocols/canonical.py": "the two functions themselves", "protocols/event_shapes.py": "compares two texts",
+    "analysis/monitoring/finished.py": "lines of a cache", "analysis/regenerating/files.py": "refuses NaN itself",
+    "analysis/regenerating/checking.py": "for people to compare", "analysis/regenerating/seconds.py": "for a digest",
+    "studies/bench_streams_run.py": "to the process that asked", "devices/door/firmware/process.py": "to its parent",
+    "devices/author/bench_window.py": "to its parent", "modeling/files/writing.py": "a card that `canonical` has read",
+    "modeling/attributes/model_file.py": "back to pydantic", "modeling/attributes/judging_material.py": "for a digest",
+    "modeling/attributes/judging_kept.py": "for a digest", "modeling/attributes/features_kept.py": "for a digest",
+    "modeling/textures/judging_kept.py": "for a digest", "modeling/textures/cached.py": "for a digest",
+    "modeling/doors/evaluating_kept.py": "for a digest",
 }  # fmt: skip
 
 
@@ -74,18 +87,28 @@ def saves_a_picture(name, call):
     return isinstance(first, ast.Name) and first.id in {"path", "out", "to", "target", "part", "fresh"}
 
 
+@cache
+def every_call():
+    """(file, line, name, call) of every call in the product."""
+    tops = [ROOT / room for room in ROOMS]
+    files = [file for top in tops for file in (sorted(top.rglob("*.py")) if top.is_dir() else [top])]
+    return [(file.relative_to(ROOT).as_posix(), *call) for file in files for call in calls(file)]
+
+
+def test_json_with_numbers_that_are_not_finite_is_refused_by_one_function():
+    found = {file for file, _, name, node in every_call()
+             if name in {"dump", "dumps"} and ast.unparse(node.func).startswith("json.")}  # fmt: skip
+    assert found == set(JSON_ELSEWHERE), "use protocols.canonical.json_text, or list it with the reason"
+
+
 def test_every_file_is_written_by_the_one_writer():
     used, found = set(), []
-    for room in ROOMS:
-        top = ROOT / room
-        for file in sorted(top.rglob("*.py")) if top.is_dir() else [top]:
-            name = file.relative_to(ROOT).as_posix()
-            excepted = next((key for key in EXCEPTIONS if name.startswith(key)), None)
-            for line, call, node in calls(file):
-                if name != WRITER and (writes(call, node) or saves_a_picture(call, node)):
-                    used.add(excepted)
-                    if excepted is None:
-                        found.append(f"{name}:{line}: {call}")
+    for file, line, name, node in every_call():
+        excepted = next((key for key in EXCEPTIONS if file.startswith(key)), None)
+        if file != WRITER and (writes(name, node) or saves_a_picture(name, node)):
+            used.add(excepted)
+            if excepted is None:
+                found.append(f"{file}:{line}: {name}")
     assert found == [], "write it with protocols.files, or list it in EXCEPTIONS with the reason"
     assert used - {None} == set(EXCEPTIONS), "an exception that is no longer needed"
 
