@@ -7,7 +7,7 @@ from dataclasses import replace
 from itertools import groupby
 
 from analysis.ratings.dataset import Exclusion
-from analysis.ratings.design_report import Problem
+from analysis.ratings.design_report import Place, Problem
 from analysis.ratings.wording import count
 
 MOST_PLACES = 20
@@ -19,7 +19,7 @@ def data_notes(notes: Sequence[Problem], exclusions: Sequence[Exclusion]) -> tup
     """Notes of the design check (look-alike labels, constant raters), and what was averaged or was no rating."""
     merged = [each for each in exclusions if each.what == "averaged"]
     rows = sum(each.rows for each in exclusions if each.what == "rows")
-    lines = [replace(note, listed=note.listed[:MOST_PLACES]).text() for note in notes]
+    lines = [replace(note, listed=tuple(sorted(note.listed, key=Place.text)[:MOST_PLACES])).text() for note in notes]
     if merged:
         ratings, means = sum(each.rows for each in merged), sum(each.into for each in merged)
         lines.append(f"{count(ratings, 'repeated rating')} averaged into {means:,} (the exclusion ledger says whose)")

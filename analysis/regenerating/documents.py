@@ -28,11 +28,12 @@ class Titled:
 
 
 def titled_tables(found: Regenerated) -> Iterator[Titled]:
-    """Each test as a table, in the plan's order."""
+    """Each test as a table, in the plan's order; what qualifies every number stands below each."""
+    qualified = tuple(" ".join(note.split()) for note in found.notes)
     for number, answered in enumerate(by_test(found.answered), start=1):
         grid = test_grid(answered)
         about = " ".join(filter(None, (method_of(answered), rests_on(answered))))
-        notes = (*grid.notes, *([about] if about else []))
+        notes = (*grid.notes, *([about] if about else []), *qualified)
         yield Titled(number, answered[0].asked.name, test_title(answered), grid, notes)
 
 

@@ -94,6 +94,7 @@ def _statistics(found: Regenerated, seconds: Seconds) -> dict[str, Any]:
         **({"sample": found.sample} if found.sample else {}),
         "trials": len(material.trials),
         "exclusions": [asdict(each) for each in found.exclusions],
+        **({"notes": list(found.notes)} if found.notes else {}),
         "inputs": [asdict(each) for each in found.inputs],
         **({"versions": [asdict(version) for version in material.versions]} if material.versions else {}),
         "software": dict(found.software),

@@ -2,9 +2,10 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Mapping
-from dataclasses import dataclass
+from collections.abc import Callable, Mapping, Sequence
+from dataclasses import dataclass, replace
 from pathlib import Path
+from textwrap import shorten
 from typing import Any
 
 import pandas as pd
@@ -27,6 +28,8 @@ from studies.catalogue import STUDY_FILE, names
 from studies.collect import ledgers_in, open_database
 from studies.participants.registry import withdrawn
 
+MOST_LETTERS = 300
+"""Of what qualifies the data, beside a refusal."""
 Progress = Callable[[int, int, str], None]
 
 
@@ -80,19 +83,28 @@ def regenerate_by(
     left = apply_exclusions(whole, plan.declared)
     tables = {table: read_table(plan.table_path(table)) for table in plan.declared.tables}
     selecting = Selecting(left.material, plan, tables)
-    answered = run_tests(selecting, progress)
+    exclusions = (*whole.exclusions, *left.lines)
+    notes = data_notes(selecting.faults().notes, exclusions)
+    answered = tuple(_qualified(each, notes) for each in run_tests(selecting, progress))
     return Regenerated(
         plan=plan,
         material=left.material,
-        exclusions=(*whole.exclusions, *left.lines),
+        exclusions=exclusions,
         inputs=(*whole.inputs, *_plan_inputs(plan)),
         answered=answered,
         pictured=picture_data(selecting, by_name(answered)),
         tables=tables,
         software=software(),
         checks=cross_check(answered, progress) if crosscheck else None,
-        notes=data_notes(selecting.faults().notes, (*whole.exclusions, *left.lines)),
+        notes=notes,
     )
+
+
+def _qualified(each: Answered, notes: Sequence[str]) -> Answered:
+    """The answer; a refusal with what qualifies the data, which may be its reason."""
+    if each.answer is not None or not notes:
+        return each
+    return replace(each, refused=f"{each.refused} (of the data: {shorten('; '.join(notes), MOST_LETTERS)})")
 
 
 def find_plan(wanted: Wanted, plan_file: Path | None) -> tuple[str, Plan]:

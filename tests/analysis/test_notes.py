@@ -42,6 +42,19 @@ def test_look_alike_ids_are_told_on_the_console_and_as_json(lab, command, more):
     assert json.loads(found)["notes"] == [ALIKE]
 
 
+def test_look_alike_ids_stand_in_every_file_of_a_regenerated_study_and_beside_a_refusal(lab):
+    refused = "\n  - {name: never, test: pairs, factor: level, family: 1}\n"
+    with (lab / "studies" / "small" / "analysis.yaml").open("a") as plan:
+        plan.write(refused.lstrip("\n"))
+    ended = CliRunner().invoke(regenerate, ["small", "--lab", str(lab), "--no-figures", "--no-crosscheck"])
+    assert ended.exit_code == 0, ended.output
+    [statistics] = lab.rglob("statistics.json")
+    found = json.loads(statistics.read_text("utf-8"))
+    line = " ".join(ALIKE.split())
+    assert found["notes"] == [ALIKE] and found["tests"][1]["refused"].endswith(f" (of the data: {line})")
+    assert line in (statistics.parent / "tables.tex").read_text("utf-8").replace(r"\textquotesingle{}", "'")
+
+
 def test_many_that_say_the_same_are_one_line_and_those_that_differ_are_seen():
     same = [Exclusion("averaged", f"P{n:03d}", "averaged of 2", 2, 1) for n in range(66)]
     other = [Exclusion("averaged", who, "averaged of 3", 3, 1) for who in ("P070", "P071")]
