@@ -6,7 +6,16 @@ import math
 from collections.abc import Iterable
 from typing import Any
 
-from protocols.forms import Consent, Demographics, Eligibility, Interview, Lexicon, Likert, Question, Sliders, Words
+from protocols.forms import (
+    AnchorForm,
+    Demographics,
+    Interview,
+    Lexicon,
+    Likert,
+    Question,
+    Sliders,
+    Words,
+)
 from protocols.keyed import normal, shuffled, uniform
 from protocols.perceiver import Perceiver
 from protocols.requests import Ask, Reply
@@ -35,7 +44,7 @@ def answer(person: Perceiver, ask: Ask) -> tuple[Reply, float]:
     """The simulated reply to any form, and the seconds it took; on second thoughts the participant goes back."""
     if ask.may_go_back and person.has_second_thoughts(ask):
         return Reply({"go": "back", "seconds": 1.0}), 1.0
-    return _answered(person, ask)
+    return _felt(person, ask) if isinstance(ask.form, AnchorForm) else _answered(person, ask)
 
 
 def _answered(person: Perceiver, ask: Ask) -> tuple[Reply, float]:
@@ -51,7 +60,7 @@ def _answered(person: Perceiver, ask: Ask) -> tuple[Reply, float]:
             return _agreed(person, ask, form)
         case Demographics() as form:
             return _after(person, ask, {question.name: _about_oneself(person, question) for question in form.questions})
-        case Interview() | Consent() | Eligibility() as form:
+        case form:  # consent, eligibility, and an interview, which is left empty
             said = "" if isinstance(form, Interview) else True
             return _after(person, ask, dict.fromkeys(form.items(), said))
 
@@ -86,6 +95,15 @@ def _authored(person: Perceiver, ask: Ask, form: Sliders) -> tuple[Reply, float]
     seconds = round(person.seconds(ask, f"try {tried}"), 3)
     go = {"go": "try"} if tried < _tries(person, ask) else {}
     return Reply({**go, "answers": wish, "at_s": dict.fromkeys(wish, seconds), "seconds": seconds}), seconds
+
+
+def _felt(person: Perceiver, ask: Ask) -> tuple[Reply, float]:
+    """Feel a reference once, or now and then twice, then go on."""
+    felt = (ask.previous or {"felt": 0})["felt"]
+    wanted = 1 + (uniform(*person.moment("felt", ask, "")) < 0.3)
+    seconds = round(person.seconds(ask, f"felt {felt}"), 3)
+    go = {"go": "try"} if felt < wanted else {}
+    return Reply({**go, "answers": {"felt": felt}, "seconds": seconds}), seconds
 
 
 def _tries(person: Perceiver, ask: Ask) -> int:

@@ -24,6 +24,7 @@ def inconsistencies(study: Study) -> Iterator[Problem]:
         ids = [s.id for s in study.stimuli]
         for index, wanted in enumerate(study.practice.stimuli):
             yield from _known(wanted, ids, ("practice", "stimuli", index), "a stimulus id")
+    yield from _anchors(study)
     for index, column in enumerate(study.blind):
         yield from _column(study, column, ("console", "blind", index))
     yield from _analysis(study)
@@ -59,6 +60,29 @@ def _groups(study: Study) -> Iterator[Problem]:
         yield from problems
         if not problems and not study.stimuli_of(group):
             yield Problem(("groups", group), "no stimulus belongs to this group")
+
+
+def _anchors(study: Study) -> Iterator[Problem]:
+    """The anchors are stimuli; what they stand for, or are made from, is on the scale of an attribute."""
+    if study.anchors is None:
+        return
+    if study.task == "capture":
+        yield Problem(("anchors",), "task capture records stimuli and asks nothing, so there is nothing to anchor")
+    names, ids = [attribute.name for attribute in study.attributes], [s.id for s in study.stimuli]
+    for index, anchor in enumerate(study.anchors.stimuli):
+        path: Path = ("anchors", "stimuli", index)
+        yield from _known(anchor.id, ids, (*path, "id"), "a stimulus id")
+        if (anchor.wish is not None) != (study.task == "authoring"):
+            yield Problem(path, "wish: {ATTRIBUTE: VALUE} belongs to the anchors of task authoring, and to no others")
+        stands = {} if anchor.attribute is None or anchor.value is None else {anchor.attribute: anchor.value}
+        for name, value in {**stands, **(anchor.wish or {})}.items():
+            yield from _known(name, names, path, "an attribute, by its name or low adjective")
+            if study.scale is not None and not study.scale.holds(value):
+                yield Problem(path, f"{name}: {value:g} is not on the study's scale")
+    if not study.anchors.rated and study.task == "authoring":
+        yield Problem(("anchors", "rated"), "anchors made from wishes are no trials; leave rated out")
+    elif not study.anchors.rated and not study.stimuli_of(None):
+        yield Problem(("anchors", "rated"), "every stimulus is an anchor that is not rated; nothing is left for trials")
 
 
 def _sample(study: Study) -> Iterator[Problem]:

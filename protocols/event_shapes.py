@@ -139,6 +139,9 @@ _REQUESTS: dict[str, dict[str, Kind]] = {
     "confirm": {"what": TEXT},
 }
 _WORDS = TEXT.list().object()
+_ANCHOR = fields(
+    {"number": WHOLE, "of": WHOLE, "block": TEXT, "id": TEXT, "label": TEXT}, {"attribute": TEXT, "value": NUMBER}
+)
 
 
 @dataclass
@@ -168,6 +171,8 @@ class EventShapes:
         demand_fields(body, *_BODIES[event.kind])
         if event.kind == "request":
             demand_fields(body, _REQUESTS.get(body["do"], {}), {"wish": NUMBER.object()})
+            if body.get("form") == "anchor":
+                demand_fields(body, {"anchor": _ANCHOR}, {})
         elif event.kind == "reply":
             self._demand_reply(event, body)
         if "streams" in body:
@@ -209,6 +214,7 @@ class EventShapes:
             demand_fields(body, {"answers": _WORDS}, {})
             return
         kind = ANY if event.trial is None else NUMBER
+        kind = WHOLE if request["form"] == "anchor" else kind
         demand_fields(body, {"answers": OBJECT}, {})
         try:
             demand_fields(body["answers"], dict.fromkeys(request["items"], kind), {})

@@ -9,7 +9,7 @@ from collections.abc import Mapping, Sequence
 from dataclasses import asdict, dataclass
 from typing import Any, Literal
 
-from protocols.study import Attribute, Criterion, Item, Questionnaire, Scale
+from protocols.study import Anchor, Attribute, Criterion, Item, Questionnaire, Scale
 
 LONGEST_WORD = 200
 MOST_WORDS = 200
@@ -228,7 +228,37 @@ class Eligibility:
         return None if good else f"eligible: true or false expected, found {answers!r:.80}"
 
 
-Form = Sliders | Words | Lexicon | Likert | Demographics | Consent | Eligibility | Interview
+@dataclass(frozen=True)
+class AnchorForm:
+    """A reference stimulus, number `number` of `of` before its block: {felt: how often it was felt}.
+
+    It is felt as often as wished (go: try), once at least. `wish` is what it is made from, complete.
+    """
+
+    anchor: Anchor
+    block: str
+    number: int
+    of: int
+    wish: Mapping[str, float] | None = None
+    tries: Literal[True] = True
+    name: Literal["anchor"] = "anchor"
+
+    def items(self) -> list[str]:
+        """One item."""
+        return ["felt"]
+
+    def problem(self, answers: Any) -> str | None:
+        """Why these are no answers, or None."""
+        good = isinstance(answers, Mapping) and set(answers) == {"felt"} and type(answers["felt"]) is int
+        return None if good and answers["felt"] >= 0 else f"felt: a whole number expected, found {answers!r:.80}"
+
+    def describe(self) -> dict[str, Any]:
+        """Return what the ledger keeps of the reference beside its stimulus."""
+        told = {"number": self.number, "of": self.of, "block": self.block}
+        return {**told, **self.anchor.model_dump(mode="json", exclude_none=True)}
+
+
+Form = Sliders | Words | Lexicon | Likert | Demographics | Consent | Eligibility | Interview | AnchorForm
 
 
 @dataclass(frozen=True)

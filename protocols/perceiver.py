@@ -74,11 +74,19 @@ class Perceiver:
 
     def gain(self, attribute: Attribute) -> float:
         """The participant's own gain, at least 0.1."""
-        return max(GAIN_FLOOR, 1.0 + self.simulation.gain_sd * normal(*self.trait("gain", attribute.name)))
+        spread = self.simulation.gain_sd * self._left_by_anchors(attribute)
+        return max(GAIN_FLOOR, 1.0 + spread * normal(*self.trait("gain", attribute.name)))
 
     def bias(self, attribute: Attribute) -> float:
         """The participant's own bias in scale units."""
-        return self.simulation.bias_sd * normal(*self.trait("bias", attribute.name))
+        spread = self.simulation.bias_sd * self._left_by_anchors(attribute)
+        return spread * normal(*self.trait("bias", attribute.name))
+
+    def _left_by_anchors(self, attribute: Attribute) -> float:
+        """The share of a person's own gain and bias that the study's references leave."""
+        anchors = self.plan.study.anchors
+        known = {anchor.attribute for anchor in anchors.stimuli} if anchors is not None else set()
+        return 1.0 - self.simulation.anchored if attribute.name in known else 1.0
 
     def rate(self, ask: Ask, form: Sliders) -> tuple[Reply, float]:
         """The reply to a rating form and the seconds it took."""

@@ -10,6 +10,7 @@ from typing import Any
 
 from protocols.canonical import digest
 from protocols.forms import (
+    AnchorForm,
     Consent,
     Demographics,
     Eligibility,
@@ -93,6 +94,28 @@ class Plan:
             | ({} if self.lab_forms is None else {"lab_forms": self.lab_forms.definition()})
             | ({} if self.session == 1 else {"session": self.session})
         )
+
+    @cached_property
+    def anchors(self) -> Mapping[int, tuple[Trial, ...]]:
+        """Place in `trials` -> the references that are felt before that trial, in the form of trials.
+
+        Their numbers count down from -1: no trial has them.
+        """
+        if (anchors := self.study.anchors) is None:
+            return {}
+        blocks = [trial.block for trial in self.trials]
+        begins = [place for place, block in enumerate(blocks) if place == 0 or block != blocks[place - 1]]
+        begins = begins if anchors.before == "block" else begins[:1]
+        count = len(anchors.stimuli)
+        return {
+            place: tuple(_anchor(self.study, blocks[place], n, turn * count + n) for n in range(1, count + 1))
+            for turn, place in enumerate(begins)
+        }
+
+    @property
+    def presented(self) -> tuple[Trial, ...]:
+        """Everything that is felt: the trials, and the references before their blocks."""
+        return (*self.trials, *(anchor for several in self.anchors.values() for anchor in several))
 
     @property
     def opening(self) -> tuple[Form, ...]:
@@ -239,6 +262,19 @@ def _form(study: Study, who: ParticipantRow, seed: int, session: int) -> Form | 
     if study.task == "free_lexicon":
         return Lexicon(study.lexicon.at_least if study.lexicon is not None else 1)
     return None
+
+
+def _anchor(study: Study, block: str, number: int, met: int) -> Trial:
+    """The study's anchor of this number before a block, which is the `met`-th that the participant meets."""
+    several = study.anchors.stimuli if study.anchors is not None else ()
+    anchor = several[number - 1]
+    wish = None
+    if anchor.wish is not None and study.scale is not None:
+        neutral = study.scale.nearest((study.scale.low + study.scale.high) / 2)
+        wish = {attribute.name: float(anchor.wish.get(attribute.name, neutral)) for attribute in study.attributes}
+    stimulus = next(stimulus for stimulus in study.stimuli if stimulus.id == anchor.id)
+    form = AnchorForm(anchor, block, number, len(several), wish)
+    return Trial(-met, block, False, stimulus, form, may_go_back=False, rest_before=False)
 
 
 def _recording(study: Study, stimulus: Stimulus) -> Recording | None:

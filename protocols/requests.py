@@ -7,7 +7,7 @@ from collections.abc import Mapping
 from dataclasses import dataclass
 from typing import Any
 
-from protocols.forms import Form, Sliders
+from protocols.forms import AnchorForm, Form, Sliders
 from protocols.plan import Trial
 
 
@@ -25,7 +25,8 @@ class Present:
     def body(self) -> dict[str, Any]:
         """What the ledger keeps of the request."""
         wished = {} if self.wish is None else {"wish": dict(self.wish)}
-        return {"do": "present", "stimulus": self.trial.stimulus.id, **wished}
+        anchor = {"anchor": self.trial.form.number} if isinstance(self.trial.form, AnchorForm) else {}
+        return {"do": "present", "stimulus": self.trial.stimulus.id, **wished, **anchor}
 
 
 @dataclass(frozen=True)
@@ -51,16 +52,20 @@ class Ask:
 
     def demand_answer(self, reply: Reply) -> None:
         """Raise ReplyError unless the reply answers the form, or goes back where that is allowed."""
-        where = self.form.name if self.trial is None else f"trial {self.trial.number}"
+        inside = self.trial is not None and not isinstance(self.form, AnchorForm)
+        where = f"trial {self.trial.number}" if inside and self.trial is not None else self.form.name
         go = reply.value.get("go")
         if go == "back":
             if not self.may_go_back:
                 raise ReplyError(f"{where}: the reply goes back, which this trial does not allow")
             return
-        if go is not None and not (go == "try" and isinstance(self.form, Sliders) and self.form.tries):
+        if go is not None and not (go == "try" and isinstance(self.form, Sliders | AnchorForm) and self.form.tries):
             raise ReplyError(f"{where}: the reply goes {go!r}, which this form does not know")
-        if problem := self.form.problem(reply.value.get("answers")):
+        answers = reply.value.get("answers")
+        if problem := self.form.problem(answers):
             raise ReplyError(f"{where}: {problem}")
+        if go is None and isinstance(self.form, AnchorForm) and answers == {"felt": 0}:
+            raise ReplyError(f"{where}: the reply goes on, and the reference was not felt yet")
 
     def body(self) -> dict[str, Any]:
         """What the ledger keeps of the request."""
@@ -70,6 +75,7 @@ class Ask:
             "items": self.form.items(),
             "back": self.may_go_back,
             "previous": self.previous,
+            **({"anchor": self.form.describe()} if isinstance(self.form, AnchorForm) else {}),
         }
 
 

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Mapping
+from contextlib import suppress
 from dataclasses import dataclass, field, replace
 from typing import Any
 
@@ -10,7 +11,7 @@ from protocols.canonical import Json, canonical
 from protocols.events import Event, Log, World
 from protocols.plan import Plan, Trial
 from protocols.requests import Aside, Ask, Chunk, Confirm, Fault, Instruct, Reply, ReplyError, Request, Rest, Samples
-from protocols.tasks import TASKS, Answered, Outcome, Steps, WentBack
+from protocols.tasks import TASKS, Answered, Outcome, Steps, WentBack, feel_anchor
 
 COMPLETE, DECLINED, INELIGIBLE, ABORTED = "complete", "declined", "ineligible", "aborted"
 REPEATED, FAULTED = "repeated", "faulted"
@@ -71,6 +72,7 @@ class _Recorder:
     world: World
     log: Log
     trial: Trial | None = None
+    in_anchor: bool = False
     seq: int = 0
     tried: Mapping[str, Any] | None = None
     """The last setting that was to be felt in this attempt."""
@@ -102,8 +104,8 @@ class _Recorder:
                 self.attend(came)
 
     def mark(self, fault: Fault) -> None:
-        """Put on record that a device failed. Raises ReplyError outside a trial, where nothing can be met again."""
-        if self.trial is None:
+        """Put on record that a device failed. Raises ReplyError where nothing is felt that could be met again."""
+        if self.trial is None and not self.in_anchor:
             raise ReplyError(f"a fault outside a trial: {fault.value.get('message')}")
         self.note("fault", fault.value)
         raise _Again(FAULTED)
@@ -138,8 +140,11 @@ def _walk(plan: Plan, record: _Recorder) -> None:
     progress, position = _Progress(), 0
     while position < len(plan.trials):
         trial = plan.trials[position]
-        if trial.rest_before and position > progress.furthest:
-            _rest(plan, position, record)
+        if position > progress.furthest:
+            if trial.rest_before:
+                _rest(plan, position, record)
+            for anchor in plan.anchors.get(position, ()):
+                _feel(anchor, record)
         progress.furthest = max(progress.furthest, position)
         position = max(0, position + _one_trial(plan, position, progress, record))
 
@@ -165,6 +170,16 @@ def _rest(plan: Plan, position: int, record: _Recorder) -> None:
     counted = [trial for trial in plan.trials if not trial.practice]
     practice = len(plan.trials) - len(counted)
     record.perform(Rest(position - practice, len(counted)))
+
+
+def _feel(anchor: Trial, record: _Recorder) -> None:
+    """Let a reference be felt, outside all trials; where a device fails, from the beginning again."""
+    record.in_anchor, felt = True, False
+    while not felt:
+        with suppress(_Again):
+            _interact(feel_anchor(anchor), record)
+            felt = True
+    record.in_anchor = False
 
 
 def _attempt(task: str, trial: Trial, record: _Recorder) -> Outcome:

@@ -21,6 +21,7 @@ from protocols.orders import Design
 LARGEST_STUDY = 5000
 MOST_ADJECTIVES = 80
 MOST_LABELS, MOST_STEPS = 21, 100
+MOST_ANCHORS = 20
 ROUNDING = 1e-6
 """How far, in steps, a decimal may lie from a step of its scale: doubles do not hold tenths."""
 
@@ -223,6 +224,37 @@ class Practice(Strict):
     stimuli: Annotated[tuple[Level, ...], Field(min_length=1)]
 
 
+class Anchor(Strict):
+    """A reference stimulus, by its id, with the text that says what it stands for while it is felt (thesis 5.8.3).
+
+    `attribute` and `value` say the same as data: where on that attribute's scale it stands. Where doors are made from
+    wishes, `wish` is what this one is made from; attributes that it does not name are at the middle of the scale.
+    """
+
+    id: Level
+    label: Text
+    attribute: Text | None = None
+    value: Number | None = None
+    wish: Annotated[dict[Text, Number], Field(min_length=1)] | None = None
+
+    @model_validator(mode="after")
+    def _both_or_neither(self) -> Self:
+        if (self.attribute is None) != (self.value is None):
+            raise ValueError("attribute: NAME and value: NUMBER go together")
+        return self
+
+
+class Anchors(Strict):
+    """Reference stimuli that are felt before each block, or once before the first trial; they are no trials.
+
+    `rated: false` takes them out of the trials: then they are met as references only.
+    """
+
+    stimuli: Annotated[tuple[Anchor, ...], Field(min_length=1, max_length=MOST_ANCHORS)]
+    before: Literal["block", "session"] = "block"
+    rated: bool = True
+
+
 class Participants(Strict):
     """The sample: how many people are planned, how many sessions each has, and how many days lie between two.
 
@@ -325,7 +357,8 @@ class Simulation(Strict):
     latents[attribute][column] is the weight, in scale units, of the column's z-score over the study's stimuli;
     the column `intercept` is a constant. Words and questionnaire items have latents too, in logits and in points;
     `vocabulary` holds the words that come to mind. gain_sd, bias_sd (scale units) vary between participants and
-    attributes, noise_sd (scale units) between answers; a lapse is an answer anywhere on the scale.
+    attributes, noise_sd (scale units) between answers; a lapse is an answer anywhere on the scale. `anchored` is the
+    share of a person's own gain and bias that an anchor takes away, on the attributes that have one.
     """
 
     latents: dict[Text, dict[Text, Number]]
@@ -334,6 +367,7 @@ class Simulation(Strict):
     noise_sd: Spread = 1.5
     lapse_rate: Share = 0.0
     revise_rate: Share = 0.0
+    anchored: Share = 0.0
     answer_s: Seconds = 2.0
     present_s: Seconds = 2.5
     vocabulary: tuple[Text, ...] = ()
@@ -410,6 +444,7 @@ class Study(Strict):
     questionnaire: Questionnaire | None = None
     order: Order
     practice: Practice | None = None
+    anchors: Anchors | None = None
     rest: Rest | None = None
     navigation: Literal["forward", "back_and_forward"] = "forward"
     needs: tuple[Need, ...] = ()
@@ -442,8 +477,11 @@ class Study(Strict):
         return () if self.console is None else self.console.blind
 
     def stimuli_of(self, group: str | None) -> tuple[Stimulus, ...]:
-        """The stimuli of a group, in the order of the table; all of them where the study has no groups."""
-        if group is None:
-            return self.stimuli
-        wanted = self.groups[group]
-        return tuple(s for s in self.stimuli if all(s.columns[c] in levels for c, levels in wanted.items()))
+        """Return what a group's trials are about, in the order of the table; all stimuli where there are no groups.
+
+        Anchors that are not rated are left out.
+        """
+        apart = {anchor.id for anchor in self.anchors.stimuli} if self.anchors and not self.anchors.rated else set()
+        levels = {} if group is None else self.groups[group]
+        trials = (stimulus for stimulus in self.stimuli if stimulus.id not in apart)
+        return tuple(s for s in trials if all(s.columns[column] in wanted for column, wanted in levels.items()))

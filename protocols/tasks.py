@@ -3,10 +3,10 @@
 from __future__ import annotations
 
 from collections.abc import Callable, Generator, Mapping
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from typing import Any
 
-from protocols.forms import Form
+from protocols.forms import AnchorForm, Form
 from protocols.plan import Recording, Trial
 from protocols.requests import Ask, Present, Reply, Request, Sense
 
@@ -64,6 +64,16 @@ def capture(trial: Trial) -> Steps:
     recording = _recording_of(trial)
     yield Sense(recording.device, recording.seconds, trial)
     return Captured()
+
+
+def feel_anchor(trial: Trial) -> Steps:
+    """Read what a reference stands for and feel it, as often as wished (thesis 5.8.3)."""
+    form, felt = _form_of(trial), 0
+    while (reply := (yield Ask(form, trial, {"felt": felt}))).value.get("go") == "try":
+        felt += 1
+        wish = form.wish if isinstance(form, AnchorForm) else None
+        yield Present(replace(trial, attempt=felt), wish)
+    return _outcome(reply)
 
 
 TASKS: Mapping[str, Task] = {

@@ -41,8 +41,8 @@ DATABASE = "lab.sqlite"
 LOCK = 0x50414C43
 """Key of the PostgreSQL advisory lock that lets stations collect into one database one after another."""
 OF_A_SESSION = (
-    schema.ledgers, schema.streams, schema.events, schema.switches, schema.answers, schema.words, schema.responses,
-    schema.trials, schema.sessions,
+    schema.ledgers, schema.streams, schema.events, schema.anchors, schema.switches, schema.answers, schema.words,
+    schema.responses, schema.trials, schema.sessions,
 )  # fmt: skip
 _KNOWN = select(
     *(schema.sessions.c[name] for name in ("session", "file", "participant", "status", "trials_answered", "head_hash")),
@@ -258,6 +258,7 @@ def _insert(connection: Connection, session: SessionTables) -> None:
         (schema.words, session.words),
         (schema.answers, session.answers),
         (schema.switches, session.switches),
+        (schema.anchors, session.anchors),
         (schema.events, session.events),
         (schema.streams, session.streams),
     ):

@@ -160,6 +160,20 @@ switches = Table(
     Column("side", NAME, nullable=False),
     Column("at_s", Float(53), nullable=False),
 )
+anchors = Table(
+    "anchors",
+    metadata,
+    Column("session", NAME, primary_key=True),  # no foreign key: as for `ledgers`
+    Column("seq", Integer, primary_key=True),
+    Column("block", NAME, nullable=False),
+    Column("number", Integer, nullable=False),
+    Column("stimulus", NAME, nullable=False),
+    Column("label", Text, nullable=False),
+    Column("attribute", NAME),
+    Column("value", Float(53)),
+    Column("felt", Integer, nullable=False),
+)
+"""References that were felt before a block: they are no trials."""
 ledgers = Table(
     "ledgers",
     metadata,

@@ -134,6 +134,9 @@ def _summary(found: Found) -> str:
         f"order: {study.order.design} within {study.order.within}; needs {', '.join(study.needs) or 'nothing'}",
         f"    digest {digest(study.conditions())}",
     ]
+    if study.anchors is not None:
+        several, before = len(study.anchors.stimuli), study.anchors.before
+        lines.insert(2, f"    {several} reference{'s' if several != 1 else ''} before each {before}")
     return "\n".join(lines)
 
 
@@ -195,8 +198,10 @@ def plan(
     if sample := describe_sample(declared):
         click.echo(f"planned: {sample}")
     click.echo(f"plan digest {compiled.digest}")
-    for trial in compiled.trials:
+    for place, trial in enumerate(compiled.trials):
         rest = "  (rest first)" if trial.rest_before else ""
+        for anchor in compiled.anchors.get(place, ()):
+            click.echo(f"   -  {anchor.block:<10} {anchor.stimulus.id}  (reference)")
         click.echo(f"{trial.number:>4}  {trial.block:<10} {trial.stimulus.id}{rest}")
 
 
@@ -214,7 +219,17 @@ def _plan_data(compiled: Plan) -> dict[str, Any]:
         "digest": compiled.digest,
         "planned": sample_of(compiled.study),
         "trials": [{"trial": t.number, "block": t.block, "stimulus": t.stimulus.id} for t in compiled.trials],
+        **({"anchors": _anchors(compiled)} if compiled.anchors else {}),
     }
+
+
+def _anchors(compiled: Plan) -> list[dict[str, Any]]:
+    """The references, each with the number of the trial that it is felt before."""
+    return [
+        {"before_trial": compiled.trials[place].number, "block": anchor.block, "stimulus": anchor.stimulus.id}
+        for place, several in compiled.anchors.items()
+        for anchor in several
+    ]
 
 
 def _show_balance(study: Study, people: int, seed: int, as_json: bool) -> None:

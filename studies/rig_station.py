@@ -107,7 +107,7 @@ def demand_within_limits(rig: OpenRig, found: Found, plan: Plan) -> None:
     if "door" not in plan.study.needs:
         return
     door, files = cast("DoorSimulator", rig.of("door")["door"]), Profiles(found.folder)
-    for stimulus in {trial.stimulus.id: trial.stimulus for trial in plan.trials}.values():
+    for stimulus in {trial.stimulus.id: trial.stimulus for trial in plan.presented}.values():
         door.check(files.of(stimulus), stimulus.id)
 
 
@@ -152,7 +152,7 @@ def _stage(rig: OpenRig, plan: Plan) -> Presents:
     from devices.stage.codes import known_codes
 
     stage: Any = rig.of("samples")["stage"]
-    stage.known = known_codes([trial.stimulus for trial in plan.trials])
+    stage.known = known_codes([trial.stimulus for trial in plan.presented])
     return cast(Presents, stage)
 
 

@@ -34,6 +34,7 @@ class SessionTables:
     words: list[Row]
     answers: list[Row]
     switches: list[Row]
+    anchors: list[Row]
     events: list[Row]
     streams: list[Row]
 
@@ -59,6 +60,7 @@ class _Walk:
     words: list[Row] = field(default_factory=list)
     answers: list[Row] = field(default_factory=list)
     switches: list[Row] = field(default_factory=list)
+    anchors: list[Row] = field(default_factory=list)
     request: Any = None
 
     def take(self, event: Event) -> None:
@@ -121,6 +123,8 @@ class _Walk:
 
     def _unfolded(self, event: Event) -> tuple[list[Row], Iterator[Row]]:
         """The table that a form's answers belong to, and the rows they make."""
+        if self.request["form"] == "anchor":
+            return self.anchors, self._anchor(event)
         if self.request["form"] in WORD_FORMS:
             return self.words, self._words(event)
         if event.trial is None:
@@ -155,6 +159,21 @@ class _Walk:
                 "word": word,
                 "counts": True,
             }
+
+    def _anchor(self, event: Event) -> Iterator[Row]:
+        """A reference as it was left; what was felt of it belongs to no trial."""
+        anchor = self.request["anchor"]
+        yield {
+            "session": self.session,
+            "seq": event.seq,
+            "block": anchor["block"],
+            "number": anchor["number"],
+            "stimulus": anchor["id"],
+            "label": anchor["label"],
+            "attribute": anchor.get("attribute"),
+            "value": float(anchor["value"]) if "value" in anchor else None,
+            "felt": event.value["answers"]["felt"],
+        }
 
     def _kind(self, item: str) -> str:
         """What an answer outside trials is: a question's kind, points, or agreed; a text of the participant's own."""
@@ -205,6 +224,7 @@ def tables(record: Record, withdrawn: bool = False, with_events: bool = True) ->
         words=walk.words,
         answers=walk.answers,
         switches=walk.switches,
+        anchors=walk.anchors,
         events=[
             _event_row(session, event, link)
             for event, link in zip(record.events, record.hashes, strict=True)
@@ -216,18 +236,19 @@ def tables(record: Record, withdrawn: bool = False, with_events: bool = True) ->
 
 @dataclass(frozen=True)
 class Answers:
-    """What one session answered, as rows of the tables trials, responses, words and answers."""
+    """What one session answered, as rows of the tables trials, responses, words, answers and anchors."""
 
     trials: list[Row]
     responses: list[Row]
     words: list[Row]
     answers: list[Row]
+    anchors: list[Row]
 
 
 def answers_of(plan: Plan, session: str, events: Iterable[Event]) -> Answers:
     """The answers in the events of a session that need not be on file."""
     walk = _walked(plan, session, events)
-    return Answers(_trial_rows(plan, walk), _response_rows(plan, walk), walk.words, walk.answers)
+    return Answers(_trial_rows(plan, walk), _response_rows(plan, walk), walk.words, walk.answers, walk.anchors)
 
 
 def _walked(plan: Plan, session: str, events: Iterable[Event]) -> _Walk:

@@ -52,6 +52,9 @@ class Twins:
         for trial in plan.trials:
             for device in (self.presents, *self.records.values()):
                 device.check(trial)
+        if plan.study.task != "authoring":  # a wish was checked with the study
+            for anchor in plan.presented[len(plan.trials) :]:
+                self.presents.check(anchor)
 
     def __call__(self, request: Request, t_ns: int) -> Done:
         """Hand the request to the device that it is for. Raises RigError where the study has none."""

@@ -65,5 +65,5 @@ class Windowless:
 
 def asks_anything(study: Study) -> bool:
     """Whether a participant reads or answers anything in a session of the study."""
-    shown = study.opening or study.closing or study.instructions or study.rest
+    shown = study.opening or study.closing or study.instructions or study.rest or study.anchors
     return "window" in study.needs or study.task != "capture" or bool(shown)

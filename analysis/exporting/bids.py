@@ -10,7 +10,14 @@ from typing import Any
 from analysis.exporting.about import About, as_json, changes, palpate_version, readme
 from analysis.exporting.bids_names import folder_of, label, stem_of
 from analysis.exporting.bids_recordings import Recorded, write_recordings
-from analysis.exporting.bids_tables import Beh, questionnaire_table, suggestions_table, switch_table, task_table
+from analysis.exporting.bids_tables import (
+    Beh,
+    anchor_table,
+    questionnaire_table,
+    suggestions_table,
+    switch_table,
+    task_table,
+)
 from analysis.exporting.cells import write_tsv
 from analysis.exporting.codebook import definition
 from analysis.exporting.guard import Guard
@@ -87,7 +94,7 @@ def _stimuli(shared: Shared, guard: Guard, files: Files, draft: Path) -> None:
 def _behs(shared: Shared, task: str, files: bool) -> Iterator[Beh]:
     """The tables of a session that the study can fill."""
     yield task_table(shared, task, files)
-    for make in (questionnaire_table, suggestions_table, switch_table):
+    for make in (questionnaire_table, suggestions_table, switch_table, anchor_table):
         if (found := make(shared, task)) is not None:
             yield found
 

@@ -120,6 +120,21 @@ def _suggestions(shared: Shared, sat: Sat) -> Iterator[Row]:
     return (row for row in shared.per_session("words", sat) if row["trial"] is None)
 
 
+def anchor_table(shared: Shared, task: str) -> Beh | None:
+    """References that were felt before a block, one a row."""
+    table = shared.table("anchors")
+    if table is None:
+        return None
+    columns = _in_order([column for column in table.columns if column.name not in ("participant", "session")])
+    about = {"TaskName": f"{shared.source.study.study} references", "TaskDescription": "References before a block."}
+    return Beh(f"{task}references", "beh", columns, about, lambda sat: _anchors(shared, sat))
+
+
+def _anchors(shared: Shared, sat: Sat) -> Iterator[Row]:
+    for row in shared.per_session("anchors", sat):
+        yield {IN_BIDS.get(key, key): value for key, value in row.items()}
+
+
 def switch_table(shared: Shared, task: str) -> Beh | None:
     """When the participant changed between the sides of a comparison, as events."""
     if not shared.source.study.sides:

@@ -109,6 +109,12 @@ class SessionRows:
             yield {**self._who(), "trial": row["trial"], "number": row["n"] + 1, "side": row["side"],
                    "at_s": row["at_s"], "onset_s": self.asked_s[row["seq"]] + row["at_s"]}  # fmt: skip
 
+    def anchors(self) -> Iterator[Row]:
+        """Each reference that was felt before a block."""
+        for row in self.source.of(self.sat, schema.anchors, "seq"):
+            same = ("block", "number", "stimulus", "label", "attribute", "value", "felt")
+            yield {**self._who(), **{name: row[name] for name in same}, "onset_s": self.asked_s[row["seq"]]}
+
     def streams(self) -> Iterator[Row]:
         """Each recording of a stream: its blocks joined, what lacks between them counted."""
         found: dict[tuple[Any, ...], Row] = {}

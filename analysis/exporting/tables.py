@@ -30,6 +30,17 @@ OF_A_TRIAL = (
 )
 ONSET = Column("onset_s", "When this attempt at the trial began, since the session did.", "number", "s")
 SECONDS = Column("response_time_s", "From the form's appearance to this answer.", "number", "s")
+ANCHOR = (
+    Column("block", "Block of the session that the reference was felt before.", key=True),
+    Column("number", "The reference's place among those before the block, from 1.", "whole", key=True),
+    Column("stimulus", "The stimulus, as in the table of stimuli.", key=True),
+    Column("label", "What the participant read of it."),
+    Column("attribute", "The attribute that it stands for, where the study says so."),
+    Column("value", "Where on that attribute's scale it stands.", "number"),
+    Column("felt", "How often it was felt.", "whole"),
+    Column("onset_s", "When the participant was last asked to feel it or to go on, since the session began.", "number",
+           "s"),
+)  # fmt: skip
 COUNTS = Column("counts", "Whether this is the answer as it stands: false where a later one took its place.", "truth",
                 key=True)  # fmt: skip
 
@@ -58,6 +69,7 @@ ROWS: dict[str, PerSession] = {
     "words": lambda session: session.words(),
     "answers": lambda session: session.answers(),
     "switches": lambda session: session.switches(),
+    "anchors": lambda session: session.anchors(),
     "streams": lambda session: session.streams(),
 }
 """What a session gives to each table."""
@@ -117,6 +129,9 @@ def _of_sessions(source: Source, dates: bool) -> Iterator[Table]:
     if study.sides:
         told = "One row for each change between the sides of a comparison."
         yield _table(source, "switches", told, _switch_columns(study))
+    if study.anchors is not None:
+        told = "One row for each reference that was felt before a block; references are no trials."
+        yield _table(source, "anchors", told, ANCHOR)
     if any(True for sat in source.kept for _ in SessionRows(source, sat).streams()):
         yield _table(source, "streams", "One row for each recording of a stream; samples not included.", _streams())
 

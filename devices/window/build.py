@@ -6,6 +6,7 @@ from collections.abc import Callable, Iterable, Mapping
 from typing import Any
 
 from devices.window.screen import Page, Screen
+from devices.window.screens.anchor import AnchorScreen
 from devices.window.screens.authoring import AuthoringScreen
 from devices.window.screens.demographics import DemographicsScreen, EligibilityScreen
 from devices.window.screens.interview import InterviewScreen
@@ -16,7 +17,18 @@ from devices.window.screens.reading import ConsentScreen, InstructionScreen
 from devices.window.screens.similarity import SimilarityScreen
 from devices.window.screens.sliders import SliderScreen
 from devices.window.screens.words import WordScreen
-from protocols.forms import Consent, Demographics, Eligibility, Form, Interview, Lexicon, Likert, Sliders, Words
+from protocols.forms import (
+    AnchorForm,
+    Consent,
+    Demographics,
+    Eligibility,
+    Form,
+    Interview,
+    Lexicon,
+    Likert,
+    Sliders,
+    Words,
+)
 from protocols.requests import Ask, Confirm, Instruct, Rest
 
 __all__ = ["Page", "demand_shown", "page_for", "screen_for"]
@@ -73,5 +85,6 @@ SCREENS: Mapping[type[Form], Callable[[Ask, Any, Page], Screen]] = {
     Eligibility: EligibilityScreen,
     Consent: ConsentScreen,
     Interview: InterviewScreen,
+    AnchorForm: AnchorScreen,
 }
 """The screens of the forms that are not sliders."""

@@ -62,6 +62,7 @@ def describe(page: Page) -> dict[str, Any]:
 def _forms(plan: Plan) -> Iterator[Form]:
     yield from plan.opening
     yield from {trial.form: None for trial in plan.trials if trial.form is not None}
+    yield from (anchor.form for anchor in plan.anchors.get(0, ()) if anchor.form is not None)
     yield from plan.closing
 
 

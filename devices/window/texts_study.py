@@ -26,6 +26,7 @@ def study_texts(study: Study) -> tuple[str, ...]:
         texts += [text for _, text in study.scale.labels]
     texts += [question.text for question in study.interview]
     texts += [criterion.text for criterion in study.eligible]
+    texts += [anchor.label for anchor in study.anchors.stimuli] if study.anchors is not None else []
     if study.adjectives is not None:
         texts += [word.word for word in study.adjectives.words]
     if study.questionnaire is not None:

@@ -21,13 +21,15 @@ ANSWERING = {
     "demographics": "answering {n} question(s) about themselves",
     "interview": "answering {n} question(s) in their own words",
     "eligibility": "answering whether they can take part",
+    "anchor": "getting to know a reference",
     "consent": "reading the consent form",
 }
 DOING = {
-    "present a wish": "feeling what was made from the sliders",
+    "present with anchor": "feeling a reference",
+    "present with wish": "feeling what was made from the sliders",
     "present": "feeling the stimulus",
     "instruct": "reading the instructions",
-    "confirm a text": "waiting while the experimenter sets up",
+    "confirm with text": "waiting while the experimenter sets up",
     "confirm": "waiting while the screen is measured",
 }
 
@@ -44,8 +46,8 @@ def doing(body: Mapping[str, Any] | None, waits: bool = False) -> str:
         case {"do": "rest", "done": done, "total": total}:
             return f"resting ({done} of {total} behind them)"
         case {"do": do, **more}:
-            what = next((word for word in ("wish", "text") if word in more), None)
-            return DOING.get(do if what is None else f"{do} a {what}", "waiting")
+            what = next((word for word in ("anchor", "wish", "text") if word in more), None)
+            return DOING.get(do if what is None else f"{do} with {what}", "waiting")
         case _:
             return "waiting"
 

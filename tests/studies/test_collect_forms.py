@@ -100,6 +100,16 @@ def test_tries_are_no_answers(tmp_path, engine):
 
 
 @pytest.mark.long
+def test_references_are_collected_apart_from_trials(tmp_path, engine):
+    anchors = {"stimuli": [{"id": "A", "label": "This is 0.", "attribute": "Soft", "value": 0}], "rated": False}
+    ran(tmp_path, "matching", anchors=anchors)
+    assert gather(tmp_path, engine) == ["new"] and gather(tmp_path, engine) == ["unchanged"]
+    [(block, stimulus, value, felt)] = rows(engine, "SELECT block, stimulus, value, felt FROM anchors")
+    assert (block, stimulus, value) == ("main", "A", 0.0) and felt in (1, 2)
+    assert rows(engine, "SELECT count(*) FROM trials WHERE stimulus = 'A'") == [(0,)]
+    assert rows(engine, "SELECT count(*) FROM answers WHERE item = 'felt'") == [(0,)]
+
+
 def test_a_recording_counts_as_done(tmp_path, engine):
     ran(tmp_path, "capture", needs=["tool"])
     gather(tmp_path, engine)

@@ -26,6 +26,7 @@ class Wording:
     ends: tuple[str, str]
     person: tuple[tuple[str, tuple[str, ...] | str], ...]
     free: str
+    anchor: str
     fit: tuple[str, ...]
     consent: str
     instructions: str

@@ -8,6 +8,7 @@ from typing import Any
 
 from devices.window.screens.specimen_words import Wording, wording
 from protocols.forms import (
+    AnchorForm,
     Consent,
     Demographics,
     Eligibility,
@@ -21,7 +22,7 @@ from protocols.forms import (
 )
 from protocols.plan import Trial
 from protocols.requests import Ask, Confirm, Instruct, Rest
-from protocols.study import Attribute, Criterion, Item, Questionnaire, Scale, Stimulus
+from protocols.study import Anchor, Attribute, Criterion, Item, Questionnaire, Scale, Stimulus
 
 TRIALS = 45
 RATED = Scale.model_validate({"from": 0, "to": 100})
@@ -53,6 +54,7 @@ def _trials(words: Wording) -> dict[str, Specimen]:
         "sliders-four": Specimen(_asked(four), _some(four, (31, 58))),
         "sliders-labelled": Specimen(_asked(labelled), _some(labelled, (62,))),
         "similarity": Specimen(_asked(alike), _some(alike, (72,))),
+        "anchor": Specimen(_asked(_anchor(words), former={"felt": 1})),
         "authoring": Specimen(_asked(tries, former=_some(tries, (90, 50, 20, 35, 60, 45, 50)))),
         "adjectives": Specimen(_asked(ticks), {"ticked": [words.words[n] for n in (1, 8, 11, 24, 40)], "further": []}),
         "lexicon": Specimen(_asked(Lexicon(2)), {"words": list(words.own)}),
@@ -95,6 +97,10 @@ def _some(form: Sliders, values: tuple[float, ...]) -> dict[str, float]:
 def _asked(form: Form, former: Mapping[str, Any] | None = None) -> Ask:
     trial = Trial(15, "1", False, Stimulus(id="1"), form, may_go_back=True, rest_before=False)
     return Ask(form, trial, former)
+
+
+def _anchor(words: Wording) -> AnchorForm:
+    return AnchorForm(Anchor(id="1", label=words.anchor), "1", 1, 2)
 
 
 def _criterion(number: int, text: str) -> Criterion:

@@ -70,6 +70,22 @@ def test_what_people_wrote_in_an_interview_leaves_the_lab_only_where_it_is_asked
     assert ("interview" in {row["form"] for row in rows(tmp_path / "out/answers.csv")}) == free_text
 
 
+@pytest.mark.parametrize(
+    ("form", "file"), [("csv", "anchors.csv"), ("bids", "sub-P001/ses-01/beh/*references_beh.tsv")]
+)
+def test_references_have_a_table_of_their_own(tmp_path, form, file):
+    anchors = {"stimuli": [{"id": "A", "label": "This is 0.", "attribute": "Soft", "value": 0}]}
+    ran(tmp_path, "matching", anchors=anchors)
+    exported(tmp_path, "toy", tmp_path / "out", form)
+    [path] = (tmp_path / "out").glob(file)
+    lines = path.read_text(encoding="utf-8").splitlines()
+    assert (
+        len(lines) == 2
+        and {"label", "felt"} <= set(lines[0].replace("\t", ",").split(","))
+        and "This is 0." in lines[1]
+    )
+
+
 def test_interrupted_sessions_come_only_when_asked_for_and_say_so(tmp_path):
     lab = lab_of(tmp_path / "lab", "door_lexicon")
     rewritten(LEXICON, lab / "sessions/door_lexicon_P002_s1.sqlite", header={"participant": "P002"}, upto=20)

@@ -26,6 +26,7 @@ HINDI = Wording(
     items=tuple(f"प्रणाली का उपयोग करना आसान था और मुझे अच्छा लगा ({n})।" for n in range(5)),
     ends=("पूरी तरह असहमत", "पूरी तरह सहमत"),
     person=(("आपकी आयु कितनी है?", "वर्ष"), ("आप किस हाथ का उपयोग करते हैं?", ("बायाँ हाथ", "दायाँ हाथ", "दोनों हाथ"))),
+    anchor="यह दरवाज़ा सबसे कठिन दरवाज़ा है। यह रेखा के दाएँ सिरे पर है।",
     free="दरवाज़ा कैसा लगा, अपने शब्दों में बताइए।",
     fit=("क्या आपको कोई ऐसी चोट या बीमारी है जो इस काम में बाधा डाले?", "क्या आप दाएँ हाथ से काम करते हैं?"),
     consent="मैं भाग लेने के लिए सहमत हूँ।\n\n" * 12,
@@ -61,6 +62,7 @@ LONG = replace(
             for n in range(5)
         ),
     ),
+    anchor="This is the door that is the hardest to pull of all the doors that you will feel in this session. " * 4,
     consent=wording("en").consent * 4,
 )
 WORDINGS = {"en": wording("en"), "ko": wording("ko"), "hi": HINDI, "long": LONG}

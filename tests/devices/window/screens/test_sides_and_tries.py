@@ -2,6 +2,9 @@ from dataclasses import replace
 
 import pytest
 
+from devices.window.geometry import WindowError
+from protocols.forms import AnchorForm
+from protocols.study import Anchor
 from tests.devices.window.screens.pages import STEPS, Hand, sliders
 
 SIMILARITY = sliders(1, sides=("real", "virtual"))
@@ -83,3 +86,18 @@ def test_a_setting_of_many_lines_is_tried_on_its_last_sheet():
 
 def replace_low(attribute, n):
     return attribute.model_copy(update={"low": f"{attribute.low} {n}"})
+
+
+def test_a_reference_is_felt_before_going_on_and_as_often_as_wished():
+    form = AnchorForm(Anchor(id="a", label="This is 0 of Soft."), "main", 1, 2)
+    hand = Hand(form, former={"felt": 0}).tap("next")
+    assert hand.screen.reply is None and hand.text("notice") == "Please feel it first."
+    assert hand.key("enter").value == {"go": "try", "answers": {"felt": 0}, "seconds": 0.3}
+    assert Hand(form, former={"felt": 1}).type("t").value["go"] == "try"
+    assert Hand(form, former={"felt": 2}).key("enter").value == {"answers": {"felt": 2}, "seconds": 0.1}
+
+
+def test_a_label_that_takes_more_than_a_screen_is_refused_before_the_session():
+    form = AnchorForm(Anchor(id="light", label="A door. " * 400), "main", 1, 2)
+    with pytest.raises(WindowError, match="label of anchor light takes more than one screen"):
+        Hand(form, former={"felt": 0})
