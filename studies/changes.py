@@ -178,8 +178,11 @@ def demand_same_devices(header: Mapping[str, Any], now: Mapping[str, Any], accep
 
 
 def _unplugged(settings: Mapping[str, Any] | None) -> dict[str, Any]:
-    """Settings without the ports."""
-    return {name: {k: v for k, v in given.items() if k != "port"} for name, given in (settings or {}).items()}
+    """Settings without the ports; one that is none counts as one that is not there, as before Palpate had it."""
+    return {
+        name: {key: value for key, value in given.items() if key != "port" and value is not None}
+        for name, given in (settings or {}).items()
+    }
 
 
 def _same_screen(before: Mapping[str, Any], now: Calibration) -> bool:

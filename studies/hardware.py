@@ -6,7 +6,7 @@ from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass, field
 from functools import partial
 from pathlib import Path
-from typing import TYPE_CHECKING, Any
+from typing import TYPE_CHECKING, Any, cast
 
 from devices.samples import HandMounted
 from devices.signals import Presents, Records
@@ -18,8 +18,10 @@ from studies.live_options import LiveOptions
 from studies.rig import RigError, simulated
 
 if TYPE_CHECKING:
+    from devices.render.window.tablet_screen import TabletScreen
     from devices.rig.file import RigFile
     from devices.rig.opened import OpenRig
+    from devices.tablet.device import Display
 
 CHECKED = {"door", "door_generator", "texture_renderer"}
 """Needs whose stimuli come from files, which may be wrong."""
@@ -39,6 +41,7 @@ class Hardware:
     twins: Sequence[str] = ()
     file: RigFile | None = None
     opened: OpenRig | None = None
+    tablet: TabletScreen | None = None
     description: dict[str, Any] = field(default_factory=dict)
 
     @property
@@ -71,15 +74,20 @@ class Hardware:
     def close(self) -> None:
         """Make every device safe and let go of it; also where none is open."""
         opened, self.opened = self.opened, None
-        if opened is not None:
-            opened.close()
+        tablet, self.tablet = self.tablet, None
+        try:
+            if opened is not None:
+                opened.close()
+        finally:
+            if tablet is not None:
+                tablet.close()
 
     def station(self, plan: Plan) -> Station:
         """What presents and what records. Call it once the devices are open."""
         if self.opened is not None:
             from studies.rig_station import rig_station
 
-            return rig_station(self.opened, self.found, plan, self.lab)
+            return rig_station(self.opened, self.found, plan, self.lab, self.tablet)
         return twin_station(plan, self.found.folder, self.twins, self.lab)
 
     def _look_at(self, opened: OpenRig, plan: Plan) -> None:
@@ -89,9 +97,42 @@ class Hardware:
         try:
             self.description.update(opened.describe())
             demand_within_limits(opened, self.found, plan)
+            self._open_tablet(plan)
         except BaseException:
             self.close()
             raise
+
+    def demand_other_screen(self, screen: int) -> None:
+        """Raise RigError where the tablet is to be the screen that the participant's window is on."""
+        display = self._tablet_display()
+        if display is not None and display.number == screen:
+            raise RigError(
+                f"screen {screen} is the participant's window's, and the tablet's as well by the rig file: give the"
+                " tablet the number of its own screen (screen: {number: N, ...}), or leave its `screen` out"
+            )
+
+    def _tablet_display(self) -> Display | None:
+        """The screen that the renderer's tablet is, where the rig file says so."""
+        if self.file is None or "texture_renderer" not in self.found.study.needs:
+            return None
+        names = self.file.names_for("texture_renderer")
+        settings: Any = next(self.file.devices[name] for name in names if self.file.kind(name) == "tablet")
+        return cast("Display | None", settings.screen)
+
+    def _open_tablet(self, plan: Plan) -> None:
+        """Open the window on the tablet's screen, dark, where it is one. Raises DeviceError."""
+        if (display := self._tablet_display()) is None:
+            return
+        from devices.render.errors import RenderError
+        from devices.render.window.tablet_screen import TabletScreen
+        from devices.signals import DeviceError
+        from studies.rig_renderer import demand_pictures
+
+        demand_pictures(plan, self.found.folder, self.lab)
+        try:
+            self.tablet = TabletScreen(display).__enter__()
+        except RenderError as error:
+            raise DeviceError(str(error)) from None
 
     def _needs(self) -> list[str]:
         """The needs that the rig serves."""

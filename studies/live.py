@@ -146,6 +146,8 @@ class Station:
     beside: Beside | None = None
     heed: Callable[[Aside], None] = lambda _aside: None
     """Told of what comes while a form is answered: a pause is silent."""
+    switch_side: Callable[[str], None] = lambda _side: None
+    """Told which side the participant has switched to."""
 
     def perform(self, request: Present | Sense, window: Pages, desk: Desk, now_ns: Callable[[], int]) -> Came:
         """Hand the request to the device that it is for."""

@@ -15,7 +15,7 @@ from protocols.study import Study
 from studies.catalogue import Found
 from studies.changes import demand_same_devices, demand_same_screen
 from studies.hardware import hardware_for
-from studies.live import LiveWorld, clock_from
+from studies.live import LiveWorld, Station, clock_from
 from studies.live_options import LiveOptions
 from studies.rig import Rig, RigError, RigPlan
 from studies.windowless import Windowless, asks_anything
@@ -38,6 +38,8 @@ def live_plan(found: Found, lab: Path, options: LiveOptions) -> RigPlan:
     """
     hardware = hardware_for(found, lab, options)
     calibration = window_calibration(found.study, lab, options)
+    if calibration is not None:
+        hardware.demand_other_screen(calibration.screen)
     language = options.language or LANGUAGE
     twins = hardware.simulated_needs
     description: dict[str, Any] = {"kind": "live", "window": None, "twins": twins, "language": language}
@@ -50,6 +52,7 @@ def live_plan(found: Found, lab: Path, options: LiveOptions) -> RigPlan:
         opened.callback(hardware.close)
         seat.tell(dict.fromkeys(twins, "simulated, idle"))
         station = hardware.station(plan)
+        presenter.on_side = lambda side: _switched(side, seat, station)
         opened.callback(station.stop)
         opened.callback(hardware.safe)  # The first thing done in the end: before anything else, nothing moves.
         world = LiveWorld(presenter, seat, station, now_ns, lambda: seat.board.paused)
@@ -59,6 +62,12 @@ def live_plan(found: Found, lab: Path, options: LiveOptions) -> RigPlan:
     opening = Opening(description, hardware.open, window, furnish, hardware.close)
     measured = None if calibration is None else calibration.definition()
     return RigPlan(description, opening.check, opening.open, measured, opening.drop)
+
+
+def _switched(side: str, seat: Seat, station: Station) -> None:
+    """The participant has switched sides: the experimenter sees it, and the device that presents hears of it."""
+    seat.tell({"side": side})
+    station.switch_side(side)
 
 
 def plan_to_go_on(

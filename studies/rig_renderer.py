@@ -6,6 +6,7 @@ up. A texture is there from its presentation until it is answered for, since peo
 
 from __future__ import annotations
 
+import hashlib
 from collections.abc import Callable, Mapping
 from dataclasses import dataclass, field, replace
 from pathlib import Path
@@ -14,13 +15,16 @@ from typing import Any, Protocol
 from devices.actuator.device import VoiceCoil
 from devices.desk import Desk, Pages
 from devices.mending import Mending
+from devices.models.errors import ModelFileError
 from devices.models.file import read_card
 from devices.render.errors import RenderError
 from devices.render.job import Job, Sounds
 from devices.render.process import Rendering
 from devices.render.sinks import MOST_AHEAD, on_coil
+from devices.render.window.photo import photo_file, read_photo
 from devices.rig.opened import OpenRig
 from devices.signals import DeviceError, DeviceFault
+from devices.window.geometry import WindowError
 from protocols.events import NS
 from protocols.keyed import keyed_bits
 from protocols.plan import Plan, Trial
@@ -31,6 +35,8 @@ from studies.scenes import drawn
 NEED = "texture_renderer"
 COUNTED = ("steps", "late", "skipped")
 OUTPUT = ("underruns", "missing", "limited")
+VIRTUAL = "virtual"
+"""The side on which a texture's picture is seen; without such a side it is seen as long as the texture is on."""
 
 
 class Plays(Protocol):
@@ -50,19 +56,32 @@ class Plays(Protocol):
         """Be silent and let go of everything."""
 
 
+class Shows(Protocol):
+    """The tablet's screen: `devices.render.window.tablet_screen.TabletScreen`, or something that stands for it."""
+
+    def show(self, picture: Path | None) -> None:
+        """Have the picture seen, or nothing. Raises RenderError."""
+
+
 @dataclass
 class RigRenderer:
     """Presents a study's virtual textures. Its replies name the model and count deadlines, at the beginning of a
-    texture and again with the answer, for the time between."""
+    texture and again with the answer, for the time between. A tablet that is a screen shows the texture's picture
+    while the virtual side is on."""
 
     plan: Plan
     renderings: Renderings
     begin: Callable[[], Plays]
     plays: Plays | None = None
+    tablet: Shows | None = None
     on: bool = False
     mending: Mending = field(default_factory=Mending)
     counted: dict[str, Any] = field(default_factory=dict)
     told: dict[str, Any] = field(default_factory=dict)
+    picture: Path | None = None
+    side: str | None = None
+    trouble: RenderError | None = None
+    """What the tablet's screen failed with while a form was answered."""
 
     def perform(self, request: Present, window: Pages, desk: Desk, now_ns: Callable[[], int]) -> Came:
         """Go over to the stimulus' texture; it is there when this returns. After a fault somebody mends it first."""
@@ -101,6 +120,24 @@ class RigRenderer:
         self.on, record = True, plays.record()
         self.counted = counts_of(record)
         self.told = {**told_of(card, read_card(card)), "runtime": runtime_of(record), "seed": seed}
+        self.picture = None
+        if self.tablet is not None:
+            self.picture, self.told["picture"] = picture_of(card)
+            self._show()
+
+    def switch_side(self, side: str) -> None:
+        """The participant has switched to this side: the picture is seen on the virtual one alone."""
+        self.side = side
+        try:
+            self._show()
+        except RenderError as error:  # the form goes on; with its answer the trial is marked
+            self.trouble = error
+
+    def _show(self) -> None:
+        """Have the picture seen where the texture is on, on the virtual side. Raises RenderError."""
+        if self.tablet is not None:
+            seen = self.on and (VIRTUAL not in self.plan.study.sides or self.side == VIRTUAL)
+            self.tablet.show(self.picture if seen else None)
 
     def _running(self) -> Plays:
         if self.plays is None or not self.plays.running:
@@ -117,8 +154,12 @@ class RigRenderer:
         """What came of the form that was answered meanwhile, with what the renderer did; then it is silent."""
         if not self.on or self.plays is None:
             return came
-        self.on = False
+        self.on, self.side = False, None
         try:
+            trouble, self.trouble = self.trouble, None
+            if trouble is not None:
+                raise trouble
+            self._show()
             record = self.plays.record()
             if not self.plays.running:
                 raise RenderError("the renderer ended while the texture was felt")
@@ -133,13 +174,13 @@ class RigRenderer:
 
     def close(self) -> None:
         """Silence; the process ends."""
-        plays, self.plays, self.on = self.plays, None, False
+        plays, self.plays, self.on, self.side = self.plays, None, False, None
         if plays is not None:
             plays.__exit__()
 
 
-def rig_renderer(rig: OpenRig, plan: Plan, folder: Path, lab: Path) -> RigRenderer:
-    """The renderer at a rig's stylus and actuator, which this process lets go of for it.
+def rig_renderer(rig: OpenRig, plan: Plan, folder: Path, lab: Path, tablet: Shows | None = None) -> RigRenderer:
+    """The renderer at a rig's stylus and actuator, which this process lets go of for it; `tablet` shows pictures.
 
     Raises DeviceError where they cannot be had again, or cannot be used for a study.
     """
@@ -147,7 +188,7 @@ def rig_renderer(rig: OpenRig, plan: Plan, folder: Path, lab: Path) -> RigRender
     for device in rig.of(NEED).values():
         device.close()
     job = Job(None, None, rig.file.path, min(MOST_AHEAD, coil.settings.ahead_ms))
-    made = RigRenderer(plan, Renderings(folder, lab), lambda: begun(job))
+    made = RigRenderer(plan, Renderings(folder, lab), lambda: begun(job), tablet=tablet)
     made.plays = made.begin()
     return made
 
@@ -176,6 +217,32 @@ def demand_usable(rig: OpenRig) -> VoiceCoil:
             "`evdev`; `palpate render` takes either."
         )
     return coil
+
+
+def picture_of(card: Path) -> tuple[Path, dict[str, Any]]:
+    """A model's picture, and what the record keeps of it: name, SHA-256, size in mm. Raises RenderError."""
+    file = photo_file(read_card(card), card.parent)
+    if file is None:
+        raise RenderError(
+            f"{card.name}: the tablet shows the texture's picture, and the card names none (texture.picture); add one,"
+            " or leave `screen` out of the tablet's settings in the rig file"
+        )
+    try:
+        size_mm = read_photo(file).size_mm
+        digest = hashlib.sha256(file.read_bytes()).hexdigest()
+    except (WindowError, OSError) as error:
+        raise RenderError(str(error)) from None
+    return file, {"file": file.name, "sha256": digest, "size_mm": [round(side, 2) for side in size_mm]}
+
+
+def demand_pictures(plan: Plan, folder: Path, lab: Path) -> None:
+    """Every texture of the plan has a picture that can be shown. Raises DeviceError naming the model that has none."""
+    renderings = Renderings(folder, lab)
+    for card in {renderings.card(trial.stimulus) for trial in plan.presented}:
+        try:
+            picture_of(card)
+        except (RenderError, ModelFileError) as error:
+            raise DeviceError(str(error)) from None
 
 
 def runtime_of(record: Mapping[str, Any]) -> str:

@@ -26,7 +26,7 @@ if TYPE_CHECKING:
     from devices.scene import Scene
     from devices.sound.device import MaskingNoise
     from devices.sound.masked import Masked
-    from studies.rig_renderer import RigRenderer
+    from studies.rig_renderer import RigRenderer, Shows
 
 CAPTURED = tuple(need for need in RECORDING if need != "camera")
 """Needs that sensors record together; a camera does so alone."""
@@ -34,14 +34,17 @@ COVERED = "tracker"
 """The kind whose streams may be not a number for long: a marker may be covered."""
 
 
-def rig_station(rig: OpenRig, found: Found, plan: Plan, lab: Path) -> Station:
-    """The station of a study at open devices; pictures are kept in the lab."""
+def rig_station(rig: OpenRig, found: Found, plan: Plan, lab: Path, tablet: Shows | None = None) -> Station:
+    """The station of a study at open devices; pictures that a camera takes are kept in the lab, textures' pictures are
+    shown on the `tablet`."""
     records: dict[str, Records] = {need: _capture(rig, need, found, plan) for need in _needed(plan, CAPTURED)}
     if "camera" in plan.study.needs:
         records["camera"] = _camera(rig, lab)
-    renderer = _renderer(rig, found, plan, lab)
+    renderer = _renderer(rig, found, plan, lab, tablet)
     presents = _door(rig, found, plan, lab) if renderer is None else renderer
     made = replace(composed(plan.study, presents, records, lambda: _stage(rig, plan)), beside=renderer)
+    if renderer is not None:
+        made = replace(made, switch_side=renderer.switch_side)
     if "masking_noise" not in plan.study.needs:
         return made
     masked = _masked(rig, made.presents)
@@ -80,13 +83,13 @@ def _generator(door: Any, lab: Path) -> Presents:
     return PresentsMade(door, made)
 
 
-def _renderer(rig: OpenRig, found: Found, plan: Plan, lab: Path) -> RigRenderer | None:
+def _renderer(rig: OpenRig, found: Found, plan: Plan, lab: Path, tablet: Shows | None) -> RigRenderer | None:
     """The renderer of virtual textures, where the study needs one."""
     if "texture_renderer" not in plan.study.needs:
         return None
     from studies.rig_renderer import rig_renderer
 
-    return rig_renderer(rig, plan, found.folder, lab)
+    return rig_renderer(rig, plan, found.folder, lab, tablet)
 
 
 def demand_within_limits(rig: OpenRig, found: Found, plan: Plan) -> None:

@@ -54,7 +54,7 @@ class Rendering:
         self._talk, theirs = spawn.Pipe()
         self._process = spawn.Process(target=_serve, args=(self.job, self._memory.name, theirs), daemon=True)
         try:
-            with _one_thread(), _uninterrupted():
+            with _one_thread(), uninterrupted():
                 self._process.start()
             theirs.close()
             self._answer(READY_S)
@@ -167,7 +167,7 @@ def _one_thread() -> Iterator[None]:
 
 
 @contextmanager
-def _uninterrupted() -> Iterator[None]:
+def uninterrupted() -> Iterator[None]:
     """What is started meanwhile hears no Ctrl-C, which a terminal sends to all: whoever started it will end it."""
     if not hasattr(signal, "pthread_sigmask"):
         yield

@@ -61,6 +61,15 @@ class Curve(Strict):
     b: Positive = 3.32
 
 
+class Display(Strict):
+    """The screen that a tablet is: its number, its pixels per millimetre, and where the middle of a picture lies on it,
+    in mm from its top left corner; None: in the middle of the screen."""
+
+    number: Annotated[int, Field(ge=0, le=15)]
+    px_per_mm: Annotated[float, Field(ge=1, le=40, allow_inf_nan=False)]
+    middle_mm: tuple[Positive, Positive] | None = None
+
+
 class Settings(Strict):
     """A tablet in a rig file.
 
@@ -79,6 +88,7 @@ class Settings(Strict):
     path: Path | None = None
     axes: Axes | None = None
     px_per_mm: Positive | None = None
+    screen: Display | None = None
     recording: Path | None = None
     jitter_ms: Annotated[float, Field(ge=0, le=5)] = 0.5
     step_mm: Positive = 0.01

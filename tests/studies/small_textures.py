@@ -24,8 +24,8 @@ def write_all(lab: Path, textures=TEXTURES, methods=tuple(ORDERS)):
     return [write(lab / "models", texture, method) for texture in textures for method in methods]
 
 
-def write(folder: Path, texture: str, method: str, louder: float = 1.0) -> Path:
-    """The card's path. `louder`: by how much its noise is than what it was fitted to."""
+def write(folder: Path, texture: str, method: str, louder: float = 1.0, picture: str | None = None) -> Path:
+    """The card's path. `louder`: by how much its noise is than what it was fitted to. `picture`: the card names it."""
     signal, speed, force = read_felt(FOLDER / "felt" / f"{texture}.csv")
     weight, bias = fitted(signal, speed, force, ORDERS[method])
     bias[1] += np.log(louder)
@@ -41,6 +41,7 @@ def write(folder: Path, texture: str, method: str, louder: float = 1.0) -> Path:
         texture=Texture(
             id=texture, label=texture.replace("_", " ").capitalize(), window=M, speed_mm_s=(20.0, 250.0),
             force_N=(0.3, 3.0), rms_m_s2=float(signal.std()), peak_m_s2=float(3 * np.abs(signal).max()), start="start",
+            picture=picture,
         ),
     )  # fmt: skip
     folder.mkdir(parents=True, exist_ok=True)

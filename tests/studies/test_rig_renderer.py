@@ -125,6 +125,67 @@ def test_another_person_and_another_attempt_hear_other_noise(lab):
     assert plays.sounds[0].seed != plays.sounds[1].seed
 
 
+@dataclass
+class FakeTablet:
+    """Remembers what it shows; fails where it is told to."""
+
+    seen: list = field(default_factory=list)
+    fails: str = ""
+
+    def show(self, picture):
+        if self.fails:
+            raise RenderError(self.fails)
+        self.seen.append(None if picture is None else picture.stem)
+
+
+def test_the_tablet_shows_the_picture_while_the_virtual_side_is_on(lab):
+    renderer, _ = fake(lab)
+    renderer.tablet = tablet = FakeTablet()
+    made = present(renderer).value["rendered"]
+    assert made["picture"]["file"] == "cloth.jpg" and len(made["picture"]["sha256"]) == 64
+    assert made["picture"]["size_mm"] == pytest.approx([100.0, 100.0], abs=0.2)
+    assert tablet.seen == [None], "no side was chosen yet"
+    station = Station(renderer, beside=renderer, switch_side=renderer.switch_side)
+    for side in ("virtual", "real", "virtual"):
+        station.switch_side(side)
+    assert tablet.seen[1:] == ["cloth", None, "cloth"]
+    answered = station.after(Reply({"answers": {}})).value["rendered"]
+    assert tablet.seen[-1] is None and answered["picture"] == made["picture"]
+    present(renderer)
+    assert tablet.seen[-1] is None, "the next trial begins with no side"
+
+
+def test_without_sides_the_picture_is_there_as_long_as_the_texture(lab):
+    renderer, _ = fake(lab)
+    renderer.plan = replace(PLAN, study=PLAN.study.model_copy(update={"sides": ()}))
+    renderer.tablet = tablet = FakeTablet()
+    present(renderer)
+    renderer.after(Reply({"answers": {}}))
+    assert tablet.seen == ["cloth", None]
+
+
+def test_a_tablet_that_goes_dark_marks_the_trial(lab):
+    renderer, _ = fake(lab)
+    renderer.tablet = tablet = FakeTablet()
+    present(renderer)
+    tablet.fails = "the window on the tablet's screen has ended"
+    renderer.switch_side("virtual")
+    came = renderer.after(Reply({"answers": {}}))
+    assert isinstance(came, Fault) and "tablet's screen has ended" in came.value["message"]
+
+
+def test_a_tablet_s_screen_is_its_own_and_every_texture_has_a_picture(lab):
+    screened = RIG.replace("tablet, driver: twin", "tablet, driver: twin, screen: {number: 1, px_per_mm: 5}")
+    hardware = Hardware(Found(PLAN.study, FOLDER), lab, file=rig_file(lab, screened))
+    hardware.demand_other_screen(0)
+    with pytest.raises(RigError, match="screen 1 is the participant's"):
+        hardware.demand_other_screen(1)
+    write(lab / "models", "cloth", "ar", picture="weave.png")
+    with pytest.raises(DeviceError, match="weave.png"):
+        hardware.open(PLAN)
+    assert hardware.opened is None and hardware.tablet is None
+
+
 def test_what_fails_is_a_fault_and_goes_on_once_somebody_has_mended_it(lab):
     renderer, made = fake(lab, fails="the actuator is gone")
     came = present(renderer)
