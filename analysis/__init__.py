@@ -32,7 +32,7 @@ if TYPE_CHECKING:
     from analysis.reliability.concordance import kendall_w
     from analysis.reliability.consistency import cronbach_alpha
     from analysis.reliability.intraclass import icc
-    from analysis.reliability.kappa import fleiss_kappa
+    from analysis.reliability.kappa import cohen_kappa, fleiss_kappa
     from analysis.reliability.repeated import retest
     from analysis.spaces.classical import classical_mds
     from analysis.spaces.components import pca
@@ -63,6 +63,7 @@ __all__ = [
     "apa_t",
     "bradley_terry",
     "classical_mds",
+    "cohen_kappa",
     "compare_models",
     "confidence_ellipses",
     "cronbach_alpha",
@@ -117,6 +118,7 @@ _HOMES = {
     "apa_t": "statistics.apa",
     "bradley_terry": "choices.bradley_terry",
     "classical_mds": "spaces.classical",
+    "cohen_kappa": "reliability.kappa",
     "compare_models": "mixed_models.comparing",
     "confidence_ellipses": "spaces.replicated",
     "cronbach_alpha": "reliability.consistency",

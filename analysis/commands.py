@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import math
 from collections.abc import Callable
 from dataclasses import replace
 from functools import wraps
@@ -65,16 +66,32 @@ def source_options(command: Callable[..., None]) -> Callable[..., None]:
     help="Compare with another program's numbers: r (R's, shipped for sk2011) or FILE.json#KEY.",
 )  # fmt: skip
 @click.option("--figures/--no-figures", default=True, help="Whether to draw the figures, too.")
+@click.option(
+    "--codes", multiple=True, type=click.Path(dir_okay=False, path_type=Path), metavar="FILE.csv",
+    help="A coder's table of the interview's answers: count the codes instead. Repeatable: how far coders agree.",
+)  # fmt: skip
 @JSON
-def analyse(wanted: Wanted, missing: Missing, reference: str, figures: bool, as_json: bool) -> None:
+def analyse(
+    wanted: Wanted, missing: Missing, reference: str, figures: bool, codes: tuple[Path, ...], as_json: bool
+) -> None:
     """Compute the tables, statistics and figures of NAME, a study with sessions or an imported data set.
 
     A first look, by one fixed set of tests; an analysis declared in a plan is computed by `palpate regenerate`.
     Writes statistics.json, CSV tables and figures (SVG, PNG) to LAB/analysis/NAME. Equal data give equal files.
     Exit code 1 if --reference is given and a number differs by more than 1e-9 of its value.
 
-    Example: palpate analyse door_ratings --lab LAB
+    With --codes: counts the codes that coders put to answers in free text (`palpate export --free-text` gives these),
+    and Cohen's kappa of each two coders, into LAB/analysis/NAME/codes.
+
+    \b
+    Examples:
+      palpate analyse door_ratings --lab LAB
+      palpate analyse my_study --codes ann.csv --codes bob.csv --lab LAB
     """
+    if codes:
+        _demand_no_other_option()
+        _analyse_codes(wanted, codes, as_json)
+        return
     from analysis.reporting.report import save_figures
     from analysis.reporting.results import write_results
     from protocols.files import staged_files
@@ -95,6 +112,54 @@ def analyse(wanted: Wanted, missing: Missing, reference: str, figures: bool, as_
         _show(found, files, compared)
     if not all(each.agrees for each in compared):
         raise click.exceptions.Exit(1)
+
+
+def _demand_no_other_option() -> None:
+    """Raise UsageError where an option is given that has no effect beside --codes."""
+    context = click.get_current_context()
+    for name, option in (("missing", "--missing"), ("reference", "--reference"), ("figures", "--figures/--no-figures")):
+        if context.get_parameter_source(name) is click.core.ParameterSource.COMMANDLINE:
+            raise click.UsageError(f"{option} has no effect on codes: leave it or --codes out")
+
+
+def _analyse_codes(wanted: Wanted, paths: tuple[Path, ...], as_json: bool) -> None:
+    from analysis.coding.agreement import agreement, code_counts, notes_on
+    from analysis.coding.tables import answers_in, read_coders
+    from analysis.exporting.source import opened
+    from analysis.ratings.wording import count
+    from analysis.reporting.csv_files import csv_text
+    from protocols.files import write_texts
+
+    with opened(wanted) as source:
+        answers = answers_in(source)
+    coders = read_coders(paths, answers)
+    counts, agreed, notes = code_counts(coders, answers), agreement(coders, answers), list(notes_on(coders, answers))
+    tables = {"codes.csv": counts} | ({"agreement.csv": agreed} if len(coders) > 1 else {})
+    files = write_texts(_folder(wanted) / "codes", {name: csv_text(rows) for name, rows in tables.items()})
+    if as_json:
+        told = [{"coder": coder.name, "sha256": coder.sha256} for coder in coders]
+        rows = {"codes": _without_nan(counts), "agreement": _without_nan(agreed)}
+        echo_json({"name": wanted.name, "coders": told, **rows, "notes": notes, "files": [str(path) for path in files]})
+        return
+    for row in counts:
+        of = f"{row['answers']} of {row['coded']} answers, {count(row['people'], 'participant')}"
+        click.echo(f"{row['item']}  {row['code']}: {of} ({row['coder']})")
+    for row in agreed:
+        kappa = "undefined" if math.isnan(row["kappa"]) else f"{row['kappa']:.2f}"
+        interval = "" if math.isnan(row["se"]) else f" (95 % CI {row['ci95_low']:.2f} to {row['ci95_high']:.2f})"
+        pair = f"{row['coder_a']}, {row['coder_b']}"
+        click.echo(f"{row['item']}  {row['code']}: kappa {kappa}{interval}, {row['answers']} answers ({pair})")
+    for line in notes:
+        click.echo(line)
+    click.echo(f"Written to {_folder(wanted) / 'codes'}: {', '.join(path.name for path in files)}")
+
+
+def _without_nan(rows: list[dict[str, Any]]) -> list[dict[str, Any]]:
+    """Rows as JSON data: an undefined number is null."""
+    return [
+        {name: None if isinstance(value, float) and math.isnan(value) else value for name, value in row.items()}
+        for row in rows
+    ]
 
 
 @click.command()

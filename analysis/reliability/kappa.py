@@ -1,8 +1,9 @@
-"""Fleiss' kappa: agreement of several raters who put things into categories."""
+"""Kappa: agreement of raters who put things into categories; Cohen's of two, Fleiss' of several."""
 
 from __future__ import annotations
 
 import math
+from statistics import NormalDist
 from typing import NamedTuple
 
 import numpy as np
@@ -63,3 +64,50 @@ def _kappa(counts: Floats, m: int) -> Kappa:
     z = kappa / se
     note = "negative: raters agree less than by chance" if kappa < 0 else ""
     return Kappa(kappa, se, z, max(math.erfc(abs(z) / math.sqrt(2)), SMALLEST), n, m, note)
+
+
+class CohenKappa(NamedTuple):
+    """Cohen's kappa of two raters, its standard error and interval, the share agreed on; NaN where undefined."""
+
+    kappa: float
+    se: float
+    low: float
+    high: float
+    agreement: float
+    units: int
+    note: str
+
+
+def cohen_kappa(counts: Floats, confidence: float = 0.95) -> CohenKappa:
+    """Cohen's kappa of an array (k, k): how many units the first rater put into the row's category, the second into the
+    column's.
+
+    Source: Cohen 1960; the standard error, for large samples: Fleiss, Cohen & Everitt 1969, equation 13. The interval
+    is kappa +- z se, cut at 1 and -1. Raises BadValue for counts that are no whole numbers or not square, and for a
+    confidence that is no share; TooFew for no unit.
+    """
+    counts = np.asarray(counts, dtype=np.float64)
+    if counts.ndim != 2 or counts.shape[0] != counts.shape[1]:
+        raise BadValue("counts of shape (categories, categories) are expected, the same categories for both raters")
+    if not np.isfinite(counts).all() or (counts < 0).any() or (counts % 1 != 0).any():
+        raise BadValue("counts must be whole numbers from 0")
+    if not 0 < confidence < 1:
+        raise BadValue(f"confidence {confidence:g}: a share between 0 and 1 is expected")
+    if not (n := int(counts.sum())):
+        raise TooFew("no units that both raters have put into a category")
+    share = counts / n
+    row, column = share.sum(axis=1), share.sum(axis=0)
+    # In whole numbers, so that what is equal is equal.
+    chance = float(counts.sum(axis=1) @ counts.sum(axis=0)) / n**2
+    agreed = float(np.trace(counts)) / n
+    if chance == 1:
+        why = "undefined: both raters put every unit into one and the same category"
+        return CohenKappa(math.nan, math.nan, math.nan, math.nan, agreed, n, why)
+    kappa = (agreed - chance) / (1 - chance)
+    own = float(np.diag(share) @ (1 - (row + column) * (1 - kappa)) ** 2)
+    swapped = share * (column[:, None] + row[None, :]) ** 2
+    others = (1 - kappa) ** 2 * float(swapped.sum() - np.trace(swapped))
+    se = math.sqrt(max(own + others - (kappa - chance * (1 - kappa)) ** 2, 0.0) / n) / (1 - chance)
+    half = NormalDist().inv_cdf((1 + confidence) / 2) * se
+    note = "negative: raters agree less than by chance" if kappa < 0 else ""
+    return CohenKappa(kappa, se, max(kappa - half, -1.0), min(kappa + half, 1.0), agreed, n, note)

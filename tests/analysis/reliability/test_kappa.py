@@ -6,7 +6,7 @@ import numpy as np
 import pytest
 
 from analysis.reliability.coincidence import krippendorff
-from analysis.reliability.kappa import fleiss_kappa
+from analysis.reliability.kappa import cohen_kappa, fleiss_kappa
 from analysis.statistics.refusals import BadValue, TooFew
 
 WORKED = np.array(  # 10 things, 14 raters, 5 categories: kappa .210 (Wikipedia, "Fleiss' kappa", worked example)
@@ -42,3 +42,32 @@ def test_undefined_and_refused() -> None:
         fleiss_kappa(np.array([[1, 0], [0, 1]]))
     with pytest.raises(BadValue, match="whole numbers"):
         fleiss_kappa(np.array([[1.5, 0.5]]))
+
+
+COHEN = np.array([[44, 5, 1], [7, 20, 3], [9, 5, 6]])  # 100 units, two raters, three categories
+
+
+def test_cohen_s_kappa_its_error_and_interval_are_those_of_statsmodels() -> None:
+    from statsmodels.stats import inter_rater as rater
+
+    found, expected = cohen_kappa(COHEN), rater.cohens_kappa(COHEN)
+    assert found.kappa == pytest.approx(expected.kappa, rel=1e-13)
+    assert found.se == pytest.approx(expected.std_kappa, rel=1e-12)
+    assert (found.low, found.high) == pytest.approx((expected.kappa_low, expected.kappa_upp), rel=1e-12)
+    assert (found.agreement, found.units) == (0.7, 100)
+
+
+def test_cohen_s_kappa_where_it_is_one_none_or_refused() -> None:
+    alike = cohen_kappa(np.diag([3, 4]))
+    assert alike.kappa == alike.low == alike.high == 1.0
+    one = cohen_kappa(np.array([[5, 0], [0, 0]]))
+    assert np.isnan(one.kappa) and one.agreement == 1.0 and "one and the same category" in one.note
+    opposed = cohen_kappa(np.array([[0, 4], [4, 0]]))
+    assert opposed.kappa == -1.0 and "less than by chance" in opposed.note and opposed.low >= -1.0
+    for wrong, said in ((np.ones((2, 3)), "shape"), (np.full((2, 2), 0.5), "whole numbers")):
+        with pytest.raises(BadValue, match=said):
+            cohen_kappa(wrong)
+    with pytest.raises(BadValue, match="confidence"):
+        cohen_kappa(COHEN, confidence=1.0)
+    with pytest.raises(TooFew, match="no units"):
+        cohen_kappa(np.zeros((2, 2)))

@@ -1,0 +1,138 @@
+"""Coders' tables: which codes each of them put to which answer in participants' own words."""
+
+from __future__ import annotations
+
+from collections.abc import Iterable, Iterator, Mapping, Sequence
+from dataclasses import dataclass
+from pathlib import Path
+
+from analysis.exporting.session_rows import SessionRows
+from analysis.exporting.source import Source
+from analysis.importing.dialects import Sheet, TableRefused, read_sheet
+from protocols.did_you_mean import nearest
+from protocols.lookalikes import looks
+
+FORM = "interview"
+BETWEEN = ";"
+"""What stands between two codes of one answer."""
+CODES = ("codes", "code")
+
+
+@dataclass(frozen=True, order=True)
+class Answer:
+    """An answer in free text: whose it is, in which session, and to which question."""
+
+    participant: str
+    session: int
+    item: str
+
+
+@dataclass(frozen=True)
+class Coder:
+    """One coder's table: its file, and the codes of each answer that it has a row for, which may be none."""
+
+    name: str
+    sha256: str
+    codes: Mapping[Answer, frozenset[str]]
+
+
+def answers_in(source: Source) -> list[Answer]:
+    """Every answer in free text that is not empty, by participant, session and question."""
+    return [
+        Answer(sat.participant, sat.number, str(row["item"]))
+        for sat in source.kept
+        for row in SessionRows(source, sat).answers()
+        if row["form"] == FORM and row["value"]
+    ]
+
+
+def read_coders(paths: Sequence[Path], answers: Sequence[Answer]) -> tuple[Coder, ...]:
+    """Read the coders' tables: CSV with `participant`, `item`, `codes`, and `session` where somebody had several.
+
+    Further columns, as those of an export, are left aside; codes of one answer stand apart by `;`, and a row without
+    one says that no code fits. Raises TableRefused, by file and line, on a row that is no answer of the study, an
+    answer that stands twice, a file that is named twice, and codes that differ only in how they are written.
+    """
+    if len({path.resolve() for path in paths}) < len(paths):
+        raise TableRefused("--codes: one table is named twice; each coder has one of their own")
+    coders = tuple(_read(path, name, answers) for path, name in zip(paths, _names(paths), strict=True))
+    _demand_distinct(coders)
+    return coders
+
+
+def _names(paths: Sequence[Path]) -> list[str]:
+    """What the coders are called: their files, with the folder where two have the same name."""
+    stems = [path.stem for path in paths]
+    return [f"{path.parent.name}/{path.stem}" if stems.count(path.stem) > 1 else path.stem for path in paths]
+
+
+def _read(path: Path, name: str, answers: Sequence[Answer]) -> Coder:
+    if not path.is_file():
+        raise TableRefused(f"{path}: no such file; a coder's table is expected, as palpate export --free-text gives it")
+    sheet = read_sheet(path, path.name, encodings=("utf-8",), delimiter=None, wanted=("participant", "item"), trim=True)
+    codes: dict[Answer, frozenset[str]] = {}
+    for where, answer, found in _rows(sheet, answers):
+        if answer in codes:
+            raise TableRefused(f"{where}: {_told(answer)} stands twice; put all its codes into one row, apart by ;")
+        codes[answer] = found
+    return Coder(name, sheet.sha256, codes)
+
+
+def _rows(sheet: Sheet, answers: Sequence[Answer]) -> Iterator[tuple[str, Answer, frozenset[str]]]:
+    """(file and line, answer, codes) of each row that is about free text."""
+    column = next((name for name in CODES if name in sheet.header), None)
+    if column is None:
+        found = ", ".join(sheet.header)
+        raise TableRefused(f"{sheet.name}: a column `codes` is expected, with the codes apart by ;; it has {found}")
+    form = sheet.place("form") if "form" in sheet.header else None
+    number = sheet.place("session") if "session" in sheet.header else None
+    known = set(answers)
+    for row in sheet.rows:
+        where = f"{sheet.name}: line {row.line}"
+        codes = frozenset(code.strip() for code in row.cells[sheet.place(column)].split(BETWEEN) if code.strip())
+        if form is not None and row.cells[form] != FORM and not codes:
+            continue
+        participant, item = (row.cells[sheet.place(name)] for name in ("participant", "item"))
+        session = _session(where, participant, None if number is None else row.cells[number], answers)
+        answer = Answer(participant, session, item)
+        if form is not None and not codes and answer not in known:
+            continue  # of an export: nothing was answered there
+        if answer not in known:
+            raise TableRefused(f"{where}: {_told(answer)} is no answer in free text; {_nearest(answer, answers)}")
+        yield where, answer, codes
+
+
+def _session(where: str, participant: str, text: str | None, answers: Iterable[Answer]) -> int:
+    """The number of the session; where the table has none, the participant's only one."""
+    if text:
+        if not text.isdecimal():
+            raise TableRefused(f"{where}: session {text!r}: the number of a session is expected, from 1")
+        return int(text)
+    sessions = {answer.session for answer in answers if answer.participant == participant}
+    if len(sessions) > 1:
+        told = ", ".join(map(str, sorted(sessions)))
+        raise TableRefused(f"{where}: {participant} had sessions {told}: say which in a column `session`")
+    return next(iter(sessions), 1)
+
+
+def _nearest(answer: Answer, answers: Sequence[Answer]) -> str:
+    people = sorted({each.participant for each in answers})
+    if answer.participant not in people:
+        return nearest(answer.participant, people)
+    return nearest(answer.item, sorted({each.item for each in answers if each.participant == answer.participant}))
+
+
+def _demand_distinct(coders: Iterable[Coder]) -> None:
+    """Raise TableRefused where two codes look alike: coders would then differ in spelling alone."""
+    alike: dict[str, dict[str, str]] = {}
+    for coder in coders:
+        for code in sorted({code for codes in coder.codes.values() for code in codes}):
+            alike.setdefault(looks(code), {}).setdefault(code, coder.name)
+    for spellings in alike.values():
+        if len(spellings) > 1:
+            told = " and ".join(f"{code!r} ({name})" for code, name in spellings.items())
+            raise TableRefused(f"codes that look alike: {told}; write one code in one way")
+
+
+def _told(answer: Answer) -> str:
+    return f"{answer.participant}, session {answer.session}, {answer.item!r}"
