@@ -23,8 +23,9 @@ def session_signs(ratings: pd.DataFrame, scale: tuple[float, float] | None) -> p
     if scale is None or not {"session", "trial", "stimulus"} <= set(ratings.columns):
         return pd.DataFrame(columns=list(HEAD)).astype({"flagged": bool})
     rows: list[dict[str, object]] = []
-    for session in ordered(sorted(set(ratings["session"].tolist()))):
-        own = ratings[ratings["session"] == session]
+    sessions = dict(iter(ratings.groupby("session", sort=False)))
+    for session in ordered(sorted(sessions)):
+        own = sessions[session]
         for each in diagnose(answered_trials(own), *scale):
             sign = {"sign": each.name, "value": math.nan if each.value is None else each.value, "unit": each.unit}
             threshold = math.nan if each.threshold is None else each.threshold

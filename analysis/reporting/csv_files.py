@@ -30,8 +30,14 @@ def csv_text(rows: Sequence[Mapping[str, Any]]) -> str:
 
 def table_csv(table: pd.DataFrame) -> str:
     """A table as CSV, the same text as that of its rows, made column by column."""
-    columns = [[_cell(str(name), value) for value in _values(table[name])] for name in table.columns]
+    columns = [_cells(str(name), _values(table[name])) for name in table.columns]
     return _written([str(name) for name in table.columns], zip(*columns, strict=True))
+
+
+def _cells(name: str, values: Sequence[Any]) -> list[str]:
+    """The texts of a column's values. Most columns are of few texts, each of which is looked at once."""
+    texts = {value: _cell(name, value) for value in set(filter(lambda value: type(value) is str, values))}
+    return [texts[value] if type(value) is str else _cell(name, value) for value in values]
 
 
 def _values(column: pd.Series[Any]) -> list[Any]:
