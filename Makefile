@@ -13,7 +13,7 @@ SOURCES := pyproject.toml setup.py palpate.py $(shell find $(ROOMS) participants
 # Run a command and say how long it took: $(call timed,words,command)
 timed = @echo '$(2)'; began=$$(date +%s); $(2) && echo "$(1): $$(($$(date +%s) - began)) s"
 CHECKS := $(BIN)/ruff check . && $(BIN)/ruff format --check . && $(BIN)/mypy && $(BIN)/lint-imports
-PYTEST := $(BIN)/python -m pytest -n 2 --dist worksteal
+PYTEST := $(BIN)/python -m pytest -n 2 --dist worksteal --durations=30 --durations-min=3
 
 .PHONY: demo test test-all check clean
 

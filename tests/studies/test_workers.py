@@ -12,9 +12,11 @@ from studies.commands_records import replay
 from studies.workers import WorkerDied, map_in_order, workers_for
 
 INTERRUPTED = """
+import signal
 from studies.workers import map_in_order
 from tests.studies.test_workers import interrupt_at_five
 
+signal.signal(signal.SIGINT, signal.default_int_handler)  # whoever started the tests may ignore it
 if __name__ == "__main__":
     try:
         for result in map_in_order(interrupt_at_five, range(40), 2):
