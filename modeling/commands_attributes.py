@@ -21,9 +21,9 @@ if TYPE_CHECKING:
 
 Report = Callable[[str], None]
 COLUMNS = (
-    ("mae", "MAE", "2"), ("rmse", "RMSE", "2"), ("within_jnd", "JND", "share"), ("best_less", "more", "2"),
-    ("half_width", "± 90 %", "1"), ("features_s", "features", "s"), ("train_s", "train", "s"),
-    ("answer_s", "answer", "s"),
+    ("resnet", "ResNet-50", "text"), ("mae", "MAE", "2"), ("rmse", "RMSE", "2"), ("within_jnd", "JND", "share"),
+    ("best_less", "more", "2"), ("half_width", "± 90 %", "1"), ("features_s", "features", "s"),
+    ("train_s", "train", "s"), ("answer_s", "answer", "s"),
 )  # fmt: skip
 """What is printed of each method: its name in the rows, its heading, how it is written."""
 
@@ -179,6 +179,7 @@ def train_attributes(asked: Asked, method: str | None, to: Path | None, replace:
         return
     print_banners(written.banners)
     told = f"MAE {written.metrics['mae']:.2f}, RMSE {written.metrics['rmse']:.2f} of textures left out (0 to 100)"
+    told += f"; ResNet-50: {written.resnet} weights" if written.resnet is not None else ""
     click.echo(f"{written.card}: {written.method}; {told}")
 
 

@@ -49,7 +49,7 @@ def banners(found: Judged) -> list[str]:
     if len(found.tested) < len(found.material.textures) and not found.wanted.quick:
         told.append(words.FEW_FOLDS.format(count=len(found.tested), textures=len(found.material.textures)))
     if found.material.weights and any("resnet" in each.sight for each in found.entries):
-        told.append(words.RANDOM.format(weights=found.material.weights))
+        told.append(words.WEIGHTS.format(weights=found.material.weights))
     told += [*lacking(found.material), *(f"Not used: {line}." for line in found.unused())]
     joined = sorted({(each.test, *each.apart) for each in found.context.folds.values() if each.apart})
     groups = "; ".join(sorted({", ".join(sorted(group)) for group in joined}))

@@ -14,11 +14,16 @@ from modeling.attributes.judging_entries import PROPOSED
 from modeling.attributes.judging_jobs import KINDS, MAIN, SAME, Entry, Job
 from modeling.attributes.judging_run import named
 from modeling.attributes.judging_whole import Judged
+from modeling.attributes.material import Material
 from modeling.attributes.scores import Difference, Errors, by_class, difference, errors
 from modeling.doors.intervals import COVERAGE, half_widths, needed, nested_coverage
 from modeling.training.history import COLUMNS
 
 Row = dict[str, Any]
+PRETRAINED = "pre-trained"
+"""The thesis' ResNet-50 (3.4.2)."""
+RANDOM = "random"
+"""How a material's description of ResNet-50's weights begins where nobody trained them."""
 
 
 def names_of(found: Judged) -> list[str]:
@@ -46,7 +51,8 @@ def method_rows(found: Judged) -> list[Row]:
     for entry in main:
         own = judged.get(entry)
         beside = {name: None if other is None else judged[other] for name, other in (("best", best), ("ours", ours))}
-        of = {"method": entry.method, "title": found.method(entry).title, "features": features_of(entry)}
+        of: Row = {"method": entry.method, "title": title_of(found, entry), "features": features_of(entry)}
+        of |= {"resnet": resnet_of(found.material, entry)}
         rows.append({**of, **_errors(own), **_interval(found, entry, own is not None), **_times(found, entry),
                      **_against(found, own, beside, compared), "refused": found.refused(entry) or None,
                      "source": found.method(entry).source})  # fmt: skip
@@ -61,6 +67,19 @@ def _comparisons(judged: Collection[Entry], beside: Sequence[Entry | None]) -> i
 def features_of(entry: Entry) -> str:
     """The kinds of features, "mfcc+hand+resnet+glcm"."""
     return "+".join((*entry.touch, *entry.sight))
+
+
+def resnet_of(material: Material, entry: Entry) -> str | None:
+    """Return which weights ResNet-50 had, where the entry looks at features made by it: RANDOM, or the file's name."""
+    if "resnet" not in entry.sight:
+        return None
+    return RANDOM if material.weights.startswith(RANDOM) else material.weights.partition(",")[0] or "not told"
+
+
+def title_of(found: Judged, entry: Entry) -> str:
+    """The method's title; beside it, where its numbers rest on a ResNet-50 that nobody trained, that they do."""
+    title = found.method(entry).title
+    return f"{title}, random ResNet-50" if resnet_of(found.material, entry) == RANDOM else title
 
 
 def _errors(told: Errors | None) -> Row:
@@ -130,7 +149,7 @@ def _by_attribute(found: Judged, entry: Entry) -> Iterator[Row]:
         wide = half_widths(found.predicted(entry) - found.rated()).tolist()
     for name, *values in zip(names_of(found), told.mae, told.rmse, told.within, wide, strict=True):
         numbers = dict(zip(("mae", "rmse", "within_jnd", "half_width"), values, strict=True))
-        yield {"method": entry.method, "title": found.method(entry).title, "attribute": name, **numbers}
+        yield {"method": entry.method, "title": title_of(found, entry), "attribute": name, **numbers}
 
 
 def class_rows(found: Judged) -> list[Row]:
@@ -141,7 +160,7 @@ def class_rows(found: Judged) -> list[Row]:
         if found.refused(entry):
             continue
         for name, (count, told) in by_class(found.predicted(entry), found.rated(), classes).items():
-            own = {"method": entry.method, "class": name, "textures": count}
+            own = {"method": entry.method, "title": title_of(found, entry), "class": name, "textures": count}
             for place, attribute in enumerate(names_of(found)):
                 rows.append({**own, "attribute": attribute, "mae": told.mae[place], "rmse": told.rmse[place],
                              "within_jnd": told.within[place]})  # fmt: skip
@@ -158,14 +177,16 @@ def table_rows(found: Judged, which: Which) -> list[Row]:
     for entry in found.of(table):
         told = scored(found, entry)
         values = None if told is None else told.mae if which == "mae" else told.rmse
-        title, names = found.method(entry).title, names_of(found)
-        own = {"method": entry.method, "title": title, "features": features_of(entry), "printed": False}
+        title, names = title_of(found, entry), names_of(found)
+        own = {"method": entry.method, "title": title, "features": features_of(entry),
+               "resnet": resnet_of(found.material, entry), "printed": False}  # fmt: skip
         cells = dict.fromkeys((*names, "mean")) if values is None else {**dict(zip(names, values, strict=True)),
                                                                          "mean": float(np.mean(values))}  # fmt: skip
         rows.append({**own, **cells})
         theirs = printed(which, entry.method, features_of(entry))
         if theirs is not None and all(name in theirs for name in names):
-            said = {"method": f"{entry.method}, {SAID}", "title": f"{title}, {SAID}", "printed": True}
+            said: Row = {"method": f"{entry.method}, {SAID}", "title": f"{found.method(entry).title}, {SAID}"}
+            said |= {"printed": True, "resnet": PRETRAINED if "resnet" in entry.sight else None}
             rows.append({**own, **said, **{name: theirs[name] for name in (*names, "mean")}})
     return rows
 
@@ -186,7 +207,8 @@ def _predictions(found: Judged, entry: Entry, texture: str, category: str) -> It
     rated = named(found.material, (texture,))[0].rated
     for place, attribute in enumerate(names_of(found)):
         yield {
-            "method": entry.method, "texture": texture, "class": category, "attribute": attribute,
+            "method": entry.method, "title": title_of(found, entry), "texture": texture, "class": category,
+            "attribute": attribute,
             "rated": None if rated is None else float(rated.mean[place]),
             "rated_sd": None if rated is None or not math.isfinite(rated.sd[place]) else float(rated.sd[place]),
             "predicted": float(done.predicted[place]), "spread": float(done.arrays["spread"][place]),

@@ -21,7 +21,7 @@ FEW_FOLDS = (
     "{count} of {textures} textures were left out, in turn from each class, as it was asked for; each was predicted "
     "from all others. `palpate train attributes` does not go by the default that this leads to."
 )
-RANDOM = "Weights of ResNet-50: {weights}."
+WEIGHTS = "Weights of ResNet-50: {weights}."
 FOLDS = (
     "Leave one texture out: a texture with all its segments and pictures stands on one side. Textures that share a "
     "recording, a picture or a row of features are one group, and the whole group is kept from learning. Baselines "

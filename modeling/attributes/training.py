@@ -8,7 +8,7 @@ from pathlib import Path
 from typing import Any, cast
 
 from modeling.attributes.evaluation_report import banners
-from modeling.attributes.evaluation_tables import method_rows
+from modeling.attributes.evaluation_tables import RANDOM, method_rows, resnet_of, title_of
 from modeling.attributes.folds import all_of_them
 from modeling.attributes.judging_entries import Own
 from modeling.attributes.judging_jobs import Clock, Entry
@@ -29,7 +29,8 @@ METRICS = ("mae", "rmse", "within_jnd", "coverage")
 class Written:
     """A model that was written: its method, the metrics and half widths of its card, its files.
 
-    `banners` have to be known before its numbers are read: what it was made from.
+    `banners` have to be known before its numbers are read: what it was made from. `resnet` says which weights ResNet-50
+    had, where the method looks at its features.
     """
 
     method: str
@@ -38,13 +39,14 @@ class Written:
     half_width: tuple[float, ...]
     files: tuple[Path, ...]
     banners: tuple[str, ...] = ()
+    resnet: str | None = None
 
     def plain(self) -> dict[str, Any]:
         """As JSON holds it."""
         return {
             "method": self.method, "card": str(self.card), "metrics": dict(self.metrics),
             "half_width": list(self.half_width), "files": [str(path) for path in self.files],
-            "banners": list(self.banners),
+            "banners": list(self.banners), "resnet": self.resnet,
         }  # fmt: skip
 
 
@@ -71,7 +73,8 @@ def train_attributes(
     files = (path, path.with_suffix(".safetensors"), *_history(fitted, folder, not given.held))
     interval = card["interval"]
     wide = () if interval is None else tuple(interval["half_width"])
-    return Written(method, path, card["metrics"], wide, files, tuple(banners(judged)))
+    resnet = resnet_of(material, entry)
+    return Written(method, path, card["metrics"], wide, files, tuple(banners(judged)), resnet)
 
 
 def demand_no_loss(folder: Path) -> None:
@@ -120,7 +123,7 @@ def _card(judged: Judged, entry: Entry, given: Learning, seconds: float) -> dict
                 "watched": tuple(each.id for each in given.held)}  # fmt: skip
     return {
         "name": NAME,
-        "title": f"How textures feel, by {judged.method(entry).title}",
+        "title": f"How textures feel, by {title_of(judged, entry)}",
         "method": entry.method,
         "attributes": tuple((pair.low, pair.high) for pair in material.attributes),
         "touch": entry.touch,
@@ -131,7 +134,7 @@ def _card(judged: Judged, entry: Entry, given: Learning, seconds: float) -> dict
         "interval": _interval(judged, entry),
         "learned": tuple(sorted(material.ids)),
         "training": run_card({"textures": judged.context.digest}, settings, metrics, seconds),
-        "notes": _notes(judged, given),
+        "notes": _notes(judged, entry, given),
     }
 
 
@@ -144,8 +147,10 @@ def _interval(judged: Judged, entry: Entry) -> dict[str, Any] | None:
     return Interval(method=told, coverage=COVERAGE, half_width=tuple(wide.tolist())).model_dump()
 
 
-def _notes(judged: Judged, given: Learning) -> tuple[str, ...]:
+def _notes(judged: Judged, entry: Entry, given: Learning) -> tuple[str, ...]:
     told = [f"Fitted to {_shown(given)}; the metrics are those of leaving one out."]
+    if resnet_of(judged.material, entry) == RANDOM:
+        told.append("ResNet-50 had random weights: the metrics and the interval rest on features that nobody trained.")
     told += [f"Not used: {line}." for line in judged.unused()]
     if judged.material.simulated:
         told.append("Simulated raters: this model says nothing about how a texture feels to anybody.")

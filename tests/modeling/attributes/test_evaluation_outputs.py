@@ -13,6 +13,7 @@ from modeling.attributes.evaluation_report import banners, reached, report_html
 from modeling.attributes.evaluation_tables import fold_rows, method_rows, table_rows
 from modeling.attributes.evaluation_thesis import number_of, printed
 from modeling.attributes.methods import Method
+from modeling.attributes.resnet_weights import Weights
 from modeling.files.evaluation_folder import REPORT, RESULTS
 from tests.modeling.attributes import judged_attributes as small
 
@@ -276,3 +277,25 @@ def test_other_attributes_have_no_thesis_beside_them(tmp_path):
     others = tuple(dataclasses.replace(pair, low=f"{pair.low}er") for pair in found.attributes)
     judged = small.judged(tmp_path, dataclasses.replace(found, attributes=others))
     assert not any(row["printed"] for row in table_rows(judged, "mae"))
+
+
+def test_random_weights_of_resnet_stand_beside_every_number_that_rests_on_them(tmp_path):
+    told = Weights().told
+    found = small.judged(tmp_path, dataclasses.replace(small.material(), weights=told), ablations=True)
+    title, told_in = "The thesis' network, random ResNet-50", []
+    for name, rows in tables(found).items():
+        rest = [row for row in rows if row.get("method") == "visuo_tactile"]
+        if rest and "title" in rest[0]:
+            assert {row["title"] for row in rest} == {title}, name
+            told_in.append(name)
+    assert {"methods", "attributes", "classes", "table_3_2", "table_3_3", "table_3_5", "predictions"} <= set(told_in)
+    kinds = {row["features"]: row["resnet"] for row in table_rows(found, "kinds") if not row["printed"]}
+    assert kinds["resnet"] == kinds["resnet+glcm"] == "random" and kinds["glcm"] is None
+    printed_rows = [row for row in table_rows(found, "mae") if row["printed"] and "resnet" in row["features"]]
+    assert printed_rows and {row["resnet"] for row in printed_rows} == {"pre-trained"}
+    page = report_html(found)
+    assert page.count("random ResNet-50") > 6 and f"Weights of ResNet-50: {told}" in " ".join(banners(found))
+    given = dataclasses.replace(small.material(), weights="resnet50-0676ba61.pth, SHA-256 0676ba61")
+    rows = {row["method"]: row for row in method_rows(small.judged(tmp_path / "given", given))}
+    assert rows["visuo_tactile"]["resnet"] == "resnet50-0676ba61.pth" and rows["ridge"]["resnet"] is None
+    assert rows["visuo_tactile"]["title"] == "The thesis' network"

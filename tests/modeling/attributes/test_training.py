@@ -1,4 +1,5 @@
 import json
+from dataclasses import replace
 
 import numpy as np
 import pytest
@@ -36,6 +37,14 @@ def test_the_model_is_fitted_to_all_textures_and_its_card_tells_of_those_left_ou
     texture = judged.material.textures[3]
     np.testing.assert_allclose(model.predict(texture), whole.predict(texture))
     assert json.dumps(written.plain())
+
+
+def test_the_card_says_that_its_numbers_rest_on_random_weights_of_resnet(tmp_path):
+    found = replace(small.material(), weights="random (He normal, seed 0): no file was given")
+    written = trained(tmp_path, "visuo_tactile", found)
+    card = read_model(written.card, small.METHODS).card
+    assert "random ResNet-50" in card.title and any("random weights: the metrics" in note for note in card.notes)
+    assert written.plain()["resnet"] == "random" and trained(tmp_path, "ridge", found).resnet is None
 
 
 def test_what_an_evaluation_finished_is_not_done_again(tmp_path):
