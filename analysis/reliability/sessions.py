@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import math
 from collections.abc import Sequence
+from typing import Any
 
 import pandas as pd
 
@@ -23,7 +24,7 @@ def session_signs(ratings: pd.DataFrame, scale: tuple[float, float] | None) -> p
     if scale is None or not {"session", "trial", "stimulus"} <= set(ratings.columns):
         return pd.DataFrame(columns=list(HEAD)).astype({"flagged": bool})
     rows: list[dict[str, object]] = []
-    sessions = dict(iter(ratings.groupby("session", sort=False)))
+    sessions: dict[Any, pd.DataFrame] = dict(iter(ratings.groupby("session", sort=False)))
     for session in ordered(sorted(sessions)):
         own = sessions[session]
         for each in diagnose(answered_trials(own), *scale):
