@@ -2,20 +2,20 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterator
+from collections.abc import Iterator, Mapping
 from pathlib import Path
 from typing import TYPE_CHECKING
 
 import numpy as np
 
-from analysis.figures.style import INK, OKABE_ITO, drawing
+from analysis.figures.style import INK, OKABE_ITO, SOFT, drawing
 from modeling.report.drawn import Pictured, drawn_figure
 from modeling.textures import evaluation_words as words
 from modeling.textures.evaluation_figures_free import free_figures
 from modeling.textures.evaluation_figures_time import time_figures
 from modeling.textures.evaluation_panels import keyed, named, panels, spectrum
-from modeling.textures.evaluation_tables import Row, figure_4_5
-from modeling.textures.judging_jobs import Fit
+from modeling.textures.evaluation_tables import FIRST, WARM_UP, Row, figure_4_5, start_of, warm_up_rows
+from modeling.textures.judging_jobs import Fit, Play
 from modeling.textures.judging_whole import Judged
 from modeling.textures.metrics import SMOOTHED
 from modeling.textures.recording import Array
@@ -28,7 +28,6 @@ if TYPE_CHECKING:
 
     from modeling.training.history import Epoch
 
-FIRST = 400
 CURVED = (DEFAULT, THESIS)
 
 
@@ -69,7 +68,8 @@ def _grid_figure(rows: list[Row]) -> Figure:
 
 
 def _one_step(found: Judged, folder: Path) -> Iterator[Pictured]:
-    """Figures 4.6 and 4.7, of the thesis' method where it was evaluated, else of ours, else of the first."""
+    """Figures 4.6 and 4.7, of the thesis' method where it was evaluated, else of ours, else of the first; and the time
+    domain of Figure 4.6 once more where that method runs free."""
     order = (THESIS, DEFAULT, *found.wanted.names)
     name = next((each for each in order if each in found.wanted.names and _told(found, each)), None)
     if name is None:
@@ -95,10 +95,53 @@ def _one_step(found: Judged, folder: Path) -> Iterator[Pictured]:
         ("4_7", long, spectra, 2.1, "frequency", words.FIGURE_4_7),
     ):
         if textures:
-            name, shown = f"figure_{number}", {**labels, **(titles if number == "4_6" else {})}
-            with drawing(name):
+            file, shown = f"figure_{number}", {**labels, **(titles if number == "4_6" else {})}
+            with drawing(file):
                 figure = keyed(panels(textures, shown, draw, height), colours)
-                yield drawn_figure(name, f"One step ahead, in {what}", caption.format(title=title), figure, folder)
+                yield drawn_figure(file, f"One step ahead, in {what}", caption.format(title=title), figure, folder)
+        if number == "4_6":
+            yield from _free(found, name, colours, folder)
+
+
+def free_beginning(found: Judged, method: str) -> dict[str, tuple[Array, Array]]:
+    """By texture: the truth and what the method makes on its own output, 400 samples from where the hand moves.
+
+    Textures on which it did not run are left out.
+    """
+    made = {texture: found.plays[Play(Fit(texture, method))] for texture in found.drives}
+    return {
+        texture: (drive.truth[start_of(drive) :][:FIRST], made[texture].array("made")[start_of(drive) :][:FIRST])
+        for texture, drive in found.drives.items()
+        if not made[texture].refused
+    }
+
+
+def _free(found: Judged, method: str, colours: Mapping[str, str], folder: Path) -> Iterator[Pictured]:
+    told = free_beginning(found, method)
+    if not told:
+        return
+    levels = {row["texture"]: row for row in warm_up_rows(found) if row["method"] == method}
+    titles = {
+        texture: f"{found.context.recordings[texture].label}"
+        f" ({_ratio(levels[texture]['level_first_100'])}, {_ratio(levels[texture]['level_next_300'])})"
+        for texture in told
+    }
+
+    def waves(axes: Axes, texture: str) -> None:
+        for signal, colour, width in zip(told[texture], colours.values(), (1.5, 0.8), strict=True):
+            axes.plot(np.arange(len(signal)), signal, color=colour, linewidth=width)
+        axes.axvline(WARM_UP, color=SOFT, linewidth=0.7, linestyle=":")
+        named(axes, "sample", "m/s²")
+
+    hands = " or ".join(dict.fromkeys(found.drives[texture].described for texture in told))
+    with drawing("figure_4_6_free"):
+        figure = keyed(panels(list(told), titles, waves, 1.7), colours)
+        caption = words.FIGURE_4_6_FREE.format(hand=hands)
+        yield drawn_figure("figure_4_6_free", "Running free, in time", caption, figure, folder)
+
+
+def _ratio(level: float | None) -> str:
+    return "silent" if level is None else f"{level:.2f}"
 
 
 def _told(found: Judged, method: str) -> dict[str, tuple[Array, Array]]:

@@ -20,6 +20,7 @@ from modeling.textures.evaluation_tables import (
     table_4_2,
     table_4_3,
     texture_rows,
+    warm_up_rows,
 )
 from modeling.textures.judging_default import RULE
 from modeling.textures.judging_kept import recording_digest
@@ -49,6 +50,7 @@ def tables(found: Judged) -> dict[str, list[Row]]:
         "methods": method_rows(found),
         "textures": texture_rows(found),
         "free_running": free_rows(found),
+        "warm_up": warm_up_rows(found),
         "table_4_1": table_4_1(found),
         "table_4_2": table_4_2(found),
         "table_4_3": table_4_3(found),

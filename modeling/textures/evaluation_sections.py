@@ -154,7 +154,7 @@ def step_section(found: Judged, pictured: Sequence[Pictured], chosen: Choice) ->
 
 
 def _number(name: str) -> str:
-    return "Figure " + name.removeprefix("figure_").replace("_", ".")
+    return "Figure " + name.removeprefix("figure_").removesuffix("_free").replace("_", ".")
 
 
 def time_section(found: Judged, pictured: Sequence[Pictured], chosen: Choice) -> Section:

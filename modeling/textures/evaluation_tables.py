@@ -5,11 +5,15 @@ from __future__ import annotations
 from collections.abc import Iterable, Mapping, Sequence
 from typing import Any
 
+import numpy as np
+
 from modeling.textures.evaluation_thesis import SAID, printed_errors, printed_times, printed_variant
 from modeling.textures.judging import beyond
+from modeling.textures.judging_drive import FAINTEST_N, SLOWEST_MM_S, Drive
 from modeling.textures.judging_jobs import Done, Fit, Play
 from modeling.textures.judging_whole import Judged
 from modeling.textures.metrics import mean_of
+from modeling.textures.recording import Array
 from modeling.textures.registry import THESIS
 from modeling.training.curves import history_in
 
@@ -24,6 +28,8 @@ TRUTH, CEILING = "truth", "another realisation"
 VARIANTS = ("ten", "ten_mfcc", "ten_wavelet", "foten")
 """Table 4.2."""
 PERCENT = 100.0
+WARM_UP, FIRST = 100, 400
+"""Samples after which a model is to be accurate (thesis 4.8), and samples that Figure 4.6 shows."""
 
 
 def texture_rows(found: Judged) -> list[Row]:
@@ -66,6 +72,37 @@ def _free(
 ) -> Row:
     told = {name: numbers.get(name) for name in FREE}
     return {"texture": texture, "method": method, "title": title, **told, "beyond": " ".join(beyond(numbers, again))}
+
+
+def warm_up_rows(found: Judged) -> list[Row]:
+    """A row for each method that ran free on a texture: its level against the truth's (RMS ratio) in the first 100
+    samples from where the hand touches and moves, and in the 300 after these (thesis 4.8: accurate after fewer than
+    100 iterations)."""
+    rows = []
+    for play, done in found.plays.items():
+        if done.refused or not play.sampled or play.fit.texture not in found.drives:
+            continue
+        begin, after = warm_up(found.drives[play.fit.texture], done.array("made"))
+        title = found.method(play.fit.method).title
+        rows.append({"texture": play.fit.texture, "method": play.fit.method, "title": title, "level_first_100": begin,
+                     "level_next_300": after})  # fmt: skip
+    return rows
+
+
+def start_of(drive: Drive) -> int:
+    """Return the first sample at which the hand touches and moves: a model that is silent at rest begins there."""
+    return int(np.argmax((drive.speed > SLOWEST_MM_S) & (drive.force > FAINTEST_N)))
+
+
+def warm_up(drive: Drive, made: Array) -> tuple[float | None, float | None]:
+    """RMS of `made` (n,) over the truth's in samples 0 to 99 and 100 to 399 from `start_of`; None if that is silent."""
+    levels = []
+    for first, last in ((0, WARM_UP), (WARM_UP, FIRST)):
+        part = slice(start_of(drive) + first, start_of(drive) + last)
+        truth = float(np.sqrt(np.mean(drive.truth[part] ** 2)))
+        own = float(np.sqrt(np.mean(made[part].astype(np.float64) ** 2)))
+        levels.append(own / truth if truth > 0 else None)
+    return levels[0], levels[1]
 
 
 def method_rows(found: Judged) -> list[Row]:

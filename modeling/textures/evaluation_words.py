@@ -71,6 +71,12 @@ FIGURE_4_6 = (
     "The first 400 samples of the test part (the first 40 of a stretch are not told) and what {title} says of each "
     "from the true ones before it. In brackets the MAE in standard deviations."
 )
+FIGURE_4_6_FREE = (
+    "The same method on its own output alone: the first 400 samples from where the hand touches and moves, its "
+    "beginning included, and the truth for the same hand ({hand}). No model sees the truth here, so waves differ, and "
+    "level and character should not. In brackets the level against the truth's in the first 100 samples, and in the "
+    "300 after these: the thesis says that a model is accurate after fewer than 100."
+)
 FIGURE_4_7 = "Power spectral density of the whole test part and of what {title} says of it, one step ahead."
 FREE_SPECTRA = "Power spectral density of the truth and of what each model made on its own output."
 FREE_WAVES = (

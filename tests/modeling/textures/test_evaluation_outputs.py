@@ -2,11 +2,14 @@ import csv
 import json
 import re
 
+import numpy as np
 import pytest
 
 from modeling.files.evaluation_folder import REPORT, RESULTS
+from modeling.textures.evaluation_figures import free_beginning
 from modeling.textures.evaluation_outputs import default_of, tables, write_all
 from modeling.textures.evaluation_report import report_html
+from modeling.textures.evaluation_tables import start_of
 from modeling.textures.evaluation_thesis import printed_errors, printed_times, printed_variant
 from modeling.textures.judging_whole import judge
 from tests.modeling.textures import judged_small as small
@@ -85,6 +88,20 @@ def test_tables_json_and_figures_hold_the_same_numbers(judged, folder):
     for name in told["files"]:
         assert (folder / name).is_file()
     assert "figures/free_waves.png" in told["files"]
+
+
+def test_figure_4_6_stands_beside_the_same_method_running_free(judged, folder):
+    assert "Running free, in time" in (folder / REPORT).read_text(encoding="utf-8")
+    assert (folder / "figures/figure_4_6_free.png").is_file() and (folder / "figures/figure_4_6.png").is_file()
+    rows = {(row["texture"], row["method"]): row for row in tables(judged)["warm_up"]}
+    for texture, (truth, made) in free_beginning(judged, "foten").items():
+        drive, start = judged.drives[texture], start_of(judged.drives[texture])
+        assert len(truth) == len(made) == 400 and np.array_equal(truth, drive.truth[start:][:400])
+        assert drive.speed[start] > 10 and drive.force[start] > 0.15
+        assert not ((drive.speed[:start] > 10) & (drive.force[:start] > 0.15)).any()
+        level = np.sqrt(np.mean(made[100:].astype(float) ** 2) / np.mean(truth[100:] ** 2))
+        assert rows[texture, "foten"]["level_next_300"] == pytest.approx(level)
+    assert ("cloth", "foten_generative") in rows
 
 
 def test_what_an_earlier_evaluation_wrote_and_this_one_does_not_is_removed(judged, tmp_path):
