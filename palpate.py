@@ -50,6 +50,7 @@ VERBS = {
 
 AREAS = {
     "statistics": "analysis.bench:cases",
+    "thresholds": "analysis.choices.bench_observers:cases",
     "sessions": "studies.bench:sessions",
     "startup": "studies.bench:startup",
     "scale": "analysis.bench_scale:cases",

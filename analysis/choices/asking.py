@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import math
 from dataclasses import dataclass
-from typing import Literal, TypeAlias
+from typing import Literal, NamedTuple, TypeAlias, get_args
 
 import numpy as np
 
@@ -16,14 +16,21 @@ from analysis.statistics.doubles import Floats
 from analysis.statistics.refusals import BadOption, BadValue, shown
 
 Function: TypeAlias = Literal["logistic", "gaussian", "weibull"]
+Task: TypeAlias = Literal["symmetric", "forced_choice", "yes_no"]
+Rate: TypeAlias = float | Bounds
 FAR, NARROW, WIDE = 10.0, 1e-4, 1e3  # of the range of levels
+ESTIMATED = (0.0, 0.25)
+"""Where a rate that the task leaves free is looked for, unless the caller says otherwise."""
 WICHMANN_HILL = (0.0, 0.06)
-"""Where the lapse rate lies unless told otherwise: Wichmann & Hill 2001."""
+"""Where the lapse rate was looked for before a task was declared: Wichmann & Hill 2001."""
 
 
 @dataclass(frozen=True)
 class Asked:
-    """What is asked of the data: the model, the level of F that is the threshold, the JND's definition."""
+    """What is asked of the data: the model, the level of F that is the threshold, the JND's definition.
+
+    `assumed` says in words which rates the task fixes, ties or leaves free; `equal_rates`: guess is the lapse rate.
+    """
 
     shape: Shape
     guess: Bounds
@@ -31,11 +38,64 @@ class Asked:
     threshold: float
     jnd: JndKind
     falling: bool
+    assumed: str
+    equal_rates: bool = False
 
 
-def asked_of(
-    function: str, guess: float | Bounds, lapse: float | Bounds, threshold: float, jnd: str, falling: bool
-) -> Asked:
+class Rates(NamedTuple):
+    """Bounds of the guess and the lapse rate, whether they are one rate, and what that assumes in words."""
+
+    guess: Bounds
+    lapse: Bounds
+    equal: bool
+    assumed: str
+
+
+def rates_of(
+    task: Task | None,
+    alternatives: int | None,
+    guess: Rate | None,
+    lapse: Rate | None,
+    estimated: Bounds = ESTIMATED,
+) -> Rates:
+    """Return what the task makes of the two rates. Raises BadOption, also for a rate that the task already decides.
+
+    `estimated` bounds a free rate that is not given. None as a task is for analysis plans written before tasks were
+    declared: guess 0 and lapse from 0 to 0.06 unless given.
+    """
+    if task not in (*get_args(Task), None):
+        raise BadOption(f"task={shown(task)} is unknown: {', '.join(map(repr, get_args(Task)))}")
+    if alternatives is not None and task != "forced_choice":
+        raise BadOption(f"alternatives={shown(alternatives)} has no effect: only task='forced_choice' has alternatives")
+    if task == "forced_choice":
+        return _forced_choice(alternatives, guess, estimated if lapse is None else lapse)
+    if task == "symmetric":
+        if guess is not None:
+            raise BadOption("guess has no effect: both sides of a symmetric task have the lapse rate; give `lapse`")
+        both = _bounds(estimated if lapse is None else lapse, "lapse")
+        words = "no lapses" if both == (0.0, 0.0) else f"equal lapse rates on both sides, {_words(both)}"
+        return Rates(both, both, True, f"symmetric task, {words}")
+    low = _bounds((0.0 if task is None else estimated) if guess is None else guess, "guess")
+    high = _bounds((WICHMANN_HILL if task is None else estimated) if lapse is None else lapse, "lapse")
+    name = "no task declared" if task is None else "yes/no task"
+    return Rates(low, high, False, f"{name}, guess rate {_words(low)}, lapse rate {_words(high)}")
+
+
+def _forced_choice(alternatives: int | None, guess: Rate | None, lapse: Rate) -> Rates:
+    if guess is not None:
+        raise BadOption("guess has no effect: in a forced choice it is 1 / alternatives; give `alternatives`")
+    if isinstance(alternatives, bool) or not isinstance(alternatives, int) or alternatives < 2:
+        raise BadOption(f"alternatives={shown(alternatives)}: a forced choice needs their number, 2 or more")
+    high = _bounds(lapse, "lapse")
+    words = f"forced choice, guess rate fixed at 1/{alternatives}, lapse rate {_words(high)}"
+    return Rates((1 / alternatives, 1 / alternatives), high, False, words)
+
+
+def _words(rate: Bounds) -> str:
+    return f"fixed at {rate[0]:g}" if rate[0] == rate[1] else f"estimated between {rate[0]:g} and {rate[1]:g}"
+
+
+def asked_of(function: str, rates: Rates, threshold: float, jnd: str, falling: bool) -> Asked:
     """The options of a fit, checked. Raises BadOption."""
     if not isinstance(function, str) or function not in SHAPES:
         raise BadOption(f"function={shown(function)} is unknown: {', '.join(map(repr, SHAPES))}")
@@ -43,17 +103,16 @@ def asked_of(
         raise BadOption(f"jnd={shown(jnd)} is unknown: 'half_interquartile' or 'x84_x50'")
     if not 0 < threshold < 1:
         raise BadOption(f"threshold={shown(threshold)}: expected a value of F between 0 and 1, such as 0.5")
-    low, high = _bounds(guess, "guess"), _bounds(lapse, "lapse")
+    low, high = rates.guess, rates.lapse
     if low[1] + high[1] > 1 or low[0] + high[0] >= 1:
         raise BadOption(f"guess up to {low[1]:g} and lapse up to {high[1]:g} leave no room for the function")
     if falling and SHAPES[function].logarithmic:
         raise BadOption("a Weibull function of a falling share has no place here; use 'logistic' or 'gaussian'")
-    return Asked(
-        SHAPES[function], low, high, threshold, "x84_x50" if jnd == "x84_x50" else "half_interquartile", falling
-    )
+    kind: JndKind = "x84_x50" if jnd == "x84_x50" else "half_interquartile"
+    return Asked(SHAPES[function], low, high, threshold, kind, falling, rates.assumed, rates.equal)
 
 
-def _bounds(rate: float | Bounds, name: str) -> Bounds:
+def _bounds(rate: Rate, name: str) -> Bounds:
     low, high = (rate, rate) if isinstance(rate, int | float) else rate
     if not 0 <= low <= high < 1:
         raise BadOption(f"{name}={rate!r}: expected a rate from 0 to below 1, or (lowest, highest)")
@@ -68,10 +127,11 @@ def problem_of(given: Levels, asked: Asked, hits: Floats | None = None) -> Probl
         raise BadValue(f"level {levels[0]:g}: a Weibull function needs levels above 0; use another, or an offset")
     t = np.log(levels / levels[0]) if asked.shape.logarithmic else (levels - levels[0]) / unit_of(given, asked)
     span = float(t[-1])
-    low = np.array([-FAR * span, math.log(NARROW * span), asked.guess[0], asked.lapse[0]])
-    high = np.array([(FAR + 1) * span, math.log(WIDE * span), asked.guess[1], asked.lapse[1]])
+    guess = (0.0, 0.0) if asked.equal_rates else asked.guess
+    low = np.array([-FAR * span, math.log(NARROW * span), guess[0], asked.lapse[0]])
+    high = np.array([(FAR + 1) * span, math.log(WIDE * span), guess[1], asked.lapse[1]])
     counted = given.hits[None, order] if hits is None else hits[:, order]
-    return Problem(t, given.trials[order], counted, asked.shape, own(), low, high, high > low)
+    return Problem(t, given.trials[order], counted, asked.shape, own(), low, high, high > low, asked.equal_rates)
 
 
 def unit_of(given: Levels, asked: Asked) -> float:

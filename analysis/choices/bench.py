@@ -76,7 +76,7 @@ def _plain(table: pd.DataFrame, truth: Any, offset: float) -> Iterator[Case]:
     function = SHAPES[truth["link"]]
 
     def ours(given: pd.DataFrame) -> Floats:
-        found = fit_psychometric(given, "level", "k", "n", function, 0, 0)
+        found = fit_psychometric(given, "level", "k", "n", task="yes_no", function=function, guess=0, lapse=0)
         return np.array([found.centre, 1 / found.spread])
 
     def glm(given: pd.DataFrame) -> Floats:
@@ -120,7 +120,7 @@ def _nothing() -> Iterator[Case]:
 
     def ours(given: pd.DataFrame) -> Floats | None:
         try:
-            return np.array([1 / fit_psychometric(given, "level", "k", "n", "logistic", 0, 0).spread])
+            return np.array([1 / fit_psychometric(given, "level", "k", "n", task="yes_no", guess=0, lapse=0).spread])
         except StatisticsError:
             return None
 
@@ -138,16 +138,17 @@ def _nothing() -> Iterator[Case]:
 
 def _intervals(table: pd.DataFrame, draws: int) -> Iterator[Case]:
     """How far the ends of other intervals lie from the profile's, and what each costs."""
-    fit: Psychometric = fit_psychometric(table, "level", "k", "n", "logistic", 0, 0)
-    right = np.array(profile_interval(fit, "threshold")[:2])
+    fit: Psychometric = fit_psychometric(table, "level", "k", "n", task="yes_no", guess=0, lapse=0)
+    right = np.array(profile_interval(fit, "threshold", draws=0)[:2])
     width = float(right[1] - right[0])
 
     def bayes(given: pd.DataFrame) -> Floats:
-        found = posterior(given, "level", "k", "n", "logistic", 0.0, 0.0, overdispersed=False)
+        found = posterior(given, "level", "k", "n", task="yes_no", guess=0, lapse=0, overdispersed=False)
         return np.array(found.threshold_interval)
 
     ways: list[Way] = [
-        (f"{OURS}, profile", "numpy", lambda _: np.array(profile_interval(fit, "threshold")[:2])),
+        (f"{OURS}, profile", "numpy", lambda _: np.array(profile_interval(fit, "threshold", draws=0)[:2])),
+        (f"{OURS}, profile, Bartlett's factor", "numpy", lambda _: np.array(profile_interval(fit, "threshold")[:2])),
         (f"{OURS}, bootstrap of {draws}", "numpy", lambda _: np.array(resampled_answers(fit, draws).threshold[:2])),
         (f"{OURS}, posterior on a grid", "numpy", bayes),
     ]

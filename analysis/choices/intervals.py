@@ -3,24 +3,30 @@
 from __future__ import annotations
 
 import math
+from collections.abc import Sequence
 from dataclasses import dataclass, replace
 from typing import Literal, NamedTuple, TypeAlias
 
 import numpy as np
 from scipy.special import ndtri
 
-from analysis.choices.asking import problem_of, quantities, to_level, to_size
+from analysis.choices.asking import Asked, problem_of, quantities, to_level, to_size
 from analysis.choices.coordinates import Coordinates, by_jnd, by_threshold
-from analysis.choices.maximising import Fitted, Problem, maximised, shares
+from analysis.choices.maximising import DONE, Fitted, Problem, maximised, shares
 from analysis.choices.psychometric import Psychometric, deviance_residuals
 from analysis.choices.starting import best_of_starts
+from analysis.choices.trials import Levels
 from analysis.spaces.draws import check_draws, check_share, p_of_draws, stream
 from analysis.statistics.doubles import Floats
+from analysis.statistics.refusals import BadOption, shown
 
 Which: TypeAlias = Literal["threshold", "jnd"]
 OPEN = "the data do not bound the {which} from {side}"
-SCAN, REFINED = 24, 4
+SCAN, REFINED = 24, 12
 REACH = 40.0  # standard errors
+CORRECTING_DRAWS = 200
+AT_ONCE = 4_000  # fits
+ROUGH = 1e-7  # of the log likelihood: enough to scan by, and for a mean over draws
 
 
 class Interval(NamedTuple):
@@ -46,29 +52,52 @@ class Resampled:
     lost: float
 
 
-def profile_interval(fit: Psychometric, which: Which, confidence: float = 0.95) -> Interval:
+def profile_interval(
+    fit: Psychometric, which: Which, confidence: float = 0.95, draws: int = CORRECTING_DRAWS, seed: int = 0
+) -> Interval:
     """Where twice the fall of the log likelihood, maximised over all else, reaches the chi squared quantile (1 df).
 
+    The quantile is widened by Bartlett's factor: the mean of twice that fall at the estimate over `draws` sets of
+    answers simulated by the fitted function, where the mean is above 1 (chi squared's). `draws=0`: as it is.
     An end that is not reached within 40 standard errors, or only where no fit is looked for (ten ranges of levels away;
     a spread of a ten-thousandth or a thousand of them), is NaN and said to be open.
-    Source: Venzon & Moolgavkar 1988.
+    Sources: Venzon & Moolgavkar 1988; Bartlett 1937, by simulation as Rocke 1989; docs/decisions/0012.
     """
     check_share(confidence, "confidence")
+    if draws == 0 and seed:
+        raise BadOption(f"seed={shown(seed)} has no effect with draws=0")
+    if draws:
+        check_draws(draws)
     asked, given = fit.asked, fit.levels
-    problem = problem_of(given, asked)
-    most = fit.maximum
-    by = by_threshold(asked.shape, asked.threshold) if which == "threshold" else by_jnd(asked.shape, asked.jnd)
-    allowed = float(most.log_likelihood[0]) - 0.5 * float(ndtri((1 + confidence) / 2)) ** 2
-    turned = _turned(problem, by, most)
-    se = _standard_error(turned, most, by)
-    ends = [_end(turned, most, by, side * se, allowed) for side in (-1.0, 1.0)]
-    mirrored = asked.falling and which == "threshold"
-    edges = problem.low[int(which == "jnd")], problem.high[int(which == "jnd")]
-    ends = [end if edges[0] < end < edges[1] else math.copysign(math.inf, end - edges[0]) for end in ends]
-    ends = [end if math.isfinite(end) else math.nan for end in (ends[::-1] if mirrored else ends)]
-    low, high = (float((to_level if which == "threshold" else to_size)(np.array(end), asked, given)) for end in ends)
+    ends = profile_ends(problem_of(given, asked), fit.maximum, asked, given, which, confidence, draws, (seed,))
+    low, high = (float(end) for end in ends[0])
     sides = [side for side, place in zip(("below", "above"), (low, high), strict=True) if math.isnan(place)]
     return Interval(low, high, "; ".join(OPEN.format(which=which, side=side) for side in sides))
+
+
+def profile_ends(
+    problem: Problem,
+    most: Fitted,
+    asked: Asked,
+    given: Levels,
+    which: Which,
+    confidence: float,
+    draws: int,
+    seeds: Sequence[int],
+) -> Floats:
+    """The same for many fits to answers at the same levels, one seed each: (fits, 2), in the level's units."""
+    by = by_threshold(asked.shape, asked.threshold) if which == "threshold" else by_jnd(asked.shape, asked.jnd)
+    turned, place = _turned(problem, by, most), _placed(most, by)
+    factor = _bartlett(problem, turned, place, most, draws, seeds) if draws else np.ones(len(place))
+    allowed = most.log_likelihood - 0.5 * factor * float(ndtri((1 + confidence) / 2)) ** 2
+    se = _standard_errors(turned, place)
+    edges = [float(limit[int(which == "jnd")]) for limit in (problem.low, problem.high)]
+    ends = np.column_stack(
+        [_ends(turned, place, side * se, allowed, edge) for side, edge in zip((-1.0, 1.0), edges, strict=True)]
+    )
+    if asked.falling and which == "threshold":
+        ends = ends[:, ::-1]
+    return (to_level if which == "threshold" else to_size)(ends, asked, given)
 
 
 def _turned(problem: Problem, by: Coordinates, most: Fitted) -> Problem:
@@ -77,21 +106,20 @@ def _turned(problem: Problem, by: Coordinates, most: Fitted) -> Problem:
     free[0] = False
     _, second = by.of(most.parameters[:, 0], most.parameters[:, 1])
     low, high = problem.low.copy(), problem.high.copy()
-    reach = 1e3 * (1 + abs(float(second[0])))
-    low[:2], high[:2] = (-1e12, float(second[0]) - reach), (1e12, float(second[0]) + reach)
+    reach = 1e3 * (1 + float(np.abs(second).max()))
+    low[:2], high[:2] = (-1e12, float(second.min()) - reach), (1e12, float(second.max()) + reach)
     if by.ends_in_spread:
         low[1], high[1] = problem.low[1], problem.high[1]
     return replace(problem, coordinates=by, low=low, high=high, free=free)
 
 
-def _standard_error(turned: Problem, most: Fitted, by: Coordinates) -> float:
+def _standard_errors(turned: Problem, place: Floats) -> Floats:
     """The first coordinate's standard error from the expected information, guess and lapse held."""
-    place = _placed(most, by)
     hit, miss, tilt = shares(turned, place)
     weight = turned.trials / (hit * miss)
-    information = np.einsum("bl,blp,blq->pq", weight, tilt[..., :2], tilt[..., :2])
-    spread = np.linalg.pinv(information)
-    return math.sqrt(max(float(spread[0, 0]), 1e-300))
+    information = np.einsum("bl,blp,blq->bpq", weight, tilt[..., :2], tilt[..., :2])
+    result: Floats = np.sqrt(np.maximum(np.linalg.pinv(information)[:, 0, 0], 1e-300))
+    return result
 
 
 def _placed(most: Fitted, by: Coordinates) -> Floats:
@@ -100,33 +128,90 @@ def _placed(most: Fitted, by: Coordinates) -> Floats:
     return result
 
 
-def _end(turned: Problem, most: Fitted, by: Coordinates, step: float, allowed: float) -> float:
-    """The value on one side at which the profile has fallen to what is allowed; infinite where it never does."""
-    place = _placed(most, by)
-    start = float(place[0, 0])
-    near, far, cross = 0.0, REACH, math.nan
-    for scan in range(REFINED):
-        parts = np.linspace(near, far, SCAN) if scan else np.concatenate(([0.0], np.geomspace(0.02, REACH, SCAN)))
-        values = _profile(turned, place, start + parts * step)
-        below = np.flatnonzero(values < allowed)
-        if not len(below):
-            return math.copysign(math.inf, step)
-        i = max(int(below[0]), 1)
-        near, far = float(parts[i - 1]), float(parts[i])
-        fall = float(values[i - 1] - values[i])
-        cross = near + (far - near) * (float(values[i - 1]) - allowed) / fall if fall > 0 else far
-    return start + cross * step
+def _ends(turned: Problem, place: Floats, step: Floats, allowed: Floats, edge: float) -> Floats:
+    """The first values on one side at which the profiles fall to what is allowed; NaN where they never do."""
+    start = place[:, 0]
+    step = step * np.minimum((edge - start) / (step * REACH), 1.0)  # no further than a fit is looked for
+    scan = np.concatenate(([0.0], np.geomspace(0.02, REACH, SCAN)))
+    above = _profiles(turned, place, start[:, None] + scan * step[:, None], ROUGH) - allowed[:, None]
+    reached = (above < 0).any(axis=1)
+    first = np.maximum(np.argmax(above < 0, axis=1), 1)
+    rows = np.arange(len(place))
+    near, far = scan[first - 1], scan[first]
+    high, low = above[rows, first - 1], above[rows, first]
+    cross, moved = far, np.zeros(len(place))
+    for _ in range(REFINED):  # the Illinois method: an end that stays twice counts half
+        cross = near + (far - near) * np.clip(high / np.where(high > low, high - low, 1.0), 0.0, 1.0)
+        value = _profiles(turned, place, (start + cross * step)[:, None], DONE)[:, 0] - allowed
+        inside = value >= 0
+        low = np.where(inside, np.where(moved > 0, low * 0.5, low), value)
+        high = np.where(inside, value, np.where(moved < 0, high * 0.5, high))
+        near, far = np.where(inside, cross, near), np.where(inside, far, cross)
+        moved = np.where(inside, 1.0, -1.0)
+    return np.where(reached, start + cross * step, np.nan)
 
 
-def _profile(turned: Problem, place: Floats, values: Floats) -> Floats:
-    """The log likelihood at each value of the first coordinate, maximised over the rest from two starts."""
-    many = np.repeat(place, len(values), axis=0)
-    many[:, 0] = values
-    low_rates = many.copy()
-    low_rates[:, 2:] = turned.low[2:]
-    hits = np.repeat(turned.hits, 2 * len(values), axis=0)
-    # The value may lie beyond the bounds of a start, which hold for what moves only.
-    found = maximised(replace(turned, hits=hits), np.concatenate([many, low_rates]))
+def _bartlett(
+    problem: Problem, turned: Problem, place: Floats, most: Fitted, draws: int, seeds: Sequence[int]
+) -> Floats:
+    """Bartlett's factor of each fit, 1 or more, from answers that the fit simulates.
+
+    The mean of twice the fall at the parameters that simulate, whose noise the score statistic at the same parameters
+    takes out: its mean is exactly 1.
+    """
+    factors = np.ones(len(place))
+    chunk = max(1, AT_ONCE // draws)
+    for first in range(0, len(place), chunk):
+        part = slice(first, first + chunk)
+        expected = shares(problem, most.parameters[part])[0]
+        trials = problem.trials.astype(np.int64)
+        hits = np.stack(
+            [
+                stream(seed, "Bartlett's factor").binomial(trials, np.minimum(share, 1.0), (draws, len(trials)))
+                for share, seed in zip(expected, seeds[part], strict=True)
+            ]
+        ).astype(np.float64)
+        flat = hits.reshape(-1, len(trials))
+        best = _from_two_starts(replace(problem, hits=flat), np.repeat(most.parameters[part], draws, axis=0), ROUGH)
+        held = _from_two_starts(replace(turned, hits=flat), np.repeat(place[part], draws, axis=0), ROUGH)
+        fall = 2 * np.maximum(best - held, 0.0).reshape(hits.shape[:2])
+        factors[part] = 1 + (fall - _score_statistics(turned, place[part], hits)).mean(axis=1)
+    return np.maximum(factors, 1.0)
+
+
+def _score_statistics(turned: Problem, place: Floats, hits: Floats) -> Floats:
+    """The squared efficient score of the first coordinate over its variance, (fits, draws) for hits of these shares."""
+    hit, miss, tilt = shares(turned, place)
+    pull = (hits - turned.trials * hit[:, None]) / (hit * miss)[:, None]
+    slope = pull @ tilt
+    information = np.swapaxes(tilt * (turned.trials / (hit * miss))[..., None], 1, 2) @ tilt
+    rest = turned.free & (place > turned.low) & (place < turned.high)
+    rest[:, 0] = False
+    both = rest[:, :, None] & rest[:, None, :]
+    system = np.where(both, information, np.eye(4))
+    weights = np.linalg.solve(system, np.where(rest, information[:, 0], 0.0)[..., None])[..., 0]
+    direction = np.eye(4)[0] - weights
+    variance = np.einsum("bp,bpq,bq->b", direction, information, direction)
+    result: Floats = np.einsum("bdp,bp->bd", slope, direction) ** 2 / variance[:, None]
+    return result
+
+
+def _profiles(turned: Problem, place: Floats, values: Floats, done: float) -> Floats:
+    """The log likelihoods (fits, values) at values of the first coordinate, maximised over the rest from two starts."""
+    many = np.repeat(place, values.shape[1], axis=0)
+    many[:, 0] = values.ravel()
+    return _from_two_starts(turned, many, done).reshape(values.shape)
+
+
+def _from_two_starts(problem: Problem, place: Floats, done: float) -> Floats:
+    """The log likelihoods from these parameters, and from them with the lowest rates, each fit's better one.
+
+    A coordinate that rests may lie beyond the bounds, which hold for what moves only.
+    """
+    low_rates = place.copy()
+    low_rates[:, 2:] = problem.low[2:]
+    hits = np.repeat(problem.hits, len(place) // len(problem.hits), axis=0)
+    found = maximised(replace(problem, hits=np.tile(hits, (2, 1))), np.concatenate([place, low_rates]), done)
     result: Floats = found.log_likelihood.reshape(2, -1).max(axis=0)
     return result
 

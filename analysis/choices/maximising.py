@@ -27,6 +27,7 @@ class Problem:
     """`t` (levels), `trials` (levels), `hits` (fits, levels); the model's shape and coordinates.
 
     The parameters are (first, second, guess, lapse); `low` and `high` (4) bound them, `free` (4) says which move.
+    `equal_rates`: the guess rate is the lapse rate, whatever its own place says.
     """
 
     t: Floats
@@ -37,6 +38,7 @@ class Problem:
     low: Floats
     high: Floats
     free: NDArray[np.bool_]
+    equal_rates: bool = False
 
 
 class Fitted(NamedTuple):
@@ -51,7 +53,8 @@ class Fitted(NamedTuple):
 def shares(problem: Problem, place: Floats) -> tuple[Floats, Floats, Floats]:
     """The probability of a hit, of a miss, and the derivatives (fits, levels, 4) of the first, at given parameters."""
     centre, log_spread, slopes = problem.coordinates.native(place[:, 0], place[:, 1])
-    guess, lapse = place[:, 2:3], place[:, 3:4]
+    lapse = place[:, 3:4]
+    guess = lapse if problem.equal_rates else place[:, 2:3]
     spread = np.exp(log_spread)[:, None]
     z = np.clip((problem.t - centre[:, None]) / spread, -FAR, FAR)
     share, rest = problem.shape.share(z), problem.shape.rest(z)
@@ -61,7 +64,7 @@ def shares(problem: Problem, place: Floats) -> tuple[Floats, Floats, Floats]:
     derivatives = np.empty((*z.shape, 4))
     derivatives[..., 0] = down * slopes[:, None, 0, 0] + narrow * slopes[:, None, 1, 0]
     derivatives[..., 1] = down * slopes[:, None, 0, 1] + narrow * slopes[:, None, 1, 1]
-    derivatives[..., 2], derivatives[..., 3] = rest, -share
+    derivatives[..., 2], derivatives[..., 3] = rest, rest - share if problem.equal_rates else -share
     return np.maximum(guess + range_ * share, TINY), np.maximum(lapse + range_ * rest, TINY), derivatives
 
 
@@ -72,12 +75,13 @@ def likelihoods(problem: Problem, place: Floats) -> Floats:
     return result
 
 
-def maximised(problem: Problem, start: Floats) -> Fitted:
+def maximised(problem: Problem, start: Floats, done: float = DONE) -> Fitted:
     """Each fit led uphill from its start.
 
     Scoring (expected information) with Marquardt's damping, near the top Newton's method (observed information, by
     differences of the slope); a parameter at a bound rests while the slope pushes it out. At the very top, where the
-    likelihood's own rounding hides whether a step is better, the steps are trusted.
+    likelihood's own rounding hides whether a step is better, the steps are trusted. A fit is done when its next step
+    promises a gain below `done` of the log likelihood.
     """
     place = np.clip(start, problem.low, problem.high)
     value = likelihoods(problem, place)
@@ -94,9 +98,11 @@ def maximised(problem: Problem, start: Floats) -> Fitted:
         lighter = np.where(damping[going] < 1e-9, 0.0, damping[going] * 0.1)
         damping[going] = np.where(better, lighter, np.maximum(damping[going], 1e-9) * 10)
         promised[going] = gain / scale
-        going = going[(gain > DONE * scale) & (damping[going] < STUCK)]
+        going = going[(gain > done * scale) & (damping[going] < STUCK)]
         if not len(going):
             break
+    if problem.equal_rates:
+        place[:, 2] = place[:, 3]
     return Fitted(place, value, _information(problem, place), (promised <= ARRIVED) | (damping >= STUCK))
 
 
@@ -150,5 +156,10 @@ def _observed(problem: Problem, place: Floats, expected: Floats, moving: NDArray
     both = moving[:, :, None] & moving[:, None, :]
     own = np.where(both, found, np.eye(4) * np.maximum(np.einsum("bpp->bp", expected), 1e-12)[:, None, :])
     size = 1 / np.sqrt(np.maximum(np.einsum("bpp->bp", own), 1e-300))
-    definite = np.linalg.eigvalsh(own * size[:, :, None] * size[:, None, :])[:, 0] > 1e-6
+    with np.errstate(over="ignore"):
+        scaled = own * size[:, :, None] * size[:, None, :]
+    possible = np.asarray(
+        (np.abs(scaled) <= 2).all(axis=(1, 2))
+    )  # a definite one has ones on its diagonal, less beside
+    definite = np.linalg.eigvalsh(np.where(possible[:, None, None], scaled, 0.0))[:, 0] > 1e-6
     return np.where(definite[:, None, None], found, expected)

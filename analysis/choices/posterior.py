@@ -10,7 +10,7 @@ import numpy as np
 import pandas as pd
 from scipy.special import gammaln, xlogy
 
-from analysis.choices.asking import Asked, Function, asked_of, problem_of, quantities, unit_of
+from analysis.choices.asking import Asked, Function, Rate, Task, asked_of, problem_of, quantities, rates_of, unit_of
 from analysis.choices.coordinates import JndKind
 from analysis.choices.maximising import Problem
 from analysis.choices.priors import Tested, rate_prior, tested, threshold_prior, width_prior
@@ -22,7 +22,8 @@ COARSE = (21, 21, 6, 6, 6)
 FINE, FINE_WITH_GUESS = (41, 41, 1, 9, 9), (33, 33, 7, 7, 7)
 Axis: TypeAlias = tuple[Floats, Floats]  # points and their weights
 KEPT = 1e-4  # of the highest marginal: where the fine grid begins and ends
-HIGHEST_RATE = 0.5
+UP_TO_HALF = (0.0, 0.5)
+"""Where a rate that the task leaves free is looked for; the prior makes high ones unlikely."""
 
 
 @dataclass(frozen=True)
@@ -30,7 +31,7 @@ class Posterior:
     """Posterior means and equal-tailed intervals; `eta` is the overdispersion (0: binomial, 1: all or nothing).
 
     `threshold` (F = `at`) and `jnd` are in the level's units, averaged in these units. `width` is x.95 - x.05 of F, of
-    the log level for "weibull".
+    the log level for "weibull". `assumed` says in words what the task made of the two rates.
     """
 
     function: str
@@ -45,6 +46,7 @@ class Posterior:
     lapse: float
     eta: float
     confidence: float
+    assumed: str
 
 
 def posterior(
@@ -52,9 +54,12 @@ def posterior(
     level: Hashable,
     correct: Hashable,
     n: Hashable | None = None,
+    *,
+    task: Task,
+    alternatives: int | None = None,
     function: Function = "logistic",
-    guess: float | Bounds = 0.0,
-    lapse: float | Bounds = (0.0, HIGHEST_RATE),
+    guess: Rate | None = None,
+    lapse: Rate | None = None,
     threshold: float = 0.5,
     jnd: JndKind = "half_interquartile",
     falling: bool = False,
@@ -64,12 +69,12 @@ def posterior(
     """The posterior under the priors of `priors`, with beta-binomial answers (or binomial ones).
 
     Also answers that step from one side to the other, or are all alike, have a posterior: it then tells mostly the
-    prior, which is made from the levels tested. Data as for `fit_psychometric`.
+    prior, which is made from the levels tested. Data and rates as for `fit_psychometric`.
     Source: Schütt, Harmeling, Macke & Wichmann 2016, appendix A.
     """
     check_share(confidence, "confidence")
     given = gather_levels(data, level, correct, n)
-    asked = asked_of(function, guess, lapse, threshold, jnd, falling)
+    asked = asked_of(function, rates_of(task, alternatives, guess, lapse, UP_TO_HALF), threshold, jnd, falling)
     return posterior_of(given, asked, overdispersed, confidence)
 
 
@@ -77,7 +82,8 @@ def posterior_of(given: Levels, asked: Asked, overdispersed: bool = True, confid
     """The same for counted levels."""
     problem = problem_of(given, asked)
     of = tested(problem.t)
-    bounds = [(of.low - of.range / 2, of.high + of.range / 2), (of.step, 3 * of.range), asked.guess, asked.lapse]
+    bounds = [(of.low - of.range / 2, of.high + of.range / 2), (of.step, 3 * of.range)]
+    bounds += [(0.0, 0.0) if asked.equal_rates else asked.guess, asked.lapse]
     bounds.append((0.0, 1.0 - 1e-6) if overdispersed else (0.0, 0.0))
     axes = [_even(low, high, count) for (low, high), count in zip(bounds, COARSE, strict=True)]
     mass = _mass(axes, problem, asked, of)
@@ -118,6 +124,7 @@ def _mass(axes: list[Axis], problem: Problem, asked: Asked, of: Tested) -> Float
     centre = place - asked.shape.place(0.5) * spread
     weight = np.log(np.maximum(threshold_prior(place, of) * width_prior(width, of), 1e-300))
     weight = weight + sum(np.log(rate_prior(rate)) for rate in (guess, lapse, eta) if rate.size > 1)
+    guess = lapse if asked.equal_rates else guess
     for t, trials, hits in zip(problem.t, problem.trials, problem.hits[0], strict=True):
         z = (t - centre) / spread
         hit = guess + (1 - guess - lapse) * asked.shape.share(z)
@@ -151,6 +158,7 @@ def _told(axes: list[Axis], mass: Floats, given: Levels, asked: Asked, confidenc
     at, size = quantities(asked, given, native)
     weights = plane.ravel()
     means = [float((mass.sum(axis=tuple(j for j in range(5) if j != i)) * axes[i][0]).sum()) for i in range(1, 5)]
+    means[1] = means[2] if asked.equal_rates else means[1]
     return Posterior(
         asked.shape.name,
         asked.threshold,
@@ -164,6 +172,7 @@ def _told(axes: list[Axis], mass: Floats, given: Levels, asked: Asked, confidenc
         means[2],
         means[3],
         confidence,
+        asked.assumed,
     )
 
 

@@ -10,12 +10,23 @@ import numpy as np
 import pandas as pd
 from scipy.special import gammaln, rel_entr
 
-from analysis.choices.asking import WICHMANN_HILL, Asked, Function, asked_of, problem_of, quantities, to_level, unit_of
+from analysis.choices.asking import (
+    Asked,
+    Function,
+    Rate,
+    Task,
+    asked_of,
+    problem_of,
+    quantities,
+    rates_of,
+    to_level,
+    unit_of,
+)
 from analysis.choices.coordinates import JndKind
 from analysis.choices.existing import NoEstimate
 from analysis.choices.maximising import Fitted, Problem, shares
 from analysis.choices.starting import best_of_starts
-from analysis.choices.trials import Bounds, Levels, gather_levels, refuse_flat, refuse_step
+from analysis.choices.trials import Levels, gather_levels, refuse_flat, refuse_step
 from analysis.statistics.doubles import Floats
 
 STARTS = 4
@@ -28,7 +39,7 @@ class Psychometric:
     `threshold` is the level at which F = `at` (psi = `share_at`), `jnd` as `jnd_kind` says, both in the level's units.
     `centre` and `spread` are the shape's own parameters (see `shapes`; of the log level for "weibull"). `slope` is that
     of psi at the threshold, per unit of level. `deviance` (`df`) is against free shares at every level. `table`:
-    level, n, hits, share, expected, deviance_residual.
+    level, n, hits, share, expected, deviance_residual. `assumed` says in words what the task made of the two rates.
     """
 
     function: str
@@ -47,6 +58,7 @@ class Psychometric:
     df: int
     table: pd.DataFrame
     falling: bool
+    assumed: str
     notes: tuple[str, ...]
     asked: Asked
     levels: Levels
@@ -58,24 +70,31 @@ def fit_psychometric(
     level: Hashable,
     correct: Hashable,
     n: Hashable | None = None,
+    *,
+    task: Task,
+    alternatives: int | None = None,
     function: Function = "logistic",
-    guess: float | Bounds = 0.0,
-    lapse: float | Bounds = WICHMANN_HILL,
+    guess: Rate | None = None,
+    lapse: Rate | None = None,
     threshold: float = 0.5,
     jnd: JndKind = "half_interquartile",
     falling: bool = False,
 ) -> Psychometric:
     """Fit a psychometric function to answers at levels: one row per trial, or counts `correct` of `n`.
 
-    `guess` and `lapse` are fixed numbers or bounds to estimate them in. `threshold` is a value of F, so 0.5 is halfway
-    between guess and 1 - lapse whatever these are. JND: "half_interquartile" (x.75 - x.25) / 2 of F, or "x84_x50", the
-    standard deviation of a cumulative Gaussian. `falling`: hits become rarer as the level rises.
+    The task decides which rates are free. "symmetric" (a comparison with a standard, both answers alike): one lapse
+    rate on both sides, none with `lapse=0`. "forced_choice": guess is 1 / `alternatives`, the lapse rate free.
+    "yes_no": a guess (false-alarm) rate and a lapse rate of their own. A free rate lies between 0 and 0.25; `guess` and
+    `lapse` set other bounds (lowest, highest) or fix a rate where the task leaves it free.
+    `threshold` is a value of F, so 0.5 is halfway between guess and 1 - lapse whatever these are. JND:
+    "half_interquartile" (x.75 - x.25) / 2 of F, or "x84_x50", the standard deviation of a cumulative Gaussian.
+    `falling`: hits become rarer as the level rises.
     Raises NoEstimate where the answers do not rise, are all alike, or step from one side to the other; BadValue,
-    TooFew, UnknownColumn, BadOption.
-    Sources: Wichmann & Hill 2001a; Levenberg-Marquardt scoring with bounds.
+    TooFew, UnknownColumn, BadOption (also for a rate that the task decides).
+    Sources: Wichmann & Hill 2001a; Levenberg-Marquardt scoring with bounds; docs/decisions/0012.
     """
     given = gather_levels(data, level, correct, n)
-    asked = asked_of(function, guess, lapse, threshold, jnd, falling)
+    asked = asked_of(function, rates_of(task, alternatives, guess, lapse), threshold, jnd, falling)
     return fitted_function(given, asked)
 
 
@@ -83,23 +102,23 @@ def fitted_function(given: Levels, asked: Asked) -> Psychometric:
     """The same for counted levels."""
     problem = problem_of(given, asked)
     found = best_of_starts(problem, STARTS)
-    reached = float(found.log_likelihood[0])
-    turned = Levels(problem.t, problem.hits[0], problem.trials)
-    refuse_flat(turned, reached, asked.guess, asked.lapse)
-    refuse_step(_named(turned, given, asked), reached, asked.guess, asked.lapse)
-    _refuse_far(found, problem, given)
+    refuse_no_estimate(given, asked, problem, found, 0)
     return _told(given, asked, problem, found)
 
 
-def _named(turned: Levels, given: Levels, asked: Asked) -> Levels:
-    """The levels in the order of the fit, under their own names."""
-    return Levels(given.levels[::-1] if asked.falling else given.levels, turned.hits, turned.trials)
+def refuse_no_estimate(given: Levels, asked: Asked, problem: Problem, found: Fitted, i: int) -> None:
+    """Refuse fit `i` of those to answers at the same levels where it tells no threshold or no slope.
 
-
-def _refuse_far(found: Fitted, problem: Problem, given: Levels) -> None:
-    place, low, high = found.parameters[0], problem.low, problem.high
+    Raises NoEstimate.
+    """
+    reached = float(found.log_likelihood[i])
+    turned = Levels(problem.t, problem.hits[i], problem.trials)
+    refuse_flat(turned, reached, asked.guess, asked.lapse)
+    named = Levels(given.levels[::-1] if asked.falling else given.levels, turned.hits, turned.trials)
+    refuse_step(named, reached, asked.guess, asked.lapse, asked.equal_rates)
+    place, low, high = found.parameters[i], problem.low, problem.high
     edges = (place[0] <= low[0], place[0] >= high[0], place[1] >= high[1])
-    if any(edges) or not found.arrived[0]:
+    if any(edges) or not found.arrived[i]:
         raise NoEstimate(
             f"the fit leads to a threshold far from the levels {given.levels[0]:g} to {given.levels[-1]:g}: "
             "the answers hardly change with the level; test a wider range"
@@ -134,6 +153,7 @@ def _told(given: Levels, asked: Asked, problem: Problem, found: Fitted) -> Psych
         len(given.levels) - int(problem.free.sum()),
         table,
         asked.falling,
+        asked.assumed,
         tuple(_notes(given, at, problem, found)),
         asked,
         given,

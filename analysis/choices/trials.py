@@ -80,10 +80,10 @@ def refuse_flat(given: Levels, reached: float, guess: Bounds, lapse: Bounds) -> 
     )
 
 
-def refuse_step(given: Levels, reached: float, guess: Bounds, lapse: Bounds) -> None:
+def refuse_step(given: Levels, reached: float, guess: Bounds, lapse: Bounds, equal_rates: bool = False) -> None:
     """Refuse answers that a step fits as well as any slope does: the slope then has no estimate. Raises NoEstimate."""
     count = len(given.levels)
-    places = [j for j in range(count) if _step(given, j, guess, lapse) >= reached - ALIKE]
+    places = [j for j in range(count) if _step(given, j, guess, lapse, equal_rates) >= reached - ALIKE]
     if not places:
         return
     around = (places[0], places[-1]) if len(places) > 1 else (max(places[0] - 1, 0), min(places[0] + 1, count - 1))
@@ -94,10 +94,15 @@ def refuse_step(given: Levels, reached: float, guess: Bounds, lapse: Bounds) -> 
     )
 
 
-def _step(given: Levels, j: int, guess: Bounds, lapse: Bounds) -> float:
+def _step(given: Levels, j: int, guess: Bounds, lapse: Bounds, equal_rates: bool) -> float:
     """The log likelihood of a step at level j, whose own share is free."""
     low = _pooled(given, slice(0, j), *guess)
     high = _pooled(given, slice(j + 1, None), 1 - lapse[1], 1 - lapse[0])
+    if equal_rates:
+        misses = np.concatenate([given.hits[:j], (given.trials - given.hits)[j + 1 :]])
+        both = Levels(given.levels, misses, np.delete(given.trials, j))
+        low = _pooled(both, slice(None), *lapse)
+        high = 1 - low
     share = np.full_like(given.trials, high)
     share[:j] = low
     share[j] = min(max(given.hits[j] / given.trials[j], low), high)

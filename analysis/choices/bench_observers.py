@@ -1,0 +1,177 @@
+"""Figures of thresholds: how far they lie from a simulated observer's, how often intervals miss it, and the time.
+
+Seeds come from the observers' names and are not chosen.
+"""
+
+from __future__ import annotations
+
+import time
+from collections.abc import Callable, Iterator
+from dataclasses import dataclass
+from typing import NamedTuple
+
+import numpy as np
+from scipy.special import ndtr
+
+from analysis.choices.asking import Asked, Rate, Rates, Task, asked_of, problem_of, quantities, rates_of
+from analysis.choices.intervals import CORRECTING_DRAWS, Which, profile_ends
+from analysis.choices.maximising import Fitted, Problem
+from analysis.choices.posterior import UP_TO_HALF, posterior_of
+from analysis.choices.psychometric import STARTS, refuse_no_estimate
+from analysis.choices.starting import best_of_starts
+from analysis.choices.trials import Levels
+from analysis.spaces.draws import stream
+from analysis.statistics.doubles import Floats
+from analysis.statistics.refusals import StatisticsError
+from protocols.bench import Case
+
+AREA = "thresholds"
+LEVELS = np.linspace(-10.0, 10.0, 9)
+THRESHOLD, SD = 1.0, 2.5
+CONFIDENCE = 0.95
+
+
+@dataclass(frozen=True)
+class Observer:
+    """A cumulative Gaussian (`THRESHOLD`, `SD`) with these rates, asked in this task."""
+
+    name: str
+    task: Task
+    guess: float
+    lapse: float
+    alternatives: int | None = None
+
+    def declared(self) -> Rates:
+        """The rates as the task makes them."""
+        return rates_of(self.task, self.alternatives, None, None)
+
+    def undeclared(self) -> Rates:
+        """The rates as they were before a task was declared: guess fixed, lapse from 0 to 0.06."""
+        fixed: Rate | None = None if self.alternatives is None else self.guess
+        return rates_of(None, None, fixed, None)
+
+
+OBSERVERS = (
+    Observer("symmetric, no lapses", "symmetric", 0.0, 0.0),
+    Observer("symmetric, lapses 3 %", "symmetric", 0.03, 0.03),
+    Observer("symmetric, lapses 8 %", "symmetric", 0.08, 0.08),
+    Observer("forced choice of 2, lapses 3 %", "forced_choice", 1 / 2, 0.03, 2),
+    Observer("forced choice of 3, lapses 3 %", "forced_choice", 1 / 3, 0.03, 3),
+    Observer("yes/no, false alarms 5 %, lapses 3 %", "yes_no", 0.05, 0.03),
+)
+
+
+class Sets(NamedTuple):
+    """Data sets of one observer that have an estimate, fitted: the hits (sets, levels), and how many were refused."""
+
+    asked: Asked
+    given: Levels
+    problem: Problem
+    fits: Fitted
+    thresholds: Floats
+    jnds: Floats
+    refused: int
+
+
+def simulated(observer: Observer, count: int, trials: int) -> Floats:
+    """Hits (count, levels) of an observer in `trials` trials at each level."""
+    share = observer.guess + (1 - observer.guess - observer.lapse) * ndtr((LEVELS - THRESHOLD) / SD)
+    drawn = stream(0, f"observer: {observer.name}, {trials} trials").binomial(trials, share, (count, len(LEVELS)))
+    return drawn.astype(np.float64)
+
+
+def fitted_sets(rates: Rates, hits: Floats, trials: int) -> Sets:
+    """Fit every data set at once; those that `fit_psychometric` refuses are left out and counted."""
+    asked = asked_of("gaussian", rates, 0.5, "x84_x50", False)
+    given = Levels(LEVELS, hits[0], np.full(len(LEVELS), float(trials)))
+    problem = problem_of(given, asked, hits)
+    fits = best_of_starts(problem, STARTS)
+    kept = np.array([_has_estimate(given, asked, problem, fits, i) for i in range(len(hits))])
+    fits = Fitted(*(part[kept] for part in fits))
+    thresholds, jnds = quantities(asked, given, fits.parameters)
+    return Sets(asked, given, problem_of(given, asked, hits[kept]), fits, thresholds, jnds, int((~kept).sum()))
+
+
+def _has_estimate(given: Levels, asked: Asked, problem: Problem, fits: Fitted, i: int) -> bool:
+    try:
+        refuse_no_estimate(given, asked, problem, fits, i)
+    except StatisticsError:
+        return False
+    return True
+
+
+def missed(ends: Floats, true: float) -> float:
+    """The share of intervals (sets, 2) that do not hold the true value; an open end bounds nothing."""
+    low, high = np.nan_to_num(ends[:, 0], nan=-np.inf), np.nan_to_num(ends[:, 1], nan=np.inf)
+    return float(((low > true) | (high < true)).mean())
+
+
+def cases(quick: bool) -> Iterator[Case]:
+    """For each observer the bias over 150 data sets, and what intervals miss over 1,000 (quick: 150)."""
+    for trials in (100, 40):
+        for observer in OBSERVERS:
+            yield from _bias(observer, trials, 150)
+            yield from _bias(observer, trials, 1000) if not quick else ()
+            yield from _misses(observer, trials, 150 if quick else 1000)
+
+
+def _bias(observer: Observer, trials: int, count: int) -> Iterator[Case]:
+    hits = simulated(observer, count, trials)
+    kind = "mean threshold - true threshold, in units of the level (steps of 2.5)"
+    ways = {"task declared": observer.declared(), "no task declared": observer.undeclared()}
+    for name, rates in ways.items():
+        yield Case(
+            AREA,
+            f"bias of a threshold, {count} data sets",
+            f"palpate, {name}",
+            f"{observer.name}; 9 levels x {trials}",
+            count,
+            kind,
+            lambda rates=rates: fitted_sets(rates, hits, trials),
+            lambda sets: abs(float(sets.thresholds.mean()) - THRESHOLD),
+            repeats=1,
+        )
+
+
+def _misses(observer: Observer, trials: int, count: int) -> Iterator[Case]:
+    hits = simulated(observer, count, trials)
+    sets = fitted_sets(observer.declared(), hits, trials)
+
+    def profile(which: Which, draws: int) -> Floats:
+        seeds = range(len(sets.thresholds))
+        return profile_ends(sets.problem, sets.fits, sets.asked, sets.given, which, CONFIDENCE, draws, seeds)
+
+    def posterior() -> Floats:
+        given = sets.given
+        rates = rates_of(observer.task, observer.alternatives, None, None, UP_TO_HALF)
+        asked = asked_of("gaussian", rates, 0.5, "x84_x50", False)
+        found = (posterior_of(Levels(given.levels, own, given.trials), asked, False) for own in sets.problem.hits)
+        return np.array([each.threshold_interval for each in found])
+
+    corrected = f"profile, Bartlett's factor from {CORRECTING_DRAWS}"
+    ways: list[tuple[Which, str, Callable[[], Floats]]] = [
+        ("threshold", corrected, lambda: profile("threshold", CORRECTING_DRAWS)),
+        ("threshold", "profile", lambda: profile("threshold", 0)),
+        ("threshold", "posterior on a grid", posterior),
+        ("jnd", corrected, lambda: profile("jnd", CORRECTING_DRAWS)),
+        ("jnd", "profile", lambda: profile("jnd", 0)),
+    ]
+    for which, name, run in ways:
+        yield Case(
+            AREA,
+            f"95 % interval of a {'JND' if which == 'jnd' else which}",
+            f"palpate, {name}",
+            f"{observer.name}; 9 levels x {trials}",
+            len(sets.thresholds),
+            "share of intervals that miss the true value; 0.05 is right",
+            lambda run=run: _clocked(run),
+            lambda answer, which=which: missed(answer[0], SD if which == "jnd" else THRESHOLD),
+            seconds=lambda answer: answer[1],
+        )
+
+
+def _clocked(run: Callable[[], Floats]) -> tuple[Floats, float]:
+    """Minutes of work are done once."""
+    start = time.perf_counter()
+    found = run()
+    return found, time.perf_counter() - start
