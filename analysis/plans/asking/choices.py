@@ -2,9 +2,9 @@
 
 from __future__ import annotations
 
-from typing import Annotated, Literal
+from typing import Annotated, Literal, Self
 
-from pydantic import Field
+from pydantic import Field, model_validator
 
 from analysis.plans.answers import Answer, Asked, Kind, Selected
 from protocols.study import Level, Text, Whole
@@ -51,11 +51,13 @@ class Thurstone(Asked):
 class PsychometricFunction(Asked):
     """One function for each combination of `by` (default: participants, where the table names them).
 
-    One row per trial (`correct` 0 or 1), or `correct` of `n`. `guess` and `lapse` are fixed rates or (lowest, highest)
-    to estimate between; `threshold` is a value of F (0.5: halfway from guess to 1 - lapse). `method: staircase` also
-    takes the last `last` reversals of each staircase: rows in the order of the column `order`, staircases told apart
-    by the columns `staircase` beside `by`. Means are over participants, for each combination of the other columns of
-    `by`. `interval: posterior` takes the estimates from the posterior, too.
+    One row per trial (`correct` 0 or 1), or `correct` of `n`. `task` decides which rates are free; `guess` and `lapse`
+    are fixed rates or (lowest, highest) to estimate between, where the task leaves them free. A plan without a task is
+    one from before tasks were declared: guess 0, lapse from 0 to 0.06, plain profile intervals, and a note.
+    `threshold` is a value of F (0.5: halfway from guess to 1 - lapse). `method: staircase` also takes the last `last`
+    reversals of each staircase: rows in the order of the column `order`, staircases told apart by the columns
+    `staircase` beside `by`. Means are over participants, for each combination of the other columns of `by`. `interval`
+    (None: corrected, or profile without a task): posterior takes the estimates from the posterior, too.
     """
 
     test: Literal["psychometric"]
@@ -68,14 +70,23 @@ class PsychometricFunction(Asked):
     staircase: tuple[Text, ...] = ()
     last: Annotated[Whole, Field(ge=2, multiple_of=2)] = 6
     function: Literal["logistic", "gaussian", "weibull"] = "logistic"
-    guess: Rate | tuple[Rate, Rate] = 0.0
-    lapse: Rate | tuple[Rate, Rate] = (0.0, 0.06)
+    task: Literal["symmetric", "forced_choice", "yes_no"] | None = None
+    alternatives: Annotated[Whole, Field(ge=2)] | None = None
+    guess: Rate | tuple[Rate, Rate] | None = None
+    lapse: Rate | tuple[Rate, Rate] | None = None
     threshold: Annotated[float, Field(gt=0, lt=1)] = 0.5
     jnd: Literal["half_interquartile", "x84_x50"] = "half_interquartile"
     falling: bool = False
-    interval: Literal["profile", "bootstrap", "posterior", "none"] = "profile"
+    interval: Literal["corrected", "profile", "bootstrap", "posterior", "none"] | None = None
     draws: Draws | None = None
     confidence: Confidence = 0.95
+
+    @model_validator(mode="after")
+    def _a_model(self) -> Self:
+        from analysis.plans.asking.choices_functions import model_of
+
+        model_of(self)
+        return self
 
 
 def _bradley_terry(selected: Selected, asked: BradleyTerry) -> Answer:

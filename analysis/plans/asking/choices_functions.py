@@ -8,9 +8,10 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 import pandas as pd
 
-from analysis.choices.asking import asked_of
-from analysis.choices.intervals import Interval, profile_interval, resampled_answers
-from analysis.choices.posterior import posterior_of
+from analysis.choices.asking import ESTIMATED, asked_of, rates_of
+from analysis.choices.asking import Asked as Model
+from analysis.choices.intervals import CORRECTING_DRAWS, Interval, profile_interval, resampled_answers
+from analysis.choices.posterior import UP_TO_HALF, posterior_of
 from analysis.choices.psychometric import Psychometric, fitted_function
 from analysis.choices.staircase import Staircase, staircase
 from analysis.choices.trials import gather_levels
@@ -32,11 +33,17 @@ NUMBERS = (
 )  # fmt: skip
 PARTICIPANT, MOST_TOLD = "participant", 6
 HOW = {
+    "corrected": "profile likelihood with Bartlett's correction",
     "profile": "profile likelihood",
     "bootstrap": "parametric bootstrap, percentiles",
     "posterior": "posterior, equal tails",
     "none": "none",
 }
+NO_TASK = (
+    "The plan declares no task, so the rates are those of plans before tasks were declared: where answers lapse to "
+    "both sides, or there are false alarms, thresholds are biased and intervals too narrow. Declare `task: symmetric`, "
+    "`forced_choice` (with `alternatives`) or `yes_no`"
+)
 
 
 def psychometric_answer(selected: Selected, asked: PsychometricFunction) -> Answer:
@@ -90,8 +97,8 @@ def _one(
     try:
         given = gather_levels(part, asked.level, asked.correct, asked.n)
         row["trials"] = int(given.trials.sum())
-        model = asked_of(asked.function, asked.guess, asked.lapse, asked.threshold, asked.jnd, asked.falling)
-        if asked.interval == "posterior":
+        model = model_of(asked)
+        if interval_of(asked) == "posterior":
             row |= _posterior(posterior_of(given, model, True, asked.confidence))
         else:
             fit = fitted_function(given, model)
@@ -103,13 +110,27 @@ def _one(
     return {**row, **stairs, "note": "; ".join(note for note in notes if note)}, shown, turned
 
 
+def interval_of(asked: PsychometricFunction) -> str:
+    """Return the kind of interval, as it was in plans without a task where neither is said."""
+    return asked.interval or ("profile" if asked.task is None else "corrected")
+
+
+def model_of(asked: PsychometricFunction) -> Model:
+    """Return the function that is fitted. Raises BadOption for rates that the task decides, or that it needs."""
+    estimated = UP_TO_HALF if interval_of(asked) == "posterior" else ESTIMATED
+    rates = rates_of(asked.task, asked.alternatives, asked.guess, asked.lapse, estimated)
+    return asked_of(asked.function, rates, asked.threshold, asked.jnd, asked.falling)
+
+
 def _fitted(selected: Selected, asked: PsychometricFunction, fit: Psychometric) -> dict[str, Any]:
     draws = asked.draws or selected.draws
-    again = None if asked.interval == "none" else resampled_answers(fit, draws, asked.confidence, selected.seed)
+    interval = interval_of(asked)
+    again = None if interval == "none" else resampled_answers(fit, draws, asked.confidence, selected.seed)
     ends = [Interval(math.nan, math.nan)] * 2
-    if asked.interval == "profile":
-        ends = [profile_interval(fit, which, asked.confidence) for which in ("threshold", "jnd")]
-    if asked.interval == "bootstrap" and again is not None:
+    if interval in ("profile", "corrected"):
+        how = (0, 0) if interval == "profile" else (CORRECTING_DRAWS, selected.seed)
+        ends = [profile_interval(fit, which, asked.confidence, *how) for which in ("threshold", "jnd")]
+    if interval == "bootstrap" and again is not None:
         ends = [again.threshold, again.jnd]
     lost = f"{again.lost:.0%} of the simulated answers had no slope" if again is not None and again.lost > 0.01 else ""
     return {
@@ -219,10 +240,6 @@ def _headline(summary: tuple[Row, ...], by: tuple[str, ...], confidence: float) 
     return f"Mean {'; '.join(told[:MOST_TOLD])}" + ("; ..." if len(told) > MOST_TOLD else "")
 
 
-def _rate(rate: float | tuple[float, float], name: str) -> str:
-    return f"{name} {rate:g}" if isinstance(rate, int | float) else f"{name} estimated from {rate[0]:g} to {rate[1]:g}"
-
-
 def _answer(
     selected: Selected,
     asked: PsychometricFunction,
@@ -230,14 +247,14 @@ def _answer(
     more: dict[str, tuple[Row, ...]],
 ) -> Answer:
     lacking = [row for row in rows if row["threshold"] is None]
-    how = "posterior on a grid (Schütt et al. 2016)" if asked.interval == "posterior" else "maximum likelihood"
+    interval = interval_of(asked)
+    how = "posterior on a grid (Schütt et al. 2016)" if interval == "posterior" else "maximum likelihood"
     jnd = "(x.75 - x.25) / 2 of F" if asked.jnd == "half_interquartile" else "x.84 - x.50 of F"
-    rates = f"{_rate(asked.guess, 'guess')}, {_rate(asked.lapse, 'lapse')}"
     people = selected.table["participant"].nunique() if "participant" in selected.table.columns else 0
     return Answer(
         rows=tuple(plain_row(row) for row in rows),
-        method=f"Psychometric function ({asked.function}, {rates}) by {how}; threshold where F = {asked.threshold:g}; "
-        f"JND = {jnd}; {100 * asked.confidence:g}% intervals: {HOW[asked.interval]}",
+        method=f"Psychometric function ({asked.function}; {model_of(asked).assumed}) by {how}; "
+        f"threshold where F = {asked.threshold:g}; JND = {jnd}; {100 * asked.confidence:g}% intervals: {HOW[interval]}",
         kinds={
             "threshold": f"level where F = {asked.threshold:g}",
             "share_at": "share of hits that the function expects at the threshold",
@@ -251,6 +268,11 @@ def _answer(
         participants=int(people),
         values=sum(row["trials"] for row in rows),
         headline=_headline(more["summary"], _by(selected, asked), asked.confidence),
-        notes=sentences([f"{len(lacking)} of {len(rows)} functions have no estimate (see `note`)" if lacking else ""]),
+        notes=sentences(
+            [
+                NO_TASK if asked.task is None else "",
+                f"{len(lacking)} of {len(rows)} functions have no estimate (see `note`)" if lacking else "",
+            ]
+        ),
         more=more,
     )

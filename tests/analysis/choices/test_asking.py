@@ -8,6 +8,7 @@ from typing import Any
 import numpy as np
 import pandas as pd
 import pytest
+from pydantic import ValidationError
 from scipy.special import ndtr
 
 from analysis.choices.bradley_terry import bradley_terry
@@ -86,7 +87,7 @@ def test_the_probit_scale_and_the_classical_one() -> None:
 
 
 def test_a_function_for_each_participant_and_their_mean() -> None:
-    found = answer("psychometric", observers().astype(str), n="n", function="gaussian", lapse=0.0)
+    found = answer("psychometric", observers().astype(str), n="n", function="gaussian", task="symmetric", lapse=0.0)
     assert [row["participant"] for row in found.rows] == ["P0", "P1", "P2"]
     assert [row["threshold"] for row in found.rows] == pytest.approx([5, 6, 7], abs=0.5)
     for row in found.rows:
@@ -101,26 +102,42 @@ def test_a_function_for_each_participant_and_their_mean() -> None:
     assert "JND" in found.headline
 
 
-@pytest.mark.parametrize("interval", ["bootstrap", "posterior", "none"])
+@pytest.mark.parametrize("interval", ["profile", "bootstrap", "posterior", "none"])
 def test_other_intervals(interval: str) -> None:
-    found = answer("psychometric", observers(1), n="n", interval=interval)
+    found = answer("psychometric", observers(1), n="n", task="symmetric", interval=interval)
     (row,) = found.rows
     assert row["threshold"] == pytest.approx(5, abs=0.5)
     assert (row["threshold_low"] is None) == (interval == "none")
     assert found.more["summary"][0]["note"] == "one value: no spread"
 
 
+def test_the_answer_says_what_the_task_made_of_the_rates_and_an_older_plan_is_read_with_a_note() -> None:
+    found = answer("psychometric", observers(1), n="n", task="symmetric")
+    assert "symmetric task, equal lapse rates on both sides" in found.method
+    assert "Bartlett" in found.method
+    assert found.rows[0]["guess"] == found.rows[0]["lapse"]
+    assert not found.notes
+    older = answer("psychometric", observers(1), n="n")
+    plain = answer("psychometric", observers(1), n="n", guess=0, lapse=[0, 0.06], interval="profile")
+    assert older.rows == plain.rows
+    assert "guess rate fixed at 0, lapse rate estimated between 0 and 0.06" in older.method
+    assert "declares no task" in older.notes[0]
+    for wrong in ({"task": "forced_choice"}, {"task": "symmetric", "guess": 0.1}, {"alternatives": 2}):
+        with pytest.raises(ValidationError, match="alternatives|no effect"):
+            answer("psychometric", observers(1), n="n", **wrong)
+
+
 def test_a_participant_without_an_estimate_keeps_the_row_and_the_reason() -> None:
     table = observers(2)
     table.loc[table["participant"] == "P1", "correct"] = 40
-    found = answer("psychometric", table, n="n")
+    found = answer("psychometric", table, n="n", task="symmetric")
     assert found.rows[1]["threshold"] is None
     assert "every answer was a hit" in found.rows[1]["note"]
     assert found.more["summary"][0]["without_estimate"] == 1
     assert "1 of 2 functions have no estimate" in found.notes[0]
     assert "n = 1 of 2" in found.headline
     with pytest.raises(StatisticsError, match="no threshold could be told"):
-        answer("psychometric", table.assign(correct=40), n="n")
+        answer("psychometric", table.assign(correct=40), n="n", task="symmetric")
 
 
 def test_staircases_give_reversals_and_a_fit() -> None:
@@ -128,7 +145,14 @@ def test_staircases_give_reversals_and_a_fit() -> None:
     table = pd.concat(
         [run(rng, 2, 1, 150).assign(participant=who, stair=stair) for who in ("P1", "P2") for stair in (1, 2)]
     ).reset_index(drop=True)
-    asked = {"method": "staircase", "order": "trial", "staircase": ["stair"], "guess": 0.5, "last": 20}
+    asked = {
+        "method": "staircase",
+        "order": "trial",
+        "staircase": ["stair"],
+        "task": "forced_choice",
+        "alternatives": 2,
+        "last": 20,
+    }
     found = answer("psychometric", table, **asked)
     assert [row["rule"] for row in found.rows] == ["2 down, 1 up"] * 2
     assert found.rows[0]["converges_at"] == pytest.approx(0.5**0.5)
@@ -143,11 +167,11 @@ def test_means_are_over_participants_within_each_condition() -> None:
     table = pd.concat(
         [observers().assign(side="left"), observers().assign(side="right", level=observers()["level"] + 3)]
     )
-    found = answer("psychometric", table, n="n", by=["participant", "side"], interval="none")
+    found = answer("psychometric", table, n="n", by=["participant", "side"], task="symmetric", interval="none")
     means = {(row["side"], row["quantity"]): row for row in found.more["summary"]}
     assert set(means) == {(side, name) for side in ("left", "right") for name in ("threshold", "jnd")}
     assert means["left", "threshold"]["n"] == 3
     assert means["right", "threshold"]["mean"] == pytest.approx(means["left", "threshold"]["mean"] + 3, abs=0.01)
     assert "side left: threshold" in found.headline
-    alone = answer("psychometric", observers(), n="n", by=["participant"], interval="none")
+    alone = answer("psychometric", observers(), n="n", by=["participant"], task="symmetric", interval="none")
     assert alone.more["summary"][0]["mean"] == pytest.approx(means["left", "threshold"]["mean"], rel=1e-12)

@@ -70,15 +70,12 @@ def test_an_observers_70_7_percent_is_found_by_reversals_and_by_the_fit() -> Non
     rng = np.random.default_rng(5)
     true = 6 + 2 * float(ndtri((0.5**0.5 - 0.5) / 0.5))
     reversals, fits = [], []
+    of_two = {"task": "forced_choice", "alternatives": 2, "function": "gaussian"}
     for _ in range(60):
         trials = run(rng, 2, 1, 120)
         reversals.append(staircase(trials, "level", "correct", last=20).threshold)
         try:
-            fits.append(
-                fit_psychometric(
-                    trials, "level", "correct", function="gaussian", guess=0.5, lapse=0, threshold=0.5**0.5 * 2 - 1
-                )
-            )
+            fits.append(fit_psychometric(trials, "level", "correct", **of_two, lapse=0, threshold=0.5**0.5 * 2 - 1))
         except NoEstimate:
             continue
     assert np.mean(reversals) == pytest.approx(true, abs=0.3)
