@@ -8,6 +8,7 @@ from __future__ import annotations
 import time
 from collections.abc import Callable, Iterator
 from dataclasses import dataclass
+from functools import partial
 from typing import NamedTuple
 
 import numpy as np
@@ -127,7 +128,7 @@ def _bias(observer: Observer, trials: int, count: int) -> Iterator[Case]:
             f"{observer.name}; 9 levels x {trials}",
             count,
             kind,
-            lambda rates=rates: fitted_sets(rates, hits, trials),
+            partial(fitted_sets, rates, hits, trials),
             lambda sets: abs(float(sets.thresholds.mean()) - THRESHOLD),
             repeats=1,
         )
@@ -164,10 +165,14 @@ def _misses(observer: Observer, trials: int, count: int) -> Iterator[Case]:
             f"{observer.name}; 9 levels x {trials}",
             len(sets.thresholds),
             "share of intervals that miss the true value; 0.05 is right",
-            lambda run=run: _clocked(run),
-            lambda answer, which=which: missed(answer[0], SD if which == "jnd" else THRESHOLD),
+            partial(_clocked, run),
+            _misses_of(SD if which == "jnd" else THRESHOLD),
             seconds=lambda answer: answer[1],
         )
+
+
+def _misses_of(true: float) -> Callable[[tuple[Floats, float]], float]:
+    return lambda answer: missed(answer[0], true)
 
 
 def _clocked(run: Callable[[], Floats]) -> tuple[Floats, float]:
