@@ -8,7 +8,7 @@ from typing import TYPE_CHECKING, Any
 if TYPE_CHECKING:
     from analysis.adjectives.agreement import word_agreement
     from analysis.adjectives.antonyms import antonym_pairs
-    from analysis.adjectives.lexicon import lexicon
+    from analysis.adjectives.lexicon import lexicon, merge_word_lists
     from analysis.adjectives.relevance import relevance
     from analysis.adjectives.selections import gather_selections
     from analysis.choices.bradley_terry import bradley_terry
@@ -83,6 +83,7 @@ __all__ = [
     "likert",
     "mauchly_tests",
     "mean_intervals",
+    "merge_word_lists",
     "mixed_anova",
     "mixed_model",
     "nemenyi",
@@ -138,6 +139,7 @@ _HOMES = {
     "likert": "ordinal.likert",
     "mauchly_tests": "statistics.sphericity",
     "mean_intervals": "ratings.within_intervals",
+    "merge_word_lists": "adjectives.lexicon",
     "mixed_anova": "statistics.mixed",
     "mixed_model": "mixed_models.model",
     "nemenyi": "ordinal.nemenyi",

@@ -6,7 +6,7 @@ import math
 import re
 import unicodedata
 from collections import Counter, defaultdict
-from collections.abc import Hashable, Iterable, Mapping, Sequence
+from collections.abc import Hashable, Iterable, Iterator, Mapping, Sequence
 from dataclasses import dataclass
 from statistics import fmean, stdev
 from typing import Any, Literal, TypeAlias
@@ -17,7 +17,7 @@ from analysis.adjectives.selections import check_words
 from analysis.reliability.crossed import combined
 from analysis.statistics.cells import name_list
 from analysis.statistics.labels import ordered
-from analysis.statistics.refusals import BadOption, StatisticsError, UnknownColumn, listed, shown
+from analysis.statistics.refusals import BadOption, BadValue, StatisticsError, UnknownColumn, listed, shown
 
 Normalisation: TypeAlias = Literal["as_written", "spaces", "case_and_spaces"]
 KINDS = ("as_written", "spaces", "case_and_spaces")
@@ -76,6 +76,80 @@ def lexicon(
         unplaced=mentions - len(placed),
         normalisation=normalisation,
     )
+
+
+def merge_word_lists(
+    lists: Mapping[str, Iterable[str]],
+    normalisation: Normalisation = "case_and_spaces",
+    *,
+    synonyms: Mapping[str, str] | None = None,
+    inflected: bool = True,
+) -> pd.DataFrame:
+    """Merge lists of words into one lexicon that keeps where each word comes from (thesis 5.3.3.2, Table 5.1).
+
+    `lists` are words by their source. One word is what `normalisation` (see `lexicon`) and `synonyms` say; with
+    `inflected`, so is an English comparative, superlative or adverb (heavier, heaviest, heavily) whose base form
+    (heavy) is in the lists, and a hyphen counts as a blank. Returns columns word (as first written), sources,
+    n_sources, forms and note, in the order of first appearance; the note says what was merged. Raises a
+    StatisticsError for a list without words, a word that is none, and synonyms that contradict each other.
+    """
+    if normalisation not in KINDS:
+        raise BadOption(f"normalisation={shown(normalisation)} is unknown: one of {', '.join(map(repr, KINDS))}")
+    stands_for = _synonyms(synonyms or {}, normalisation)
+    written = [
+        (source, word, _key(source, word, normalisation, inflected))
+        for source, words in lists.items()
+        for word in words
+    ]
+    if empty := [source for source in lists if source not in {source for source, _, _ in written}]:
+        raise BadValue(f"the list {shown(empty[0])} has no words")
+    known = {key for _, _, key in written}
+    merged: dict[str, list[tuple[str, str, str]]] = defaultdict(list)
+    for source, word, key in written:
+        base = stands_for.get(key, key)
+        if base == key and inflected:
+            base = next((form for form in _base_forms(key) if form in known), key)
+            base = stands_for.get(base, base)
+        merged[base].append((source, word, key))
+    rows = [_merged_row(base, entries) for base, entries in merged.items()]
+    return pd.DataFrame(rows, columns=["word", "sources", "n_sources", "forms", "note"])
+
+
+def _key(source: str, word: Any, normalisation: str, inflected: bool) -> str:
+    if not isinstance(word, str) or not word.strip():
+        raise BadValue(f"the list {shown(source)}: a word is expected, found {shown(word)}")
+    key = normalised(word, normalisation)
+    return " ".join(key.replace("-", " ").split()) if inflected else key
+
+
+def _base_forms(word: str) -> Iterator[str]:
+    """What an English word may be a comparative, superlative or adverb of: heaviest -> heavy, bigger -> big."""
+    for ending in ("est", "er", "ly"):
+        if word.endswith(ending) and len(word) > len(ending) + 2:
+            stem = word[: -len(ending)]
+            yield stem
+            yield from [f"{stem[:-1]}y"] if stem.endswith("i") else []
+            yield f"{stem}e"
+            yield from [stem[:-1]] if len(stem) > 3 and stem[-1] == stem[-2] else []
+            yield from [f"{stem}le"] if ending == "ly" else []  # gently, of gentle
+
+
+def _merged_row(base: str, entries: Sequence[tuple[str, str, str]]) -> dict[str, Any]:
+    forms = list(dict.fromkeys(" ".join(word.split()) for _, word, _ in entries))
+    first = next((word for _, word, key in entries if key == base), base)
+    sources = list(dict.fromkeys(source for source, _, _ in entries))
+    notes = []
+    for source in sources:
+        own = [word for each, word, _ in entries if each == source]
+        if len(own) > 1:
+            notes.append(f"{len(own)} times in {source}")
+    others = [form for form in forms if form != " ".join(first.split())]
+    if others:
+        notes.append(f"counts also: {', '.join(others)}")
+    return {
+        "word": " ".join(first.split()), "sources": "; ".join(sources), "n_sources": len(sources),
+        "forms": "; ".join(forms), "note": "; ".join(notes),
+    }  # fmt: skip
 
 
 def synonym_table(table: pd.DataFrame) -> dict[str, str]:

@@ -2,10 +2,11 @@
 
 from __future__ import annotations
 
+from collections import Counter
 from collections.abc import Mapping, Sequence
-from typing import TYPE_CHECKING, Annotated, Literal, TypeAlias
+from typing import TYPE_CHECKING, Annotated, Literal, Self, TypeAlias
 
-from pydantic import Field
+from pydantic import Field, model_validator
 
 from analysis.plans.answers import Answer, Asked, Kind, Row, Selected, Value
 from protocols.study import Text
@@ -18,7 +19,8 @@ if TYPE_CHECKING:
 Confidence = Annotated[float, Field(gt=0, lt=1)]
 Threshold = Annotated[float, Field(gt=0, le=1)]
 Normalisation: TypeAlias = Literal["share_of_trials", "share_of_maximum", "any_stimulus"]
-TICKED = "ticked"
+TICKED, WRITTEN = "ticked", "experiment"
+"""A kind of word, and the source that the words written in a study are of."""
 LISTED = 20
 TOLD = {
     "share_of_trials": "of the answered trials",
@@ -62,13 +64,23 @@ class AskedAgreement(Asked):
 class AskedLexicon(Asked):
     """The words that participants wrote. `kinds` are kinds of word (None: all but the ticked ones).
 
-    `synonyms` maps a word to the one that it counts as, or names a table with columns word, counts_as.
+    `synonyms` maps a word to the one that it counts as, or names a table with columns word, counts_as. `lists` are
+    further words by their source, each a list or the name of a table with a column word: they and the words written
+    here are merged into one lexicon that keeps the sources; `inflected` says whether heavier counts as heavy there.
     """
 
     test: Literal["lexicon"]
     kinds: tuple[Text, ...] | None = None
     normalisation: Literal["as_written", "spaces", "case_and_spaces"] = "case_and_spaces"
     synonyms: Text | Mapping[Text, Text] = Field(default_factory=dict)
+    lists: Annotated[Mapping[Text, Text | tuple[Text, ...]], Field(max_length=20)] = Field(default_factory=dict)
+    inflected: bool = True
+
+    @model_validator(mode="after")
+    def _inflected_with_lists(self) -> Self:
+        if "inflected" in self.model_fields_set and not self.lists:
+            raise ValueError("inflected is about lists: {SOURCE: [WORD, ...]}, which are merged; there are none")
+        return self
 
 
 def relevance_answer(selected: Selected, asked: AskedRelevance) -> Answer:
@@ -154,7 +166,7 @@ def agreement_answer(selected: Selected, asked: AskedAgreement) -> Answer:
 
 def lexicon_answer(selected: Selected, asked: AskedLexicon) -> Answer:
     """The different words that were written; participants and stimuli in `more`."""
-    from analysis.adjectives.lexicon import lexicon, mean_and_sd
+    from analysis.adjectives.lexicon import lexicon, mean_and_sd, merge_word_lists
     from analysis.ratings.dataset import DataRefused
     from analysis.reliability.told import plain_rows
     from analysis.statistics.apa import number
@@ -180,6 +192,15 @@ def lexicon_answer(selected: Selected, asked: AskedLexicon) -> Answer:
     }
     method = f"Lexicon of written words, normalised by {asked.normalisation}, {len(synonyms)} synonyms."
     more = {"participants": plain_rows(found.participants), "stimuli": plain_rows(found.stimuli)}
+    if asked.lists:
+        lists = {WRITTEN: found.words["word"].tolist(), **_lists(selected, asked)}
+        merged = merge_word_lists(lists, asked.normalisation, synonyms=synonyms, inflected=asked.inflected)
+        more["merged"] = plain_rows(merged)
+        of_each = Counter(source for sources in merged["sources"] for source in sources.split("; "))
+        told = ", ".join(f"{of_each[source]} of {source}" for source in lists)
+        several = int((merged["n_sources"] > 1).sum())
+        notes.append(f"Merged lexicon: {len(merged)} words ({told}; {several} are of more than one source).")
+        kinds |= {"sources": "where the word comes from", "forms": "how it is written there"}
     return Answer(
         *(plain_rows(found.words), method, kinds, len(found.participants), len(written)), headline, tuple(notes), more
     )
@@ -226,6 +247,26 @@ def _synonyms(selected: Selected, asked: AskedLexicon) -> Mapping[str, str]:
     from analysis.adjectives.lexicon import synonym_table
 
     return synonym_table(_own_table(selected, asked.synonyms))
+
+
+def _lists(selected: Selected, asked: AskedLexicon) -> dict[str, list[str]]:
+    """The words of each list. Raises DataRefused for a table without words, or a list called as the study's own."""
+    from analysis.ratings.dataset import DataRefused
+
+    words: dict[str, list[str]] = {}
+    for source, told in asked.lists.items():
+        if source == WRITTEN:
+            raise DataRefused(f"lists: {WRITTEN!r} stands for the words written in this study; call the list otherwise")
+        if isinstance(told, str):
+            table = _own_table(selected, told)
+            if "word" not in table.columns:
+                raise DataRefused(
+                    f"the table {told!r} has no column 'word'; it has {', '.join(map(str, table.columns))}"
+                )
+            words[source] = table["word"].tolist()
+        else:
+            words[source] = list(told)
+    return words
 
 
 def _own_table(selected: Selected, name: str) -> pd.DataFrame:

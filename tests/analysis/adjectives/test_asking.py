@@ -126,6 +126,26 @@ def test_the_lexicon_takes_suggestions_with_and_without_a_trial() -> None:
         answer("lexicon", small(), kinds=["spoken"])
 
 
+def test_further_lists_are_merged_with_what_was_written() -> None:
+    own = {"literature": pd.DataFrame({"word": ["Woven", "calm"]})}
+    given = replace(small(), tables=own)
+    found = answer("lexicon", given, lists={"literature": "literature", "authors": ["calmer", "stiff"]})
+    merged = {row["word"]: row["sources"] for row in found.more["merged"]}
+    assert merged == {"woven": "experiment; literature", "calm": "literature; authors", "stiff": "authors"}
+    told = "Merged lexicon: 3 words (1 of experiment, 2 of literature, 2 of authors; 2 are of more than one source)."
+    assert found.notes[-1] == told
+    apart = answer("lexicon", given, lists={"authors": ["calmer", "calm"]}, inflected=False)
+    assert len(apart.more["merged"]) == 3
+    with pytest.raises(DataRefused, match="no table 'literatur'; did you mean 'literature'"):
+        answer("lexicon", given, lists={"books": "literatur"})
+    with pytest.raises(DataRefused, match="'experiment' stands for the words written in this study"):
+        answer("lexicon", given, lists={"experiment": ["calm"]})
+    with pytest.raises(DataRefused, match="no column 'word'; it has adjective"):
+        answer("lexicon", replace(given, tables={"t": pd.DataFrame({"adjective": ["calm"]})}), lists={"books": "t"})
+    with pytest.raises(ValueError, match="inflected is about lists"):
+        answer("lexicon", given, inflected=False)
+
+
 def test_a_study_without_words_is_refused() -> None:
     ratings = pd.DataFrame({"participant": ["P1"], "attribute": ["rough"], "value": [1.0]})
     with pytest.raises(DataRefused, match="words are ticked"):

@@ -6,8 +6,16 @@ import numpy as np
 import pandas as pd
 import pytest
 
-from analysis.adjectives.lexicon import Lexicon, SynonymTableError, lexicon, normalised, synonym_table
+from analysis.adjectives.lexicon import (
+    Lexicon,
+    SynonymTableError,
+    lexicon,
+    merge_word_lists,
+    normalised,
+    synonym_table,
+)
 from analysis.statistics.refusals import BadOption, BadValue, UnknownColumn
+from studies.catalogue import SHIPPED, read_study
 
 ROWS = [
     ("P1", 1, "BC3", "Heavy"),
@@ -110,3 +118,44 @@ def test_rows_and_repeated_rows_change_nothing() -> None:
 def test_what_is_no_word_is_refused() -> None:
     with pytest.raises(BadValue, match="'  ' in row 8"):
         lexicon(pd.concat([written(), written().iloc[[0]].assign(word="  ")], ignore_index=True))
+
+
+LISTS = {
+    "experiment": ["heavy", "easy to pull", "smooth", "big", "gentle", "clever"],
+    "hyundai": ["Heavy ", "Heavier", "Hard-to-pull", "Easy-to-pull"],
+    "literature": ["smoothly", "bigger", "gently", "heavily", "Weighty", "calm", "calming", "calm"],
+}
+
+
+def test_sourced_lists_become_one_lexicon_that_keeps_the_sources() -> None:
+    merged = merge_word_lists(LISTS, synonyms={"weighty": "heavy"}).set_index("word")
+    assert merged["sources"].to_dict() == {
+        "heavy": "experiment; hyundai; literature",
+        "easy to pull": "experiment; hyundai",
+        "smooth": "experiment; literature",
+        "big": "experiment; literature",
+        "gentle": "experiment; literature",
+        "clever": "experiment",
+        "Hard-to-pull": "hyundai",
+        "calm": "literature",
+        "calming": "literature",
+    }
+    assert merged.loc["heavy", "note"] == (
+        "2 times in hyundai; 2 times in literature; counts also: Heavy, Heavier, heavily, Weighty"
+    )
+    assert merged.loc["calm", "note"] == "2 times in literature" and merged.loc["clever", "note"] == ""
+    assert merged["n_sources"].sum() == 15
+
+
+def test_words_are_told_apart_as_asked_for_and_table_5_1_keeps_all_of_its_68() -> None:
+    apart = merge_word_lists(LISTS, inflected=False)["word"].tolist()
+    assert {"Heavier", "smoothly", "easy to pull", "Easy-to-pull"} <= set(apart)
+    assert len(merge_word_lists(LISTS, "as_written", inflected=False)) == 17
+    listed = read_study(SHIPPED / "door_adjectives" / "study.yaml").study.adjectives.words
+    assert len(merge_word_lists({"Table 5.1": [each.word for each in listed]})) == 68
+    with pytest.raises(BadValue, match="'none' has no words"):
+        merge_word_lists({"some": ["calm"], "none": []})
+    with pytest.raises(BadValue, match="'some': a word is expected, found ' '"):
+        merge_word_lists({"some": [" "]})
+    with pytest.raises(BadOption, match="normalisation='lower'"):
+        merge_word_lists(LISTS, "lower")  # type: ignore[arg-type]
