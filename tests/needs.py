@@ -52,6 +52,12 @@ def has_kernel() -> bool:
     return True
 
 
+def has_seccomp() -> bool:
+    """Whether the kernel filters system calls for this process, by the numbers in tests/faults/machine.py."""
+    actions = Path("/proc/sys/kernel/seccomp/actions_avail")
+    return platform.machine() == "x86_64" and actions.exists() and "user_notif" in actions.read_text()
+
+
 def has_fonts() -> bool:
     """Whether the window finds fonts for Korean, Hindi and Chinese."""
     from devices.window.fonts import find_fonts
@@ -92,6 +98,7 @@ NEEDS = {
     ),
     "linux": Need(lambda: sys.platform == "linux", "make test, on Linux"),
     "glibc": Need(lambda: platform.libc_ver()[0] == "glibc", "make test, on a Linux with glibc"),
+    "seccomp": Need(has_seccomp, "make test, on Linux on x86_64 with seccomp"),
     "posix": Need(lambda: os.name == "posix", "make test, on Linux or macOS"),
 }
 

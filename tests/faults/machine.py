@@ -8,40 +8,55 @@ from __future__ import annotations
 
 import ctypes
 import errno
+import mmap
 import os
-import platform
 import resource
 import signal
 import struct
 import sys
 import traceback
-from collections.abc import Callable
+from collections.abc import Callable, Sequence
 from dataclasses import dataclass
 from pathlib import Path
 
 CALLS = {
-    "write": 1, "pwrite64": 18, "writev": 20, "ftruncate": 77, "fallocate": 285, "sendfile": 40, "copy_file_range": 326,
-    "fsync": 74, "fdatasync": 75, "openat": 257, "open": 2, "mkdir": 83, "rename": 82, "link": 86, "unlink": 87,
-    "rmdir": 84, "chmod": 90,
+    "write": 1, "pwrite64": 18, "writev": 20, "pwritev": 296, "ftruncate": 77, "truncate": 76, "fallocate": 285,
+    "sendfile": 40, "copy_file_range": 326, "sync_file_range": 277, "mmap": 9, "fsync": 74, "fdatasync": 75,
+    "openat": 257, "open": 2, "creat": 85, "mkdir": 83, "mkdirat": 258, "rename": 82, "renameat": 264, "renameat2": 316,
+    "link": 86, "linkat": 265, "symlink": 88, "symlinkat": 266, "unlink": 87, "unlinkat": 263, "rmdir": 84, "chmod": 90,
 }  # fmt: skip
 """Numbers of system calls on x86_64."""
-DATA = ("write", "pwrite64", "writev", "ftruncate", "fallocate", "sendfile", "copy_file_range")
+DATA = ("write", "pwrite64", "writev", "pwritev", "ftruncate", "fallocate", "sendfile", "copy_file_range")
 NAMES = ("mkdir", "rename", "link", "unlink", "rmdir", "chmod")
 SECONDS = 60
 CHANGES = {"open", "os.mkdir", "os.rename", "os.remove", "os.rmdir", "os.link", "os.chmod", "sqlite3.connect"}
 """Audit events at which something in the lab may change; an interrupt is raised at each of them in turn."""
 
 
+ANY_OF, ABOVE = 0x45, 0x25
+"""Jumps of a filter: whether an argument has one of these bits, whether it is above this number."""
+_TO_WRITE = os.O_WRONLY | os.O_RDWR | os.O_CREAT
+ONLY_WHERE = {
+    "openat": [(32, ANY_OF, _TO_WRITE)], "open": [(24, ANY_OF, _TO_WRITE)],
+    "mmap": [(32, ANY_OF, mmap.PROT_WRITE), (40, ANY_OF, mmap.MAP_SHARED)], **{name: [(16, ABOVE, 2)] for name in DATA},
+}  # fmt: skip
+"""The calls that matter, by their arguments: opening to write, shared memory of a file, data not to the console."""
+
+
 def refusing(*names: str, error: int) -> list[tuple[int, ...]]:
-    """Return filter steps that let calls fail: data only beyond the standard streams, opening only to write."""
+    """Return filter steps that let calls fail."""
+    return filtering(names, 0x00050000 | error)
+
+
+def filtering(names: Sequence[str], answer: int) -> list[tuple[int, ...]]:
+    """Return filter steps by which the kernel answers calls so, those that matter (ONLY_WHERE)."""
     steps: list[tuple[int, ...]] = []
     for name in names:
-        answer = (0x06, 0, 0, 0x00050000 | error)
-        argument = {"openat": (32, 0x45, 0x43), "open": (24, 0x45, 0x43)}.get(name)
-        if name in DATA:
-            argument = (16, 0x25, 2)
-        test = [] if argument is None else [(0x20, 0, 0, argument[0]), (argument[1], 0, 1, argument[2])]
-        steps += [(0x20, 0, 0, 0), (0x15, 0, len(test) + 1, CALLS[name]), *test, answer]
+        tests = ONLY_WHERE.get(name, [])
+        steps += [(0x20, 0, 0, 0), (0x15, 0, 2 * len(tests) + 1, CALLS[name])]
+        for left, (argument, jump, value) in zip(range(len(tests), 0, -1), tests, strict=True):
+            steps += [(0x20, 0, 0, argument), (jump, 0, 2 * left - 1, value)]
+        steps.append((0x06, 0, 0, answer))
     return steps
 
 
@@ -51,23 +66,21 @@ FAULTS: dict[str, list[tuple[int, ...]]] = {
     "sync error": refusing("fsync", "fdatasync", error=errno.EIO),
     "read-only": refusing("openat", "open", *NAMES, error=errno.EROFS),
 }
+MEMORY = "/dev/shm"
+"""Files in memory are synced at once."""
 SIZE = "size limit"
 INTERRUPT = "interrupt"
 
 
-def can_filter() -> bool:
-    """Whether the kernel filters system calls for this process, and its numbers are those above."""
-    return sys.platform == "linux" and platform.machine() == "x86_64" and Path("/proc/sys/kernel/seccomp").exists()
-
-
-def install(steps: list[tuple[int, ...]]) -> None:
-    """Let the kernel refuse calls from here on, in this process and its children."""
+def install(steps: list[tuple[int, ...]], flags: int = 0) -> int:
+    """Give the kernel a filter for this process and its children; return 0, or the handle that the flags ask for."""
     program = [*steps, (0x06, 0, 0, 0x7FFF0000)]
     code = ctypes.create_string_buffer(b"".join(struct.pack("HBBI", *step) for step in program))
     head = ctypes.create_string_buffer(struct.pack("HxxxxxxQ", len(program), ctypes.addressof(code)))
     libc = ctypes.CDLL(None, use_errno=True)
-    if libc.prctl(38, 1, 0, 0, 0) or libc.prctl(22, 2, head, 0, 0):
+    if libc.prctl(38, 1, 0, 0, 0) or (answer := libc.syscall(317, 1, flags, head)) < 0:
         raise OSError(ctypes.get_errno(), "seccomp")
+    return int(answer)
 
 
 @dataclass(frozen=True)

@@ -15,10 +15,8 @@ from tempfile import TemporaryDirectory
 import palpate
 from protocols.files import UNFINISHED
 from tests.faults.commands import LEFT_OUT, ROOT, WRITES, WRITES_NOTHING, arguments, commands, make_lab
-from tests.faults.machine import FAULTS, INTERRUPT, SIZE, Ended, run_with
+from tests.faults.machine import FAULTS, INTERRUPT, MEMORY, SIZE, Ended, run_with
 
-MEMORY = "/dev/shm"
-"""Files in memory are synced at once."""
 PAGE = ROOT / "docs" / "reference" / "faults.md"
 COLUMNS = (*FAULTS, SIZE, INTERRUPT)
 INSTANTS = 6

@@ -7,11 +7,10 @@ from pathlib import Path
 import pytest
 
 from tests.faults.commands import LEFT_OUT, ROOT, WRITES, WRITES_NOTHING, commands
-from tests.faults.machine import can_filter
 from tests.faults.matrix import PAGE, outcomes, page
 
 pytestmark = pytest.mark.needs("linux")
-filters = pytest.mark.skipif(not can_filter(), reason="needs Linux on x86_64 with seccomp")
+filters = pytest.mark.needs("seccomp")
 
 
 def test_every_command_is_driven_or_has_a_reason_why_not():

@@ -10,7 +10,7 @@ import random
 import signal
 import sys
 import time
-from collections.abc import Callable
+from collections.abc import Callable, Mapping, Sequence
 from pathlib import Path
 
 from protocols.plan import ParticipantRow, Plan, compile_plan
@@ -23,12 +23,12 @@ SHORT = {"1": {"car": ["BC3", "FORD"]}, "2": {"car": ["K3"]}}
 DOORS = catalogue.SHIPPED / "door_ratings"
 
 
-def the_plan() -> Plan:
-    """Thirty trials with the measured door among them, lively enough to go back and to lapse."""
+def the_plan(groups: Mapping[str, Mapping[str, Sequence[str]]] = SHORT) -> Plan:
+    """Thirty trials, or fewer, with the measured door among them, lively enough to go back and to lapse."""
     definition = catalogue.read_study(DOORS / "study.yaml").study.definition()
     simulation = {**definition["simulation"], "revise_rate": 0.1, "lapse_rate": 0.1}
     study = Study.model_validate(
-        {**definition, "groups": SHORT, "simulation": simulation, "rest": {"every": 5}, "opening": []}
+        {**definition, "groups": groups, "simulation": simulation, "rest": {"every": 5}, "opening": []}
     )
     return compile_plan(study, ParticipantRow("P001", "1", 3), seed=7)
 
