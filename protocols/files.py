@@ -168,17 +168,26 @@ def _place(draft: Path, folder: Path, last: Sequence[str], obsolete: Iterable[st
     folders = [path.relative_to(draft) for path in found if path.is_dir()]
     files = sorted((str(path.relative_to(draft)) in last, path.relative_to(draft)) for path in found if path.is_file())
     undo: list[Callable[[], object]] = []
+    complete = False
+
+    def sync_folders() -> bool:
+        for inner in (folder, *(folder / inner for inner in folders)):
+            sync_folder(inner)
+        return True
+
     try:
         for inner in folders:
             if not (folder / inner).is_dir():
                 (folder / inner).mkdir()
                 undo.append((folder / inner).rmdir)
         for at_the_end, name in files:
-            if at_the_end:
+            if at_the_end and not complete:  # what says that all is there must not be on the disk before all is
                 _set_aside(folder, obsolete, held, undo)
+                complete = sync_folders()
             undo.append(_restoring(folder / name, held / name))
             (draft / name).replace(folder / name)
         _set_aside(folder, obsolete, held, undo)
+        sync_folders()
     except BaseException:
         for step in reversed(undo):
             with suppress(OSError):
@@ -186,8 +195,6 @@ def _place(draft: Path, folder: Path, last: Sequence[str], obsolete: Iterable[st
         raise
     finally:
         shutil.rmtree(held, ignore_errors=True)
-    for each in {folder, *(folder / inner for inner in folders)}:
-        sync_folder(each)
 
 
 def _restoring(path: Path, copy: Path) -> Callable[[], object]:
@@ -209,6 +216,30 @@ def _set_aside(folder: Path, names: Iterable[str], held: Path, undo: list[Callab
             away.parent.mkdir(parents=True, exist_ok=True)
             path.replace(away)
             undo.append(lambda path=path, away=away: away.replace(path))  # type: ignore[misc]
+
+
+def make_folder(folder: Path, mode: int = 0o777) -> list[Path]:
+    """Make a folder and those above it where they are missing, their names on the disk; return the new ones in order.
+
+    Raises OSError, and removes again what it made.
+    """
+    made: list[Path] = []
+    try:
+        for each in reversed([folder, *folder.parents]):
+            if not each.is_dir():
+                made.append(each)
+                each.mkdir(mode, exist_ok=True)
+                sync_folder(each.parent)
+    except BaseException:
+        _remove_empty(made)
+        raise
+    return made
+
+
+def _remove_empty(folders: Sequence[Path]) -> None:
+    for folder in reversed(folders):
+        with suppress(OSError):
+            folder.rmdir()
 
 
 def sync_folder(folder: Path) -> None:
@@ -298,17 +329,11 @@ def _reporting(draft: Path, path: Path, note: str) -> Iterator[None]:
 @contextmanager
 def _folder_of(path: Path) -> Iterator[None]:
     """Make the folder of a file; remove it again if the block raises and left it empty."""
-    made: list[Path] = []
+    made = make_folder(path.parent)
     try:
-        for folder in reversed([path.parent, *path.parent.parents]):
-            if not folder.is_dir():
-                made.append(folder)
-                folder.mkdir(exist_ok=True)
         yield
     except BaseException:
-        for folder in reversed(made):
-            with suppress(OSError):
-                folder.rmdir()
+        _remove_empty(made)
         raise
 
 
@@ -333,8 +358,10 @@ def _remove(path: Path) -> None:
 
 
 def _sync_tree(folder: Path) -> None:
-    for path in folder.rglob("*"):
-        if path.is_file():
+    for path in (folder, *folder.rglob("*")):
+        if path.is_dir():
+            sync_folder(path)
+        elif path.is_file():
             handle = os.open(path, os.O_RDONLY if os.name == "posix" else os.O_RDWR)
             try:
                 _sync(handle, path)

@@ -16,8 +16,10 @@ from sqlalchemy.exc import OperationalError, SQLAlchemyError
 
 from protocols.canonical import canonical
 from protocols.events import Event
+from protocols.files import make_folder, sync_folder
 from studies.ledger_schema import (
     APPLICATION_ID,
+    CHECKPOINTED,
     FORMAT,
     SEED,
     engine_to_write,
@@ -40,7 +42,7 @@ def create(path: Path, header: Mapping[str, Any], sitting: Mapping[str, Any]) ->
 
     Raises LedgerError if the name is taken or the disk is full.
     """
-    path.parent.mkdir(parents=True, exist_ok=True)
+    make_folder(path.parent)
     _demand_no_leftover(path)
     draft = path.with_name(f".{path.name}.{os.getpid()}.draft")
     draft.unlink(missing_ok=True)
@@ -52,7 +54,7 @@ def create(path: Path, header: Mapping[str, Any], sitting: Mapping[str, Any]) ->
         raise LedgerError(f"{path}: a session of this name exists already") from None
     finally:
         draft.unlink(missing_ok=True)
-    _sync_folder(path.parent)
+    sync_folder(path.parent)
 
 
 def _demand_no_leftover(path: Path) -> None:
@@ -84,7 +86,7 @@ def _write_first(draft: Path, header: Mapping[str, Any], sitting: Mapping[str, A
             first = Event(0, 0, "session_started", canonical(header))
             head = event_hash(SEED, first)
             _insert_event(connection, first, head)
-            _insert_sitting(connection, 0, SEED, "created", (1, head), sitting)
+            _insert_sitting(connection, 0, SEED, "created", (1, head), {**sitting, CHECKPOINTED: True})
         _to_plain_file(engine)
     finally:
         engine.dispose()
@@ -168,6 +170,8 @@ def take_up(
         engine = engine_to_write(str(path))
         ledger = Ledger(record, engine, engine.connect(), lock, shield)
         ledger.sit("opened", sitting)
+        ledger.connection.exec_driver_sql("PRAGMA wal_checkpoint(FULL)")
+        ledger.connection.rollback()  # of the transaction that SQLAlchemy begins by itself
     except OperationalError as error:
         lock.release()
         raise LedgerError(f"{path}: cannot be written ({database_reason(error)})") from None
@@ -232,12 +236,3 @@ def _to_plain_file(engine: Engine) -> None:
                 if not patience:
                     raise
                 time.sleep(0.02)
-
-
-def _sync_folder(folder: Path) -> None:
-    if os.name == "posix":
-        handle = os.open(folder, os.O_RDONLY)
-        try:
-            os.fsync(handle)
-        finally:
-            os.close(handle)

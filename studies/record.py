@@ -29,6 +29,7 @@ from protocols.events import Event
 from protocols.requests import Samples
 from studies.ledger_schema import (
     APPLICATION_ID,
+    CHECKPOINTED,
     FORMAT,
     SEED,
     engine_to_read,
@@ -77,6 +78,11 @@ class Sitting:
     def value(self) -> Any:
         """The body as data."""
         return json.loads(self.body)
+
+    @property
+    def at_rest(self) -> bool:
+        """Whether nobody had opened the ledger again by what the file itself says, without a write-ahead log."""
+        return self.kind == "closed" or (self.kind == "created" and CHECKPOINTED in self.value)
 
 
 @dataclass(frozen=True)
@@ -132,7 +138,7 @@ def read(path: Path) -> Record:
             connection.exec_driver_sql("BEGIN")  # one moment of a session that may be running
             _demand_ours(connection, path)
             record = _verified(path, connection)
-            return replace(record, lacks_wal=without_wal and record.sittings[-1].kind != "closed")
+            return replace(record, lacks_wal=without_wal and not record.sittings[-1].at_rest)
     except LedgerError:
         raise
     except OperationalError as error:

@@ -32,7 +32,8 @@ from sqlalchemy import (
 )
 from sqlalchemy.exc import SQLAlchemyError
 
-from protocols.files import write_text
+from protocols.files import make_folder, write_text
+from studies.ledger_schema import DURABLE
 from studies.messages import database_reason
 from studies.participants.errors import ParticipantError
 
@@ -47,7 +48,7 @@ table = Table(
     Column("note", Text),
 )
 
-_FORGETTING = ("secure_delete=ON", "temp_store=MEMORY")
+_FORGETTING = ("secure_delete=ON", "temp_store=MEMORY", *DURABLE)
 _ALONE = (*_FORGETTING, "locking_mode=EXCLUSIVE", "journal_mode=PERSIST")
 """For erasing: the journal stays where it is until it was overwritten, and nobody else writes meanwhile."""
 
@@ -185,7 +186,7 @@ def _make(lab: Path) -> None:
     """The folder, kept out of version control, and the file: for their owner only before they hold anything."""
     file = store(lab)
     if not file.parent.exists():
-        file.parent.mkdir(mode=0o700, parents=True)
+        make_folder(file.parent, 0o700)
         write_text(file.parent / ".gitignore", "*\n")
     with suppress(FileExistsError):
         os.close(os.open(file, os.O_CREAT | os.O_EXCL | os.O_WRONLY, 0o600))

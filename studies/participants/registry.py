@@ -16,7 +16,9 @@ from sqlalchemy import URL, Connection, Engine, NullPool, create_engine, event, 
 from sqlalchemy.exc import ArgumentError, IntegrityError, SQLAlchemyError
 
 from protocols.canonical import canonical
+from protocols.files import make_folder
 from studies.environment import wall_time
+from studies.ledger_schema import DURABLE
 from studies.messages import database_reason, describe_url
 from studies.participants import schema
 from studies.participants.errors import ParticipantError
@@ -84,7 +86,7 @@ def open_registry(lab: Path) -> Registry:
         return found
     url = registry_url(lab)
     if settings(lab).registry is None:
-        Path(str(url.database)).parent.mkdir(parents=True, exist_ok=True)
+        make_folder(Path(str(url.database)).parent)
     registry = _at(lab, url)
     write(registry, lambda connection: _create(connection, url))
     return registry
@@ -163,6 +165,8 @@ def _take_begin_over(engine: Engine) -> None:
     def by_hand(connection: Any, _record: Any) -> None:
         connection.isolation_level = None
         connection.execute("PRAGMA foreign_keys=ON")
+        for pragma in DURABLE:
+            connection.execute(f"PRAGMA {pragma}")
 
     @event.listens_for(engine, "begin")
     def begin(connection: Connection) -> None:

@@ -2,6 +2,7 @@ import random
 import shutil
 import sqlite3
 import threading
+from contextlib import closing
 from dataclasses import replace
 
 import pytest
@@ -68,7 +69,7 @@ def test_every_event_is_durable_when_append_returns(tmp_path):
     modes = [ledger.connection.exec_driver_sql(f"pragma {p}").scalar() for p in ("journal_mode", "synchronous")]
     ledger.connection.rollback()
     ledger.close(SITTING)
-    assert modes == ["wal", 2]
+    assert modes == ["wal", 3]
 
 
 def test_a_name_is_taken_once(tmp_path):
@@ -306,6 +307,18 @@ def test_a_crashed_ledger_without_its_wal_file_is_known(tmp_path):
     assert not read(path).lacks_wal
     ledger.close(SITTING)
     assert not read(path).lacks_wal
+    again = take_up(path, SITTING)
+    shutil.copy(path, alone)
+    assert read(alone).lacks_wal and read(alone).sittings[-1].kind == "opened"
+    again.close(SITTING)
+
+
+def test_a_ledger_whose_power_went_before_its_first_act_lacks_nothing(tmp_path):
+    path = tmp_path / "s.sqlite"
+    create(path, HEADER, SITTING)
+    with closing(sqlite3.connect(path)) as connection:
+        connection.execute("PRAGMA journal_mode=WAL")
+    assert path.read_bytes()[18:20] == b"\2\2" and not read(path).lacks_wal
 
 
 def test_a_ledger_on_a_full_disk_cannot_be_made_and_says_so(tmp_path, monkeypatch):
