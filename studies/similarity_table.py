@@ -25,7 +25,7 @@ PER_UNIT = {"level_dB": -2.5, "spectrum_dB": -5.0, "friction": -8.0}
 """Points of 100 that people take off for each dB, and for each unit of friction: judgement."""
 SAME = 90.0
 """What is answered on average where nothing differs: people scatter, and the scale ends at 100. Judgement too."""
-LATENT = "    Completely different: "
+LATENT = "    Similarity: "
 HEAD = ("id", "label", "texture", "method", "model", "file", *PER_UNIT)
 
 

@@ -1,5 +1,6 @@
 """CI regenerates eight studies from their recorded sessions: statistics to 1e-9, tables to the letter."""
 
+import json
 import shutil
 
 import pytest
@@ -8,6 +9,7 @@ from analysis.regenerating.checking import differences
 from analysis.regenerating.files import file_texts
 from analysis.regenerating.regenerated import regenerate
 from analysis.reporting.sources import Wanted
+from studies.catalogue import SHIPPED, read_study
 from studies.record import read
 from studies.replay import replay
 from tests.recorded.make_many import EXPECTED, MANY, PEOPLE, texts_of
@@ -29,6 +31,14 @@ def test_a_recorded_session_repeats_event_by_event(path):
 @pytest.mark.parametrize("name", PEOPLE)
 def test_what_is_regenerated_is_what_was_committed(name):
     assert [each.text() for each in differences(texts_of(name), EXPECTED / name)] == []
+
+
+def test_statistics_say_what_the_ends_of_an_outcome_mean_whatever_it_is_called():
+    ends = {"low": "Completely different", "high": "Completely the same", "from": 0, "to": 100}
+    told = json.loads(texts_of("texture_similarity")["statistics.json"])["outcomes"]
+    assert told == [{"name": "Completely different", **ends}], "recorded before it was called Similarity"
+    [declared] = read_study(SHIPPED / "texture_similarity" / "study.yaml").study.attributes
+    assert (declared.name, declared.low, declared.high) == ("Similarity", ends["low"], ends["high"])
 
 
 def test_the_order_of_session_files_and_where_they_lie_change_nothing(tmp_path):

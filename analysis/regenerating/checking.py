@@ -9,7 +9,7 @@ from dataclasses import dataclass
 from pathlib import Path
 from typing import Any
 
-from analysis.regenerating.files import STATISTICS
+from analysis.regenerating.files import OUTCOMES, STATISTICS
 from analysis.regenerating.headings import is_p
 from analysis.regenerating.placing import listed
 from analysis.statistics.refusals import SHOWN
@@ -77,7 +77,10 @@ def _compared(name: str, before: str, now: str) -> Iterator[Difference]:
         except ValueError as error:
             yield Difference(name, "the file", f"no JSON ({error})", "statistics")
             return
-        yield from _values(name, "", _results(old), _results(json.loads(now)))
+        fresh = json.loads(now)
+        if isinstance(old, dict) and OUTCOMES not in old:
+            fresh.pop(OUTCOMES, None)  # it names what is compared, and is no result
+        yield from _values(name, "", _results(old), _results(fresh))
         return
     exact = name.startswith("tables/")
     old_lines, lines = before.splitlines(), now.splitlines()

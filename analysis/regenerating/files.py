@@ -17,6 +17,8 @@ from analysis.regenerating.running import Answered
 from analysis.reporting.csv_files import csv_text, table_csv
 
 STATISTICS = "statistics.json"
+OUTCOMES = "outcomes"
+"""The key of statistics.json that says what outcomes mean; Palpate did not always write it."""
 Seconds = Mapping[int, float]
 
 
@@ -92,6 +94,7 @@ def _statistics(found: Regenerated, seconds: Seconds) -> dict[str, Any]:
         "simulation_seeds": list(material.seeds),
         "participants": len(material.participants),
         **({"sample": found.sample} if found.sample else {}),
+        **({OUTCOMES: outcomes} if (outcomes := _outcomes(found)) else {}),
         "trials": len(material.trials),
         "exclusions": [asdict(each) for each in found.exclusions],
         **({"notes": list(found.notes)} if found.notes else {}),
@@ -104,6 +107,15 @@ def _statistics(found: Regenerated, seconds: Seconds) -> dict[str, Any]:
             for each in found.pictured
         ],
     }
+
+
+def _outcomes(found: Regenerated) -> list[dict[str, Any]]:
+    """What each rated outcome is called, and what the ends of its scale mean: a name may be that of the low end."""
+    study = found.material.study
+    if study is None or study.scale is None:
+        return []
+    ends = {"from": study.scale.low, "to": study.scale.high}
+    return [{"name": each.name, "low": each.low, "high": each.high, **ends} for each in study.attributes]
 
 
 def _declared(found: Regenerated) -> dict[str, Any]:

@@ -146,7 +146,7 @@ def rated(lab, study, people=12):
         rig.check(plan)
         world = rig.open(plan, 0).world
         for trial in plan.trials:
-            answered = world.person.latent("Completely different", trial.stimulus)
+            answered = world.person.latent("Similarity", trial.stimulus)
             found.setdefault(trial.stimulus.columns["method"], []).append(answered)
     return found
 
@@ -174,7 +174,7 @@ def rows():
 
 
 def test_the_weights_are_points_for_each_dB_whatever_the_table_s_spread():
-    declared = STUDY.simulation.latents["Completely different"]
+    declared = STUDY.simulation.latents["Similarity"]
     assert declared == pytest.approx(similarity_table.weights(rows()), abs=0.006)
 
 

@@ -185,8 +185,8 @@ def test_people_rate_every_texture_by_every_method_as_they_feel_them():
         plan, answers = plan_for("texture_similarity", participant), answers_of("texture_similarity", participant)
         for trial in plan.trials:
             method = trial.stimulus.columns["method"]
-            felt[method].append(50.0 + Perceiver(plan).latent("Completely different", trial.stimulus))
-            rated[method].append(answers[trial.number]["Completely different"])
+            felt[method].append(50.0 + Perceiver(plan).latent("Similarity", trial.stimulus))
+            rated[method].append(answers[trial.number]["Similarity"])
     assert sum(map(len, rated.values())) == 288 and len(rated) == 4
     means, expected = ({name: mean(each) for name, each in given.items()} for given in (rated, felt))
     leaning = mean(means.values()) - mean(expected.values())

@@ -75,7 +75,7 @@ def treemap(lab: Path) -> Shown:
 
 def similarity(lab: Path) -> Shown:
     """The ratings of likeness, and the paired tests between methods over all textures."""
-    ratings = replace(rated(lab, "texture_similarity"), outcomes=("Completely different",))
+    ratings = replace(rated(lab, "texture_similarity"), outcomes=("Similarity",))
     kind = test_kind("pairs")
     asked = kind.settings(name="methods", test="pairs", factor="method", correction="bonferroni")
     return Shown(ratings, {"methods": {"": kind.answer(ratings, asked)}})

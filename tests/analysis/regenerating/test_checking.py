@@ -36,6 +36,16 @@ def test_times_and_versions_are_free(committed):
     assert differences({**TEXTS, "statistics.json": json.dumps(other)}, committed) == []
 
 
+def test_what_outcomes_mean_is_compared_where_it_was_committed(committed):
+    meant = json.loads(texts()["statistics.json"]) | {"outcomes": [{"name": "Hard", "low": "Hard", "high": "Soft"}]}
+    now = {**TEXTS, "statistics.json": json.dumps(meant)}
+    assert differences(now, committed) == []
+    meant["outcomes"][0]["high"] = "Mild"
+    (committed / "statistics.json").write_text(json.dumps(meant))
+    (found,) = differences(now, committed)
+    assert found.where == "outcomes[Hard].high" and (found.committed, found.found) == ('"Mild"', '"Soft"')
+
+
 @pytest.mark.parametrize("value", [3.25 * (1 + 5e-10), 3.25 * (1 - 5e-10)])
 def test_a_number_may_differ_by_a_billionth(committed, value):
     assert differences(texts(F=value), committed) == []
