@@ -155,6 +155,7 @@ def _stage(rig: OpenRig, plan: Plan) -> Presents:
     from devices.stage.codes import known_codes
 
     stage: Any = rig.of("samples")["stage"]
+    stage.hand.blind = plan.study.blind
     stage.known = known_codes([trial.stimulus for trial in plan.presented])
     return cast(Presents, stage)
 

@@ -3,11 +3,12 @@
 from __future__ import annotations
 
 from collections.abc import Iterable, Mapping, Sequence
-from dataclasses import dataclass, field
+from dataclasses import dataclass, field, replace
 from typing import Any
 
 from analysis.reporting.sample import sample_facts
 from protocols.balance import Balance, certificate
+from protocols.blinding import aliases
 from protocols.orders import rows_of
 from protocols.study import Study
 
@@ -82,7 +83,12 @@ class StudyBalance:
 
 
 def balance_of(study: Study, digest: str, holders: Sequence[Holder], sample: Mapping[str, Any]) -> StudyBalance:
-    """The balance of a study whose participants are `holders`; `sample` is what came of the planned one."""
+    """The balance of a study whose participants are `holders`; `sample` is what came of the planned one.
+
+    The stimuli of a study that keeps something blind are numbered: who looks at the orders may guide a hand.
+    """
+    if named := aliases(study):
+        holders = [replace(each, order=tuple(named[name] for name in each.order)) for each in holders]
     groups: list[str | None] = [*sorted(study.groups)] or [None]
     found = (_of_group(study, group, [each for each in holders if each.group == group]) for group in groups)
     return StudyBalance(study.study, study.title or study.study, digest, tuple(found), sample)

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterator
+from collections.abc import Callable, Iterator
 from dataclasses import dataclass
 from datetime import datetime
 from statistics import median
@@ -11,7 +11,9 @@ from typing import Any
 from analysis.monitoring.course import Course
 from analysis.monitoring.following import Followed
 from analysis.monitoring.raters import Rated
+from protocols.blinding import hider
 from protocols.events import NS
+from protocols.study import Study
 
 LEAST_TRIALS = 3
 """Trials that must be behind the participant before the time left is estimated."""
@@ -68,9 +70,9 @@ def status_of(followed: Followed, is_held: bool) -> str:
 
 
 def session_of(
-    followed: Followed, status: str, digest: str, rated: Rated | None, withdrawn: bool, now: float
+    followed: Followed, status: str, digest: str, rated: Rated | None, withdrawn: bool, now: float, study: Study
 ) -> Session:
-    """The session at the time `now` (seconds since 1970)."""
+    """The session at the time `now` (seconds since 1970); what its study keeps blind is left out of devices' faults."""
     course, header = followed.course, followed.course.header
     simulated = header["rig"]["kind"] == "simulated"
     age = None if course.ended else max(0.0, now - followed.state.changed_at)
@@ -97,7 +99,7 @@ def session_of(
         ended_at=_when(followed.sittings[-1].value) if course.ended and followed.laid_down else None,
         sittings=sum(sitting.kind == "opened" for sitting in followed.sittings),
         lacks_wal=followed.lacks_wal and status != "running",
-        notes=tuple(_notes(followed, simulated)),
+        notes=tuple(_notes(followed, simulated, hider(study))),
         rated=rated,
     )
 
@@ -110,10 +112,11 @@ def _left(course: Course, status: str) -> float | None:
     return median(course.pace_ns) / NS * to_go
 
 
-def _notes(followed: Followed, simulated: bool) -> Iterator[Note]:
+def _notes(followed: Followed, simulated: bool, hide: Callable[[str], str]) -> Iterator[Note]:
     for aside in followed.course.asides:
         at = None if simulated else _wall_time(followed, aside.n, aside.t_ns)
-        yield Note(aside.t_ns / NS, at, aside.trial, aside.do, aside.text)
+        text = hide(aside.text) if aside.do == "fault" else aside.text
+        yield Note(aside.t_ns / NS, at, aside.trial, aside.do, text)
 
 
 def _wall_time(followed: Followed, n: int, t_ns: int) -> float | None:

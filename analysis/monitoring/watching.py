@@ -221,7 +221,7 @@ class Watch:
             del self.known[path]
             self.bad[path] = _Bad(followed.state, f"{path}: {error}")
             return None
-        session = session_of(followed, status, known.digest, answers, withdrawn, now)
+        session = session_of(followed, status, known.digest, answers, withdrawn, now, known.plan.study)
         if course.ended is not None and followed.laid_down and not withdrawn:
             finished[path] = Finished(followed.state, followed.head, known.order, session)
             del self.known[path]

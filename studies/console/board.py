@@ -6,6 +6,8 @@ from collections.abc import Mapping
 from dataclasses import dataclass, field, replace
 from typing import Any
 
+from devices.samples import TELLING
+from protocols.blinding import hider
 from protocols.events import NS, Event
 from protocols.plan import Plan, Trial
 
@@ -166,7 +168,8 @@ def _ended(board: Board, event: Event) -> Board:
 
 
 def _fault(board: Board, event: Event) -> Board:
-    device, message = event.value["device"], str(event.value["message"])
+    study = board.plan.study
+    device, message = event.value["device"], hider(study, TELLING)(str(event.value["message"]))
     remark = Remark(event.t_ns, f"{device} went safe: {message.removeprefix(f'{device}: ')}")
     return replace(board, doing=None, remarks=(*board.remarks, remark)[-REMEMBERED:])
 

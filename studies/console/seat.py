@@ -10,6 +10,8 @@ from dataclasses import dataclass, field, replace
 from typing import Any
 
 from devices.desk import Prompt
+from devices.samples import TELLING
+from protocols.blinding import hider
 from protocols.events import Event
 from protocols.plan import Plan
 from protocols.requests import Aside
@@ -51,6 +53,7 @@ class Seat:
 
     def __post_init__(self) -> None:
         self.view = View(Board(self.plan))
+        self._hide = hider(self.plan.study, TELLING)
 
     @property
     def board(self) -> Board:
@@ -80,8 +83,13 @@ class Seat:
         return None
 
     def demand(self, prompt: Prompt | None) -> None:
-        """Put a demand before the experimenter, or take it away; an equal one stays as it stands."""
+        """Put a demand before the experimenter, or take it away; an equal one stays as it stands.
+
+        What the study keeps blind is left out, whoever demands.
+        """
         self._go_live()
+        if prompt is not None:
+            prompt = replace(prompt, text=self._hide(prompt.text))
         if prompt == self.view.prompt:
             return
         self._answer, self._asked_s = None, self.clock()
@@ -95,8 +103,9 @@ class Seat:
         return self._answer
 
     def tell(self, state: Mapping[str, Any]) -> None:
-        """Show the state of a window or device; None removes a key."""
-        states = {key: value for key, value in {**self.view.states, **state}.items() if value is not None}
+        """Show the state of a window or device, without what the study keeps blind; None removes a key."""
+        told = {key: self._hide(value) if isinstance(value, str) else value for key, value in state.items()}
+        states = {key: value for key, value in {**self.view.states, **told}.items() if value is not None}
         if states != self.view.states:
             self._show(states=states)
 

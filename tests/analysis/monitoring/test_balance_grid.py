@@ -71,6 +71,15 @@ def test_the_balance_counts_rows_and_positions_as_the_certificate_does(lab):
     assert "5 sequences of 4 items: not balanced (yet)" in group.verdict
 
 
+def test_the_orders_of_a_study_that_keeps_something_blind_name_no_stimulus(lab):
+    blind = {"console": {"blind": ["kind"]}}
+    for row in range(4):
+        run(lab, f"P00{row + 1}", row, changes=blind)
+    (group,) = Watch(lab.path).look().balances[0].groups
+    assert sorted(group.certificate.positions) == [f"stimulus {n}" for n in range(1, 5)]
+    assert group.certificate.position_range == (1, 1)
+
+
 def test_a_study_that_was_changed_between_participants_is_balanced_by_version(lab):
     run(lab, "P001", 0)
     run(lab, "P002", 1, changes={"title": "Other words"})

@@ -16,11 +16,12 @@ from analysis.monitoring.watching import MonitorError, Watch
 from protocols.canonical import canonical
 from protocols.events import Event
 from protocols.plan import ParticipantRow, compile_plan
+from protocols.requests import Fault, Present
 from protocols.study import Study
 from studies import session
 from studies.ledger import take_up
 from studies.record import read
-from studies.rig import simulated
+from studies.rig import Rig, RigPlan, simulated
 from tests.analysis.monitoring.people_for_tests import PLAIN, play, run, straight
 from tests.protocols.studies_for_tests import toy, toy_plan
 from tests.studies.labs import Lab
@@ -105,6 +106,29 @@ def test_a_session_that_ran_by_the_wall_clock_tells_its_notes_by_it(lab):
     opened = json.loads(sqlite3.connect(path).execute("SELECT body FROM sittings WHERE n = 1").fetchone()[0])["at"]
     assert (note.do, note.text, note.trial, pause.do, go_on.do) == ("note", "hand cold", 2, "pause", "go_on")
     assert note.at == pytest.approx(datetime.fromisoformat(opened).timestamp() + note.at_s)
+
+
+@pytest.mark.parametrize(
+    ("blind", "text"), [({}, "door: A is too steep"), ({"blind": ["kind"]}, "door: … is too steep")]
+)
+def test_a_fault_names_no_stimulus_where_the_study_keeps_something_blind(lab, blind, text):
+    plan = toy_plan("P001", **({"console": blind} if blind else {}), **PLAIN)
+
+    class Fails:
+        def __init__(self, world):
+            self.world, self.faults = world, [Fault({"device": "door", "what": "refused", "message": "A is too steep"})]
+
+        def now(self):
+            return self.world.now()
+
+        def perform(self, request):
+            return self.faults.pop() if self.faults and isinstance(request, Present) else self.world.perform(request)
+
+    inner = simulated(plan.study, lab.path)
+    opened = RigPlan(inner.description, inner.check, lambda plan, t_ns: Rig(Fails(inner.open(plan, t_ns).world), int))
+    session.start(lab.path, plan, opened)
+    for _ in range(2):  # the second look takes the finished session from what is kept
+        assert [note.text for note in seen(lab)["P001"].notes] == [text]
 
 
 def test_the_last_events_age_is_that_of_the_file(lab):

@@ -2,12 +2,17 @@
 
 from __future__ import annotations
 
+from dataclasses import replace
+
 import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
 from devices.desk import Prompt
+from protocols.canonical import canonical
+from protocols.events import NS, Event
 from protocols.requests import Aside
+from protocols.study import Console
 from studies.console.entry import IDLE, Entry, press
 from studies.console.orders import LONGEST_NOTE, Order, OrderError, order_of
 from studies.console.seat import Seat
@@ -163,6 +168,20 @@ def test_what_devices_tell_stays_until_it_is_taken_back():
     one.tell({"door": "idle", "side": "real"})
     one.tell({"side": None, "window": "pause"})
     assert one.view.states == {"door": "idle", "window": "pause"}
+
+
+def test_what_a_study_keeps_blind_is_in_no_demand_and_no_state():
+    one, _ = seat()
+    blind = one.plan.study.model_copy(update={"console": Console(blind=("material",))})
+    one = Seat(replace(one.plan, study=blind), one.source, Paper(), one.clock)
+    stimulus = one.plan.trials[0].stimulus
+    one.demand(Prompt(f"{stimulus.id}, {stimulus.columns['material']}: the link is lost. Put it right, then confirm."))
+    assert one.view.prompt.text == "…, …: the link is lost. Put it right, then confirm."
+    one.tell({"door": f"plays {stimulus.id}", "window": None})
+    assert one.view.states == {"door": "plays …"}
+    body = canonical({"device": "door", "what": "refused", "message": f"door: {stimulus.id} is too steep"})
+    one.watch(Event(9, NS, "fault", body, 1, 1))
+    assert one.board.remarks[-1].text == "door went safe: … is too steep"
 
 
 def test_help_goes_away_with_the_next_key():
