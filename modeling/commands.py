@@ -10,7 +10,8 @@ import click
 from modeling.commands_attributes import evaluate_attributes, train_attributes
 from modeling.commands_data import Asked, data_options, going_on, progress_lines, read
 from modeling.commands_textures import evaluate_textures, train_textures
-from studies.options import JSON, echo_json, names_in
+from protocols.extras import MODELS
+from studies.options import JSON, echo_json, names_in, needs_packages
 
 if TYPE_CHECKING:
     from modeling.doors.evaluating_whole import Evaluation
@@ -49,6 +50,7 @@ def evaluate() -> None:
 
 
 @train.command("doors")
+@needs_packages(*MODELS)
 @data_options
 @click.option(
     "--forward",
@@ -108,6 +110,7 @@ def _told(way: Direction, metrics: Any) -> str:
 
 
 @evaluate.command("doors")
+@needs_packages(*MODELS)
 @data_options
 @click.option(
     "--methods", "names", metavar="NAMES", multiple=True,

@@ -12,7 +12,17 @@ import click
 
 from modeling.commands_data import going_on, progress_lines
 from modeling.commands_recordings import BESIDE_A_TABLE, beside_a_table, demand_folder_alone
-from studies.options import JSON, LAB, echo_json, names_in, only_simulated, sessions_option, with_options
+from protocols.extras import FEATURES, MODELS
+from studies.options import (
+    JSON,
+    LAB,
+    echo_json,
+    names_in,
+    needs_packages,
+    only_simulated,
+    sessions_option,
+    with_options,
+)
 
 if TYPE_CHECKING:
     from modeling.attributes.judging_whole import Judged, Wanted
@@ -140,6 +150,7 @@ def wanted_for(asked: Asked, methods: tuple[str, ...] | None, ablations: bool, f
 
 
 @click.command("attributes")
+@needs_packages(*MODELS, *FEATURES)
 @attribute_options
 @click.option("--method", help="Which one.  [default: the best of the lab's own whole evaluation, else visuo_tactile]")
 @click.option("--to", type=click.Path(file_okay=False, path_type=Path), help="Where to.  [default: LAB/models]")
@@ -184,6 +195,7 @@ def train_attributes(asked: Asked, method: str | None, to: Path | None, replace:
 
 
 @click.command("attributes")
+@needs_packages(*MODELS, *FEATURES)
 @attribute_options
 @click.option(
     "--methods", "names", metavar="NAMES", multiple=True, help="Only these: ridge,visuo_tactile.  [default: all]"

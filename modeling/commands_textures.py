@@ -12,7 +12,8 @@ import click
 
 from modeling.commands_data import going_on, progress_lines
 from modeling.commands_recordings import FILE_OPTIONS, FILES, HELD_OPTIONS, demand_one, held_in
-from studies.options import JSON, LAB, echo_json, names_in, with_options
+from protocols.extras import MODELS
+from studies.options import JSON, LAB, echo_json, names_in, needs_packages, with_options
 
 if TYPE_CHECKING:
     from modeling.textures.judging_whole import Judged, Wanted
@@ -148,6 +149,7 @@ def wanted_for(asked: Asked, methods: tuple[str, ...] | None, grid: tuple[str, .
 
 
 @click.command("textures")
+@needs_packages(*MODELS)
 @texture_options
 @click.option("--to", type=click.Path(file_okay=False, path_type=Path), help="Where to.  [default: LAB/models]")
 @JSON
@@ -189,6 +191,7 @@ def _told(metrics: Any) -> str:
 
 
 @click.command("textures")
+@needs_packages(*MODELS)
 @texture_options
 @click.option(
     "--figure-4-5", "figure_4_5", is_flag=True, help="Compare five windows by five losses of FoTEN too: takes hours."

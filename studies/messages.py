@@ -12,6 +12,7 @@ from types import TracebackType
 from typing import Any
 from urllib.parse import unquote
 
+from protocols.extras import EXTRAS, missing_sentence
 from protocols.files import reason
 
 ROOMS = ("protocols", "devices", "studies", "analysis", "modeling")
@@ -86,6 +87,8 @@ def _describe(error: BaseException) -> str | None:
     if isinstance(error, OSError) and error.errno is not None:
         where = error.filename if isinstance(error.filename, str | os.PathLike) else _place(error.__traceback__)
         return f"{where}: {reason(error)}" if where else reason(error)
+    if isinstance(error, ModuleNotFoundError) and (name := (error.name or "").partition(".")[0]) in EXTRAS:
+        return missing_sentence("this", [name])
     if isinstance(error, MemoryError):
         return "the machine has not enough memory for this; close other programs, or give less data at once"
     kind = _kind(error)

@@ -4,10 +4,13 @@ from __future__ import annotations
 
 from collections.abc import Callable, Generator, Iterable, Iterator, Sequence, Sized
 from contextlib import contextmanager
+from functools import wraps
 from pathlib import Path
-from typing import Any, TypeVar
+from typing import Any, TypeVar, cast
 
 import click
+
+from protocols.extras import demand_packages
 
 T = TypeVar("T")
 Command = TypeVar("Command", bound=Callable[..., Any])
@@ -44,6 +47,20 @@ def with_options(command: Callable[..., Any], options: Sequence[Callable[..., An
     for option in reversed(options):
         command = option(command)
     return command
+
+
+def needs_packages(*packages: str) -> Callable[[Command], Command]:
+    """Refuse a command before any work where a package is missing that an extra installs. Put it above the options."""
+
+    def checked(command: Command) -> Command:
+        @wraps(command)
+        def run(*given: Any, **named: Any) -> Any:
+            demand_packages(click.get_current_context().command_path, *packages)
+            return command(*given, **named)
+
+        return cast(Command, run)
+
+    return checked
 
 
 def echo_json(value: Any) -> None:

@@ -7,6 +7,7 @@ from typing import TYPE_CHECKING, Any
 
 import click
 
+from protocols.extras import demand_packages
 from studies.options import JSON, LAB, echo_json, progress_bar
 
 if TYPE_CHECKING:
@@ -79,7 +80,7 @@ def _write(file: Path, page: str) -> None:
 
 
 def _serve(watch: Watch, host: str, port: int, access: Access) -> None:
-    demand_server()
+    demand_packages("palpate monitor", "flask", "waitress", hint="--once and --json work without")
     from importlib import import_module
 
     from analysis.monitoring.app import make_app
@@ -94,20 +95,6 @@ def _serve(watch: Watch, host: str, port: int, access: Access) -> None:
             server.run()
         finally:
             server.close()
-
-
-def demand_server() -> None:
-    """Raise MonitorError unless the packages that serve the page are installed."""
-    from importlib.util import find_spec
-
-    from analysis.monitoring.watching import MonitorError
-
-    missing = [name for name in ("flask", "waitress") if find_spec(name) is None]
-    if missing:
-        raise MonitorError(
-            f"palpate monitor needs {' and '.join(missing)}: pip install 'palpate[monitor]' "
-            "(--once and --json work without)"
-        )
 
 
 def _listening(host: str, port: int) -> socket.socket:

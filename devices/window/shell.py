@@ -16,7 +16,7 @@ from typing import TYPE_CHECKING, Any, Protocol
 from devices.window.calibration import Calibration
 from devices.window.geometry import Box, WindowError
 from devices.window.inputs import Input
-from devices.window.shell_checks import demand_display, demand_psychopy, demand_screen, demand_unscaled
+from devices.window.shell_checks import demand_display, demand_screen, demand_unscaled
 from devices.window.shell_ears import Ears
 from devices.window.shell_front import Copy, copier
 
@@ -143,7 +143,6 @@ class PsychopyShell:
 def screen_sizes() -> list[tuple[int, int]]:
     """The sizes of this machine's screens, in pixels. Raises WindowError: no display, PsychoPy missing."""
     demand_display()
-    demand_psychopy()
     with _quiet_import():
         return _screens(_psychopy()[2])
 
@@ -154,7 +153,6 @@ def open_shell(calibration: Calibration, screen: int, fullscreen: bool) -> Psych
     Raises WindowError: no display, PsychoPy missing, another size than calibrated, a scaled display.
     """
     demand_display()
-    demand_psychopy()
     with _quiet_import():
         visual, monitors, pyglet = _psychopy()
     demand_screen(_screens(pyglet), screen, calibration if fullscreen else None)

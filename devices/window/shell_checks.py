@@ -5,16 +5,17 @@ from __future__ import annotations
 import os
 import sys
 from collections.abc import Sequence
-from importlib.util import find_spec
 
 from devices.window.calibration import Calibration
 from devices.window.geometry import WindowError
+from protocols.extras import demand_packages
 
 WINDOWS_DPI = 96
 
 
 def demand_display() -> None:
-    """Raise WindowError where there is no display to open a window on."""
+    """Raise ExtraMissing where PsychoPy is missing, WindowError where there is no display to open a window on."""
+    demand_packages("a window", "psychopy")
     unix = sys.platform not in ("win32", "darwin")
     if unix and not os.environ.get("DISPLAY"):
         wayland = ": Wayland alone is not enough, start XWayland" if os.environ.get("WAYLAND_DISPLAY") else ""
@@ -22,12 +23,6 @@ def demand_display() -> None:
             f"no display: DISPLAY is not set{wayland}. Run this at the participant's computer, in its graphical "
             "session, or on a virtual one: xvfb-run -s '-screen 0 1920x1080x24'"
         )
-
-
-def demand_psychopy() -> None:
-    """Raise WindowError where PsychoPy is not installed."""
-    if find_spec("psychopy") is None:
-        raise WindowError("PsychoPy is not installed, and a real window needs it: pip install 'palpate[lab]'")
 
 
 def demand_screen(sizes: Sequence[tuple[int, int]], screen: int, calibration: Calibration | None) -> None:

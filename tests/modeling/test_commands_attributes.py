@@ -16,6 +16,8 @@ from modeling.training.refusals import JobError
 from tests.modeling.attributes.made_material import made_material
 from tests.modeling.attributes.made_recordings import rated, table
 
+pytestmark = pytest.mark.needs("torch", "librosa", "pywt", "skimage")
+
 
 @pytest.fixture
 def made(monkeypatch):
@@ -143,7 +145,6 @@ def test_what_was_asked_reaches_the_reader_and_the_report(made, tmp_path):
     assert (told["quick"], told["seed"], told["epochs"], len(told["tested"])) == (True, 3, 7, 5)
 
 
-@pytest.mark.needs("torch", "librosa", "pywt", "skimage")
 def test_textures_that_lack_what_others_have_are_named_and_left_out(tmp_path, monkeypatch):
     whole = made_material(12, noise=0.3)
     few = replace(whole, textures=tuple(
@@ -212,7 +213,6 @@ def test_recordings_go_with_a_folder_s_table(given, told):
     assert told in result.output
 
 
-@pytest.mark.needs("torch", "librosa", "pywt", "skimage")
 def test_recordings_from_elsewhere_are_described_beside_a_table_of_ratings(tmp_path):
     names = ("oak", "felt", "cork", "mesh")
     mine = rated(tmp_path / "mine", *names)
@@ -227,7 +227,6 @@ def test_recordings_from_elsewhere_are_described_beside_a_table_of_ratings(tmp_p
     assert all(row["mae"] is not None for row in told["tables"]["methods"])
 
 
-@pytest.mark.needs("torch", "librosa", "pywt", "skimage")
 def test_a_library_is_made_of_recordings_from_elsewhere_too(tmp_path):
     names = ("oak", "felt", "cork", "mesh")
     mine, lab = rated(tmp_path / "mine", *names), tmp_path / "lab"
@@ -286,7 +285,6 @@ def test_help_names_both_verbs():
         assert told in " ".join(CliRunner().invoke(group, ["attributes", "--help"]).output.split())
 
 
-@pytest.mark.needs("torch", "librosa", "pywt", "skimage")
 def test_a_folder_of_pictures_with_a_table_of_ratings_takes_the_labs_place(tmp_path):
     from PIL import Image
 

@@ -73,6 +73,7 @@ def test_as_json(tmp_path):
     assert json.loads(result.stdout)[0]["participant"] == "P001"
 
 
+@pytest.mark.needs("torch")
 @pytest.mark.parametrize(("option", "words"), [("--hatt", "no XML file"), ("--cluster-data", "sensor_data/accel")])
 def test_foreign_data_can_be_trained_on(tmp_path, option, words):
     with pytest.raises(TextureDataError, match=words):

@@ -5,6 +5,7 @@ from __future__ import annotations
 from typing import TYPE_CHECKING, Protocol
 
 from devices.signals import DeviceError
+from protocols.extras import missing_sentence
 
 if TYPE_CHECKING:
     from serial import Serial
@@ -49,8 +50,10 @@ class SerialPort:
 
 
 def _opened(name: str, path: str, baud: int) -> Serial:
-    from serial import Serial
-
+    try:
+        from serial import Serial
+    except ModuleNotFoundError:
+        raise DeviceError(f"{name}: {missing_sentence('a serial port', ['serial'])}") from None
     try:
         return Serial(path, baud, timeout=WAIT_S, write_timeout=WRITE_S, exclusive=True)
     except (OSError, ValueError) as error:

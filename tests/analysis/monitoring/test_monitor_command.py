@@ -64,12 +64,6 @@ def test_an_address_that_is_not_this_machines_is_said_so(lab):
         called("--lab", lab.path, "--host", "192.0.2.1", "--port", 0)
 
 
-def test_without_a_server_installed_the_error_says_what_to_install(lab, monkeypatch):
-    monkeypatch.setattr("importlib.util.find_spec", lambda name: None if name == "waitress" else object())
-    with pytest.raises(MonitorError, match=r"needs waitress: pip install 'palpate\[monitor\]'"):
-        called("--lab", lab.path)
-
-
 @pytest.mark.needs("flask")
 def test_a_users_mistake_ends_with_a_message_and_exit_code_2(tmp_path, capsys):
     assert palpate._status(["monitor", "--lab", str(tmp_path / "nowhere")]) == 2

@@ -4,13 +4,15 @@ import pytest
 
 from devices.window.calibration import Calibration
 from devices.window.geometry import WindowError
-from devices.window.shell_checks import demand_display, demand_psychopy, demand_screen, demand_unscaled
+from devices.window.shell_checks import demand_display, demand_screen, demand_unscaled
+from protocols.extras import ExtraMissing
 
 CALIBRATION = Calibration((1920, 1080), 3.6, 1, "2026-11-21T10:00:00+00:00")
 
 
 @pytest.fixture
 def linux(monkeypatch):
+    monkeypatch.setattr("devices.window.shell_checks.demand_packages", lambda *_: None)
     monkeypatch.setattr("sys.platform", "linux")
     monkeypatch.delenv("DISPLAY", raising=False)
     monkeypatch.delenv("WAYLAND_DISPLAY", raising=False)
@@ -35,8 +37,8 @@ def test_windows_needs_no_display_variable(linux):
 
 def test_a_missing_psychopy_is_named_with_how_to_get_it(monkeypatch):
     monkeypatch.setitem(sys.modules, "psychopy", None)
-    with pytest.raises(WindowError, match=r"pip install 'palpate\[lab\]'"):
-        demand_psychopy()
+    with pytest.raises(ExtraMissing, match=r"a window needs psychopy, .*: pip install 'palpate\[lab\]'"):
+        demand_display()
 
 
 def test_the_calibrated_screen_must_be_there_and_of_its_size():

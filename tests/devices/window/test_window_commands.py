@@ -74,6 +74,7 @@ def test_a_size_that_is_none_is_refused(size, tmp_path):
     assert "a size in pixels is expected, as 1280x720" in result.output
 
 
+@pytest.mark.needs("psychopy")
 def test_check_names_what_keeps_the_window_away(tmp_path, monkeypatch):
     monkeypatch.delenv("DISPLAY", raising=False)
     monkeypatch.setattr("sys.platform", "linux")
@@ -88,6 +89,7 @@ def test_check_names_what_keeps_the_window_away(tmp_path, monkeypatch):
     assert found["fonts"]["Latin"] is not None
 
 
+@pytest.mark.needs("psychopy")
 def test_check_shows_the_calibration_in_words(tmp_path, monkeypatch):
     monkeypatch.delenv("DISPLAY", raising=False)
     write_calibration(tmp_path, GUESS)

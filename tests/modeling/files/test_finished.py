@@ -35,7 +35,7 @@ def test_no_pickle_is_opened(tmp_path):
 
 
 def test_numbers_that_json_has_no_word_for_are_refused(tmp_path):
-    with pytest.raises(ValueError, match="JSON"):
+    with pytest.raises(ValueError, match="is not a finite number"):
         put_down(tmp_path / "job", ARRAYS, {"mae": float("nan")})
     assert taken_up(tmp_path / "job", both) is None
 

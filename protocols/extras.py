@@ -1,0 +1,40 @@
+"""Which extra installs a package that may be missing, and the one sentence that says so before any work."""
+
+from __future__ import annotations
+
+from importlib.util import find_spec
+
+EXTRAS = {
+    "psychopy": "lab", "flask": "monitor", "waitress": "monitor", "serial": "rig", "nidaqmx": "rig", "pylsl": "rig",
+    "sounddevice": "rig", "torch": "models", "joblib": "models", "sklearn": "models", "librosa": "models",
+    "pywt": "models", "skimage": "models", "distributed": "cluster", "pyarrow": "export",
+    "psycopg": "postgres",
+}  # fmt: skip
+"""The extra that installs each package, by the name it is imported by."""
+MODELS = ("torch", "joblib", "sklearn")
+FEATURES = ("librosa", "pywt", "skimage")
+
+
+class ExtraMissing(ValueError):
+    """A package that only an extra installs is missing."""
+
+
+def demand_packages(what: str, *packages: str, hint: str = "") -> None:
+    """Raise ExtraMissing, with the command that installs them, unless all packages are there."""
+    if missing := [name for name in packages if not _is_there(name)]:
+        raise ExtraMissing(missing_sentence(what, missing, hint))
+
+
+def _is_there(name: str) -> bool:
+    try:
+        return find_spec(name) is not None
+    except ModuleNotFoundError:
+        return False
+
+
+def missing_sentence(what: str, missing: list[str], hint: str = "") -> str:
+    """Return what needs which packages, and the command that installs them."""
+    names = f"{', '.join(missing[:-1])} and {missing[-1]}" if len(missing) > 1 else missing[0]
+    extras = ",".join(dict.fromkeys(EXTRAS[name] for name in missing))
+    there = "which are not installed" if len(missing) > 1 else "which is not installed"
+    return f"{what} needs {names}, {there}: pip install 'palpate[{extras}]'" + (f" ({hint})" if hint else "")
