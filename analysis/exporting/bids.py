@@ -21,7 +21,7 @@ from analysis.exporting.bids_tables import (
 from analysis.exporting.cells import write_tsv
 from analysis.exporting.codebook import definition
 from analysis.exporting.guard import Guard
-from analysis.exporting.plain import redacted
+from analysis.exporting.plain import redacted, withheld
 from analysis.exporting.source import Sat, Watch
 from analysis.exporting.stimuli import Files, copy_files, stimulus_files
 from analysis.exporting.tables import Shared
@@ -49,7 +49,7 @@ def write_bids(shared: Shared, of: About, guard: Guard, draft: Path, watch: Watc
     write_text(draft / "dataset_description.json", as_json(_description(of)))
     write_text(draft / "CHANGES", changes(shared.source))
     streams = recorded.told() if recordings else ["The recordings were left out (--no-recordings)."]
-    told = [*_holds(shared.source.study, task), files.told, *streams, *redacted(guard)]
+    told = [*_holds(shared.source.study, task), files.told, *streams, *withheld(shared), *redacted(guard)]
     write_text(draft / "README.md", readme(of, shared.source, told))
 
 

@@ -28,12 +28,14 @@ FORMATS = ("bids", "psych-ds", "csv", "parquet")
 @click.option("--without", multiple=True, metavar="COLUMN", help="Leave out this column or question. Repeatable.")
 @click.option("--redact", is_flag=True, help="Blacken texts that look as if they said who somebody is.")
 @click.option("--free-text", is_flag=True, help="Also what people wrote in an interview: read it first.")
+@click.option("--least-people", type=click.IntRange(1), default=3, show_default=True,
+              help="Withhold answers about themselves that fewer participants share; 1 shows all.")  # fmt: skip
 @click.option("--with-dates", is_flag=True, help="Also tell when sessions began.")
 @click.option("--recordings/--no-recordings", default=True, help="Whether BIDS gets the recorded streams.")
 @click.option("--replace", is_flag=True, help="Replace an earlier export in that folder.")
 @JSON
 def export(wanted: Wanted, folder: Path, as_json: bool, without: tuple[str, ...], redact: bool, with_dates: bool,
-           free_text: bool, recordings: bool, replace: bool, **formats: bool) -> None:  # fmt: skip
+           free_text: bool, least_people: int, recordings: bool, replace: bool, **formats: bool) -> None:  # fmt: skip
     """Write the data of the study NAME to a folder that can be shared.
 
     Participants appear by pseudonym; people who withdrew, declined or were not eligible do not appear. Columns
@@ -50,7 +52,7 @@ def export(wanted: Wanted, folder: Path, as_json: bool, without: tuple[str, ...]
     from analysis.exporting.exported import export as write
 
     chosen = _format(formats)
-    choices = Choices(chosen, without, with_dates, redact, recordings, replace, free_text)
+    choices = Choices(chosen, without, with_dates, redact, recordings, replace, free_text, least_people)
     found = write(wanted, folder, choices, _Watched(as_json))
     if as_json:
         echo_json({**vars(found), "folder": str(found.folder)})
@@ -82,5 +84,7 @@ def _show(found: Exported) -> None:
     click.echo(f"{found.folder}: {found.format}, {found.participants} {who}, {found.sessions} sessions")
     for line in found.left_out:
         click.echo(f"  left out: {line}")
+    for line in found.withheld:
+        click.echo(f"  few people: {line} --least-people 1 shows all")
     for line in found.redacted:
         click.echo(f"  blackened: {line}")

@@ -3,8 +3,10 @@
 from __future__ import annotations
 
 import json
+from collections import Counter
 from collections.abc import Mapping
-from dataclasses import dataclass
+from dataclasses import dataclass, field, replace
+from math import fsum
 from typing import Any
 
 from sqlalchemy import select
@@ -28,6 +30,8 @@ class People:
 
     columns: tuple[Column, ...]
     rows: tuple[Row, ...]
+    kinds: Mapping[str, tuple[str, str]] = field(default_factory=dict)
+    """Question -> its column, and whether it asks for a number, a choice or a text."""
 
     def table(self) -> Table:
         """As a table to be shared."""
@@ -50,7 +54,55 @@ def people(source: Source) -> People:
                 row[name] = answer["value_number"] if is_number else answer["value"]
     described = _described(source)
     further = (_column(question, described.get(name, {})) for name, question in asked.items())
-    return People((*_own(source), *further), tuple(rows.values()))
+    kinds = {name: (_name(name), question.kind) for name, question in asked.items()}
+    return People((*_own(source), *further), tuple(rows.values()), kinds)
+
+
+def without_small_groups(people: People, least: int) -> tuple[People, tuple[str, ...]]:
+    """Return the people with no answer about themselves that fewer than `least` of them share, and what was done.
+
+    A choice that fewer gave is withheld; where that leaves fewer than `least` without an answer, so is the next
+    smallest, or the blank would tell it. Numbers become means of at least `least` people of like number (univariate
+    microaggregation, Defays & Nanopoulos 1993), to one decimal. Answers in words stay as they are.
+    """
+    rows, columns, told = [dict(row) for row in people.rows], list(people.columns), []
+    for question, (name, kind) in people.kinds.items():
+        answered = [row for row in rows if row.get(name) is not None]
+        if kind == "choice" and (withheld := _small(Counter(str(row[name]) for row in answered), least)):
+            for row in answered:
+                row[name] = None if str(row[name]) in withheld else row[name]
+            told.append(f"{question}: answers of fewer than {least} participants are withheld (empty).")
+        elif kind == "number" and _average(answered, name, least):
+            told.append(f"{question}: each number is the mean of at least {least} participants of like {question}.")
+    said = {line.partition(":")[0]: line.partition(": ")[2] for line in told}
+    for place, column in enumerate(columns):
+        question = next((each for each, (name, _) in people.kinds.items() if name == column.name), "")
+        if question in said:
+            columns[place] = replace(column, description=f"{column.description} {said[question].capitalize()}")
+    return replace(people, columns=tuple(columns), rows=tuple(rows)), tuple(told)
+
+
+def _small(counts: Counter[str], least: int) -> set[str]:
+    """The levels to be withheld: those of fewer than `least`, and further ones until as many have none."""
+    withheld = {level for level, count in counts.items() if count < least}
+    left = sorted(counts.keys() - withheld, key=lambda level: (counts[level], level))
+    while withheld and left and sum(counts[level] for level in withheld) < least:
+        withheld.add(left.pop(0))
+    return withheld
+
+
+def _average(answered: list[dict[str, Any]], name: str, least: int) -> bool:
+    """Put means in the place of numbers, or nothing where there are fewer than `least`; whether any changed."""
+    before = [row[name] for row in answered]
+    ordered = sorted(answered, key=lambda row: float(row[name]))
+    groups = [ordered[first : first + least] for first in range(0, len(ordered), least)]
+    if len(groups) > 1 and len(groups[-1]) < least:
+        groups[-2:] = [groups[-2] + groups[-1]]
+    for group in groups:
+        values = [float(row[name]) for row in group]
+        for row in group:
+            row[name] = None if len(group) < least else round(fsum(values) / len(values), 1)
+    return before != [row[name] for row in answered]
 
 
 def _row(sat: Sat) -> Row:

@@ -13,11 +13,13 @@ from analysis.exporting.folder import demand_place, made
 from analysis.exporting.guard import Guard
 from analysis.exporting.plain import demand_parquet, write_parquet, write_plain
 from analysis.exporting.psych_ds import write_psych_ds
-from analysis.exporting.source import Watch, opened, unwatched
-from analysis.exporting.tables import shared
+from analysis.exporting.source import Source, Watch, opened, unwatched
+from analysis.exporting.tables import Shared, shared
 from analysis.reporting.sources import Wanted
 from studies.participants.identities import identities
 
+LEAST_PEOPLE = 3
+"""So many share an answer about themselves that leaves a lab, as in an analysis plan."""
 Format = Literal["bids", "psych-ds", "csv", "parquet"]
 
 
@@ -26,8 +28,8 @@ class Choices:
     """How a data set is to be shared.
 
     `without` names columns and questions to leave out, `dates` keeps when sessions began, `free_text` what was written
-    in an interview; `redact` blackens texts that look as if they said who somebody is, `recordings` says whether BIDS
-    gets the streams.
+    in an interview; `least_people` is how many must share an answer about themselves for it to be shown; `redact`
+    blackens texts that look as if they said who somebody is, `recordings` says whether BIDS gets the streams.
     """
 
     format: Format
@@ -37,6 +39,7 @@ class Choices:
     recordings: bool = True
     replace: bool = False
     free_text: bool = False
+    least_people: int = LEAST_PEOPLE
 
 
 @dataclass(frozen=True)
@@ -50,6 +53,11 @@ class Exported:
     left_out: tuple[str, ...]
     redacted: tuple[str, ...]
     simulated: bool
+    withheld: tuple[str, ...] = ()
+
+
+def _shared(source: Source, choices: Choices) -> Shared:
+    return shared(source, choices.without, choices.dates, choices.free_text, choices.least_people)
 
 
 def export(wanted: Wanted, folder: Path, choices: Choices, watch: Watch = unwatched) -> Exported:
@@ -64,7 +72,7 @@ def export(wanted: Wanted, folder: Path, choices: Choices, watch: Watch = unwatc
     guard = Guard(identities(wanted.lab), choices.redact)
     with opened(wanted, watch) as source:
         guard.demand_pseudonyms(source.participants)
-        data, of = shared(source, choices.without, choices.dates, choices.free_text), about(source, choices.dates)
+        data, of = _shared(source, choices), about(source, choices.dates)
         mark = {
             "format": choices.format,
             "study": source.study.study,
@@ -84,5 +92,5 @@ def export(wanted: Wanted, folder: Path, choices: Choices, watch: Watch = unwatc
         left_out = tuple(f"{each.session}: {why}" for each, why in source.left_out)
         return Exported(
             folder, choices.format, len(source.participants), len(source.kept), left_out, tuple(guard.redacted),
-            source.simulated,
+            source.simulated, data.withheld,
         )  # fmt: skip

@@ -60,10 +60,16 @@ def _beside(shared: Shared, of: About, guard: Guard, draft: Path, holds: list[st
         f"`stimuli/`: {files.told}" if files.files else files.told,
         "A missing value is an empty cell; truth is `true` or `false`. Read levels such as None or NA as texts: in"
         " pandas, `read_csv(..., keep_default_na=False)`.",
+        *withheld(shared),
         *redacted(guard),
     ]  # fmt: skip
     write_text(draft / "README.md", readme(of, shared.source, [*holds, *told]))
     write_text(draft / "CHANGES.md", changes(shared.source))
+
+
+def withheld(shared: Shared) -> list[str]:
+    """A line for each question whose answers few people share, for the README."""
+    return [f"So few could be recognised: {line}" for line in shared.withheld]
 
 
 def redacted(guard: Guard) -> list[str]:

@@ -11,7 +11,7 @@ from analysis.exporting.about import About, as_json, changes, palpate_version, r
 from analysis.exporting.cells import write_csv
 from analysis.exporting.codebook import definition
 from analysis.exporting.guard import Guard
-from analysis.exporting.plain import redacted
+from analysis.exporting.plain import redacted, withheld
 from analysis.exporting.stimuli import copy_files, stimulus_files
 from analysis.exporting.tables import Shared
 from analysis.exporting.tabular import Column, Table
@@ -36,7 +36,7 @@ def write_psych_ds(shared: Shared, of: About, guard: Guard, draft: Path) -> None
     files = stimulus_files(shared.source, shared.without)
     copy_files(files, draft / "materials/stimuli")
     holds.append(f"`materials/stimuli/`: {files.told}" if files.files else files.told)
-    write_text(draft / "README.md", readme(of, shared.source, [*holds, *redacted(guard)]))
+    write_text(draft / "README.md", readme(of, shared.source, [*holds, *withheld(shared), *redacted(guard)]))
     write_text(draft / "CHANGES.md", changes(shared.source))
     write_text(draft / ".psychds-ignore", "materials\n.palpate-export.json\n")
 

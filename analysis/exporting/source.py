@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import json
 from collections.abc import Iterable, Iterator
 from contextlib import closing, contextmanager
 from dataclasses import dataclass, fields, replace
@@ -19,6 +20,7 @@ from protocols.canonical import parse
 from protocols.did_you_mean import nearest
 from protocols.study import Study
 from studies import collected_schema as schema
+from studies.begun import in_person
 from studies.collect import fill, ledgers_in, open_database, scratch_database
 from studies.messages import database_reason, describe_url
 from studies.participants.registry import find_registry, withdrawn
@@ -60,6 +62,13 @@ class Source:
     left_out: tuple[tuple[SessionRow, str], ...]
     simulated: bool
     connection: Connection
+
+    @property
+    def of_people(self) -> bool:
+        """Whether a person sat in any of the sessions; devices may have been twins."""
+        events = schema.events
+        first = select(events.c.body).where(events.c.seq == 0, events.c.session.in_([sat.name for sat in self.kept]))
+        return any(in_person(json.loads(body)) for body in self.connection.execute(first).scalars())
 
     @property
     def participants(self) -> tuple[str, ...]:

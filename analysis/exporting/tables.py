@@ -5,7 +5,8 @@ from __future__ import annotations
 from collections.abc import Callable, Iterable, Iterator
 from dataclasses import dataclass, replace
 
-from analysis.exporting.demographics import FORM, people
+from analysis.exporting.cells import cell
+from analysis.exporting.demographics import FORM, People, people, without_small_groups
 from analysis.exporting.session_rows import SessionRows
 from analysis.exporting.source import Sat, Source
 from analysis.exporting.stimuli import stimulus_table
@@ -52,6 +53,8 @@ class Shared:
     source: Source
     tables: tuple[Table, ...]
     without: tuple[str, ...]
+    withheld: tuple[str, ...] = ()
+    """What was withheld, or averaged, because few participants answered so."""
 
     def table(self, name: str) -> Table | None:
         """A table by its name, where there is such a one."""
@@ -75,20 +78,45 @@ ROWS: dict[str, PerSession] = {
 """What a session gives to each table."""
 
 
-def shared(source: Source, without: Iterable[str] = (), dates: bool = False, free_text: bool = False) -> Shared:
+def shared(
+    source: Source, without: Iterable[str] = (), dates: bool = False, free_text: bool = False, least_people: int = 1
+) -> Shared:
     """The data set's tables, those that the study cannot fill left out.
 
     `without` names columns, or questions that were put to participants, to be left out wherever they stand; `dates`
-    keeps when sessions began, `free_text` what was written in an interview. Raises ExportRefused on a name that no
-    column has, or one that a table needs.
+    keeps when sessions began, `free_text` what was written in an interview. Answers about themselves that fewer than
+    `least_people` real participants share are withheld. Raises ExportRefused on a name that no column has, or one that
+    a table needs.
     """
     left_out = frozenset(without)
-    found = (people(source).table(), *_of_sessions(source, dates), stimulus_table(source))
+    who, withheld = people(source), ()
+    if least_people > 1 and source.of_people:
+        who, withheld = without_small_groups(who, least_people)
+    found = (who.table(), *(_as_shown(table, who) for table in _of_sessions(source, dates)), stimulus_table(source))
     asked = {str(row["item"]) for sat in source.kept for row in SessionRows(source, sat).answers()}
     _demand_known(left_out, found, asked)
     kept = tuple(_without_items(table.without(left_out), left_out) for table in found)
     kept = kept if free_text else tuple(_without_interview(table) for table in kept)
-    return Shared(source, kept, tuple(sorted(left_out)))
+    return Shared(source, kept, tuple(sorted(left_out)), withheld)
+
+
+def _as_shown(table: Table, who: People) -> Table:
+    """Answers about people stand in the table of answers as they do in that of people."""
+    if table.name != "answers":
+        return table
+    by_person = {str(row["participant"]): row for row in who.rows}
+
+    def rows() -> Iterator[Row]:
+        for row in table.rows():
+            name, kind = who.kinds.get(str(row["item"]), ("", "")) if row["form"] == FORM else ("", "")
+            if kind in ("choice", "number"):
+                value = by_person[str(row["participant"])].get(name)
+                number = value if kind == "number" else None
+                yield {**row, "value": cell(value) or None, "value_number": number}
+            else:
+                yield row
+
+    return replace(table, rows=rows)
 
 
 def _demand_known(names: frozenset[str], tables: Iterable[Table], asked: set[str]) -> None:

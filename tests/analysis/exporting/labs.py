@@ -34,9 +34,9 @@ def lab_of(folder, *studies):
 
 
 def exported(lab, study, to, fmt, *, include_incomplete=False, simulated=None, url=None, **choices):
-    """What `palpate export` does."""
+    """What `palpate export --least-people 1` does."""
     wanted = Wanted(study, lab, url, None, include_incomplete, simulated)
-    return export(wanted, to, Choices(fmt, **choices))
+    return export(wanted, to, Choices(fmt, **{"least_people": 1, **choices}))
 
 
 def told(monkeypatch, *arguments):

@@ -7,7 +7,8 @@ import json
 
 import pytest
 
-from analysis.exporting.tabular import ExportRefused
+from analysis.exporting.demographics import People, without_small_groups
+from analysis.exporting.tabular import Column, ExportRefused
 from analysis.ratings.dataset import DataRefused
 from studies.collect import collect, open_database
 from tests.analysis.exporting.labs import RECORDED, answering, exported, lab_of, rewritten, told
@@ -136,3 +137,74 @@ def test_recordings_need_the_ledgers_and_the_very_ones_that_were_collected(tmp_p
               answering(age=44))  # fmt: skip
     with pytest.raises(ExportRefused, match="not the session that was collected"):
         exported(tmp_path, "texture_capture", tmp_path / "out2", "bids", url=url)
+
+
+QUESTIONS = {"age": ("answer_age", "number"), "hand": ("hand", "choice"), "remark": ("remark", "text")}
+
+
+def answered(**columns):
+    count = len(next(iter(columns.values())))
+    rows = tuple(
+        {"participant": f"P{n:03d}", **{name: told[n] for name, told in columns.items()}} for n in range(count)
+    )
+    return People((Column("answer_age", "Age."), Column("hand", "Hand."), Column("remark", "Said.")), rows, QUESTIONS)
+
+
+def shown(people, column, least=3):
+    return [row.get(column) for row in without_small_groups(people, least)[0].rows]
+
+
+@pytest.mark.parametrize(
+    ("hands", "expected"),
+    [
+        ("rrrrl", "     "),  # the one empty cell would tell: all are withheld
+        ("rrrrll", "      "),
+        ("rrrrlll", "rrrrlll"),
+        ("rrrrrlllab", "rrrrr     "),  # a and b are two: the three of l go with them
+        ("rrrrrlllabc", "rrrrrlll   "),
+        ("rr", "  "),
+    ],
+)
+def test_a_choice_of_few_is_withheld_and_does_not_show_by_what_is_left(hands, expected):
+    found = shown(answered(hand=list(hands)), "hand")
+    assert found == [None if told == " " else told for told in expected]
+
+
+@pytest.mark.parametrize(
+    ("ages", "expected"),
+    [
+        ([20, 40, 21, 41, 22, 42], [21.0, 41.0, 21.0, 41.0, 21.0, 41.0]),
+        ([20, 30, 40, 50], [35.0] * 4),
+        ([20, 30], [None, None]),
+        ([25, 25, 25], [25.0] * 3),
+        ([20, None, 30, 40], [30.0, None, 30.0, 30.0]),
+    ],
+)
+def test_numbers_are_means_of_people_of_like_number(ages, expected):
+    people = answered(answer_age=ages)
+    assert shown(people, "answer_age") == expected and shown(people, "answer_age", 1) == ages
+
+
+def test_what_was_withheld_is_said_and_words_stay():
+    people = answered(answer_age=[20, 30, 40], hand=list("rrl"), remark=["cook", None, "nurse"])
+    found, told = without_small_groups(people, 3)
+    assert [row["remark"] for row in found.rows] == ["cook", None, "nurse"]
+    assert told[1] == "hand: answers of fewer than 3 participants are withheld (empty)."
+    assert found.columns[0].description == "Age. Each number is the mean of at least 3 participants of like age."
+    assert without_small_groups(people, 1) == (people, ())
+
+
+@pytest.mark.parametrize(("rig", "ages"), [("live", {"40.0"}), ("simulated", {"20", "40", "60"})])
+def test_real_people_are_protected_in_every_table_unless_it_is_asked_for(tmp_path, rig, ages):
+    for who, age in (("P001", 20), ("P002", 40), ("P003", 60)):
+        session(tmp_path, who, answering(age=age), header={"rig": {"kind": rig}})
+    found = exported(tmp_path, "door_lexicon", tmp_path / "out", "csv", least_people=3)
+    assert {float(row["age"]) for row in rows(tmp_path / "out/participants.csv")} == set(map(float, ages))
+    told = [row for row in rows(tmp_path / "out/answers.csv") if row["item"] == "age"]
+    assert (
+        {float(row["value_number"]) for row in told} == {float(row["value"]) for row in told} == set(map(float, ages))
+    )
+    said = "age: each number is the mean of at least 3 participants of like age."
+    assert (said in found.withheld) == (rig == "live") == (said in (tmp_path / "out/README.md").read_text())
+    exported(tmp_path, "door_lexicon", tmp_path / "all", "csv")
+    assert {float(row["age"]) for row in rows(tmp_path / "all/participants.csv")} == {20, 40, 60}
