@@ -12,6 +12,7 @@ from devices.acts import Act, going_on
 from devices.desk import Desk, Pages
 from devices.samples import HandMounted
 from devices.signals import Presents, Records
+from devices.suspend import SuspendWatch
 from protocols.requests import Aside, Ask, Came, Fault, Present, Reply, Request, Sense
 from protocols.worlds import Done, Twin
 from studies.rig import RigError
@@ -39,14 +40,22 @@ class LiveWorld:
     device: Station
     clock: Callable[[], int]
     left_paused: Callable[[], bool] = lambda: False
+    suspend: SuspendWatch = field(default_factory=SuspendWatch)
     _taken_up: bool = False
+    _held: Came | None = None
 
     def now(self) -> int:
         """Nanoseconds since the session began, time between sittings left out."""
         return self.clock()
 
     def perform(self, request: Request) -> Came:
-        """Do what is asked; a demand to the experimenter goes with a request that is given up."""
+        """Do what is asked; a demand to the experimenter goes with a request that is given up.
+
+        Where the computer was suspended meanwhile, a note of it comes first, and what came of the request after it.
+        """
+        if self._held is not None:
+            held, self._held = self._held, None
+            return held
         if not self._taken_up:
             self._taken_up = True
             self.desk.demand(None)  # the desk hears of it first: all that was recorded has been seen
@@ -57,6 +66,9 @@ class LiveWorld:
             self.desk.demand(None)
         if isinstance(request, Ask) and (isinstance(came, Reply) or _gives_up(came)):
             self.desk.tell({"side": None})
+        if (message := self.suspend.message()) is not None:
+            self._held = came
+            return Aside({"do": "note", "text": f"{message[:1].upper()}{message[1:]}."})
         return came
 
     def _act(self, request: Request) -> Came:

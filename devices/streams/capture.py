@@ -12,6 +12,7 @@ from devices.scene import Scene
 from devices.signals import DeviceFault, NowNs, Sensor
 from devices.streams.recording import CHUNK_S, ROOM_S, Recording
 from devices.streams.telling import told, untold
+from devices.suspend import suspended_ns
 from protocols.events import NS
 from protocols.requests import Aside, Came, Fault, Reply, Sense
 
@@ -50,6 +51,7 @@ class Capture:
     chunk_s: float = CHUNK_S
     room_s: float = ROOM_S
     by: str = "rig"
+    suspended_ns: NowNs = suspended_ns
     _going: _Going | None = None
     _mending: Mending = field(default_factory=Mending)
     _last: Recording | None = None
@@ -119,7 +121,9 @@ class Capture:
         scene = self.scene_for(request)
         for sensor in self.sensors.values():
             sensor.expect(scene)
-        self._last = Recording(self.sensors, now_ns, self.chunk_s, self.room_s, self.names, self.may_hide)
+        self._last = Recording(
+            self.sensors, now_ns, self.chunk_s, self.room_s, self.names, self.may_hide, self.suspended_ns
+        )  # fmt: skip
         self._last.start()
         return self._last
 

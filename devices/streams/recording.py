@@ -12,7 +12,8 @@ from typing import Any
 from devices.signals import DeviceError, DeviceFault, NowNs, Sensor, Signal
 from devices.streams.reader import Reader
 from devices.streams.ring import BLOCK_BYTES, Ring
-from devices.streams.stream import Stream
+from devices.streams.stream import SILENT_S, SILENT_SAMPLES, Stream
+from devices.suspend import SuspendWatch, suspended_ns
 from protocols.events import NS
 from protocols.requests import Chunk, Samples
 
@@ -21,8 +22,6 @@ ROOM_S = 30.0
 """How long a disk may stand still before samples are lost."""
 BLOCKS_HZ = 200.0
 """Blocks a second that a signal is given room for."""
-SILENT_S, SILENT_SAMPLES = 1.0, 20
-"""A signal is silent that gives nothing for this long, and for as long as so many samples take."""
 FIRST_S = 3.0
 """What a sensor may take over its first samples: hardware is armed, a twin makes the first piece of its scene."""
 NOT_A_NUMBER_S = 1.0
@@ -52,6 +51,7 @@ class Recording:
     room_s: float = ROOM_S
     names: Mapping[tuple[str, str], str] = field(default_factory=dict)
     may_hide: Collection[str] = ()
+    suspended_ns: NowNs = suspended_ns
     streams: dict[str, Stream] = field(default_factory=dict)
     begun_ns: int = 0
     ended_ns: int | None = None
@@ -60,8 +60,10 @@ class Recording:
     _taken_ns: int = 0
     _turn_s: float | None = None
     _rest: deque[Chunk] = field(default_factory=deque)
+    _suspend: SuspendWatch = field(init=False)
 
     def __post_init__(self) -> None:
+        self._suspend = SuspendWatch(self.suspended_ns)
         for prefix, sensor, signal in signals_of(self.sensors):
             name = self.names.get((prefix, signal.name), f"{prefix}_{signal.name}")
             if name in self.streams:
@@ -111,13 +113,14 @@ class Recording:
         return Chunk({"streams": told}, tuple(samples))
 
     def fault(self) -> DeviceFault | None:
-        """The first thing that failed: a sensor raised, is silent, gives no numbers; it stays.
+        """The first thing that failed; it stays: the program was suspended, a sensor raised, is silent, has no numbers.
 
         Asked again once all is taken after the end, it also knows of what failed last, and of streams that are empty.
         """
         if self._failed is None:
             over = self.ended_ns is not None
-            self._failed = self._raised() or self._untrue() or (self._empty() if over else self._silent())
+            failed = self._suspended() or self._raised() or self._untrue()
+            self._failed = failed or (self._empty() if over else self._silent())
         return self._failed
 
     def end(self) -> None:
@@ -155,6 +158,10 @@ class Recording:
         named = {signal.name: self.names.get((prefix, signal.name)) for signal in sensor.signals}
         return {signal: self.streams[name or f"{prefix}_{signal}"].ring for signal, name in named.items()}
 
+    def _suspended(self) -> DeviceFault | None:
+        message = self._suspend.message()
+        return None if message is None else DeviceFault("session", "interrupted", message)
+
     def _raised(self) -> DeviceFault | None:
         return next((reader.fault for reader in self._readers if reader.fault is not None), None)
 
@@ -162,6 +169,9 @@ class Recording:
         for name, stream in self.streams.items():
             if stream.broken is not None:
                 return stream.broken
+            if stood_s := stream.standstill.stood_s:
+                said = f"{name}: nothing for {stood_s:.1f} s, and its samples were numbered on as if there had been"
+                return DeviceFault(stream.device, "silent", said)
             rate_hz = stream.signal.rate_hz
             if rate_hz and name not in self.may_hide and stream.bad_run >= NOT_A_NUMBER_S * rate_hz:
                 said = f"{name}: no numbers for {stream.bad_run / rate_hz:.1f} s (limit {NOT_A_NUMBER_S:g} s)"

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import math
 from collections.abc import Sequence
 from dataclasses import dataclass, field
 from typing import Any
@@ -19,6 +20,12 @@ TAKE_BYTES = 4 * PIECE_BYTES
 """So much of a stream goes into one chunk; what has piled up beyond goes into the next."""
 ARRIVALS = 16
 """Arrivals that a chunk keeps of each stream: of so many equal parts, the earliest."""
+SILENT_S, SILENT_SAMPLES = 1.0, 20
+"""A signal is silent that gives nothing for this long, and for as long as so many samples take."""
+WINDOW_S = 3.0
+"""Whoever reads may be held up; within so long, what piled up has come."""
+MOST_DEVICE_PPM = 100_000.0
+"""A device's own clock that runs further off was set meanwhile."""
 
 
 @dataclass(frozen=True)
@@ -28,6 +35,39 @@ class Gap:
     first: int
     lost: int
     why: str
+
+
+@dataclass
+class Standstill:
+    """Whether a sensor stood still while the host's clock went on, and counted its samples on as if it had not.
+
+    After such a pause all samples come later than before, by as long as it stood: the least delay in a window of time
+    rises. Where only the reading was held up, some come as promptly as ever within a window. `last_ns` is when the
+    last block came, `stood_s` how long the sensor stood still.
+    """
+
+    limit_s: float
+    last_ns: int | None = None
+    stood_s: float = 0.0
+    _ends_ns: int = 0
+    _paused: bool = False
+    _least_s: float = math.inf
+    _before_s: float = math.inf
+
+    def add(self, late_s: float, at_ns: int, lasts_s: float) -> bool:
+        """Take a block that came so late and then, of so many seconds; return whether nothing came for too long."""
+        pause = self.last_ns is not None and (at_ns - self.last_ns) / NS - lasts_s > self.limit_s
+        if at_ns >= self._ends_ns or pause:
+            self.judge()
+            self._before_s, self._paused = self._least_s, pause
+            self._least_s, self._ends_ns = math.inf, at_ns + round(WINDOW_S * NS)
+        self._least_s, self.last_ns = min(self._least_s, late_s), at_ns
+        return pause
+
+    def judge(self) -> None:
+        """Compare the window that is going on with the one before, where there was a pause between them."""
+        if self._paused and self._least_s - self._before_s > self.limit_s:
+            self.stood_s = self._least_s - self._before_s
 
 
 @dataclass
@@ -52,6 +92,11 @@ class Stream:
     by_number: ClockFit = field(default_factory=ClockFit)
     by_device: ClockFit = field(default_factory=ClockFit)
     broken: DeviceFault | None = None
+    standstill: Standstill = field(init=False)
+
+    def __post_init__(self) -> None:
+        rate_hz = self.signal.rate_hz
+        self.standstill = Standstill(max(SILENT_S, SILENT_SAMPLES / rate_hz) if rate_hz else math.inf)
 
     @property
     def most(self) -> int:
@@ -74,6 +119,8 @@ class Stream:
         if last and not self.ring.held and self.ring.dropped:
             gaps.append(self._miss(self.ring.dropped, NO_ROOM))
             self.ring.dropped = 0
+        if last and not self.ring.held:
+            self.standstill.judge()
         if not blocks and not gaps:
             return (), None
         made = tuple(piece for run in runs for piece in self._pieces(run))
@@ -82,6 +129,7 @@ class Stream:
     def summary(self) -> dict[str, Any]:
         """What is kept of the stream as a whole, as JSON data; null where the arrivals do not tell."""
         counted, own, rate_hz = self.by_number.fit(), self.by_device.fit(), self.signal.rate_hz
+        own = own if own and abs(own.ppm) <= MOST_DEVICE_PPM else None
         return {
             "samples": self.samples,
             "lost": self.lost,
@@ -100,14 +148,20 @@ class Stream:
 
     def _good(self, blocks: list[Block]) -> list[Block]:
         """The blocks up to the first that cannot be true."""
-        expected = self.next
+        expected, before_ns = self.next, self.standstill.last_ns
         for place, block in enumerate(blocks):
             rows, rest = divmod(len(block.data), 4 * self.width)
-            if rest or block.first < expected + block.lost:
+            if rest or block.first < expected + block.lost or self._too_many(block.first - expected, block, before_ns):
                 self.broken = self._untrue(block, expected, rest)
                 return blocks[:place]
-            expected = block.first + rows
+            expected, before_ns = block.first + rows, block.at_ns
         return blocks
+
+    def _too_many(self, missing: int, block: Block, before_ns: int | None) -> bool:
+        """Whether more samples are said to be missing than there was time for, since the block before."""
+        if before_ns is None or not self.signal.rate_hz:
+            return False
+        return missing / self.signal.rate_hz > 2 * (block.at_ns - before_ns) / NS + SILENT_S
 
     def _untrue(self, block: Block, expected: int, rest: int) -> DeviceFault:
         said = f"sample {block.first} came, {block.lost} lost before it, where {expected} was the next"
@@ -126,7 +180,10 @@ class Stream:
             rows = len(block.data) // (4 * self.width)
             if rows:
                 self._arrived(block, rows)
-                runs = runs or [[]]
+                late_s = self._lateness(block) / NS
+                lasts_s = rows / self.signal.rate_hz if self.signal.rate_hz else 0.0
+                if self.standstill.add(late_s, block.at_ns, lasts_s) or not runs:
+                    runs.append([])
                 runs[-1].append(block)
             self.next, self.samples = self.next + rows, self.samples + rows
         return [run for run in runs if run]

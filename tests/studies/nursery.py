@@ -1,6 +1,7 @@
 """Runs sessions in processes of their own and kills them: started as `python -m tests.studies.nursery LABS SEED KILLS`.
 
-One process imports everything once; each session is a fork of it, killed with SIGKILL at a random instant.
+One process imports everything once; each session is a fork of it, killed with SIGKILL at a random instant. Where the
+kernel can filter system calls, the disk is full for one in three of them, from that instant until the kill.
 """
 
 from __future__ import annotations
@@ -18,8 +19,11 @@ from protocols.study import Study
 from studies import catalogue
 from studies.rig import RigPlan, simulated
 from studies.session import ledger_path, resume, start
+from tests.needs import has_seccomp
 
 SHORT = {"1": {"car": ["BC3", "FORD"]}, "2": {"car": ["K3"]}}
+FULL = getattr(signal, "SIGUSR1", 0)
+"""From now on every write is answered with "no space left on the device"."""
 DOORS = catalogue.SHIPPED / "door_ratings"
 
 
@@ -66,12 +70,20 @@ def wait_for(path: Path, longest_s: float = 60.0) -> None:
         time.sleep(0.0005)
 
 
-def kill_after(seconds: float, act: Callable[[], object], once: Path | None = None) -> None:
-    """Do something in a process of its own, and kill it so many seconds later, counted from when a file is there."""
+def kill_after(
+    seconds: float, act: Callable[[], object], once: Path | None = None, full_s: float | None = None
+) -> None:
+    """Do something in a process of its own, and kill it so many seconds later, counted from when a file is there.
+
+    Its disk is full for the last `full_s` of these.
+    """
     pid = child(act)
     if once is not None:
         wait_for(once)
-    time.sleep(seconds)
+    time.sleep(seconds if full_s is None else max(0.0, seconds - full_s))
+    if full_s is not None:
+        os.kill(pid, FULL)
+        time.sleep(min(full_s, seconds))
     os.kill(pid, signal.SIGKILL)
     os.waitpid(pid, 0)
 
@@ -84,6 +96,10 @@ def main(labs: Path, seed: int, kills: int) -> None:
     a machine that was busy may be so no longer.
     """
     chance, plan, rig = random.Random(seed), the_plan(), the_rig()
+    if has_seccomp():
+        from tests.faults.machine import FAULTS, install
+
+        signal.signal(FULL, lambda *_: install(FAULTS["disk full"]))
 
     def ledger(lab: Path) -> Path:
         return ledger_path(lab, plan.study.study, plan.who.participant)
@@ -95,7 +111,8 @@ def main(labs: Path, seed: int, kills: int) -> None:
             before, after = usual_seconds(ledger(usual), lambda usual=usual: start(usual, plan, rig))
         lab, path = labs / str(number), ledger(labs / str(number))
         latest, once = (1.1 * before, None) if number % 4 == 0 else (1.1 * after, path)
-        kill_after(chance.uniform(0, latest), lambda lab=lab: start(lab, plan, rig), once)
+        full_s = chance.uniform(0, 0.05) if number % 3 == 0 and has_seccomp() else None
+        kill_after(chance.uniform(0, latest), lambda lab=lab: start(lab, plan, rig), once, full_s)
         if number % 2 and path.exists():
             kill_after(chance.uniform(0, 0.5 * (before + after)), lambda path=path: resume(path, rig))
 

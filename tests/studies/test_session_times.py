@@ -1,6 +1,8 @@
 """Sessions that come too early, too late or once too often, and what old and new ledgers of a session 2 say."""
 
+import re
 from datetime import date, datetime, timedelta
+from pathlib import Path
 
 import pytest
 
@@ -9,6 +11,22 @@ from studies.record import read
 from studies.replay import recompiled, replay
 from studies.session_times import WrongTime, demand_in_time
 from tests.protocols.studies_for_tests import toy
+
+ROOT = Path(__file__).parents[2]
+BY_THE_WALL_CLOCK = {
+    "studies/environment.py": "wall_time, which dates sittings and the participants' records",
+    "studies/commands_sessions.py": "the date of a live session, for the days between sessions",
+    "devices/rig/commands_calibrate.py": "the date of a calibration",
+    "devices/window/commands_calibrate.py": "the date of a calibration",
+}
+
+
+def test_nothing_of_a_session_is_timed_by_the_wall_clock():
+    asks = re.compile(r"\btime\.time\b|\btime\.time_ns\b|datetime\.now|\bdate\.today|utcnow|CLOCK_REALTIME")
+    files = [path for room in ("protocols", "devices", "studies") for path in (ROOT / room).rglob("*.py")]
+    found = {path.relative_to(ROOT).as_posix() for path in files if asks.search(path.read_text("utf-8"))}
+    assert found == set(BY_THE_WALL_CLOCK)
+
 
 TWO = {"participants": {"sessions": 2, "apart_days": [1, 14]}}
 

@@ -1,8 +1,11 @@
 """Fault drills with a real session, runner and ledger: whatever fails, the ledger stays whole and says what it was."""
 
+import itertools
 import resource
 import subprocess
 from contextlib import ExitStack, contextmanager
+from dataclasses import dataclass, replace
+from datetime import UTC, datetime, timedelta
 
 import numpy as np
 import pytest
@@ -36,6 +39,15 @@ class HandedOver:
         return Reply({"presented": True})
 
 
+@dataclass(frozen=True)
+class Stop:
+    """The program stands still: so long by its clock, so long suspended; so many samples are numbered meanwhile."""
+
+    host_s: float = 0.0
+    suspended_s: float = 0.0
+    samples: int = 0
+
+
 class Drill:
     """A lab whose one sensor gives 100 samples a turn of 0.1 s; `upset` turns give something else, by their number.
 
@@ -46,7 +58,8 @@ class Drill:
         self.folder, self.time, self.sensor = folder, Time(), Fed()
         self.plan = compile_plan(study(seconds), ParticipantRow("P001"))
         names = {("vibration", "acceleration"): STREAM}
-        self.capture = Capture({"vibration": self.sensor}, names, room_s=room_s)
+        self.slept_ns, self.taken_ns = 0, {}
+        self.capture = Capture({"vibration": self.sensor}, names, room_s=room_s, suspended_ns=lambda: self.slept_ns)
         self.desk, self.window = Desk(self.time), Window(self.turn)
         self.upset, self.disk_s, self.rows = dict(upset or {}), list(disk_s), rows
         self.turns, self.given, self.starts, self.last = 0, 0, 0, None
@@ -60,12 +73,17 @@ class Drill:
             return
         self.turns += 1
         what = self.upset.pop(self.turns, None)
+        if isinstance(what, Stop):
+            self.time.pass_s(what.host_s)
+            self.slept_ns += round(what.suspended_s * NS)
+            self.given, what = self.given + what.samples, None
         if isinstance(what, Exception):
             self.sensor.feed(what)
             fed_until(lambda: self.capture._last.fault() is not None)
         elif what != "silent":
-            made = what(self.given) if callable(what) else block(self.given, self.rows, at_s=self.time() / NS)
-            self.sensor.feed(made)
+            made = what(self.given) if callable(what) else block(self.given, self.rows)
+            self.sensor.feed(replace(made, at_ns=self.time()))
+            self.taken_ns[self.starts, self.given] = self.time() - (self.rows - 1) * NS // 1000
             self.given += self.rows
 
     def watch(self, event):
@@ -140,7 +158,7 @@ def test_a_disk_that_is_slower_than_the_sensor_costs_samples_and_every_one_is_to
 
 
 def nan(first):
-    return Block(first, np.full(300, np.nan, "<f4").tobytes(), first)
+    return Block(first, np.full(300, np.nan, "<f4").tobytes(), 0)
 
 
 @pytest.mark.parametrize(
@@ -168,6 +186,48 @@ def test_a_sensor_that_fails_ends_safe_and_its_trial_is_met_again(tmp_path, upse
     assert set(range(700)) <= set(values(chunks_of(record), STREAM))  # what came before stays on record
     assert sorted(values(chunks_of(record, 2), STREAM)) == list(range(3000))
     assert lab.desk.prompts == [f"{fault.value['message'].rstrip('.')}. Put it right, then confirm."]
+
+
+HOUR = 3600.0
+SUSPENDED = "the computer was suspended for 3600.0 s"
+
+
+@pytest.mark.parametrize(
+    ("stop", "device", "what", "message"),
+    [
+        (Stop(suspended_s=HOUR), "session", "interrupted", SUSPENDED),
+        (Stop(suspended_s=HOUR, samples=3_600_000), "session", "interrupted", SUSPENDED),
+        (Stop(host_s=HOUR), "vibration", "silent", f"{STREAM}: nothing for 3600.0 s, and its samples were numbered on"),
+        (Stop(samples=3_600_000), "vibration", "firmware",
+         f"{STREAM}: sample 3600700 came, 0 lost before it, where 700 was the next"),
+    ],
+    ids=["suspended", "suspended, sensor goes on", "program stood still", "numbering runs ahead"],
+)  # fmt: skip
+def test_an_hour_that_no_sample_shows_is_a_fault_and_no_sample_is_misplaced(tmp_path, stop, device, what, message):
+    lab = Drill(tmp_path, seconds=3.0, upset={8: stop})
+    assert lab.run().complete
+    record = whole(lab.path)
+    (fault,) = [event for event in record.events if event.kind == "fault"]
+    assert (fault.value["device"], fault.value["what"], fault.attempt) == (device, what, 1)
+    assert message in fault.value["message"]
+    assert [event.value["as"] for event in record.events if event.kind == "trial_ended"] == ["faulted", "captured"]
+    assert sorted(values(chunks_of(record, 2), STREAM)) == list(range(3000))
+    pieces = [(event.attempt, piece) for event in record.events for piece in event.samples]
+    assert all(piece.t0_ns == lab.taken_ns[attempt, piece.first] for attempt, piece in pieces)
+
+
+@pytest.mark.parametrize("hours", [1, -1])
+def test_a_wall_clock_that_is_set_meanwhile_changes_nothing(tmp_path, monkeypatch, hours):
+    plain = Drill(tmp_path / "plain")
+    assert plain.run().complete
+    steps = (datetime(2026, 3, 1, 12, tzinfo=UTC) + timedelta(hours=hours * n) for n in itertools.count())
+    monkeypatch.setattr("studies.session.wall_time", lambda: next(steps).isoformat())
+    stepped = Drill(tmp_path / "stepped", seconds=2.0)
+    assert stepped.run().complete
+    record = whole(stepped.path)
+    assert record.head == read(plain.path).head
+    at = [datetime.fromisoformat(sitting.value["at"]) for sitting in record.sittings]
+    assert [after - before for before, after in itertools.pairwise(at)] == [timedelta(hours=hours)] * 2
 
 
 @contextmanager

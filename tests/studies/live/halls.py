@@ -12,6 +12,7 @@ from itertools import takewhile
 from typing import Any
 
 from devices.samples import HandMounted
+from devices.suspend import SuspendWatch
 from protocols.answering import answer
 from protocols.events import NS
 from protocols.perceiver import Perceiver
@@ -169,6 +170,7 @@ class Hall:
     paper: Paper = field(default_factory=Paper)
     stage: Stage | None = None
     seat: Seat | None = None
+    suspended_ns: Callable[[], int] = lambda: 0
 
     @property
     def rig(self) -> RigPlan:
@@ -189,5 +191,7 @@ class Hall:
         self.seat = seat = Seat(plan, script, self.paper, self.time.seconds)
         opened.callback(seat.close)
         station = self.station or Station(HandMounted())
-        world = LiveWorld(presenter, seat, station, self.time, lambda: seat.board.paused)
+        world = LiveWorld(
+            presenter, seat, station, self.time, lambda: seat.board.paused, SuspendWatch(self.suspended_ns)
+        )
         return Rig(world, opened.close, seat.watch, lambda: presenter.finish(seat, "end"))

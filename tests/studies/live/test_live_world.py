@@ -63,6 +63,16 @@ def test_a_note_goes_on_record_where_it_was_written_and_disturbs_nothing(tmp_pat
     replay(record.path)
 
 
+def test_a_computer_that_was_suspended_is_noted_and_the_answer_stays(tmp_path):
+    hall = Hall([(0.0, "confirm"), *ALL])
+    hall.suspended_ns = lambda: 3600 * 10**9 * (hall.time.t_ns > 10**9)
+    record, plain = sat(tmp_path / "suspended", hall), sat(tmp_path / "plain", Hall([(0.0, "confirm"), *ALL]))
+    [noted] = [event for event in record.events if event.kind == "experimenter"]
+    assert noted.value == {"do": "note", "text": "The computer was suspended for 3600.0 s."} and noted.trial == 1
+    assert of_kind(record, "reply") == of_kind(plain, "reply")
+    replay(record.path)
+
+
 @pytest.mark.parametrize(("at_s", "confirm_s"), [(0.5, 3.0), (2.0, 0.0)])
 def test_pauses_are_on_record_and_in_no_time(tmp_path, at_s, confirm_s):
     orders = sorted(
