@@ -165,3 +165,29 @@ def test_a_stream_without_a_rate_says_nothing_of_its_clock():
     made, told = put(one, block(0, 2, at_s=1.0), block(2, 1, at_s=9.0))
     assert made[0].rate_hz == 0 and made[0].t0_ns == NS and told["arrived"]
     assert [one.summary()[name] for name in ("seconds", "rate_hz", "drift_ppm")] == [None] * 3
+
+
+def held_up(n, at_s=30.0, seconds=2.0):
+    """When block n of 10 ms came, where whoever reads was held up for so long at at_s."""
+    due_s = (10 * n + 9) / 1000
+    return at_s + seconds if at_s <= due_s < at_s + seconds else due_s
+
+
+@pytest.mark.parametrize(
+    ("came_s", "stood_s"), [(held_up, 0.0), (lambda n: (10 * n + 9) / 1000 + 2.0 * (n > 3000), 2.0)]
+)
+def test_a_sensor_that_stood_still_is_known_from_one_that_was_read_late(came_s, stood_s):
+    one = stream()
+    put(one, *(block(10 * n, 10, at_s=came_s(n)) for n in range(6000)))
+    one.take(last=True)
+    assert one.standstill.stood_s == pytest.approx(stood_s)
+
+
+@pytest.mark.parametrize(("step_s", "runs"), [(0.0, True), (3600.0, False), (-3600.0, True)])
+def test_a_devices_clock_that_was_set_meanwhile_tells_no_rate(step_s, runs):
+    one, chance = stream(), np.random.default_rng(1)
+    for n in range(3000):
+        late_s, stamp_s = chance.exponential(0.001), (10 * n + 9) / 1000 + step_s * (n > 1500)
+        put(one, block(10 * n, 10, at_s=(10 * n + 9) / 1000 + late_s, device_s=5000.0 + stamp_s))
+    summary = one.summary()
+    assert ("device_ppm" in summary) is runs and abs(summary.get("device_ppm", 0.0)) < 50 > abs(summary["drift_ppm"])
