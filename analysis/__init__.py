@@ -12,6 +12,8 @@ if TYPE_CHECKING:
     from analysis.adjectives.relevance import relevance
     from analysis.adjectives.selections import gather_selections
     from analysis.choices.bradley_terry import bradley_terry
+    from analysis.choices.intervals import profile_interval, resampled_answers
+    from analysis.choices.posterior import posterior
     from analysis.choices.psychometric import fit_psychometric
     from analysis.choices.staircase import staircase
     from analysis.choices.thurstone import thurstone
@@ -93,11 +95,14 @@ __all__ = [
     "pairwise_tests",
     "parallel_analysis",
     "pca",
+    "posterior",
     "procrustes",
+    "profile_interval",
     "profile_intervals",
     "property_vectors",
     "random_effects",
     "relevance",
+    "resampled_answers",
     "retest",
     "rm_anova",
     "self_check",
@@ -149,11 +154,14 @@ _HOMES = {
     "pairwise_tests": "statistics.pairwise",
     "parallel_analysis": "spaces.retained",
     "pca": "spaces.components",
+    "posterior": "choices.posterior",
     "procrustes": "spaces.procrustes",
+    "profile_interval": "choices.intervals",
     "profile_intervals": "mixed_models.profiling",
     "property_vectors": "spaces.vectors",
     "random_effects": "mixed_models.blups",
     "relevance": "adjectives.relevance",
+    "resampled_answers": "choices.intervals",
     "retest": "reliability.repeated",
     "rm_anova": "statistics.within",
     "self_check": "statistics.self_check",

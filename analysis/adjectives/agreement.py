@@ -14,7 +14,7 @@ from numpy.typing import NDArray
 from analysis.adjectives.selections import Selections
 from analysis.reliability.intraclass import demand_confidence
 from analysis.reliability.kappa import fleiss_kappa
-from analysis.reliability.resampling import demand_draws, generator, percentile, weights
+from analysis.reliability.resampling import demand_draws, generator, percentile, refuse_without_draws, weights
 from analysis.statistics.doubles import Floats
 from analysis.statistics.refusals import StatisticsError, TooFew
 
@@ -48,6 +48,7 @@ def word_agreement(
     """
     demand_draws(draws)
     demand_confidence(confidence)
+    refuse_without_draws(draws, seed=(seed, 0), confidence=(confidence, 0.95))
     if not ((selections.met > 0).sum(axis=0) >= 2).any() or not selections.words:
         raise TooFew("no stimulus was met by two participants with words to tick: nothing to agree on")
     rng = generator(seed, "word_agreement")

@@ -19,6 +19,7 @@ from analysis.reliability.resampling import (
     generator,
     left_out,
     percentile,
+    refuse_without_draws,
     weights,
 )
 from analysis.statistics.doubles import Floats
@@ -53,6 +54,8 @@ def relevance(
     demand_draws(draws)
     demand_interval(interval)
     demand_confidence(confidence)
+    idle = {"seed": (seed, 0), "interval": (interval, "percentile"), "confidence": (confidence, 0.95)}
+    refuse_without_draws(draws, **idle)
     n = len(selections.participants)
     found = scored(np.ones((1, n)))[0]
     drawn = np.empty((0, len(found)))

@@ -13,7 +13,7 @@ from analysis.choices.maximising import Problem
 from analysis.choices.shapes import SHAPES, Shape
 from analysis.choices.trials import Bounds, Levels
 from analysis.statistics.doubles import Floats
-from analysis.statistics.refusals import BadOption, BadValue, shown
+from analysis.statistics.refusals import BadOption, BadValue, refuse_idle, shown
 
 Function: TypeAlias = Literal["logistic", "gaussian", "weibull"]
 Task: TypeAlias = Literal["symmetric", "forced_choice", "yes_no"]
@@ -65,8 +65,8 @@ def rates_of(
     """
     if task not in (*get_args(Task), None):
         raise BadOption(f"task={shown(task)} is unknown: {', '.join(map(repr, get_args(Task)))}")
-    if alternatives is not None and task != "forced_choice":
-        raise BadOption(f"alternatives={shown(alternatives)} has no effect: only task='forced_choice' has alternatives")
+    if task != "forced_choice":
+        refuse_idle("alternatives", alternatives, None, "except with task='forced_choice'")
     if task == "forced_choice":
         return _forced_choice(alternatives, guess, estimated if lapse is None else lapse)
     if task == "symmetric":

@@ -18,7 +18,7 @@ from analysis.choices.starting import best_of_starts
 from analysis.choices.trials import Levels
 from analysis.spaces.draws import check_draws, check_share, p_of_draws, stream
 from analysis.statistics.doubles import Floats
-from analysis.statistics.refusals import BadOption, shown
+from analysis.statistics.refusals import refuse_idle
 
 Which: TypeAlias = Literal["threshold", "jnd"]
 OPEN = "the data do not bound the {which} from {side}"
@@ -64,10 +64,10 @@ def profile_interval(
     Sources: Venzon & Moolgavkar 1988; Bartlett 1937, by simulation as Rocke 1989; docs/decisions/0012.
     """
     check_share(confidence, "confidence")
-    if draws == 0 and seed:
-        raise BadOption(f"seed={shown(seed)} has no effect with draws=0")
     if draws:
         check_draws(draws)
+    else:
+        refuse_idle("seed", seed, 0, "with draws=0: nothing is simulated")
     asked, given = fit.asked, fit.levels
     ends = profile_ends(problem_of(given, asked), fit.maximum, asked, given, which, confidence, draws, (seed,))
     low, high = (float(end) for end in ends[0])

@@ -17,7 +17,7 @@ from analysis.choices.existing import NoEstimate, refuse_unconnected
 from analysis.choices.scales import SUM_ZERO, Scale, constrained, effect_table, fit_against_free, value_table
 from analysis.spaces.draws import check_share
 from analysis.statistics.doubles import Floats
-from analysis.statistics.refusals import BadOption, IncompleteCells, listed, shown
+from analysis.statistics.refusals import BadOption, IncompleteCells, listed, refuse_idle, shown
 
 Method: TypeAlias = Literal["likelihood", "least_squares"]
 LOG_ROOT = 0.5 * math.log(2 * math.pi)
@@ -43,6 +43,8 @@ def thurstone(
     check_share(confidence, "confidence")
     if method not in ("likelihood", "least_squares"):
         raise BadOption(f"method={shown(method)} is unknown: 'likelihood' or 'least_squares'")
+    if method == "least_squares":
+        refuse_idle("confidence", confidence, 0.95, "with method='least_squares', which has no intervals")
     counted = gather_choices(data, winner, loser, None, None, count)
     turn = constrained(counted.items, constraint)
     refuse_unconnected(counted)

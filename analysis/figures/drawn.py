@@ -2,12 +2,13 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Mapping
+from collections.abc import Callable, Iterator, Mapping
 from dataclasses import dataclass, field
 from types import MappingProxyType
 from typing import TYPE_CHECKING, Any
 
 from analysis.plans.answers import Normalise, Takes
+from analysis.plans.idle import Idle
 from protocols.study import Level, Strict, Text
 
 if TYPE_CHECKING:
@@ -34,6 +35,13 @@ class AskedFigure(Strict):
     source: Takes | None = None
     normalise: Normalise | None = None
     tests: tuple[str, ...] = ()
+
+    def idle(self) -> Iterator[Idle]:
+        """Yield the settings that change nothing beside the others; a kind adds its own."""
+        if self.table is not None:
+            yield from (Idle(name, "with a table of the plan's own") for name in ("source", "normalise"))
+        elif self.source == "forms":
+            yield Idle("normalise", "on a questionnaire's answers")
 
 
 @dataclass(frozen=True)

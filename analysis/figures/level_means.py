@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Mapping, Sequence
+from collections.abc import Iterator, Mapping, Sequence
 from typing import TYPE_CHECKING, Annotated, Any, Literal
 
 from pydantic import Field
@@ -14,8 +14,9 @@ from analysis.figures.rated import attribute_words, demand_attributes, scale_wor
 from analysis.figures.shown_columns import require
 from analysis.figures.style import INK, OKABE_ITO
 from analysis.plans.answers import Row, Selected
+from analysis.plans.idle import Idle
 from analysis.ratings.dataset import DataRefused
-from analysis.ratings.person_cells import LISTWISE, constant_columns, texts_of
+from analysis.ratings.person_cells import LISTWISE, constant_columns, levels_of, texts_of
 from analysis.ratings.trends import families_of
 from analysis.ratings.within_intervals import mean_intervals
 from analysis.statistics.refusals import IncompleteCells
@@ -44,6 +45,12 @@ class LevelFigure(AskedFigure):
     families: Text | None = None
     whiskers: Literal["sd", "cousineau_morey", "loftus_masson", "between", "none"] = "sd"
     confidence: Annotated[float, Field(gt=0, lt=1)] = 0.95
+
+    def idle(self) -> Iterator[Idle]:
+        """Yield the settings that change nothing beside the others."""
+        yield from super().idle()
+        if self.whiskers in ("sd", "none"):
+            yield Idle("confidence", f"with `whiskers: {self.whiskers}`")
 
 
 def level_rows(selected: Selected, asked: LevelFigure) -> tuple[Row, ...]:
@@ -102,7 +109,7 @@ def _intervals(
             between=groups,
             method="none" if asked.whiskers == "sd" else asked.whiskers,
             confidence=asked.confidence,
-            levels=selected.levels,
+            levels=levels_of(selected.levels, asked.by),
         )
     except IncompleteCells as refusal:
         raise DataRefused(

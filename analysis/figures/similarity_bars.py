@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping
+from collections.abc import Iterator, Mapping
 from typing import Any, Literal
 
 import numpy as np
@@ -14,9 +14,10 @@ from analysis.figures.shown_columns import answer_of, plain, require, uniform
 from analysis.figures.significance import not_drawn_said, pair_rows, stars_said
 from analysis.figures.similarity_bars_drawing import MOST_BRACKETS, draw
 from analysis.plans.answers import Selected
+from analysis.plans.idle import Idle
 from analysis.ratings.dataset import DataRefused
-from analysis.ratings.person_cells import PersonCells, person_cells, texts_of
-from analysis.ratings.within_intervals import mean_intervals
+from analysis.ratings.person_cells import PersonCells, levels_of, person_cells, texts_of
+from analysis.ratings.within_intervals import WITHIN, mean_intervals
 from analysis.ratings.wording import count, phrase
 from protocols.did_you_mean import nearest
 from protocols.study import Text
@@ -43,6 +44,12 @@ class SimilarityBarsSettings(AskedFigure):
     stars: tuple[float, ...] = (0.05, 0.01, 0.001)
     each: Mapping[Text, Text] = {}
     dots: bool = True
+
+    def idle(self) -> Iterator[Idle]:
+        """Yield the settings that change nothing beside the others."""
+        yield from super().idle()
+        if self.whiskers == "sd":
+            yield Idle("confidence", "with `whiskers: sd`")
 
 
 def data(shown: Shown, settings: SimilarityBarsSettings) -> FigureData:
@@ -163,7 +170,12 @@ def _intervals(
 ) -> list[dict[str, Any]]:
     method = "none" if settings.whiskers == "sd" else settings.whiskers
     found = mean_intervals(
-        table, by=by, method=method, confidence=settings.confidence, missing="listwise", levels=selected.levels
+        table,
+        by=by,
+        method=method,
+        confidence=settings.confidence,
+        missing="listwise" if method in WITHIN else "raise",
+        levels=levels_of(selected.levels, by),
     )
     return [{str(name): value for name, value in row.items()} for row in found.to_dict("records")]
 

@@ -46,6 +46,8 @@ def check_call(
         raise BadOption(f"confidence={shown(confidence)} is no share; give a number between 0 and 1, such as 0.95")
     if strange := [name for name in uncorrelated if name not in random]:
         raise UnknownColumn(f"uncorrelated names {listed(map(repr, strange), len(strange))}, no grouping factor")
+    if alone := [name for name in uncorrelated if not random[name]]:
+        raise BadOption(f"uncorrelated={alone[0]!r} has no effect: {alone[0]!r} has an intercept only; leave it out")
     if both := [name for name in fixed if name in random]:
         raise BadOption(f"{both[0]!r} is a fixed effect and a grouping factor; it can be one of them")
     if both := [name for name in numeric if name in random]:

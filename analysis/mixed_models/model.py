@@ -37,6 +37,7 @@ from analysis.mixed_models.variables import Coding, Factor, factor_of, factor_va
 from analysis.statistics.cells import Missing
 from analysis.statistics.doubles import difference, scaled
 from analysis.statistics.one_thread import one_thread
+from analysis.statistics.refusals import refuse_idle, refuse_idle_levels
 
 
 @dataclass(frozen=True)
@@ -108,6 +109,10 @@ def mixed_model(
     table = read_table(data, dv, texts, numbers, missing)
     refuse_constant(table.y, dv)
     order = levels or {}
+    factors_used = [name for name in used if name not in numeric]
+    refuse_idle_levels(order, factors_used)
+    if not factors_used:
+        refuse_idle("coding", coding, "treatment", "without a factor")
     factors = {name: factor_of(table.frame[name], name, order.get(name)) for name in used if name not in numeric}
     asked = _Asked(
         *(dv, table, tuple(fixed), tuple(interactions), random, tuple(numeric), factors, tuple(uncorrelated), coding)

@@ -21,8 +21,7 @@ from analysis.statistics.cells import Aggregate, Counts, Missing, cell_means
 from analysis.statistics.doubles import ROUNDING_ULPS, Floats
 from analysis.statistics.effects import Effect
 from analysis.statistics.hypotheses import SumOfSquares
-from analysis.statistics.mixed import Design, Names, gather_design, mixed_effects
-from analysis.statistics.refusals import BadOption, shown
+from analysis.statistics.mixed import Design, Names, gather_design, mixed_effects, refuse_unknown_type
 
 Term: TypeAlias = tuple[int, ...]  # places of an effect's factors: between factors first, then within factors
 CLEAN = 1e-9  # an F of an effect that was aligned away is at most this where alignment works
@@ -56,8 +55,7 @@ def aligned_ranks(
     groups alignment cannot separate the effects fully, and the note says how much is left.
     Raises a StatisticsError (a ValueError) that names what is wrong with the table.
     """
-    if sum_of_squares not in ("II", "III"):
-        raise BadOption(f"sum_of_squares={shown(sum_of_squares)} is unknown: 'II' or 'III'")
+    refuse_unknown_type(sum_of_squares, within, between)
     design = gather_design(data, dv, within, between, subject, missing, aggregate)
     refuse_huge(design.cells.values)
     table = pd.DataFrame([_row(design, each, sum_of_squares) for each in alignments(design)])

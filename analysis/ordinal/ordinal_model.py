@@ -18,7 +18,7 @@ from analysis.ordinal.predictors import Asked, Coding, Orders, Term
 from analysis.ordinal.refusals import NotConverged
 from analysis.ordinal.resampling import check_interval
 from analysis.statistics.pvalues import SMALLEST
-from analysis.statistics.refusals import BadOption, shown
+from analysis.statistics.refusals import BadOption, refuse_idle, refuse_idle_levels, shown
 
 NO_SPREAD = "the participants' standard deviation is 0: answers of one participant are no more alike than others"
 
@@ -73,6 +73,9 @@ def ordinal_model(
     """
     check_interval(100, confidence)
     asked = _asked(fixed, numeric, interactions, coding)
+    if not asked.fixed:
+        refuse_idle("coding", coding, "treatment", "without a factor in `fixed`")
+    refuse_idle_levels(orders or {}, asked.fixed, "orders")
     if link not in LINKS:
         raise BadOption(f"link={shown(link)} is unknown: 'logit' or 'probit'")
     given = ordinal_data(data, dv, asked, random, levels, orders or {})

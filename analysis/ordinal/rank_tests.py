@@ -19,7 +19,7 @@ from analysis.statistics.cells import Aggregate, Missing
 from analysis.statistics.groups import gather_groups
 from analysis.statistics.pairwise import ADJUSTMENTS
 from analysis.statistics.pvalues import adjusted
-from analysis.statistics.refusals import BadOption, shown
+from analysis.statistics.refusals import BadOption, refuse_idle, shown
 
 Found: TypeAlias = tuple[Hashable, Hashable, RankComparison]
 
@@ -49,6 +49,10 @@ def wilcoxon_tests(
     """
     check_interval(100, confidence)
     method = _method(padjust, zeros)
+    if method == "none":
+        refuse_idle("family", family, None, "with padjust='none': no p is adjusted")
+    if within is None:
+        refuse_idle("zeros", zeros, "wilcoxon", "between groups: rank sums have no differences of zero")
     if (within is None) == (between is None):
         raise BadOption("give one factor: either `within` (with `subject`) or `between`")
     if within is not None and subject is None:

@@ -101,6 +101,11 @@ def person_cells(
     )
 
 
+def levels_of(levels: Levels, by: Sequence[str]) -> Levels:
+    """Return the levels of these columns alone, of the levels of all columns of a study."""
+    return {name: levels[name] for name in by if name in levels}
+
+
 def _axis(column: pd.Series[Any], name: str, order: Sequence[str]) -> tuple[Counts, list[str]]:
     """Codes in the given order of levels, the others after them in natural order."""
     found = coded(column, name)

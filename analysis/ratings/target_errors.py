@@ -16,7 +16,7 @@ from analysis.ratings.person_cells import NO_LEVELS, Levels, PersonCells, person
 from analysis.statistics.cells import check_columns
 from analysis.statistics.column_values import numbers_of
 from analysis.statistics.doubles import Floats
-from analysis.statistics.refusals import listed
+from analysis.statistics.refusals import listed, refuse_idle_levels
 from protocols.did_you_mean import nearest
 
 Ends = tuple[float, float]
@@ -61,6 +61,7 @@ def target_errors(
     Raises DataRefused where no row is about its own attribute, and on a target that is no number or beyond the scale.
     """
     check_columns(data, ["value", "attribute", subject, attribute_column, target])
+    refuse_idle_levels(levels, ("attribute",))
     own = _manipulated(data, attribute_column)
     aims = _targets(own, target, scale, target_scale)
     values = numbers_of(own["value"], "value")

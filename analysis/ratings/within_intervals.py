@@ -11,10 +11,25 @@ import numpy as np
 import pandas as pd
 
 from analysis.ratings.one_sample import check_confidence
-from analysis.ratings.person_cells import NO_LEVELS, Label, Levels, PersonCells, complete_people, person_cells
+from analysis.ratings.person_cells import (
+    NO_LEVELS,
+    Label,
+    Levels,
+    PersonCells,
+    complete_people,
+    person_cells,
+)
 from analysis.statistics.doubles import Floats, centred, differences
 from analysis.statistics.pvalues import t_critical
-from analysis.statistics.refusals import BadOption, DuplicatedCells, TooFew, listed, shown
+from analysis.statistics.refusals import (
+    BadOption,
+    DuplicatedCells,
+    TooFew,
+    listed,
+    refuse_idle,
+    refuse_idle_levels,
+    shown,
+)
 
 Interval: TypeAlias = Literal["cousineau_morey", "loftus_masson", "between", "none"]
 Row: TypeAlias = dict[str, object]
@@ -60,6 +75,11 @@ def mean_intervals(
     if method not in get_args(Interval):
         raise BadOption(f"interval {shown(method)} is unknown: one of {', '.join(get_args(Interval))}")
     check_confidence(confidence)
+    if method == "none":
+        refuse_idle("confidence", confidence, 0.95, "with method='none': there is no interval")
+    if method not in WITHIN:
+        refuse_idle("missing", missing, "raise", f"with method={method!r}: a participant lacks nothing but the cell")
+    refuse_idle_levels(levels, by)
     if unknown := [name for name in between if name not in by]:
         raise BadOption(f"between {unknown!r}: these columns are not among by={list(by)!r}")
     cells = person_cells(data, by, dv=dv, subject=subject, levels=levels)

@@ -53,7 +53,7 @@ def regenerate(
     Example: palpate regenerate door_ratings --lab LAB; palpate regenerate door_ratings --lab LAB --check
     """
     from analysis.regenerating.outputs import FOLDER
-    from analysis.regenerating.plan_check import check_against_study
+    from analysis.regenerating.plan_check import check_against_study, refuse_idle_settings
     from analysis.regenerating.regenerated import find_plan, regenerate_by
     from analysis.reporting.sources import Wanted
 
@@ -61,6 +61,7 @@ def regenerate(
     name, plan = find_plan(wanted, plan_file)
     check_against_study(wanted, plan)
     if check_plan:
+        refuse_idle_settings(plan)
         _plan_told(name, len(plan.tests), len(plan.figures), plan.path, as_json)
         return
     with progress_bar(as_json) as progress:

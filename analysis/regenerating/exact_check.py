@@ -6,6 +6,7 @@ import math
 from collections.abc import Sequence
 from dataclasses import dataclass
 
+from analysis.plans.idle import effective
 from analysis.regenerating.running import Answered
 from analysis.statistics.self_check import self_check
 
@@ -38,7 +39,7 @@ def _of(each: Answered) -> list[ExactCheck]:
         return []
     if each.missing.cells and not each.missing.left_out:
         return [ExactCheck(name, "all", None, "not checked: answered by a mixed model")]
-    asked = each.asked.model_dump()
+    asked = effective(each.asked).model_dump()
     found = self_check(
         each.rows,
         "value",

@@ -3,12 +3,13 @@
 from __future__ import annotations
 
 from collections.abc import Callable, Iterator, Mapping
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from pathlib import Path
 
 from analysis.figures.drawn import AskedFigure, FigureData, Mark, Shown
 from analysis.figures.style import drawing, save, svg_text
 from analysis.plans.answers import Answer
+from analysis.plans.idle import effective, idle_notes
 from analysis.plans.kinds import figure_kind
 from analysis.plans.selecting import Selecting
 
@@ -44,7 +45,8 @@ def _pictured(selecting: Selecting, answers: Mapping[str, Mapping[str, Answer]],
         if lacking:
             return Pictured(asked, None, f"it shows the test {lacking[0]!r}, which has no answer")
         shown = Shown(selecting.of(asked, kind.takes), {name: answers[name] for name in asked.tests})
-        data = kind.data(shown, asked)
+        data = kind.data(shown, effective(asked))
+        data = replace(data, caption=" ".join((data.caption, *idle_notes(asked))))
     except ValueError as refusal:
         return Pictured(asked, None, str(refusal))
     return Pictured(asked, data)

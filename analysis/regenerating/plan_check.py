@@ -7,6 +7,7 @@ from pathlib import Path
 
 from analysis.figures.drawn import AskedFigure
 from analysis.plans.answers import COLUMNS, Asked, Takes, columns_named
+from analysis.plans.idle import idle_settings
 from analysis.plans.kinds import figure_kind, test_kind
 from analysis.plans.reading import Plan
 from analysis.plans.schema import Rule
@@ -49,6 +50,22 @@ def check_against_study(wanted: Wanted, plan: Plan) -> None:
         for problem in _problems(each, _takes(each), columns, outcomes, design)
     ]
     problems += _rule_problems(plan.declared.exclusions, columns)
+    if problems:
+        raise plan.complaint(problems)
+
+
+def refuse_idle_settings(plan: Plan) -> None:
+    """Raise PlanError with every setting that changes nothing: a mistake in a plan that nobody has used yet.
+
+    `regenerate` reads such a plan all the same, with a note beside the answer.
+    """
+    both: tuple[tuple[str, Sequence[Asked | AskedFigure]], ...] = (("tests", plan.tests), ("figures", plan.figures))
+    problems = [
+        Problem((section, place, idle.name), f"{idle.name} has no effect {idle.where}; leave it out")
+        for section, asked in both
+        for place, each in enumerate(asked)
+        for idle in idle_settings(each)
+    ]
     if problems:
         raise plan.complaint(problems)
 

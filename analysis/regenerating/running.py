@@ -10,6 +10,7 @@ from dataclasses import dataclass, replace
 import pandas as pd
 
 from analysis.plans.answers import COLUMNS, Answer, Asked, Kind, Selected, columns_named
+from analysis.plans.idle import effective, idle_notes
 from analysis.plans.kinds import test_kind
 from analysis.plans.missing import MissingTold, handled
 from analysis.plans.selecting import Selecting, by_outcome
@@ -105,7 +106,9 @@ def _answered(selecting: Selecting, question: Question, clock: Clock) -> Answere
                 f"{told.found()}, and {question.asked.test!r} has no form that takes gaps; give this test"
                 " `missing: listwise`, or ask a test of kind mixed_model instead"
             )
-        answer = (gaps or kind.answer)(selected, question.asked.model_copy(update={"missing": policy}))
+        asked = effective(question.asked)
+        answer = (gaps or kind.answer)(selected, asked.model_copy(update={"missing": policy}))
+        answer = replace(answer, notes=(*answer.notes, *idle_notes(question.asked)))
     except ValueError as refusal:
         inputs = "" if selected is None else digest(selected.table, own)
         return Answered(question.asked, question.outcome, None, str(refusal), inputs, told, clock() - start)

@@ -16,7 +16,7 @@ import pandas as pd
 from analysis.reliability.crossed import crossed
 from analysis.reliability.disagreement import LEVELS, disagreement_of
 from analysis.reliability.intraclass import demand_confidence
-from analysis.reliability.resampling import demand_draws, generator, percentile, weights
+from analysis.reliability.resampling import demand_draws, generator, percentile, refuse_without_draws, weights
 from analysis.statistics.cells import Aggregate, check_columns
 from analysis.statistics.doubles import Floats
 from analysis.statistics.labels import coded
@@ -72,6 +72,7 @@ def krippendorff_alpha(
         raise BadOption(f"level={shown(level)} is unknown: one of {', '.join(map(repr, LEVELS))}")
     if aggregate is not None and level in ("nominal", "ordinal"):
         raise BadOption(f"values of level {level!r} have no mean; keep one value per unit and rater")
+    refuse_without_draws(draws, seed=(seed, 0), confidence=(confidence, 0.95))
     check_columns(data, [dv])
     table = crossed(_numbered(data, dv, level), dv, units, raters, gaps="keep", aggregate=aggregate)
     found = krippendorff(table.values, level, draws=draws, seed=seed, confidence=confidence)

@@ -16,9 +16,11 @@ from analysis.reliability.crossed import crossed, refuse_few
 from analysis.reliability.intraclass import GAPS, Missing
 from analysis.statistics.cells import Aggregate
 from analysis.statistics.doubles import Floats
-from analysis.statistics.refusals import BadOption, shown
+from analysis.statistics.refusals import BadOption, refuse_idle, shown
 
 PKind: TypeAlias = Literal["auto", "exact", "permutation", "chi2"]
+DRAWS = 10_000
+NO_DRAWS = "with p='chi2': nothing is drawn"
 AFFORDABLE = 50_000_000  # ranks to shuffle for a p from draws, where the kind of p is left to us
 
 
@@ -29,7 +31,7 @@ def kendall_w(
     raters: Hashable,
     *,
     p: PKind = "auto",
-    draws: int = 10_000,
+    draws: int = DRAWS,
     seed: int = 0,
     missing: Missing = "raise",
     aggregate: Aggregate = None,
@@ -44,6 +46,9 @@ def kendall_w(
     """
     if p not in ("auto", "exact", "permutation", "chi2"):
         raise BadOption(f"p={shown(p)} is unknown: 'auto', 'exact', 'permutation' or 'chi2'")
+    if p == "chi2":
+        refuse_idle("draws", draws, DRAWS, NO_DRAWS)
+        refuse_idle("seed", seed, 0, NO_DRAWS)
     if isinstance(draws, bool) or not isinstance(draws, int) or draws < 100:
         raise BadOption(f"draws={shown(draws)}: a whole number from 100 is expected")
     if not isinstance(missing, str) or missing not in GAPS:

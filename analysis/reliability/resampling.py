@@ -14,7 +14,7 @@ import numpy as np
 from scipy.special import ndtr, ndtri
 
 from analysis.statistics.doubles import Floats
-from analysis.statistics.refusals import BadOption, shown
+from analysis.statistics.refusals import BadOption, refuse_idle, shown
 
 Interval: TypeAlias = Literal["percentile", "bca"]
 INTERVALS = ("percentile", "bca")
@@ -31,6 +31,12 @@ def demand_draws(draws: object) -> None:
     """Refuse a number of draws too small for the tails of an interval; 0 means no interval."""
     if isinstance(draws, bool) or not isinstance(draws, int) or (draws != 0 and draws < 100):
         raise BadOption(f"draws={shown(draws)}: at least 100 are expected, or 0 for no interval")
+
+
+def refuse_without_draws(draws: int, **options: tuple[object, object]) -> None:
+    """Refuse options of an interval, each given with its default, where there are no draws to make one from."""
+    for name, (value, default) in options.items() if not draws else ():
+        refuse_idle(name, value, default, "with draws=0: there is no interval")
 
 
 def demand_interval(interval: object) -> None:

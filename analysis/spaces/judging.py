@@ -43,7 +43,7 @@ def stress_scree(
     """
     last = max(1, min(most, len(between.labels) - 2))
     held = {} if known is None else {known.points.shape[1]: known}
-    found = [held.get(k) or nonmetric_mds(between, k, ties, starts, seed) for k in range(1, last + 1)]
+    found = [held.get(k) or nonmetric_mds(between, k, ties, starts, seed if starts else 0) for k in range(1, last + 1)]
     return pd.DataFrame(
         {
             "dimensions": range(1, last + 1),

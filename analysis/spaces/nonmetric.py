@@ -17,7 +17,7 @@ from analysis.spaces.matrices import frame_of
 from analysis.spaces.orienting import principal, unit_size
 from analysis.spaces.searching import Searched, searched
 from analysis.statistics.doubles import Floats
-from analysis.statistics.refusals import BadOption, shown
+from analysis.statistics.refusals import BadOption, refuse_idle, shown
 
 HOPS_PER_START = 3
 EXACT = 1e-4
@@ -56,6 +56,8 @@ def nonmetric_mds(
     order = checked_order(between, ties)
     if isinstance(starts, bool) or not isinstance(starts, int) or starts < 0:
         raise BadOption(f"starts={shown(starts)}: expected a whole number from 0")
+    if not starts:
+        refuse_idle("seed", seed, 0, "with starts=0: the classical start is not random")
     rng = stream(seed, f"starts in {dimensions} dimensions")
     found = searched(between.values, dimensions, order, starts, HOPS_PER_START * starts, rng)
     points = unit_size(principal(found.points))

@@ -15,7 +15,7 @@ from analysis.spaces.aligning import aligned, correlations, normed
 from analysis.spaces.draws import check_draws, p_of_draws, stream
 from analysis.spaces.matrices import Matrix, centred, frame_of, matrix_of, varies
 from analysis.statistics.doubles import Floats
-from analysis.statistics.refusals import BadValue, IncompleteCells, TooFew, listed
+from analysis.statistics.refusals import BadValue, IncompleteCells, TooFew, listed, refuse_idle
 
 BATCH = 500
 NEAR = 1e-12
@@ -59,6 +59,8 @@ def procrustes(
     BadValue for a configuration that is a single point.
     Sources: Gower 1975; test: Jackson 1995 (PROTEST).
     """
+    if draws is None:
+        refuse_idle("seed", seed, 0, "without `draws`: nothing is shuffled")
     first, second = _matched(matrix_of(target), matrix_of(other))
     found = aligned(first.values, second.values, scale, reflection)
     one, two = normed(centred(first.values)), normed(centred(second.values))

@@ -19,7 +19,7 @@ from analysis.spaces.isotone import Ties, order_of
 from analysis.spaces.matrices import matrix_of
 from analysis.spaces.resampling import resampled
 from analysis.statistics.doubles import Floats
-from analysis.statistics.refusals import BadOption, TooFew
+from analysis.statistics.refusals import BadOption, TooFew, refuse_idle
 
 Method: TypeAlias = Literal["classical", "nonmetric"]
 ROUNDS = 10
@@ -46,6 +46,8 @@ def confidence_ellipses(
     """
     check_draws(draws)
     check_share(confidence, "confidence")
+    if method == "classical":
+        refuse_idle("ties", ties, "primary", "with method='classical', which looks at no order")
     matrix = matrix_of(points)
     if matrix.values.shape[1] < 2:
         raise TooFew("a map of one dimension has no ellipses; ask for two dimensions or none")

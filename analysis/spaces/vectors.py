@@ -14,7 +14,7 @@ from analysis.spaces.draws import check_draws, p_of_draws, stream
 from analysis.spaces.matrices import Matrix, centred, matrix_of, varies
 from analysis.statistics.doubles import Floats
 from analysis.statistics.pvalues import f_tail
-from analysis.statistics.refusals import IncompleteCells, TooFew, listed
+from analysis.statistics.refusals import IncompleteCells, TooFew, listed, refuse_idle
 
 BATCH = 500
 NEAR = 1e-12
@@ -31,6 +31,8 @@ def property_vectors(
     says why. Raises IncompleteCells for objects that one table lacks, TooFew where objects - 1 <= dimensions.
     Sources: Carroll & Chang 1964 (property fitting); Oksanen et al., vegan::envfit.
     """
+    if draws is None:
+        refuse_idle("seed", seed, 0, "without `draws`: nothing is shuffled")
     place, values = _matched(matrix_of(points), matrix_of(properties))
     basis, back = _basis(place)
     shuffled = _reached(basis, values, draws, seed)

@@ -9,7 +9,7 @@ from typing import Any, Literal, TypeAlias
 import pandas as pd
 
 from analysis.statistics.noncentral import NONE, f_noncentrality
-from analysis.statistics.refusals import BadOption, UnknownColumn, shown
+from analysis.statistics.refusals import BadOption, UnknownColumn, refuse_idle, shown
 
 Corrected: TypeAlias = Literal["GG", "HF", "none"]
 EPSILONS = {"GG": "eps", "HF": "eps_HF"}
@@ -58,6 +58,8 @@ def eta_squared_intervals(
         raise UnknownColumn(
             f"the table has no column {min(lacking)!r}; pass a result of rm_anova, mixed_anova or anova"
         )
+    if correction in EPSILONS and EPSILONS[correction] not in table:
+        refuse_idle("correction", correction, "none", "on a table without epsilon, such as one of `anova`")
     return pd.DataFrame([_row(row, level, correction) for row in table.to_dict("records")])
 
 

@@ -21,7 +21,15 @@ from analysis.statistics.cells import (
 from analysis.statistics.column_values import numbers_of
 from analysis.statistics.doubles import Floats
 from analysis.statistics.labels import Coded, coded
-from analysis.statistics.refusals import BadOption, DuplicatedCells, IncompleteCells, TooFew, listed
+from analysis.statistics.refusals import (
+    NO_SUBJECT,
+    BadOption,
+    DuplicatedCells,
+    IncompleteCells,
+    TooFew,
+    listed,
+    refuse_idle,
+)
 
 
 @dataclass(frozen=True)
@@ -56,6 +64,8 @@ def gather_groups(
     Raises UnknownColumn, BadValue, IncompleteCells, DuplicatedCells, BadOption or TooFew.
     """
     check_options(missing, aggregate)
+    if subject is None:
+        refuse_idle("aggregate", aggregate, None, NO_SUBJECT)
     factor = _single(between)
     check_columns(data, [dv, factor] if subject is None else [dv, factor, subject])
     y, group = numbers_of(data[dv], dv), coded(data[factor], factor)

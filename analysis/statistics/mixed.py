@@ -20,7 +20,7 @@ from analysis.statistics.group_sums import GroupSums, group_sums
 from analysis.statistics.hypotheses import SumOfSquares, subsets
 from analysis.statistics.memberships import Membership, membership
 from analysis.statistics.pvalues import f_tail
-from analysis.statistics.refusals import BadOption, TooFew, UnknownColumn, listed, shown
+from analysis.statistics.refusals import NO_SUBJECT, BadOption, TooFew, UnknownColumn, listed, refuse_idle, shown
 from analysis.statistics.within import (
     component,
     greenhouse_geisser,
@@ -32,6 +32,7 @@ from analysis.statistics.within import (
 )
 
 Names = Hashable | Iterable[Hashable] | None
+SAME_TYPES = "factors within participants alone, or of one factor between them: types II and III are the same"
 
 
 def mixed_anova(
@@ -54,7 +55,7 @@ def mixed_anova(
     factor as manipulated. `subject` may be left out where there is no within factor: each row is a participant then.
     Raises a StatisticsError (a ValueError) that names what is wrong with the table.
     """
-    refuse_unknown_type(sum_of_squares)
+    refuse_unknown_type(sum_of_squares, within, between)
     design = gather_design(data, dv, within, between, subject, missing, aggregate)
     found = list(mixed_effects(design, sum_of_squares))
     table = effects_table([effect for _, effect in found])
@@ -64,10 +65,21 @@ def mixed_anova(
     return table
 
 
-def refuse_unknown_type(sum_of_squares: object) -> None:
-    """Refuse any type of sums of squares but II and III."""
+def refuse_unknown_type(sum_of_squares: object, within: Names, between: Names) -> None:
+    """Refuse any type of sums of squares but II and III, and II where no effect is adjusted for another.
+
+    The two differ in the effects of groups that other factors divide, too.
+    """
     if not isinstance(sum_of_squares, str) or sum_of_squares not in ("II", "III"):
         raise BadOption(f"sum_of_squares={shown(sum_of_squares)} is unknown: 'II' or 'III'")
+    own, others = ([] if names is None else name_list(names) for names in (within, between))
+    if not type_matters(len(own), len(others)):
+        refuse_idle("sum_of_squares", sum_of_squares, "III", f"in a design of {SAME_TYPES}")
+
+
+def type_matters(within: int, between: int) -> bool:
+    """Return whether sums of squares of types II and III can differ with so many factors."""
+    return between > 1 or (between == 1 and within > 0)
 
 
 @dataclass(frozen=True)
@@ -114,6 +126,7 @@ def gather_design(
         raise BadOption("no factor is named; give `within`, `between` or both")
     nobodys = subject is None
     if subject is None:
+        refuse_idle("aggregate", aggregate, None, NO_SUBJECT)
         data, subject = _rows_as_participants(data, own, others)
     check_columns(data, [dv, subject, *own, *others])
     cells = gather_all(data, dv, own, subject, missing, aggregate)

@@ -14,7 +14,7 @@ from analysis.statistics.comparisons import Comparison, paired, unpaired
 from analysis.statistics.eta_intervals import checked_confidence
 from analysis.statistics.groups import gather_groups
 from analysis.statistics.pvalues import adjusted, p_note, t_critical, t_two_sided
-from analysis.statistics.refusals import BadOption, shown
+from analysis.statistics.refusals import BadOption, refuse_idle, shown
 from analysis.statistics.standardised import dz_interval, hedges_interval
 from analysis.statistics.within import refuse_too_few
 
@@ -47,6 +47,8 @@ def pairwise_tests(
     """
     if not isinstance(padjust, str) or padjust not in ADJUSTMENTS:
         raise BadOption(f"padjust={shown(padjust)} is unknown: one of {', '.join(map(repr, ADJUSTMENTS))}")
+    if ADJUSTMENTS[padjust] == "none":
+        refuse_idle("family", family, None, "with padjust='none': no p is adjusted")
     level = None if effect_interval is None else checked_confidence(effect_interval)
     found = compared(data, dv, within, subject, between, missing, aggregate)
     size = _family(family, len(found.pairs))

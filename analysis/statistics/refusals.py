@@ -2,9 +2,10 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterable
+from collections.abc import Collection, Iterable
 
 SHOWN = 5
+NO_SUBJECT = "without `subject`, because every row counts as an independent value then"
 
 
 class StatisticsError(ValueError):
@@ -33,6 +34,23 @@ class TooFew(StatisticsError):
 
 class BadOption(StatisticsError):
     """An option that does not exist, or a design that this function does not test."""
+
+
+def refuse_idle(name: str, value: object, default: object, where: str) -> None:
+    """Refuse an option that differs from its default where it changes nothing, so that nobody trusts in its effect.
+
+    `where` says in which request: "without `subject`: every row counts as independent".
+    """
+    if value is not default and value != default:
+        raise BadOption(f"{name}={shown(value)} has no effect {where}; leave it out")
+
+
+def refuse_idle_levels(levels: Iterable[object], factors: Collection[object], name: str = "levels") -> None:
+    """Refuse an order of the levels of a column that is none of the factors."""
+    for column in levels:
+        if column not in factors:
+            known = ", ".join(map(repr, factors)) or "none"
+            raise BadOption(f"{name} of {column!r} have no effect: the factors here are {known}")
 
 
 def listed(items: Iterable[str], total: int) -> str:

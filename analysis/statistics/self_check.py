@@ -41,7 +41,7 @@ def self_check(
     squared) and for an effect without F. The values are taken as the doubles they are, after any averaging.
     Raises a StatisticsError as `mixed_anova` does.
     """
-    refuse_unknown_type(sum_of_squares)
+    refuse_unknown_type(sum_of_squares, within, between)
     design = gather_design(data, dv, within, between, subject, missing, aggregate)
     found = [effect for _, effect in mixed_effects(design, sum_of_squares)]
     if note := _beyond(design, sum_of_squares, most):

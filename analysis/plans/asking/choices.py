@@ -2,11 +2,13 @@
 
 from __future__ import annotations
 
+from collections.abc import Iterator
 from typing import Annotated, Literal, Self
 
 from pydantic import Field, model_validator
 
 from analysis.plans.answers import Answer, Asked, Kind, Selected
+from analysis.plans.idle import Idle
 from protocols.study import Level, Text, Whole
 
 Confidence = Annotated[float, Field(gt=0, lt=1)]
@@ -47,6 +49,13 @@ class Thurstone(Asked):
     correction: Correction = "holm"
     confidence: Confidence = 0.95
 
+    def idle(self) -> Iterator[Idle]:
+        """Yield the settings that change nothing beside the others."""
+        yield from super().idle()
+        if self.method == "least_squares":
+            names = ("correction", "confidence")
+            yield from (Idle(name, "with `method: least_squares`, which has no standard errors") for name in names)
+
 
 class PsychometricFunction(Asked):
     """One function for each combination of `by` (default: participants, where the table names them).
@@ -80,6 +89,14 @@ class PsychometricFunction(Asked):
     interval: Literal["corrected", "profile", "bootstrap", "posterior", "none"] | None = None
     draws: Draws | None = None
     confidence: Confidence = 0.95
+
+    def idle(self) -> Iterator[Idle]:
+        """Yield the settings that change nothing beside the others."""
+        yield from super().idle()
+        if self.method == "constant":
+            yield from (Idle(name, "with `method: constant`") for name in ("order", "staircase", "last"))
+        if self.interval in ("none", "posterior"):
+            yield Idle("draws", f"with `interval: {self.interval}`")
 
     @model_validator(mode="after")
     def _a_model(self) -> Self:

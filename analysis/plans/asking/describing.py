@@ -2,11 +2,13 @@
 
 from __future__ import annotations
 
+from collections.abc import Iterator
 from typing import Annotated, Literal
 
 from pydantic import Field
 
 from analysis.plans.answers import Answer, Asked, Kind, Selected
+from analysis.plans.idle import Idle
 from protocols.study import Level, Number, Text, Whole
 
 Confidence = Annotated[float, Field(gt=0, lt=1)]
@@ -23,6 +25,12 @@ class Means(Asked):
     by: Annotated[tuple[Text, ...], Field(min_length=1)]
     interval: Literal["cousineau_morey", "loftus_masson", "between", "none"] = "cousineau_morey"
     confidence: Confidence = 0.95
+
+    def idle(self) -> Iterator[Idle]:
+        """Yield the settings that change nothing beside the others."""
+        yield from super().idle()
+        if self.interval == "none":
+            yield Idle("confidence", "with `interval: none`")
 
 
 class Trends(Asked):
@@ -43,6 +51,12 @@ class Trends(Asked):
     family: Annotated[Whole, Field(ge=1)] | None = None
     reversed: tuple[Text, ...] = ()
     confidence: Confidence = 0.95
+
+    def idle(self) -> Iterator[Idle]:
+        """Yield the settings that change nothing beside the others."""
+        yield from super().idle()
+        if self.correction == "none":
+            yield Idle("family", "with `correction: none`")
 
 
 class Categories(Asked):

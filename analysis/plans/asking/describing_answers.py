@@ -18,7 +18,7 @@ from analysis.plans.asking.describing_rows import (
 from analysis.ratings.categories import category_cells, turned
 from analysis.ratings.dataset import DataRefused
 from analysis.ratings.one_sample import columns_of
-from analysis.ratings.person_cells import PersonCells, constant_columns, person_cells
+from analysis.ratings.person_cells import PersonCells, constant_columns, levels_of, person_cells
 from analysis.ratings.target_errors import ALL, CATEGORY, TargetError, target_errors
 from analysis.ratings.trends import cell_trends, families_of, steps_of
 from analysis.ratings.within_intervals import mean_intervals
@@ -50,7 +50,7 @@ def means(selected: Selected, asked: Means) -> Answer:
         between=groups,
         method=asked.interval,
         confidence=asked.confidence,
-        levels=selected.levels,
+        levels=levels_of(selected.levels, asked.by),
     )
     interval = share(asked.confidence, INTERVALS[asked.interval]) if asked.interval != "none" else "no interval"
     kinds = {
@@ -138,7 +138,7 @@ def target_error(selected: Selected, asked: TargetErrors) -> Answer:
         target_scale=asked.target_scale,
         categories=selected.categories,
         confidence=asked.confidence,
-        levels={**selected.levels, "attribute": selected.outcomes},
+        levels={"attribute": selected.outcomes},
     )
     kinds = sample_kinds(asked.confidence, "none")
     kinds = {name: kinds[name] for name in ("n", "sd", "ci_low", "ci_high")} | {

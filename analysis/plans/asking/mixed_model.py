@@ -2,12 +2,13 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping
+from collections.abc import Iterator, Mapping
 from typing import Annotated, Literal, Self
 
 from pydantic import Field, model_validator
 
 from analysis.plans.answers import Answer, Asked, Kind, Selected
+from analysis.plans.idle import Idle
 from protocols.study import Text
 
 
@@ -31,6 +32,16 @@ class MixedModel(Asked):
     confidence: Annotated[float, Field(gt=0, lt=1)] = 0.95
     levels: bool = False
     profile: bool = False
+
+    def idle(self) -> Iterator[Idle]:
+        """Yield the settings that change nothing beside the others."""
+        yield from super().idle()
+        sloped = tuple(name for name in self.uncorrelated if self.random.get(name, (name,)))
+        if sloped != self.uncorrelated:
+            yield Idle("uncorrelated", "on a grouping factor that has an intercept only", sloped)
+        used = {*self.fixed, *(part for slopes in self.random.values() for name in slopes for part in name.split(":"))}
+        if used <= set(self.numeric):
+            yield Idle("coding", "without a factor")
 
     @model_validator(mode="after")
     def _grouped(self) -> Self:

@@ -56,7 +56,7 @@ def model_answer(selected: Selected, asked: MixedModel) -> Answer:
         interactions=asked.interactions,
         uncorrelated=asked.uncorrelated,
         coding=asked.coding,
-        levels={name: levels for name, levels in selected.levels.items() if name not in asked.numeric},
+        levels=_levels(selected, asked),
         reml=asked.reml,
         confidence=asked.confidence,
     )
@@ -72,6 +72,13 @@ def model_answer(selected: Selected, asked: MixedModel) -> Answer:
         notes=[*notes, *model.notes],
         more=more,
     )
+
+
+def _levels(selected: Selected, asked: MixedModel) -> dict[str, tuple[str, ...]]:
+    """The study's order of the levels of each factor of the model, also of those whose slopes vary."""
+    slopes = {part for each in asked.random.values() for name in each for part in name.split(":")}
+    factors = {*asked.fixed, *slopes} - set(asked.numeric)
+    return {name: levels for name, levels in selected.levels.items() if name in factors}
 
 
 def gaps_answer(selected: Selected, within: Sequence[str], between: Sequence[str]) -> Answer:

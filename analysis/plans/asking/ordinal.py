@@ -2,11 +2,13 @@
 
 from __future__ import annotations
 
+from collections.abc import Iterator
 from typing import Annotated, Literal, Self
 
 from pydantic import Field, model_validator
 
 from analysis.plans.answers import Answer, Asked, Kind, Selected
+from analysis.plans.idle import Idle
 from protocols.study import Level, Number, Text, Whole
 
 Confidence = Annotated[float, Field(gt=0, lt=1)]
@@ -43,6 +45,12 @@ class Wilcoxon(Asked):
     zeros: Literal["wilcoxon", "pratt"] = "wilcoxon"
     confidence: Confidence = 0.95
 
+    def idle(self) -> Iterator[Idle]:
+        """Yield the settings that change nothing beside the others."""
+        yield from super().idle()
+        if self.correction == "none":
+            yield Idle("family", "with `correction: none`")
+
 
 class AlignedRanks(Asked):
     """The factors within participants and between them, at least one in all."""
@@ -51,6 +59,12 @@ class AlignedRanks(Asked):
     within: tuple[Text, ...] = ()
     between: tuple[Text, ...] = ()
     sum_of_squares: Literal["II", "III"] = "III"
+
+    def idle(self) -> Iterator[Idle]:
+        """Yield the settings that change nothing beside the others."""
+        yield from super().idle()
+        if len(self.between) < 2 and not (self.between and self.within):
+            yield Idle("sum_of_squares", "with factors within participants alone, or one factor between them")
 
     @model_validator(mode="after")
     def _some(self) -> Self:
@@ -74,6 +88,12 @@ class Ordinal(Asked):
     link: Literal["logit", "probit"] = "logit"
     coding: Literal["treatment", "sum"] = "treatment"
     confidence: Confidence = 0.95
+
+    def idle(self) -> Iterator[Idle]:
+        """Yield the settings that change nothing beside the others."""
+        yield from super().idle()
+        if not self.fixed:
+            yield Idle("coding", "without a factor in `fixed`")
 
     @model_validator(mode="after")
     def _some(self) -> Self:

@@ -105,7 +105,7 @@ def wilcoxon_answer(selected: Selected, asked: Wilcoxon) -> Answer:
         subject="participant",
         padjust=asked.correction,
         family=asked.family,
-        zeros=asked.zeros,
+        zeros="wilcoxon" if between else asked.zeros,
         confidence=asked.confidence,
         missing=left_out(asked),
         aggregate="mean",
@@ -126,7 +126,10 @@ def wilcoxon_answer(selected: Selected, asked: Wilcoxon) -> Answer:
     name = "Wilcoxon's rank-sum test (Mann-Whitney)" if between else f"Wilcoxon's signed-rank test, {_zeros(asked)}"
     method = f"{name}, exact given the ties where affordable; Hodges-Lehmann shift (Hollander, Wolfe & Chicken 2014)"
     headline = _count_words(asked.factor, table["p_corr"].tolist(), selected.alpha, CORRECTED[asked.correction])
-    return answer_of(selected, plain_rows(table), method, kinds, headline=headline, notes=told(table))
+    notes = told(table)
+    if between and asked.zeros != "wilcoxon":
+        notes.append("The plan's `zeros` has no effect between participants: rank sums have no differences of zero.")
+    return answer_of(selected, plain_rows(table), method, kinds, headline=headline, notes=notes)
 
 
 def _zeros(asked: Wilcoxon) -> str:

@@ -147,7 +147,9 @@ def concordance_answer(selected: Selected, asked: AskedConcordance) -> Answer:
     from analysis.statistics.apa import apa_p, number
 
     demand_columns(selected.table, (asked.targets, asked.raters, asked.value))
-    options: dict[str, Any] = {"p": asked.p, "draws": selected.draws, "seed": selected.seed, "aggregate": "mean"}
+    options: dict[str, Any] = {"p": asked.p, "aggregate": "mean"}
+    if asked.p != "chi2":
+        options |= {"draws": selected.draws, "seed": selected.seed}
     found = kendall_w(selected.table, asked.value, asked.targets, asked.raters, **options)
     row = found.iloc[0]
     kind = {"chi2": "χ²", "none": "no p"}.get(row["p_kind"], row["p_kind"])

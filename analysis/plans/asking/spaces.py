@@ -2,11 +2,13 @@
 
 from __future__ import annotations
 
+from collections.abc import Iterator
 from typing import Annotated, Literal
 
 from pydantic import AfterValidator, Field
 
 from analysis.plans.answers import Answer, Asked, Kind, Selected
+from analysis.plans.idle import Idle
 from protocols.study import Number, Text, Whole
 
 Confidence = Annotated[float, Field(gt=0, lt=1)]
@@ -66,6 +68,20 @@ class Mds(Asked):
     scree: Count = 5
     confidence: Confidence = 0.95
 
+    def idle(self) -> Iterator[Idle]:
+        """Yield the settings that change nothing beside the others."""
+        yield from super().idle()
+        if self.method == "classical":
+            yield from (Idle(name, "with `method: classical`") for name in ("ties", "starts", "reference", "scree"))
+        if self.pairs is None:
+            yield from (Idle(name, "without `pairs`") for name in ("meaning", "top"))
+        else:
+            yield from (Idle(name, "with `pairs`") for name in ("items", "scaled"))
+        if not self.replications or self.dimensions < 2:
+            yield Idle("confidence", "without ellipses")
+        if self.dimensions < 2:
+            yield Idle("replications", "in one dimension, which has no ellipses")
+
 
 class Procrustes(Asked):
     """Maps of the same stimuli by different participants: of every two levels of `groups`, or of random `halves`.
@@ -89,6 +105,18 @@ class Procrustes(Asked):
     draws: Draws | None = None
     confidence: Confidence = 0.95
 
+    def idle(self) -> Iterator[Idle]:
+        """Yield the settings that change nothing beside the others."""
+        yield from super().idle()
+        if self.on != "nonmetric":
+            yield from (Idle(name, f"with `on: {self.on}`") for name in ("ties", "starts"))
+        if self.on == "attributes":
+            yield from (Idle(name, "with `on: attributes`") for name in ("dimensions", "scaled"))
+        if self.halves:
+            yield Idle("groups", "with `halves: true`")
+        else:
+            yield Idle("confidence", "without `halves: true`")
+
 
 class Vectors(Asked):
     """Attributes as directions in a map; `on` and what follows describe the map as a test of mds or pca would."""
@@ -102,6 +130,12 @@ class Vectors(Asked):
     ties: Literal["primary", "secondary"] = "primary"
     starts: Count = 20
     draws: Draws | None = None
+
+    def idle(self) -> Iterator[Idle]:
+        """Yield the settings that change nothing beside the others."""
+        yield from super().idle()
+        if self.on != "nonmetric":
+            yield from (Idle(name, f"with `on: {self.on}`") for name in ("ties", "starts"))
 
 
 def _pca(selected: Selected, asked: Pca) -> Answer:

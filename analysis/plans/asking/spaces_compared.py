@@ -94,8 +94,8 @@ def _compared(
     if len(shared) < 3:
         raise TooFew(f"the two parts rated {len(shared)} stimuli in common; a comparison of maps needs three or more")
     maps = [configuration(_only(each, shared), asked, selected.seed) for each in (one, two)]
-    draws = (asked.draws or selected.draws) if test else None
-    found = procrustes(maps[0], maps[1], asked.stretch, asked.reflection, draws, selected.seed)
+    drawn = {"draws": asked.draws or selected.draws, "seed": selected.seed} if test else {}
+    found = procrustes(maps[0], maps[1], asked.stretch, asked.reflection, **drawn)
     return found, (len(first), len(second))
 
 

@@ -85,7 +85,8 @@ def _classical(between: Dissimilarities, asked: Mds) -> _Map:
 
 
 def _nonmetric(selected: Selected, between: Dissimilarities, asked: Mds) -> _Map:
-    found = nonmetric_mds(between, asked.dimensions, asked.ties, asked.starts, selected.seed)
+    seed = selected.seed if asked.starts else 0
+    found = nonmetric_mds(between, asked.dimensions, asked.ties, asked.starts, seed)
     more = {
         "shepard": rows_of(found.shepard),
         "starts": rows_of(pd.DataFrame({"start": range(len(found.starts)), "stress": found.starts})),

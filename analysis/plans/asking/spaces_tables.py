@@ -72,7 +72,7 @@ def configuration(profiles: Profiles, asked: Procrustes | Vectors, seed: int) ->
     between = profile_distances(profiles, asked.scaled)
     if asked.on == "classical":
         return classical_mds(between, asked.dimensions).points
-    return nonmetric_mds(between, asked.dimensions, asked.ties, asked.starts, seed).points
+    return nonmetric_mds(between, asked.dimensions, asked.ties, asked.starts, seed if asked.starts else 0).points
 
 
 def points_rows(points: pd.DataFrame, label: str, prefix: str = "dim") -> tuple[Row, ...]:

@@ -2,11 +2,13 @@
 
 from __future__ import annotations
 
+from collections.abc import Iterator
 from typing import Annotated, Literal, Self
 
 from pydantic import Field, model_validator
 
 from analysis.plans.answers import Answer, Asked, Kind, Selected
+from analysis.plans.idle import Idle
 from protocols.study import Number, Text, Whole
 
 Confidence = Annotated[float, Field(gt=0, lt=1)]
@@ -26,6 +28,16 @@ class Anova(Asked):
     correction: Literal["GG", "HF", "none"] = "GG"
     interval: Confidence = 0.90
     eta: Literal["partial", "generalized"] = "generalized"
+
+    def idle(self) -> Iterator[Idle]:
+        """Yield the settings that change nothing beside the others."""
+        yield from super().idle()
+        if len(self.between) < 2 and not (self.between and self.within):
+            yield Idle("sum_of_squares", "with factors within participants alone, or one factor between them")
+        if not self.within:
+            yield Idle("correction", "without a factor within participants")
+            if len(self.between) == 1:
+                yield Idle("eta", "with one factor between participants, where every eta squared is one number")
 
     @model_validator(mode="after")
     def _factors(self) -> Self:
@@ -49,6 +61,12 @@ class Pairs(Asked):
     correction: Literal["bonferroni", "holm", "none"] = "holm"
     family: Annotated[Whole, Field(ge=1)] | None = None
     interval: Confidence = 0.95
+
+    def idle(self) -> Iterator[Idle]:
+        """Yield the settings that change nothing beside the others."""
+        yield from super().idle()
+        if self.correction == "none":
+            yield Idle("family", "with `correction: none`")
 
 
 class Equivalence(Asked):

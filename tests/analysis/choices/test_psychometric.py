@@ -145,7 +145,7 @@ def test_wrong_tables_and_options_are_refused() -> None:
     [
         ({"task": "2AFC"}, "'symmetric', 'forced_choice', 'yes_no'"),
         ({"task": "symmetric", "guess": 0.1}, "give `lapse`"),
-        ({"task": "symmetric", "alternatives": 2}, "only task='forced_choice'"),
+        ({"task": "symmetric", "alternatives": 2}, "except with task='forced_choice'"),
         ({"task": "symmetric", "lapse": (0, 0.6)}, "no room"),
         ({"task": "forced_choice"}, "a forced choice needs their number"),
         ({"task": "forced_choice", "alternatives": 2, "guess": 0.5}, "it is 1 / alternatives"),
