@@ -89,7 +89,8 @@ def shared(
     a table needs.
     """
     left_out = frozenset(without)
-    who, withheld = people(source), ()
+    who = people(source)
+    withheld: tuple[str, ...] = ()
     if least_people > 1 and source.of_people:
         who, withheld = without_small_groups(who, least_people)
     found = (who.table(), *(_as_shown(table, who) for table in _of_sessions(source, dates)), stimulus_table(source))
