@@ -157,7 +157,8 @@ def _show_replayed(rows: list[dict[str, Any]], failed: list[dict[str, Any]], too
         if row["lacks_wal"]:
             click.echo(f"(the -wal file is missing, events may be lost with it: {row['ledger']})")
         elif not row["complete"]:
-            click.echo(f"(interrupted after {row['events']} events: {row['ledger']})")
+            events = f"{row['events']} event{'s' * (row['events'] != 1)}"
+            click.echo(f"(interrupted after {events}: {row['ledger']})")
     if good:
         lasted = sum(row["session_s"] for row in good)
         click.echo(

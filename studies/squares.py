@@ -23,7 +23,7 @@ def demand_free(lab: Path, plans: Sequence[Plan], number: int, shared: bool) -> 
     for plan in plans:
         holders = taken.setdefault((plan.who.group, plan.who.row), {plan.who.participant})
         if plan.who.participant not in holders:
-            place = f"row {plan.who.row} of group {plan.who.group}"
+            place = f"row {plan.who.row}" + (f" of group {plan.who.group}" if plan.who.group is not None else "")
             raise AllocationError(
                 f"participant {plan.who.participant}: {place} is {min(holders)}'s; "
                 "give --row (and --group) to say which, a replacement inherits one"

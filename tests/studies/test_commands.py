@@ -213,7 +213,7 @@ def test_a_lab_may_have_any_name(tmp_path, capsys):
 def test_a_row_of_the_square_belongs_to_one_participant(said):
     said("run", "toy", "--participant", "P001", "--simulate")
     text = said("run", "toy", "--participant", "Q1", "--simulate", status=2)
-    assert "participant Q1: row 0 of group None is P001's; give --row" in text
+    assert "participant Q1: row 0 is P001's; give --row" in text
     assert "complete" in said("run", "toy", "--participant", "Q1", "--row", "0", "--simulate")
     said("run", "toy", "--participant", "P001", "--simulate", "--session", "2")
 
