@@ -25,8 +25,7 @@ def made(folder: Path, replace: bool, about: dict[str, Any]) -> Iterator[Path]:
     demand_place(folder, replace)
     with staged_folder(folder) as draft:
         yield draft
-        text = json_text({**about, "files": sorted(_files(draft))}, indent=1)
-        write_text(draft / MARK, text + "\n")
+        write_text(draft / MARK, json_text({**about, "files": sorted(_files(draft))}, indent=1))
 
 
 def demand_place(folder: Path, replace: bool) -> None:

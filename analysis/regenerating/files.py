@@ -3,18 +3,17 @@
 from __future__ import annotations
 
 import json
-import math
 from collections.abc import Iterable, Mapping, Sequence
 from dataclasses import asdict
 from typing import Any
 
 import pandas as pd
 
-from analysis.plans.answers import Answer, Row
+from analysis.plans.answers import Answer
 from analysis.regenerating.headings import heading
 from analysis.regenerating.regenerated import Regenerated
 from analysis.regenerating.running import Answered
-from analysis.reporting.csv_files import csv_text, table_csv
+from analysis.reporting.csv_files import csv_text, json_row, table_csv
 
 STATISTICS = "statistics.json"
 OUTCOMES = "outcomes"
@@ -149,8 +148,8 @@ def _test(each: Answered, seconds: float | None) -> dict[str, Any]:
         "values": answer.values,
         "headline": answer.headline or None,
         "notes": list(answer.notes),
-        "results": [_plain(row) for row in answer.rows],
-        "more": {name: [_plain(row) for row in rows] for name, rows in answer.more.items()},
+        "results": [json_row(row) for row in answer.rows],
+        "more": {name: [json_row(row) for row in rows] for name, rows in answer.more.items()},
     }
 
 
@@ -159,10 +158,3 @@ def kinds_of(answer: Answer) -> dict[str, str]:
     rows = (*answer.rows, *(row for more in answer.more.values() for row in more))
     numbers = dict.fromkeys(name for row in rows for name, value in row.items() if isinstance(value, int | float))
     return {name: answer.kinds.get(name) or heading(name) for name in (*answer.kinds, *numbers)}
-
-
-def _plain(row: Row) -> dict[str, Any]:
-    """A row for JSON: what is no finite number is null, and the row's note says why."""
-    return {
-        name: None if isinstance(value, float) and not math.isfinite(value) else value for name, value in row.items()
-    }

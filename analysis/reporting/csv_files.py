@@ -28,6 +28,13 @@ def csv_text(rows: Sequence[Mapping[str, Any]]) -> str:
     return _written(columns, ([_cell(name, row.get(name)) for name in columns] for row in rows))
 
 
+def json_row(row: Mapping[str, Any]) -> dict[str, Any]:
+    """Return a row as JSON holds it: a number that is not finite becomes None."""
+    return {
+        name: None if isinstance(value, float) and not math.isfinite(value) else value for name, value in row.items()
+    }
+
+
 def table_csv(table: pd.DataFrame) -> str:
     """A table as CSV, the same text as that of its rows, made column by column."""
     columns = [_cells(str(name), _values(table[name])) for name in table.columns]

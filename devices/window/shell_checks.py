@@ -8,14 +8,17 @@ from collections.abc import Sequence
 
 from devices.window.calibration import Calibration
 from devices.window.geometry import WindowError
-from protocols.extras import demand_packages
+from protocols.extras import ExtraMissing, demand_packages
 
 WINDOWS_DPI = 96
 
 
 def demand_display() -> None:
-    """Raise ExtraMissing where PsychoPy is missing, WindowError where there is no display to open a window on."""
-    demand_packages("a window", "psychopy")
+    """Raise WindowError where PsychoPy is missing, or there is no display to open a window on."""
+    try:
+        demand_packages("a window", "psychopy")
+    except ExtraMissing as error:
+        raise WindowError(str(error)) from None
     unix = sys.platform not in ("win32", "darwin")
     if unix and not os.environ.get("DISPLAY"):
         wayland = ": Wayland alone is not enough, start XWayland" if os.environ.get("WAYLAND_DISPLAY") else ""

@@ -7,6 +7,7 @@ from functools import partial
 from pathlib import Path
 from typing import Any
 
+from analysis.reporting.csv_files import json_row
 from modeling.attributes.evaluation_report import choice_of, reached
 from modeling.attributes.evaluation_tables import (
     Row,
@@ -25,7 +26,7 @@ from modeling.attributes.judging_whole import Judged, usable
 from modeling.attributes.lacking import senses
 from modeling.attributes.material import Material
 from modeling.doors.intervals import COVERAGE
-from modeling.files.evaluation_folder import plain, read_results, write_evaluation
+from modeling.files.evaluation_folder import read_results, write_evaluation
 from modeling.training.run_card import versions
 
 NAME, KEPT = "attributes", ".jobs"
@@ -84,7 +85,7 @@ def as_json(found: Judged) -> dict[str, Any]:
         "default": {"method": chosen.method, "why": chosen.why, "of_ours": list(chosen.of_ours), "rule": RULE},
         "reached": [list(each) for each in reached(found)],
         "intervals": {"coverage": COVERAGE, "half_width": intervals(found)},
-        "tables": {name: [plain(row) for row in rows] for name, rows in tables(found).items() if name not in LONG},
+        "tables": {name: [json_row(row) for row in rows] for name, rows in tables(found).items() if name not in LONG},
     }  # fmt: skip
 
 

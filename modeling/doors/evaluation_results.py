@@ -5,6 +5,7 @@ from __future__ import annotations
 from collections.abc import Iterable
 from typing import Any
 
+from analysis.reporting.csv_files import json_row
 from modeling.doors.ceiling import Ceiling
 from modeling.doors.evaluating_gathered import Gathered
 from modeling.doors.evaluating_kept import code
@@ -22,7 +23,6 @@ from modeling.doors.evaluation_tables import (
     waveform_rows,
     waveform_table,
 )
-from modeling.files.evaluation_folder import plain
 from modeling.training.run_card import versions
 
 PLAUSIBLE = ("greatest_N", "steepest_N_deg", "work_J_m", "distance_N", "beyond")
@@ -168,7 +168,7 @@ def as_json(found: Evaluation) -> dict[str, Any]:
             for way, choice in found.choices.items()
         },
         "no_ceiling": found.no_ceiling or None,
-        "tables": {name: [plain(row) for row in rows] for name, rows in tables(found).items() if name not in LONG},
+        "tables": {name: [json_row(row) for row in rows] for name, rows in tables(found).items() if name not in LONG},
     }  # fmt: skip
 
 

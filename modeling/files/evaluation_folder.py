@@ -3,13 +3,12 @@
 from __future__ import annotations
 
 import json
-import math
 from collections.abc import Callable, Mapping, Sequence
 from pathlib import Path
 from typing import Any, Protocol, TypeVar
 
 from analysis.regenerating.files import readable_json
-from analysis.reporting.csv_files import csv_text
+from analysis.reporting.csv_files import csv_text, json_row
 from protocols.files import staged_files, write_text, write_texts
 
 RESULTS, REPORT = "evaluation.json", "report.html"
@@ -35,7 +34,7 @@ def write_evaluation(
 ) -> list[Path]:
     """Write everything and give the paths, the report last; what an earlier evaluation wrote here and this one does
     not is removed, nothing else is touched. `draw` puts its figures (SVG, PNG) into the folder that it is given."""
-    texts = {f"tables/{name}.csv": csv_text([plain(row) for row in rows]) for name, rows in tables.items()}
+    texts = {f"tables/{name}.csv": csv_text([json_row(row) for row in rows]) for name, rows in tables.items()}
     obsolete: list[str] = []
     with staged_files(folder, last=[RESULTS], obsolete=obsolete) as draft:
         write_texts(draft, texts)
@@ -46,11 +45,6 @@ def write_evaluation(
         write_text(draft / RESULTS, readable_json(results) + "\n")
         obsolete += [name for name in _earlier(folder) if name not in results["files"]]
     return [folder / name for name in (*names, RESULTS, REPORT)]
-
-
-def plain(row: Mapping[str, Any]) -> dict[str, Any]:
-    """A row as JSON holds it: a number that is not finite is none."""
-    return {name: None if isinstance(v, float) and not math.isfinite(v) else v for name, v in row.items()}
 
 
 def read_results(folder: Path) -> dict[str, Any]:

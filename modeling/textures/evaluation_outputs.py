@@ -7,7 +7,8 @@ from functools import partial
 from pathlib import Path
 from typing import Any
 
-from modeling.files.evaluation_folder import plain, read_results, write_evaluation
+from analysis.reporting.csv_files import json_row
+from modeling.files.evaluation_folder import read_results, write_evaluation
 from modeling.textures.evaluation_report import choice_of
 from modeling.textures.evaluation_tables import (
     Row,
@@ -84,7 +85,7 @@ def as_json(found: Judged) -> dict[str, Any]:
         "jobs": found.jobs,
         "jobs_kept": found.taken,
         "default": {"method": chosen.method, "why": chosen.why, "of_ours": list(chosen.of_ours), "rule": RULE},
-        "tables": {name: [plain(row) for row in rows] for name, rows in tables(found).items() if name not in LONG},
+        "tables": {name: [json_row(row) for row in rows] for name, rows in tables(found).items() if name not in LONG},
     }  # fmt: skip
 
 

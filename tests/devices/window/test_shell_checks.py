@@ -5,7 +5,6 @@ import pytest
 from devices.window.calibration import Calibration
 from devices.window.geometry import WindowError
 from devices.window.shell_checks import demand_display, demand_screen, demand_unscaled
-from protocols.extras import ExtraMissing
 
 CALIBRATION = Calibration((1920, 1080), 3.6, 1, "2026-11-21T10:00:00+00:00")
 
@@ -37,7 +36,7 @@ def test_windows_needs_no_display_variable(linux):
 
 def test_a_missing_psychopy_is_named_with_how_to_get_it(monkeypatch):
     monkeypatch.setitem(sys.modules, "psychopy", None)
-    with pytest.raises(ExtraMissing, match=r"a window needs psychopy, .*: pip install 'palpate\[lab\]'"):
+    with pytest.raises(WindowError, match=r"a window needs psychopy, .*: pip install 'palpate\[lab\]'"):
         demand_display()
 
 
