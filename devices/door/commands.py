@@ -190,17 +190,47 @@ def _makers(
 
 @doors.command("draw")
 @click.argument("folder", type=click.Path(exists=True, file_okay=False, path_type=Path))
-@click.option("--out", type=OUT, required=True, help="The picture: .png, .svg or .pdf.")
-def draw_command(folder: Path, out: Path) -> None:
-    """Draw all profiles that FOLDER's stimuli.csv lists.
+@click.option(
+    "--out", type=OUT, required=True, help="The picture: .png, .svg or .pdf; without an ending .svg and .png."
+)
+@click.option("--features", is_flag=True, help="Only the originals, with peaks, intervals, slopes and plateaus marked.")
+@click.option("--opening", "openings", metavar="DOOR=FILE.csv", multiple=True,
+              help="Only the originals, and this recording's angle over time below. Repeatable.")  # fmt: skip
+@click.option("--angle-column", default="angle_deg", show_default=True, help="Of --opening.")
+@click.option("--time-column", default="time_s", show_default=True, help="Of --opening.")
+def draw_command(
+    folder: Path, out: Path, features: bool, openings: tuple[str, ...], angle_column: str, time_column: str
+) -> None:
+    """Draw the profiles that FOLDER's stimuli.csv lists: all variants (thesis Figure 5.7).
+
+    Or the originals alone: --features marks what the variants change (Figure 5.6), --opening shows beside them how
+    doors were opened when they were recorded (Figure 5.3). Both write the numbers that they show as .csv, too.
 
     \b
     Example:
       palpate doors draw studies/door_ratings --out doors.png
+      palpate doors draw studies/door_ratings --features --out features
+      palpate doors draw studies/door_ratings --opening BC3=bc3.csv --opening K8=k8.csv --out openings
     """
-    from devices.door.draw import draw
+    from devices.door.draw import draw, draw_features, draw_openings
 
-    click.echo(str(draw(folder, out)))
+    if features and openings:
+        raise click.UsageError("--features and --opening are two pictures: give one of them")
+    recordings = dict(map(_opening, openings))
+    if len(recordings) < len(openings):
+        raise click.UsageError("--opening: a door stands twice; one recording a door is drawn")
+    if recordings:
+        files = draw_openings(folder, recordings, out, time_column, angle_column)
+    else:
+        files = (draw_features if features else draw)(folder, out)
+    click.echo("\n".join(map(str, files)))
+
+
+def _opening(text: str) -> tuple[str, Path]:
+    name, _, file = text.partition("=")
+    if not name or not file:
+        raise click.UsageError(f"--opening {text!r}: DOOR=FILE.csv is expected, as K8=k8.csv")
+    return name, Path(file)
 
 
 def _read(recording: Path, angle_file: Path | None, angle: str, force: str, time: str) -> tuple[Any, Any]:

@@ -12,8 +12,11 @@ from devices.tablet.force import Fit, fit_force, read_pairs
 DIGITS = 5
 
 
-def calibrated(pairs: Path, date: str) -> Found:
-    """The curve F = a exp(b y) of a CSV with the columns pressure, force_N. Raises DeviceError naming the file."""
+def calibrated(pairs: Path, date: str, figure: Path | None = None) -> Found:
+    """The curve F = a exp(b y) of a CSV with the columns pressure, force_N; `figure` is the picture to write of it.
+
+    Raises DeviceError naming the file.
+    """
     pressures, forces_N = read_pairs(pairs)
     try:
         fit = fit_force(pressures, forces_N)
@@ -24,7 +27,12 @@ def calibrated(pairs: Path, date: str) -> Found:
         "pairs": fit.pairs, "a_error_N": fit.a_error_N, "b_error": fit.b_error, "rms_N": fit.rms_N,
         "worst_N": fit.worst_N, "r_squared": fit.r_squared,
     }  # fmt: skip
-    return Found({"force": curve, "calibrated": date}, tuple(_told(fit)), figures)
+    told = list(_told(fit))
+    if figure is not None:
+        from devices.tablet.draw import draw_force
+
+        told += [f"drawn: {path}" for path in draw_force(pressures, forces_N, fit.force, figure)]
+    return Found({"force": curve, "calibrated": date}, tuple(told), figures)
 
 
 def _rounded(value: float) -> float:

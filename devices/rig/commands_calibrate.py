@@ -22,7 +22,7 @@ if TYPE_CHECKING:
 TAKES = {
     "accelerometer": {"seconds", "yes"},
     "voice_coil": {"sensor", "level", "seconds", "yes", "force"},
-    "tablet": {"pairs"},
+    "tablet": {"pairs", "figure"},
 }
 """The options that calibrating a kind takes, beside those that all take."""
 SPELLED = {"sensor": "--with"}
@@ -39,6 +39,8 @@ SPELLED = {"sensor": "--with"}
               help="Peak of what shakes the voice coil, V.")  # fmt: skip
 @click.option("--pairs", type=click.Path(exists=True, dir_okay=False, path_type=Path), metavar="FILE.csv",
               help="Measured pressure,force_N of a tablet.")  # fmt: skip
+@click.option("--figure", type=click.Path(path_type=Path), metavar="FILE",
+              help="Draw a tablet's pairs and curve: .png, .svg, .pdf; without an ending .svg and .png.")  # fmt: skip
 @click.option("--date", "on", type=click.DateTime(["%Y-%m-%d"]), metavar="DATE", show_default="today",
               help="When it was measured.")  # fmt: skip
 @click.option("--write", is_flag=True, help="Put the settings into the rig file.")
@@ -59,7 +61,7 @@ def calibrate(
     Example:
       palpate rig calibrate vibration --lab LAB
       palpate rig calibrate actuator --with vibration --lab LAB
-      palpate rig calibrate stylus --pairs pairs.csv --write --lab LAB
+      palpate rig calibrate stylus --pairs pairs.csv --figure force --write --lab LAB
     """
     from devices.rig.calibrating import Job
     from devices.rig.file import read_rig, rig_path
@@ -125,7 +127,7 @@ def _by_kind(job: Job, given: dict[str, Any]) -> Found:
     if kind == "tablet":
         from devices.rig import calibrating_tablet
 
-        return calibrating_tablet.calibrated(given["pairs"], job.date)
+        return calibrating_tablet.calibrated(given["pairs"], job.date, given["figure"])
     if kind == "voice_coil":
         from devices.rig import calibrating_coil
 

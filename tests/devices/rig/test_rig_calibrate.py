@@ -242,8 +242,9 @@ def test_a_tablets_pairs_give_the_curve_and_what_is_left_over(said, rig, tmp_pat
     pairs = tmp_path / "pairs.csv"
     rows = [f"{y / 10},{0.2 * np.exp(2.9 * y / 10):.4f}" for y in range(1, 11)]
     pairs.write_text("\n".join(["pressure,force_N", *rows]))
-    out, _ = said("stylus", "--pairs", pairs, "--write")
+    out, _ = said("stylus", "--pairs", pairs, "--write", "--figure", tmp_path / "force.png")
     assert "residual of 10 pairs: " in out and "F = 0.2 exp(2.9 y) N" in out
+    assert f"drawn: {tmp_path / 'force.csv'}" in out and (tmp_path / "force.png").is_file()
     force = read_rig(rig).devices["stylus"].force
     assert (force.a_N, force.b) == (pytest.approx(0.2, rel=1e-3), pytest.approx(2.9, rel=1e-3))
     pairs.write_text("pressure,force_N\n0.1,soft\n")

@@ -9,6 +9,7 @@ import pytest
 from scipy.optimize import curve_fit
 
 from devices.signals import DeviceError
+from devices.tablet.draw import force_rows
 from devices.tablet.force import Force, fit_force, read_pairs
 
 PRESSURES = [k / 10 for k in range(1, 11)]
@@ -85,3 +86,13 @@ def test_pairs_are_read_from_a_table(tmp_path):
             read_pairs(tmp_path / "bad.csv")
     with pytest.raises(DeviceError, match="none.csv"):
         read_pairs(tmp_path / "none.csv")
+
+
+def test_the_figure_shows_pairs_what_the_fit_leaves_over_and_both_curves():
+    rows = force_rows([0.5, 0.1], [1.0, 0.2], Force(0.2, 3.0))
+    pairs = [row for row in rows if row["shows"] == "pair"]
+    assert [(row["pressure"], row["force_N"]) for row in pairs] == [(0.1, 0.2), (0.5, 1.0)]
+    expected = [0.2 - 0.2 * math.exp(0.3), 1.0 - 0.2 * math.exp(1.5)]
+    assert [row["residual_N"] for row in pairs] == pytest.approx(expected)
+    ends = {row["shows"]: row["force_N"] for row in rows if row["pressure"] == 1.0}
+    assert ends == {"fit": pytest.approx(0.2 * math.exp(3)), "thesis": pytest.approx(0.13 * math.exp(3.32))}
