@@ -257,6 +257,33 @@ def map_command(asked: Asked, wish: tuple[str, ...], at: tuple[str, ...], count:
     here.close(files)
 
 
+@textures.command("draw")
+@click.argument("texture")
+@LAB
+@click.option("--seconds", type=click.FloatRange(0.5, 600), default=10.0, show_default=True,
+              help="How much of it the picture of segments shows.")  # fmt: skip
+@click.option(
+    "--out", type=click.Path(file_okay=False, path_type=Path), required=True, help="The folder to write into."
+)
+@JSON
+def draw_command(texture: str, lab: Path, seconds: float, out: Path, as_json: bool) -> None:
+    """Draw what a lab's sessions recorded of TEXTURE (its id): vibration and spectrum, and its segments.
+
+    figure_3_5: the axes of acceleration as recorded, all on one axis, its power over frequency (thesis Figure 3.5).
+    figure_3_6: acceleration, speed and force as the models of touch meet them, with the segments' borders (Figure 3.6).
+    Each as .svg and .png, with its numbers as .csv.
+
+    Example: palpate textures draw T50 --lab LAB --out figures
+    """
+    from modeling.attributes.signal_figures import draw_signals
+
+    files, notes = draw_signals(lab, texture, out, seconds)
+    if as_json:
+        echo_json({"files": list(map(str, files)), "notes": notes})
+        return
+    click.echo("\n".join([*map(str, files), *(f"note: {note}" for note in notes)]))
+
+
 def _wishes(here: Opened, wish: tuple[str, ...], at: tuple[str, ...]) -> tuple[Wish, ...]:
     """What is wished for in the words and in the values."""
     from modeling.library.finding import wishes_of

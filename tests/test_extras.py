@@ -25,6 +25,7 @@ DRIVEN = {
     "textures simulate": "textures simulate --lab lab --help", "textures index": "textures index --lab lab",
     "textures find": "textures find rough --lab lab", "textures nearest": "textures nearest cloth --lab lab",
     "textures show": "textures show --lab lab", "textures map": "textures map --lab lab",
+    "textures draw": "textures draw T50 --lab lab --out drawn",
     "participants list": "participants list --lab lab",
     "participants balance": "participants balance doors_small --lab lab",
     "participants overlap": "participants overlap doors_small door_ratings --lab lab", "studies": "studies",

@@ -23,13 +23,15 @@ class FeatureError(ValueError):
 class Stretch:
     """Samples that follow one another at 1 kHz: acceleration (n, axes) in m/s^2, speed (n,) in mm/s, force (n,) in N.
 
-    Acceleration is band-passed and free of gravity, speed and force are low-passed. Raises FeatureError where lengths
-    differ, where there is no axis, and on a number that is not finite.
+    Acceleration is band-passed and free of gravity, speed and force are low-passed. `first` is the number of its first
+    sample since the exploration began. Raises FeatureError where lengths differ, where there is no axis, and on a
+    number that is not finite.
     """
 
     axes: Array
     speed_mm_s: Array
     force_N: Array
+    first: int = 0
 
     def __post_init__(self) -> None:
         n = len(self.axes)
@@ -47,7 +49,8 @@ class Stretch:
 
     def cut(self, start: int, stop: int) -> Stretch:
         """Its samples [start, stop)."""
-        return Stretch(self.axes[start:stop], self.speed_mm_s[start:stop], self.force_N[start:stop])
+        kept = slice(start, stop)
+        return Stretch(self.axes[kept], self.speed_mm_s[kept], self.force_N[kept], self.first + start)
 
 
 @dataclass(frozen=True)

@@ -105,7 +105,7 @@ def filtered(touched: Touched, way: Filtering = WHOLE) -> tuple[list[Stretch], l
     found = []
     for a, b in runs:
         stretch, hum = _filtered(vibration[a:b], np.linalg.norm(speed[a:b], axis=1), pressed[a:b], way)
-        found.append((a, stretch))
+        found.append(replace(stretch, first=a))
         notes += hum
     return _trimmed(found, len(known), way.trim_s, touched.where), notes
 
@@ -128,13 +128,13 @@ def _holes(
     return [f"all signals are known together for {share} ({each_s}): the rest is left out"]
 
 
-def _trimmed(found: Sequence[tuple[int, Stretch]], length: int, trim_s: float, where: str) -> list[Stretch]:
-    """Without what lies within `trim_s` of the exploration's start or end; `found` says where each stretch begins.
+def _trimmed(found: Sequence[Stretch], length: int, trim_s: float, where: str) -> list[Stretch]:
+    """Without what lies within `trim_s` of the exploration's start or end.
 
     Raises TooShort where that is everything.
     """
     first = round(trim_s * RATE_HZ)
-    cut = [each.cut(max(0, first - a), max(0, length - first - a)) for a, each in found]
+    cut = [each.cut(max(0, first - each.first), max(0, length - first - each.first)) for each in found]
     kept = [each for each in cut if len(each.axes)]
     if not kept:
         raise TooShort(

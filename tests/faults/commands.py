@@ -64,6 +64,7 @@ LEFT_OUT = {
     "textures simulate": "minutes; its sessions are written as by run", "textures index": "tests/modeling/library",
     "textures find": "its sheet: tests/modeling/library/test_sheet.py", "textures nearest": "as textures find",
     "textures show": "as textures find", "textures map": "its map: tests/modeling/library/test_map.py",
+    "textures draw": "its figures are saved as those of analyse",
     "demo": "made of other commands", "bench": "its plots are saved as the figures of analyse",
 }  # fmt: skip
 """Commands that write and are not driven, with the reason."""

@@ -182,4 +182,4 @@ def test_the_questions_load_nothing_heavy(lab, asked):
 
 def test_the_verb_stands_at_the_front_door_with_the_maker_of_simulated_ones():
     assert palpate.VERBS["textures"][0] == "modeling.commands_library:textures"
-    assert set(textures.commands) == {"index", "find", "nearest", "show", "map", "simulate"}
+    assert set(textures.commands) == {"index", "find", "nearest", "show", "map", "draw", "simulate"}
