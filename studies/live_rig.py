@@ -9,6 +9,7 @@ from dataclasses import dataclass, replace
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
+from protocols.extras import demand_packages
 from protocols.plan import Plan
 from protocols.shell_command import shell_command
 from protocols.study import Study
@@ -98,12 +99,15 @@ def plan_to_go_on(
 def window_calibration(study: Study, lab: Path, options: LiveOptions) -> Calibration | None:
     """This station's calibration, cut to the window where one is asked for; None where nothing is shown.
 
-    Raises WindowError where the screen is not calibrated, RigError where another screen was.
+    Raises ExtraMissing where there is nothing to make a window with, WindowError where the screen is not calibrated,
+    RigError where another screen was.
     """
     if not asks_anything(study):
         return None
-    from devices.window.calibration import read_calibration
+    from devices.window.calibration import read_calibration, station_file
 
+    if not station_file(lab).is_file():  # calibrating needs it, too: say it first
+        demand_packages("a window", "psychopy")
     calibration = read_calibration(lab)
     if options.screen not in (None, calibration.screen):
         raise RigError(

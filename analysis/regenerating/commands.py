@@ -2,7 +2,8 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterator
+from collections import Counter
+from collections.abc import Iterable, Iterator
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
@@ -170,9 +171,16 @@ def _told(found: Regenerated) -> Iterator[str]:
     yield from found.notes
     answered = [each for each in found.answered if each.answer is not None]
     yield f"{count(len(answered), 'question')} answered, {len(found.answered) - len(answered)} not"
-    for each in found.answered:
-        if each.answer is None:
-            yield f"  not answered: {' '.join(filter(None, (each.asked.name, each.outcome)))}: {each.refused}"
-    for pictured in found.pictured:
-        if pictured.data is None:
-            yield f"  not drawn: {pictured.asked.name}: {pictured.refused}"
+    refused = [(each.refused, each.asked.name) for each in found.answered if each.answer is None]
+    yield from (f"  not answered: {line}" for line in _by_reason(refused))
+    not_drawn = [(each.refused, each.asked.name) for each in found.pictured if each.data is None]
+    yield from (f"  not drawn: {line}" for line in _by_reason(not_drawn))
+
+
+def _by_reason(refused: Iterable[tuple[str, str]]) -> Iterator[str]:
+    """Describe refused questions, (reason, name) each, in one line for a reason, with how many of each name."""
+    names: dict[str, Counter[str]] = {}
+    for why, name in refused:
+        names.setdefault(why, Counter())[name] += 1
+    for why, counts in names.items():
+        yield f"{', '.join(name if n == 1 else f'{name} ({n})' for name, n in counts.items())}: {why}"

@@ -360,3 +360,12 @@ def test_a_disagreement_stands_at_the_head_of_console_and_report(lab, monkeypatc
     )
     page = (lab / "regenerated" / "doors_small" / "report.html").read_text()
     assert page.index("Another package disagrees. variants") < page.index("<nav")
+
+
+def test_questions_refused_for_the_same_reason_are_one_line(lab):
+    for path in sorted((lab / "sessions").iterdir())[1:]:
+        path.unlink()
+    lines = run(lab, "--no-figures").output.splitlines()
+    assert "  not answered: variants (3), all (3), pairs (3): one participant, 'P001'; " in "\n".join(lines)
+    reasons = [line.rpartition("): ")[2] for line in lines if line.startswith("  not answered: ")]
+    assert reasons and len(reasons) == len(set(reasons))

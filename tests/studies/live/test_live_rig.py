@@ -47,6 +47,7 @@ def test_a_stand_in_is_written_into_the_header(tmp_path):
     assert plan.calibration == SCREEN.definition()
 
 
+@pytest.mark.needs("psychopy")
 def test_a_screen_that_was_never_measured_is_refused(tmp_path):
     with pytest.raises(WindowError, match="not calibrated"):
         live_plan(Found(sheets(), tmp_path), tmp_path, LiveOptions())
