@@ -126,9 +126,9 @@ def _analyse_codes(wanted: Wanted, paths: tuple[Path, ...], as_json: bool) -> No
     from analysis.coding.agreement import agreement, code_counts, notes_on
     from analysis.coding.tables import answers_in, read_coders
     from analysis.exporting.source import opened
-    from analysis.ratings.wording import count
     from analysis.reporting.csv_files import csv_text
     from protocols.files import write_texts
+    from protocols.wording import count
 
     with opened(wanted) as source:
         answers = answers_in(source)
@@ -207,8 +207,8 @@ def import_(map: Path, data: Path | None, lab: Path, replace: bool, as_json: boo
     from analysis.ratings.design import check_ratings
     from analysis.ratings.notes import data_notes, exclusion_lines
     from analysis.ratings.saved import save_ratings
-    from analysis.ratings.wording import count
     from analysis.reporting.sources import IMPORTED
+    from protocols.wording import count
 
     ratings = import_table(find_map(map), data)
     folder = lab / IMPORTED / ratings.name

@@ -11,17 +11,19 @@ from typing import Literal
 from protocols.events import Event
 from protocols.plan import Plan
 from protocols.study import Study
+from protocols.wording import count
 from studies.begun import begun_in
 from studies.catalogue import Found
 from studies.changes import study_change
 from studies.collect import ledgers_in
+from studies.console.words import about
 from studies.launch import plans_of
 from studies.participants.lab import SIDECAR
 from studies.participants.making import make_lab
 from studies.participants.registry import withdrawn
 from studies.record import Record, read
-from studies.rig import RigPlan
-from studies.session import Sat, ledger_path, resume, start
+from studies.session import ledger_path, resume, start
+from studies.texture_set_pace import Pace, cpu_s
 from studies.texture_set_rig import rig_for
 from studies.texture_set_studies import (
     GROUPS,
@@ -43,8 +45,7 @@ QUICK = ("T01", "T08", "T11", "T15", "T22", "T33", "T37", "T39", "T44", "T48")
 QUICK_S, QUICK_PICTURES, QUICK_RATERS = 8.0, 2, 6
 MOST_RATERS = 999
 BYTES_A_SECOND, BYTES_A_PICTURE, BYTES_A_RATER = 231_000, 850_000, 200_000
-CPU_A_SECOND, CPU_A_TEXTURE, CPU_A_PICTURE, CPU_A_RATER = 0.04, 0.75, 0.21, 0.6
-"""Bytes and processor seconds, measured: docs/how-to/describe-textures.md."""
+"""Measured: docs/how-to/describe-textures.md."""
 SPARE = 1.2
 """How much more room there must be than the set is going to take."""
 
@@ -101,6 +102,7 @@ def make_set(lab: Path, wanted: SetWanted, report: Report) -> list[Made]:
     _demand_no_others(lab, wanted)
     _demand_nobody_withdrew(lab, wanted)
     _demand_room(lab, wanted)
+    pace = Pace(_weights(wanted), _cpu_s(wanted))
     studies = planned(lab, wanted.chosen)
     before = {
         (name, who): _before(lab, study, who, wanted)
@@ -114,17 +116,20 @@ def make_set(lab: Path, wanted: SetWanted, report: Report) -> list[Made]:
     for name, found in written(lab, wanted.chosen).items():
         people = _people(name, wanted)
         for plan in plans_of(found.study, lab, people, wanted.seed, False, group=GROUPS[name]):
-            made.append(_made(lab, found, plan, before[name, plan.who.participant], wanted, report))
+            made.append(_made(lab, found, plan, before[name, plan.who.participant], wanted, pace, report))
             if not made[-1].complete:
                 return made
     return made
 
 
 def estimate(wanted: SetWanted) -> str:
-    """What the set is, and what room and processor time it takes, in words."""
-    said = f"{told(wanted.chosen)}, {wanted.pictures} pictures of each, {wanted.raters} simulated raters"
-    minutes = _cpu_s(wanted) / 60
-    return f"{said}: about {room_bytes(wanted) / 1e9:.2g} GB and {minutes:.2g} minutes of processor time from nothing"
+    """Describe the set, and the room and processor time that it takes from nothing."""
+    pictures, raters = count(wanted.pictures, "picture"), count(wanted.raters, "simulated rater")
+    room, time = f"{room_bytes(wanted) / 1e6:,.0f} MB", f"{_cpu_s(wanted):.0f} s of processor time"
+    return (
+        f"{told(wanted.chosen)}, {pictures} of each, {raters}: about {room}, and about {time} on an idle core (where"
+        " other programs run, much longer); the time left is said with each texture"
+    )
 
 
 def room_bytes(wanted: SetWanted) -> int:
@@ -134,11 +139,14 @@ def room_bytes(wanted: SetWanted) -> int:
     return touched + count * wanted.pictures * BYTES_A_PICTURE + wanted.raters * BYTES_A_RATER
 
 
+def _weights(wanted: SetWanted) -> dict[str, float]:
+    return cpu_s(len(wanted.chosen.textures), wanted.chosen.seconds, wanted.pictures)
+
+
 def _cpu_s(wanted: SetWanted) -> float:
-    count = len(wanted.chosen.textures)
-    touched = count * (CPU_A_TEXTURE + CPU_A_SECOND * wanted.chosen.seconds)
-    rated = CPU_A_RATER * wanted.raters * count / 50
-    return touched + count * (CPU_A_TEXTURE + CPU_A_PICTURE * wanted.pictures) + rated
+    weights, textures = _weights(wanted), len(wanted.chosen.textures)
+    steps = {"texture_capture": textures, "texture_photos": textures, "texture_ratings": wanted.raters}
+    return sum(number * weights[step] for step, number in steps.items())
 
 
 def _demand_sizes(wanted: SetWanted) -> None:
@@ -227,31 +235,36 @@ def _other(record: Record, study: Study, wanted: SetWanted) -> str:
     return "" if header["group"] == GROUPS[study.study] else f"it is of the group {header['group']}"
 
 
-def _made(lab: Path, found: Found, plan: Plan, record: Record | None, wanted: SetWanted, report: Report) -> Made:
+def _made(
+    lab: Path, found: Found, plan: Plan, record: Record | None, wanted: SetWanted, pace: Pace, report: Report
+) -> Made:
     who, study = plan.who.participant, found.study.study
     path = ledger_path(lab, study, who)
     if record is not None and record.complete:
+        pace.skip(study, len(plan.trials) if plan.study.task == "capture" else 1)
         return Made(study, who, path, "kept", True, len(record.events), "complete")
     seen = 0 if record is None else len(record.events)
-    rig = rig_for(found, lab, wanted.pictures, wanted.workers, _telling(plan, seen, report))
-    sat = _sat(lab, path, plan, rig, record)
+    rig = rig_for(found, lab, wanted.pictures, wanted.workers, _telling(plan, seen, pace, report))
+    sat = start(lab, plan, rig) if record is None else resume(path, rig)
     return Made(study, who, path, "made" if record is None else "gone on", sat.complete, sat.events, sat.reason)
 
 
-def _sat(lab: Path, path: Path, plan: Plan, rig: RigPlan, record: Record | None) -> Sat:
-    return start(lab, plan, rig) if record is None else resume(path, rig)
-
-
-def _telling(plan: Plan, seen: int, report: Report) -> Callable[[Event], None]:
+def _telling(plan: Plan, seen: int, pace: Pace, report: Report) -> Callable[[Event], None]:
     """Tell how far a session has come: of a recording each texture, of ratings the end. `seen` is known already."""
-    study, count = plan.study.study, len(plan.trials)
+    study, number = plan.study.study, len(plan.trials)
+    ends = "trial_ended" if plan.study.task == "capture" else "session_ended"
 
     def watch(event: Event) -> None:
-        if event.seq < seen:
+        if event.kind != ends:
             return
-        if event.kind == "trial_ended" and plan.study.task == "capture":
-            report(f"{study}: {plan.trials[(event.trial or 1) - 1].stimulus.id}, {event.trial} of {count}")
-        elif event.kind == "session_ended" and plan.study.task != "capture":
-            report(f"{study}: {plan.who.participant}, {count} textures rated")
+        if event.seq < seen:
+            pace.skip(study)
+            return
+        seconds = pace.step(study)
+        left = f"; {about(seconds)}" if round(seconds, -1) else ""
+        if event.kind == "trial_ended":
+            report(f"{study}: {plan.trials[(event.trial or 1) - 1].stimulus.id}, {event.trial} of {number}{left}")
+        else:
+            report(f"{study}: {plan.who.participant}, {count(number, 'texture')} rated{left}")
 
     return watch

@@ -7,8 +7,8 @@ from collections.abc import Sequence
 from typing import Any
 
 from analysis.crosschecking.checks import LIMIT, CrossCheck, difference_text
-from analysis.ratings.wording import count, phrase
 from protocols.canonical import json_text
+from protocols.wording import count, phrase
 
 FILE = "crosscheck.json"
 

@@ -8,7 +8,7 @@ from typing import TYPE_CHECKING, Any, NamedTuple
 
 from analysis.figures.lettering import folded, letters_of, widest_pt
 from analysis.figures.style import FAINT, INK, SOFT, quiet_axes
-from analysis.ratings.wording import count
+from protocols.wording import count
 
 if TYPE_CHECKING:
     from matplotlib.axes import Axes

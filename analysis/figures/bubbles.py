@@ -24,9 +24,9 @@ from analysis.figures.style import FAINT, INK, PAPER, SOFT
 from analysis.ratings.dataset import DataRefused
 from analysis.ratings.normalising import rescaled_values
 from analysis.ratings.person_cells import person_cells, texts_of
-from analysis.ratings.wording import count
 from protocols.did_you_mean import nearest
 from protocols.study import Text
+from protocols.wording import count
 
 if TYPE_CHECKING:
     from matplotlib.axes import Axes

@@ -11,7 +11,7 @@ from analysis.figures.drawn import FigureData, FigureKind, Shown
 from analysis.figures.predictions import Point, PredictionSettings, read_points
 from analysis.figures.shown_columns import in_order, pair_names
 from analysis.plans.answers import Selected
-from analysis.ratings.wording import count
+from protocols.wording import count
 
 __all__ = ["CLASS_HEATMAP", "ClassHeatmapSettings", "data", "draw"]
 NAMES = {"MAE": "mean absolute error", "RMSE": "root mean square error"}

@@ -15,8 +15,8 @@ from analysis.figures.spots import summary, whiskers
 from analysis.plans.answers import Selected
 from analysis.ratings.dataset import DataRefused
 from analysis.ratings.person_cells import PersonCells, person_cells, texts_of
-from analysis.ratings.wording import count
 from protocols.did_you_mean import nearest
+from protocols.wording import count
 
 __all__ = ["LIKERT", "LikertSettings", "data", "draw"]
 MOST_POINTS = 15

@@ -27,7 +27,7 @@ from analysis.figures.level_means import (
 from analysis.figures.marking import Marking
 from analysis.figures.rated import by_category, on_scale, people_text
 from analysis.figures.style import INK, PAPER, SOFT
-from analysis.ratings.wording import phrase
+from protocols.wording import phrase
 
 if TYPE_CHECKING:
     from matplotlib.axes import Axes

@@ -16,8 +16,8 @@ from analysis.figures.rated import attribute_words, demand_attributes, scale_wor
 from analysis.figures.shown_columns import require
 from analysis.ratings.one_sample import OneSample
 from analysis.ratings.order_effects import OrderEffect, one_per_trial, order_effect
-from analysis.ratings.wording import count
 from protocols.study import Text, Whole
+from protocols.wording import count
 
 if TYPE_CHECKING:
     from analysis.plans.answers import Row, Selected

@@ -13,7 +13,7 @@ from analysis.figures.shown_columns import in_order, numbers, require
 from analysis.plans.answers import Selected
 from analysis.ratings.dataset import DataRefused, natural_key
 from analysis.ratings.person_cells import texts_of
-from analysis.ratings.wording import count
+from protocols.wording import count
 
 
 class PredictionSettings(AskedFigure):

@@ -20,7 +20,7 @@ from analysis.figures.rated import demand_attributes, on_scale, title_of
 from analysis.figures.shown_columns import require
 from analysis.figures.style import INK, OKABE_ITO, PAPER
 from analysis.ratings.person_cells import person_cells
-from analysis.ratings.wording import count, phrase
+from protocols.wording import count, phrase
 
 if TYPE_CHECKING:
     from matplotlib.axes import Axes

@@ -8,7 +8,7 @@ from typing import TYPE_CHECKING, Any
 from analysis.figures.axes import elided, round_ends
 from analysis.figures.shown_columns import numbers
 from analysis.ratings.dataset import DataRefused
-from analysis.ratings.wording import count
+from protocols.wording import count
 
 if TYPE_CHECKING:
     from analysis.plans.answers import Row, Selected

@@ -22,8 +22,8 @@ from analysis.figures.shades import ladder
 from analysis.figures.shown_columns import require
 from analysis.figures.style import PAPER, SOFT
 from analysis.ratings.person_cells import PersonCells, person_cells
-from analysis.ratings.wording import count
 from protocols.study import Text
+from protocols.wording import count
 
 if TYPE_CHECKING:
     from matplotlib.axes import Axes

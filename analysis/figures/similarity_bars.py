@@ -18,9 +18,9 @@ from analysis.plans.idle import Idle
 from analysis.ratings.dataset import DataRefused
 from analysis.ratings.person_cells import PersonCells, levels_of, person_cells, texts_of
 from analysis.ratings.within_intervals import WITHIN, mean_intervals
-from analysis.ratings.wording import count, phrase
 from protocols.did_you_mean import nearest
 from protocols.study import Text
+from protocols.wording import count, phrase
 
 __all__ = ["SIMILARITY_BARS", "SimilarityBarsSettings", "data", "draw"]
 

@@ -13,7 +13,7 @@ from analysis.figures.space_map_drawing import draw
 from analysis.plans.answers import Answer, Row, Selected
 from analysis.ratings.dataset import DataRefused, natural_key
 from analysis.ratings.person_cells import texts_of
-from analysis.ratings.wording import phrase
+from protocols.wording import phrase
 
 __all__ = ["MAP", "MapSettings", "data", "draw"]
 PLACES = ("dim", "dimension", "pc", "component")

@@ -19,7 +19,7 @@ from analysis.figures.style import INK, OKABE_ITO, PAPER, SOFT
 from analysis.figures.treemap_layout import Box, squarified
 from analysis.plans.answers import Row
 from analysis.ratings.dataset import DataRefused, natural_key
-from analysis.ratings.wording import count, phrase
+from protocols.wording import count, phrase
 
 INCH = 72.0
 FOOT = 24.0

@@ -25,7 +25,7 @@ from analysis.figures.marking import Marking
 from analysis.figures.rated import by_category, on_scale, people_text, title_of
 from analysis.figures.shades import looks
 from analysis.figures.style import PAPER, SOFT
-from analysis.ratings.wording import phrase
+from protocols.wording import phrase
 
 if TYPE_CHECKING:
     from matplotlib.axes import Axes

@@ -12,7 +12,7 @@ from analysis.figures.spots import summary
 from analysis.figures.violins_drawing import draw
 from analysis.ratings.dataset import DataRefused, natural_key
 from analysis.ratings.person_cells import texts_of
-from analysis.ratings.wording import count
+from protocols.wording import count
 
 __all__ = ["VIOLINS", "ViolinSettings", "data", "draw"]
 

@@ -10,7 +10,7 @@ from analysis.importing.dialects import SHOWN, TableRefused
 from analysis.importing.foreign_rows import ForeignRating
 from analysis.importing.map_file import ColumnMap
 from analysis.ratings.dataset import Exclusion
-from analysis.ratings.wording import count
+from protocols.wording import count
 
 Cell = tuple[str, ...]
 

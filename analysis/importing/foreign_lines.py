@@ -8,8 +8,8 @@ from dataclasses import dataclass
 from analysis.importing.dialects import Row, Sheet, TableRefused
 from analysis.importing.map_file import ColumnMap, Condition
 from analysis.ratings.dataset import Exclusion
-from analysis.ratings.wording import count
 from protocols.did_you_mean import nearest
+from protocols.wording import count
 
 
 @dataclass(frozen=True)

@@ -10,8 +10,8 @@ from analysis.importing.foreign_lines import Line, choose_lines, either, lines_o
 from analysis.importing.map_file import ColumnMap, Source
 from analysis.importing.number_texts import Decimal, NoNumber, decimal_mark, number
 from analysis.ratings.dataset import Exclusion
-from analysis.ratings.wording import count as counted
 from protocols.did_you_mean import nearest
+from protocols.wording import count as counted
 
 
 @dataclass(frozen=True)

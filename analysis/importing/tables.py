@@ -14,8 +14,8 @@ from analysis.importing.foreign_duplicates import settle_duplicates
 from analysis.importing.foreign_rows import ForeignRating, ratings_of
 from analysis.importing.map_file import ColumnMap, MapRefused, read_map
 from analysis.ratings.dataset import Crossing, Exclusion, Input, Ratings, natural
-from analysis.ratings.wording import count
 from protocols.did_you_mean import nearest
+from protocols.wording import count
 
 __all__ = ["MapRefused", "TableRefused", "import_table"]
 

@@ -13,7 +13,7 @@ from analysis.monitoring import drawings, words
 from analysis.monitoring.balance_grid import StudyBalance
 from analysis.monitoring.sessions import Session
 from analysis.monitoring.watching import Snapshot
-from analysis.ratings.wording import count
+from protocols.wording import count
 
 TEMPLATES = Path(__file__).parent / "templates"
 HOUSE_STYLE = Path(__file__).parent.parent / "reporting" / "templates" / "report.css"

@@ -10,7 +10,7 @@ import pandas as pd
 from analysis.plans.answers import Missing, Selected
 from analysis.ratings.completeness import CellsRefused, Faults
 from analysis.ratings.design_report import Kind, Place
-from analysis.ratings.wording import count
+from protocols.wording import count
 
 Where = Mapping[str, str | tuple[str, ...]]
 ADVICE = "find the ratings, leave such participants out with `missing: listwise`, or choose `missing: mixed_model`"

@@ -9,7 +9,7 @@ from dataclasses import dataclass, field, replace
 from analysis.ratings.dataset import DataRefused, Exclusion, Ratings
 from analysis.ratings.design import check_ratings
 from analysis.ratings.design_report import Kind, Place, Problem
-from analysis.ratings.wording import count
+from protocols.wording import count
 
 SHOWN = 5
 ADVICE = "find the ratings, or leave such participants out with --missing listwise"

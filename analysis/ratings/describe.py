@@ -10,8 +10,8 @@ from typing import Literal
 import pandas as pd
 
 from analysis.ratings.dataset import DataRefused, Ratings, natural_key
-from analysis.ratings.wording import count
 from protocols.did_you_mean import nearest
+from protocols.wording import count
 
 Kind = Literal["over ratings", "over participants"]
 ONE_RATING = "one rating has no spread"

@@ -13,7 +13,7 @@ from dataclasses import dataclass, field
 from itertools import groupby, pairwise
 from statistics import median, pstdev
 
-from analysis.ratings.wording import count
+from protocols.wording import count
 
 
 class DiagnosticsError(ValueError):

@@ -8,7 +8,7 @@ from itertools import groupby
 
 from analysis.ratings.dataset import Exclusion
 from analysis.ratings.design_report import Place, Problem
-from analysis.ratings.wording import count
+from protocols.wording import count
 
 MOST_PLACES = 20
 MOST_ALIKE = 3

@@ -9,10 +9,10 @@ import numpy as np
 import pandas as pd
 
 from analysis.ratings.dataset import DataRefused
-from analysis.ratings.wording import count
 from analysis.statistics.column_values import numbers_of
 from analysis.statistics.labels import coded
 from analysis.statistics.refusals import listed
+from protocols.wording import count
 
 ITEMS = ("attribute", "stimulus")
 

@@ -10,7 +10,7 @@ from typing import TYPE_CHECKING, Any
 import click
 
 from analysis.commands import DATABASE, DIGEST, SIMULATED
-from analysis.ratings.wording import count
+from protocols.wording import count
 from studies.options import JSON, LAB, Progress, echo_json, progress_bar
 
 if TYPE_CHECKING:

@@ -11,12 +11,12 @@ import pandas as pd
 
 from analysis.ratings.completeness import Faults, cell_faults
 from analysis.ratings.dataset import DataRefused, Ratings, natural
-from analysis.ratings.wording import count, phrase
 from analysis.statistics.between import anova
 from analysis.statistics.pair_order import pairs_in_order
 from analysis.statistics.pairwise import pairwise_tests
 from analysis.statistics.pvalues import adjusted
 from analysis.statistics.within import rm_anova
+from protocols.wording import count, phrase
 
 Kind = Literal["crossed", "pooled", "between", "pairs"]
 Progress = Callable[[int, int, str], None]

@@ -9,8 +9,8 @@ from typing import TYPE_CHECKING, Any
 from analysis.plans.answers import Answer, Row, Selected, Value
 from analysis.ratings.dataset import DataRefused
 from analysis.ratings.owed import without_gaps
-from analysis.ratings.wording import count
 from protocols.did_you_mean import nearest
+from protocols.wording import count
 
 if TYPE_CHECKING:
     import pandas as pd

@@ -12,8 +12,8 @@ from analysis.mixed_models.model import mixed_model
 from analysis.mixed_models.profiling import profile_intervals
 from analysis.plans.asking.describing_rows import answer_of, plain_rows, require_columns, share
 from analysis.ratings.dataset import DataRefused
-from analysis.ratings.wording import count
 from analysis.statistics.apa import apa_p, number
+from protocols.wording import count
 
 if TYPE_CHECKING:
     from collections.abc import Iterable, Sequence

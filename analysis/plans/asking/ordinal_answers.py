@@ -9,9 +9,9 @@ from analysis.ordinal.likert import MOST_POINTS, likert
 from analysis.ordinal.ordinal_model import OrdinalModel, ordinal_model
 from analysis.plans.asking.describing_rows import answer_of, plain_row, plain_rows, require_columns, share
 from analysis.ratings.dataset import DataRefused
-from analysis.ratings.wording import count
 from analysis.statistics.apa import apa_p, number
 from protocols.did_you_mean import nearest
+from protocols.wording import count
 
 if TYPE_CHECKING:
     from collections.abc import Hashable, Sequence
