@@ -12,6 +12,7 @@ from typing import Any
 from analysis.monitoring.raters import Rated
 from analysis.monitoring.sessions import Note, Session
 from analysis.ratings.diagnostics import Diagnostic
+from protocols.files import write_text
 from protocols.study import Study
 from studies.environment import palpate_version
 from studies.ledger_state import FileState, file_state, last_hash
@@ -61,17 +62,13 @@ def save_finished(lab: Path, finished: Iterable[Finished], studies: dict[str, St
         {"state": asdict(one.state), "head": one.head, "order": one.order, "session": asdict(one.session)}
         for one in finished
     ]
+    head = f"{json.dumps(_version())}\n"
+    kept = ""
+    with suppress(OSError, UnicodeDecodeError):
+        kept = (lab / FILE).read_text(encoding="utf-8")
     text = "".join(f"{json.dumps(line)}\n" for line in lines)
     with suppress(OSError):
-        file = lab / FILE
-        file.parent.mkdir(exist_ok=True)
-        head = f"{json.dumps(_version())}\n"
-        with file.open("a+", encoding="utf-8") as kept:
-            kept.seek(0)
-            if kept.readline() != head:
-                kept.truncate(0)
-                text = head + text
-            kept.write(text)
+        write_text(lab / FILE, (kept if kept.startswith(head) and kept.endswith("\n") else head) + text)
 
 
 def _version() -> dict[str, str]:

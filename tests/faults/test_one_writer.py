@@ -22,7 +22,6 @@ EXCEPTIONS = {
     "devices/author/designs.py": "renames an earlier work aside, without writing",
     "devices/door/firmware/process.py": "a log of the emulator, appended line by line while it runs",
     "analysis/bench_scale.py": "makes the temporary lab of a benchmark",
-    "analysis/monitoring/finished.py": "a cache, appended line by line; it is only a copy of what the ledgers hold",
     "analysis/crosschecking/packages.py": "DataFrame.replace",
     "analysis/regenerating/running.py": "to_csv gives text for a digest; no file",
     "analysis/plans/": "DataFrame.rename", "analysis/reliability/": "DataFrame.rename",
