@@ -179,9 +179,14 @@ def _fresh(lab: Path) -> None:
         mark = lab / DEMO_MARK
         if not mark.is_file():
             raise click.UsageError(f"{lab} exists and is no demo lab; give another folder with --lab")
-        if others := _files_in(lab) - set(mark.read_text(encoding="utf-8").splitlines()):
+        listed = mark.read_text(encoding="utf-8").splitlines()
+        if others := _files_in(lab) - set(listed):
+            why = (
+                f"holds {min(others)}, which the demo did not list as its own" if listed else
+                "was made by a demo of an older version, or by one that was killed, and does not list its own files"
+            )  # fmt: skip
             raise click.UsageError(
-                f"{lab} holds {min(others)}, which the demo did not make; give another folder with --lab"
+                f"{lab} {why}; if nothing in it is yours, remove it, else give another folder with --lab"
             )
         import shutil
 

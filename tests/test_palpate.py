@@ -87,5 +87,12 @@ def test_a_demo_refuses_a_file_that_no_demo_made(tmp_path, capsys, monkeypatch):
     (lab / "sessions").mkdir(exist_ok=True)
     (lab / "sessions" / "notes.txt").write_text("mine")
     assert palpate._status(["demo", "--lab", str(lab)]) == 2
-    assert "holds sessions/notes.txt, which the demo did not make" in capsys.readouterr().err
+    assert "holds sessions/notes.txt, which the demo did not list as its own; if nothing" in capsys.readouterr().err
     assert (lab / "sessions" / "notes.txt").read_text() == "mine"
+
+
+def test_a_demo_of_an_older_version_is_named_as_one(tmp_path, capsys):
+    for name in (".palpate-demo", "lab.sqlite"):
+        (tmp_path / name).touch()
+    assert palpate._status(["demo", "--lab", str(tmp_path)]) == 2
+    assert "was made by a demo of an older version" in capsys.readouterr().err and (tmp_path / "lab.sqlite").exists()
