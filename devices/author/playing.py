@@ -12,6 +12,7 @@ from typing import Any, Protocol
 
 from devices.desk import Desk, Prompt
 from devices.door.link.limits import ProfileRefused
+from devices.door.link.showing import Changes
 from devices.door.link.simulator import DoorSimulator
 from devices.door.link.telemetry import CHANNELS
 from devices.signals import DeviceError, DeviceFault, NowNs
@@ -148,15 +149,15 @@ class Player:
         """Whether it is a twin."""
         return self.door.by == "twin"
 
-    def play(self, force_N: Sequence[float], name: str) -> Played:
-        """Play it until the door was opened and brought back, or Stop; the window lives on meanwhile."""
+    def play(self, force_N: Sequence[float], name: str, changes: Changes | None = None) -> Played:
+        """Play it until the door was opened and brought back, or Stop; the window lives on, and `changes` are felt."""
         if self.busy:
             return Played("door_busy", "busy")
-        self.busy, self.desk.confirmed = True, False
+        self.busy, self.desk.confirmed, self.door.changes = True, False, changes
         try:
             return self._played(force_N, name)
         finally:
-            self.busy = False
+            self.busy, self.door.changes = False, None
             self.desk.demand(None)
             self.screen.hand_at(None)
             self.screen.door_is("rest")

@@ -15,6 +15,7 @@ from devices.author.pages import Aside, HelpScreen, NameScreen, OpenScreen, Reco
 from devices.author.playing import Player
 from devices.author.screen import Act, AuthorScreen
 from devices.author.work import History, Setting, Work, neutral
+from devices.door.live import LiveDoor
 from devices.window.loop import Scene
 from devices.window.screen import Page
 from devices.window.shell import Shell
@@ -42,7 +43,8 @@ class Room:
     _on: Scene | None = None
     _aside: tuple[Aside, Callable[[Aside], None]] | None = None
     _kept: Work | None = None
-    _playing: Setting | None = None
+    _live: LiveDoor[Setting] | None = None
+    _reported: int = 0
 
     def __post_init__(self) -> None:
         begun = Work(neutral(len(self.maker.attributes)))
@@ -74,6 +76,7 @@ class Room:
         """One look at the window: what was done, drawn, kept, and acted upon."""
         (self._on or self._scene).turn()
         self._keep()
+        self._say_changes()
         if self._aside is not None and self._aside[0].reply is not None:
             page, then = self._aside
             self._aside = None
@@ -127,12 +130,24 @@ class Room:
         else:
             setting, letter = self.main.work.setting, self.main.work.on
             force = self.main.board.made(setting).force_N
-            self._playing = setting
-            played = self.player.play(tuple(force.tolist()), f"design {letter}")
-            self._playing = None
+            self._live, self._reported = LiveDoor(lambda: self.main.work.setting, self._forces, setting), 0
+            played = self.player.play(tuple(force.tolist()), f"design {letter}", self._live)
+            self._live = None
             texts = self.page.texts
             words = texts(played.key, why=played.why) if "{why}" in texts.words[played.key] else texts(played.key)
             self.main.say(words, wrong=played.wrong)
+
+    def _forces(self, setting: Setting) -> tuple[float, ...]:
+        """The door of a setting, as the board draws it."""
+        return tuple(self.main.board.made(setting).force_N.tolist())
+
+    def _say_changes(self) -> None:
+        """Say why the door in the hand stays as it is, where it took a change last and could not."""
+        changes = [] if self._live is None else self._live.changes
+        if len(changes) > self._reported:
+            self._reported = len(changes)
+            if why := changes[-1].why:
+                self.main.say(self.page.texts("plays_before", why=why), wrong=True)
 
     def _close(self) -> None:
         self.over = True
@@ -220,5 +235,3 @@ class Room:
         if self.main.work is not self._kept and self.main.work != self._kept:
             self._kept = self.main.work
             designs.keep(self.lab, self.main.work, self.maker)
-            if self._playing is not None and self._playing != self.main.work.setting:
-                self.main.tell("plays_before")

@@ -46,6 +46,10 @@ class Ailing:
         """Hand the profile on."""
         self.plant.load(torque_Nm, end_rad)
 
+    def change(self, torque_Nm: Sequence[float]) -> None:
+        """Hand the change on."""
+        self.plant.change(torque_Nm)
+
     def step(self) -> Tick:
         """1 ms of the plant, and what its sensors say of it."""
         self.t_ms += 1

@@ -21,7 +21,8 @@ from devices.door.link.codes import HEARTBEAT_MS, MAGIC, RATES_HZ, VERSION, Faul
 from devices.door.link.frames import Frame, Parser
 from devices.door.plant.machine import Tick
 
-FIRMWARE = 1
+FIRMWARE = 2
+"""Version 2 knows Change."""
 BOOT_MS = 20
 TICKS_PER_S = 1000
 REMEMBERED = 32
@@ -31,11 +32,13 @@ FLOAT32_MOST = 3.4e38
 ANYWHERE = frozenset(State)
 BOOTED = ANYWHERE - {State.boot}
 ONLY_SAFE = frozenset({State.safe})
+ONLY_PLAYING = frozenset({State.playing})
+UPLOADING = ONLY_SAFE | ONLY_PLAYING
 ALLOWED: Mapping[type[says.Message], frozenset[State]] = {
     says.Hello: ANYWHERE, says.Heartbeat: ANYWHERE, says.Stop: ANYWHERE, says.EStop: ANYWHERE,
     says.SetRate: BOOTED, says.ReadBack: BOOTED,
-    says.UploadBegin: ONLY_SAFE, says.UploadChunk: ONLY_SAFE, says.UploadEnd: ONLY_SAFE,
-    says.Clear: ONLY_SAFE, says.Arm: ONLY_SAFE, says.Play: frozenset({State.armed}),
+    says.UploadBegin: UPLOADING, says.UploadChunk: UPLOADING, says.UploadEnd: UPLOADING,
+    says.Clear: ONLY_SAFE, says.Arm: ONLY_SAFE, says.Play: frozenset({State.armed}), says.Change: ONLY_PLAYING,
 }  # fmt: skip
 """In which states a request may be made; elsewhere it is refused as wrong_state."""
 ALWAYS_DONE = (says.Hello, says.Heartbeat, says.Stop, says.EStop)
@@ -168,7 +171,9 @@ class Firmware:
         """Carry the request out; a reason where it is refused."""
         match message:
             case says.UploadBegin() | says.UploadChunk() | says.UploadEnd():
-                return self.memory.take(message)
+                return self.memory.take(message, self.state is State.playing)
+            case says.Change():
+                return self._change(message.crc)
             case says.SetRate():
                 return self._set_rate(message.rate_hz)
             case says.Clear():
@@ -219,6 +224,12 @@ class Firmware:
         self.plant.load(profile.torque_Nm, math.radians(profile.end_deg))
         self.plant.mode, self.state, self.beat_ms = "hold", State.armed, self.t_ms
         return None
+
+    def _change(self, crc: int) -> Reason | None:
+        refused = self.memory.change(crc)
+        if refused is None and self.memory.profile is not None:
+            self.plant.change(self.memory.profile.torque_Nm)
+        return refused
 
     def _unfit(self, profile: says.Profile, crc: int) -> Reason | None:
         """Why the motor is not switched on for this profile."""

@@ -20,22 +20,26 @@ class Memory:
     profile: Profile | None = None
     begun: UploadBegin | None = None
     points: dict[int, float] = field(default_factory=dict)
+    following: Profile | None = None
+    """What was uploaded while `profile` is being played, and may follow it."""
 
-    def take(self, message: UploadBegin | UploadChunk | UploadEnd) -> Reason | None:
-        """A part of an upload; a reason where it is refused."""
+    def take(self, message: UploadBegin | UploadChunk | UploadEnd, playing: bool = False) -> Reason | None:
+        """A part of an upload; a reason where it is refused. While playing, the old profile stays in force."""
         match message:
             case UploadBegin():
-                return self.begin(message)
+                return self.begin(message, playing)
             case UploadChunk():
                 return self.chunk(message)
             case UploadEnd():
-                return self.end(message)
+                return self.end(message, playing)
 
-    def begin(self, message: UploadBegin) -> Reason | None:
-        """A new profile replaces the old one from here on."""
+    def begin(self, message: UploadBegin, playing: bool = False) -> Reason | None:
+        """A new profile replaces the old one from here on, or is laid beside it while playing."""
         if message.points != POINTS or not 0 < message.end_deg <= MAX_ANGLE_DEG:
             return Reason.bad_value
-        self.profile, self.begun, self.points = None, message, {}
+        self.begun, self.points, self.following = message, {}, None
+        if not playing:
+            self.profile = None
         return None
 
     def chunk(self, message: UploadChunk) -> Reason | None:
@@ -50,7 +54,7 @@ class Memory:
         self.points.update(enumerate(message.torque_Nm, message.first))
         return None
 
-    def end(self, message: UploadEnd) -> Reason | None:
+    def end(self, message: UploadEnd, playing: bool = False) -> Reason | None:
         """Take the profile if nothing lacks, nothing is damaged and nothing is beyond the limits."""
         if self.begun is None or len(self.points) < POINTS:
             return Reason.incomplete
@@ -59,8 +63,23 @@ class Memory:
             return Reason.wrong_crc
         if not self.allowed(torque):
             return Reason.over_limit
-        self.profile = Profile(torque, self.begun.end_deg)
+        taken = Profile(torque, self.begun.end_deg)
+        if playing:
+            self.following = taken
+        else:
+            self.profile = taken
         self.begun, self.points = None, {}
+        return None
+
+    def change(self, crc: int) -> Reason | None:
+        """The profile beside the one in force takes its place; a reason where it may not."""
+        if self.profile is None or self.following is None:
+            return Reason.incomplete
+        if not crc == self.following.crc == profile_crc(self.following.torque_Nm, self.following.end_deg):
+            return Reason.wrong_crc
+        if self.following.end_deg != self.profile.end_deg:
+            return Reason.bad_value
+        self.profile, self.following = self.following, None
         return None
 
     def allowed(self, torque: tuple[float, ...]) -> bool:

@@ -19,5 +19,8 @@ class Plant(Protocol):
     def load(self, torque_Nm: Sequence[float], end_rad: float) -> None:
         """Take a profile over 0 to 62 degrees, and where its stop stands."""
 
+    def change(self, torque_Nm: Sequence[float]) -> None:
+        """While playing: pass over to this profile without a step in torque; the stop stays where it is."""
+
     def step(self) -> Tick:
         """Go on for 1 ms; the time of the reading stands still where the sensors are silent."""

@@ -47,6 +47,10 @@ class TwinPlant:
         self.machine.load(torque_Nm, end_rad)
         self._end_rad = end_rad
 
+    def change(self, torque_Nm: Sequence[float]) -> None:
+        """Pass over to another profile with the same stop."""
+        self.machine.change(torque_Nm)
+
     def step(self) -> Tick:
         """1 ms."""
         return self.machine.step()

@@ -73,6 +73,19 @@ def play(link: Link, profile: says.Profile) -> None:
     link.from_now()
 
 
+def change(link: Link, profile: says.Profile) -> str:
+    """While it plays: have it pass over to this profile. "" or why it stays with the one that it has.
+
+    Raises DeviceFault where the line is lost.
+    """
+    try:
+        upload(link, profile)
+        link.ask(says.Change(profile.crc))
+    except Refused as refused:
+        return str(refused)
+    return ""
+
+
 def clear(link: Link, fault: int) -> bool:
     """Forget the latched fault; False where its cause remains. Raises DeviceFault for any other refusal."""
     try:

@@ -53,6 +53,17 @@ def profile_for_door(
     return Profile((*torque, *[torque[-1]] * (POINTS - 1 - end)), grid_angle_deg(end))
 
 
+def change_for_door(
+    force_N: Sequence[float], handle_radius_m: float, limits: Limits, end_deg: float, what: str = "profile"
+) -> Profile:
+    """The torques that a door with its stop at `end_deg` passes over to while it plays.
+
+    A motion that ends before the stop holds its last torque up to it; one that goes on behind it is never felt there.
+    Raises ProfileRefused as `profile_for_door`.
+    """
+    return Profile(profile_for_door(force_N, handle_radius_m, limits, what).torque_Nm, end_deg)
+
+
 def _require_points(force_N: Sequence[float], what: str) -> None:
     if len(force_N) != POINTS:
         raise ProfileRefused(f"{what}: {len(force_N)} points found, {POINTS} expected")

@@ -150,6 +150,15 @@ class SetRate(Message):
 
 
 @dataclass(frozen=True, slots=True)
+class Change(Message):
+    """Pass over to the profile of this CRC, uploaded while playing; its stop stands where the old one does."""
+
+    crc: int
+    KIND: ClassVar[int] = 0x0D
+    LAYOUT: ClassVar[Struct] = Struct("<I")
+
+
+@dataclass(frozen=True, slots=True)
 class Ack(Message):
     """The request of this sequence, of type `to`, was done; the device is in `state` now."""
 
@@ -231,7 +240,7 @@ class FaultReport(Message):
 
 
 MESSAGES: tuple[type[Message], ...] = (
-    Hello, UploadBegin, UploadChunk, UploadEnd, ReadBack, Arm, Play, Stop, EStop, Clear, Heartbeat, SetRate,
+    Hello, UploadBegin, UploadChunk, UploadEnd, ReadBack, Arm, Play, Stop, EStop, Clear, Heartbeat, SetRate, Change,
     Ack, Nak, Identity, Part, Telemetry, FaultReport,
 )  # fmt: skip
 _BY_KIND = {message.KIND: message for message in MESSAGES}

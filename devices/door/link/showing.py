@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import gc
-from collections.abc import Callable, Generator, Mapping
+from collections.abc import Callable, Generator, Mapping, Sequence
 from dataclasses import dataclass
 from typing import Any, Protocol
 
@@ -11,6 +11,7 @@ from devices.acts import Act
 from devices.desk import Desk, Pages, Prompt
 from devices.door.link import dialogue
 from devices.door.link.codes import State
+from devices.door.link.limits import ProfileRefused
 from devices.door.link.link import Link
 from devices.door.link.messages import Identity, Profile
 from devices.door.link.telemetry import Opening, trouble
@@ -43,11 +44,25 @@ class Recorded(Protocol):
         """End, and say what it came to."""
 
 
+class Changes(Protocol):
+    """Where the profile that is being felt changes from: devices.door.live.LiveDoor."""
+
+    def newer(self, t_ns: int) -> Sequence[float] | None:
+        """The 621 forces that are to be felt from now on, in newtons; None while nothing has changed."""
+
+    def took(self, t_ns: int, why: str) -> None:
+        """The door has taken what was last given; or it stays as it is, and `why`."""
+
+    def rests(self) -> None:
+        """The door is stopped for a pause."""
+
+
 class Door(Protocol):
     """What a presentation needs of the door."""
 
     name: str
     mending: Mending
+    changes: Changes | None
 
     @property
     def by(self) -> str:
@@ -59,6 +74,9 @@ class Door(Protocol):
 
     def profile(self, request: Present) -> Profile:
         """What is to be played. Raises DeviceFault (limit)."""
+
+    def change_for(self, force_N: Sequence[float], end_deg: float) -> Profile:
+        """What the door passes over to, its stop where it is. Raises ProfileRefused."""
 
     def greeted(self) -> tuple[Link, Identity]:
         """The link, made anew where it was lost, and how the door is. Raises DeviceFault."""
@@ -205,8 +223,24 @@ class Felt:
     def _something(self) -> bool:
         """Asked again and again by the main thread, which shows by that that it lives."""
         self.link.keep_alive()
+        self._change()
         self.ended = self._over()
         return bool(self.ended) or self.recorded.due() or self._fault() is not None
+
+    def _change(self) -> None:
+        """Hand the door what it is to pass over to, if anything. Raises DeviceFault where the line is lost."""
+        door, now_ns = self.showing.door, self.showing.now_ns
+        if door.changes is None or not self._playing or (force_N := door.changes.newer(now_ns())) is None:
+            return
+        try:
+            profile = door.change_for(force_N, self.profile.end_deg)
+        except ProfileRefused as refused:
+            door.changes.took(now_ns(), str(refused))
+            return
+        why = "" if profile.crc == self.profile.crc else dialogue.change(self.link, profile)
+        if not why:
+            self.profile = profile
+        door.changes.took(now_ns(), why)
 
     def _over(self) -> str:
         if self.opening.back:
@@ -226,6 +260,8 @@ class Felt:
         if aside.value.get("do") == "pause":
             dialogue.rest(self.link)
             self._playing = False
+            if self.showing.door.changes is not None:
+                self.showing.door.changes.rests()
             self.showing.desk.tell({self.showing.door.name: "stopped for the pause"})
         elif aside.value.get("do") in {"repeat", "abort"}:
             self._playing = False

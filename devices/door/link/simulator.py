@@ -11,10 +11,10 @@ from typing import TYPE_CHECKING, Any
 from devices.desk import Desk, Pages
 from devices.door.link import dialogue
 from devices.door.link.codes import VERSION, fault_name, state_name
-from devices.door.link.limits import Limits, ProfileRefused, profile_for_door
+from devices.door.link.limits import Limits, ProfileRefused, change_for_door, profile_for_door
 from devices.door.link.link import Link
 from devices.door.link.messages import Identity, Profile, SetRate
-from devices.door.link.showing import Recorded, Showing
+from devices.door.link.showing import Changes, Recorded, Showing
 from devices.door.link.telemetry import CHANNELS, UNITS, Numbering, trouble
 from devices.mending import Mending
 from devices.signals import Block, DeviceError, DeviceFault, Health, NowNs, Signal
@@ -74,6 +74,8 @@ class DoorSimulator:
     recorder: Recorder = streamed
     mending: Mending = field(default_factory=Mending)
     identity: Identity | None = None
+    changes: Changes | None = None
+    """Where the profile changes from while it is felt; None where it does not."""
     _connection: Connection | None = None
     _showing: tuple[Present, Generator[Came, None, None]] | None = None
     _numbering: Numbering | None = None
@@ -139,6 +141,10 @@ class DoorSimulator:
     def check(self, force_N: Sequence[float], what: str) -> Profile:
         """The profile as it would be sent. Raises ProfileRefused; a session asks before it begins."""
         return profile_for_door(force_N, self.setup.handle_radius_m, self._limits(), what)
+
+    def change_for(self, force_N: Sequence[float], end_deg: float) -> Profile:
+        """What the door passes over to while it plays, its stop where it is. Raises ProfileRefused."""
+        return change_for_door(force_N, self.setup.handle_radius_m, self._limits(), end_deg, "the changed profile")
 
     def recorded(self, now_ns: NowNs) -> Recorded:
         """What will keep the telemetry of one presentation."""

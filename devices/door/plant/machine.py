@@ -11,7 +11,7 @@ from devices.door.plant.control import Asked, Cascade
 from devices.door.plant.dynamics import Dynamics
 from devices.door.plant.hand import Hand, human
 from devices.door.plant.parameters import DEFAULT, TICK_S, Parameters
-from devices.door.plant.rendering import STEP_RAD, Rendered
+from devices.door.plant.rendering import STEP_RAD, Passage, Rendered
 from devices.door.plant.sensing import Sensing
 
 Mode = Literal["off", "hold", "play"]
@@ -73,9 +73,15 @@ class Machine:
         """
         self.rendered = Rendered(torque_Nm, end_rad, self.parameters.control.end_stiffness_Nm_rad)
 
+    def change(self, torque_Nm: Sequence[float]) -> None:
+        """Pass over to another profile with the same stop; the torque never steps. Raises PlantError as `load`."""
+        self.rendered = Passage(self.rendered, torque_Nm)
+
     def step(self) -> Tick:
         """One millisecond: read the sensors, ask motor and brake, let the plant move."""
         sensing, dynamics = self.sensing, self.dynamics
+        if isinstance(self.rendered, Passage):
+            self.rendered = self.rendered.after_tick()
         asked = self._control()
         hand_s = (self._ticks - self._began) * TICK_S if self._began >= 0 else 0.0
         dynamics.advance(asked.motor_Nm, asked.brake_A, self.hand, hand_s)

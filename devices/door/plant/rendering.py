@@ -9,6 +9,10 @@ from devices.door.grid import MAX_ANGLE_DEG, POINTS
 from devices.door.plant.parameters import PlantError
 
 STEP_RAD = math.radians(MAX_ANGLE_DEG) / (POINTS - 1)
+PASSAGE_TICKS = 50
+"""Ticks of 1 ms that the passage from one profile to another takes at least: one period of 20 Hz."""
+FASTEST_NM_S = 200.0
+"""How fast the torque at an arm that stands may change by a passage."""
 
 
 class Rendered:
@@ -37,11 +41,52 @@ class Rendered:
             torque = low + (place - index) * (self._torque[index + 1] - low)
         return torque + self.stiffness * (angle_rad - self.end_rad) if angle_rad > self.end_rad else torque
 
+    def torques(self) -> tuple[float, ...]:
+        """The profile's torques, without the stops."""
+        return self._torque
+
     def least(self, from_rad: float, to_rad: float) -> float:
         """The smallest torque of the profile between two angles."""
         first = min(max(int(from_rad / STEP_RAD), 0), POINTS - 1)
         last = min(max(int(to_rad / STEP_RAD) + 1, first), POINTS - 1)
         return min(self._torque[first : last + 1])
+
+
+class Passage(Rendered):
+    """From one profile to another with the same stop: at every tick a mixture of the two, so within both's limits.
+
+    It takes PASSAGE_TICKS, and as much longer as keeps every angle's torque below FASTEST_NM_S.
+    """
+
+    __slots__ = ("_before", "_share", "_step")
+
+    def __init__(self, before: Rendered, torque_Nm: Sequence[float]) -> None:
+        super().__init__(torque_Nm, before.end_rad, before.stiffness)
+        self._before = before.mixed() if isinstance(before, Passage) else before
+        furthest = max(abs(new - old) for new, old in zip(self._torque, self._before.torques(), strict=True))
+        self._step = 1.0 / max(PASSAGE_TICKS, math.ceil(1000 * furthest / FASTEST_NM_S))
+        self._share = 0.0
+
+    def after_tick(self) -> Rendered:
+        """The passage a tick later, or the new profile where it is over."""
+        self._share += self._step
+        return self if self._share < 1.0 else Rendered(self._torque, self.end_rad, self.stiffness)
+
+    def at(self, angle_rad: float) -> float:
+        """Torque against the opening direction, in N m."""
+        old, new = self._before.at(angle_rad), super().at(angle_rad)
+        return old + self._share * (new - old)
+
+    def least(self, from_rad: float, to_rad: float) -> float:
+        """No more than the smallest torque of the mixture between two angles."""
+        old, new = self._before.least(from_rad, to_rad), super().least(from_rad, to_rad)
+        return old + self._share * (new - old)
+
+    def mixed(self) -> Rendered:
+        """The mixture as it is now, as a profile."""
+        pairs = zip(self._before.torques(), self._torque, strict=True)
+        torque = [old + self._share * (new - old) for old, new in pairs]
+        return Rendered(torque, self.end_rad, self.stiffness)
 
 
 def _check(torque_Nm: Sequence[float], end_rad: float) -> None:

@@ -8,6 +8,7 @@ from devices.author.playing import Played, Player
 from devices.door.firmware.ailments import Ailing
 from devices.door.link.limits import Limits
 from devices.door.link.simulator import DoorSimulator, Setup
+from devices.door.live import LiveDoor
 from devices.signals import DeviceError
 from tests.devices.author.fakes import FakeMaker
 from tests.devices.author.rooms_for_tests import begun, click, typed, wish
@@ -61,6 +62,17 @@ def test_the_door_is_felt_and_the_hand_is_seen_on_the_curve():
     angles = [place[0] for place in screen.places if place is not None]
     assert max(angles) > 60 and screen.places[-1] is None
     assert screen.states[0] == "playing" and screen.states[-1] == "rest" and not player.busy
+
+
+def test_what_changes_meanwhile_is_felt_by_the_hand_that_holds_the_door():
+    player, screen = player_on()
+    force = {"N": 10.0}
+    changes = LiveDoor(lambda: dict(force), lambda setting: (setting["N"],) * 621, dict(force), lambda: 0)
+    screen.at[60] = lambda: force.update(N=30.0)
+    assert player.play(GENTLE, "design A", changes) == Played("played")
+    assert [change.why for change in changes.changes] == [""] and changes.missed == 0
+    assert screen.bench.plant.plant.changed[0][0] == pytest.approx(27.0)
+    assert player.door.changes is None
 
 
 def test_stop_ends_it_and_closing_the_window_too():
@@ -131,7 +143,8 @@ class HandedPlayer:
     left: bool = False
     was: tuple = ()
 
-    def play(self, force_N, name):
+    def play(self, force_N, name, changes=None):
+        self.changes = changes
         self.busy, self.was = True, (force_N, name)
         self.meanwhile()
         self.busy = False
@@ -171,8 +184,15 @@ def test_while_it_plays_the_sliders_live_and_the_button_stops(tmp_path):
 
     def meanwhile():
         room.door_is("playing")
+        assert player.changes.newer(0) is None
         wish(room, 0, 90)
-        assert "still plays what it was given" in words(room)
+        assert player.changes.newer(50_000_000) == tuple(FakeMaker().design(room.main.work.setting.wish).force_N)
+        player.changes.took(60_000_000, "")
+        wish(room, 0, 80)
+        player.changes.newer(100_000_000)
+        player.changes.took(110_000_000, "61 N m at 3 degrees")
+        room.turn()
+        assert "stays as it was: 61 N m at 3 degrees" in words(room)
         typed(room, "o")
         assert "Stop the door first" in words(room)
         click(room, "play")
@@ -180,7 +200,7 @@ def test_while_it_plays_the_sliders_live_and_the_button_stops(tmp_path):
 
     player.meanwhile = meanwhile
     click(room, "play")
-    assert player.pressed == 1 and room.main.work.setting.wish[0] == 90
+    assert player.pressed == 1 and room.main.work.setting.wish[0] == 80
 
 
 def test_the_door_s_wish_to_be_put_right_is_shown(tmp_path):

@@ -21,10 +21,14 @@ class TinyPlant:
     angle_deg: float = 0.0
     pull_Nm: float = 0.0
     loaded: list = field(default_factory=list)
+    changed: list = field(default_factory=list)
     moved: bool = False
 
     def load(self, torque_Nm, end_rad):
         self.loaded.append((tuple(torque_Nm), end_rad))
+
+    def change(self, torque_Nm):
+        self.changed.append(tuple(torque_Nm))
 
     def step(self):
         self.t_ms += 1

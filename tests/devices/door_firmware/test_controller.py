@@ -16,6 +16,7 @@ REQUESTS = {
     says.SetRate: says.SetRate(1000), says.ReadBack: says.ReadBack(0, 10),
     says.UploadBegin: says.UploadBegin(621, 62.0, 1), says.UploadChunk: says.UploadChunk(0, (1.0,)),
     says.UploadEnd: says.UploadEnd(1), says.Clear: says.Clear(0), says.Arm: says.Arm(1), says.Play: says.Play(),
+    says.Change: says.Change(1),
 }  # fmt: skip
 
 

@@ -160,7 +160,7 @@ def test_closing_in_full_swing_leaves_it_at_rest():
 def test_health_tells_noise_and_faults():
     lab = Lab().opened()
     found = lab.door.health(0.3)
-    assert found.ok and found.readings[0].signal.name == "telemetry" and found.facts["firmware"] == "1"
+    assert found.ok and found.readings[0].signal.name == "telemetry" and found.facts["firmware"] == "2"
     lab.bench.firmware.press(True)
     found = lab.door.health(0.3)
     assert not found.ok and "emergency stop" in found.told
