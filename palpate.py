@@ -33,6 +33,7 @@ VERBS = {
     "doors": ("devices.door.commands:doors", "Make car-door stimuli: normalise, simulate, augment."),
     "author": ("devices.author.commands:author", "Make a door that feels as wished, with seven sliders."),
     "render": ("devices.render.commands:render", "Feel a texture; or play it for a recorded or simulated hand."),
+    "samples": ("analysis.commands_samples:samples", "Write sample files to try commands on."),
     "import": ("analysis.commands:import_", "Read a foreign table of ratings into a lab."),
     "regenerate": ("analysis.regenerating.commands:regenerate", "Every number, table and figure that a plan asks for."),
     "export": ("analysis.exporting.commands:export", "Share a study's data: BIDS, Psych-DS, CSV or Parquet."),

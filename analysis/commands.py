@@ -200,7 +200,7 @@ def import_(map: Path, data: Path | None, lab: Path, replace: bool, as_json: boo
     MAP is a YAML file, or the name of a shipped map: sk2011, psychopy_hussey2018. DATA is the table or its folder,
     if it does not lie beside the map. What is left out is listed.
 
-    Example: palpate import sk2011 --lab LAB; palpate import my_map.yaml my_table.csv --lab LAB
+    Example: palpate import sk2011 --lab LAB; palpate samples; palpate import samples/chairs.yaml --lab LAB
     """
     from analysis.importing.map_file import find_map
     from analysis.importing.tables import import_table

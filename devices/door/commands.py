@@ -141,12 +141,12 @@ def augment_command(source: Path, out: Path, seed: int, as_json: bool) -> None:
 @doors.command("make")
 @click.option("--study", default="door_ratings", show_default=True, help="Whose stimuli, as door_matching.")
 @click.option("--out", type=OUT, help="Folder to write stimuli.csv and profiles/ into.")
-@click.option("--check", type=click.Path(exists=True, file_okay=False, path_type=Path), help="Folder to compare.")
+@click.option("--check", metavar="FOLDER", help="Folder to compare; or a shipped study, as door_ratings.")
 @click.option("--measured", type=FILE, help="Another measured recording (angle_deg, force_N) in the first place.")
 @seed_option
 @as_json
 def make_command(
-    study: str, out: Path | None, check: Path | None, measured: Path | None, seed: int, as_json: bool
+    study: str, out: Path | None, check: str | None, measured: Path | None, seed: int, as_json: bool
 ) -> None:
     """Make the stimuli of a door study (the 90 of door_ratings), or check that a folder holds exactly these.
 
@@ -156,19 +156,42 @@ def make_command(
 
     \b
     Example:
-      palpate doors make --check studies/door_ratings
+      palpate doors make --check door_ratings
       palpate doors make --study door_matching --check studies/door_matching
     """
+    folder = None if check is None else _stimulus_folder(check)
+    if folder is not None and check in _shipped():
+        study = check
     make, differences = _makers(study, measured, seed)
-    if (out is None) == (check is None):
+    if (out is None) == (folder is None):
         raise DoorDataError("Say either --out FOLDER to write the stimuli, or --check FOLDER to compare them.")
     if out is not None:
         _answer_files(as_json, make(out))
-    elif check is not None:
-        found = differences(check)
-        _answer(as_json, {"equal": not found, "differences": found}, "\n".join(found) or f"{check}: equal")
+    elif folder is not None:
+        found = differences(folder)
+        _answer(as_json, {"equal": not found, "differences": found}, "\n".join(found) or f"{folder}: equal")
         if found:
             raise SystemExit(1)
+
+
+def _shipped() -> tuple[str, ...]:
+    """Return the shipped studies whose stimuli are made here."""
+    from devices.door.sets import SETS
+
+    return ("door_ratings", *SETS)
+
+
+def _stimulus_folder(text: str) -> Path:
+    """Return the folder, or that of the shipped study of this name. Raises DoorDataError where there is none."""
+    from devices.door.stimuli import STUDIES
+
+    if Path(text).is_dir():
+        return Path(text)
+    if text in _shipped():
+        return STUDIES / text
+    raise DoorDataError(
+        f"{text}: no such folder, and no shipped study with made stimuli; known: {', '.join(_shipped())}"
+    )
 
 
 def _makers(
@@ -189,7 +212,7 @@ def _makers(
 
 
 @doors.command("draw")
-@click.argument("folder", type=click.Path(exists=True, file_okay=False, path_type=Path))
+@click.argument("folder")
 @click.option(
     "--out", type=OUT, required=True, help="The picture: .png, .svg or .pdf; without an ending .svg and .png."
 )
@@ -199,18 +222,20 @@ def _makers(
 @click.option("--angle-column", default="angle_deg", show_default=True, help="Of --opening.")
 @click.option("--time-column", default="time_s", show_default=True, help="Of --opening.")
 def draw_command(
-    folder: Path, out: Path, features: bool, openings: tuple[str, ...], angle_column: str, time_column: str
+    folder: str, out: Path, features: bool, openings: tuple[str, ...], angle_column: str, time_column: str
 ) -> None:
     """Draw the profiles that FOLDER's stimuli.csv lists: all variants (thesis Figure 5.7).
+
+    FOLDER may also be the name of a shipped study, as door_ratings.
 
     Or the originals alone: --features marks what the variants change (Figure 5.6), --opening shows beside them how
     doors were opened when they were recorded (Figure 5.3). Both write the numbers that they show as .csv, too.
 
     \b
     Example:
-      palpate doors draw studies/door_ratings --out doors.png
-      palpate doors draw studies/door_ratings --features --out features
-      palpate doors draw studies/door_ratings --opening BC3=bc3.csv --opening K8=k8.csv --out openings
+      palpate doors draw door_ratings --out doors.png
+      palpate doors draw door_ratings --features --out features
+      palpate doors draw door_ratings --opening BC3=bc3.csv --opening K8=k8.csv --out openings
     """
     from devices.door.draw import draw, draw_features, draw_openings
 
@@ -220,9 +245,9 @@ def draw_command(
     if len(recordings) < len(openings):
         raise click.UsageError("--opening: a door stands twice; one recording a door is drawn")
     if recordings:
-        files = draw_openings(folder, recordings, out, time_column, angle_column)
+        files = draw_openings(_stimulus_folder(folder), recordings, out, time_column, angle_column)
     else:
-        files = (draw_features if features else draw)(folder, out)
+        files = (draw_features if features else draw)(_stimulus_folder(folder), out)
     click.echo("\n".join(map(str, files)))
 
 

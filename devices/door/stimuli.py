@@ -22,7 +22,9 @@ Array = NDArray[np.float64]
 
 MEASURED_LABEL = "BC3"
 """The place of the measured door in the thesis' design; the other five places are the catalogue's."""
-MEASURED_FILE = Path(__file__).parents[2] / "studies" / "door_ratings" / "measured" / "haptune_actual.csv"
+STUDIES = Path(__file__).parents[2] / "studies"
+"""The shipped studies."""
+MEASURED_FILE = STUDIES / "door_ratings" / "measured" / "haptune_actual.csv"
 IDENTITY = ("id", "car", "variant", "augmentation", "source", "file")
 FEATURE_DECIMALS = {"peak_count": 0, "first_peak_deg": 1, "opening_deg": 1}
 """All other features carry as many decimals as a force."""

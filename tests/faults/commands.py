@@ -40,6 +40,7 @@ WRITES = {
     "doors augment": "doors augment profile.csv --out doors",
     "doors make": "doors make --study door_capture --out doors",
     "doors draw": "doors draw drawn --out doors.png",
+    "samples": "samples samples",
     "import": "import sponges.yaml sponges.csv --replace",
     "analyse": "analyse sponges",
     "report": "report sponges --to report.html",
