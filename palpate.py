@@ -69,6 +69,13 @@ AREAS = {
     "synthesis": "palpate:synthesis_cases",
     "textures": "palpate:textures_cases",
     "free-running": "palpate:free_running_cases",
+    "actuator": "devices.actuator.bench:cases",
+    "sound": "devices.sound.bench:cases",
+    "camera": "devices.camera.bench:cases",
+    "profiles": "devices.door.bench:cases",
+    "power": "analysis.power.bench:cases",
+    "intervals": "modeling.doors.bench_intervals:cases",
+    "library": "modeling.library.bench:cases",
 }
 FIGURES = {"plant": "devices.door.plant.bench:figures", "alignment": "analysis.aligning.bench:figures"}
 """What an area shows beside its work-precision plots."""

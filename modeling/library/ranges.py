@@ -5,6 +5,7 @@ from __future__ import annotations
 import math
 from collections.abc import Sequence
 from dataclasses import dataclass
+from functools import cached_property
 from itertools import pairwise
 
 Knot = tuple[float, float]
@@ -30,7 +31,7 @@ class Soft:
         )
         return min(1.0, max(0.0, found))
 
-    @property
+    @cached_property
     def best(self) -> float:
         """The greatest membership that a value on the scale can have."""
         return max(self.at(value) for value in (*ENDS, *(x for x, _ in self.knots if ENDS[0] <= x <= ENDS[1])))

@@ -1,0 +1,112 @@
+"""Figures of power by simulation: shares of found effects against the exact power, and the interval around them."""
+
+from __future__ import annotations
+
+import math
+import tempfile
+import time
+from collections.abc import Callable, Iterator, Sequence
+from functools import partial
+from pathlib import Path
+
+from analysis.power.curve import Asking, Point, power_curve, wilson
+from protocols.bench import Case
+from protocols.files import write_texts
+
+AREA = "power"
+PEOPLE, NOISE, APART = 12, 1.0, 1.0
+"""Participants, the SD of one answer and the difference between two stimuli, in one unit."""
+STUDY = f"""\
+study: two_stimuli
+task: slider_rating
+stimuli: stimuli.csv
+attributes: [[Low, High]]
+scale: {{from: -1000, to: 1000, step: 0.001, start: unset}}
+order: {{design: williams}}
+simulation:
+  latents: {{Low: {{level: {APART / 2}}}}}
+  gain_sd: 0
+  bias_sd: 2
+  noise_sd: {NOISE}
+"""
+STIMULI = "id,level\na,0\nb,1\n"
+PLAN = "study: two_stimuli\nexclusions: []\ntests:\n  - {name: stimuli, test: anova, within: [stimulus]}\n"
+Interval = Callable[[int, int], tuple[float, float]]
+
+
+def cases(quick: bool) -> Iterator[Case]:
+    """Two stimuli that differ by one SD of an answer, 12 people: p is that of a noncentral F(1, 11), exactly."""
+    with tempfile.TemporaryDirectory() as folder:
+        files = {"two_stimuli/study.yaml": STUDY, "two_stimuli/stimuli.csv": STIMULI, "two_stimuli/analysis.yaml": PLAN}
+        write_texts(Path(folder), files)
+        for effect in (0.0, 1.0):
+            for runs in (50,) if quick else (50, 200, 800):
+                yield Case(
+                    AREA, "power: share of simulated studies", f"palpate, {runs} runs",
+                    f"effect {effect:g}, exact power {exact_power(effect):.4f}", runs, "share off the exact power",
+                    partial(simulated, Path(folder), effect, runs), partial(power_error, effect),
+                    seconds=lambda answer: answer[1],
+                )  # fmt: skip
+    yield from _intervals()
+
+
+def simulated(folder: Path, effect: float, runs: int) -> tuple[Sequence[Point], float]:
+    """The product's power curve at one size, and the seconds that it took."""
+    place = folder / "two_stimuli"
+    asking = Asking(place / "study.yaml", place / "analysis.yaml", folder, "stimuli", effect=effect)
+    begun = time.perf_counter()
+    return power_curve(asking, [PEOPLE], runs), time.perf_counter() - begun
+
+
+def exact_power(effect: float, alpha: float = 0.05) -> float:
+    """The chance of p <= alpha: differences between two answers of a person are normal with the SD sqrt(2)."""
+    from scipy.stats import f, ncf
+
+    shift = PEOPLE * (effect * APART) ** 2 / (2 * NOISE**2)
+    critical = f.isf(alpha, 1, PEOPLE - 1)
+    return float(ncf.sf(critical, 1, PEOPLE - 1, shift)) if shift else alpha
+
+
+def power_error(effect: float, answer: tuple[Sequence[Point], float]) -> float:
+    """How far the share lies off the exact power."""
+    return abs(answer[0][0].power - exact_power(effect))
+
+
+def _intervals() -> Iterator[Case]:
+    intervals: dict[str, Interval] = {"palpate, Wilson": wilson, "Wald": wald, "Clopper-Pearson": clopper_pearson}
+    for power in (0.05, 0.8, 0.95):
+        for runs in (50, 200, 1_000):
+            for method, interval in intervals.items():
+                yield Case(AREA, "power: interval of a share", method, f"power {power:g}, {runs} runs", runs,
+                           "coverage off 0.95; exact binomial", partial(all_intervals, interval, runs),
+                           partial(coverage_error, power), 3)  # fmt: skip
+
+
+def all_intervals(interval: Interval, runs: int) -> list[tuple[float, float]]:
+    """The interval for every number of studies that may have found something."""
+    return [interval(found, runs) for found in range(runs + 1)]
+
+
+def coverage_error(power: float, intervals: Sequence[tuple[float, float]]) -> float:
+    """How far the chance that the interval holds the power lies off 0.95, summed over the binomial distribution."""
+    from scipy.stats import binom
+
+    runs = len(intervals) - 1
+    held = [binom.pmf(found, runs, power) for found, (low, high) in enumerate(intervals) if low <= power <= high]
+    return abs(math.fsum(held) - 0.95)
+
+
+def wald(found: int, runs: int, z: float = 1.959963984540054) -> tuple[float, float]:
+    """The share and 1.96 of its standard errors: what is often written."""
+    share = found / runs
+    half = z * math.sqrt(share * (1 - share) / runs)
+    return share - half, share + half
+
+
+def clopper_pearson(found: int, runs: int) -> tuple[float, float]:
+    """The exact interval, which holds 95 % or more always (Clopper and Pearson 1934)."""
+    from scipy.stats import beta
+
+    low = float(beta.ppf(0.025, found, runs - found + 1)) if found else 0.0
+    high = float(beta.ppf(0.975, found + 1, runs - found)) if found < runs else 1.0
+    return low, high

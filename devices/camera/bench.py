@@ -1,0 +1,113 @@
+"""Figures of how pictures are judged: exposure, sharpness and flags of pictures whose truth is known beforehand."""
+
+from __future__ import annotations
+
+import io
+import math
+from collections.abc import Iterator, Sequence
+from functools import partial
+
+import numpy as np
+from numpy.typing import NDArray
+
+from devices.camera.look import JUDGED, Limits, Look, look
+from protocols.bench import Case
+
+AREA = "camera"
+Pixels = NDArray[np.uint8]
+LIMITS = Limits(1568, 0.05, 0.05)
+"""As a rig file has them where it says nothing else."""
+WHITE_SHARE = 0.0125
+GRATING_PX = JUDGED / 215
+"""A period: a whole number of them in the judged square, and none of whole pixels."""
+KINDS = ("png", "jpeg")
+
+
+def cases(quick: bool) -> Iterator[Case]:
+    """Pictures of 1568 x 1568 pixels, and of a camera of 24 megapixels; `quick`: the small ones."""
+    sizes = [(JUDGED, JUDGED)] if quick else [(JUDGED, JUDGED), (6000, 4000)]
+    for width, height in sizes:
+        for kind in KINDS:
+            told, n = f"{width}x{height}, {kind}", width * height
+            yield Case(AREA, "camera: exposure", "palpate", told, n, "share of white pixels",
+                       partial(look, encoded(with_white(width, height), kind), LIMITS), white_error, 3)  # fmt: skip
+            yield Case(AREA, "camera: sharpness", "palpate", told, n, "relative; closed form of a grating",
+                       partial(look, encoded(grating(width, height), kind), LIMITS), sharpness_error, 3)  # fmt: skip
+    judged = list(judged_pictures())
+    for kind in KINDS:
+        pictures = [encoded(each, kind) for each in judged]
+        yield Case(AREA, "camera: flags", "palpate", f"{len(pictures)} pictures, {kind}", len(pictures), "share wrong",
+                   partial(looks, pictures), flags_error, 3)  # fmt: skip
+
+
+def encoded(pixels: Pixels, kind: str) -> bytes:
+    """The pixels as a picture file, JPEG at quality 95 as cameras write it."""
+    from PIL import Image
+
+    file = io.BytesIO()
+    Image.fromarray(pixels).save(file, kind, **({"quality": 95} if kind == "jpeg" else {}))
+    return file.getvalue()
+
+
+def with_white(width: int, height: int) -> Pixels:
+    """Even gray with one white patch, whose share of the judged square in the middle is `WHITE_SHARE`."""
+    pixels = np.full((height, width), 120, np.uint8)
+    rows, columns = round(JUDGED * WHITE_SHARE * 8), JUDGED // 8
+    top, left = (height - JUDGED) // 2, (width - JUDGED) // 2
+    pixels[top : top + rows, left : left + columns] = 255
+    return pixels
+
+
+def white_error(found: Look) -> float | None:
+    """How far the share of white lies off the patch's own."""
+    true = round(JUDGED * WHITE_SHARE * 8) * (JUDGED // 8) / JUDGED**2
+    return None if found.white is None else abs(found.white - true)
+
+
+def grating(width: int, height: int) -> Pixels:
+    """A sine across the picture with `GRATING_PX` pixels to a period."""
+    line = 127.5 + 100 * np.sin(2 * math.pi * np.arange(width) / GRATING_PX)
+    return np.tile(np.round(line).astype(np.uint8), (height, 1))
+
+
+def sharpness_error(found: Look) -> float | None:
+    """Relative error of the sharpness: of a sine the Laplacian is 2 (cos w - 1) times itself."""
+    true = (2 * (math.cos(2 * math.pi / GRATING_PX) - 1)) ** 2
+    return None if found.sharpness is None else abs(found.sharpness / true - 1)
+
+
+def judged_pictures() -> Iterator[Pixels]:
+    """A rough surface in focus, out of focus by more and more, and over-exposed; `TRUTH` says which is which."""
+    surface = np.fft.rfft2(np.random.Generator(np.random.PCG64(11)).normal(0.0, 1.0, (JUDGED, JUDGED)))
+    blurred = {blur_px: _blurred(surface, blur_px) for blur_px in {blur_px for blur_px, _ in TRUTH}}
+    for blur_px, white in TRUTH:
+        seen = blurred[blur_px]
+        pixels = 120 + 30 * seen / float(seen.std())
+        if white:
+            pixels[: round(JUDGED * white)] = 255
+        yield np.clip(np.round(pixels), 0, 249 if not white else 255).astype(np.uint8)
+
+
+TRUTH = ((0.8, 0.0), (1.2, 0.0), (4.0, 0.0), (8.0, 0.0), (0.8, 0.1), (8.0, 0.1))
+"""SD of the blur in pixels, and the share that is white. Up to 1.2 pixels is in focus, from 4 on out of focus: the
+Laplacian of Gaussian noise blurred by s has the share 2 / s^4 of its variance, 1 and 0.008 there, and 0.05 is the
+limit."""
+
+
+def _blurred(spectrum: NDArray[np.complex128], px: float) -> NDArray[np.float64]:
+    down, across = (np.exp(-2 * (math.pi * px * hz) ** 2) for hz in (np.fft.fftfreq(JUDGED), np.fft.rfftfreq(JUDGED)))
+    return np.asarray(np.fft.irfft2(spectrum * np.outer(down, across), (JUDGED, JUDGED)))
+
+
+def looks(pictures: Sequence[bytes]) -> list[Look]:
+    """Judge them all."""
+    return [look(data, LIMITS) for data in pictures]
+
+
+def flags_error(found: Sequence[Look]) -> float:
+    """The share of pictures whose flags are not exactly those that are true of them."""
+    true = [
+        {name for name, so in (("blurred", blur_px >= 4), ("over_exposed", white > LIMITS.most_white)) if so}
+        for blur_px, white in TRUTH
+    ]
+    return float(np.mean([set(each.flags) != flags for each, flags in zip(found, true, strict=True)]))

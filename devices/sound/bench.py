@@ -1,0 +1,99 @@
+"""Figures of the masking noise: its level and spectrum as played, against what its settings declare."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Iterator
+from functools import partial
+
+import numpy as np
+
+from devices.sound.noise import FULL_SCALE_RMS, LOOP_S, Colour, Player, a_weighted_db, loop, rms_of
+from devices.sound.output import Array
+from protocols.bench import Case
+
+AREA = "sound"
+RATE_HZ = 48_000
+LEVEL_DBFS = -35.0
+SEED = 5
+CENTRES_HZ = 1000 * 10 ** (np.arange(-15, 12) / 10)
+"""Third octaves from 32 Hz to 12.6 kHz (IEC 61260-1, base ten)."""
+
+
+def cases(quick: bool) -> Iterator[Case]:
+    """Ten seconds of noise from the middle of the loop, as the player gives it, and independent random samples beside.
+
+    `quick` measures white noise only.
+    """
+    colours: tuple[Colour, ...] = ("white",) if quick else ("white", "pink")
+    count, given = RATE_HZ * LOOP_S, f"{LOOP_S} s at {RATE_HZ} Hz"
+    for colour in colours:
+        ways = {"palpate": partial(played, colour)} | ({"random samples": random_samples} if colour == "white" else {})
+        for case, kind, error in (
+            ("level", "dB off the declared level", level_error_db),
+            ("each second's level", "dB at most off the declared level", second_error_db),
+            ("third octaves", "dB at most off the declared spectrum", partial(spectrum_error_db, colour)),
+            ("A-weighted level", "dB off the declared one", partial(a_error_db, colour)),
+        ):
+            for method, run in ways.items():
+                yield Case(AREA, f"masking noise: {case}", method, f"{colour}, {given}", count, kind, run, error, 3)
+
+
+def played(colour: Colour) -> Array:
+    """Make the loop and play it once through the player, beginning in its middle, as an output takes it."""
+    player = Player(loop(colour, RATE_HZ, SEED) * rms_of(LEVEL_DBFS))
+    player.fader.to(1.0, 1)
+    player.fill(RATE_HZ * LOOP_S // 2)
+    return np.concatenate([player.fill(RATE_HZ // 100) for _ in range(100 * LOOP_S)])
+
+
+def random_samples() -> Array:
+    """Gaussian samples of the declared level between 20 Hz and 20 kHz, each drawn by itself."""
+    drawn = np.random.Generator(np.random.PCG64(SEED)).standard_normal(RATE_HZ * LOOP_S)
+    hz = np.fft.rfftfreq(len(drawn), 1 / RATE_HZ)
+    inside = (hz >= 20) & (hz <= 20_000)
+    return np.fft.irfft(np.fft.rfft(drawn) * inside, len(drawn)) * rms_of(LEVEL_DBFS) / math.sqrt(inside.mean())
+
+
+def level_error_db(samples: Array) -> float:
+    """By how many dB the level lies off what was declared."""
+    return abs(_level_dbfs(float(np.mean(samples**2))) - LEVEL_DBFS)
+
+
+def second_error_db(samples: Array) -> float:
+    """The same of the second that lies furthest off."""
+    return max(map(level_error_db, samples.reshape(-1, RATE_HZ)))
+
+
+def spectrum_error_db(colour: Colour, samples: Array) -> float:
+    """The largest deviation of a third octave's level from a flat (white) or a falling (pink) spectrum."""
+    hz, power = _power(samples)
+    declared = np.where((hz >= 20) & (hz <= 20_000), 1.0 if colour == "white" else 1 / np.maximum(hz, 1), 0.0)
+    declared *= rms_of(LEVEL_DBFS) ** 2 / declared.sum()
+    bands = [(hz >= centre * 10**-0.05) & (hz < centre * 10**0.05) for centre in CENTRES_HZ]
+    return max(abs(10 * math.log10(float(power[band].sum() / declared[band].sum()))) for band in bands)
+
+
+def a_error_db(colour: Colour, samples: Array) -> float:
+    """By how many dB the A-weighted level of the samples lies off the declared one.
+
+    The weighting is worked out here from its four poles (IEC 61672-1, Annex E), not taken from the product.
+    """
+    hz, power = _power(samples)
+    s = 2j * np.pi * hz[1:]
+    poles = [2 * np.pi * f for f in (20.598997, 20.598997, 107.65265, 737.86223, 12194.217, 12194.217)]
+    gain = np.abs(s**4 / np.prod([s + pole for pole in poles], axis=0))
+    at = 2j * np.pi * 1000.0
+    gain /= abs(at**4 / np.prod([at + pole for pole in poles]))
+    level = _level_dbfs(float(np.sum(power[1:] * gain**2)))
+    return abs(level - (LEVEL_DBFS + a_weighted_db(colour, RATE_HZ)))
+
+
+def _power(samples: Array) -> tuple[Array, Array]:
+    """Frequencies, and the mean square in each line."""
+    lines = np.abs(np.fft.rfft(samples)) ** 2 / len(samples) ** 2
+    return np.asarray(np.fft.rfftfreq(len(samples), 1 / RATE_HZ), dtype=np.float64), 2 * lines
+
+
+def _level_dbfs(mean_square: float) -> float:
+    return 20 * math.log10(math.sqrt(mean_square) / FULL_SCALE_RMS)

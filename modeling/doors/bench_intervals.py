@@ -1,0 +1,68 @@
+"""Figures of conformal intervals: how many new answers they hold against the share that they promise."""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Iterator
+from functools import partial
+from typing import TYPE_CHECKING, Any
+
+import numpy as np
+
+from modeling.doors.data import Array
+from modeling.doors.intervals import COVERAGE, half_widths
+from protocols.bench import Case
+
+if TYPE_CHECKING:
+    from numpy.random import Generator
+
+AREA = "intervals"
+NORMAL_Z = 1.6448536269514722
+"""A normal distribution has 90 % within so many SDs."""
+SIZES = (20, 90)
+"""Stimuli that calibrate: few, and the 90 of door_ratings."""
+Widths = Callable[[Array], Array]
+
+
+def cases(quick: bool) -> Iterator[Case]:
+    """Many calibrations at once, one a column; new answers are counted by the distribution itself, not by chance."""
+    times = 2_000 if quick else 20_000
+    for name, draw, share_within in distributions():
+        for n in SIZES:
+            residual = draw(np.random.Generator(np.random.PCG64(n)), (n, times))
+            widths: dict[str, Widths] = {"palpate, conformal": half_widths, "1.645 SD": normal_widths}
+            for method, run in widths.items():
+                yield Case(AREA, "intervals: new answers held", method, f"{name}, {n} stimuli",
+                           n * times, f"share held, off {COVERAGE:g}", partial(run, residual),
+                           partial(coverage_error, share_within), 3)  # fmt: skip
+
+
+def distributions() -> Iterator[tuple[str, Callable[[Generator, tuple[int, int]], Array], Callable[[Array], Array]]]:
+    """Residuals: a name, what draws them, and the share of new ones whose size is at most a width.
+
+    Skewed ones are exponential, less their mean of 1.
+    """
+    from scipy.stats import expon, norm, t
+
+    frozen: tuple[tuple[str, Any], ...] = (
+        ("normal", norm()), ("t(3)", t(3)), ("skewed", expon(-1))
+    )  # fmt: skip
+    for name, law in frozen:
+        yield name, partial(_drawn, law), partial(_within, law)
+
+
+def _drawn(law: Any, chance: Generator, shape: tuple[int, int]) -> Array:
+    return np.asarray(law.rvs(size=shape, random_state=chance))
+
+
+def _within(law: Any, width: Array) -> Array:
+    return np.asarray(law.cdf(width) - law.cdf(-width))
+
+
+def normal_widths(residual: Array) -> Array:
+    """What holds 90 % of a normal distribution of this SD: what is often written instead."""
+    return np.asarray(NORMAL_Z * residual.std(axis=0, ddof=1))
+
+
+def coverage_error(share_within: Callable[[Array], Array], widths: Array) -> float:
+    """How far the share of new answers that are held, on average over calibrations, lies off the promised one."""
+    return abs(float(np.mean(share_within(widths))) - COVERAGE)
