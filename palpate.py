@@ -205,9 +205,12 @@ def _fresh(lab: Path) -> None:
 
 
 def _files_in(lab: Path) -> set[str]:
-    """Return the names of all files in the lab, except the mark."""
+    """Return the names of all files in the lab, except the mark and what a killed writer left."""
+    from protocols.files import UNFINISHED
+
     paths = (path for path in lab.rglob("*") if path.is_symlink() or not path.is_dir())
-    return {path.relative_to(lab).as_posix() for path in paths} - {DEMO_MARK}
+    names = {path.relative_to(lab).as_posix() for path in paths}
+    return {name for name in names if UNFINISHED not in name} - {DEMO_MARK}
 
 
 @click.command()

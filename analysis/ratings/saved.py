@@ -15,7 +15,7 @@ import pandas as pd
 
 from analysis.ratings.dataset import Crossing, DataRefused, Exclusion, Input, Ratings, Scale
 from protocols.canonical import json_text
-from protocols.files import staged_folder, write_bytes, write_text
+from protocols.files import UNFINISHED, staged_folder, write_bytes, write_text
 
 FORMAT = 1
 TABLE = "ratings.csv"
@@ -48,7 +48,8 @@ def save_ratings(ratings: Ratings, folder: Path, *, replace: bool = False) -> No
 
 def _other_files(folder: Path) -> list[str]:
     """Return the names in the folder that do not belong to a data set."""
-    return sorted(path.name for path in folder.iterdir() if path.name not in {TABLE, DESCRIPTION})
+    names = (path.name for path in folder.iterdir() if not path.name.startswith(UNFINISHED))
+    return sorted(name for name in names if name not in {TABLE, DESCRIPTION})
 
 
 def load_ratings(folder: Path) -> Ratings:

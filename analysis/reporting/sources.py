@@ -15,6 +15,7 @@ from analysis.ratings.dataset import DataRefused, Ratings
 from analysis.ratings.reading import read_ratings
 from analysis.ratings.saved import load_ratings
 from protocols.did_you_mean import nearest
+from protocols.files import UNFINISHED
 from studies.collect import fill, ledgers_in, open_database, scratch_database
 from studies.participants.registry import withdrawn
 
@@ -110,7 +111,8 @@ def both_of(name: str, folder: Path) -> DataRefused:
 def nothing_of(name: str, lab: Path) -> DataRefused:
     """The refusal where a lab has neither sessions of a study nor an imported data set of that name."""
     imported = lab / IMPORTED
-    known = sorted(path.name for path in imported.iterdir() if path.is_dir()) if imported.is_dir() else []
+    folders = [path for path in imported.iterdir() if path.is_dir()] if imported.is_dir() else []
+    known = sorted(path.name for path in folders if not path.name.startswith(UNFINISHED))
     known += sorted({path.name.rsplit("_", 2)[0] for path in ledgers_in(lab)})
     where = f"{lab}: no sessions of a study {name!r} and no imported data set of that name"
     if not known:

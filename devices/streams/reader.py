@@ -8,6 +8,7 @@ from dataclasses import dataclass, field
 
 from devices.signals import Block, DeviceError, DeviceFault, NowNs, Sensor
 from devices.streams.ring import Ring
+from protocols.files import reason
 
 READ_S = 0.05
 """What a read may wait: so long after the end was asked for, the thread is gone at the latest."""
@@ -87,5 +88,8 @@ class Reader:
 
 def as_fault(device: str, error: Exception) -> DeviceFault:
     """What a driver raised otherwise: a lost line, or a refusal; a DeviceError is told in its own words."""
-    said = str(error) if isinstance(error, DeviceError) else f"{type(error).__name__}: {error}"
+    if isinstance(error, OSError) and error.errno is not None:
+        said = reason(error)
+    else:
+        said = str(error) if isinstance(error, DeviceError) else f"{type(error).__name__}: {error}"
     return DeviceFault(device, "link_lost" if isinstance(error, OSError) else "refused", said)

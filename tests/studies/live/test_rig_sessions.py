@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import errno
 import os
 import signal
 import sys
@@ -11,6 +12,8 @@ from dataclasses import replace
 import pytest
 
 import studies.live_rig
+from analysis.streams.listing import listed
+from devices.daq.twin import TwinDaq
 from devices.rig.file import rig_path
 from devices.rig.opened import OpenRig
 from devices.signals import DeviceError
@@ -175,6 +178,44 @@ def test_sensors_are_recorded_together_and_nothing_is_lost(lab, rooms):
             assert set(streams) == {"tool_acceleration", "tool_force", "tool_position"}
             assert all(stream["lost"] == 0 for stream in streams.values())
             assert streams["tool_force"]["samples"] >= 8000
+    replay(sat.path)
+
+
+def test_a_sensor_that_is_unplugged_in_mid_trial_and_comes_back_leaves_a_marked_gap(lab, rooms, monkeypatch):
+    """What came before stays in the attempt that does not count; no sample lies outside the attempt it was taken in."""
+    read_card, state = TwinDaq.read, {"plugged": True, "looks": 0}
+
+    def read_or_fail(card, most, timeout_s):
+        if card.name == "vibration" and not state["plugged"]:
+            raise OSError(errno.ENODEV, "No such device")
+        return read_card(card, most, timeout_s)
+
+    def unplug_and_plug(page, _looks):
+        state["looks"] += page == "recording"
+        if state["looks"] == 40:
+            state["plugged"] = False
+        elif page == "changing_sample":
+            state["plugged"] = True
+
+    monkeypatch.setattr(TwinDaq, "read", read_or_fail)
+    rooms["meanwhile"] = unplug_and_plug
+    sat = begun(captures(capture={"device": "tool", "seconds": 1.5}), lab)
+    record = read(sat.path)
+    assert sat.complete and ends(record)[0] == "faulted" and lasting(record) == ["captured", "captured"]
+    fault = next(event for event in record.events if event.kind == "fault" and event.value["what"] == "link_lost")
+    assert (fault.value["device"], fault.value["message"]) == ("vibration", "vibration: no such device")
+    spans = {}
+    for event in record.events:
+        if event.kind in ("trial_started", "trial_ended"):
+            spans.setdefault((event.trial, event.attempt), []).append(event.t_ns)
+    blocks = [((event.trial, event.attempt), block) for event in record.events for block in event.samples]
+    assert any(attempt == (fault.trial, fault.attempt) for attempt, _ in blocks), "what came before the fault is kept"
+    for attempt, block in blocks:
+        began, ended = spans[attempt]
+        assert began <= block.t0_ns and block.t0_ns + (block.count - 1) / block.rate_hz * 1e9 <= ended
+    found = listed(record)
+    assert (fault.trial, fault.attempt) not in {(row["trial"], row["attempt"]) for row in found["streams"]}
+    assert all(row["lost"] == 0 and row["seconds"] >= 1.49 for row in found["streams"]) and found["not_used"]
     replay(sat.path)
 
 
