@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import hashlib
 import json
-from collections.abc import Mapping
+from collections.abc import Callable, Mapping
 from typing import Any
 
 Json = Any  # None | bool | int | float | str | list[Json] | tuple[Json, ...] | Mapping[str, Json]
@@ -20,9 +20,14 @@ def canonical(value: Json) -> bytes:
     Equal on every machine and Python version. Raises NotCanonical and names the place ($.a[2]).
     """
     try:
-        return _ENCODER.encode(value if _is_plain(value) else _plain(value, "$")).encode("utf-8")
+        return encoded(value if _is_plain(value) else _plain(value, "$"))
     except UnicodeEncodeError as error:
         raise NotCanonical(f"a text holds half a character (lone surrogate): {error.object!r:.60}") from None
+
+
+def encoded(value: Json) -> bytes:
+    """The canonical text of a value whose types are known to be JSON's own, as those of one that was parsed."""
+    return _text_of(value).encode("utf-8")
 
 
 def json_text(value: Json, indent: int | None = None, *, sort_keys: bool = False) -> str:
@@ -134,7 +139,21 @@ def _short(value: Json) -> str:
     return text if len(text) <= 80 else f"{text[:77]}..."
 
 
-_ENCODER = json.JSONEncoder(sort_keys=True, separators=(",", ":"), ensure_ascii=False, allow_nan=False)
+def _writer() -> Callable[[Json], str]:
+    """Return what writes a value's text.
+
+    `JSONEncoder.encode` builds CPython's encoder for every value, which takes longer than a short value does: it is
+    built once here.
+    """
+    encoder = json.JSONEncoder(sort_keys=True, separators=(",", ":"), ensure_ascii=False, allow_nan=False)
+    build = getattr(json.encoder, "c_make_encoder", None)
+    if build is None:  # an interpreter other than CPython
+        return encoder.encode
+    text_parts = build(None, encoder.default, json.encoder.encode_basestring, None, ":", ",", True, False, False)
+    return lambda value: "".join(text_parts(value, 0))
+
+
+_text_of = _writer()
 _DECODER = json.JSONDecoder(parse_constant=_refuse_constant, object_pairs_hook=_without_repeats)
 _TEXT = frozenset({str})
 _SCALARS = frozenset({str, int, bool, type(None)})

@@ -8,11 +8,11 @@ are allowed. Whether an answer fits the study is what a replay shows.
 
 from __future__ import annotations
 
-import json
 from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass
 from typing import Any
 
+from protocols.canonical import encoded, parse
 from protocols.events import Event
 from protocols.requests import Samples
 
@@ -167,7 +167,7 @@ class EventShapes:
         if event.kind not in _BODIES:
             raise ShapeError(f"an event of the kind {event.kind!r:.40} does not exist")
         self._demand_place(event)
-        body = parse_canonical(event.body)
+        body = _demand_canonical(event.body, lambda: event.value)
         demand_fields(body, *_BODIES[event.kind])
         if event.kind == "request":
             demand_fields(body, _REQUESTS.get(body["do"], {}), {"wish": NUMBER.object()})
@@ -235,10 +235,13 @@ class EventShapes:
 
 def parse_canonical(text: bytes) -> Any:
     """Return the value of a canonical JSON text. Raises ShapeError where it is anything else, or nested too deeply."""
+    return _demand_canonical(text, lambda: parse(text))
+
+
+def _demand_canonical(text: bytes, parsed: Callable[[], Any]) -> Any:
     try:
-        value = json.loads(text)
-        again = json.dumps(value, sort_keys=True, separators=(",", ":"), ensure_ascii=False, allow_nan=False)
-        if again.encode() == text and _depth_is_fine(text, value):
+        value = parsed()
+        if encoded(value) == text and _depth_is_fine(text, value):
             return value
     except (ValueError, RecursionError):
         pass

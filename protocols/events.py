@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from dataclasses import dataclass
+from functools import cached_property
 from typing import Any, Protocol
 
 from protocols.canonical import parse
@@ -24,9 +25,9 @@ class Event:
     attempt: int | None = None
     samples: tuple[Samples, ...] = ()
 
-    @property
+    @cached_property
     def value(self) -> Any:
-        """The body as data."""
+        """The body as data, parsed once: whoever reads it leaves it as it is."""
         return parse(self.body)
 
     @property

@@ -5,14 +5,12 @@ from __future__ import annotations
 import json
 import sqlite3
 from collections.abc import Iterator, Sequence
+from contextlib import closing
 from dataclasses import dataclass, replace
 from datetime import datetime
 from functools import cached_property
 from pathlib import Path
 from typing import Any
-
-from sqlalchemy import Connection, select, text
-from sqlalchemy.exc import OperationalError, SQLAlchemyError
 
 from protocols.event_shapes import (
     OBJECT,
@@ -32,9 +30,8 @@ from studies.ledger_schema import (
     CHECKPOINTED,
     FORMAT,
     SEED,
-    engine_to_read,
+    connect_to_read,
     event_hash,
-    events,
     form_of,
     metadata,
     sitting_hash,
@@ -43,7 +40,6 @@ from studies.stored_samples import stored
 
 _UNFOUNDED = "samples without their event, or no session_started: the file was changed"
 _MAGIC = b"SQLite format 3\0"
-# Each ledger is an engine of its own, which would compile a SQLAlchemy statement anew: as text, they cost nothing.
 _EVENTS = "SELECT seq, t_ns, kind, trial, attempt, body, hash FROM events"
 _SAMPLES = "SELECT seq, block, stream, form, data FROM samples"
 _SITTINGS = "SELECT n, kind, events, head, body, hash FROM sittings ORDER BY n"
@@ -131,39 +127,34 @@ def read(path: Path) -> Record:
     """
     _demand_sqlite(path)
     without_wal = _without_wal(path)
-    engine = engine_to_read(str(path))
     try:
         _finish_rollback(path)
-        with engine.connect() as connection:
-            connection.exec_driver_sql("BEGIN")  # one moment of a session that may be running
+        with closing(connect_to_read(str(path))) as connection:
+            connection.execute("BEGIN")  # one moment of a session that may be running
             _demand_ours(connection, path)
             record = _verified(path, connection)
             return replace(record, lacks_wal=without_wal and not record.sittings[-1].at_rest)
     except LedgerError:
         raise
-    except OperationalError as error:
-        raise LedgerError(f"{path}: {_unreadable(str(error.orig))}") from None
-    except (SQLAlchemyError, sqlite3.Error, ValueError, OverflowError, TypeError, AttributeError) as error:
-        raise LedgerError(f"{path}: the file is damaged ({getattr(error, 'orig', error)}); restore it") from None
-    finally:
-        engine.dispose()
+    except sqlite3.OperationalError as error:
+        raise LedgerError(f"{path}: {_unreadable(str(error))}") from None
+    except (sqlite3.Error, ValueError, OverflowError, TypeError, AttributeError) as error:
+        raise LedgerError(f"{path}: the file is damaged ({error}); restore it") from None
 
 
 def read_header(path: Path) -> dict[str, Any]:
     """The body of session_started alone, without checking the rest. Raises LedgerError if there is none."""
     _demand_sqlite(path)
-    engine = engine_to_read(str(path))
     try:
-        with engine.connect() as connection:
-            value: dict[str, Any] = json.loads(
-                connection.execute(select(events.c.body).where(events.c.seq == 0)).scalar_one()
-            )
+        with closing(connect_to_read(str(path))) as connection:
+            row = connection.execute("SELECT body FROM events WHERE seq = 0").fetchone()
+            if row is None:
+                raise ValueError("there is none")
+            value: dict[str, Any] = json.loads(row[0])
             demand_header(value)
             return value
-    except (SQLAlchemyError, sqlite3.Error, ValueError, TypeError, RecursionError) as error:
+    except (sqlite3.Error, ValueError, TypeError, RecursionError) as error:
         raise LedgerError(f"{path}: no first event can be read ({error})") from None
-    finally:
-        engine.dispose()
 
 
 def _demand_sqlite(path: Path) -> None:
@@ -200,17 +191,17 @@ def _finish_rollback(path: Path) -> None:
     """Let SQLite undo what a crash interrupted between two ways of journalling; only a writer may."""
     if not path.with_name(f"{path.name}-journal").exists():
         return
-    engine = engine_to_read(str(path), "rw")
-    try:
-        with engine.connect() as connection:
-            connection.execute(text("SELECT count(*) FROM sqlite_master"))
-    finally:
-        engine.dispose()
+    with closing(connect_to_read(str(path), "rw")) as connection:
+        _one(connection, "SELECT count(*) FROM sqlite_master")
 
 
-def _demand_ours(connection: Connection, path: Path) -> None:
-    application = connection.exec_driver_sql("PRAGMA application_id").scalar_one()
-    version = connection.exec_driver_sql("PRAGMA user_version").scalar_one()
+def _one(connection: sqlite3.Connection, query: str) -> Any:
+    return connection.execute(query).fetchone()[0]
+
+
+def _demand_ours(connection: sqlite3.Connection, path: Path) -> None:
+    application = _one(connection, "PRAGMA application_id")
+    version = _one(connection, "PRAGMA user_version")
     if application != APPLICATION_ID:
         raise LedgerError(f"{path}: an SQLite file, but not a Palpate ledger (or its header is damaged)")
     if version > FORMAT:
@@ -219,18 +210,18 @@ def _demand_ours(connection: Connection, path: Path) -> None:
         )
     if version < 1:
         raise LedgerError(f"{path}: ledger format {version} does not exist; the file's header is damaged")
-    names = connection.exec_driver_sql("SELECT name FROM sqlite_master WHERE type IN ('table', 'view')")
-    tables = set(names.scalars())
+    names = connection.execute("SELECT name FROM sqlite_master WHERE type IN ('table', 'view')")
+    tables = {name for (name,) in names}
     if foreign := tables - set(metadata.tables):
         raise LedgerError(
             f"{path}: holds {', '.join(sorted(foreign))}, which no ledger does: something else wrote to it"
         )
-    found = connection.exec_driver_sql("PRAGMA integrity_check(1)").scalar_one()
+    found = _one(connection, "PRAGMA integrity_check(1)")
     if found != "ok":
         raise LedgerError(f"{path}: the file is damaged ({found}); restore it from a copy")
 
 
-def _verified(path: Path, connection: Connection) -> Record:
+def _verified(path: Path, connection: sqlite3.Connection) -> Record:
     happened: list[Event] = []
     hashes, previous, shapes = [], SEED, EventShapes()
     for place, (one, link) in enumerate(linked_events(path, connection)):
@@ -257,7 +248,7 @@ def demand_shape(path: Path, shapes: EventShapes, event: Event) -> None:
         ) from None
 
 
-def linked_events(path: Path, connection: Connection, first: int | None = None) -> Iterator[tuple[Event, str]]:
+def linked_events(path: Path, connection: sqlite3.Connection, first: int | None = None) -> Iterator[tuple[Event, str]]:
     """The events as they stand in the file, each with its link of the chain, not yet verified.
 
     All of them, or those from number `first` on.
@@ -265,41 +256,44 @@ def linked_events(path: Path, connection: Connection, first: int | None = None) 
     Raises LedgerError on samples that are damaged, or that no event has.
     """
     since, numbers = ("", ()) if first is None else (" WHERE seq >= ?", (first,))  # Whole, a number below 0 must show.
-    rows = connection.exec_driver_sql(f"{_SAMPLES}{since} ORDER BY seq, block", numbers)
+    rows = connection.execute(f"{_SAMPLES}{since} ORDER BY seq, block", numbers)
     waiting = rows.fetchone()
-    several = {"yield_per": 500}
-    for seq, t_ns, kind, trial, attempt, body, link in connection.exec_driver_sql(
-        f"{_EVENTS}{since} ORDER BY seq", numbers, execution_options=several
-    ):
+    for seq, t_ns, kind, trial, attempt, body, link in connection.execute(f"{_EVENTS}{since} ORDER BY seq", numbers):
         its_own = []
-        while waiting is not None and waiting.seq == seq:
-            its_own.append(_samples(path, waiting))
+        while waiting is not None and waiting[0] == seq:
+            its_own.append(_samples(path, *waiting))
             waiting = rows.fetchone()
         yield Event(seq, t_ns, kind, body.encode(), trial, attempt, tuple(its_own)), link
     if waiting is not None:
         raise LedgerError(f"{path}: {_UNFOUNDED}")
 
 
-def _samples(path: Path, row: Any) -> Samples:
+def _samples(path: Path, seq: int, number: int, stream: str, text: str, data: bytes) -> Samples:
     try:
-        form = json.loads(row.form)
+        form = json.loads(text)
         block = Samples(
-            row.stream, tuple(form["channels"]), tuple(form["units"]), form["rate_hz"], form["t0_ns"], row.data,
+            stream, tuple(form["channels"]), tuple(form["units"]), form["rate_hz"], form["t0_ns"], data,
             form.get("first", 0), form.get("clock", "host"),
         )  # fmt: skip
         demand_samples(block)
-        if form_of(block).decode() == row.form:
-            return stored(block, path, row.seq, row.block)
+        if form_of(block).decode() == text:
+            return stored(block, path, seq, number)
     except (ValueError, TypeError, KeyError, ZeroDivisionError, RecursionError):
         pass
-    raise LedgerError(f"{path}: the samples of event {row.seq} are damaged")
+    raise LedgerError(f"{path}: the samples of event {seq} are damaged")
 
 
-def _sittings(path: Path, connection: Connection, hashes: Sequence[str]) -> tuple[Sitting, ...]:
+def stored_sittings(connection: sqlite3.Connection) -> Iterator[tuple[int, Sitting]]:
+    """Yield the sittings with their numbers as they stand in the file, not yet verified."""
+    for number, *sitting in connection.execute(_SITTINGS):
+        yield number, Sitting(*sitting)
+
+
+def _sittings(path: Path, connection: sqlite3.Connection, hashes: Sequence[str]) -> tuple[Sitting, ...]:
     found, previous = [], SEED
-    for place, row in enumerate(connection.exec_driver_sql(_SITTINGS)):
-        previous = sitting_hash(previous, row.n, row.kind, row.events, row.head, row.body)
-        if row.n != place or row.hash != previous:
+    for place, (number, row) in enumerate(stored_sittings(connection)):
+        previous = sitting_hash(previous, number, row.kind, row.events, row.head, row.body)
+        if number != place or row.hash != previous:
             raise LedgerError(f"{path}: the record of sittings was changed or is damaged (sitting {place})")
         if row.events > len(hashes):
             raise LedgerError(
@@ -311,7 +305,7 @@ def _sittings(path: Path, connection: Connection, hashes: Sequence[str]) -> tupl
             demand_fields(parse_canonical(row.body.encode()), *_NOTE)
         except ShapeError as error:
             raise LedgerError(f"{path}: the note of when it was {row.kind} (sitting {place}): {error}") from None
-        found.append(Sitting(row.kind, row.events, row.head, row.body, row.hash))
+        found.append(row)
     if not found:
         raise LedgerError(f"{path}: no sitting is on record: the file was changed")
     return tuple(found)

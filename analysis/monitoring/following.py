@@ -3,19 +3,16 @@
 from __future__ import annotations
 
 import sqlite3
-from collections.abc import Iterator
+from contextlib import closing
 from dataclasses import dataclass
 from pathlib import Path
-
-from sqlalchemy import Connection, select
-from sqlalchemy.exc import SQLAlchemyError
 
 from analysis.monitoring.course import Course
 from protocols.event_shapes import EventShapes
 from protocols.events import Event
-from studies.ledger_schema import engine_to_read, event_hash, events, sittings
+from studies.ledger_schema import connect_to_read, event_hash
 from studies.ledger_state import FileState, file_state
-from studies.record import Sitting, demand_shape, linked_events, read
+from studies.record import Sitting, demand_shape, linked_events, read, stored_sittings
 
 
 @dataclass
@@ -54,24 +51,20 @@ def catch_up(followed: Followed) -> Followed:
         return followed
     try:
         grown = _grown(followed, state)
-    except (SQLAlchemyError, sqlite3.Error, ValueError, KeyError, TypeError, AttributeError):
+    except (sqlite3.Error, ValueError, KeyError, TypeError, AttributeError):
         grown = None  # Whatever it is, reading it whole says it in words.
     return follow(followed.path) if grown is None else grown
 
 
 def _grown(followed: Followed, state: FileState) -> Followed | None:
     known = len(followed.course.times_ns)
-    engine = engine_to_read(str(followed.path))
-    try:
-        with engine.connect() as connection:
-            connection.exec_driver_sql("BEGIN")  # one moment of a session that is running
-            last = connection.execute(select(events.c.hash).where(events.c.seq == known - 1)).scalar_one_or_none()
-            if last != followed.head:
-                return None
-            new, head = _verified(connection, followed)
-            sat = tuple(_sittings(connection))
-    finally:
-        engine.dispose()
+    with closing(connect_to_read(str(followed.path))) as connection:
+        connection.execute("BEGIN")  # one moment of a session that is running
+        last = connection.execute("SELECT hash FROM events WHERE seq = ?", (known - 1,)).fetchone()
+        if last != (followed.head,):
+            return None
+        new, head = _verified(connection, followed)
+        sat = tuple(sitting for _, sitting in stored_sittings(connection))
     if new is None or len(sat) < len(followed.sittings):
         return None
     for event in new:
@@ -79,7 +72,7 @@ def _grown(followed: Followed, state: FileState) -> Followed | None:
     return Followed(followed.path, state, followed.course, head, sat, False, followed.shapes)
 
 
-def _verified(connection: Connection, followed: Followed) -> tuple[list[Event] | None, str]:
+def _verified(connection: sqlite3.Connection, followed: Followed) -> tuple[list[Event] | None, str]:
     """The events after those known and the new head; None where the chain breaks or time runs backwards."""
     head, t_ns, known = followed.head, followed.course.times_ns[-1], len(followed.course.times_ns)
     new: list[Event] = []
@@ -91,8 +84,3 @@ def _verified(connection: Connection, followed: Followed) -> tuple[list[Event] |
         t_ns = event.t_ns
         new.append(event)
     return new, head
-
-
-def _sittings(connection: Connection) -> Iterator[Sitting]:
-    for row in connection.execute(select(sittings).order_by(sittings.c.n)):
-        yield Sitting(row.kind, row.events, row.head, row.body, row.hash)

@@ -50,7 +50,7 @@ def test_a_ledger_followed_event_by_event_comes_to_what_it_comes_to_read_whole(l
 
 def test_a_file_that_did_not_change_is_not_opened(lab, monkeypatch):
     followed = follow(lab.start())
-    monkeypatch.setattr(following, "engine_to_read", lambda *_: pytest.fail("the ledger was opened"))
+    monkeypatch.setattr(following, "connect_to_read", lambda *_: pytest.fail("the ledger was opened"))
     assert catch_up(followed) is followed
 
 

@@ -194,7 +194,7 @@ def test_at_the_second_look_nothing_that_stayed_is_read(lab, monkeypatch):
     run(lab, "P002", stop_before=2)
     watch = Watch(lab.path)
     first = watch.look()
-    monkeypatch.setattr(following, "engine_to_read", lambda *_: pytest.fail("a ledger was opened"))
+    monkeypatch.setattr(following, "connect_to_read", lambda *_: pytest.fail("a ledger was opened"))
     monkeypatch.setattr(watching, "balance_of", lambda *_: pytest.fail("the balance was made anew"))
     again = watch.look()
     assert [each.file for each in again.sessions] == [each.file for each in first.sessions]
