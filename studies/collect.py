@@ -10,6 +10,7 @@ from collections.abc import Collection, Generator, Iterable, Iterator, Sequence
 from contextlib import closing
 from dataclasses import asdict, dataclass, fields
 from functools import cached_property, partial
+from operator import itemgetter
 from pathlib import Path
 from typing import Any
 
@@ -18,6 +19,7 @@ from sqlalchemy import (
     Connection,
     Engine,
     StaticPool,
+    Table,
     create_engine,
     delete,
     insert,
@@ -34,7 +36,7 @@ from studies.ledger_state import FileState, file_state, last_hash
 from studies.messages import database_reason, describe_url
 from studies.participants.schema import metadata as registry
 from studies.record import read
-from studies.tables import SessionTables, tables
+from studies.tables import Row, SessionTables, tables
 from studies.workers import map_in_order, workers_for
 
 DATABASE = "lab.sqlite"
@@ -263,7 +265,18 @@ def _insert(connection: Connection, session: SessionTables) -> None:
         (schema.streams, session.streams),
     ):
         if rows:
-            connection.execute(insert(table), rows)
+            _insert_rows(connection, table, rows)
+
+
+def _insert_rows(connection: Connection, table: Table, rows: Sequence[Row]) -> None:
+    """Insert rows of the same columns; into SQLite past SQLAlchemy, which would take longer for a row than SQLite."""
+    if connection.dialect.name != "sqlite":
+        connection.execute(insert(table), rows)
+        return
+    names = tuple(rows[0])
+    statement = insert(table).values(dict.fromkeys(names)).compile(dialect=connection.dialect)
+    cells = itemgetter(*statement.positiontup or names)
+    connection.exec_driver_sql(str(statement), [cells(row) for row in rows])
 
 
 def _insert_missing(connection: Connection, session: SessionTables) -> None:

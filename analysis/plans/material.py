@@ -219,8 +219,9 @@ def _stimulus_columns(study: Study) -> list[str]:
 
 def _words(found: Sequence[Mapping[str, Any]], trials: pd.DataFrame) -> pd.DataFrame:
     """The words of counting answers; one that belongs to no trial (a closing suggestion) has an empty stimulus."""
-    keys = zip(trials["session"], trials["trial"], strict=True)
-    of_trial: dict[Any, dict[Any, Any]] = dict(zip(keys, trials.to_dict("records"), strict=True))
+    keys = zip(trials["session"], trials["trial"], strict=True) if found else ()
+    records = trials.to_dict("records") if found else ()
+    of_trial: dict[Any, dict[Any, Any]] = dict(zip(keys, records, strict=True))
     rows = []
     for row in found:
         met = of_trial.get((row["session"], row["trial"]))

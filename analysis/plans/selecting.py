@@ -57,10 +57,10 @@ class Selecting:
             table, silent = self._of_people(asked, table)
         else:
             silent = ()
-            table = table[matching(table, asked.where, self.material.name)].reset_index(drop=True)
+            table = _where(table, matching(table, asked.where, self.material.name))
         outcomes = self._outcomes(asked, table, takes)
         if "attribute" in table.columns and takes != "table":
-            table = table[table["attribute"].isin(outcomes)].reset_index(drop=True)
+            table = _where(table, table["attribute"].isin(outcomes))
         if not len(table) and takes != "words":
             raise DataRefused(f"{self.material.name!r}: no rows are left for {asked.name!r}")
         return replace(self._selected(asked, table, outcomes, scale), unanswered=silent)
@@ -80,7 +80,7 @@ class Selecting:
         named, grouping = columns_named(asked), columns_named(asked, FACTORS)
         asked_of = people.named(table, (*named, *asked.where))
         chosen = matching(people.added(table, tuple(asked.where)), asked.where, name)
-        table = people.added(table[chosen].reset_index(drop=True), named)
+        table = people.added(_where(table, chosen), named)
         factors = [column for column in asked_of if column in named]
         silent = set(table.loc[table[factors].isna().any(axis=1), "participant"]) if factors else set()
         if silent and (getattr(asked, "missing", None) or self.plan.declared.missing) == "refuse":
@@ -88,7 +88,7 @@ class Selecting:
                 f"{asked.name!r}: no answer to {' or '.join(factors)} from {', '.join(sorted(silent))}; leave such "
                 "participants out with `missing: listwise`"
             )
-        table = table[~table["participant"].isin(silent)].reset_index(drop=True)
+        table = _where(table, ~table["participant"].isin(silent)) if silent else table
         groups = [column for column in asked_of if column in grouping or column in asked.where]
         if groups:
             alike = people.added(table, groups)
@@ -109,7 +109,7 @@ class Selecting:
         known = {column: level for column, level in asked.where.items() if column in trials.columns}
         return Selected(
             table=table,
-            trials=material.trials[matching(trials, known, material.name)].reset_index(drop=True),
+            trials=_where(material.trials, matching(trials, known, material.name)),
             outcomes=outcomes,
             levels=_levels(material.levels, table),
             alpha=declared.alpha,
@@ -207,6 +207,11 @@ def _asked_forms(material: Material, name: str) -> pd.DataFrame:
 def _points(material: Material) -> Scale:
     study = material.study
     return (1.0, float(study.questionnaire.points)) if study is not None and study.questionnaire is not None else None
+
+
+def _where(table: pd.DataFrame, chosen: pd.Series[bool]) -> pd.DataFrame:
+    """The chosen rows, numbered anew; all of them are the table itself, without a copy."""
+    return table.reset_index(drop=True) if chosen.all() else table[chosen].reset_index(drop=True)
 
 
 def _ends(ratings: Ratings) -> Scale:

@@ -75,7 +75,7 @@ def read_ratings(
             connection, study, digest=digest, include_incomplete=include_incomplete, simulated=simulated,
             withdrawn=withdrawn,
         )  # fmt: skip
-        ratings = [Rating(**row) for row in query(connection, _RATINGS, study)]
+        ratings = [Rating(*row) for _, row in _rows(connection, _RATINGS, study)]
     return assembled(definition, choice, ratings)
 
 
@@ -109,11 +109,19 @@ def _connected(source: Engine | Connection) -> Iterator[Connection]:
 
 
 def query(connection: Connection, statement: Any, study: str) -> Iterator[dict[str, Any]]:
-    """The rows of the statement; equal texts are one object, since a large study repeats its names in every row."""
+    """The rows of the statement by the names of its columns; equal texts are one object."""
+    for names, row in _rows(connection, statement, study):
+        yield dict(zip(names, row, strict=True))
+
+
+def _rows(connection: Connection, statement: Any, study: str) -> Iterator[tuple[tuple[str, ...], list[Any]]]:
+    """The names of the columns, and a row; equal texts are one object: a large study repeats its names in every row."""
     texts: dict[str, str] = {}
     try:
-        for row in connection.execute(statement, {"study": study}).mappings():
-            yield {name: texts.setdefault(cell, cell) if type(cell) is str else cell for name, cell in row.items()}
+        result = connection.execute(statement, {"study": study})
+        names = tuple(result.keys())
+        for row in result:
+            yield names, [texts.setdefault(cell, cell) if type(cell) is str else cell for cell in row]
     except SQLAlchemyError as error:
         where, why = describe_url(connection.engine.url), database_reason(error)
         raise DataRefused(f"{where}: not a collected database ({why}); make one with: palpate collect") from None

@@ -57,13 +57,13 @@ def run_tests(
     selecting: Selecting, progress: Progress = lambda *_: None, clock: Clock = time.perf_counter
 ) -> tuple[Answered, ...]:
     """Every test of the plan for every outcome, in the plan's order. A test that cannot be made says why."""
-    questions = [each for asked in selecting.plan.tests for each in _questions(selecting, asked)]
-    found = []
+    tests, found = selecting.plan.tests, []
     with one_thread():
-        for done, question in enumerate(questions):
-            progress(done, len(questions), " ".join((question.asked.name, question.outcome)))
-            found.append(_answered(selecting, question, clock))
-    progress(len(questions), len(questions), "")
+        for done, asked in enumerate(tests):
+            for question in _questions(selecting, asked):  # one by one: the rows of all would not fit into memory
+                progress(done, len(tests), " ".join((asked.name, question.outcome)))
+                found.append(_answered(selecting, question, clock))
+    progress(len(tests), len(tests), "")
     return tuple(found)
 
 
