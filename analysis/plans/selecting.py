@@ -65,6 +65,19 @@ class Selecting:
             raise DataRefused(f"{self.material.name!r}: no rows are left for {asked.name!r}")
         return replace(self._selected(asked, table, outcomes, scale), unanswered=silent)
 
+    def by_outcome(self, selected: Selected) -> Iterator[Selected]:
+        """The selection of each outcome by itself; tests about all ratings of an outcome share one table."""
+        ratings = self.material.ratings
+        shared = self._of_outcomes if ratings is not None and selected.table is ratings.table else {}
+        for outcome in selected.outcomes:
+            if outcome not in shared:
+                shared[outcome] = _where(selected.table, selected.table["attribute"] == outcome)
+            yield replace(selected, table=shared[outcome], outcomes=(outcome,))
+
+    @cached_property
+    def _of_outcomes(self) -> dict[str, pd.DataFrame]:
+        return {}
+
     def trials(self, where: Mapping[str, object]) -> pd.DataFrame:
         """Return the trials of the study, with the columns of people and sessions that a `where` names."""
         return self.material.people.added(self.material.trials, tuple(where))
@@ -185,13 +198,6 @@ def refuse_repeated(table: pd.DataFrame, name: str) -> None:
         raise DataRefused(f"{name!r}: {int(repeated.sum())} rows hold the same answers twice, the first: {first}")
 
 
-def by_outcome(selected: Selected) -> Iterator[Selected]:
-    """The selection of each outcome by itself."""
-    for outcome in selected.outcomes:
-        rows = selected.table[selected.table["attribute"] == outcome].reset_index(drop=True)
-        yield replace(selected, table=rows, outcomes=(outcome,))
-
-
 def _asked_forms(material: Material, name: str) -> pd.DataFrame:
     """The questionnaire's items: what was asked about the person (age, hand) is no outcome."""
     study = material.study
@@ -210,8 +216,10 @@ def _points(material: Material) -> Scale:
 
 
 def _where(table: pd.DataFrame, chosen: pd.Series[bool]) -> pd.DataFrame:
-    """The chosen rows, numbered anew; all of them are the table itself, without a copy."""
-    return table.reset_index(drop=True) if chosen.all() else table[chosen].reset_index(drop=True)
+    """The chosen rows, numbered anew; where all rows of a numbered table are chosen, the table itself."""
+    if chosen.all() and table.index.equals(pd.RangeIndex(len(table))):
+        return table
+    return table[chosen].reset_index(drop=True)
 
 
 def _ends(ratings: Ratings) -> Scale:

@@ -5,7 +5,7 @@ from __future__ import annotations
 import hashlib
 import time
 from collections.abc import Callable, Iterator, Mapping, Sequence
-from dataclasses import dataclass, replace
+from dataclasses import dataclass, field, replace
 
 import pandas as pd
 
@@ -13,7 +13,7 @@ from analysis.plans.answers import COLUMNS, Answer, Asked, Kind, Selected, colum
 from analysis.plans.idle import effective, idle_notes
 from analysis.plans.kinds import test_kind
 from analysis.plans.missing import MissingTold, handled
-from analysis.plans.selecting import Selecting, by_outcome
+from analysis.plans.selecting import Selecting
 from analysis.statistics.one_thread import one_thread
 
 Progress = Callable[[int, int, str], None]
@@ -57,12 +57,12 @@ def run_tests(
     selecting: Selecting, progress: Progress = lambda *_: None, clock: Clock = time.perf_counter
 ) -> tuple[Answered, ...]:
     """Every test of the plan for every outcome, in the plan's order. A test that cannot be made says why."""
-    tests, found = selecting.plan.tests, []
+    tests, found, digests = selecting.plan.tests, [], _Digests()
     with one_thread():
         for done, asked in enumerate(tests):
             for question in _questions(selecting, asked):  # one by one: the rows of all would not fit into memory
                 progress(done, len(tests), " ".join((asked.name, question.outcome)))
-                found.append(_answered(selecting, question, clock))
+                found.append(_answered(selecting, question, clock, digests))
     progress(len(tests), len(tests), "")
     return tuple(found)
 
@@ -77,7 +77,7 @@ def _questions(selecting: Selecting, asked: Asked) -> Iterator[Question]:
     if kind.each == "all" or asked.table is not None or _compares_outcomes(asked):
         yield Question(asked, kind, ALL, selected)
         return
-    for each in by_outcome(selected):
+    for each in selecting.by_outcome(selected):
         yield Question(asked, kind, each.outcome, each)
 
 
@@ -86,7 +86,19 @@ def _compares_outcomes(asked: Asked) -> bool:
     return OUTCOME in columns_named(asked, COLUMNS)
 
 
-def _answered(selecting: Selecting, question: Question, clock: Clock) -> Answered:
+@dataclass
+class _Digests:
+    """Digests of tables, each made once: many tests ask about the same one."""
+
+    known: dict[int, tuple[pd.DataFrame, str]] = field(default_factory=dict)
+
+    def of(self, table: pd.DataFrame, own: bool) -> str:
+        if id(table) not in self.known:
+            self.known[id(table)] = table, digest(table, own)  # the table too, so that no other one gets its id
+        return self.known[id(table)][1]
+
+
+def _answered(selecting: Selecting, question: Question, clock: Clock, digests: _Digests) -> Answered:
     policy = question.asked.missing or selecting.plan.declared.missing
     selected, kind = question.selected, question.kind
     told = MissingTold(policy, unanswered=() if selected is None else selected.unanswered)
@@ -110,11 +122,11 @@ def _answered(selecting: Selecting, question: Question, clock: Clock) -> Answere
         answer = (gaps or kind.answer)(selected, asked.model_copy(update={"missing": policy}))
         answer = replace(answer, notes=(*answer.notes, *idle_notes(question.asked)))
     except ValueError as refusal:
-        inputs = "" if selected is None else digest(selected.table, own)
+        inputs = "" if selected is None else digests.of(selected.table, own)
         return Answered(question.asked, question.outcome, None, str(refusal), inputs, told, clock() - start)
     seconds = clock() - start
     return Answered(
-        question.asked, question.outcome, answer, "", digest(selected.table, own), told, seconds, selected.table
+        question.asked, question.outcome, answer, "", digests.of(selected.table, own), told, seconds, selected.table
     )
 
 

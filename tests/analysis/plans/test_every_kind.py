@@ -9,7 +9,7 @@ from analysis.plans import kinds
 from analysis.plans.exclusions import apply_exclusions
 from analysis.plans.material import read_material
 from analysis.plans.reading import read_plan
-from analysis.plans.selecting import Selecting, by_outcome
+from analysis.plans.selecting import Selecting
 from analysis.ratings.dataset import DataRefused
 from analysis.regenerating.regenerated import read_table
 from analysis.reporting.sources import gathered
@@ -58,7 +58,7 @@ def question(selecting, study, name):
     kind = kinds.test_kind(asked.test)
     selected = chosen.of(asked, kind.takes)
     if kind.each == "outcome" and "attribute" not in (getattr(asked, "factor", ""), *getattr(asked, "within", ())):
-        selected = next(by_outcome(selected))
+        selected = next(chosen.by_outcome(selected))
     return kind, asked.model_copy(update={"missing": "refuse"}), replace(selected, draws=100)
 
 
