@@ -35,12 +35,13 @@ def write_all(
     removed; nothing else in the folder is touched. Raises PlaceRefused where another's file is in the way.
     """
     with written_whole(folder) as (draft, names):
+        # The pictures first: of all that is written they take the most memory.
+        pictures = list(draw_all(found.pictured, draft / "figures", progress)) if figures else []
         write_texts(draft, file_texts(found, seconds))
         if found.checks is not None:
             write_texts(draft, {CROSSCHECK: crosscheck_json(found.checks)})
         write_documents(found, draft)
         if figures:
-            pictures = list(draw_all(found.pictured, draft / "figures", progress))
             page = report_html(found, pictures, sum(seconds.values()))
             write_text(draft / "report.html", page)
     return [folder / name for name in names]
