@@ -21,7 +21,8 @@ from sqlalchemy import delete
 
 from protocols.bench import Case
 from studies.catalogue import SHIPPED
-from studies.collect import OF_A_SESSION, collect, ledgers_in, open_database
+from studies.collect import collect, ledgers_in, open_database
+from studies.collected_rows import OF_A_SESSION
 from studies.collected_schema import metadata
 
 SIZES = (20, 200, 2000)

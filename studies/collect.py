@@ -10,7 +10,6 @@ from collections.abc import Collection, Generator, Iterable, Iterator, Sequence
 from contextlib import closing
 from dataclasses import asdict, dataclass, fields
 from functools import cached_property, partial
-from operator import itemgetter
 from pathlib import Path
 from typing import Any
 
@@ -19,41 +18,33 @@ from sqlalchemy import (
     Connection,
     Engine,
     StaticPool,
-    Table,
     create_engine,
     delete,
     insert,
     inspect,
     make_url,
     select,
-    update,
 )
 from sqlalchemy.exc import OperationalError, SQLAlchemyError
 
 from studies import collected_schema as schema
+from studies.collected_rows import CollectError as CollectError  # noqa: PLC0414  what others catch is offered here
+from studies.collected_rows import bring_in
 from studies.ledger_schema import APPLICATION_ID
 from studies.ledger_state import FileState, file_state, last_hash
 from studies.messages import database_reason, describe_url
 from studies.participants.schema import metadata as registry
-from studies.record import read
-from studies.tables import Row, SessionTables, tables
+from studies.record import LedgerError, read
+from studies.tables import SessionTables, tables
 from studies.workers import map_in_order, workers_for
 
 DATABASE = "lab.sqlite"
 LOCK = 0x50414C43
 """Key of the PostgreSQL advisory lock that lets stations collect into one database one after another."""
-OF_A_SESSION = (
-    schema.ledgers, schema.streams, schema.events, schema.anchors, schema.switches, schema.answers, schema.words,
-    schema.responses, schema.trials, schema.sessions,
-)  # fmt: skip
 _KNOWN = select(
     *(schema.sessions.c[name] for name in ("session", "file", "participant", "status", "trials_answered", "head_hash")),
     *(schema.ledgers.c[column.name] for column in fields(FileState)),
 ).join(schema.ledgers, schema.ledgers.c.session == schema.sessions.c.session)
-
-
-class CollectError(ValueError):
-    """The database cannot be used, or a ledger contradicts what it holds."""
 
 
 @dataclass(frozen=True)
@@ -64,6 +55,14 @@ class Collected:
     session: str
     what: str
     trials_answered: int
+
+
+@dataclass(frozen=True)
+class Refused:
+    """A ledger that cannot be trusted, or contradicts the database, and why."""
+
+    path: Path
+    problem: str
 
 
 def ledgers_in(lab: Path, study: str | None = None) -> list[Path]:
@@ -141,7 +140,7 @@ def fill(
     with closing(sessions), engine.begin() as connection:
         for path, session in zip(paths, sessions, strict=True):
             try:
-                _bring(connection, session, path)
+                bring_in(connection, session, path)
             except SQLAlchemyError as error:
                 raise CollectError(f"{path}: could not be brought in ({database_reason(error)})") from None
             yield path
@@ -150,6 +149,19 @@ def fill(
 def _read_tables(path: Path, withdrawn: Collection[str], with_events: bool) -> SessionTables:
     record = read(path)
     return tables(record, record.header["participant"] in withdrawn, with_events)
+
+
+def _read_with_state(path: Path, withdrawn: Collection[str]) -> tuple[FileState | None, SessionTables]:
+    """The session, and the state of its file before it was read."""
+    state = file_state(path) if path.is_file() else None
+    return state, _read_tables(path, withdrawn, with_events=True)
+
+
+def _read_or_refuse(path: Path, withdrawn: Collection[str]) -> tuple[FileState | None, SessionTables] | Refused:
+    try:
+        return _read_with_state(path, withdrawn)
+    except LedgerError as error:
+        return Refused(path, str(error))
 
 
 @dataclass
@@ -169,15 +181,43 @@ class Collector:
 
         Raises LedgerError on a refused ledger, CollectError on one that contradicts the database.
         """
-        state = file_state(path) if path.is_file() else None
+        return self._unchanged(path) or self._write(path, *_read_with_state(path, self.withdrawn))
+
+    def bring_all(self, paths: Sequence[Path], workers: int | None = None) -> Generator[Collected | Refused]:
+        """Collect these ledgers, first those that did not change; where many did, several processes read them.
+
+        This process alone writes to the database. A ledger that is refused stops no other.
+        """
+        changed = []
+        for path in paths:
+            if (collected := self._unchanged(path)) is None:
+                changed.append(path)
+            else:
+                yield collected
+        reading = partial(_read_or_refuse, withdrawn=frozenset(self.withdrawn))
+        sessions = map_in_order(reading, changed, workers_for(len(changed), workers))
+        with closing(sessions):
+            for path, read_session in zip(changed, sessions, strict=True):
+                yield read_session if isinstance(read_session, Refused) else self._write_or_refuse(path, *read_session)
+
+    def _unchanged(self, path: Path) -> Collected | None:
+        """The ledger as it was collected, None where it has to be read."""
         known = self._known.get(path.name)
-        if state is not None and known is not None and self._is_unchanged(path, state, known):
-            return Collected(path, known.session, "unchanged", known.trials_answered)
-        session = _read_tables(path, self.withdrawn, with_events=True)
+        if known is None or self.verify or not path.is_file() or not self._is_unchanged(path, known):
+            return None
+        return Collected(path, known.session, "unchanged", known.trials_answered)
+
+    def _write_or_refuse(self, path: Path, state: FileState | None, session: SessionTables) -> Collected | Refused:
+        try:
+            return self._write(path, state, session)
+        except CollectError as error:
+            return Refused(path, str(error))
+
+    def _write(self, path: Path, state: FileState | None, session: SessionTables) -> Collected:
         try:
             with self.engine.begin() as connection:
                 _wait_for_others(connection)
-                what = _bring(connection, session, path)
+                what = bring_in(connection, session, path)
                 if state is not None:
                     _note_state(connection, session.session["session"], state)
         except SQLAlchemyError as error:
@@ -185,9 +225,9 @@ class Collector:
             raise CollectError(f"{path}: could not be collected: {reason}") from None
         return Collected(path, session.session["session"], what, session.session["trials_answered"])
 
-    def _is_unchanged(self, path: Path, state: FileState, known: _Known) -> bool:
+    def _is_unchanged(self, path: Path, known: _Known) -> bool:
         """Whether the file, the end of its chain and the participant's withdrawal are as when it was collected."""
-        if self.verify or state != known.state or (known.participant in self.withdrawn) != known.is_withdrawn:
+        if file_state(path) != known.state or (known.participant in self.withdrawn) != known.is_withdrawn:
             return False
         return last_hash(path) == known.head_hash
 
@@ -221,86 +261,6 @@ def _known(row: Any) -> _Known:
 def _note_state(connection: Connection, session: str, state: FileState) -> None:
     connection.execute(delete(schema.ledgers).where(schema.ledgers.c.session == session))
     connection.execute(insert(schema.ledgers), {"session": session, **asdict(state)})
-
-
-def _bring(connection: Connection, session: SessionTables, path: Path) -> str:
-    name, head = session.session["session"], session.session["head_hash"]
-    held = connection.execute(select(schema.sessions).where(schema.sessions.c.session == name)).one_or_none()
-    same = ("file_sha256", "status")
-    if held is not None and held.head_hash == head and all(getattr(held, k) == session.session[k] for k in same):
-        return "unchanged"
-    if held is not None:
-        _demand_continuation(connection, session, path)
-        for table in OF_A_SESSION:
-            connection.execute(delete(table).where(table.c.session == name))
-    _insert(connection, session)
-    return "new" if held is None else "updated"
-
-
-def _demand_continuation(connection: Connection, session: SessionTables, path: Path) -> None:
-    """A session may only grow: what was collected of it must be how it still begins."""
-    name = session.session["session"]
-    query = select(schema.events.c.seq, schema.events.c.hash).where(schema.events.c.session == name)
-    now = {row["seq"]: row["hash"] for row in session.events}
-    for seq, link in connection.execute(query.order_by(schema.events.c.seq)):
-        if now.get(seq) != link:
-            how = "is cut short" if seq not in now else "is another session, or was changed,"
-            raise CollectError(
-                f"{path}: session {name} {how} compared with the one collected before (event {seq}); "
-                "if it was run anew, collect with --rebuild; labs that share a database need distinct pseudonyms"
-            )
-
-
-def _insert(connection: Connection, session: SessionTables) -> None:
-    _insert_missing(connection, session)
-    connection.execute(insert(schema.sessions), session.session)
-    for table, rows in (
-        (schema.trials, session.trials),
-        (schema.responses, session.responses),
-        (schema.words, session.words),
-        (schema.answers, session.answers),
-        (schema.switches, session.switches),
-        (schema.anchors, session.anchors),
-        (schema.events, session.events),
-        (schema.streams, session.streams),
-    ):
-        if rows:
-            _insert_rows(connection, table, rows)
-
-
-def _insert_rows(connection: Connection, table: Table, rows: Sequence[Row]) -> None:
-    """Insert rows of the same columns; into SQLite past SQLAlchemy, which would take longer for a row than SQLite."""
-    if connection.dialect.name != "sqlite":
-        connection.execute(insert(table), rows)
-        return
-    names = tuple(rows[0])
-    statement = insert(table).values(dict.fromkeys(names)).compile(dialect=connection.dialect)
-    cells = itemgetter(*statement.positiontup or names)
-    connection.exec_driver_sql(str(statement), [cells(row) for row in rows])
-
-
-def _insert_missing(connection: Connection, session: SessionTables) -> None:
-    """The study and the participant, where no earlier session brought them.
-
-    Of one version of a study (its sample may change) the definition of the session that was begun last stands.
-    """
-    study, who = session.study, session.participant
-    mine = schema.studies.c.study_digest == study["study_digest"]
-    held = connection.execute(select(schema.studies.c.definition).where(mine)).scalar_one_or_none()
-    if held is None:
-        connection.execute(insert(schema.studies), study)
-    elif held != study["definition"] and _is_latest(connection, session):
-        connection.execute(update(schema.studies).where(mine).values(study))
-    same = (schema.participants.c.study == who["study"]) & (schema.participants.c.participant == who["participant"])
-    if not connection.execute(select(schema.participants.c.row).where(same)).first():
-        connection.execute(insert(schema.participants), who)
-
-
-def _is_latest(connection: Connection, session: SessionTables) -> bool:
-    """Whether no session of the same version of the study was begun later, by time and name."""
-    row, table = session.session, schema.sessions
-    begun = select(table.c.started_at, table.c.session).where(table.c.study_digest == row["study_digest"])
-    return all(tuple(other) <= (row["started_at"], row["session"]) for other in connection.execute(begun))
 
 
 def _wait_for_others(connection: Connection) -> None:

@@ -3,17 +3,15 @@
 from __future__ import annotations
 
 import time
+from collections import Counter
 from contextlib import closing
 from pathlib import Path
-from typing import TYPE_CHECKING, Any
+from typing import Any
 
 import click
 
 from studies.options import JSON, LAB, echo_json, progress
 from studies.workers import WORKERS, map_in_order, workers_for
-
-if TYPE_CHECKING:
-    from studies.collect import Collector
 
 
 @click.command()
@@ -57,8 +55,9 @@ def replay(ledger: tuple[Path, ...], lab: Path, workers: int | None, as_json: bo
 @click.option("--rebuild", is_flag=True, help="Empty the database first.")
 @click.option("--verify", is_flag=True, help="Read every ledger and check its chain, also where nothing changed.")
 @LAB
+@WORKERS
 @JSON
-def collect(url: str | None, rebuild: bool, verify: bool, lab: Path, as_json: bool) -> None:
+def collect(url: str | None, rebuild: bool, verify: bool, lab: Path, workers: int | None, as_json: bool) -> None:
     """Gather the lab's sessions into one database; again is as good as once.
 
     A ledger is read only if it changed since it was collected: its size, time, write-ahead log or last hash.
@@ -74,7 +73,7 @@ def collect(url: str | None, rebuild: bool, verify: bool, lab: Path, as_json: bo
     """
     from sqlalchemy import URL
 
-    from studies.collect import DATABASE, CollectError, Collector, ledgers_in, open_database, others_in
+    from studies.collect import DATABASE, CollectError, Collector, Refused, ledgers_in, open_database, others_in
     from studies.messages import describe_url
     from studies.participants.registry import withdrawn
 
@@ -86,38 +85,28 @@ def collect(url: str | None, rebuild: bool, verify: bool, lab: Path, as_json: bo
     engine = open_database(url or URL.create("sqlite", database=str(lab / DATABASE)), rebuild, lab)
     collector = Collector(engine, withdrawn(lab), verify)
     try:
-        with closing(progress(paths, "collecting", as_json)) as steps:
-            rows = [_collected(path, collector) for path in steps]
+        bringing = collector.bring_all(paths, workers)
+        with closing(bringing), closing(progress(bringing, "collecting", as_json, len(paths))) as steps:
+            rows = list(steps)
     finally:
         engine.dispose()
-    counts = {what: sum(row["what"] == what for row in rows) for what in ("new", "updated", "unchanged", "refused")}
-    refused = [row for row in rows if row["what"] == "refused"]
+    refused = [row.problem for row in rows if isinstance(row, Refused)]
+    done = Counter(row.what for row in rows if not isinstance(row, Refused))
+    counts = {**{what: done[what] for what in ("new", "updated", "unchanged")}, "refused": len(refused)}
     skipped = [path.name for path in others_in(lab)]
     if as_json:
-        echo_json(
-            {"sessions": len(rows), **counts, "problems": [row["problem"] for row in refused], "skipped": skipped}
-        )
+        echo_json({"sessions": len(rows), **counts, "problems": refused, "skipped": skipped})
     else:
         _show_collected(counts, refused, skipped, describe_url(engine.url))
     if refused:
         raise click.exceptions.Exit(1)
 
 
-def _collected(path: Path, collector: Collector) -> dict[str, Any]:
-    from studies.collect import CollectError
-    from studies.record import LedgerError
-
-    try:
-        return {"what": collector.bring(path).what}
-    except (LedgerError, CollectError) as error:
-        return {"what": "refused", "problem": str(error)}
-
-
-def _show_collected(counts: dict[str, int], refused: list[dict[str, Any]], skipped: list[str], where: str) -> None:
+def _show_collected(counts: dict[str, int], refused: list[str], skipped: list[str], where: str) -> None:
     told = ", ".join(f"{count} {what}" for what, count in counts.items() if count)
     click.echo(f"{sum(counts.values()) - len(refused)} sessions collected ({told}) into {where}")
-    for row in refused:
-        click.echo(f"REFUSED  {row['problem']}")
+    for problem in refused:
+        click.echo(f"REFUSED  {problem}")
     if skipped:
         click.echo(f"not taken for sessions by their names: {', '.join(skipped)}")
 

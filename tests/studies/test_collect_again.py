@@ -193,3 +193,17 @@ def test_a_database_collected_before_there_were_states_of_files_is_read_once_mor
     assert [each.what for _ in range(2) for each in collect([place], engine)] == ["unchanged"] * 2
     assert len(reads) == 1
     engine.dispose()
+
+
+def test_several_processes_read_the_same_and_name_each_refused_ledger(recorded, tmp_path):
+    """The database is that of one process, and a ledger that cannot be trusted stops no other."""
+    places = [put(recorded[who, None], tmp_path, who) for who in PEOPLE]
+    meddle(places[1], "UPDATE events SET t_ns = t_ns + 1 WHERE seq = 3")
+    whole, one, two = [], *(open_database(f"sqlite:///{tmp_path / name}") for name in ("one.sqlite", "two.sqlite"))
+    for engine, workers in ((one, 1), (two, 2)):
+        rows = list(Collector(engine).bring_all(places, workers))
+        assert [type(row).__name__ for row in rows] == ["Collected", "Refused", "Collected"]
+        assert rows[1].path == places[1] and "hash chain breaks at event 3" in rows[1].problem
+        whole.append(contents(engine, {row.session for row in (rows[0], rows[2])}))
+        engine.dispose()
+    assert whole[0] == whole[1] and len(whole[0]["sessions"]) == 2
