@@ -18,7 +18,7 @@ from protocols.forms import (
 )
 from protocols.keyed import normal, shuffled, uniform
 from protocols.perceiver import Perceiver
-from protocols.requests import Ask, Reply
+from protocols.requests import Ask, Present, Reply
 
 TICKED_WITHOUT_LATENT = -2.2
 """Logit of ticking a word that the study's simulation says nothing about: one in ten."""
@@ -104,6 +104,12 @@ def _felt(person: Perceiver, ask: Ask) -> tuple[Reply, float]:
     seconds = round(person.seconds(ask, f"felt {felt}"), 3)
     go = {"go": "try"} if felt < wanted else {}
     return Reply({**go, "answers": {"felt": felt}, "seconds": seconds}), seconds
+
+
+def moved_while_felt(person: Perceiver, request: Present, form: Sliders) -> dict[str, float]:
+    """Where a simulated participant leaves the sliders that are moved while the door is felt."""
+    ask = Ask(form, request.trial, request.wish)
+    return _wish(person, ask, form, _tries_behind(person, ask, form))
 
 
 def _tries(person: Perceiver, ask: Ask) -> int:

@@ -20,13 +20,16 @@ class Sliders:
     """Bipolar attributes, each rated on the scale: {attribute: number}.
 
     `sides` are two or more things that the participant switches between while rating; `tries` marks a form whose
-    answers may be tried out (go: try) before they are final.
+    answers may be tried out (go: try) before they are final. `live` forms stay on while what is tried is felt, and it
+    follows them; `shows_force` draws what is made.
     """
 
     attributes: tuple[Attribute, ...]
     scale: Scale
     sides: tuple[str, ...] = ()
     tries: bool = False
+    live: bool = False
+    shows_force: bool = False
 
     @property
     def name(self) -> str:

@@ -251,7 +251,11 @@ def _form(study: Study, who: ParticipantRow, seed: int, session: int) -> Form | 
     """What is asked in every trial; the order of a word list may be the participant's own, session by session."""
     if study.task in RATED and study.scale is not None:
         sides = study.sides if study.task == "similarity" else ()
-        return Sliders(study.attributes, study.scale, sides, tries=study.task == "authoring")
+        live = study.live
+        return Sliders(
+            study.attributes, study.scale, sides, tries=study.task == "authoring", live=live is not None,
+            shows_force=live is not None and live.show_force,
+        )  # fmt: skip
     if study.task == "adjective_selection" and study.adjectives is not None:
         words = [each.word for each in study.adjectives.words]
         if study.adjectives.order == "random":

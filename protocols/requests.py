@@ -22,11 +22,18 @@ class Present:
     trial: Trial
     wish: Mapping[str, float] | None = None
 
+    @property
+    def live_form(self) -> Sliders | None:
+        """The form that what is felt follows; None where what is felt stays as it is."""
+        form = self.trial.form
+        return form if isinstance(form, Sliders) and form.live and self.wish is not None else None
+
     def body(self) -> dict[str, Any]:
         """What the ledger keeps of the request."""
         wished = {} if self.wish is None else {"wish": dict(self.wish)}
+        live = {} if self.live_form is None else {"live": True}
         anchor = {"anchor": self.trial.form.number} if isinstance(self.trial.form, AnchorForm) else {}
-        return {"do": "present", "stimulus": self.trial.stimulus.id, **wished, **anchor}
+        return {"do": "present", "stimulus": self.trial.stimulus.id, **wished, **live, **anchor}
 
 
 @dataclass(frozen=True)

@@ -322,6 +322,12 @@ class Capture(Strict):
     seconds: RecordingSeconds | Text
 
 
+class Live(Strict):
+    """Task authoring: the door follows the sliders while it is felt; `show_force` draws its force beside them."""
+
+    show_force: bool = True
+
+
 class Noise(Strict):
     """The masking noise that a study allows: its level at the ear, in dB(A), is this at most, and known."""
 
@@ -439,6 +445,7 @@ class Study(Strict):
     adjectives: Adjectives | None = None
     lexicon: Lexicon | None = None
     capture: Capture | None = None
+    live: Live | None = None
     closing: tuple[Literal["suggestions", "questionnaire", "interview"], ...] = ()
     interview: Annotated[tuple[Item, ...], Field(max_length=10)] = ()
     questionnaire: Questionnaire | None = None

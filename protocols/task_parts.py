@@ -14,7 +14,8 @@ REQUIRED = {
     "capture": ("capture",),
 }
 OWN = {"attributes": RATED, "scale": RATED, "sides": ("similarity",), "adjectives": ("adjective_selection",),
-       "lexicon": ("free_lexicon",), "capture": ("capture",)}  # fmt: skip
+       "lexicon": ("free_lexicon",), "capture": ("capture",),
+       "live": ("authoring",)}  # fmt: skip
 ONE_WAY = ("authoring", "capture")
 """Tasks in which there is nothing to go back to."""
 
@@ -47,6 +48,8 @@ def _of_devices(study: Study) -> Iterator[Problem]:
     used = "door_generator" if study.task == "authoring" else study.capture and study.capture.device
     if study.task in ONE_WAY and used and used not in study.needs:
         yield Problem(("needs",), f"task {study.task} needs the device {used}, which is not listed")
+    if study.live is not None and "window" not in study.needs:
+        yield Problem(("live",), "the sliders are moved while the door is felt: needs: [window] goes together with it")
     if study.noise is not None and "masking_noise" not in study.needs:
         yield Problem(("noise",), "a level of the noise goes together with needs: [masking_noise]")
     presenting = [need for need in study.needs if need in PRESENTING]

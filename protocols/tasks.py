@@ -48,14 +48,18 @@ def feel_and_answer(trial: Trial) -> Steps:
 
 
 def authoring(trial: Trial) -> Steps:
-    """Set sliders, feel what is made from them, as often as wished; the last setting stands (thesis 5.7.2.1)."""
+    """Set sliders, feel what is made from them, as often as wished; the last setting stands (thesis 5.7.2.1).
+
+    Where the form is live, the sliders were moved while it was felt: the next form starts from where they were left.
+    """
     former: Mapping[str, Any] | None = None
     while True:
         reply = yield Ask(_form_of(trial), trial, former)
         if reply.value.get("go") != "try":
             return _outcome(reply)
         former = reply.value["answers"]
-        yield Present(trial, wish=former)
+        felt = yield Present(trial, wish=former)
+        former = felt.value.get("left_at", former)
 
 
 def capture(trial: Trial) -> Steps:

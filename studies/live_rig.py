@@ -38,6 +38,11 @@ def live_plan(found: Found, lab: Path, options: LiveOptions) -> RigPlan:
     devices and the window are opened by `check`, before anything is recorded.
     """
     hardware = hardware_for(found, lab, options)
+    if found.study.live is not None and "door_generator" in hardware.simulated_needs:
+        raise RigError(
+            "a door that follows the sliders needs a rig, and here a stand-in would take its place. `palpate rig "
+            "simulate` writes a rig of simulated devices, which follow as real ones do"
+        )
     calibration = window_calibration(found.study, lab, options)
     if calibration is not None:
         hardware.demand_other_screen(calibration.screen)
@@ -53,6 +58,7 @@ def live_plan(found: Found, lab: Path, options: LiveOptions) -> RigPlan:
         opened.callback(hardware.close)
         seat.tell(dict.fromkeys(twins, "simulated, idle"))
         station = hardware.station(plan)
+        draw_forces(presenter, plan, lab)
         presenter.on_side = lambda side: _switched(side, seat, station)
         opened.callback(station.stop)
         opened.callback(hardware.safe)  # The first thing done in the end: before anything else, nothing moves.
@@ -63,6 +69,14 @@ def live_plan(found: Found, lab: Path, options: LiveOptions) -> RigPlan:
     opening = Opening(description, hardware.open, window, furnish, hardware.close)
     measured = None if calibration is None else calibration.definition()
     return RigPlan(description, opening.check, opening.open, measured, opening.drop)
+
+
+def draw_forces(presenter: Presenter, plan: Plan, lab: Path) -> None:
+    """Let the window draw the force of what is set, where the study shows it."""
+    if plan.study.live is not None and plan.study.live.show_force:
+        from studies.made_doors import made_doors
+
+        presenter.force_of = made_doors(lab).doors.force_N
 
 
 def _switched(side: str, seat: Seat, station: Station) -> None:

@@ -5,14 +5,20 @@ from __future__ import annotations
 from collections.abc import Callable
 from dataclasses import dataclass, replace
 from pathlib import Path
+from typing import TYPE_CHECKING
 
 from devices.desk import Desk, Pages
+from devices.door.live import LiveDoor
 from devices.door.making import HIGHEST, LOWEST, Doors, maker_for
 from devices.signals import Presents
 from protocols.forms import Sliders
 from protocols.plan import Trial
-from protocols.requests import Came, Present, Reply
+from protocols.requests import Came, Chunk, Fault, Present, Reply
+from studies.live_doors import LiveForm, LiveRecord, ShowsForms
 from studies.rig import RigError
+
+if TYPE_CHECKING:
+    from devices.door.link.showing import Changes
 
 
 @dataclass(frozen=True)
@@ -45,15 +51,47 @@ class MadeDoors:
 
 @dataclass
 class PresentsMade:
-    """A door that plays what is wished for; its replies say what that was."""
+    """A door that plays what is wished for, and follows the sliders where the form is live; its replies say what
+    that was. `changes_from` hands the door what it follows, or None."""
 
     door: Presents
     made: MadeDoors
+    changes_from: Callable[[Changes | None], None] = lambda _changes: None
+    _following: tuple[Present, LiveForm, LiveRecord] | None = None
 
     def perform(self, request: Present, window: Pages, desk: Desk, now_ns: Callable[[], int]) -> Came:
-        """As the door does."""
-        came = self.door.perform(request, window, desk, now_ns)
-        return self.made.on_record(self.made.force_N(request), came) if isinstance(came, Reply) else came
+        """As the door does. Raises RigError where a live form has no window to stay in."""
+        if request.live_form is None:
+            came = self.door.perform(request, window, desk, now_ns)
+            return self.made.on_record(self.made.force_N(request), came) if isinstance(came, Reply) else came
+        pages, record = self._followed(request, window, now_ns)
+        came = self.door.perform(request, pages, desk, now_ns)
+        if isinstance(came, Chunk):
+            return replace(came, samples=(*came.samples, *record.take()))
+        if isinstance(came, Reply):
+            self._let_go()
+            reply = self.made.on_record(tuple(record.force_N), came)
+            return replace(reply, value={**reply.value, **record.summary()}, samples=(*reply.samples, *record.take()))
+        if isinstance(came, Fault) or came.value.get("do") in {"repeat", "abort"}:
+            self._let_go()
+        return came
+
+    def _followed(self, request: Present, window: Pages, now_ns: Callable[[], int]) -> tuple[LiveForm, LiveRecord]:
+        """What the door follows while this very request is performed."""
+        if self._following is None or self._following[0] is not request:
+            if not isinstance(window, ShowsForms):
+                raise RigError("a live form stays on while the door is felt, and there is no window to show it in")
+            pages = LiveForm(window, request)
+            force_N = self.made.force_N(request)
+            live = LiveDoor(pages.setting, self.made.doors.force_N, pages.setting(), pages.is_done)
+            record = LiveRecord(list(pages.setting()), pages.setting(), force_N, live, now_ns())
+            self._following = request, pages, record
+            self.changes_from(live)
+        return self._following[1:]
+
+    def _let_go(self) -> None:
+        self._following = None
+        self.changes_from(None)
 
 
 def made_doors(lab: Path | None) -> MadeDoors:

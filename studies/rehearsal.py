@@ -15,7 +15,7 @@ from protocols.plan import Plan
 from protocols.requests import Aside, Came, Present, Reply, Request, Sense
 from studies.catalogue import Found
 from studies.live_options import REHEARSALS, LiveOptions
-from studies.live_rig import LANGUAGE, Opening, last_page, seat_at, window_calibration, window_of
+from studies.live_rig import LANGUAGE, Opening, draw_forces, last_page, seat_at, window_calibration, window_of
 from studies.rig import Rig, RigPlan, simulated
 from studies.session import Sat, ledger_path, start
 from studies.windowless import asks_anything
@@ -89,6 +89,7 @@ def rehearsal_plan(found: Found, lab: Path, options: LiveOptions) -> RigPlan:
     def furnish(plan: Plan, t_ns: int, presenter: Presenter, opened: ExitStack) -> Rig:
         session = inner.open(plan, t_ns).world
         seat = seat_at(plan, session.now, presenter, options.as_json, opened)
+        draw_forces(presenter, plan, lab)
         rehearsed = Rehearsed(session, presenter, seat, options.pace_s)
 
         def finish() -> None:

@@ -80,7 +80,7 @@ def _generator(door: Any, lab: Path) -> Presents:
 
     made = made_doors(lab)
     door.profile_for = made.force_N
-    return PresentsMade(door, made)
+    return PresentsMade(door, made, lambda changes: setattr(door, "changes", changes))
 
 
 def _renderer(rig: OpenRig, found: Found, plan: Plan, lab: Path, tablet: Shows | None) -> RigRenderer | None:

@@ -146,7 +146,12 @@ class GeneratorTwin:
             raise RigError(f"the simulated door generator cannot do {request.body()['do']!r}")
         force_N = self.made.force_N(request)
         done = opened(self.plan, request, force_N, t_ns)
-        return replace(done, reply=self.made.on_record(force_N, done.reply))
+        done = replace(done, reply=self.made.on_record(force_N, done.reply))
+        if request.live_form is None:
+            return done
+        from studies.live_twin import followed
+
+        return followed(self.plan, request, self.made.doors, done, t_ns)
 
 
 @dataclass(frozen=True)

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import time
-from collections.abc import Callable, Mapping
+from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass, field
 from typing import TYPE_CHECKING, Any
 
@@ -25,6 +25,7 @@ class Windowless:
     clock: Callable[[], float] = time.monotonic
     rest: Callable[[float], None] = time.sleep
     on_side: Callable[[str], None] | None = None
+    force_of: Callable[[Mapping[str, float]], Sequence[float]] | None = None
     description: Mapping[str, Any] = field(default_factory=dict)
     paused: bool = False
 
@@ -50,6 +51,16 @@ class Windowless:
         """Let the moment pass in which it would be seen."""
         until_s = self.clock() + seconds
         return self.wait_for("", desk, lambda: self.clock() >= until_s)
+
+    def show_live(
+        self,
+        request: Shown,
+        desk: Desk,  # noqa: ARG002
+        ready: Callable[[], bool],  # noqa: ARG002
+        moved: Callable[[Mapping[str, float], bool], None],  # noqa: ARG002
+    ) -> Aside | None:
+        """Raise RigError: a live form is moved by a participant who sees it."""
+        raise RigError(f"there is no window to {request.body()['do']} in: the study's needs lack window")
 
     def finish(self, desk: Desk | None = None, page: str = "end") -> None:
         """Nothing to show."""

@@ -11,10 +11,10 @@ from typing import TYPE_CHECKING
 import numpy as np
 
 from devices.author.making import Array, Maker, maker_for
-from devices.author.plot import Axes, axes_for, line_mask
 from devices.author.work import History, Setting, Work, neutral
 from devices.door.grid import MAX_ANGLE_DEG, POINTS, POINTS_PER_DEG
 from devices.window.geometry import Box
+from devices.window.plot import Axes, axes_for, line_mask
 from protocols.bench import Case
 
 if TYPE_CHECKING:

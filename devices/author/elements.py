@@ -3,12 +3,9 @@
 from __future__ import annotations
 
 from collections.abc import Iterator
-from dataclasses import dataclass, field
+from dataclasses import dataclass
 from typing import TYPE_CHECKING
 
-import numpy as np
-
-from devices.author.plot import Axes, Masks, band_mask
 from devices.window.geometry import Box, Placed
 from devices.window.paint import ACCENT, CARD, HAIR, INK, TINT, Colour, plain
 from devices.window.screens.elements import Card, Element, hair, rounding
@@ -23,8 +20,6 @@ FEELS: Colour = (150, 74, 0)
 """Amber: how a door should feel by the model; 6:1 on a white card."""
 SIDES: dict[str, Colour] = {"A": ACCENT, "B": (118, 30, 104)}
 """The two that are compared: blue and plum, apart for colour-blind readers too; the edited one is also thicker."""
-GRID: Colour = (231, 235, 239)
-BAND: Colour = (238, 241, 244)
 BAND_MARK: Colour = (205, 212, 219)
 """The same in the legend, where it has no neighbours."""
 
@@ -141,52 +136,6 @@ class Pane(Card):
             plain(image, whole, CARD)
         else:
             super().paint(image, page)
-
-
-@dataclass(frozen=True)
-class Ground(Element):
-    """What lies behind the doors: where rated ones lie, between `low` and `high`, and lines at every step of force
-    and every ten degrees, a stronger one at zero. It is painted once for each pair of ends of the axis."""
-
-    low: bytes = b""
-    high: bytes = b""
-    low_N: float = 0.0
-    high_N: float = 1.0
-    masks: Masks = field(default_factory=Masks, compare=False, repr=False)
-
-    def paint(self, image: Image.Image, page: Page) -> None:
-        key = "ground", self.low, self.high, self.low_N, self.high_N, self.box.width, self.box.height
-        image.paste(self.masks.picture(key, lambda: self._picture(hair(page))), (self.box.left, self.box.top))
-
-    def _picture(self, thin: int) -> Image.Image:
-        from PIL import Image
-
-        box = Box(0, 0, self.box.width, self.box.height)
-        axes, made = Axes(box, self.low_N, self.high_N), Image.new("RGB", (box.width, box.height), CARD)
-        made.paste(BAND, (0, 0), Image.fromarray(band_mask(np.frombuffer(self.low), np.frombuffer(self.high), axes)))
-        for angle in range(0, 61, 10):
-            plain(made, Box(axes.x(angle), 0, thin, box.height), GRID)
-        for force in axes.forces_N:
-            plain(made, Box(0, axes.y(force), box.width, thin), INK if force == 0 else GRID)
-        return made
-
-
-@dataclass(frozen=True)
-class Curve(Element):
-    """A piece of a profile's line on the plot's ground; `cover` tells for each pixel of the box how much of it."""
-
-    cover: bytes = b""
-    colour: Colour = ACCENT
-
-    def placed(self, _page: Page, /) -> Iterator[Placed]:
-        """It lies on the plot, with whatever else is drawn there."""
-        return iter(())
-
-    def paint(self, image: Image.Image, _page: Page, /) -> None:
-        from PIL import Image
-
-        mask = Image.frombytes("L", (self.box.width, self.box.height), self.cover)
-        image.paste(self.colour, (self.box.left, self.box.top), mask)
 
 
 @dataclass(frozen=True)

@@ -42,6 +42,8 @@ class LiveDoor(Generic[W]):
     wish: Callable[[], W]
     force_N: Callable[[W], tuple[float, ...]]
     begun_with: W
+    stopped: Callable[[], bool] | None = None
+    """Whether the participant is done; None where the door is done once it was brought back."""
     count_ns: Callable[[], int] = time.perf_counter_ns
     changes: list[Change[W]] = field(default_factory=list)
     ticks: int = 0
@@ -73,6 +75,10 @@ class LiveDoor(Generic[W]):
         offered, self._offered = self._offered, None
         if offered is not None:
             self.changes.append(replace(offered, taken_ns=None if why else t_ns, why=why))
+
+    def done(self) -> bool | None:
+        """See `stopped`."""
+        return None if self.stopped is None else self.stopped()
 
     def rests(self) -> None:
         """The door is stopped for a pause: time that passes until it plays again is no missed tick."""

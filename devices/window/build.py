@@ -29,7 +29,7 @@ from protocols.forms import (
     Sliders,
     Words,
 )
-from protocols.requests import Ask, Confirm, Instruct, Rest
+from protocols.requests import Ask, Confirm, Instruct, Present, Rest
 
 __all__ = ["Page", "demand_shown", "page_for", "screen_for"]
 
@@ -38,7 +38,7 @@ RESTING = "resting"
 """The page of a rest that the participant asked for."""
 
 
-def screen_for(request: Ask | Instruct | Rest | Confirm, page: Page, t0_ns: int) -> Screen:
+def screen_for(request: Ask | Instruct | Rest | Confirm | Present, page: Page, t0_ns: int) -> Screen:
     """A new screen, nothing answered but what was answered before; t0_ns is when it is shown, for its samples.
 
     Raises WindowError where it cannot be shown: a text that does not fit, a line wider than the screen.
@@ -46,6 +46,10 @@ def screen_for(request: Ask | Instruct | Rest | Confirm, page: Page, t0_ns: int)
     match request:
         case Ask():
             return _form(request, page, t0_ns)
+        case Present():
+            if (form := request.live_form) is None:
+                return MessageScreen("feel_now", page)
+            return _live(Ask(form, request.trial, request.wish), form, page, t0_ns, playing=True)
         case Instruct():
             return InstructionScreen(request, page)
         case Rest():
@@ -68,13 +72,23 @@ def demand_shown(forms: Iterable[Form], page: Page) -> None:
     requests: list[Ask | Instruct] = [*map(Ask, forms), *map(Instruct, page.pages)]
     for request in requests:
         screen_for(request, page, 0).scene()
+        if isinstance(request, Ask) and isinstance(request.form, Sliders) and request.form.live:
+            _live(request, request.form, page, 0, playing=True).scene()
 
 
 def _form(ask: Ask, page: Page, t0_ns: int) -> Screen:
     if isinstance(ask.form, Sliders):
+        if ask.form.live:
+            return _live(ask, ask.form, page, t0_ns, playing=False)
         kind = AuthoringScreen if ask.form.tries else SimilarityScreen if ask.form.sides else SliderScreen
         return kind(ask, ask.form, page, t0_ns)
     return SCREENS[type(ask.form)](ask, ask.form, page)
+
+
+def _live(ask: Ask, form: Sliders, page: Page, t0_ns: int, playing: bool) -> Screen:
+    from devices.window.screens.live_authoring import LiveAuthoringScreen
+
+    return LiveAuthoringScreen(ask, form, page, t0_ns, playing)
 
 
 SCREENS: Mapping[type[Form], Callable[[Ask, Any, Page], Screen]] = {

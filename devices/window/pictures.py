@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from collections.abc import Mapping, Sequence
 from pathlib import Path
 from typing import TYPE_CHECKING
 
@@ -39,7 +40,15 @@ def pictures(
 def specimen_page(metrics: Metrics, language: str = "en", words: Wording | None = None) -> Page:
     """The page that specimens are shown on."""
     pages = {"instructions": (words or wording(language)).instructions}
-    return Page(metrics, load_texts(language), find_fonts(language), pages=pages, total=TRIALS)
+    return Page(metrics, load_texts(language), find_fonts(language), pages=pages, total=TRIALS, force_of=_specimen_door)
+
+
+def _specimen_door(setting: Mapping[str, float]) -> Sequence[float]:
+    """The shipped models' door for a setting, by the order of its values: specimens have words of any language."""
+    from devices.door.making import maker_for
+
+    forces: list[float] = maker_for(None).design(list(setting.values())).force_N.tolist()
+    return forces
 
 
 def shown(specimen: Specimen, page: Page) -> Screen:

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Mapping
+from collections.abc import Callable, Mapping, Sequence
 from pathlib import Path
 from typing import Any, Protocol
 
@@ -10,10 +10,10 @@ from devices.desk import Desk
 from devices.window.calibration import Calibration
 from devices.window.presenter_page import describe, prepare
 from protocols.plan import Plan
-from protocols.requests import Aside, Ask, Confirm, Instruct, Reply, Rest
+from protocols.requests import Aside, Ask, Confirm, Instruct, Present, Reply, Rest
 from protocols.study import Study
 
-Shown = Ask | Instruct | Rest | Confirm
+Shown = Ask | Instruct | Rest | Confirm | Present
 PAUSE, END = "pause", "end"
 
 
@@ -24,6 +24,8 @@ class Presenter(Protocol):
     """For the ledger: what the window is and what it says."""
     on_side: Callable[[str], None] | None
     """Told which side is on, where a screen has sides: when it appears, and when the participant switches."""
+    force_of: Callable[[Mapping[str, float]], Sequence[float]] | None
+    """Makes the forces that a live form draws; None where nothing is made here."""
 
     def perform(self, request: Shown, desk: Desk, now_ns: Callable[[], int]) -> Reply | Aside:
         """Show the request's screen until it is answered, or until the experimenter does something.
@@ -40,6 +42,18 @@ class Presenter(Protocol):
 
     def show_answered(self, request: Shown, reply: Reply, seconds: float, desk: Desk) -> Aside | None:
         """Show the request's screen filled with the reply, so long; called again it goes on with the rest of it."""
+
+    def show_live(
+        self,
+        request: Present,
+        desk: Desk,
+        ready: Callable[[], bool],
+        moved: Callable[[Mapping[str, float], bool], None],
+    ) -> Aside | None:
+        """Show the form that is felt until `ready` (None), or until the experimenter did something.
+
+        At every look `moved` is given where the lines stand, and whether the participant pressed Stop.
+        """
 
     def finish(self, desk: Desk | None = None, page: str = END) -> None:
         """Show the last page until the experimenter confirms at the desk; some seconds at most."""

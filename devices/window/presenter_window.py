@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Mapping
+from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass, field, replace
 from typing import TYPE_CHECKING, Any
 
@@ -14,7 +14,7 @@ from devices.window.presenter import END, PAUSE, Shown
 from devices.window.screen import Page, Screen
 from devices.window.shell import Shell
 from protocols.events import NS
-from protocols.requests import Aside, Ask, Confirm, Instruct, Reply
+from protocols.requests import Aside, Ask, Confirm, Instruct, Present, Reply
 
 if TYPE_CHECKING:
     from PIL import Image
@@ -37,6 +37,7 @@ class WindowPresenter:
     picture: Image.Image
     description: Mapping[str, Any]
     on_side: Callable[[str], None] | None = None
+    force_of: Callable[[Mapping[str, float]], Sequence[float]] | None = None
     on: Scene | None = None
     request: Shown | None = None
     scene: Scene | None = None
@@ -74,6 +75,22 @@ class WindowPresenter:
                 return aside
         self._forget(desk)
         return None
+
+    def show_live(
+        self,
+        request: Present,
+        desk: Desk,
+        ready: Callable[[], bool],
+        moved: Callable[[Mapping[str, float], bool], None],
+    ) -> Aside | None:
+        """Show the form that is felt, its lines moved by the participant."""
+        scene = self._scene_of(request)
+        while True:
+            moved(scene.screen.so_far(), scene.screen.reply is not None)
+            if not self.paused and ready():
+                return None
+            if (aside := self._turn(scene, desk)) is not None:
+                return aside
 
     def finish(self, desk: Desk | None = None, page: str = END) -> None:
         """Show the last page. What the experimenter does now comes too late for the session's record."""
@@ -146,7 +163,7 @@ class WindowPresenter:
 
     def _scene_of(self, request: Shown) -> Scene:
         if self.scene is None or request is not self.request:
-            screen = screen_for(request, self.page, 0)
+            screen = screen_for(request, replace(self.page, force_of=self.force_of), 0)
             self.request, self.scene = request, self._scene(screen, _name(request))
             self.misread_mm = None
         return self.scene

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping, Sequence
+from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass, field
 from typing import TYPE_CHECKING, Any, Protocol
 
@@ -48,6 +48,9 @@ class Screen(Protocol):
     def placed(self) -> tuple[Placed, ...]:
         """Every element as it stands now, for checks of the geometry."""
 
+    def so_far(self) -> Mapping[str, float]:
+        """What is set on its lines now; {} on a screen without lines."""
+
     def fill(self, value: Mapping[str, Any]) -> None:
         """Show the form as answered with a reply's value."""
 
@@ -59,6 +62,7 @@ class Page:
     `words` translates the study's own texts (empty: as written), `pages` are the texts of its pages by name
     (instructions), `total` is the number of trials and `length_mm` the length of a rating line. `hangul`: in fields
     Latin keys write Hangul, where nothing else composes it. `may_rest`: forms of a trial have a button to rest.
+    `force_of` makes the forces of a door from a setting, where a screen draws them.
     """
 
     metrics: Metrics
@@ -71,6 +75,7 @@ class Page:
     length_mm: float = SLIDER_MM
     hangul: bool = False
     may_rest: bool = False
+    force_of: Callable[[Mapping[str, float]], Sequence[float]] | None = None
     shapes: Shapes = field(default_factory=Shapes)
 
     def say(self, text: str) -> str:

@@ -56,6 +56,9 @@ class Changes(Protocol):
     def rests(self) -> None:
         """The door is stopped for a pause."""
 
+    def done(self) -> bool | None:
+        """Whether the participant is done; None where the door is done once it was opened and brought back."""
+
 
 class Door(Protocol):
     """What a presentation needs of the door."""
@@ -243,7 +246,11 @@ class Felt:
         door.changes.took(now_ns(), why)
 
     def _over(self) -> str:
-        if self.opening.back:
+        changes = self.showing.door.changes
+        done = None if changes is None else changes.done()
+        if done:
+            return "participant"
+        if done is None and self.opening.back:
             return "brought_back"
         if self.showing.desk.answer() is not None:
             return "experimenter"

@@ -8,11 +8,11 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
-from devices.author.elements import GRID
 from devices.render.window.heard import LEAST_DB, MOST_DB, Array, columns, spectrum_dB
 from devices.window.geometry import Box, Placed
 from devices.window.paint import ACCENT, CARD, HAIR, INK, TINT, Colour, plain
 from devices.window.screens.elements import Element, hair
+from devices.window.screens.profile import GRID
 from devices.window.screens.targets import Target
 
 if TYPE_CHECKING:

@@ -121,6 +121,10 @@ class Base:
         self.show(value.get("answers", {}))
         self._stale = True
 
+    def so_far(self) -> Mapping[str, float]:
+        """No lines."""
+        return {}
+
     def repaint(self) -> None:
         """The next `paint` paints everything."""
         self._painted, self._stale = Painted(), True

@@ -6,6 +6,7 @@ from collections.abc import Iterator, Mapping, Sequence
 from dataclasses import replace
 from typing import Any
 
+from devices.window.geometry import Box
 from devices.window.inputs import Key, Moved, Pressed, Released
 from devices.window.screen import Page
 from devices.window.screens.base import Base, Missing, back_and_next
@@ -38,7 +39,12 @@ class SliderScreen(Base):
         return trial_frame(page, ask, "sliders_prompt", page.texts("sliders_hint"), left, right)
 
     def _lines(self) -> list[list[Row]]:
-        return rows(self.page, self.form.attributes, self.frame.body, self.form.scale)
+        return rows(self.page, self.form.attributes, self.room, self.form.scale)
+
+    @property
+    def room(self) -> Box:
+        """Where the lines stand."""
+        return self.frame.body
 
     def body(self) -> Iterator[Element]:
         for row in self._sheets[self.sheet]:
@@ -55,6 +61,9 @@ class SliderScreen(Base):
 
     def value(self) -> dict[str, Any]:
         return self.marks.value()
+
+    def so_far(self) -> Mapping[str, float]:
+        return dict(self.marks.answers)
 
     def samples(self) -> tuple[Samples, ...]:
         return self.marks.samples()

@@ -21,7 +21,7 @@ from protocols.forms import (
     Words,
 )
 from protocols.plan import Trial
-from protocols.requests import Ask, Confirm, Instruct, Rest
+from protocols.requests import Ask, Confirm, Instruct, Present, Rest
 from protocols.study import Anchor, Attribute, Criterion, Item, Questionnaire, Scale, Stimulus
 
 TRIALS = 45
@@ -32,7 +32,7 @@ RATED = Scale.model_validate({"from": 0, "to": 100})
 class Specimen:
     """A request, or the key of a page, and what is answered already."""
 
-    request: Ask | Instruct | Rest | Confirm | str
+    request: Ask | Instruct | Rest | Confirm | Present | str
     answers: Mapping[str, Any] = field(default_factory=dict)
 
 
@@ -46,6 +46,7 @@ def _trials(words: Wording) -> dict[str, Specimen]:
     seven, four = _sliders(words.seven), _sliders(words.four)
     alike = Sliders((Attribute(low=words.alike[0], high=words.alike[1]),), RATED, sides=words.sides)
     tries = Sliders(seven.attributes, RATED, tries=True)
+    live = replace(tries, live=True, shows_force=True)
     ticks = Words(words.words, further=True)
     marked = tuple(zip((0, 25, 50, 75, 100), words.labels, strict=True))
     labelled = replace(four, scale=RATED.model_copy(update={"labels": marked, "ticks": "labels"}))
@@ -56,6 +57,10 @@ def _trials(words: Wording) -> dict[str, Specimen]:
         "similarity": Specimen(_asked(alike), _some(alike, (72,))),
         "anchor": Specimen(_asked(_anchor(words), former={"felt": 1})),
         "authoring": Specimen(_asked(tries, former=_some(tries, (90, 50, 20, 35, 60, 45, 50)))),
+        "authoring-live": Specimen(_asked(live, former=_some(live, (90, 50, 20, 35, 60, 45, 50)))),
+        "authoring-felt": Specimen(
+            Present(replace(_trial(live), may_go_back=False), _some(live, (90, 50, 20, 35, 60, 45, 50)))
+        ),
         "adjectives": Specimen(_asked(ticks), {"ticked": [words.words[n] for n in (1, 8, 11, 24, 40)], "further": []}),
         "lexicon": Specimen(_asked(Lexicon(2)), {"words": list(words.own)}),
     }
@@ -95,8 +100,11 @@ def _some(form: Sliders, values: tuple[float, ...]) -> dict[str, float]:
 
 
 def _asked(form: Form, former: Mapping[str, Any] | None = None) -> Ask:
-    trial = Trial(15, "1", False, Stimulus(id="1"), form, may_go_back=True, rest_before=False)
-    return Ask(form, trial, former)
+    return Ask(form, _trial(form), former)
+
+
+def _trial(form: Form) -> Trial:
+    return Trial(15, "1", False, Stimulus(id="1"), form, may_go_back=True, rest_before=False)
 
 
 def _anchor(words: Wording) -> AnchorForm:

@@ -10,13 +10,13 @@ from PIL import Image
 
 from devices.author.bench import line_error_px, painted_s
 from devices.author.elements import FEELS, SIDES
-from devices.author.plot import axes_for, line_mask
 from devices.author.rated import FILE, range_text, rated_range
 from devices.author.words import FOLDER, author_texts
 from devices.author.work import Work, neutral
 from devices.door.twin import read_profile
 from devices.window.geometry import Box, Metrics, WindowError, problems
 from devices.window.paint import CARD, GROUND, contrast
+from devices.window.plot import axes_for, line_mask
 from devices.window.texts import placeholders, read_words
 from tests.devices.author.fakes import FakeMaker
 from tests.devices.author.rooms_for_tests import begun, page_for, typed, wish

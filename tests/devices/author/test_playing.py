@@ -67,7 +67,7 @@ def test_the_door_is_felt_and_the_hand_is_seen_on_the_curve():
 def test_what_changes_meanwhile_is_felt_by_the_hand_that_holds_the_door():
     player, screen = player_on()
     force = {"N": 10.0}
-    changes = LiveDoor(lambda: dict(force), lambda setting: (setting["N"],) * 621, dict(force), lambda: 0)
+    changes = LiveDoor(lambda: dict(force), lambda setting: (setting["N"],) * 621, dict(force), count_ns=lambda: 0)
     screen.at[60] = lambda: force.update(N=30.0)
     assert player.play(GENTLE, "design A", changes) == Played("played")
     assert [change.why for change in changes.changes] == [""] and changes.missed == 0

@@ -121,7 +121,7 @@ def wishes():
 
 
 def live(wishes):
-    return LiveDoor(lambda: dict(wishes), lambda wish: (wish["Soft"],) * 621, {"Soft": 10.0}, lambda: 0)
+    return LiveDoor(lambda: dict(wishes), lambda wish: (wish["Soft"],) * 621, {"Soft": 10.0}, count_ns=lambda: 0)
 
 
 def test_a_presentation_takes_the_changes_along(wishes):

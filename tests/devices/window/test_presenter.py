@@ -9,7 +9,7 @@ from devices.window.inputs import Key, Moved, Pressed, Released
 from devices.window.presenter_window import END_AT_DESK_S, END_S, WindowPresenter
 from protocols.forms import Sliders
 from protocols.plan import Trial
-from protocols.requests import Aside, Ask, Confirm, Reply, Rest
+from protocols.requests import Aside, Ask, Confirm, Present, Reply, Rest
 from protocols.study import Attribute, Scale, Stimulus
 from tests.devices.window.shells_for_tests import FRAME_S, SIZE, FakeDesk, FakeShell, page
 
@@ -348,3 +348,38 @@ def test_an_interruption_passes_through(window, shell):
         window.perform(Rest(3, 9), Leaving(), shell.now_ns)
     window.close()
     assert shell.closed
+
+
+def live():
+    """A door that is felt, with a form of one line that it follows."""
+    form = Sliders(FORM.attributes, FORM.scale, tries=True, live=True, shows_force=True)
+    return Present(Trial(1, "main", False, Stimulus(id="T01"), form, False, False), {"Smooth": 20.0})
+
+
+def test_a_live_form_says_where_its_line_stands_until_something_else_is_ready(window, shell):
+    seen, looks = [], iter(range(60))
+    window.force_of = lambda setting: [setting["Smooth"]] * 621
+    window.show_live(live(), FakeDesk({2: NOTE}), lambda: False, lambda *_: None)
+    line = next(each.box for each in window.scene.screen.placed() if each.name == "slider 0.line")
+    shell.turns.extend([press_at(line, 0.75)])
+    request = window.request
+
+    moved = lambda setting, done: seen.append((setting["Smooth"], done))  # noqa: E731
+    assert window.show_live(request, FakeDesk(), lambda: next(looks) >= 50, moved) is None
+
+    assert seen[0] == (20.0, False) and seen[-1] == (75.0, False)
+    assert any(each.name.startswith("force") for each in window.scene.screen.scene())
+
+
+def test_stop_on_a_live_form_is_said_once_it_is_pressed(window, shell):
+    seen, request = [], live()
+    shell.turns.extend([[Key("enter", False, 0.0)]])
+    window.show_live(request, FakeDesk(), lambda: seen[-1] or len(seen) > 50, lambda _setting, done: seen.append(done))
+    assert seen[0] is False and seen[-1] is True
+
+
+def test_a_live_form_waits_while_the_session_is_paused(window):
+    request, ready = live(), []
+    assert window.show_live(request, FakeDesk({1: PAUSE}), lambda: False, lambda *_: None) == PAUSE
+    assert window.show_live(request, FakeDesk({9: GO_ON}), lambda: ready.append(1) or True, lambda *_: None) == GO_ON
+    assert ready == []

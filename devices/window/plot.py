@@ -12,8 +12,8 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 from numpy.typing import NDArray
 
-from devices.author.making import Array
 from devices.door.grid import MAX_ANGLE_DEG, POINTS, POINTS_PER_DEG
+from devices.door.making import Array
 from devices.window.geometry import Box
 
 if TYPE_CHECKING:
