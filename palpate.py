@@ -252,6 +252,7 @@ def doors_cases(quick: bool) -> Iterator[Any]:
     yield from _named("modeling.doors.bench:cases")(quick, Sides().doors())
     yield from _named("modeling.keyswitch.bench:cases")(quick)
     yield from _named("devices.author.bench:cases")(quick)
+    yield from _named("devices.door.bench_live:cases")(quick)
 
 
 def synthesis_cases(quick: bool) -> Iterator[Any]:

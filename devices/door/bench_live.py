@@ -1,0 +1,150 @@
+"""Figures of a door that follows the sliders: how late the hand has the new force, beside how wrong that force is."""
+
+from __future__ import annotations
+
+import time
+from collections.abc import Callable, Iterator, Mapping
+from dataclasses import dataclass
+from functools import cache, partial
+
+import numpy as np
+
+from devices.door.designer import Designer, designer_for
+from devices.door.firmware.controller import Firmware
+from devices.door.firmware.lines import VirtualLine
+from devices.door.firmware.twin_plant import TwinPlant
+from devices.door.firmware.wire import Wire
+from devices.door.link import dialogue
+from devices.door.link.limits import Limits, change_for_door, profile_for_door
+from devices.door.link.link import Link
+from devices.door.live import LiveDoor
+from devices.door.making import NEUTRAL, Array
+from devices.door.plant.rendering import FASTEST_NM_S, PASSAGE_TICKS
+from devices.door.playable import bounded
+from protocols.bench import Case
+
+AREA, BAUD, RADIUS_M, END_DEG = "doors", 1_000_000, 0.9, 62.0
+MOVES, QUICK_MOVES = 200, 30
+GAP_S = (0.06, 0.16)
+"""From one move of a slider to the next: evenly drawn, so that moves fall anywhere between two ticks of 50 ms."""
+BEAT_MS = 10
+STEP = 0.5
+"""Half a step of the slope of the model in the middle, on the scale of 0 to 100."""
+
+Setting = tuple[float, ...]
+Force = Callable[[Setting], Array]
+
+
+@dataclass(frozen=True)
+class Followed:
+    """One run: for every move, when the door had taken it and when all of its force was there, and how wrong it is."""
+
+    taken_s: Array
+    felt_s: Array
+    off_N: float
+    missed: int
+
+
+def methods(designer: Designer) -> Mapping[str, Force]:
+    """The ways to make a profile that could be used live, by name; the first is the one that is used."""
+    middle = np.full(len(designer.attributes), NEUTRAL)
+    force = designer.force
+
+    @cache
+    def slopes() -> tuple[Array, Array]:
+        """The profile in the middle, and how it changes with each attribute there."""
+        steps = STEP * np.eye(len(middle))
+        sides = [(force.run(middle + one) - force.run(middle - one)) / (2 * STEP) for one in steps]
+        return np.asarray(force.run(middle)), np.stack(sides)
+
+    def tangent(setting: Setting) -> Array:
+        begun, sides = slopes()
+        return bounded(begun + (np.array(setting) - middle) @ sides)
+
+    return {
+        "force and perception model (used)": lambda setting: designer.design(np.array(setting)).force_N,
+        "force model alone": lambda setting: bounded(np.asarray(force.run(np.array(setting)))),
+        "straight line from the middle": tangent,
+    }
+
+
+def cases(quick: bool) -> Iterator[Case]:
+    """Each method at the twin: median and 95th percentile of the latency, beside its error."""
+    designer, moves = designer_for(None), QUICK_MOVES if quick else MOVES
+    whole = methods(designer)["force and perception model (used)"]
+    told = f"twin, 1 Mbaud, 20 Hz, {moves} moves"
+    runs = {
+        name: cache(partial(followed, force, whole, len(designer.attributes), moves))
+        for name, force in methods(designer).items()
+    }
+    looks: Mapping[str, Callable[[Followed], Array]] = {
+        "door passes over": lambda found: found.taken_s, "all of it": lambda found: found.felt_s
+    }  # fmt: skip
+    for what, seconds in looks.items():
+        for percentile, called in ((50, "median"), (95, "95 %")):
+            case, late = f"slider to new force: {what}, {called}", partial(_late, seconds, percentile)
+            for name, run in runs.items():
+                yield Case(AREA, case, name, told, moves, "N rms", run, lambda found: found.off_N, 1, late)
+
+
+def _late(seconds: Callable[[Followed], Array], percentile: float, found: Followed) -> float:
+    return float(np.percentile(seconds(found), percentile))
+
+
+def followed(force: Force, whole: Force, attributes: int, moves: int, seed: int = 1) -> Followed:
+    """Move sliders while the twin's door plays, and look when the door has what they come to.
+
+    Line and door live in virtual time, so that no other program's work is measured; what the model takes is measured
+    on this machine's clock, and passes there as well.
+    """
+    line = VirtualLine(Wire(Firmware(TwinPlant(seed)), BAUD))
+    link = Link("door", line, line.clock_s)
+    line.each_ms = lambda t_ms: link.beat() if t_ms % BEAT_MS == 0 else None
+    return _followed(link, line, force, whole, attributes, moves, np.random.Generator(np.random.PCG64(seed)))
+
+
+def _followed(
+    link: Link, line: VirtualLine, force: Force, whole: Force, attributes: int, moves: int, chance: np.random.Generator
+) -> Followed:
+    setting: Setting = (NEUTRAL,) * attributes
+
+    def made(now: Setting) -> tuple[float, ...]:
+        begun_s = time.perf_counter()
+        forces = tuple(force(now).tolist())
+        line.run(max(1, round(1000 * (time.perf_counter() - begun_s))))
+        return forces
+
+    begun = np.array(made(setting))
+    live: LiveDoor[Setting] = LiveDoor(lambda: setting, made, setting)
+    moved_ns, due_ns = {setting: line.now_ns()}, 0
+    profile = profile_for_door(begun.tolist(), RADIUS_M, Limits())
+    dialogue.greet(link)
+    dialogue.upload(link, profile)
+    dialogue.play(link, profile)
+    while len(moved_ns) <= moves or setting != live.changes[-1].wish:
+        link.keep_alive()
+        if len(moved_ns) <= moves and line.now_ns() >= due_ns:
+            place = int(chance.integers(attributes))
+            setting = (*setting[:place], float(chance.uniform(0, 100)), *setting[place + 1 :])
+            moved_ns[setting] = line.now_ns()
+            due_ns = moved_ns[setting] + round(1e9 * chance.uniform(*GAP_S))
+        if (new := live.newer(line.now_ns())) is not None:
+            why = dialogue.change(link, change_for_door(new, RADIUS_M, Limits(), END_DEG))
+            live.took(line.now_ns(), why)
+        link.wait(lambda: False, 0.001)
+    return _latencies(live, moved_ns, begun, whole)
+
+
+def _latencies(live: LiveDoor[Setting], moved_ns: Mapping[Setting, int], begun: Array, whole: Force) -> Followed:
+    """Of every change that the door has taken. Raises ValueError where it refused one."""
+    taken, felt, off, before = [], [], [], begun
+    for change in live.changes:
+        if change.taken_ns is None:
+            raise ValueError(f"the twin stayed as it was: {change.why}")
+        force = np.array(change.force_N)
+        passage_s = max(PASSAGE_TICKS / 1000, float(np.abs(force - before).max()) * RADIUS_M / FASTEST_NM_S)
+        taken.append((change.taken_ns - moved_ns[change.wish]) / 1e9)
+        felt.append(taken[-1] + passage_s)
+        off.append(np.mean((force - whole(change.wish)) ** 2))
+        before = force
+    return Followed(np.array(taken), np.array(felt), float(np.sqrt(np.mean(off))), live.missed)

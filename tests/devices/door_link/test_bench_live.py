@@ -1,0 +1,33 @@
+"""The figures of a door that follows the sliders."""
+
+import numpy as np
+import pytest
+
+from devices.door.bench_live import cases, followed, methods
+from devices.door.designer import designer_for
+from devices.door.plant.rendering import PASSAGE_TICKS
+
+DESIGNER = designer_for(None)
+WAYS = methods(DESIGNER)
+USED = next(iter(WAYS.values()))
+
+
+def test_every_method_has_median_and_95th_percentile_of_both_latencies_beside_its_error():
+    declared = [(each.case, each.method) for each in cases(quick=True)]
+    assert len(declared) == len(set(declared)) == 4 * len(WAYS)
+    assert all(each.seconds is not None and each.error_kind == "N rms" for each in cases(quick=True))
+
+
+@pytest.mark.parametrize("name", WAYS)
+def test_a_change_comes_no_sooner_than_the_line_allows_and_no_sooner_than_the_passage_ends(name):
+    found = followed(WAYS[name], USED, len(DESIGNER.attributes), 4)
+    assert len(found.taken_s) <= 4 and found.missed == 0
+    assert found.taken_s.min() > 621 * 4 * 10 / 1_000_000  # 621 points of 4 bytes, 10 bits each, at 1 Mbaud
+    assert ((found.felt_s - found.taken_s) >= PASSAGE_TICKS / 1000 - 1e-9).all()
+    assert (found.off_N > 1) == (name == "straight line from the middle")
+
+
+def test_the_straight_line_is_the_model_itself_in_the_middle():
+    middle = (50.0,) * len(DESIGNER.attributes)
+    tangent = WAYS["straight line from the middle"]
+    assert np.abs(tangent(middle) - USED(middle)).max() < 1e-6
