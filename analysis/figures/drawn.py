@@ -9,7 +9,8 @@ from typing import TYPE_CHECKING, Any
 
 from analysis.plans.answers import Normalise, Takes
 from analysis.plans.idle import Idle
-from protocols.study import Level, Strict, Text
+from analysis.plans.where import Condition
+from protocols.study import Strict, Text
 
 if TYPE_CHECKING:
     from matplotlib.figure import Figure
@@ -30,7 +31,7 @@ class AskedFigure(Strict):
     figure: str
     title: str | None = None
     outcomes: tuple[str, ...] | None = None
-    where: Mapping[Text, Level | tuple[Level, ...]] = {}
+    where: Mapping[Text, Condition] = {}
     table: str | None = None
     source: Takes | None = None
     normalise: Normalise | None = None

@@ -8,7 +8,8 @@ from types import MappingProxyType
 from typing import TYPE_CHECKING, Any, Literal, TypeAlias
 
 from analysis.plans.idle import Idle
-from protocols.study import Level, Strict, Text
+from analysis.plans.where import Condition
+from protocols.study import Strict, Text
 
 if TYPE_CHECKING:
     import pandas as pd
@@ -46,15 +47,15 @@ class Asked(Strict):
     """What every test of an analysis plan says; each kind adds its own settings.
 
     `name` is the test's own, unique in its plan and fit for a file name. `outcomes` are attributes, words' forms or
-    items (None: all of them), `where` keeps the rows whose columns have these levels. `table` names one of the plan's
-    own tables instead of the study's answers, `source` another table of answers than the kind's own ("forms" for a
-    questionnaire's items). `normalise` and `missing` stand in for the plan's own.
+    items (None: all of them), `where` keeps the rows whose columns have these levels, or numbers in a range. `table`
+    names one of the plan's own tables instead of the study's answers, `source` another table of answers than the
+    kind's own ("forms" for a questionnaire's items). `normalise` and `missing` stand in for the plan's own.
     """
 
     name: str
     test: str
     outcomes: tuple[str, ...] | None = None
-    where: Mapping[Text, Level | tuple[Level, ...]] = {}
+    where: Mapping[Text, Condition] = {}
     table: str | None = None
     source: Takes | None = None
     normalise: Normalise | None = None

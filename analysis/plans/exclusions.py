@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Mapping
+from collections.abc import Callable
 from dataclasses import dataclass, replace
 from typing import Any
 
@@ -10,6 +10,7 @@ import pandas as pd
 
 from analysis.plans.material import OF_A_RATING, Material
 from analysis.plans.schema import AnalysisPlan, Outlying, Rule
+from analysis.plans.where import Range, Where, first_word, kept_rows, levels_of
 from analysis.ratings.dataset import DataRefused, Exclusion
 from analysis.ratings.diagnostics import diagnose
 from analysis.reliability.sessions import answered_trials
@@ -45,8 +46,8 @@ def apply_exclusions(material: Material, declared: AnalysisPlan) -> Left:
 def _demand_known(whole: Material, rule: Rule) -> None:
     """Raise DataRefused on a person, column or level that the data never had; an earlier rule may have left it out."""
     where = dict(rule.where or {})
-    people = where.pop("participant", ())
-    for who in (*(rule.participants or ()), *((people,) if isinstance(people, str) else people)):
+    people = () if isinstance(where.get("participant"), Range) else levels_of(where.pop("participant", ()))
+    for who in (*(rule.participants or ()), *people):
         if who not in whole.participants and not _knew(whole, who):
             told = nearest(who, whole.participants)
             raise DataRefused(f"{whole.name!r}: the plan leaves out {who!r}, who has no session; {told}")
@@ -72,7 +73,7 @@ def _bad_people(material: Material, rule: Rule) -> list[str]:
     return _flagged(material, rule.flagged or 1)
 
 
-def _who_answered(material: Material, where: Mapping[str, str | tuple[str, ...]]) -> list[str]:
+def _who_answered(material: Material, where: Where) -> list[str]:
     """The participants with these answers about themselves, also those without a trial."""
     everybody = material.people.added(pd.DataFrame({"participant": list(material.participants)}), tuple(where))
     return [str(who) for who in everybody.loc[_met(everybody, where), "participant"]]
@@ -128,23 +129,24 @@ def _bad_trials(material: Material, rule: Rule) -> pd.DataFrame:
     return pd.DataFrame(seconds[bad])
 
 
-def matching(table: pd.DataFrame, where: Mapping[str, str | tuple[str, ...]], name: str) -> pd.Series[bool]:
+def matching(table: pd.DataFrame, where: Where, name: str) -> pd.Series[bool]:
     """Which rows have the wanted level in every column. Raises DataRefused on an unknown column or level."""
     for column, wanted in where.items():
         if column not in table.columns:
             raise DataRefused(f"{name!r}: no column {column!r}; {nearest(column, map(str, table.columns))}")
-        levels = (wanted,) if isinstance(wanted, str) else wanted
-        known = set(table[column].astype(str))
-        for level in levels:
+        known = set(table[column].dropna().astype(str))
+        if isinstance(wanted, Range) and (word := first_word(known)) is not None:
+            raise DataRefused(f"{name!r}: {column!r} holds words, as {word!r}; a range ({wanted}) asks about numbers")
+        for level in levels_of(wanted):
             if level not in known and known:
                 raise DataRefused(f"{name!r}: no {column} {level!r}; {nearest(level, sorted(known))}")
     return _met(table, where)
 
 
-def _met(table: pd.DataFrame, where: Mapping[str, str | tuple[str, ...]]) -> pd.Series[bool]:
+def _met(table: pd.DataFrame, where: Where) -> pd.Series[bool]:
     kept = pd.Series(True, index=table.index)
     for column, wanted in where.items():
-        kept &= table[column].astype(str).isin((wanted,) if isinstance(wanted, str) else wanted)
+        kept &= kept_rows(table[column], wanted)
     return kept
 
 

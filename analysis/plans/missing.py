@@ -2,17 +2,17 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterable, Mapping
+from collections.abc import Iterable
 from dataclasses import dataclass, replace
 
 import pandas as pd
 
 from analysis.plans.answers import Missing, Selected
+from analysis.plans.where import Where, keeps, kept_rows
 from analysis.ratings.completeness import CellsRefused, Faults
 from analysis.ratings.design_report import Kind, Place
 from protocols.wording import count
 
-Where = Mapping[str, str | tuple[str, ...]]
 ADVICE = "find the ratings, leave such participants out with `missing: listwise`, or choose `missing: mixed_model`"
 WHOLE_CELLS = "name columns of the stimulus or of the participant, which keep or leave a cell for everyone"
 FORBIDDEN: tuple[Kind, ...] = ("duplicate", "undeclared")
@@ -81,7 +81,7 @@ def _asked_about(trials: pd.DataFrame, where: Where) -> set[str]:
     kept = pd.Series(True, index=trials.index)
     for column, wanted in where.items():
         if column in trials.columns and trials.groupby("participant")[column].nunique().max() == 1:
-            kept &= trials[column].astype(str).isin((wanted,) if isinstance(wanted, str) else wanted)
+            kept &= kept_rows(trials[column], wanted)
     return set(trials.loc[kept, "participant"])
 
 
@@ -121,7 +121,6 @@ def _places(outcome: str, people: Iterable[str], faults: Faults, where: Where, k
 def _inside(place: Place, where: Where) -> bool:
     for column, wanted in where.items():
         level = place.participant if column == "participant" else place.cell.get(column)
-        levels = (wanted,) if isinstance(wanted, str) else wanted
-        if level is not None and level not in levels:
+        if level is not None and not keeps(wanted, level):
             return False
     return True

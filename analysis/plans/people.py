@@ -12,6 +12,8 @@ from analysis.ratings.dataset import DataRefused
 from studies.tables import session_number
 
 SESSION = "session"
+ANSWER = "answer."
+"""What may stand before a question's name, and must where a column of the stimuli has the same."""
 CLOSED = ("number", "choice", "points")
 """Kinds of answers that may be columns: to questions with a number or a choice, and to items of a questionnaire."""
 
@@ -30,9 +32,9 @@ class People:
         """
         new = [name for name in names if name not in table.columns]
         for name in new:
-            if name in self.free and name not in self.answers:
+            if question_of(name) in self.free and question_of(name) not in self.answers:
                 raise DataRefused(f"{name!r} was answered in the participants' own words, which no test may group by")
-        return [name for name in dict.fromkeys(new) if name in self.answers]
+        return [name for name in dict.fromkeys(new) if question_of(name) in self.answers]
 
     def added(self, table: pd.DataFrame, names: Sequence[str]) -> pd.DataFrame:
         """Return the table with the answers as columns, and `session` as its number where it is among the names.
@@ -40,10 +42,17 @@ class People:
         A participant without an answer has none (NaN).
         """
         whose = table["participant"].astype(str)
-        columns: dict[str, Any] = {name: whose.map(self.answers[name]) for name in self.named(table, names)}
+        columns: dict[str, Any] = {
+            name: whose.map(self.answers[question_of(name)]) for name in self.named(table, names)
+        }
         if SESSION in names and SESSION in table.columns:
             columns[SESSION] = table[SESSION].astype(str).map(session_number)
         return table.assign(**columns) if columns else table
+
+
+def question_of(name: str) -> str:
+    """Return the name of the question, of a column that is called after it: `age` or `answer.age`."""
+    return name.removeprefix(ANSWER)
 
 
 def people_of(rows: Sequence[Mapping[str, Any]]) -> People:

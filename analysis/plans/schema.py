@@ -8,7 +8,8 @@ from typing import Annotated, Any, Literal, Self
 from pydantic import Field, model_validator
 
 from analysis.plans.answers import Missing, Normalise
-from protocols.study import Level, Name, Share, Strict, Text, Whole
+from analysis.plans.where import Condition
+from protocols.study import Name, Share, Strict, Text, Whole
 
 Above = Annotated[float, Field(gt=0, allow_inf_nan=False)]
 
@@ -24,15 +25,16 @@ class Rule(Strict):
     """One reason to leave something out; exactly one of the keys beside `because` says what.
 
     `participants` by pseudonym; `faster_than_s`, `slower_than_s`: trials answered in less or more seconds; `where`:
-    trials whose columns have these levels; `outlying`: single ratings; `flagged`: participants on whom this many of the
-    rater diagnostics raise a flag; `fewer_than`: participants who answered less than this share of their trials.
+    trials whose columns have these levels, or numbers in a range; `outlying`: single ratings; `flagged`: participants
+    on whom this many of the rater diagnostics raise a flag; `fewer_than`: participants who answered less than this
+    share of their trials.
     """
 
     because: Text
     participants: tuple[Text, ...] | None = None
     faster_than_s: Above | None = None
     slower_than_s: Above | None = None
-    where: dict[Text, Level | tuple[Level, ...]] | None = None
+    where: dict[Text, Condition] | None = None
     outlying: Outlying | None = None
     flagged: Annotated[Whole, Field(ge=1)] | None = None
     fewer_than: Share | None = None

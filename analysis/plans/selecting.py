@@ -15,6 +15,7 @@ from analysis.plans.exclusions import matching
 from analysis.plans.material import OF_A_RATING, Material
 from analysis.plans.people import SESSION, refuse_small_groups
 from analysis.plans.reading import Plan
+from analysis.plans.where import Range, Where
 from analysis.ratings.completeness import Faults, cell_faults
 from analysis.ratings.dataset import DataRefused, Ratings, natural
 from protocols.did_you_mean import nearest
@@ -78,7 +79,7 @@ class Selecting:
     def _of_outcomes(self) -> dict[str, pd.DataFrame]:
         return {}
 
-    def trials(self, where: Mapping[str, object]) -> pd.DataFrame:
+    def trials(self, where: Where) -> pd.DataFrame:
         """Return the trials of the study, with the columns of people and sessions that a `where` names."""
         return self.material.people.added(self.material.trials, tuple(where))
 
@@ -104,7 +105,9 @@ class Selecting:
         table = _where(table, ~table["participant"].isin(silent)) if silent else table
         groups = [column for column in asked_of if column in grouping or column in asked.where]
         if groups:
-            alike = people.added(table, groups)
+            ranges = {name: str(each) for name, each in asked.where.items() if isinstance(each, Range)}
+            one_group = {name: told for name, told in ranges.items() if name in groups and name not in grouping}
+            alike = people.added(table, groups).assign(**one_group)
             refuse_small_groups(alike, groups, self.plan.declared.least_people, asked.name)
         return table, tuple(sorted(silent))
 

@@ -8,13 +8,13 @@ from itertools import product
 from typing import Any
 
 from analysis.plans.answers import Asked
-from analysis.plans.people import CLOSED
+from analysis.plans.people import ANSWER, CLOSED
+from analysis.plans.where import Where, keeps, levels_of
 from analysis.ratings.reading import column_name
 from protocols.forms import Question
 from protocols.problems import Problem
 from protocols.study import Study
 
-Where = Mapping[str, str | tuple[str, ...]]
 Rows = Sequence[Mapping[str, str]]
 CROSSED = {"icc", "kendall_w"}
 """Kinds of test in which every one of the `raters` rates every one of the `targets`."""
@@ -78,7 +78,7 @@ class StudyColumns:
         kept: dict[str, Rows] = {}
         for group, met in self.met.items():
             rows = [{**row, "attribute": outcome} for row in met for outcome in outcomes]
-            chosen = [row for row in rows if all(row[c] in _levels(ls) for c, ls in where.items() if c in row)]
+            chosen = [row for row in rows if all(keeps(wanted, row[c]) for c, wanted in where.items() if c in row)]
             if chosen:
                 kept[group] = chosen
         return kept
@@ -105,7 +105,8 @@ class StudyColumns:
             return "within"
         if name in self.people:
             kind, levels = self.people[name]
-            chosen = _levels(where[name]) if name in where else levels
+            wanted = where.get(name)
+            chosen = levels if wanted is None else levels_of(wanted) or [each for each in levels if keeps(wanted, each)]
             return "number" if kind == "number" else "one level" if len(chosen) == 1 else "between"
         met = [{row[name] for row in rows} for rows in groups.values() if name in rows[0]]
         if not met:
@@ -136,7 +137,9 @@ def study_columns(study: Study, questions: Sequence[Question]) -> StudyColumns:
     if study.questionnaire is not None:
         points = tuple(str(n) for n in range(1, study.questionnaire.points + 1))
         levels |= {item.name: ("points", points) for item in study.questionnaire.items}
-    return StudyColumns(study, met, levels)
+    columns = {column_name(name) for name in (study.stimuli[0].columns if study.stimuli else ())}
+    people = {name: told for name, told in levels.items() if name not in columns}
+    return StudyColumns(study, met, people | {f"{ANSWER}{name}": told for name, told in levels.items()})
 
 
 def _met(study: Study, group: str | None) -> Iterator[dict[str, str]]:
@@ -154,10 +157,6 @@ def _gap(rows: Rows, crossed: Sequence[str], everybody: Sequence[Rows]) -> str:
         if cell not in there:
             return " with ".join(f"{name} {level}" for name, level in zip(crossed, cell, strict=True))
     return ""
-
-
-def _levels(wanted: str | tuple[str, ...]) -> Collection[str]:
-    return (wanted,) if isinstance(wanted, str) else wanted
 
 
 def _texts(value: Any) -> tuple[str, ...]:

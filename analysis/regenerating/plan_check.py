@@ -12,6 +12,7 @@ from analysis.plans.kinds import figure_kind, test_kind
 from analysis.plans.reading import Plan
 from analysis.plans.schema import Rule
 from analysis.plans.study_columns import StudyColumns, study_columns
+from analysis.plans.where import Condition, Range, first_word, levels_of
 from analysis.ratings.reading import column_name
 from analysis.ratings.saved import load_ratings
 from analysis.reporting.sources import IMPORTED, Wanted
@@ -84,7 +85,8 @@ def _study(wanted: Wanted) -> Study | None:
 def _known(design: StudyColumns) -> tuple[dict[str, Collection[str]], dict[Takes, Collection[str]]]:
     """The study's columns with their levels (empty: any), and its outcomes by the table they stand in.
 
-    What participants are asked about themselves are columns, too, unless a column of the stimuli has the name.
+    What participants are asked about themselves are columns, too, as `answer.NAME` where a column of the stimuli has
+    the name.
     """
     study = design.study
     columns: dict[str, Collection[str]] = dict.fromkeys(ALWAYS, ())
@@ -111,7 +113,7 @@ def _imported(folder: Path) -> tuple[dict[str, Collection[str]], dict[Takes, Col
 def _rule_problems(rules: Sequence[Rule], columns: Mapping[str, Collection[str]]) -> Iterator[Problem]:
     for place, rule in enumerate(rules):
         for column, wanted in (rule.where or {}).items():
-            for problem in _level_problems(column, (wanted,) if isinstance(wanted, str) else wanted, columns):
+            for problem in _level_problems(column, wanted, columns):
                 yield Problem(("exclusions", place, *problem.path), problem.message)
         for n, column in enumerate(rule.outlying.within if rule.outlying is not None else ()):
             if column not in columns:
@@ -139,7 +141,7 @@ def _problems(
             if name not in outcomes[takes]:
                 yield Problem(("outcomes", n), f"no outcome {name!r}; {nearest(name, outcomes[takes])}")
     for column, wanted in asked.where.items():
-        yield from _level_problems(column, (wanted,) if isinstance(wanted, str) else wanted, columns)
+        yield from _level_problems(column, wanted, columns)
     if design is not None and isinstance(asked, Asked) and takes in ("ratings", "forms"):
         of_forms = {*OF_FORMS, *design.people}
         columns = {
@@ -157,10 +159,17 @@ def _problems(
         yield from design.problems(asked, outcomes[takes] if asked.outcomes is None else asked.outcomes)
 
 
-def _level_problems(column: str, wanted: Sequence[str], columns: Mapping[str, Collection[str]]) -> Iterator[Problem]:
+def _level_problems(column: str, wanted: Condition, columns: Mapping[str, Collection[str]]) -> Iterator[Problem]:
     if column not in columns:
         yield Problem(("where", column), f"the study has no column {column!r}; {nearest(column, columns)}")
         return
-    for level in wanted:
+    if isinstance(wanted, Range):
+        word = "P001" if column == "participant" else first_word(columns[column])
+        if word is not None:
+            message = f"{column!r} holds words, as {word!r}; a range ({wanted}) asks about numbers"
+            yield Problem(("where", column), message)
+        elif columns[column] and not any(map(wanted.holds, columns[column])):
+            yield Problem(("where", column), f"no {column} {wanted}; there are {', '.join(sorted(columns[column]))}")
+    for level in levels_of(wanted):
         if columns[column] and level not in columns[column]:
             yield Problem(("where", column), f"no {column} {level!r}; {nearest(level, sorted(columns[column]))}")

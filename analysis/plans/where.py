@@ -1,0 +1,72 @@
+"""What a `where` of a plan keeps: levels of a column, or numbers from one end to the other."""
+
+from __future__ import annotations
+
+from collections.abc import Collection, Mapping
+from typing import Annotated, Self, TypeAlias
+
+import pandas as pd
+from pydantic import AliasChoices, Discriminator, Field, Tag, model_validator
+
+from protocols.study import Level, Number, Strict, is_number
+
+
+class Range(Strict):
+    """Numbers from `from` to `to`, both included; one of the two may be left out."""
+
+    low: Number | None = Field(default=None, validation_alias=AliasChoices("from", "low"))
+    high: Number | None = Field(default=None, validation_alias=AliasChoices("to", "high"))
+
+    @model_validator(mode="after")
+    def _in_order(self) -> Self:
+        if self.low is None and self.high is None:
+            raise ValueError("from, to or both are expected")
+        if self.low is not None and self.high is not None and self.low > self.high:
+            raise ValueError(f"from ({self.low:g}) lies above to ({self.high:g})")
+        return self
+
+    def __str__(self) -> str:
+        ends = (("from", self.low), ("to", self.high))
+        return " ".join(f"{word} {end:g}" for word, end in ends if end is not None)
+
+    def holds(self, level: str) -> bool:
+        """Whether the text is a number in the range."""
+        if not is_number(level):
+            return False
+        number = float(level)
+        return (self.low is None or number >= self.low) and (self.high is None or number <= self.high)
+
+
+def _form_of(value: object) -> str:
+    """How a condition is written, so that a complaint is about that form alone, and does not name it (`[`)."""
+    if isinstance(value, Mapping | Range):
+        return "[range]"
+    return "[levels]" if isinstance(value, list | tuple) else "[level]"
+
+
+Condition: TypeAlias = Annotated[
+    Annotated[Level, Tag("[level]")] | Annotated[tuple[Level, ...], Tag("[levels]")] | Annotated[Range, Tag("[range]")],
+    Discriminator(_form_of),
+]
+Where: TypeAlias = Mapping[str, Condition]
+
+
+def levels_of(condition: Condition) -> tuple[str, ...]:
+    """Return the levels that are named, one or several; none of a range."""
+    return () if isinstance(condition, Range) else (condition,) if isinstance(condition, str) else condition
+
+
+def keeps(condition: Condition, level: str) -> bool:
+    """Return whether rows with this level are kept."""
+    return condition.holds(level) if isinstance(condition, Range) else level in levels_of(condition)
+
+
+def kept_rows(column: pd.Series, condition: Condition) -> pd.Series[bool]:
+    """Return which rows of a column are kept; a missing value is in no range."""
+    texts = column.astype(str)
+    return texts.map(condition.holds).astype(bool) if isinstance(condition, Range) else texts.isin(levels_of(condition))
+
+
+def first_word(levels: Collection[str]) -> str | None:
+    """Return the first of the levels that is no number, or None where a range can be asked about them."""
+    return next((level for level in sorted(levels) if not is_number(level)), None)
