@@ -13,7 +13,7 @@ SOURCES := pyproject.toml setup.py palpate.py $(shell find $(ROOMS) participants
 # Run a command and say how long it took: $(call timed,words,command)
 timed = @echo '$(2)'; began=$$(date +%s); $(2) && echo "$(1): $$(($$(date +%s) - began)) s"
 CHECKS := $(BIN)/ruff check . && $(BIN)/ruff format --check . && $(BIN)/mypy && $(BIN)/lint-imports
-PYTEST := $(BIN)/python -m pytest -n 2 --dist worksteal --durations=30 --durations-min=3
+PYTEST := $(BIN)/python -m pytest --dist worksteal --durations=30 --durations-min=3
 
 .PHONY: demo test test-all check clean
 
@@ -21,13 +21,14 @@ demo: .venv/.demo
 	$(call timed,demo,$(BIN)/palpate demo --lab demo-lab)
 
 test: check
-	$(call timed,tests,$(PYTEST))
+	$(call timed,tests,$(PYTEST) -n 2)
 
-# Everything, with the coverage that two rooms must have.
+# Everything, with the coverage that two rooms must have. Three processes on two cores: tests of a window, a browser or a kill wait a third
+# of their time.
 test-all: .venv/.$(ALL)
 	$(call timed,static checks,$(CHECKS))
 	$(BIN)/coverage erase
-	$(call timed,tests,$(PYTEST) --all --cov --cov-report=)
+	$(call timed,tests,$(PYTEST) -n 3 --all --cov --cov-report=)
 	$(BIN)/coverage report --include='protocols/*' --fail-under=95
 	$(BIN)/coverage report --include='studies/*' --fail-under=90
 

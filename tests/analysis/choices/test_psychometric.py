@@ -214,8 +214,8 @@ def simulated(rng: np.random.Generator, guess: float, lapse: float, n: int = 40)
 def test_a_simulated_observer_is_found_again_and_intervals_hold_the_threshold(
     observer: Observer, full_run: bool
 ) -> None:
-    """Tolerances are 3.5 standard errors; the figures of 1,000 data sets are in docs/reference/choices.md."""
-    count, draws = (400, 200) if full_run else (60, 25)
+    """Tolerances are 3.5 standard errors; `bench thresholds` gives the figures of 1,000 data sets."""
+    count, draws = (150, 60) if full_run else (60, 25)
     sets = fitted_sets(observer.declared(), simulated_sets(observer, count, 100), 100)
     assert sets.refused <= 0.02 * count
     error = sets.thresholds.std() / np.sqrt(count)
