@@ -213,7 +213,7 @@ def import_(map: Path, data: Path | None, lab: Path, replace: bool, as_json: boo
     ratings = import_table(find_map(map), data)
     folder = lab / IMPORTED / ratings.name
     save_ratings(ratings, folder, replace=replace)
-    notes = data_notes(check_ratings(ratings).notes, ratings.exclusions)
+    notes = data_notes(check_ratings(ratings).notes, ratings.exclusions, ratings.sessions)
     if as_json:
         echo_json({
             "name": ratings.name, "folder": str(folder), "participants": len(ratings.participants),
@@ -283,7 +283,10 @@ def _show_data(console: Console, found: Analysed) -> None:
         console.print(f"The exclusion ledger in the report has {count(len(ratings.exclusions), 'line')}.")
     for line in inclusions(ratings):
         console.print(f"[yellow]{escape(line)}[/yellow]", soft_wrap=True)
-    for line in (*(problem.text() for problem in design.problems), *data_notes(design.notes, ratings.exclusions)):
+    for line in (
+        *(problem.text() for problem in design.problems),
+        *data_notes(design.notes, ratings.exclusions, ratings.sessions),
+    ):
         console.print(f"[yellow]{escape(line)}[/yellow]", soft_wrap=True)
 
 
@@ -315,7 +318,7 @@ def _summary(found: Analysed, files: list[Path]) -> dict[str, Any]:
         "ratings": len(found.ratings.table),
         "simulated": found.ratings.simulated,
         "complete": found.design.ok,
-        "notes": list(data_notes(found.design.notes, found.ratings.exclusions)),
+        "notes": list(data_notes(found.design.notes, found.ratings.exclusions, found.ratings.sessions)),
         "left_out": len(found.ratings.exclusions),
         "interrupted_included": len(found.ratings.interrupted),
         "headlines": dict(headlines(found)),

@@ -15,14 +15,24 @@ MOST_ALIKE = 3
 """More exclusions of one kind with the same reason are one counted line."""
 
 
-def data_notes(notes: Sequence[Problem], exclusions: Sequence[Exclusion]) -> tuple[str, ...]:
-    """Notes of the design check (look-alike labels, constant raters), and what was averaged or was no rating."""
+def data_notes(
+    notes: Sequence[Problem], exclusions: Sequence[Exclusion], sessions: int | None = None
+) -> tuple[str, ...]:
+    """Return the notes of the design check (look-alike labels, constant raters), and what was averaged or no rating.
+
+    `sessions`: how many sessions of each participant the study declares (None: the rows know no sessions).
+    """
     merged = [each for each in exclusions if each.what == "averaged"]
     rows = sum(each.rows for each in exclusions if each.what == "rows")
     lines = [replace(note, listed=tuple(sorted(note.listed, key=Place.text)[:MOST_PLACES])).text() for note in notes]
     if merged:
         ratings, means = sum(each.rows for each in merged), sum(each.into for each in merged)
         lines.append(f"{count(ratings, 'repeated rating')} averaged into {means:,} (the exclusion ledger says whose)")
+    if sessions is not None and sessions > 1:
+        lines.append(
+            f"The answers of each participant's {sessions} sessions are averaged, except where a plan's test names"
+            " `session` (as a factor, or as `where: {session: 1}`)"
+        )
     if rows:
         lines.append(f"{count(rows, 'row')} of the table left out as no rating (the exclusion ledger says why)")
     return tuple(lines)

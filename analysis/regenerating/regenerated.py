@@ -84,7 +84,9 @@ def regenerate_by(
     tables = {table: read_table(plan.table_path(table)) for table in plan.declared.tables}
     selecting = Selecting(left.material, plan, tables)
     exclusions = (*whole.exclusions, *left.lines)
-    notes = data_notes(selecting.faults().notes, exclusions)
+    ratings = left.material.ratings
+    sessions = None if ratings is None else ratings.sessions
+    notes = data_notes(selecting.faults().notes, exclusions, sessions)
     answered = tuple(_qualified(each, notes) for each in run_tests(selecting, progress))
     return Regenerated(
         plan=plan,

@@ -57,7 +57,7 @@ def page_of(found: Analysed) -> Page:
         inclusions=tuple(page_data.inclusions(ratings)),
         findings=(
             *(each.text() for each in found.design.problems),
-            *data_notes(found.design.notes, ratings.exclusions),
+            *data_notes(found.design.notes, ratings.exclusions, ratings.sessions),
         ),
         exclusions=page_data.exclusions(ratings),
         participants=page_data.participants(ratings),

@@ -8,6 +8,7 @@ from dataclasses import asdict
 from pathlib import Path
 from typing import Any
 
+from analysis.ratings.notes import data_notes
 from analysis.reporting.analysed import Analysed, correction, reported_p, software
 from analysis.reporting.csv_files import csv_text, records
 from analysis.reporting.pictures import shown_factors
@@ -84,7 +85,7 @@ def statistics_data(found: Analysed) -> dict[str, Any]:
         "design": {
             "complete": design.ok,
             "problems": [problem.text() for problem in design.problems],
-            "notes": [note.text() for note in design.notes],
+            "notes": list(data_notes(design.notes, ratings.exclusions, ratings.sessions)),
         },
         "interrupted_sessions_included": list(ratings.interrupted),
         "simulation_seeds": list(ratings.seeds),

@@ -68,6 +68,12 @@ def test_many_that_say_the_same_are_one_line_and_those_that_differ_are_seen():
     )
 
 
+def test_sessions_that_are_averaged_are_noted_where_there_are_several():
+    [line] = data_notes((), (), sessions=2)
+    assert line.startswith("The answers of each participant's 2 sessions are averaged")
+    assert data_notes((), (), sessions=1) == data_notes((), ()) == ()
+
+
 @pytest.mark.parametrize("scale", [None, Scale(-1e308, 1e308)])
 def test_ratings_that_overflow_are_refused(scale):
     with pytest.raises(DataRefused, match=r"of 1e\+308; at most 1e\+100 is expected"):
