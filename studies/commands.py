@@ -8,6 +8,7 @@ from typing import TYPE_CHECKING, Any
 
 import click
 
+from protocols.wording import count
 from studies.options import JSON, LAB, echo_json
 
 if TYPE_CHECKING:
@@ -33,7 +34,7 @@ def studies(lab: Path, as_json: bool) -> None:
         return
     for row in rows:
         click.echo(f"{row['study']:<20} {row['title']}")
-        click.echo(f"{'':<20} {row['stimuli']} stimuli, {row['asked']}; {row['file']}")
+        click.echo(f"{'':<20} {count(row['stimuli'], 'stimulus', 'stimuli')}, {row['asked']}; {row['file']}")
 
 
 def _listed(name: str, path: Path, read: Any) -> dict[str, Any]:
@@ -128,8 +129,10 @@ def _summary(found: Found) -> str:
     counts = {group: len(study.stimuli_of(group)) for group in study.groups} or {"all": len(study.stimuli)}
     lines = [
         f"ok: {study.study}: {study.title or ''}".rstrip(": "),
-        f"    {len(study.stimuli)} stimuli; "
-        + ", ".join(f"group {name}: {count * study.order.repeats} trials" for name, count in sorted(counts.items())),
+        f"    {count(len(study.stimuli), 'stimulus', 'stimuli')}; "
+        + ", ".join(
+            f"group {name}: {count(number * study.order.repeats, 'trial')}" for name, number in sorted(counts.items())
+        ),
         f"    {_asked(study)}; "
         f"order: {study.order.design} within {study.order.within}; needs {', '.join(study.needs) or 'nothing'}",
         f"    digest {digest(study.conditions())}",
@@ -192,9 +195,8 @@ def plan(
         return
     who = compiled.who
     session = f", session {number}" if number > 1 else ""
-    click.echo(
-        f"{declared.study}, participant {who.participant}, group {who.group}, row {who.row}, seed {seed}{session}"
-    )
+    where = f"row {who.row}" if who.group is None else f"group {who.group}, row {who.row}"
+    click.echo(f"{declared.study}, participant {who.participant}, {where}, seed {seed}{session}")
     if sample := describe_sample(declared):
         click.echo(f"planned: {sample}")
     click.echo(f"plan digest {compiled.digest}")

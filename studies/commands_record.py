@@ -8,6 +8,7 @@ from typing import TYPE_CHECKING, Any
 import click
 
 from protocols.shell_command import shell_command
+from protocols.wording import count
 from studies.commands_sessions import report, sat_through, session_options
 
 if TYPE_CHECKING:
@@ -56,14 +57,14 @@ def _of_reply(event: Event) -> Iterator[str]:
     for name, stream in event.value.get("streams", {}).items():
         yield f"{name}: {_told(stream)}"
     for samples in event.samples:
-        yield f"{samples.stream}: {samples.count} samples, {samples.rate_hz:.2f} Hz, simulated"
+        yield f"{samples.stream}: {count(samples.count, 'sample')}, {samples.rate_hz:.2f} Hz, simulated"
     if pictures := event.value.get("pictures"):
         flagged = sum(bool(each.get("flags")) for each in pictures)
-        yield f"camera: {len(pictures)} pictures" + (f", {flagged} of them flagged" if flagged else "")
+        yield f"camera: {count(len(pictures), 'picture')}" + (f", {flagged} of them flagged" if flagged else "")
 
 
 def _told(stream: dict[str, Any]) -> str:
-    lost = f"{stream['lost']} LOST in {stream['gaps']} gaps" if stream["lost"] else "none lost"
+    lost = f"{stream['lost']} LOST in {count(stream['gaps'], 'gap')}" if stream["lost"] else "none lost"
     drift = "" if stream.get("drift_ppm") is None else f", clock {stream['drift_ppm']:+.0f} ppm"
     rate = "rate not measured" if stream["rate_hz"] is None else f"{stream['rate_hz']:.2f} Hz"
-    return f"{stream['samples']} samples, {rate}, {lost}{drift}"
+    return f"{count(stream['samples'], 'sample')}, {rate}, {lost}{drift}"

@@ -10,6 +10,7 @@ from typing import Any
 
 import click
 
+from protocols.wording import count
 from studies.options import JSON, LAB, echo_json, progress
 from studies.workers import WORKERS, map_in_order, workers_for
 
@@ -103,8 +104,8 @@ def collect(url: str | None, rebuild: bool, verify: bool, lab: Path, workers: in
 
 
 def _show_collected(counts: dict[str, int], refused: list[str], skipped: list[str], where: str) -> None:
-    told = ", ".join(f"{count} {what}" for what, count in counts.items() if count)
-    click.echo(f"{sum(counts.values()) - len(refused)} sessions collected ({told}) into {where}")
+    told = ", ".join(f"{number} {what}" for what, number in counts.items() if number)
+    click.echo(f"{count(sum(counts.values()) - len(refused), 'session')} collected ({told}) into {where}")
     for problem in refused:
         click.echo(f"REFUSED  {problem}")
     if skipped:
@@ -146,11 +147,11 @@ def _show_replayed(rows: list[dict[str, Any]], failed: list[dict[str, Any]], too
         if row["lacks_wal"]:
             click.echo(f"(the -wal file is missing, events may be lost with it: {row['ledger']})")
         elif not row["complete"]:
-            events = f"{row['events']} event{'s' * (row['events'] != 1)}"
-            click.echo(f"(interrupted after {events}: {row['ledger']})")
+            click.echo(f"(interrupted after {count(row['events'], 'event')}: {row['ledger']})")
     if good:
         lasted = sum(row["session_s"] for row in good)
         click.echo(
-            f"{len(good)} of {len(rows)} sessions repeat exactly: {sum(row['events'] for row in good)} events, "
+            f"{len(good)} of {count(len(rows), 'session')} repeat{'s' * (len(rows) == 1)} exactly: "
+            f"{count(sum(row['events'] for row in good), 'event')}, "
             f"{lasted / 3600:.1f} h of sessions in {took:.1f} s ({lasted / max(took, 1e-9):,.0f} times as fast)"
         )

@@ -12,6 +12,7 @@ from typing import TYPE_CHECKING, Any
 import click
 
 from protocols.shell_command import shell_command
+from protocols.wording import count
 from studies.live_options import REHEARSALS, LiveOptions, to_go_on, to_start
 from studies.options import JSON, LAB, echo_json, progress, with_options
 
@@ -292,16 +293,17 @@ def _show_receipts(sat: list[Sat], bad: list[Sat]) -> None:
 def _told(sat: list[Sat], study: str | None, rig: Path | None) -> Iterator[str]:
     done = [each for each in sat if each.complete]
     if len(done) > 1:
-        yield f"{len(done)} sessions complete, {sum(each.events for each in done)} events, in {done[0].path.parent}"
+        events = count(sum(each.events for each in done), "event")
+        yield f"{len(done)} sessions complete, {events}, in {done[0].path.parent}"
     elif done:
-        yield f"complete: {done[0].events} events in {done[0].path}"
+        yield f"complete: {count(done[0].events, 'event')} in {done[0].path}"
     for each in sat:
         if each.status in {"aborted", "declined", "ineligible"}:
-            yield f"{each.status}: the session is over; {each.events} events are kept in {each.path}"
+            yield f"{each.status}: the session is over; kept: {count(each.events, 'event')} in {each.path}"
         elif each.path.parent.parent.name == REHEARSALS and not each.complete:
             yield f"{each.reason}; a rehearsal is not gone on with: rehearse again"
         elif not each.complete:
             by_path = ["--study", study] if study and ("/" in study or Path(study).suffix) else []
             by_rig = [] if rig is None else ["--rig", str(rig)]
             command = shell_command("resume", each.path, *by_path, *by_rig)
-            yield f"{each.reason}; {each.events} events are kept. Go on with: {command}"
+            yield f"{each.reason}; kept: {count(each.events, 'event')}. Go on with: {command}"

@@ -25,6 +25,7 @@ from protocols.event_shapes import (
 )
 from protocols.events import Event
 from protocols.requests import Samples
+from protocols.wording import count
 from studies.ledger_schema import (
     APPLICATION_ID,
     CHECKPOINTED,
@@ -297,7 +298,7 @@ def _sittings(path: Path, connection: sqlite3.Connection, hashes: Sequence[str])
             raise LedgerError(f"{path}: the record of sittings was changed or is damaged (sitting {place})")
         if row.events > len(hashes):
             raise LedgerError(
-                f"{path}: cut short: {row.events} events were there when it was {row.kind}, {len(hashes)} are left"
+                f"{path}: cut short: of {count(row.events, 'event')} when it was {row.kind}, {len(hashes)} are left"
             )
         if row.events < 1 or hashes[row.events - 1] != row.head:
             raise LedgerError(f"{path}: the events are not those that were there when it was {row.kind}")

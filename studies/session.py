@@ -12,6 +12,7 @@ from protocols.events import Event
 from protocols.plan import Plan
 from protocols.runner import run
 from protocols.shell_command import shell_command
+from protocols.wording import count
 from protocols.worlds import Recorded
 from studies.environment import environment, wall_time
 from studies.interrupts import Guard, Interrupted, guarded, interrupt_behind
@@ -46,7 +47,7 @@ class Receipt:
 
     def __str__(self) -> str:
         read_back = "none" if self.read_back is None else f"{self.read_back}"
-        counts = f"{self.planned} events planned, {self.written} written, {read_back} read back from the disk"
+        counts = f"{count(self.planned, 'event')} planned, {self.written} written, {read_back} read back from the disk"
         return f"receipt: {counts}; digest {self.digest[:16]}" + (f"; {self.problem}" if self.problem else "")
 
 

@@ -81,15 +81,17 @@ def _left_out(source: Source) -> list[str]:
     others = [f"{each.participant}, session {each.session.rpartition('/')[2]}: {why}" for each, why in source.left_out
               if why not in never]  # fmt: skip
     lines = (
-        [f"Left out because people withdrew, declined or were not eligible: {len(never)} sessions."] if never else []
+        [f"Left out because people withdrew, declined or were not eligible: {count(len(never), 'session')}."]
+        if never
+        else []
     )
     return lines + (["Sessions not included:", "", *(f"- {line}" for line in others)] if others else [])
 
 
 def changes(source: Source) -> str:
     """CHANGES, in the form that BIDS asks for; without a date, since none leaves the lab."""
-    sessions = len(source.kept)
-    return f"1.0.0\n  - Exported by Palpate {palpate_version()}: {sessions} sessions, study {source.digest[:12]}.\n"
+    sessions = count(len(source.kept), "session")
+    return f"1.0.0\n  - Exported by Palpate {palpate_version()}: {sessions}, study {source.digest[:12]}.\n"
 
 
 def as_json(value: Any) -> str:

@@ -24,6 +24,7 @@ from analysis.exporting.tabular import ExportRefused
 from analysis.streams.reading import Attempt, attempts_of, counting, streams_in
 from analysis.streams.recorded import Gap, Stream
 from protocols.files import open_bytes, write_text
+from protocols.wording import count
 from studies.record import Record, read
 
 EVENTS = {
@@ -61,14 +62,14 @@ class Recorded:
         if not self.files + self.noted + self.unused:
             return []
         lines = [
-            f"`*_physio.tsv.gz`, `*_motion.tsv`: {self.files} recordings; `run-` is the number of the trial,"
+            f"`*_physio.tsv.gz`, `*_motion.tsv`: {count(self.files, 'recording')}; `run-` is the number of the trial,"
             " `acq-act02` the second recording of a trial. Times (StartTime; session_onset in motion events) count"
             " from the start of the session, as onset does."
         ]
         if self.gappy:
             lines.append(
-                f"{self.gappy} recordings have gaps: {self.lost} samples were lost; each reads n/a in its place,"
-                " so that times hold. The gaps stand in the recording's JSON file, or its table of events."
+                f"{count(self.lost, 'sample')} lost, with gaps in {count(self.gappy, 'recording')}; each reads n/a"
+                " in its place, so that times hold. The gaps stand in the recording's JSON file, or its event table."
             )
         if self.noted:
             lines.append(f"{self.noted} streams of things that were noted as they happened have no place in BIDS.")

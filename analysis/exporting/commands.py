@@ -9,6 +9,7 @@ from typing import TYPE_CHECKING, Any
 import click
 
 from analysis.commands import source_options
+from protocols.wording import count
 from studies.options import JSON, echo_json, progress
 
 if TYPE_CHECKING:
@@ -80,8 +81,8 @@ def _format(flags: dict[str, bool]) -> Any:
 
 
 def _show(found: Exported) -> None:
-    who = "simulated participants" if found.simulated else "participants"
-    click.echo(f"{found.folder}: {found.format}, {found.participants} {who}, {found.sessions} sessions")
+    who = count(found.participants, "simulated participant" if found.simulated else "participant")
+    click.echo(f"{found.folder}: {found.format}, {who}, {count(found.sessions, 'session')}")
     for line in found.left_out:
         click.echo(f"  left out: {line}")
     for line in found.withheld:

@@ -9,6 +9,7 @@ from pathlib import Path
 from analysis.exporting.source import Source
 from analysis.exporting.tabular import Column, ExportRefused, Row, Table
 from protocols.files import write_bytes, write_text
+from protocols.wording import count
 from studies.catalogue import SHIPPED, names
 from studies.content import file_sha256
 
@@ -80,7 +81,7 @@ def stimulus_files(source: Source, without: Collection[str] = ()) -> Files:
     changed = [name for name, path in files.items() if not path.is_file() or file_sha256(path) != wanted[name]]
     if changed:
         return _none(f"{changed[0]} in the study's folder is not the file that was met ({len(changed)} such)")
-    return Files(files, notices, ours, f"{len(files)} files of stimuli, with the licence that they are under.")
+    return Files(files, notices, ours, f"{count(len(files), 'file')} of stimuli, with the licence.")
 
 
 def _none(why: str) -> Files:

@@ -8,6 +8,7 @@ from typing import TYPE_CHECKING, Any
 import click
 
 from protocols.extras import demand_packages
+from protocols.wording import count
 from studies.options import JSON, LAB, echo_json, progress_bar
 
 if TYPE_CHECKING:
@@ -66,7 +67,7 @@ def _show_once(watch: Watch, once: Path | None, as_json: bool) -> None:
     if as_json:
         echo_json(as_data(snapshot))
     else:
-        click.echo(f"{len(snapshot.sessions)} sessions, {len(snapshot.refused)} refused: {once}")
+        click.echo(f"{count(len(snapshot.sessions), 'session')}, {len(snapshot.refused)} refused: {once}")
 
 
 def _write(file: Path, page: str) -> None:

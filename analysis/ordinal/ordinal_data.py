@@ -15,6 +15,7 @@ from analysis.statistics.column_values import numbers_of
 from analysis.statistics.doubles import Floats
 from analysis.statistics.labels import coded
 from analysis.statistics.refusals import BadOption, BadValue, IncompleteCells, TooFew, listed
+from protocols.wording import count
 
 MOST_POINTS = 200
 ALIASED = 1e-9  # what is left of a column once the ones before it are taken out, relative
@@ -85,7 +86,9 @@ def _answers(data: pd.DataFrame, dv: Hashable, levels: Sequence[Hashable] | None
         codes, names = _numbered(numbers_of(data[dv], dv), dv)
     if len(names) < 3:
         given = ", ".join(names)
-        raise TooFew(f"column {dv!r} holds {len(names)} different answer(s) ({given}); an ordinal model needs three")
+        raise TooFew(
+            f"column {dv!r} holds {count(len(names), 'different answer')} ({given}); an ordinal model needs three"
+        )
     if len(names) > MOST_POINTS:
         raise BadOption(f"column {dv!r} holds {len(names):,} different answers, more than {MOST_POINTS}: not ordinal")
     return codes, names

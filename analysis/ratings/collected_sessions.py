@@ -8,6 +8,7 @@ from dataclasses import dataclass
 
 from analysis.ratings.dataset import DataRefused
 from protocols.did_you_mean import nearest
+from protocols.wording import count
 
 STATUSES = ("complete", "interrupted", "aborted", "declined", "ineligible", "withdrawn")
 NEVER = ("declined", "ineligible", "withdrawn")
@@ -95,7 +96,7 @@ def _one_version(rows: Sequence[SessionRow], study: str, digest: str | None) -> 
     versions = Counter(session.study_digest for session in rows)
     if digest is None and len(versions) == 1:
         return rows[0].study_digest
-    listed = ", ".join(f"{each[:12]} ({count} sessions)" for each, count in sorted(versions.items()))
+    listed = ", ".join(f"{each[:12]} ({count(number, 'session')})" for each, number in sorted(versions.items()))
     if digest is None:
         raise DataRefused(
             f"study {study!r} was changed between participants: {listed}; sessions of different versions"

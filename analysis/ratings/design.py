@@ -14,6 +14,7 @@ from analysis.ratings.dataset import Crossing, DataRefused, Ratings, Scale, natu
 from analysis.ratings.design_report import NOTES, DesignReport, Kind, Place, Problem, gathered
 from analysis.ratings.design_values import value_problems
 from analysis.ratings.lookalikes import lookalikes
+from protocols.wording import count
 from studies.tables import session_number
 
 __all__ = ["DesignReport", "Kind", "Place", "Problem", "check_design", "check_ratings"]
@@ -179,7 +180,7 @@ def _cell_problems(rows: _Rows, plan: Plan, value: str, repeats: int, limit: int
     if rows.nested and repeats == 1:
         owed = _items_owed(rows, keys, owed)
     missing = [_missing(rows, key, filled[key], wanted) for key, wanted in owed.items() if filled[key] < wanted]
-    strange = [_place(rows, key, f"{filled[key]} ratings") for key in filled if key not in owed]
+    strange = [_place(rows, key, f"{count(filled[key], 'rating')}") for key in filled if key not in owed]
     return [
         *gathered("missing", missing, limit),
         *gathered("undeclared", strange, limit),
@@ -218,7 +219,7 @@ def _duplicates(rows: _Rows, keys: Sequence[Label], value: str, repeats: int) ->
     for key, number in zip(keys, rows.table[value].tolist(), strict=True):
         values.setdefault(key, []).append(number)
     return [
-        _place(rows, key, f"{len(each)} ratings ({_few(each)}), {repeats} planned")
+        _place(rows, key, f"{count(len(each), 'rating')} ({_few(each)}), {repeats} planned")
         for key, each in values.items()
         if len(each) > repeats
     ]

@@ -21,6 +21,7 @@ from analysis.statistics.doubles import ROUNDING, Floats, deviation_ss, differen
 from analysis.statistics.labels import Coded, Codes
 from analysis.statistics.pvalues import t_critical
 from analysis.statistics.refusals import DuplicatedCells, TooFew, listed
+from protocols.wording import count
 
 NO_INTERVAL = "no interval is computed for this measure"
 
@@ -77,8 +78,8 @@ def retest(
     pairs = _pairs(met, y, first[whole], second[whole], [str(subject), *map(str, names)])
     if len(pairs) < 2:
         raise TooFew(
-            f"{len(pairs)} pair(s) of answers to the same {' and '.join(map(str, names))} by one {subject}; two or "
-            "more are needed: let stimuli be met again"
+            f"{count(len(pairs), 'pair')} of answers to the same {' and '.join(map(str, names))} by one {subject}; "
+            "two or more are needed: let stimuli be met again"
         )
     measures = pd.DataFrame(_measures(pairs["first"].to_numpy(), pairs["second"].to_numpy(), confidence))
     people = pd.DataFrame(_people(pairs, str(subject)))

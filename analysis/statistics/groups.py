@@ -30,6 +30,7 @@ from analysis.statistics.refusals import (
     listed,
     refuse_idle,
 )
+from protocols.wording import count
 
 
 @dataclass(frozen=True)
@@ -70,7 +71,7 @@ def gather_groups(
     check_columns(data, [dv, factor] if subject is None else [dv, factor, subject])
     y, group = numbers_of(data[dv], dv), coded(data[factor], factor)
     if len(group.labels) < 2:
-        raise TooFew(f"factor {factor!r} has {len(group.labels)} group(s); a comparison needs two or more")
+        raise TooFew(f"factor {factor!r} has {count(len(group.labels), 'group')}; a comparison needs two or more")
     units = Coded(np.arange(len(y)), [f"row {i + 1}" for i in range(len(y))])
     ratings = (1, 1)
     if subject is not None:

@@ -12,6 +12,7 @@ from analysis.streams.exporting import ledger_account, write_aligned, write_raw
 from analysis.streams.reading import Attempt, attempts_of, counting, streams_in, streams_of
 from analysis.streams.recorded import Stream, StreamError
 from protocols.files import staged_files
+from protocols.wording import count
 from studies.record import Record
 
 
@@ -119,7 +120,7 @@ def _acts(record: Record, chosen: Chosen) -> Iterator[_Act]:
     found = [act for attempt in used for act in _acts_of(record, attempt, chosen.act)]
     if not found:
         raise StreamError(
-            f"{record.path}: trial {chosen.trial} has {len(used[0].acts)} recordings, none is {chosen.act}"
+            f"{record.path}: trial {chosen.trial} has {count(len(used[0].acts), 'recording')}, none is {chosen.act}"
         )
     yield from found
 

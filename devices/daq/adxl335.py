@@ -18,6 +18,7 @@ from devices.daq.twin import PIECE, Ideal
 from devices.daq.watch import Watch
 from devices.scene import GRAVITY_M_S2
 from devices.signals import DeviceError, DeviceFault, Reading, Signal
+from protocols.wording import count
 
 if TYPE_CHECKING:
     from devices.scene import Scene
@@ -159,7 +160,7 @@ class Accelerometer:
             return f"it feels {length:.3f} g at rest; 1 is expected: calibrate it, and see its supply"
         if noisy > NOISY_G:
             return f"it is noisy: {noisy:.3f} g (SD) at rest; did it move, or is its supply noisy?"
-        return f"{self.clipped} samples were clipped at rest" if self.clipped else None
+        return f"{count(self.clipped, 'sample')} clipped at rest" if self.clipped else None
 
     def describe(self) -> Mapping[str, Any]:
         """The scaling in use and the limits."""

@@ -15,6 +15,7 @@ from devices.daq.twin import PIECE, Ideal
 from devices.daq.watch import Watch
 from devices.daq.wrench import Array, Calibration, Slopes, compensated, wrench
 from devices.signals import DeviceError, DeviceFault, Reading, Signal
+from protocols.wording import count
 
 if TYPE_CHECKING:
     from devices.scene import Scene
@@ -99,7 +100,7 @@ class Gauges:
                 return f"{axis} is noisy: {noise:.3g} (SD), at most {NOISY * rated:.3g} at rest"
             if abs(mean) > DRIFTED * rated:
                 return f"{axis} reads {mean:.3g} at rest; take its zero again"
-        return f"{self.beyond} samples lay beyond the rated loads" if self.beyond else None
+        return f"{count(self.beyond, 'sample')} beyond the rated loads" if self.beyond else None
 
     def describe(self) -> Mapping[str, Any]:
         """The calibration file, the matrix that is used, the zero and the limits."""

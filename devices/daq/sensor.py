@@ -15,6 +15,7 @@ from devices.daq.acquire import Daq, Pace, Volts
 from devices.health import WAIT_S, sensed
 from devices.signals import Block, DeviceError, DeviceFault, Health, NowNs, Reading, Signal
 from protocols.events import NS
+from protocols.wording import count
 
 if TYPE_CHECKING:
     from devices.scene import Scene
@@ -212,7 +213,7 @@ def _wrong(reading: Reading, seconds: float) -> str | None:
     asked = reading.signal.rate_hz
     off = max(RATE_TOLERANCE, LATE_S / seconds) * asked
     if reading.lost:
-        return f"{reading.lost} samples were lost"
+        return f"{count(reading.lost, 'sample')} lost"
     if reading.rate_hz and abs(reading.rate_hz - asked) > off:
         return f"it runs at {reading.rate_hz:.5g} Hz; {asked:g} are set"
     return None

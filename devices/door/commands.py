@@ -11,6 +11,7 @@ import click
 
 from devices.door.grid import STUDY_SEED, DoorDataError
 from protocols.canonical import json_text
+from protocols.wording import count
 
 if TYPE_CHECKING:
     from devices.door.profiles import NormalisedProfile
@@ -290,10 +291,11 @@ def _account(out: Path, made: NormalisedProfile) -> dict[str, Any]:
 
 def _account_text(out: Path, made: NormalisedProfile) -> str:
     return (
-        f"{out}: {len(made.force_N)} points from {made.rows} rows\n"
-        f"  {made.backward_rows} rows moved backwards and {made.rows_after_opening} came after the opening: left out\n"
+        f"{out}: {len(made.force_N)} points from {count(made.rows, 'row')}\n"
+        f"  {count(made.backward_rows, 'row')} moved backwards and {made.rows_after_opening} came after the opening: "
+        "left out\n"
         f"  angle counted from {made.zero_deg:.3f} degrees, widest gap {made.widest_gap_deg:.2f} degrees, "
-        f"{made.padded_points} points padded with zero"
+        f"{count(made.padded_points, 'point')} padded with zero"
     )
 
 
@@ -304,5 +306,7 @@ def _answer(as_json: bool, answer: dict[str, Any], text: str) -> None:
 def _answer_files(as_json: bool, files: list[Path]) -> None:
     names = [str(path) for path in files]
     _answer(
-        as_json, {"files": names}, f"{len(names)} files written to {', '.join(sorted({str(p.parent) for p in files}))}"
+        as_json,
+        {"files": names},
+        f"{count(len(names), 'file')} written to {', '.join(sorted({str(p.parent) for p in files}))}",
     )

@@ -21,6 +21,7 @@ from devices.render.opened import told
 from devices.render.process import Rendering
 from devices.render.voice import opened_voice
 from protocols.files import open_bytes
+from protocols.wording import count
 
 Array = NDArray[np.float64]
 SIMULATED = "simulated"
@@ -76,7 +77,9 @@ def paced(job: Job, hand: Scripted) -> Played:
         kept.append(running.trace.since(first)[1])
     signals = np.hstack(kept)
     if lost := record["made"] - signals.shape[1]:
-        raise RenderError(f"{lost} samples were played and not kept, since this process was held up: play them again.")
+        raise RenderError(
+            f"{count(lost, 'sample')} played and not kept, since this process was held up: play them again."
+        )
     return Played(signals[:, : len(hand)], {"paced": True, **record})
 
 

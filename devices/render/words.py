@@ -5,6 +5,8 @@ from __future__ import annotations
 from collections.abc import Iterator, Mapping
 from typing import Any
 
+from protocols.wording import count
+
 WORDS = {
     "held": "sensor values that none could be: the last good ones stood in",
     "restarts": "times the model left its bounds and was begun anew",
@@ -32,12 +34,12 @@ def _deadlines(record: Mapping[str, Any]) -> Iterator[str]:
     ready, output = record["ready"], record["output"]
     yield f"priority {record['priority']}, output buffer {output['ahead_ms']} ms"
     late = f"{ready['late']} of {ready['steps']} steps ({100 * ready['late_share']:.3g} %)"
-    yield f"underruns: {output['underruns']} ({output['missing']} samples; the last one dies away meanwhile)"
+    yield f"underruns: {output['underruns']} ({count(output['missing'], 'sample')}; the last one dies away meanwhile)"
     yield f"later than 1 ms, as without a buffer: {late}"
     yield f"ready after it was due: {_times(ready)}"
     yield from _outside(record.get("outside") or {})
     if output["limited"]:
-        yield f"{output['limited']} samples were limited to what the actuator bears"
+        yield f"limited {count(output['limited'], 'sample')} to what the actuator bears"
     if not output["compensated"]:
         yield "played on a twin that is not identified: not compensated"
 

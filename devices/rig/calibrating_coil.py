@@ -23,6 +23,7 @@ from devices.rig.file import RigFile
 from devices.rig.opened import OpenRig, open_rig
 from devices.signals import DeviceError
 from protocols.did_you_mean import nearest
+from protocols.wording import count
 
 SECONDS = 8
 LOUDEST_V = 0.5
@@ -154,5 +155,6 @@ def _told(figures: dict[str, Any]) -> Iterator[str]:
     yield f"delay: {figures['delay_ms']:.1f} ms from wish to movement, {figures['added_ms']:+.1f} ms of it the filter's"
     yield f"coherence: {figures['coherence_median']:.4f} (median), {figures['coherence_least']:.3f} (least)"
     if weak := figures["limited_Hz"]:
-        yield f"left weak, since the filter's gain is limited: {len(weak)} lines, {weak[0]:g} to {weak[-1]:g} Hz"
+        lines = count(len(weak), "line")
+        yield f"left weak, since the filter's gain is limited: {lines}, {weak[0]:g} to {weak[-1]:g} Hz"
     yield f"wrote {figures['file']}"

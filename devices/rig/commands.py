@@ -12,6 +12,7 @@ from devices.rig.commands_calibrate import calibrate
 from devices.rig.options import RIG
 from protocols.canonical import json_text
 from protocols.shell_command import shell_command
+from protocols.wording import count
 
 if TYPE_CHECKING:
     from devices.rig.file import RigFile
@@ -133,9 +134,8 @@ def simulate(lab: Path, out: Path | None, force: bool) -> None:
         raise click.UsageError(f"{file} is there already; give another --out, or --force to write over it")
     write_bytes(file, Path(__file__).with_name("twins.yaml").read_bytes())
     named = read_rig(file)
-    click.echo(
-        f"wrote {file}: {len(named.devices)} twins; see them at work: {shell_command('rig', 'check', '--rig', file)}"
-    )
+    check = shell_command("rig", "check", "--rig", file)
+    click.echo(f"wrote {file}: {count(len(named.devices), 'twin')}; see them at work: {check}")
 
 
 @rig.command()

@@ -14,6 +14,7 @@ from devices.signals import DeviceError, DeviceFault, NowNs
 from devices.tracker.lsl_map import Map, mapped
 from devices.tracker.source import Batch, Elapsed, Opened
 from protocols.events import NS
+from protocols.wording import count
 
 if TYPE_CHECKING:
     from devices.scene import Scene
@@ -138,7 +139,7 @@ class LslStream:
         if len(found) == 1:
             return found[0]
         there = "; ".join(map(_told, self.library.resolve_streams(LISTED_S))) or "none"
-        told = f"{len(found)} streams" if found else f"no stream within {self.wait_s:g} s"
+        told = f"{count(len(found), 'stream')}" if found else f"no stream within {self.wait_s:g} s"
         raise DeviceError(f"{self.name}: {told} with the {self.by} {self.value!r}. Streams that there are: {there}.")
 
     def _mapped(self, full: Any) -> Map:

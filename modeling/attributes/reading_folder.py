@@ -20,6 +20,7 @@ from modeling.attributes.resnet_weights import weights_from
 from modeling.attributes.seeing import Album, Picture, Seen, in_a_hurry, seen, sight_with
 from modeling.textures.table_columns import separator_of
 from modeling.training.progress import Report, silent
+from protocols.wording import count
 
 if TYPE_CHECKING:
     from modeling.attributes.reading_recordings import Recordings
@@ -248,4 +249,4 @@ def _nobodys(folder: Path, albums: Sequence[Album]) -> Iterator[str]:
     used = {each.path for album in albums for each in album.pictures}
     loose = [each for each in sorted(folder.rglob("*")) if is_picture(each) and each not in used]
     if loose:
-        yield f"{len(loose)} pictures belong to no texture of the table ({loose[0].name} first): left aside"
+        yield f"left aside: {count(len(loose), 'picture')} that no texture of the table has ({loose[0].name} first)"

@@ -20,6 +20,7 @@ from modeling.attributes.model_file import NAME, Kept, ModelFileError, read_card
 from modeling.doors.intervals import COVERAGE, half_widths, needed
 from modeling.training.run_card import run_card
 from protocols.model_card import Interval
+from protocols.wording import count
 
 Report = Callable[[str], None]
 METRICS = ("mae", "rmse", "within_jnd", "coverage")
@@ -111,7 +112,7 @@ def _fitted(method: Method, given: Learning, clock: Clock) -> tuple[Fitted, floa
 def _shown(given: Learning) -> str:
     """How many textures the fit sees, and what for."""
     watched = f", {len(given.held)} more are watched to stop early" if given.held else ""
-    return f"{len(given.train)} textures{watched}"
+    return f"{count(len(given.train), 'texture')}{watched}"
 
 
 def _card(judged: Judged, entry: Entry, given: Learning, seconds: float) -> dict[str, Any]:

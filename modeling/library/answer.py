@@ -14,6 +14,7 @@ from modeling.library.entries import Entry, Kind, Library
 from modeling.library.files import place_of, read_library
 from modeling.library.finding import chosen
 from modeling.library.shown import SURE, table
+from protocols.wording import count
 
 if TYPE_CHECKING:
     from modeling.library.lab import Indexed
@@ -114,7 +115,7 @@ def tell_index(found: Indexed) -> None:
     """Print what was indexed, what is no longer there, and what could not be taken."""
     counts, library = found.counts, found.told.library
     each = f"{counts['rated']} rated, {counts['predicted']} predicted, {counts['pictures']} with a picture"
-    click.echo(f"{counts['textures']} textures: {each}")
+    click.echo(f"{count(counts['textures'], 'texture')}: {each}")
     for line in library.notes:
         click.echo(f"note: {line}")
     for name, why in found.told.left_out.items():

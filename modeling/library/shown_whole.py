@@ -9,6 +9,7 @@ from typing import Any
 from modeling.library.entries import KINDS, Z90, Entry, Kind, Library, felt, known
 from modeling.library.nearest import near
 from modeling.library.shown import description, plain_entry
+from protocols.wording import count
 
 LIKE = 3
 
@@ -27,7 +28,8 @@ def whole_words(
         yield f"most like it: {told}"
     yield f"picture: {folder / entry.picture if entry.picture else 'none'}"
     if entry.made_from:
-        yield f"made from {len(entry.made_from)} files or recordings, SHA-256 in the index"
+        sources = count(len(entry.made_from), "file or recording", "files or recordings")
+        yield f"made from {sources}, SHA-256 in the index"
 
 
 def plain_whole(entry: Entry, library: Library, kind: Kind | None) -> dict[str, Any]:

@@ -8,6 +8,7 @@ from typing import Any
 import click
 
 from protocols.shell_command import shell_command
+from protocols.wording import count
 from studies.options import JSON, LAB, echo_json
 from studies.participants.commands_rows import allocate, balance, overlap, release
 
@@ -27,8 +28,8 @@ def init(lab: Path) -> None:
 
     done = make_lab(lab)
     click.echo(f"{lab} is a lab now: {', '.join(done.made)}")
-    for name, count in done.blanks.items():
-        click.echo(f"  {name}: {count} [blanks] to fill in")
+    for name, blanks in done.blanks.items():
+        click.echo(f"  {name}: {blanks} [blanks] to fill in")
     click.echo(f"then: {shell_command('participants', 'add', '--lab', lab)}")
 
 
@@ -200,11 +201,11 @@ def export(simulated: bool, lab: Path, as_json: bool) -> None:
 
 
 def _show_export(done: Any) -> None:
-    click.echo(f"{len(done.participants)} participants in {done.file}")
+    click.echo(f"{count(len(done.participants), 'participant')} in {done.file}")
     if done.withdrawn:
         click.echo(f"left out: {len(done.withdrawn)} who withdrew")
     if done.simulated:
-        click.echo(f"left out: {len(done.simulated)} simulated sessions (--simulated takes them in)")
+        click.echo(f"left out: {count(len(done.simulated), 'simulated session')} (--simulated takes them in)")
     for problem in done.refused:
         click.echo(f"REFUSED  {problem}")
 

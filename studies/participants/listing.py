@@ -7,6 +7,7 @@ from typing import Any
 
 from sqlalchemy import select
 
+from protocols.wording import count
 from studies.participants import schema
 from studies.participants.allocations import Allocation, every_allocation
 from studies.participants.identities import Identity
@@ -60,10 +61,10 @@ def lines(people: Sequence[Row], identities: Mapping[str, Identity]) -> Iterator
     for person in people:
         known = identities.get(person["participant"])
         named = "".join(f"  {text}" for text in known.told().values()) if known is not None else ""
-        count = len(person["sessions"])
-        yield f"{person['participant']:<8} {person['status']:<10} {count} session{'s' * (count != 1)}{named}"
+        sessions = len(person["sessions"])
+        yield f"{person['participant']:<8} {person['status']:<10} {count(sessions, 'session')}{named}"
         for each in person["studies"]:
             group = f"group {each['group']}, " if each["group"] is not None else ""
             inherited = f", inherited from {each['replaces']}" if each["replaces"] else ""
             yield f"{'':<8} {each['study']}: {group}row {each['row']}, {each['status']}{inherited}"
-    yield f"{len(people)} participants, {sum(person['status'] == 'withdrawn' for person in people)} withdrawn"
+    yield f"{count(len(people), 'participant')}, {sum(person['status'] == 'withdrawn' for person in people)} withdrawn"

@@ -132,7 +132,7 @@ def test_planned_repeats_are_no_duplicates() -> None:
 def test_a_changed_study_needs_a_choice(lab: Engine) -> None:
     add_study(lab, "e2", definition(title="changed"))
     add_session(lab, "P109", "1", stimuli_of("1"), digest="e2")
-    with pytest.raises(DataRefused, match=r"changed between participants: d1 \(6 sessions\), e2 \(1 sessions\)"):
+    with pytest.raises(DataRefused, match=r"changed between participants: d1 \(6 sessions\), e2 \(1 session\)"):
         read_ratings(lab, "doors")
     ratings = read_ratings(lab, "doors", digest="d")
     assert len(ratings.participants) == 6

@@ -246,7 +246,7 @@ def test_the_command_reads_radians_and_a_separate_angle_recording(tmp_path) -> N
     columns = ["--angle-column", "phi", "--force-column", "F", "--time-column", "t", "--radians"]
     files = [str(tmp_path / "force.csv"), "--angle-file", str(tmp_path / "angle.csv"), "--out", str(out)]
     result = CliRunner().invoke(doors, ["normalise", *files, *columns], catch_exceptions=False)
-    assert "621 points from 4000 rows" in result.output
+    assert "621 points from 4,000 rows" in result.output
     assert read_profile(out)[1:] == pytest.approx(5 + GRID[1:] / 16, abs=2e-3)
 
 

@@ -108,7 +108,7 @@ def test_an_interrupted_session_is_told_and_resumed(said, tmp_path, monkeypatch)
     text = said("run", "toy", "--participant", "P001..P003", "--simulate", status=1)
     ledger = tmp_path / "sessions" / "toy_P001_s1.sqlite"
     kept = len(read(ledger).events)
-    assert f"interrupted by SIGTERM; {kept} events are kept. Go on with: palpate resume {ledger}" in text
+    assert f"interrupted by SIGTERM; kept: {kept} events. Go on with: palpate resume {ledger}" in text
     assert not (tmp_path / "sessions" / "toy_P002_s1.sqlite").exists()
     monkeypatch.undo()
     assert f"(interrupted after {kept} events" in said("replay")

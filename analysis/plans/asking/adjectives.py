@@ -10,6 +10,7 @@ from pydantic import Field, model_validator
 
 from analysis.plans.answers import Answer, Asked, Kind, Row, Selected, Value
 from protocols.study import Text
+from protocols.wording import count
 
 if TYPE_CHECKING:
     import pandas as pd
@@ -181,7 +182,8 @@ def lexicon_answer(selected: Selected, asked: AskedLexicon) -> Answer:
     found = lexicon(written, asked.normalisation, synonyms=synonyms, offered=selected.offered)
     per_person, sd = mean_and_sd(found.participants["words"].tolist())
     headline = (
-        f"{len(found.words)} different words in {found.mentions} mentions by {len(found.participants)} participants "
+        f"{count(len(found.words), 'different word')} in {count(found.mentions, 'mention')} by "
+        f"{count(len(found.participants), 'participant')} "
         f"({number(per_person)} different words each, SD {number(sd) if sd >= 0 else 'undefined'})."
     )
     notes = [f"{found.unplaced} mentions belong to no stimulus (suggestions)."] if found.unplaced else []
@@ -199,7 +201,7 @@ def lexicon_answer(selected: Selected, asked: AskedLexicon) -> Answer:
         of_each = Counter(source for sources in merged["sources"] for source in sources.split("; "))
         told = ", ".join(f"{of_each[source]} of {source}" for source in lists)
         several = int((merged["n_sources"] > 1).sum())
-        notes.append(f"Merged lexicon: {len(merged)} words ({told}; {several} are of more than one source).")
+        notes.append(f"Merged lexicon: {count(len(merged), 'word')} ({told}; {several} are of more than one source).")
         kinds |= {"sources": "where the word comes from", "forms": "how it is written there"}
     return Answer(
         *(plain_rows(found.words), method, kinds, len(found.participants), len(written)), headline, tuple(notes), more

@@ -7,6 +7,7 @@ from typing import TYPE_CHECKING, Annotated, Any, Literal
 from pydantic import Field
 
 from analysis.plans.answers import Answer, Asked, Kind, Row, Selected
+from protocols.wording import count
 
 if TYPE_CHECKING:
     import pandas as pd
@@ -134,7 +135,7 @@ def alpha_answer(selected: Selected, asked: AskedAlpha) -> Answer:
         (row,),
         "Cronbach's alpha (Cronbach 1951) with Feldt's interval (1965).",
         kinds,
-        f"{headline} ({len(found.items)} items, {found.cases} cases).",
+        f"{headline} ({count(len(found.items), 'item')}, {count(found.cases, 'case')}).",
         notes,
         {"items": plain_rows(found.items)},
     )
@@ -186,7 +187,7 @@ def krippendorff_answer(selected: Selected, asked: AskedKrippendorff) -> Answer:
     found = krippendorff_alpha(selected.table, asked.value, *columns, aggregate=mean, **options)
     name = f"Krippendorff's alpha ({asked.level})"
     headline = with_interval(name, found.alpha, found.ci_low, found.ci_high, asked.confidence)
-    sizes = f"{found.units} units, {found.raters} raters, {found.missing} values missing"
+    sizes = f"{count(found.units, 'unit')}, {count(found.raters, 'rater')}, {count(found.missing, 'value')} missing"
     kinds = {
         "alpha": f"Krippendorff's alpha, {asked.level}",
         **_limits(asked.confidence, f"percentile bootstrap over units, {found.draws} draws, seed {found.seed}"),
@@ -222,7 +223,7 @@ def retest_answer(selected: Selected, asked: AskedRetest) -> Answer:
         " standard error of measurement and smallest detectable change (Weir 2005; de Vet et al. 2006)."
     )
     more = {"people": plain_rows(found.people), "pairs": plain_rows(found.pairs)}
-    sizes = f"{len(found.pairs)} pairs, {len(found.people)} participants"
+    sizes = f"{count(len(found.pairs), 'pair')}, {count(len(found.people), 'participant')}"
     return _answer(selected, "value", rows, method, kinds, f"{headline} ({sizes}).", notes, more)
 
 

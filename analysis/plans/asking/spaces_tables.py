@@ -16,6 +16,7 @@ from analysis.spaces.components import pca
 from analysis.spaces.dissimilarities import profile_distances
 from analysis.spaces.nonmetric import nonmetric_mds
 from analysis.spaces.profiles import Profiles, gather_profiles
+from protocols.wording import count
 
 if TYPE_CHECKING:
     from analysis.plans.answers import Row, Selected
@@ -51,7 +52,7 @@ def gap_notes(profiles: Profiles, selected: Selected) -> list[str]:
     if least < len(profiles.participants):
         notes.append(
             f"Not everyone rated everything: each mean is over those who did ({least} to {most} of "
-            f"{len(profiles.participants)} participants), so it also carries who they were."
+            f"{count(len(profiles.participants), 'participant')}), so it also carries who they were."
         )
     cells = int((~np.isnan(profiles.own)).sum())
     used = int(selected.table["value"].notna().sum())

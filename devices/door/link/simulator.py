@@ -19,6 +19,7 @@ from devices.door.link.telemetry import CHANNELS, UNITS, Numbering, trouble
 from devices.mending import Mending
 from devices.signals import Block, DeviceError, DeviceFault, Health, NowNs, Signal
 from protocols.requests import Came, Fault, Present, Reply
+from protocols.wording import count
 
 if TYPE_CHECKING:
     from devices.scene import Scene
@@ -201,7 +202,7 @@ class DoorSimulator:
             return Health(False, str(fault), calibrated=self.setup.calibrated)
         facts = {**(self._connection.facts if self._connection else {}), **_facts(found, link)}
         wrong = [str(dialogue.told(self.name, found.fault))] if found.fault else []
-        wrong += [f"{lost} samples of telemetry were lost on the line"] if (lost := readings[0].lost) else []
+        wrong += [f"{count(lost, 'sample')} of telemetry lost on the line"] if (lost := readings[0].lost) else []
         told = "; ".join(wrong) or f"{state_name(found.state)}, motor off"
         return Health(not wrong, told, readings, self.setup.calibrated, facts)
 

@@ -121,7 +121,7 @@ def test_lost_samples_read_not_available_where_they_were_and_are_told(lossy, tmp
     assert [lines[n] for n in (3, 499, 520, 999)] == ["n/a", "499", "520", "999"]
     assert (about["SamplesLost"], about["NotFinite"], about["StartTime"]) == (25, 1, 10.0)
     assert about["Gaps"][0] == {"FirstRow": 500, "Rows": 20, "Reason": "buffer full"}
-    assert "2 recordings have gaps: 35 samples were lost" in (out / "README.md").read_text()
+    assert "35 samples lost, with gaps in 2 recordings" in (out / "README.md").read_text()
     assert errors_by_validator(out) == (0, set())
 
 

@@ -31,7 +31,7 @@ def test_one_file_holds_the_page_and_needs_nothing_else(lab, tmp_path):
     file = tmp_path / "pages" / "monitor.html"
     answer = called("--lab", lab.path, "--once", file)
     page = file.read_text(encoding="utf-8")
-    assert answer.output == f"1 sessions, 0 refused: {file}\n"
+    assert answer.output == f"1 session, 0 refused: {file}\n"
     assert "P001" in page
     assert not re.findall(r"<script|http-equiv=\"refresh\"|\bsrc=|<link(?! rel=\"icon\" href=\"data:,\")", page)
 

@@ -209,7 +209,7 @@ def test_a_recorded_door_is_exported_and_normalised_to_its_profile(tmp_path, met
     said("export", DOOR, "--trial", 1, "--method", method, "--out", door)
     arguments = ["normalise", door, "--angle-column", "door_angle_angle", "--force-column", "door_force_force"]
     done = CliRunner().invoke(doors, [*map(str, arguments), "--zero", "--out", str(profile)], catch_exceptions=False)
-    assert "621 points from 7988 rows" in done.output
+    assert "621 points from 7,988 rows" in done.output
     off = np.array(read_profile(profile)) - np.array(read_profile(ROOT / "studies/door_capture/profiles/K8.csv"))
     assert np.sqrt(np.mean(off[1:-1] ** 2)) < 0.15 and np.abs(off[5:-5]).max() < 1.0
 

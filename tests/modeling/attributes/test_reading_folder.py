@@ -147,7 +147,7 @@ def test_a_texture_may_be_unrated_and_pictures_nobody_s_are_told_of(tmp_path):
     found = read(tmp_path)
     assert found.textures[0].rated is not None and found.textures[1].rated is None
     assert "not rated" in found.textures[1].notes
-    assert "1 pictures belong to no texture of the table (T20_1.png first): left aside" in found.notes
+    assert "left aside: 1 picture that no texture of the table has (T20_1.png first)" in found.notes
 
 
 @pytest.mark.needs("torch", "skimage")

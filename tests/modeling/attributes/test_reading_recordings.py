@@ -160,4 +160,4 @@ def test_without_sight_no_picture_is_looked_at(tmp_path):
     found = read(mine, Recordings(tables=(tmp_path / "data",), trim_s=0), sight=False)
     assert found.textures[0].touch and found.textures[0].sight == {} and found.weights == ""
     assert not any("photographed" in each for each in (*found.notes, *found.textures[0].notes))
-    assert not any("pictures belong" in each for each in found.notes)
+    assert not any("left aside" in each for each in found.notes)
