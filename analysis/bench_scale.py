@@ -21,7 +21,7 @@ from sqlalchemy import delete
 
 from protocols.bench import Case
 from studies.catalogue import SHIPPED
-from studies.collect import collect, ledgers_in, open_database
+from studies.collect import Collector, ledgers_in, open_database
 from studies.collected_rows import OF_A_SESSION
 from studies.collected_schema import metadata
 
@@ -102,9 +102,11 @@ def make_lab(sessions: int, folder: Path | None = None) -> Path:
 
 def cases(quick: bool) -> Iterator[Case]:
     """Each verb on labs of 20, 200 and 2,000 sessions, as a process of its own: seconds and the most memory it held."""
-    for sessions in SIZES[:2] if quick else SIZES:
+    sizes = SIZES[:2] if quick else SIZES
+    largest = make_lab(sizes[-1])
+    for sessions in sizes:
         with tempfile.TemporaryDirectory() as folder:
-            yield from _cases_of(sessions, _copy(make_lab(sessions), Path(folder) / "lab"))
+            yield from _cases_of(sessions, _copy(largest, Path(folder) / "lab", sessions))
 
 
 def _cases_of(sessions: int, lab: Path) -> Iterator[Case]:
@@ -133,6 +135,7 @@ def _cases_of(sessions: int, lab: Path) -> Iterator[Case]:
             lambda cost: float(sessions - sum(row["ok"] for row in json.loads(cost.printed))),
             seconds=lambda cost: cost.seconds, peak_MB=lambda cost: cost.peak_MB,
         )  # fmt: skip
+    yield _first_page(lab, told, sessions)
     page = ("monitor", "--lab", place, "--once", str(lab / "monitor.html"))
     missing = "sessions that are not on the page"
     yield case("monitor, a whole page", "never watched", missing, lambda: timed(*page), lambda: _not_shown(lab))
@@ -149,6 +152,31 @@ def _cases_of(sessions: int, lab: Path) -> Iterator[Case]:
     files = "files that differ at a second run"
     check = (*some, "--check")
     yield case("regenerate", "tables, figures, report", files, lambda: timed(*some), lambda: float(_fails(*check)))
+
+
+def _first_page(lab: Path, told: str, sessions: int) -> Case:
+    """What a browser waits for where nothing was kept of the lab: sessions, or how many of them are still to come."""
+    from analysis.monitoring.app import BUDGET_S
+    from analysis.monitoring.finished import FILE
+    from analysis.monitoring.page import Pages
+    from analysis.monitoring.watching import Snapshot, Watch
+
+    snapshots: list[Snapshot] = []
+
+    def first() -> Cost:
+        begun = time.perf_counter()
+        snapshots.append(Watch(lab).look(BUDGET_S))
+        Pages().live(snapshots[-1], "nonce")
+        return Cost(time.perf_counter() - begun, 0.0)
+
+    def silent(_cost: Cost) -> float:
+        shutil.rmtree(lab / FILE.parent, ignore_errors=True)  # what this look kept: the next one shall find nothing
+        return float(sessions - len(snapshots[-1].sessions) - snapshots[-1].unread)
+
+    return Case(
+        "scale", "monitor, first page", "never watched", told, sessions, "sessions neither shown nor announced",
+        first, silent, seconds=lambda cost: cost.seconds,
+    )  # fmt: skip
 
 
 def _update(lab: Path, told: str, sessions: int) -> Case:
@@ -197,14 +225,14 @@ def run_verb(*arguments: str, check: bool = True) -> str:
 
 def rows_that_differ(lab: Path) -> float:
     """Return how many rows of the lab's database are not those of one that is made anew from its ledgers."""
-    with tempfile.TemporaryDirectory() as folder:
-        anew = Path(folder) / "anew.sqlite"
+    anew = lab / "anew.sqlite"
+    if not anew.exists():
         engine = open_database(f"sqlite:///{anew}")
-        list(collect(ledgers_in(lab), engine))
+        list(Collector(engine).bring_all(ledgers_in(lab)))
         engine.dispose()
-        with closing(sqlite3.connect(lab / "lab.sqlite")) as connection:
-            connection.execute("ATTACH ? AS anew", (str(anew),))
-            return float(sum(_differ(connection, name) for name in metadata.tables))
+    with closing(sqlite3.connect(lab / "lab.sqlite")) as connection:
+        connection.execute("ATTACH ? AS anew", (str(anew),))
+        return float(sum(_differ(connection, name) for name in metadata.tables))
 
 
 def _differ(connection: sqlite3.Connection, table: str) -> int:
