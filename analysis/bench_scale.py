@@ -11,7 +11,8 @@ import subprocess
 import sys
 import tempfile
 import time
-from collections.abc import Callable, Iterator
+from collections.abc import Callable, Iterator, Sequence
+from concurrent.futures import ThreadPoolExecutor
 from contextlib import closing
 from dataclasses import dataclass
 from functools import partial
@@ -24,6 +25,7 @@ from studies.catalogue import SHIPPED
 from studies.collect import Collector, ledgers_in, open_database
 from studies.collected_rows import OF_A_SESSION
 from studies.collected_schema import metadata
+from studies.workers import available_cores
 
 SIZES = (20, 200, 2000)
 MOST_REGENERATED = 500
@@ -92,9 +94,11 @@ def make_lab(sessions: int, folder: Path | None = None) -> Path:
     lab = (folder or cache_folder()) / f"lab_{sessions}"
     _write_study(lab / "studies" / STUDY)
     missing = [number for number in range(1, sessions + 1) if not (lab / "sessions" / _name(number)).exists()]
-    if missing:
-        people = f"P{missing[0]:04d}..P{missing[-1]:04d}"
-        run_verb("-m", "palpate", "run", STUDY, "--participant", people, "--simulate", "--seed", "1", "--lab", str(lab))
+    simulate = ("-m", "palpate", "run", STUDY, "--simulate", "--seed", "1", "--lab", str(lab), "--participant")
+    cores = available_cores()
+    with ThreadPoolExecutor(cores) as pool:
+        people = (f"P{first:04d}..P{last:04d}" for first, last in _runs(missing, -(-len(missing) // cores)))
+        list(pool.map(partial(run_verb, *simulate), people))
     if len(ledgers_in(lab)) != sessions:
         raise ValueError(f"{lab}: {len(ledgers_in(lab))} sessions, {sessions} are expected; remove the folder")
     return lab
@@ -282,6 +286,15 @@ def _copy(lab: Path, copy: Path, sessions: int | None = None) -> Path:
         except OSError:
             shutil.copy2(ledger, copy / "sessions" / ledger.name)
     return copy
+
+
+def _runs(numbers: Sequence[int], longest: int) -> Iterator[tuple[int, int]]:
+    """First and last of each run of consecutive numbers, cut where it would be longer than `longest`."""
+    first = 0
+    for place, number in enumerate(numbers):
+        if place + 1 == len(numbers) or numbers[place + 1] != number + 1 or place + 1 - first == longest:
+            yield numbers[first], number
+            first = place + 1
 
 
 def _name(number: int) -> str:

@@ -84,11 +84,11 @@ def export(wanted: Wanted, folder: Path, choices: Choices, watch: Watch = unwatc
                 case "bids":
                     write_bids(data, of, guard, draft, watch, choices.recordings)
                 case "psych-ds":
-                    write_psych_ds(data, of, guard, draft)
+                    write_psych_ds(data, of, guard, draft, watch)
                 case "csv":
-                    write_plain(data, of, guard, draft)
+                    write_plain(data, of, guard, draft, watch)
                 case "parquet":
-                    write_parquet(data, of, guard, draft)
+                    write_parquet(data, of, guard, draft, watch)
         left_out = tuple(f"{each.session}: {why}" for each, why in source.left_out)
         return Exported(
             folder, choices.format, len(source.participants), len(source.kept), left_out, tuple(guard.redacted),

@@ -12,6 +12,7 @@ from analysis.exporting.about import About, as_json, changes, readme
 from analysis.exporting.cells import write_csv
 from analysis.exporting.codebook import codebook, definition
 from analysis.exporting.guard import Guard
+from analysis.exporting.source import Watch, unwatched
 from analysis.exporting.stimuli import copy_files, stimulus_files
 from analysis.exporting.tables import Shared
 from analysis.exporting.tabular import ExportRefused, Row, Table
@@ -22,9 +23,9 @@ ROWS = 50_000
 """Rows that stand in memory at a time."""
 
 
-def write_plain(shared: Shared, of: About, guard: Guard, draft: Path) -> None:
+def write_plain(shared: Shared, of: About, guard: Guard, draft: Path, watch: Watch = unwatched) -> None:
     """A CSV file for each table, codebook.csv, study.json, README.md and the stimuli's files."""
-    for table in shared.tables:
+    for table in watch(shared.tables, "writing tables"):
         name = f"{table.name}.csv"
         guard.demand_columns(name, [column.name for column in table.columns])
         write_csv(draft / name, table, guard.watched(table, name))
@@ -32,10 +33,10 @@ def write_plain(shared: Shared, of: About, guard: Guard, draft: Path) -> None:
     _beside(shared, of, guard, draft, holds)
 
 
-def write_parquet(shared: Shared, of: About, guard: Guard, draft: Path) -> None:
+def write_parquet(shared: Shared, of: About, guard: Guard, draft: Path, watch: Watch = unwatched) -> None:
     """A Parquet file for each table, with what its columns mean in the file; codebook.csv and so on as for CSV."""
     parquet = _pyarrow()
-    for table in shared.tables:
+    for table in watch(shared.tables, "writing tables"):
         name = f"{table.name}.parquet"
         guard.demand_columns(name, [column.name for column in table.columns])
         _write(parquet, draft / name, table, guard.watched(table, name))

@@ -12,6 +12,7 @@ from analysis.exporting.cells import write_csv
 from analysis.exporting.codebook import definition
 from analysis.exporting.guard import Guard
 from analysis.exporting.plain import redacted, withheld
+from analysis.exporting.source import Watch, unwatched
 from analysis.exporting.stimuli import copy_files, stimulus_files
 from analysis.exporting.tables import Shared
 from analysis.exporting.tabular import Column, Table
@@ -21,11 +22,11 @@ SCHEMA = "https://schema.org"
 VERSION = "Psych-DS 0.4.0"
 
 
-def write_psych_ds(shared: Shared, of: About, guard: Guard, draft: Path) -> None:
+def write_psych_ds(shared: Shared, of: About, guard: Guard, draft: Path, watch: Watch = unwatched) -> None:
     """dataset_description.json, README.md, CHANGES.md, data/study-STUDY_description-TABLE_data.csv, materials/."""
     study = re.sub(r"[^A-Za-z0-9]", "", shared.source.study.study)
     holds = []
-    for table in shared.tables:
+    for table in watch(shared.tables, "writing tables"):
         name = f"data/study-{study}_description-{table.name}_data.csv"
         guard.demand_columns(name, [column.name for column in table.columns])
         write_csv(draft / name, table, guard.watched(table, name))

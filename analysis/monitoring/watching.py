@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import time
 from collections.abc import Callable, Iterator, Sequence
-from contextlib import suppress
+from contextlib import closing, suppress
 from dataclasses import dataclass, field, replace
 from pathlib import Path
 from threading import Lock
@@ -27,6 +27,7 @@ from studies.options import Progress
 from studies.participants.allocations import Allocation
 from studies.record import LedgerError
 from studies.replay import plan_from_header
+from studies.workers import map_in_order, workers_for
 
 
 class MonitorError(ValueError):
@@ -83,6 +84,18 @@ class _Bad:
     reason: str
 
 
+def _followed(path: Path) -> Followed | _Bad | None:
+    """The ledger as far as it goes, or why it is refused; None where it is gone."""
+    try:
+        state = file_state(path)
+        try:
+            return follow(path)
+        except LedgerError as error:
+            return _Bad(state, str(error))
+    except FileNotFoundError:
+        return None
+
+
 @dataclass
 class Watch:
     """What is known of a lab, from one look to the next; any number of threads may look."""
@@ -134,8 +147,11 @@ class Watch:
 
     def _read(self, states: dict[Path, FileState], budget_s: float | None) -> int:
         """Bring every ledger up to date, those that go on first; how many were left unread for want of time."""
+        latest_first = sorted(states, key=lambda path: states[path].changed_at, reverse=True)
+        if budget_s is None:
+            self._read_ahead([path for path in latest_first if path not in self.known and path not in self.bad])
         begun, unread = time.monotonic(), 0
-        for path in sorted(states, key=lambda path: states[path].changed_at, reverse=True):
+        for path in latest_first:
             late = budget_s is not None and time.monotonic() - begun > budget_s
             if late and path not in self.known and path not in self.bad:
                 unread += 1
@@ -143,6 +159,22 @@ class Watch:
             self._bring(path)
             self.progress(len(self.known), len(states), "reading")
         return unread
+
+    def _read_ahead(self, paths: Sequence[Path]) -> None:
+        """Read ledgers that were never read, where they are many in several processes."""
+        with closing(map_in_order(_followed, paths, workers_for(len(paths)))) as reading:
+            for done, (path, result) in enumerate(zip(paths, reading, strict=True), start=1):
+                if isinstance(result, Followed):
+                    self._add(path, result)
+                elif result is not None:
+                    self.bad[path] = result
+                self.progress(done, len(paths), "reading")
+
+    def _add(self, path: Path, followed: Followed) -> None:
+        try:
+            self.known[path] = _Known(followed, *self._planned(followed))
+        except LedgerError as error:
+            self.bad[path] = _Bad(followed.state, str(error))
 
     def _bring(self, path: Path) -> None:
         bad = self.bad.get(path)

@@ -176,6 +176,17 @@ def test_bad_ledgers_are_named_with_their_reason_and_the_rest_goes_on(lab):
     assert found.others == ("copy of P002.sqlite",)
 
 
+def test_several_processes_read_what_one_reads(lab, monkeypatch):
+    paths = [run(lab, who) for who in ("P001", "P002", "P003")]
+    paths[1].write_bytes(paths[1].read_bytes()[:5000])
+    one = Watch(lab.path).look()
+    shutil.rmtree(lab.path / ".cache")
+    monkeypatch.setattr(watching, "workers_for", lambda _ledgers: 2)
+    two = Watch(lab.path, now=lambda: one.at).look()
+    assert [each.participant for each in two.sessions] == ["P001", "P003"]
+    assert (two.sessions, two.refused, two.balances) == (one.sessions, one.refused, one.balances)
+
+
 def test_a_ledger_that_was_mended_is_shown_again_and_one_that_went_is_gone(lab):
     path = run(lab, "P001")
     good = path.read_bytes()
