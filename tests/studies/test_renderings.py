@@ -8,6 +8,7 @@ from statistics import mean
 import pytest
 from click.testing import CliRunner
 
+from devices.render.found import SHIPPED
 from protocols.plan import compile_plan
 from protocols.requests import Present
 from studies import similarity_table, texture_pictures
@@ -210,3 +211,11 @@ def test_asking_what_a_maker_does_makes_nothing(module, monkeypatch):
     monkeypatch.setattr(module, "TEXTURES", None)
     assert "have changed" in " ".join(CliRunner().invoke(module.main, ["--help"]).output.split())
     assert CliRunner().invoke(module.main, ["--renw"]).exit_code == 2
+
+
+@pytest.mark.parametrize("texture", similarity_table.TEXTURES)
+def test_the_methods_of_a_texture_learned_from_one_recording_with_one_seed(texture):
+    files = [SHIPPED / f"texture-{texture}-{method}.json" for method in similarity_table.METHODS.values()]
+    runs = [json.loads(file.read_bytes())["training"] for file in files]
+    source = [(run["data"], run["configuration"]["seed"], run["configuration"]["made_from"]) for run in runs]
+    assert all(each == source[0] for each in source), [run["configuration"]["made_from"] for run in runs]
