@@ -26,6 +26,7 @@ from protocols.signal_steps import (
     Turn,
 )
 from protocols.strict import Strict, Tensor
+from protocols.wording import count
 
 FORMAT = "palpate-model/1"
 
@@ -50,7 +51,7 @@ class Port(Strict):
     @model_validator(mode="after")
     def _one_name_each(self) -> Self:
         if len(self.names) not in (0, self.size) or len(set(self.names)) != len(self.names):
-            raise ValueError(f"{len(self.names)} names for {self.size} numbers: none, or another one for each")
+            raise ValueError(f"{count(len(self.names), 'name')} for {self.size} numbers: none, or another one for each")
         if len(self.antonyms) not in (0, len(self.names)):
             raise ValueError(f"{len(self.antonyms)} antonyms for {len(self.names)} names: none, or one for each")
         if self.scale is not None and self.scale[0] == self.scale[1]:

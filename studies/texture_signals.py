@@ -10,6 +10,8 @@ import math
 import numpy as np
 from numpy.typing import NDArray
 
+from protocols.wording import count
+
 Array = NDArray[np.float64]
 
 BAND_HZ = (20.0, 1000.0)
@@ -31,7 +33,7 @@ class SignalError(ValueError):
 def demand_finite(signal: Array, least: int = 2) -> None:
     """Raise SignalError on fewer than `least` samples and on a number that is not finite."""
     if signal.shape[0] < least:
-        raise SignalError(f"{signal.shape[0]} samples: at least {least} are needed")
+        raise SignalError(f"{count(signal.shape[0], 'sample')}: at least {least} are needed")
     bad = np.argwhere(~np.isfinite(signal))
     if bad.size:
         place = tuple(bad[0])

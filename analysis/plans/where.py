@@ -3,12 +3,14 @@
 from __future__ import annotations
 
 from collections.abc import Collection, Mapping
-from typing import Annotated, Self, TypeAlias
+from typing import TYPE_CHECKING, Annotated, Self, TypeAlias
 
-import pandas as pd
 from pydantic import AliasChoices, Discriminator, Field, Tag, model_validator
 
 from protocols.study import Level, Number, Strict, is_number
+
+if TYPE_CHECKING:
+    import pandas as pd
 
 
 class Range(Strict):

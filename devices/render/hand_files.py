@@ -19,6 +19,7 @@ from devices.tablet.pipeline import Shape, Stylus
 from devices.tablet.recorded import COLUMNS as REPORTED
 from devices.tablet.recorded import read_reports
 from devices.tablet.reports import REFUSED, Guard, Report
+from protocols.wording import count
 
 Array = NDArray[np.float64]
 FELT = ("t_s", "speed_mm_s", "force_N")
@@ -71,7 +72,7 @@ def _felt(path: Path, rows: Sequence[Mapping[str, str]]) -> Scripted:
 
 def _require_rising(path: Path, times: Array) -> None:
     if len(times) < 2:
-        raise RenderError(f"{path}: {len(times)} rows; two at least are expected.")
+        raise RenderError(f"{path}: {count(len(times), 'row')}; two at least are expected.")
     if not np.isfinite(times).all() or (backwards := np.flatnonzero(np.diff(times) <= 0)).size:
         row = int(np.flatnonzero(~np.isfinite(times))[0]) if not np.isfinite(times).all() else int(backwards[0]) + 1
         raise RenderError(f"{path}, line {row + 2}: t_s is {times[row]:g}; seconds that rise are expected.")

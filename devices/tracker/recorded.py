@@ -15,6 +15,7 @@ from typing import TYPE_CHECKING
 from devices.signals import DeviceError, DeviceFault, NowNs
 from devices.tracker.motive import is_motive, read_motive
 from devices.tracker.source import Batch, Elapsed, Opened, Row, awaited
+from protocols.wording import count
 
 if TYPE_CHECKING:
     from devices.scene import Scene
@@ -152,7 +153,7 @@ def number(where: str, cells: Sequence[str], place: int) -> float:
 
 def _demand_rising(path: Path, times_s: Sequence[float]) -> None:
     if len(times_s) < 2:
-        raise DeviceError(f"{path}: {len(times_s)} samples; two at least are expected.")
+        raise DeviceError(f"{path}: {count(len(times_s), 'sample')}; two at least are expected.")
     if at := next((place for place, pair in enumerate(pairwise(times_s), 1) if pair[1] <= pair[0]), 0):
         raise DeviceError(
             f"{path}: time does not rise at sample {at + 1}: {times_s[at]:g} s after {times_s[at - 1]:g} s. "

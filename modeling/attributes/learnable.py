@@ -11,6 +11,7 @@ from numpy.typing import NDArray
 from modeling.attributes.folds_groups import groups_of
 from modeling.attributes.material import Array, MaterialError, Modality, Rows, Texture, ratings_of
 from modeling.attributes.methods import Learning
+from protocols.wording import count
 
 INNER_FOLDS = 5
 Indices = NDArray[np.int64]
@@ -23,7 +24,7 @@ def textures_of(learning: Learning, least: int = 2) -> tuple[tuple[Texture, ...]
     for each attribute.
     """
     if len(learning.train) < least:
-        raise MaterialError(f"{len(learning.train)} textures to learn from; at least {least} are needed.")
+        raise MaterialError(f"{count(len(learning.train), 'texture')} to learn from; at least {least} are needed.")
     ordered = tuple(sorted(learning.train, key=lambda each: each.id))
     ratings = ratings_of(ordered)
     if ratings.shape[1] != len(learning.attributes) or not np.isfinite(ratings).all():

@@ -196,7 +196,7 @@ def _lines_of(table: Path, pairs: tuple[Pair, ...]) -> tuple[list[Line], Columns
 def _line(place: str, header: Sequence[str], cells: Sequence[str], decimal: Collection[str]) -> Line:
     """A texture; in the columns of `decimal` a comma is a decimal point."""
     if len(cells) != len(header):
-        raise MaterialError(f"{place}: {len(cells)} cells found, {len(header)} columns are expected")
+        raise MaterialError(f"{place}: {count(len(cells), 'cell')} found, {len(header)} columns are expected")
     named = zip(header, (cell.strip() for cell in cells), strict=True)
     return Line(place, {name: cell.replace(",", ".") if name in decimal else cell for name, cell in named})
 

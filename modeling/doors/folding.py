@@ -14,6 +14,7 @@ from modeling.doors.data import DoorData, Indices, ModelDataError
 from modeling.doors.sources import source_groups
 from protocols.did_you_mean import nearest
 from protocols.keyed import shuffled
+from protocols.wording import count
 
 Kinds = Literal["grouped", "leave_one_door_out", "leaky"]
 KINDS: tuple[Kinds, ...] = ("grouped", "leave_one_door_out", "leaky")
@@ -73,7 +74,7 @@ def held_share(train: DoorData, share: float = 0.15, seed: int = 0) -> tuple[Ind
 
 def _even(k: int) -> list[float]:
     if k < 2:
-        raise ModelDataError(f"{k} folds: at least 2 are expected, one to test on and the others to train on")
+        raise ModelDataError(f"{count(k, 'fold')}: at least 2 are expected, one to test on and the others to train on")
     return [1 / k] * k
 
 

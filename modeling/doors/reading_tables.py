@@ -16,6 +16,7 @@ from modeling.doors.data import Array, DoorData, ModelDataError
 from modeling.doors.profile_files import read_profile
 from modeling.doors.rated import demand_learnable, merged_sources
 from protocols.did_you_mean import nearest
+from protocols.wording import count
 
 NEEDED = ("id", "door", "variant", "file")
 OPTIONAL = ("source", "group", "raters")
@@ -115,7 +116,7 @@ def _demand_columns(table: Path, header: Sequence[str], attributes: Mapping[str,
 def _row(table: Path, line: int, header: Sequence[str], cells: Sequence[str]) -> Row:
     place = f"{table}, line {line}"
     if len(cells) != len(header):
-        raise ModelDataError(f"{place}: {len(cells)} cells found, {len(header)} columns are expected")
+        raise ModelDataError(f"{place}: {count(len(cells), 'cell')} found, {len(header)} columns are expected")
     return Row(place, dict(zip(header, cells, strict=True)))
 
 

@@ -18,6 +18,7 @@ from modeling.textures.methods import Learning, Method
 from modeling.textures.recording import CHANNELS, Array, TextureDataError
 from protocols.model_card import Affine, Reshape
 from protocols.signal_steps import Autoregression
+from protocols.wording import count
 
 WINDOW = 30
 RADIUS = 0.998
@@ -125,7 +126,9 @@ def _order(learning: Learning, window: int) -> int:
     total = sum(b - a for a, b in parts)
     order = min(window, total // PER_COEFFICIENT, max((b - a for a, b in parts), default=0) // 2)
     if order < 1:
-        raise TextureDataError(f"{name}: {total} samples to learn from; {PER_COEFFICIENT} at least are expected")
+        raise TextureDataError(
+            f"{name}: {count(total, 'sample')} to learn from; {PER_COEFFICIENT} at least are expected"
+        )
     samples = np.concatenate([learning.recording.acceleration_m_s2[a:b] for a, b in parts])
     if np.ptp(samples) <= 1e-9 * max(float(np.abs(samples).max()), 1e-300):
         raise TextureDataError(

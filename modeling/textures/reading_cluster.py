@@ -19,6 +19,7 @@ from modeling.textures.recording import Array, Recording, TextureDataError
 from modeling.textures.table_columns import read_columns
 from modeling.textures.units import G_M_S2
 from protocols.did_you_mean import nearest
+from protocols.wording import count
 from studies.content import file_sha256
 
 NAME = re.compile(r"(?P<texture>\d+)_(?P<direction>\d+)_(?P<velocity>\d+)_(?P<force>\d+)_(?P<repeat>\d+)")
@@ -158,7 +159,9 @@ def _rate(file: Path, what: str, times_s: Array) -> float:
     """The mean rate of the time column, which must be about the documented one."""
     lasts = float(times_s[-1] - times_s[0]) if len(times_s) > 1 else 0.0
     if not lasts > 0 or (np.diff(times_s) < 0).any():
-        raise TextureDataError(f"{file}: {len(times_s)} samples whose times do not rise; two or more are needed")
+        raise TextureDataError(
+            f"{file}: {count(len(times_s), 'sample')} whose times do not rise; two or more are needed"
+        )
     rate_hz, wanted_hz = (len(times_s) - 1) / lasts, RATES_HZ[what]
     if abs(rate_hz - wanted_hz) > RATE_OFF * wanted_hz:
         raise TextureDataError(

@@ -29,7 +29,7 @@ EXCEPTIONS = {
 }  # fmt: skip
 
 JSON_ELSEWHERE = {
-    "protocols/canonical.py": "the two functions themselves", "protocols/event_shapes.py": "compares two texts",
+    "protocols/canonical.py": "the two functions themselves",
     "analysis/monitoring/finished.py": "lines of a cache", "analysis/regenerating/files.py": "refuses NaN itself",
     "analysis/regenerating/checking.py": "for people to compare", "analysis/regenerating/seconds.py": "for a digest",
     "studies/bench_streams_run.py": "to the process that asked", "devices/door/firmware/process.py": "to its parent",

@@ -139,7 +139,7 @@ def change(path, *statements):
             "insert into events select -1, t_ns, kind, trial, attempt, body, hash from events where seq=0",
             "chain breaks",
         ),
-        ("delete from events where seq=2", "cut short: 3 events were there when it was closed, 2 are left"),
+        ("delete from events where seq=2", "cut short: of 3 events when it was closed, 2 are left"),
         ("delete from events", "no session_started"),
         ("update samples set data=zeroblob(256)", "the hash chain breaks at event 1"),
         ("update samples set form=replace(form,'100.0','200.0')", "the hash chain breaks at event 1"),

@@ -78,7 +78,7 @@ def test_a_recording_at_the_rig_is_told_stream_by_stream(said, lab):
     text = said("quick", "--participant", "P001")
     for stream in STREAMS:
         [line] = [each for each in text.splitlines() if each.startswith(f"trial 1, {stream}: ")]
-        assert int(line.split(": ")[1].split()[0]) > 20 and ", none lost" in line
+        assert int(line.split(": ")[1].split()[0].replace(",", "")) > 20 and ", none lost" in line
     assert "complete: " in text.splitlines()[-1] and ledgers(lab) == ["quick_P001_s1.sqlite"]
 
 
@@ -174,7 +174,7 @@ def test_a_recording_that_was_repeated_or_faulted_is_not_told():
         event("reply", 2, 1, recorded=True, streams={"a": stream(30)}),
         event("trial_ended", 2, 1, **{"as": "repeated"}),
     ]
-    assert list(recorded(events)) == ["trial 1, a: 20 samples, 3000.00 Hz, 3 LOST in 1 gaps, clock +50 ppm"]
+    assert list(recorded(events)) == ["trial 1, a: 20 samples, 3000.00 Hz, 3 LOST in 1 gap, clock +50 ppm"]
 
 
 def test_the_way_to_go_on_names_the_rig_file_that_was_named(capsys):

@@ -186,7 +186,7 @@ def lexicon_answer(selected: Selected, asked: AskedLexicon) -> Answer:
         f"{count(len(found.participants), 'participant')} "
         f"({number(per_person)} different words each, SD {number(sd) if sd >= 0 else 'undefined'})."
     )
-    notes = [f"{found.unplaced} mentions belong to no stimulus (suggestions)."] if found.unplaced else []
+    notes = [f"{count(found.unplaced, 'mention')} without a stimulus (suggestions)."] if found.unplaced else []
     kinds = {
         "mentions": "trials in which the word was written",
         "participants": "how many wrote it",

@@ -118,7 +118,7 @@ def alpha_answer(selected: Selected, asked: AskedAlpha) -> Answer:
     headline = with_interval("Cronbach's alpha", found.alpha, found.ci_low, found.ci_high, asked.confidence)
     notes = [*averaged(found.values_per_cell)]
     if found.dropped:
-        notes.append(f"{len(found.dropped)} cases without a value for every item are left out.")
+        notes.append(f"{count(len(found.dropped), 'case')} without a value for every item left out.")
     if len(cases) > 1:
         notes.append("Cases of one participant are not independent: the interval is too narrow by an unknown amount.")
     kinds = {

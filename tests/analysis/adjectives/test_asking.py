@@ -119,7 +119,7 @@ def test_the_lexicon_takes_suggestions_with_and_without_a_trial() -> None:
             **{"spellings": "Woven; woven", "offered": False},
         },
     )
-    assert found.notes == ("1 mentions belong to no stimulus (suggestions).",)
+    assert found.notes == ("1 mention without a stimulus (suggestions).",)
     assert answer("lexicon", small(), kinds=["further"]).rows[0]["mentions"] == 1
     assert answer("lexicon", small(), synonyms={"woven": "fabric"}).rows[0]["word"] == "fabric"
     with pytest.raises(DataRefused, match="kinds of word there: further, ticked, words"):

@@ -94,7 +94,7 @@ def test_categories_compare_means_spreads_and_every_level() -> None:
     assert len(answer.more["levels"]) == 15
     assert [row["Source"] for row in answer.more["category_x_level"]] == ["category", "category:variant"]
     assert "ratio" in answer.headline
-    with pytest.raises(DataRefused, match="1 categories among the attributes"):
+    with pytest.raises(DataRefused, match="1 category among the attributes"):
         asked(CATEGORIES, door(attributes=3), by=("variant",))
 
 

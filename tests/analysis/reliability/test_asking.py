@@ -100,7 +100,7 @@ def test_gaps_are_refused_left_out_or_kept_as_each_statistic_can() -> None:
     gap = Selected(given.table.iloc[1:], given.trials, given.outcomes, {}, draws=200)
     with pytest.raises(IncompleteCells, match="attribute='rough'"):
         answer("cronbach_alpha", gap)
-    assert "1 cases without a value" in answer("cronbach_alpha", gap, missing="listwise").notes[0]
+    assert "1 case without a value" in answer("cronbach_alpha", gap, missing="listwise").notes[0]
     with pytest.raises(IncompleteCells, match="participant='P0'"):
         answer("icc", gap)
     assert answer("krippendorff_alpha", gap).rows[0]["missing"] == 1

@@ -170,7 +170,7 @@ def test_health_tells_what_is_lost_on_the_line():
     lab, chance = Lab().opened(), random.Random(1)
     lab.bench.line.wire.to_host = lambda data: b"" if chance.random() < 0.1 else data
     found = lab.door.health(0.3)
-    assert not found.ok and "samples of telemetry were lost on the line" in found.told
+    assert not found.ok and "samples of telemetry lost on the line" in found.told
 
 
 def test_what_the_ledger_keeps_of_it():

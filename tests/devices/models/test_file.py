@@ -150,7 +150,7 @@ def test_numbers_that_are_no_file_are_not_read(tmp_path, makes):
             {"gives": {"kind": "ratings", "size": "2", "unit": "0..100"}},
             r"gives\.size: Input should be a valid integer",
         ),
-        ({"gives": {"kind": "ratings", "size": 2, "unit": "", "names": ["a"]}}, "1 names for 2 numbers"),
+        ({"gives": {"kind": "ratings", "size": 2, "unit": "", "names": ["a"]}}, "1 name for 2 numbers"),
         ({"steps": [{"do": "run_python", "code": "1"}]}, "steps.0"),
         ({"interval": {"method": "x", "coverage": 0.9, "half_width": [1]}}, "1 half widths for 2 numbers"),
         ({"weights": {"file": "feeling.safetensors", "sha256": "xyz", "bytes": 1}}, r"weights\.sha256"),

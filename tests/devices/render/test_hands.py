@@ -48,7 +48,7 @@ def test_a_stylus_recording_goes_through_the_filters_of_a_real_one(tmp_path):
     [
         ("t_s,speed,force_N\n0,1,1\n", r"the column speed_mm_s is missing; t_s, speed_mm_s, force_N or t_s, x_mm"),
         ("", r"found none"),
-        ("t_s,speed_mm_s,force_N\n0,1,1\n", r"1 rows; two at least"),
+        ("t_s,speed_mm_s,force_N\n0,1,1\n", r"1 row; two at least"),
         ("t_s,speed_mm_s,force_N\n0,1,1\n1,1,1\n0.5,1,1\n", r"line 4: t_s is 0.5; seconds that rise"),
         ("t_s,speed_mm_s,force_N\n0,1,1\nnan,1,1\n", r"line 3: t_s is nan"),
         ("t_s,speed_mm_s,force_N\n0,1,1\n1,two,1\n", r"does not hold three numbers"),

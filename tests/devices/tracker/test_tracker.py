@@ -197,7 +197,7 @@ def test_motives_export_is_read_by_its_own_header(tmp_path):
     [
         ("", "column t_s is missing"),
         ("t_s,x,y\n1,2,3\n", "column z is missing"),
-        ("t_s,x,y,z\n0,1,2,3\n", "1 samples"),
+        ("t_s,x,y,z\n0,1,2,3\n", "1 sample;"),
         ("t_s,x,y,z\n0,1,2,3\n0,1,2,3\n", "time does not rise at sample 2"),
         ("t_s,x,y,z\n0,1,2,3\n1,1,2,three\n", "line 3.*'three'"),
         ("t_s,x,y,z\n0,1,2,3\n,1,2,3\n", "line 3: a time is expected"),

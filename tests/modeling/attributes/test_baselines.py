@@ -99,7 +99,7 @@ def test_no_row_at_all_and_rows_of_another_width_are_refused(name, fitted):
 @pytest.mark.parametrize("name", LEARNING)
 def test_one_texture_is_too_few_and_two_with_one_row_each_are_enough(name):
     two = made_material(textures=2, segments=1, pictures=1).textures
-    with pytest.raises(MaterialError, match="1 textures to learn from; at least 2"):
+    with pytest.raises(MaterialError, match="1 texture to learn from; at least 2"):
         METHODS[name].fit(learning(textures=two[:1], settings=FEW))
     rows = METHODS[name].fit(learning(textures=two, settings=FEW)).predict(asked()[0])
     assert np.isfinite(rows).all()

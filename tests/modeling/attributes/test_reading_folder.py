@@ -204,7 +204,7 @@ def test_where_commas_separate_none_is_decimal(tmp_path):
     with pytest.raises(MaterialError, match="line 2: Rough-Smooth is '20,5', a finite number is expected"):
         read(tmp_path)
     folder_of(tmp_path, HEADER, ROWS[0].replace(",", ";"))
-    with pytest.raises(MaterialError, match="line 2: 1 cells found, 7 columns are expected"):
+    with pytest.raises(MaterialError, match="line 2: 1 cell found, 7 columns are expected"):
         read(tmp_path)
 
 

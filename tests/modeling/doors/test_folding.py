@@ -152,7 +152,7 @@ def test_training_variants_stay_with_their_stimulus_unless_the_split_is_leaky():
 @pytest.mark.parametrize(
     ("data", "how", "says"),
     [
-        (crossed(2, 3), {"k": 1}, "1 folds: at least 2"),
+        (crossed(2, 3), {"k": 1}, "1 fold: at least 2"),
         (crossed(2, 3), {"k": 0}, "0 folds"),
         (crossed(2, 3), {"k": 7}, "6 sources cannot be dealt into 7 parts"),
         (crossed(1, 2), {"k": 2}, "grouped, fold 1: 1 source would be left to train on; at least 2"),

@@ -203,7 +203,7 @@ def test_odd_recordings_get_finite_stable_weights(change):
     [
         (np.zeros(2000), None, "is 0 m/s.2 throughout"),
         (np.full(2000, 9.81), None, "is 9.81 m/s.2 throughout"),
-        (np.ones(3), ((0, 1),), "1 samples to learn from; 20 at least"),
+        (np.ones(3), ((0, 1),), "1 sample to learn from; 20 at least"),
         (drawn(1).normal(size=100), ((0, 19),), "19 samples to learn from"),
         (drawn(1).normal(size=100), ((5, 5),), "0 samples to learn from"),
     ],

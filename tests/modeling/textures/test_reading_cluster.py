@@ -77,7 +77,7 @@ EDITED = {
                     "force at 6.* Hz by its times; 6000 Hz are documented: are the times in seconds"),
     "times that fall": ("position", lambda rows: [rows[0], *reversed(rows[1:])], "times do not rise"),
     "words": ("force", lambda rows: [*rows[:-1], "1.4,high"], "force is 'high', a number is expected"),
-    "one row": ("force", lambda rows: rows[:2], "1 samples whose times do not rise"),
+    "one row": ("force", lambda rows: rows[:2], "1 sample whose times do not rise"),
 }  # fmt: skip
 
 
