@@ -223,6 +223,10 @@ def test_a_model_that_changed_under_its_name_is_named_with_both_digests_and_acce
     then = read(killed).header["study"]
     scale = {"from": then["scale"]["low"], "to": then["scale"]["high"], "start": then["scale"]["start"]}
     (own / "study.yaml").write_text(json.dumps({**then, "stimuli": "stimuli.csv", "scale": scale}))
+    with (own / "stimuli.csv").open("w", newline="") as file:
+        table = csv.DictWriter(file, ["id", *then["stimuli"][0]["columns"]])
+        table.writeheader()
+        table.writerows({"id": stimulus["id"], **stimulus["columns"]} for stimulus in then["stimuli"])
     accepted = {"models_changed": {card.stem: {"before": before, "now": now}}}
     for command in (["resume", str(killed)], ["run", *study]):
         refused = run("palpate", *command)

@@ -191,11 +191,12 @@ def test_a_sensor_that_is_unplugged_in_mid_trial_and_comes_back_leaves_a_marked_
         return read_card(card, most, timeout_s)
 
     def unplug_and_plug(page, _looks):
-        state["looks"] += page == "recording"
+        if page != "recording":
+            state["plugged"] = True
+            return
+        state["looks"] += 1
         if state["looks"] == 40:
             state["plugged"] = False
-        elif page == "changing_sample":
-            state["plugged"] = True
 
     monkeypatch.setattr(TwinDaq, "read", read_or_fail)
     rooms["meanwhile"] = unplug_and_plug
