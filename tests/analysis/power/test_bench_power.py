@@ -20,8 +20,9 @@ def test_the_exact_power_is_that_of_students_t():
 
 
 @pytest.mark.long
-def test_simulated_studies_have_the_exact_power(tmp_path):
-    case = next(each for each in bench.cases(True) if each.input.startswith("effect 1"))
+def test_simulated_studies_have_the_exact_power():
+    cases = bench.cases(True)  # which keeps the study's folder until it ends
+    case = next(case for case in cases if case.input.startswith("effect 1"))
     assert case.error(case.run()) < 4 * np.sqrt(0.25 / 50)
 
 
