@@ -2,11 +2,11 @@
 
 from __future__ import annotations
 
-import struct
 from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass, field
 from typing import Any, Protocol, runtime_checkable
 
+from devices.blocks import interleaved
 from devices.desk import Desk
 from devices.door.grid import POINTS, POINTS_PER_DEG
 from devices.door.live import RATE_HZ, Change, LiveDoor
@@ -92,8 +92,8 @@ class LiveRecord:
         settings = [value for change in changes for value in self._row(change)]
         made = [value for change in changes for value in (self._s(change.seen_ns), *change.force_N)]
         return (
-            Samples(SETTINGS, channels, units, 0.0, self.t0_ns, _packed(settings), first),
-            Samples(FORCES, ("time", *forces), ("s", *["N"] * POINTS), 0.0, self.t0_ns, _packed(made), first),
+            Samples(SETTINGS, channels, units, 0.0, self.t0_ns, interleaved(settings), first),
+            Samples(FORCES, ("time", *forces), ("s", *["N"] * POINTS), 0.0, self.t0_ns, interleaved(made), first),
         )
 
     def summary(self) -> dict[str, Any]:
@@ -111,7 +111,3 @@ class LiveRecord:
 
     def _s(self, t_ns: int) -> float:
         return (t_ns - self.t0_ns) / NS
-
-
-def _packed(values: Sequence[float]) -> bytes:
-    return struct.pack(f"<{len(values)}f", *values)

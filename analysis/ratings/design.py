@@ -180,7 +180,7 @@ def _cell_problems(rows: _Rows, plan: Plan, value: str, repeats: int, limit: int
     if rows.nested and repeats == 1:
         owed = _items_owed(rows, keys, owed)
     missing = [_missing(rows, key, filled[key], wanted) for key, wanted in owed.items() if filled[key] < wanted]
-    strange = [_place(rows, key, f"{count(filled[key], 'rating')}") for key in filled if key not in owed]
+    strange = [_place(rows, key, count(filled[key], "rating")) for key in filled if key not in owed]
     return [
         *gathered("missing", missing, limit),
         *gathered("undeclared", strange, limit),

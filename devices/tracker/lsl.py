@@ -139,7 +139,7 @@ class LslStream:
         if len(found) == 1:
             return found[0]
         there = "; ".join(map(_told, self.library.resolve_streams(LISTED_S))) or "none"
-        told = f"{count(len(found), 'stream')}" if found else f"no stream within {self.wait_s:g} s"
+        told = count(len(found), "stream") if found else f"no stream within {self.wait_s:g} s"
         raise DeviceError(f"{self.name}: {told} with the {self.by} {self.value!r}. Streams that there are: {there}.")
 
     def _mapped(self, full: Any) -> Map:
