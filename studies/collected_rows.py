@@ -2,11 +2,12 @@
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from collections.abc import Callable, Sequence
+from functools import lru_cache
 from operator import itemgetter
 from pathlib import Path
 
-from sqlalchemy import Connection, Table, delete, insert, select, update
+from sqlalchemy import Connection, Dialect, Table, delete, insert, select, update
 
 from studies import collected_schema as schema
 from studies.tables import Row, SessionTables
@@ -75,10 +76,15 @@ def _insert_rows(connection: Connection, table: Table, rows: Sequence[Row]) -> N
     if connection.dialect.name != "sqlite":
         connection.execute(insert(table), rows)
         return
-    names = tuple(rows[0])
-    statement = insert(table).values(dict.fromkeys(names)).compile(dialect=connection.dialect)
-    cells = itemgetter(*statement.positiontup or names)
-    connection.exec_driver_sql(str(statement), [cells(row) for row in rows])
+    statement, cells = _statement(table, tuple(rows[0]), connection.dialect)
+    connection.exec_driver_sql(statement, [cells(row) for row in rows])
+
+
+@lru_cache
+def _statement(table: Table, names: tuple[str, ...], dialect: Dialect) -> tuple[str, Callable[[Row], tuple[object, ...]]]:
+    """SQL that inserts these columns, and what takes a row's cells in its order."""
+    statement = insert(table).values(dict.fromkeys(names)).compile(dialect=dialect)
+    return str(statement), itemgetter(*statement.positiontup or names)
 
 
 def _insert_missing(connection: Connection, session: SessionTables) -> None:

@@ -194,8 +194,8 @@ def _panel(
     if len(data.rows) <= MOST_CELLS:
         _cells(axes, own, grid, words, shade, marking)
     else:
-        colours = np.asarray(shade.to_rgba(np.nan_to_num(grid)))
-        colours[np.isnan(grid)] = (1.0, 1.0, 1.0, 0.0)
+        colours = np.asarray(shade.to_rgba(np.nan_to_num(grid), bytes=True))
+        colours[np.isnan(grid)] = (255, 255, 255, 0)
         axes.imshow(colours, aspect="auto", interpolation="none", zorder=1)
         _columns(axes, grid, attribute["name"], words, marking)
     axes.set(xlim=(-0.5, len(levels) - 0.5), ylim=(len(people) - 0.5, -0.5))
