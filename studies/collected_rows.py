@@ -81,7 +81,7 @@ def _insert_rows(connection: Connection, table: Table, rows: Sequence[Row]) -> N
 
 
 @lru_cache
-def _statement(table: Table, names: tuple[str, ...], dialect: Dialect) -> tuple[str, Callable[[Row], tuple[object, ...]]]:
+def _statement(table: Table, names: tuple[str, ...], dialect: Dialect) -> tuple[str, Callable[[Row], object]]:
     """SQL that inserts these columns, and what takes a row's cells in its order."""
     statement = insert(table).values(dict.fromkeys(names)).compile(dialect=dialect)
     return str(statement), itemgetter(*statement.positiontup or names)
