@@ -27,7 +27,6 @@ test: check
 # of their time.
 test-all: .venv/.$(ALL)
 	$(call timed,static checks,$(CHECKS))
-	$(BIN)/coverage erase
 	$(call timed,tests,$(PYTEST) -n 3 --all --cov --cov-report=)
 	$(BIN)/coverage report --include='protocols/*' --fail-under=95
 	$(BIN)/coverage report --include='studies/*' --fail-under=90

@@ -19,8 +19,8 @@ ELSEWHERE = ("tests/studies/window/", "tests/studies/test_kill.py")
 LONGEST = ("tests/studies/test_kill.py", "tests/studies/window/")
 """Minutes of waiting for other processes: begun first, nobody waits for them in the end."""
 LONG = "long"
-AGAIN = (*TRACED, "tests/devices/models/", "tests/devices/render/", "tests/test_recorded")
-"""What CI runs bare and again with everything installed: it counts for coverage, or the kernel takes part in it."""
+AGAIN = ("tests/devices/models/", "tests/devices/render/", "tests/test_recorded")
+"""What CI runs bare and again with everything installed: the kernel takes part in it."""
 
 
 def pytest_addoption(parser):
@@ -108,8 +108,9 @@ def pytest_collection_modifyitems(config, items):
 
 
 def runs_again(item):
-    """Whether what is installed may change what the test finds."""
-    return item.nodeid.startswith(AGAIN) or looks_at_imports(item.path)
+    """Whether the test is a longer one in the full run, or what is installed may change what it finds."""
+    longer = "full_run" in item.fixturenames or item.get_closest_marker("hypothesis") is not None
+    return longer or item.nodeid.startswith(AGAIN) or looks_at_imports(item.path)
 
 
 @cache
