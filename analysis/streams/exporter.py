@@ -53,7 +53,8 @@ class _Act:
 def export(record: Record, chosen: Chosen, out: Path, wanted: Wanted | None) -> list[Path]:
     """Write the chosen streams, aligned as `wanted` or, without it, raw; the files that were written.
 
-    `out` is a CSV file for one aligned recording, else a folder, in which files are named LEDGER_tNNN.
+    `out` is a CSV file for one aligned recording, else a folder, in which files are named LEDGER_tNNN. Recordings of
+    nothing but things noted (a form's marker) are not aligned: they are left out where there are others.
 
     Raises:
         StreamError: nothing to export, several recordings for one file, streams that cannot be aligned.
@@ -61,6 +62,8 @@ def export(record: Record, chosen: Chosen, out: Path, wanted: Wanted | None) -> 
     if (chosen.attempt is not None or chosen.act is not None) and not chosen.single:
         raise StreamError("--attempt and --act choose among the recordings of one trial: name it with --trial")
     acts = list(_acts(record, chosen))
+    if wanted is not None and chosen.act is None:
+        acts = [act for act in acts if any(not stream.noted for stream in act.streams)] or acts
     into_file = out.suffix.lower() == ".csv" and not out.is_dir()
     if into_file and (wanted is None or len(acts) > 1):
         raise StreamError(f"{out}: one file holds one aligned recording; {_several(acts, chosen, wanted)}")

@@ -202,6 +202,22 @@ def test_streams_that_were_noted_are_exported_raw_only(tmp_path):
     assert (tmp_path / "s_t001_marker.csv").read_text().splitlines() == ["sample,item,time,value", "0,0,1,2", "1,3,4,5"]
 
 
+def test_a_form_s_marker_beside_a_recording_does_not_keep_the_recording_from_being_aligned(tmp_path):
+    written = Written(tmp_path / "s.sqlite")
+    written.begin(1)
+    written.note("reply", {}, [block("marker", np.arange(3.0), 0, channels=("item", "time", "value"), units=("",) * 3)])
+    written.ask_for("present")
+    written.note("reply", {}, [block("door_force", np.arange(100.0), 1000)])
+    written.end("answered")
+    path = written.record().path
+    said("export", path, "--trial", 1, "--out", tmp_path / "door.csv")
+    assert "door_force_value" in columns(tmp_path / "door.csv")
+    said("export", path, "--out", tmp_path / "all")
+    assert sorted(file.name for file in (tmp_path / "all").iterdir()) == ["s_t001_act2.csv", "s_t001_act2.json"]
+    with pytest.raises(StreamError, match="can be exported raw only"):
+        said("export", path, "--trial", 1, "--act", 1, "--out", tmp_path / "a.csv")
+
+
 @pytest.mark.parametrize("method", ["bandlimited", "cubic", "linear"])
 def test_a_recorded_door_is_exported_and_normalised_to_its_profile(tmp_path, method):
     """The recording's door is K8 of the twin: force at 1 kHz, angle at 80 Hz (thesis 5.3.1.1)."""
