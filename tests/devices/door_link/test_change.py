@@ -69,6 +69,20 @@ def test_the_device_passes_over_to_what_it_was_sent_while_it_plays():
     assert bench.firmware.state is State.playing
 
 
+def test_heartbeats_go_between_the_parts_of_a_profile_and_not_behind_them():
+    bench, link, _ = playing()
+    firmware, beat, late = bench.firmware, bench.line.each_ms, []
+
+    def each_ms(t_ms):
+        late.append(firmware.t_ms - firmware.beat_ms)
+        beat(t_ms)
+
+    bench.line.each_ms = each_ms
+    assert dialogue.change(link, change_for_door(HEAVY, 0.9, Limits(), 62.0)) == ""
+    assert len(late) > 25  # so many ms does the line take for a profile, and 40 ms without a heartbeat are a fault
+    assert max(late) <= 15
+
+
 def test_what_does_not_fit_is_refused_and_the_door_plays_on():
     bench, link, light = playing()
     for profile, reason in [
