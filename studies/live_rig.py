@@ -38,7 +38,7 @@ def live_plan(found: Found, lab: Path, options: LiveOptions) -> RigPlan:
     devices and the window are opened by `check`, before anything is recorded.
     """
     hardware = hardware_for(found, lab, options)
-    if found.study.live is not None and "door_generator" in hardware.simulated_needs:
+    if found.study.live is not None and "door_generator" in hardware.twins:
         raise RigError(
             "a door that follows the sliders needs a rig, and here a stand-in would take its place. `palpate rig "
             "simulate` writes a rig of simulated devices, which follow as real ones do"

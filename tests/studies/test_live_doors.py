@@ -8,16 +8,21 @@ import numpy as np
 import pytest
 
 from devices.door.making import Doors, maker_for
+from devices.rig.file import rig_path
+from devices.window.calibration import Calibration, write_calibration
 from protocols.plan import ParticipantRow, compile_plan
 from protocols.requests import Aside, Fault, Present, Reply
 from studies.catalogue import read_study
 from studies.live_doors import FORCES, SETTINGS
+from studies.live_options import LiveOptions
+from studies.live_rig import live_plan
 from studies.made_doors import PresentsMade, made_doors
 from studies.record import read
 from studies.replay import replay
 from studies.rig import RigError, simulated
 from studies.session import start
 from tests.devices.door_link.lines_for_tests import Bench, Lab
+from tests.studies.live.rig_rooms import TWINS
 from tests.studies.ten import found_study
 
 STUDY = found_study("door_authoring")
@@ -203,9 +208,11 @@ def test_a_pause_goes_on_with_the_same_door_and_a_repeat_begins_anew(live_study)
     assert came.value["do"] == "repeat" and lab.door.changes is None
 
 
-def test_a_stand_in_for_the_door_is_refused_because_it_cannot_follow(live_study, tmp_path):
-    from studies.live_options import LiveOptions
-    from studies.live_rig import live_plan
-
+def test_a_stand_in_for_the_door_is_refused_because_it_cannot_follow_and_a_rig_s_twin_is_not(live_study, tmp_path):
     with pytest.raises(RigError, match="palpate rig simulate"):
         live_plan(live_study, tmp_path, LiveOptions(twins=True, no_window=True))
+    (path := rig_path(tmp_path)).parent.mkdir(parents=True)
+    path.write_text(TWINS, encoding="utf-8")
+    write_calibration(tmp_path, Calibration((1280, 720), 3.6, 0, "2026-01-01"))
+    description = live_plan(live_study, tmp_path, LiveOptions()).description
+    assert description["twins"] == ["door_generator"] and description["settings"]["door"]["driver"] == "twin"

@@ -11,26 +11,32 @@ import subprocess
 import sys
 import time
 from contextlib import contextmanager
-from dataclasses import dataclass, field
+from dataclasses import dataclass, field, replace
 from pathlib import Path
 
+import numpy as np
 from PIL import Image, ImageChops
 
 from devices.window.bench_hand import Hand
 from devices.window.build import page_for, screen_for
 from devices.window.calibration import read_calibration
-from devices.window.inputs import Key, Pressed, Released, Typed
+from devices.window.inputs import Key, Moved, Pressed, Released, Typed
 from devices.window.presenter_page import prepare
 from devices.window.screens.base import DOUBLE_CLICK_S
 from protocols.requests import Ask, Confirm, Instruct, Present, Rest, Sense
 from protocols.runner import run
 from protocols.worlds import EndOfRecord, Recorded
+from studies.made_doors import made_doors
 from studies.record import LedgerError, read
 from studies.replay import recompiled
 
 PATIENCE_S = 60.0
 READ_S = 2 * DOUBLE_CLICK_S
 LEADING = ("agree", "next", "continue")
+MOVED = {"slider 0": (0.25, 0.9), "slider 2": (0.4, 0.95)}
+"""The lines that are moved while a door is felt, from and to a share of their length."""
+STEPS, OPENED_DEG = 30, 15.0
+"""A line is moved in so many steps; each line once the door is open by so much more than for the one before."""
 
 
 class Asked(Exception):
@@ -133,10 +139,16 @@ class Robot:
     shots: dict[str, Image.Image] = field(default_factory=dict)
     given: list = field(default_factory=list)
     page: object = None
+    felt_in: int = 0
+    """How many requests there were by the one whose door was felt last: its samples go on arriving."""
+    curves: set = field(default_factory=set)
+    """The different pictures that were seen where the force is drawn, while lines were moved."""
 
-    def go_on(self, stop):
-        """Perform request after request until `stop(request, record)` says so, or the session is over."""
-        seen = -1
+    def go_on(self, stop, seen=-1):
+        """Perform request after request until `stop(request, record)` says so, or the session is over.
+
+        Of a resumed session so many events were `seen` before.
+        """
         while True:
             record = self.sitting.record(seen)
             if record.ended:
@@ -152,10 +164,14 @@ class Robot:
                 self.sitting.order("127" if request.text is None else "confirm")
             case Present() if "samples" in recompiled(record).study.needs:
                 self.sitting.order("confirm")
+            case Present() if request.live_form is not None:
+                if self.felt_in != (requests := [event.kind for event in record.events].count("request")):
+                    self.felt_in = requests
+                    self.feel(request, self.page_of(record))
             case Present() | Sense():
                 pass
             case Ask() | Instruct() | Rest():
-                self.answer(request, self._page(record))
+                self.answer(request, self.page_of(record))
 
     def answer(self, request, page):
         """Go through the screen as a participant would, in step with its mirror."""
@@ -174,6 +190,51 @@ class Robot:
                 done.clear()
                 self._see(mirror, picture, name)
         self.given.append((name, mirror.reply.value))
+
+    def feel(self, request, page):
+        """Move lines that stay on while the door is felt, and stop the door."""
+        mirror = self.move_lines(request, page)
+        self.opened(len(MOVED) * OPENED_DEG)
+        self._use(mirror, next(placed for placed in mirror.placed() if placed.name == "stop"), READ_S)
+        self.given.append(("felt", mirror.reply.value))
+
+    def move_lines(self, request, page):
+        """Move lines that stay on, each once the door is opened further than for the one before; the mirror."""
+        mirror, picture = (
+            screen_for(request, page, 0),
+            Image.new("RGB", (page.metrics.width_px, page.metrics.height_px)),
+        )
+        self._see(mirror, picture, "felt")
+        boxes = {placed.name: placed.box for placed in mirror.placed()}
+        for number, (name, shares) in enumerate(MOVED.items()):
+            self.opened(number * OPENED_DEG)
+            self._drag(mirror, boxes[name], shares, boxes["force"])
+        self._see(mirror, picture, "moved")
+        return mirror
+
+    def opened(self, angle_deg):
+        """Wait until the door has been opened so far while it is felt."""
+        with until(f"the door is open by {angle_deg} degrees; said: {self.sitting.told()}") as late:
+            while opened_deg(read(self.sitting.ledger)) < angle_deg:
+                assert self.sitting.process.poll() is None, self.sitting.told()
+                late()
+
+    def _drag(self, mirror, line, shares, drawn):
+        """Press on a line at the first share of it, and go to the other step by step."""
+        start, end = (line.left + share * (line.width - 1) for share in shares)
+        places = [round(start + (end - start) * step / STEPS) for step in range(STEPS + 1)]
+        y = line.middle[1]
+        self.hand.move(places[0], y)
+        self.hand.press()
+        mirror.handle(Pressed(places[0], y, 0.0))
+        with until("the line is moved") as late:
+            for x in places[1:]:
+                late()
+                self.hand.move(x, y)
+                mirror.handle(Moved(x, y, 0.0))
+                self.curves.add(self.hand.picture(drawn.left, drawn.top, drawn.width, drawn.height).tobytes())
+        self.hand.release()
+        mirror.handle(Released(places[-1], y, 0.0))
 
     def _use(self, mirror, target, at_s):
         x, y = place_of(target)
@@ -209,11 +270,20 @@ class Robot:
                 assert self.sitting.process.poll() is None, self.sitting.told()
                 late()
 
-    def _page(self, record):
+    def page_of(self, record):
         if self.page is None:
             plan = recompiled(record)
             self.page = prepare(plan.study, read_calibration(self.sitting.lab), self.language, self.folder, plan=plan)
+            if plan.study.live is not None and plan.study.live.show_force:
+                self.page = replace(self.page, force_of=made_doors(self.sitting.lab).doors.force_N)
         return self.page
+
+
+def opened_deg(record):
+    """How far the door of the last presentation has been opened by now."""
+    begun = max(n for n, event in enumerate(record.events) if event.kind == "request")
+    blocks = [block for event in record.events[begun:] for block in event.samples if block.stream == "door_telemetry"]
+    return max((np.frombuffer(block.data, "<f4")[:: len(block.channels)].max() for block in blocks), default=0.0)
 
 
 def next_target(mirror, done, settled=False):

@@ -85,7 +85,7 @@ def test_korean_is_read_and_what_is_recorded_stays_as_the_study_says(hand, lab):
 def test_who_declines_takes_no_part_and_gives_up_the_row(hand, lab):
     sitting, robot = begin(hand, lab)
     record = robot.go_on(lambda request, _record: isinstance(request, Ask))
-    page = robot._page(record)
+    page = robot.page_of(record)
     assert pending(record).form.name == "consent" and page is not None
     decline(robot, pending(record), page)
     record = sitting.record(len(record.events))

@@ -1,0 +1,130 @@
+"""A door that follows the sliders while it is felt: in the real window and in real time, at a rig of twins."""
+
+import subprocess
+import sys
+
+import numpy as np
+import pytest
+
+from analysis.streams.reading import attempts_of, streams_of
+from devices.door.live import RATE_HZ
+from devices.rig.file import rig_path
+from protocols.events import NS
+from protocols.requests import Present
+from studies.catalogue import SHIPPED
+from studies.live_doors import FORCES, SETTINGS
+from studies.record import read
+from studies.replay import replay
+from studies.session import ledger_path
+from tests.studies.live.rig_rooms import TWINS
+from tests.studies.window.robot import MOVED, Robot, Sitting, pending
+
+pytestmark = [pytest.mark.needs("psychopy", "xvfb"), pytest.mark.long]
+
+NAME, RADIUS_M = "door_live", 0.9
+
+
+@pytest.fixture
+def live_lab(lab):
+    """A lab with a rig of twins that live as fast as we do, and the shipped study with a live door and one trial."""
+    folder = lab / "studies" / NAME
+    folder.mkdir(parents=True)
+    text = (SHIPPED / "door_authoring" / "study.yaml").read_text(encoding="utf-8")
+    text = text.replace("study: door_authoring", f"study: {NAME}\nlive: {{show_force: true}}")
+    for part in ("opening: [consent, demographics]\n", "practice: {stimuli: [free]}\n"):
+        text = text.replace(part, "")
+    (folder / "study.yaml").write_text(text, encoding="utf-8")
+    (folder / "stimuli.csv").write_bytes((SHIPPED / "door_authoring" / "stimuli.csv").read_bytes())
+    path = rig_path(lab)
+    path.parent.mkdir(parents=True, exist_ok=True)
+    path.write_text(TWINS.replace("twin_speed: 0.25", "twin_speed: 1"), encoding="utf-8")
+    return lab
+
+
+def sit(hand, lab, *arguments):
+    ledger = ledger_path(lab, NAME, "P001")
+    sitting = Sitting(hand.display.get_display_name(), lab, ledger, list(arguments))
+    return sitting, Robot(hand, sitting, lab / "studies" / NAME)
+
+
+def begun(hand, lab):
+    return sit(hand, lab, "run", NAME, "--participant", "P001", "--lab", str(lab))
+
+
+def to_its_end(sitting, robot, seen=-1):
+    """The record once the session is over."""
+    assert robot.go_on(lambda _request, _record: False, seen).complete
+    sitting.order("confirm")
+    sitting.end(status=0)
+    return read(sitting.ledger)
+
+
+def palpate(*arguments):
+    command = [sys.executable, "-m", "palpate", *map(str, arguments)]
+    return subprocess.run(command, capture_output=True, text=True, check=True).stdout
+
+
+def values(stream):
+    return np.concatenate([rows for _, rows in stream.pieces()])
+
+
+def test_the_door_in_the_hand_follows_the_sliders_and_the_screen_shows_its_force(hand, live_lab, tmp_path):
+    sitting, robot = begun(hand, live_lab)
+    record = to_its_end(sitting, robot)
+    reply = next(event.value for event in record.events if "left_at" in event.value)
+    assert reply["ended"] == "participant" and reply["by"] == "twin" and reply["opened_deg"] > 20
+
+    live = reply["live"]
+    assert live["refused"] == 0 and live["changes"] >= len(MOVED)
+    assert live["ticks"] + live["missed"] == pytest.approx(RATE_HZ * reply["seconds"], abs=RATE_HZ / 2)
+    assert len(robot.curves) > 5  # the curve was seen to move with the lines
+
+    given = dict(robot.given)["felt"]["answers"]  # where the mirror of the screen has the lines
+    assert given == reply["left_at"]
+    streams = {stream.name: stream for stream in streams_of(record, 1)}
+    settings, forces, door = (values(streams[name]) for name in (SETTINGS, FORCES, "door_telemetry"))
+    assert len(settings) == len(forces) == live["changes"] + 1
+    assert settings[-1, 4:] == pytest.approx(list(given.values()), abs=1e-4)
+
+    # What the device says of its torque is, at every moment, the profile that it had taken by then.
+    clock = streams["door_telemetry"].timing
+    door_s = clock.t0_s + np.arange(len(door)) / clock.rate_hz - streams[SETTINGS].blocks[0].t0_ns / NS
+    row = np.searchsorted(settings[:, 2], door_s, side="right") - 1
+    grid_deg = [float(name.removesuffix(" deg")) for name in streams[FORCES].channels[1:]]
+    angle_deg, felt_N = door[:, 0], door[:, 2] / RADIUS_M
+    between = (angle_deg > 3) & (angle_deg < 60)  # no stop is felt
+    taken_N = np.array([np.interp(at, grid_deg, forces[n, 1:]) for at, n in zip(angle_deg, row, strict=True)])
+    begun_N = np.interp(angle_deg, grid_deg, forces[0, 1:])
+    assert np.median(np.abs(felt_N - taken_N)[between]) < 0.5
+    assert np.median(np.abs(felt_N - begun_N)[between]) > 2
+
+    assert replay(sitting.ledger).complete
+    palpate("collect", "--lab", live_lab)
+    listed = palpate("streams", "list", sitting.ledger)
+    assert all(name in listed for name in (SETTINGS, FORCES, "door_telemetry"))
+    palpate("streams", "export", sitting.ledger, "--raw", "--out", tmp_path / "raw")
+    palpate("streams", "export", sitting.ledger, "--out", tmp_path / "door.csv")
+    written = (tmp_path / "raw" / f"{NAME}_P001_s1_t001_act2_{SETTINGS}.csv").read_text().splitlines()
+    assert len(written) == 1 + len(settings)
+
+
+def test_a_door_killed_while_it_is_felt_loses_nothing_and_is_felt_again(hand, live_lab):
+    sitting, robot = begun(hand, live_lab)
+    record = robot.go_on(lambda request, _record: isinstance(request, Present))
+    robot.move_lines(pending(record), robot.page_of(record))
+    robot.opened(30)
+    sitting.kill()
+    kept = read(sitting.ledger)
+    rows = [
+        row for event in kept.events for block in event.samples if block.stream == SETTINGS for row in [block.count]
+    ]
+    assert kept.events[: len(record.events)] == record.events and sum(rows) > len(MOVED)
+
+    sitting, robot = sit(hand, live_lab, "resume", str(sitting.ledger))
+    record = to_its_end(sitting, robot, len(kept.events))
+    assert record.events[: len(kept.events)] == kept.events
+    attempts = attempts_of(record)
+    assert [attempt.ended_as for attempt in attempts] == ["faulted", "answered"]
+    broken_off, whole = (streams_of(record, 1, number) for number in (1, 2))
+    assert {SETTINGS, FORCES, "door_telemetry"} <= {stream.name for stream in broken_off} & {s.name for s in whole}
+    assert replay(sitting.ledger).complete
