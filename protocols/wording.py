@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from collections.abc import Iterable, Sequence
 
 
 def count(number: int, one: str, many: str = "") -> str:
@@ -13,3 +13,9 @@ def count(number: int, one: str, many: str = "") -> str:
 def phrase(words: Sequence[str]) -> str:
     """Words as a list within a sentence."""
     return " and ".join([", ".join(words[:-1]), words[-1]] if len(words) > 2 else words)
+
+
+def some(names: Iterable[object], most: int = 8, between: str = ", ") -> str:
+    """The first of the names, and how many more there are: `a, b and 7 more`."""
+    listed = [str(name) for name in names]
+    return between.join(listed[:most]) + (f" and {len(listed) - most:,} more" if len(listed) > most else "")

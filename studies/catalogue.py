@@ -13,6 +13,7 @@ from typing import Any
 from protocols.did_you_mean import nearest
 from protocols.reading import StudyError, study_from
 from protocols.study import LARGEST_STUDY, Study
+from protocols.wording import some
 from protocols.yaml_text import Document, load
 
 SHIPPED = Path(__file__).resolve().parent
@@ -117,9 +118,9 @@ def _csv_rows(table: Path) -> Iterator[tuple[int, dict[str, str]]]:
 
 def _header(table: Path, cells: list[str]) -> list[str]:
     if "id" not in cells:
-        raise StudyError(f"{table}: line 1: no column 'id'; found {', '.join(cells) or 'nothing'}")
+        raise StudyError(f"{table}: line 1: no column 'id'; found {some(cells) or 'nothing'}")
     if len(set(cells)) != len(cells) or "" in cells:
-        raise StudyError(f"{table}: line 1: every column needs a name of its own; found {', '.join(cells)}")
+        raise StudyError(f"{table}: line 1: every column needs a name of its own; found {some(cells)}")
     return cells
 
 

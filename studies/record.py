@@ -25,7 +25,7 @@ from protocols.event_shapes import (
 )
 from protocols.events import Event
 from protocols.requests import Samples
-from protocols.wording import count
+from protocols.wording import count, some
 from studies.ledger_schema import (
     APPLICATION_ID,
     CHECKPOINTED,
@@ -214,9 +214,7 @@ def _demand_ours(connection: sqlite3.Connection, path: Path) -> None:
     names = connection.execute("SELECT name FROM sqlite_master WHERE type IN ('table', 'view')")
     tables = {name for (name,) in names}
     if foreign := tables - set(metadata.tables):
-        raise LedgerError(
-            f"{path}: holds {', '.join(sorted(foreign))}, which no ledger does: something else wrote to it"
-        )
+        raise LedgerError(f"{path}: holds {some(sorted(foreign))}, which no ledger does: something else wrote to it")
     found = _one(connection, "PRAGMA integrity_check(1)")
     if found != "ok":
         raise LedgerError(f"{path}: the file is damaged ({found}); restore it from a copy")

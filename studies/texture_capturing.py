@@ -13,6 +13,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from protocols.keyed import Key, keyed_bits, uniform
+from protocols.wording import some
 from studies.rig import RigError
 
 if TYPE_CHECKING:
@@ -122,7 +123,7 @@ def _scene(texture: str, seconds: float, *key: Key, realisation: int = 0) -> Sur
 
     known = _stimuli()
     if texture not in known:
-        raise RigError(f"there is no texture {texture!r} in {STIMULI}; there are {', '.join(known)}")
+        raise RigError(f"there is no texture {texture!r} in {STIMULI}; there are {some(known)}")
     keys = ("texture exploration", texture, *key)
     where = (PLATE_MM * uniform(*keys, "x", realisation), PLATE_MM * uniform(*keys, "y", realisation))
     hand = Elsewhere(Straight(free_hand(seconds, "hand", *keys)), where if realisation else (0.0, 0.0))

@@ -11,7 +11,7 @@ from typing import Literal
 from protocols.events import Event
 from protocols.plan import Plan
 from protocols.study import Study
-from protocols.wording import count
+from protocols.wording import count, some
 from studies.begun import begun_in
 from studies.catalogue import Found
 from studies.changes import study_change
@@ -171,9 +171,8 @@ def _demand_no_others(lab: Path, wanted: SetWanted) -> None:
         ours = {ledger_path(lab, study, who).name for who in _people(study, wanted)}
         others = [path for path in ledgers_in(lab, study) if path.name not in ours]
         if others:
-            more = f" and {len(others) - 1} more" if len(others) > 1 else ""
             raise TextureSetError(
-                f"{others[0]}{more}: a session of {study} that is not of {len(ours)} simulated participants; a set of"
+                f"{some(others, 1)}: a session of {study} that is not of {len(ours)} simulated participants; a set of"
                 " simulated textures wants a lab of its own, or as many raters as it was made with"
             )
 
@@ -183,7 +182,7 @@ def _demand_nobody_withdrew(lab: Path, wanted: SetWanted) -> None:
     taken = sorted(withdrawn(lab) & {who for study in STUDIES for who in _people(study, wanted)})
     if taken:
         raise TextureSetError(
-            f"{lab}: {', '.join(taken)} withdrew here, and no session can be had in that name, not even a simulated "
+            f"{lab}: {some(taken)} withdrew here, and no session can be had in that name, not even a simulated "
             "one; a set of simulated textures wants a lab of its own, or fewer raters (--raters)"
         )
 

@@ -12,6 +12,7 @@ from analysis.importing.number_texts import Decimal, NoNumber, decimal_mark, num
 from analysis.ratings.dataset import Exclusion
 from protocols.did_you_mean import nearest
 from protocols.wording import count as counted
+from protocols.wording import some
 
 
 @dataclass(frozen=True)
@@ -48,9 +49,9 @@ def _present(column_map: ColumnMap, lines: Sequence[Line]) -> tuple[list[Line], 
     column = column_map.columns.value
     missing = [line for line in lines if line[column] in column_map.missing]
     if missing and column_map.missing_value == "refuse":
-        shown = ", ".join(f"{line.where} {line[column]!r}" for line in missing[:SHOWN])
+        shown = some((f"{line.where} {line[column]!r}" for line in missing), SHOWN)
         raise TableRefused(
-            f"{counted(len(missing), 'missing value')} in {column!r}: {shown}{_more(missing)};"
+            f"{counted(len(missing), 'missing value')} in {column!r}: {shown};"
             " complete the table, or say missing_value: drop to leave these rows out"
         )
     dropped: dict[str, int] = {}
@@ -59,10 +60,6 @@ def _present(column_map: ColumnMap, lines: Sequence[Line]) -> tuple[list[Line], 
         dropped[person] = dropped.get(person, 0) + 1
     present = [line for line in lines if line[column] not in column_map.missing]
     return present, [Exclusion("rows", person, "no value", count) for person, count in dropped.items()]
-
-
-def _more(items: Sequence[object]) -> str:
-    return f" and {len(items) - SHOWN} more" if len(items) > SHOWN else ""
 
 
 def _values(column_map: ColumnMap, lines: Sequence[Line]) -> list[float]:
@@ -76,7 +73,8 @@ def _values(column_map: ColumnMap, lines: Sequence[Line]) -> list[float]:
         except NoNumber as error:
             wrong.append(f"{line.where}: {column_map.columns.value!r} is {text!r}: {error}")
     if wrong:
-        raise TableRefused("\n".join([*wrong[:SHOWN], *([f"...{_more(wrong)}"] if _more(wrong) else [])]))
+        more = [f"... and {len(wrong) - SHOWN} more"] if len(wrong) > SHOWN else []
+        raise TableRefused("\n".join([*wrong[:SHOWN], *more]))
     _check_scale(column_map, lines, values)
     return values
 
@@ -111,7 +109,7 @@ def _check_scale(column_map: ColumnMap, lines: Sequence[Line], values: Sequence[
         step = "" if scale.step is None else f" in steps of {scale.step:g}"
         raise TableRefused(
             f"{counted(len(off), 'value is', 'values are')} not on the scale from {scale.low:g} to {scale.high:g}"
-            f"{step}: {', '.join(off[:SHOWN])}{_more(off)}; correct the table or the scale in the map"
+            f"{step}: {some(off, SHOWN)}; correct the table or the scale in the map"
         )
 
 

@@ -15,7 +15,7 @@ from analysis.importing.foreign_rows import ForeignRating, ratings_of
 from analysis.importing.map_file import ColumnMap, MapRefused, read_map
 from analysis.ratings.dataset import Crossing, Exclusion, Input, Ratings, natural
 from protocols.did_you_mean import nearest
-from protocols.wording import count
+from protocols.wording import count, some
 
 __all__ = ["MapRefused", "TableRefused", "import_table"]
 
@@ -79,10 +79,8 @@ def _matching(column_map: ColumnMap, folder: Path) -> list[Path]:
     for pattern in column_map.files:
         matched = {str(path): path for path in folder.glob(pattern) if path.is_file()}
         if not matched:
-            there = sorted(path.name for path in folder.iterdir())[:8]
-            raise TableRefused(
-                f"{folder}: no file matches {pattern!r}; the folder holds: {', '.join(there) or 'nothing'}"
-            )
+            there = sorted(path.name for path in folder.iterdir())
+            raise TableRefused(f"{folder}: no file matches {pattern!r}; the folder holds: {some(there) or 'nothing'}")
         paths.update(dict.fromkeys(matched[name] for name in natural(matched)))
     return list(paths)
 

@@ -19,6 +19,7 @@ from analysis.plans.where import Range, Where
 from analysis.ratings.completeness import Faults, cell_faults
 from analysis.ratings.dataset import DataRefused, Ratings, natural
 from protocols.did_you_mean import nearest
+from protocols.wording import some
 
 ANSWER = ("participant", "session", "trial", "form", "attribute", "kind", "word")
 """What tells one answer of a session from every other."""
@@ -99,7 +100,7 @@ class Selecting:
         silent = set(table.loc[table[factors].isna().any(axis=1), "participant"]) if factors else set()
         if silent and (getattr(asked, "missing", None) or self.plan.declared.missing) == "refuse":
             raise DataRefused(
-                f"{asked.name!r}: no answer to {' or '.join(factors)} from {', '.join(sorted(silent))}; leave such "
+                f"{asked.name!r}: no answer to {' or '.join(factors)} from {some(sorted(silent))}; leave such "
                 "participants out with `missing: listwise`"
             )
         table = _where(table, ~table["participant"].isin(silent)) if silent else table

@@ -16,7 +16,7 @@ from analysis.statistics.column_values import numbers_of
 from analysis.statistics.doubles import Floats
 from analysis.statistics.refusals import listed
 from protocols.did_you_mean import nearest
-from protocols.wording import count
+from protocols.wording import count, some
 
 
 def turned(data: pd.DataFrame, attributes: Sequence[str], scale: tuple[float, float] | None) -> pd.DataFrame:
@@ -92,7 +92,7 @@ def two_categories(categories: Mapping[str, str], attributes: Sequence[str]) -> 
     found = list(dict.fromkeys(categories[name] for name in attributes if name in categories))
     if len(found) != 2:
         raise DataRefused(
-            f"{count(len(found), 'category', 'categories')} among the attributes ({', '.join(found) or 'none'});"
+            f"{count(len(found), 'category', 'categories')} among the attributes ({some(found) or 'none'});"
             " a comparison needs two: say `category: physical` or `category: emotional` in the study's attributes, and"
             " leave none out"
         )

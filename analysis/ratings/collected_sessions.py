@@ -8,7 +8,7 @@ from dataclasses import dataclass
 
 from analysis.ratings.dataset import DataRefused
 from protocols.did_you_mean import nearest
-from protocols.wording import count
+from protocols.wording import count, some
 
 STATUSES = ("complete", "interrupted", "aborted", "declined", "ineligible", "withdrawn")
 NEVER = ("declined", "ineligible", "withdrawn")
@@ -127,6 +127,5 @@ def _check_status(session: SessionRow) -> None:
 
 
 def _nothing_left(study: str, left_out: Sequence[tuple[SessionRow, str]]) -> str:
-    reasons = "; ".join(f"{session.participant}: {why}" for session, why in left_out[:5])
-    more = f" and {len(left_out) - 5} more" if len(left_out) > 5 else ""
-    return f"study {study!r}: no session is left to analyse ({reasons}{more})"
+    reasons = some((f"{session.participant}: {why}" for session, why in left_out), 5, "; ")
+    return f"study {study!r}: no session is left to analyse ({reasons})"

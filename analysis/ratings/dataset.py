@@ -11,6 +11,7 @@ from types import MappingProxyType
 import pandas as pd
 
 from analysis.ratings.column_names import RESERVED, taken_names
+from protocols.wording import some
 
 _NONE: Mapping[str, str] = MappingProxyType({})
 _NO_COUNTS: Mapping[str, int] = MappingProxyType({})
@@ -188,7 +189,7 @@ class Ratings:
         """The ratings of one attribute; the others are a question not asked here, not an exclusion."""
         if attribute not in self.attributes:
             raise DataRefused(
-                f"data set {self.name!r}: no attribute {attribute!r}; the attributes are {', '.join(self.attributes)}"
+                f"data set {self.name!r}: no attribute {attribute!r}; the attributes are {some(self.attributes)}"
             )
         rows = self.table[self.table["attribute"] == attribute].reset_index(drop=True)
         return replace(self, table=rows, attributes=(attribute,))

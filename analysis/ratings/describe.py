@@ -11,7 +11,7 @@ import pandas as pd
 
 from analysis.ratings.dataset import DataRefused, Ratings, natural_key
 from protocols.did_you_mean import nearest
-from protocols.wording import count
+from protocols.wording import count, some
 
 Kind = Literal["over ratings", "over participants"]
 ONE_RATING = "one rating has no spread"
@@ -102,7 +102,7 @@ def _check(ratings: Ratings, by: tuple[str, ...]) -> None:
         if name not in known:
             raise DataRefused(f"data set {ratings.name!r}: no column {name!r}; {nearest(name, known)}")
     if "category" in by and (without := [a for a in ratings.attributes if a not in ratings.categories]):
-        raise DataRefused(f"data set {ratings.name!r}: {', '.join(without)}: no category is declared")
+        raise DataRefused(f"data set {ratings.name!r}: {some(without)}: no category is declared")
     if len(ratings.attributes) > 1 and not {"attribute", "category"} & set(by):
         raise DataRefused(
             f"data set {ratings.name!r}: {len(ratings.attributes)} attributes would be averaged;"

@@ -8,6 +8,7 @@ from typing import TYPE_CHECKING, Any
 
 import click
 
+from protocols.wording import some
 from studies.options import JSON, echo_json
 
 if TYPE_CHECKING:
@@ -149,7 +150,7 @@ def _latencies(text: str) -> Iterator[tuple[str, float]]:
 def _ledgers(paths: Sequence[Path]) -> list[Path]:
     found = [inner for path in paths for inner in (sorted(path.glob("*.sqlite")) if path.is_dir() else [path])]
     if not found:
-        raise click.UsageError(f"no ledgers (*.sqlite) in {', '.join(map(str, paths))}")
+        raise click.UsageError(f"no ledgers (*.sqlite) in {some(paths)}")
     return found
 
 

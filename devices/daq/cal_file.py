@@ -17,6 +17,7 @@ from xml.etree.ElementTree import Element, TreeBuilder
 from xml.parsers import expat
 
 from devices.signals import DeviceError
+from protocols.wording import some
 
 AXES = ("Fx", "Fy", "Fz", "Tx", "Ty", "Tz")
 LARGEST = 1 << 20
@@ -124,7 +125,7 @@ class _Reader:
         axes = [(self._text(each, "Name"), each) for each in found.findall(tag)]
         names = [name for name, _ in axes]
         if axes and sorted(names) != sorted(AXES):
-            raise self._wrong(f"<{tag}>", f"one each of {', '.join(AXES)} is expected, found {', '.join(names)}")
+            raise self._wrong(f"<{tag}>", f"one each of {', '.join(AXES)} is expected, found {some(names)}")
         return dict(axes)
 
     def _row(self, axis: Element, scale: float) -> Row:

@@ -8,6 +8,7 @@ from typing import Any
 
 from devices.door.grid import DoorDataError
 from devices.door.mechanics import CheckFeature, Door, check_ranges
+from protocols.wording import some
 
 DOORS_FILE = Path(__file__).with_name("doors.yaml")
 CHECK_FIELDS = tuple(field.name for field in fields(CheckFeature))
@@ -72,4 +73,4 @@ def _check_features(where: str, rows: Any) -> tuple[CheckFeature, ...]:
 def _refuse_other_names(where: str, found: set[str], expected: set[str]) -> None:
     for names, word in ((found - expected, "unknown"), (expected - found, "missing")):
         if names:
-            raise DoorDataError(f"{where}: {word} parameter {', '.join(sorted(map(str, names)))}.")
+            raise DoorDataError(f"{where}: {word} parameter {some(sorted(map(str, names)))}.")

@@ -15,6 +15,7 @@ from devices.door.grid import MAX_ANGLE_DEG, POINTS, DoorDataError, grid_angle_d
 from devices.door.recording import read_columns
 from devices.door.twin import read_profile
 from devices.picture import COLOURS, FAINT, INK, SOFT, drawing, write_picture
+from protocols.wording import some
 
 NEEDED = ("car", "variant", "augmentation", "source", "file")
 ANGLES = [grid_angle_deg(index) for index in range(POINTS)]
@@ -85,7 +86,7 @@ def draw_openings(
 
     profiles = _originals(folder)
     if unknown := [name for name in recordings if name not in profiles]:
-        raise DoorDataError(f"--opening {unknown[0]}: {folder} has the doors {', '.join(profiles)}.")
+        raise DoorDataError(f"--opening {unknown[0]}: {folder} has the doors {some(profiles)}.")
     rows = opening_rows(profiles, {name: _track(path, time, angle) for name, path in recordings.items()})
     colours = {car: COLOURS[number % len(COLOURS)] for number, car in enumerate(profiles)}
     with drawing("openings"):

@@ -13,6 +13,7 @@ from pathlib import Path
 
 from devices.blocks import interleaved
 from devices.door.grid import MAX_ANGLE_DEG, POINTS, POINTS_PER_DEG, DoorDataError, grid_angle_deg
+from protocols.wording import some
 
 HEADER = ("angle_deg", "force_N")
 LONGEST = 1_000_000
@@ -98,7 +99,7 @@ def _between(profile_N: Sequence[float], place: float) -> float:
 
 def _check_header(path: Path, found: list[str]) -> None:
     if tuple(found) != HEADER:
-        raise DoorDataError(f"{path}, line 1: found {','.join(found)!r}, expected {','.join(HEADER)!r}.")
+        raise DoorDataError(f"{path}, line 1: found {some(found, 8, ',')!r}, expected {','.join(HEADER)!r}.")
 
 
 def _forces(path: Path, rows: Iterator[list[str]]) -> Iterator[float]:

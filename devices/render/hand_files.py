@@ -19,7 +19,7 @@ from devices.tablet.pipeline import Shape, Stylus
 from devices.tablet.recorded import COLUMNS as REPORTED
 from devices.tablet.recorded import read_reports
 from devices.tablet.reports import REFUSED, Guard, Report
-from protocols.wording import count
+from protocols.wording import count, some
 
 Array = NDArray[np.float64]
 FELT = ("t_s", "speed_mm_s", "force_N")
@@ -44,7 +44,7 @@ def read_hand(path: Path, shape: Shape | None = None) -> Scripted:
     if lacking := [name for name in FELT if name not in heads]:
         raise RenderError(
             f"{path}: the column {lacking[0]} is missing; {', '.join(FELT)} or {', '.join(REPORTED)} are expected, "
-            f"found {', '.join(sorted(heads)) or 'none'}."
+            f"found {some(sorted(heads)) or 'none'}."
         )
     return _felt(path, [dict(zip(heads, row, strict=False)) for row in rows[1:]])
 

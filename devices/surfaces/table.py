@@ -9,6 +9,8 @@ from collections.abc import Iterator, Mapping
 from dataclasses import dataclass, fields
 from pathlib import Path
 
+from protocols.wording import some
+
 SHIPPED = Path(__file__).with_name("textures.csv")
 PATTERNS = (
     "none", "ribs", "plain", "twill", "mesh", "studs", "knurl", "grit", "foam", "leather", "loops", "pile", "blades",
@@ -156,7 +158,7 @@ def _demand_columns(path: Path, header: list[str]) -> None:
             problem = "stands more than once" if name in header else "is missing"
             raise SurfaceDataError(f"{path}, line 1: column {name!r} {problem}; expected {','.join(COLUMNS)}")
     if tuple(header) != COLUMNS:
-        raise SurfaceDataError(f"{path}, line 1: found {','.join(header)}; expected {','.join(COLUMNS)}")
+        raise SurfaceDataError(f"{path}, line 1: found {some(header, 12, ',')}; expected {','.join(COLUMNS)}")
 
 
 def _surface(path: Path, line: int, row: list[str]) -> Surface:

@@ -13,6 +13,7 @@ from pathlib import Path
 
 from devices.signals import DeviceError
 from devices.tracker.source import Row
+from protocols.wording import some
 
 UNITS = {"meters": "m", "centimeters": "cm", "millimeters": "mm"}
 KINDS = ("Marker", "Rigid Body", "Rigid Body Marker")
@@ -67,7 +68,7 @@ def _chosen(path: Path, columns: Mapping[tuple[str, str], list[int]], marker: st
     found = [columns[kind, wanted] for kind in KINDS if wanted is not None and (kind, wanted) in columns]
     if not found:
         asked = "several markers" if marker is None and names else f"no marker {marker!r}"
-        raise DeviceError(f"{path}: {asked}; name one as `marker`: {', '.join(names) or 'there is none'}.")
+        raise DeviceError(f"{path}: {asked}; name one as `marker`: {some(names) or 'there is none'}.")
     return found[0]
 
 
@@ -80,7 +81,9 @@ def _frames(path: Path, table: Sequence[Sequence[str]], places: Sequence[int]) -
                 float(frame[place]) if frame[place : place + 1] not in ([], [""]) else math.nan for place in places
             )
         except (ValueError, IndexError):
-            raise DeviceError(f"{path}: frame {frame[0]}: numbers are expected, found {','.join(frame)!r}.") from None
+            raise DeviceError(
+                f"{path}: frame {frame[0]}: numbers are expected, found {some(frame, 8, ',')!r}."
+            ) from None
         rows.append((x, y, z, True))
     return times_s, rows
 

@@ -12,6 +12,7 @@ from devices.window.fonts_cmap import Coverage, NotAFont, coverage
 from devices.window.fonts_files import BOLD, REGULAR, font_files, in_order
 from devices.window.fonts_scripts import is_complex, packages_for
 from devices.window.geometry import WindowError
+from protocols.wording import some
 
 if TYPE_CHECKING:
     from PIL import Image
@@ -187,5 +188,4 @@ def _invisible(character: str) -> bool:
 
 
 def _named(characters: Sequence[str]) -> str:
-    shown = ", ".join(f"{c!r} ({unicodedata.name(c, f'U+{ord(c):04X}')})" for c in characters[:MOST_NAMED])
-    return shown + (f" and {len(characters) - MOST_NAMED} more" if len(characters) > MOST_NAMED else "")
+    return some((f"{c!r} ({unicodedata.name(c, f'U+{ord(c):04X}')})" for c in characters), MOST_NAMED)

@@ -10,6 +10,7 @@ import numpy as np
 
 from modeling.attributes.folds_groups import groups_of
 from modeling.attributes.material import Material, MaterialError
+from protocols.wording import some
 
 HELD = 0.1
 """The share of the training side that a network watches to stop early."""
@@ -59,7 +60,7 @@ def leave_one_texture_out(
     asked = material.ids if only is None else tuple(only)
     unknown = [name for name in asked if name not in material.ids]
     if unknown:
-        raise MaterialError(f"no texture {unknown[0]!r} can be left out: there are {', '.join(material.ids)}.")
+        raise MaterialError(f"no texture {unknown[0]!r} can be left out: there are {some(material.ids)}.")
     classes = {each.id: each.category for each in material.textures}
     return tuple(_fold(name, groups, classes, seed, share) for name in asked)
 

@@ -11,6 +11,7 @@ import numpy as np
 
 from modeling.attributes.material import MaterialError, Pair, Rated
 from protocols.did_you_mean import nearest
+from protocols.wording import some
 
 TOP = 100.0
 RATERS = "raters"
@@ -62,7 +63,7 @@ def columns_of(place: str, header: Sequence[str], pairs: Sequence[Pair]) -> Colu
         if header.count(name) > 1:
             raise MaterialError(f"{place}: the column {name!r} stands there twice")
     if "id" not in header:
-        raise MaterialError(f"{place}: a column 'id' is expected; found {', '.join(header) or 'nothing'}")
+        raise MaterialError(f"{place}: a column 'id' is expected; found {some(header) or 'nothing'}")
     found = {name: _meant(name, pairs) for name in header if name not in KNOWN and not name.endswith(SD)}
     _demand_known(place, header, found, pairs)
     return Columns(tuple(_rating(place, pair, header, found) for pair in pairs))

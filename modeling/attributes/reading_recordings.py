@@ -18,6 +18,7 @@ from modeling.textures.preparing import Filtering, Touched
 from modeling.textures.reading_cluster import Slide
 from modeling.textures.reading_tables import Held
 from modeling.textures.recording import TextureDataError, TooShort
+from protocols.wording import some
 from studies.content import file_sha256
 
 
@@ -126,17 +127,13 @@ def filed(
     recorded = [name for name in named if name in there]
     if not recorded:
         raise TextureDataError(
-            f"no recording is of a texture in the table: recordings of {_some(there)}, and the ids"
-            f" {_some(list(named))}; a texture has the name of its recording"
+            f"no recording is of a texture in the table: recordings of {some(there)}, and the ids"
+            f" {some(named)}; a texture has the name of its recording"
         )
     sources = recordings.sources(recorded)
     found = tuple(Filed(name, *named[name], sources[name], recordings.way) for name in recorded)
     loose = [name for name in there if name not in named]
-    return found, (f"recorded, but not in the table: {_some(loose)}",) if loose else ()
-
-
-def _some(names: Sequence[str], most: int = 4) -> str:
-    return ", ".join(names[:most]) + (f" and {len(names) - most} more" if len(names) > most else "")
+    return found, (f"recorded, but not in the table: {some(loose)}",) if loose else ()
 
 
 def _digests(source: Source) -> list[str]:

@@ -12,6 +12,7 @@ from pathlib import Path
 import numpy as np
 
 from modeling.doors.data import POINTS, POINTS_PER_DEG, Array, ModelDataError
+from protocols.wording import some
 
 HEADER = ("angle_deg", "force_N")
 
@@ -38,7 +39,7 @@ def _forces(path: Path, text: str) -> Array:
     rows = csv.reader(io.StringIO(text, newline=""))
     try:
         if tuple(found := next(rows, [])) != HEADER:
-            raise ModelDataError(f"{path}, line 1: found {','.join(found)!r}, expected {','.join(HEADER)!r}")
+            raise ModelDataError(f"{path}, line 1: found {some(found, 8, ',')!r}, expected {','.join(HEADER)!r}")
         forces = list(_checked(path, rows))
     except csv.Error as error:
         raise ModelDataError(f"{path}, line {rows.line_num}: {error}") from None

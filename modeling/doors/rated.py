@@ -12,6 +12,7 @@ from numpy.typing import NDArray
 
 from modeling.doors.data import POINTS, Array, DoorData, Indices, ModelDataError
 from modeling.doors.sources import near_groups
+from protocols.wording import some
 
 Mask = NDArray[np.bool_]
 SHOWN = 5
@@ -144,10 +145,8 @@ def _demand_attributes(individual: Individual, asked: Asked) -> None:
 
 
 def _unrated(names: Sequence[str]) -> str:
-    more = f" and {len(names) - SHOWN} more" if len(names) > SHOWN else ""
     return (
-        f"no ratings of {', '.join(names[:SHOWN])}{more} on every attribute; collect them, or leave such stimuli out"
-        " (rated_only)"
+        f"no ratings of {some(names, SHOWN)} on every attribute; collect them, or leave such stimuli out (rated_only)"
     )
 
 

@@ -16,7 +16,7 @@ from modeling.doors.data import Array, DoorData, ModelDataError
 from modeling.doors.profile_files import read_profile
 from modeling.doors.rated import demand_learnable, merged_sources
 from protocols.did_you_mean import nearest
-from protocols.wording import count
+from protocols.wording import count, some
 
 NEEDED = ("id", "door", "variant", "file")
 OPTIONAL = ("source", "group", "raters")
@@ -110,7 +110,7 @@ def _demand_columns(table: Path, header: Sequence[str], attributes: Mapping[str,
     for name in (*NEEDED, *attributes):
         if name not in header:
             why = "" if name in NEEDED else ", the mean rating on this attribute"
-            raise ModelDataError(f"{table}, line 1: a column {name!r} is expected{why}; found {', '.join(header)}")
+            raise ModelDataError(f"{table}, line 1: a column {name!r} is expected{why}; found {some(header)}")
 
 
 def _row(table: Path, line: int, header: Sequence[str], cells: Sequence[str]) -> Row:

@@ -10,6 +10,7 @@ from modeling.library.asking import Wish, combined, wishes_in
 from modeling.library.entries import Entry, Kind, Library, LibraryError, belief, felt, known
 from modeling.library.terms import vocabulary
 from protocols.did_you_mean import nearest
+from protocols.wording import some
 
 FITS = 0.005
 """Below this share a texture does not fit at all."""
@@ -81,9 +82,7 @@ def named(library: Library, name: str) -> Entry:
             return each
     found = [each for each in library.textures if wanted == each.label.lower()]
     if len(found) > 1:
-        raise LibraryError(
-            f"{len(found)} textures are called {name!r}: {', '.join(each.id for each in found)}. Say which."
-        )
+        raise LibraryError(f"{len(found)} textures are called {name!r}: {some(each.id for each in found)}. Say which.")
     if found:
         return found[0]
     names = [text for each in library.textures for text in (each.id, each.label)]

@@ -12,6 +12,7 @@ from modeling.attributes import reading_pictures
 from modeling.attributes.material import MaterialError
 from modeling.attributes.reading_folder import is_picture
 from modeling.library.entries import LibraryError
+from protocols.wording import some
 
 NUMBER = re.compile(r"[_\-. ](\d+)")
 """What may stand behind a texture's name: the number of its picture."""
@@ -84,5 +85,4 @@ def told_lacking(lacking: Mapping[str, str]) -> tuple[str, ...]:
     if not lacking:
         return ()
     names = list(lacking)
-    more = f" and {len(names) - NAMED} more" if len(names) > NAMED else ""
-    return (f"no picture is shown of {', '.join(names[:NAMED])}{more}: {lacking[names[0]].rstrip('.')}",)
+    return (f"no picture is shown of {some(names, NAMED)}: {lacking[names[0]].rstrip('.')}",)

@@ -19,7 +19,7 @@ from modeling.textures.recording import Array, Recording, TextureDataError
 from modeling.textures.table_columns import read_columns
 from modeling.textures.units import G_M_S2
 from protocols.did_you_mean import nearest
-from protocols.wording import count
+from protocols.wording import count, some
 from studies.content import file_sha256
 
 NAME = re.compile(r"(?P<texture>\d+)_(?P<direction>\d+)_(?P<velocity>\d+)_(?P<force>\d+)_(?P<repeat>\d+)")
@@ -142,7 +142,7 @@ def _sampled(slide: Slide, what: str) -> Sampled:
     lacks = [name for name in ("time", *COLUMNS[what]) if name not in table.columns]
     if lacks:
         raise TextureDataError(
-            f"{file}: no column {lacks[0]!r} among {', '.join(table.header)}; {HEADERS[what]} is expected"
+            f"{file}: no column {lacks[0]!r} among {some(table.header)}; {HEADERS[what]} is expected"
         )
     time = table.columns["time"]
     columns = [table.columns[name] for name in COLUMNS[what]]

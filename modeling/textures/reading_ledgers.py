@@ -15,6 +15,7 @@ from modeling.textures.rates import Sampled
 from modeling.textures.recording import Array, Recording, TextureDataError
 from modeling.textures.units import scale_of_unit
 from protocols.did_you_mean import nearest
+from protocols.wording import some
 from studies.begun import by_twins, left_out, wanted_kind
 from studies.collect import ledgers_in
 from studies.content import file_sha256
@@ -175,7 +176,7 @@ def _sampled(what: str, streams: dict[str, Stream], where: str) -> Sampled:
     """A stream's samples in m/s^2, N or mm at the times of its clock."""
     name = f"tool_{what}"
     if name not in streams:
-        raise TextureDataError(f"{where}: no stream {name!r} was recorded; there are {', '.join(streams) or 'none'}")
+        raise TextureDataError(f"{where}: no stream {name!r} was recorded; there are {some(streams) or 'none'}")
     stream = streams[name]
     try:
         values, clock = stream.values(), stream.timing

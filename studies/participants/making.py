@@ -6,6 +6,7 @@ from dataclasses import dataclass
 from pathlib import Path
 
 from protocols.files import UNFINISHED, staged_files, write_bytes
+from protocols.wording import some
 from studies.participants.consent import unfilled
 from studies.participants.errors import ParticipantError
 from studies.participants.lab import SETTINGS, SIDECAR, TEMPLATE
@@ -60,5 +61,4 @@ def _demand_room(lab: Path) -> None:
     held = sorted(path.name for path in lab.iterdir()) if lab.exists() else []
     others = [name for name in held if name not in known and not name.startswith((".git", UNFINISHED))]
     if others:
-        more = f" and {len(others) - 3} more" if len(others) > 3 else ""
-        raise ParticipantError(f"{lab} holds {', '.join(others[:3])}{more}; name a folder that is new or empty")
+        raise ParticipantError(f"{lab} holds {some(others, 3)}; name a folder that is new or empty")

@@ -6,6 +6,7 @@ from collections.abc import Iterable, Mapping, Sequence
 from pathlib import Path
 
 from protocols.files import write_text
+from protocols.wording import some
 from studies.participants.errors import ParticipantError
 from studies.participants.sidecar import identifying
 
@@ -66,9 +67,7 @@ def drop_row(file: Path, participant: str) -> bool:
 
 def _demand_header(file: Path, header: list[str], known: Sequence[str]) -> None:
     if header[0] != KEY or len(set(header)) != len(header):
-        raise ParticipantError(
-            f"{file}: line 1: {KEY} first, and no column twice, is expected; found {', '.join(header)}"
-        )
+        raise ParticipantError(f"{file}: line 1: {KEY} first, and no column twice, is expected; found {some(header)}")
     for name in header:
         if word := identifying(name):
             raise ParticipantError(f"{file}: line 1: a column about {word!r} would say who somebody is; take it out")

@@ -10,7 +10,7 @@ from pydantic import Field, model_validator
 
 from analysis.plans.answers import Answer, Asked, Kind, Row, Selected, Value
 from protocols.study import Text
-from protocols.wording import count
+from protocols.wording import count, some
 
 if TYPE_CHECKING:
     import pandas as pd
@@ -262,9 +262,7 @@ def _lists(selected: Selected, asked: AskedLexicon) -> dict[str, list[str]]:
         if isinstance(told, str):
             table = _own_table(selected, told)
             if "word" not in table.columns:
-                raise DataRefused(
-                    f"the table {told!r} has no column 'word'; it has {', '.join(map(str, table.columns))}"
-                )
+                raise DataRefused(f"the table {told!r} has no column 'word'; it has {some(table.columns)}")
             words[source] = table["word"].tolist()
         else:
             words[source] = list(told)

@@ -23,6 +23,7 @@ from analysis.ratings.target_errors import ALL, CATEGORY, TargetError, target_er
 from analysis.ratings.trends import cell_trends, families_of, steps_of
 from analysis.ratings.within_intervals import mean_intervals
 from analysis.statistics.apa import apa_p, number
+from protocols.wording import some
 
 if TYPE_CHECKING:
     from collections.abc import Iterator, Sequence
@@ -113,7 +114,7 @@ def _followed(selected: Selected, asked: Trends, table: pd.DataFrame) -> Iterato
         return
     if lacking := [name for name in selected.outcomes if name not in selected.categories]:
         raise DataRefused(
-            f"no category is declared for {', '.join(lacking)}; say `category` in the study's attributes, or"
+            f"no category is declared for {some(lacking)}; say `category` in the study's attributes, or"
             " `category: none` in the plan"
         )
     cells = category_cells(table, selected.categories, (asked.pooled,), levels=selected.levels)
