@@ -27,6 +27,19 @@ def require_columns(table: pd.DataFrame, names: Iterable[str]) -> None:
             raise DataRefused(f"no column {name!r}; {nearest(name, map(str, table.columns))}")
 
 
+def with_numbers(table: pd.DataFrame, names: Sequence[str]) -> pd.DataFrame:
+    """The table with these columns, which may hold numbers as text, as numbers; refuse what is no number."""
+    import pandas as pd
+
+    numbers = {name: pd.to_numeric(table[name], errors="coerce").astype("float64") for name in names}
+    for name, found in numbers.items():
+        wrong = table.loc[found.isna(), name].unique().tolist()
+        if wrong:
+            told = f"column {name!r} holds {wrong[0]!r}, no number"
+            raise DataRefused(f"{told}; name it in `fixed` to take it as a factor")
+    return table.assign(**numbers)
+
+
 def complete_rows(selected: Selected, asked: Asked) -> tuple[pd.DataFrame, list[str]]:
     """The rows without incomplete participants, as the test's `missing` says, and what there is to say of it."""
     if asked.missing == "mixed_model":

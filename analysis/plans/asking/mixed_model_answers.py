@@ -3,20 +3,20 @@
 from __future__ import annotations
 
 from itertools import combinations
-from typing import TYPE_CHECKING, Any
-
-import pandas as pd
+from typing import TYPE_CHECKING
 
 from analysis.mixed_models.blups import random_effects
 from analysis.mixed_models.model import mixed_model
 from analysis.mixed_models.profiling import profile_intervals
-from analysis.plans.asking.describing_rows import answer_of, plain_rows, require_columns, share
+from analysis.plans.asking.describing_rows import answer_of, plain_rows, require_columns, share, with_numbers
 from analysis.ratings.dataset import DataRefused
 from analysis.statistics.apa import apa_p, number
 from protocols.wording import count
 
 if TYPE_CHECKING:
     from collections.abc import Iterable, Sequence
+
+    import pandas as pd
 
     from analysis.mixed_models.results import MixedModel as Fitted
     from analysis.plans.answers import Answer, Row, Selected
@@ -140,18 +140,9 @@ def _table(selected: Selected, columns: Iterable[str], numeric: Sequence[str]) -
     require_columns(selected.table, (*names, "value"))
     answered = selected.table["value"].notna()
     table = selected.table.loc[answered, [*names, "value"]]
-    for name in numeric:
-        table = table.assign(**{name: _numbers(table[name], name)})
+    table = with_numbers(table, numeric)
     empty = int((~answered).sum())
     return table, [f"Left out: {count(empty, 'row')} without a value."] if empty else []
-
-
-def _numbers(column: pd.Series[Any], name: str) -> pd.Series[Any]:
-    found = pd.to_numeric(column, errors="coerce")
-    wrong = column[found.isna()].unique().tolist()
-    if wrong:
-        raise DataRefused(f"column {name!r} holds {wrong[0]!r}, no number; name it in `fixed` to take it as a factor")
-    return found.astype("float64")
 
 
 def _more(model: Fitted) -> dict[str, tuple[Row, ...]]:

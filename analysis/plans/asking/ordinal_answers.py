@@ -7,7 +7,7 @@ from typing import TYPE_CHECKING, Any
 
 from analysis.ordinal.likert import MOST_POINTS, likert
 from analysis.ordinal.ordinal_model import OrdinalModel, ordinal_model
-from analysis.plans.asking.describing_rows import answer_of, plain_row, plain_rows, require_columns, share
+from analysis.plans.asking.describing_rows import answer_of, plain_row, plain_rows, require_columns, share, with_numbers
 from analysis.ratings.dataset import DataRefused
 from analysis.statistics.apa import apa_p, number
 from protocols.did_you_mean import nearest
@@ -31,7 +31,7 @@ def model_answer(selected: Selected, asked: Ordinal) -> Answer:
     require_columns(selected.table, ("participant", *needed, "value"))
     table, notes = _answered(selected.table, asked)
     model = ordinal_model(
-        table,
+        with_numbers(table, asked.numeric),
         "value",
         fixed=asked.fixed,
         numeric=asked.numeric,

@@ -83,6 +83,7 @@ def declarations():
         yield {"test": "icc", "targets": "stimulus", "raters": name}
         yield {"test": "icc", "targets": name}
     yield {"test": "mixed_model", "fixed": ("session", "gender"), "numeric": ("age",)}
+    yield {"test": "ordinal_model", "numeric": ("age",), "random": "participant", "source": "forms", "outcomes": ("ease",)}
     yield from ({"test": test} for test in ("retest", "raters", "cronbach_alpha"))
     yield {"test": "icc", "where": {"session": "2", "gender": ("F", "M")}}
 
