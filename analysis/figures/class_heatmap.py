@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from collections.abc import Iterator
 from typing import Any, Literal
 
 import numpy as np
@@ -11,6 +12,7 @@ from analysis.figures.drawn import FigureData, FigureKind, Shown
 from analysis.figures.predictions import Point, PredictionSettings, read_points
 from analysis.figures.shown_columns import in_order, pair_names
 from analysis.plans.answers import Selected
+from analysis.plans.idle import Idle
 from protocols.wording import count
 
 __all__ = ["CLASS_HEATMAP", "ClassHeatmapSettings", "data", "draw"]
@@ -29,6 +31,11 @@ class ClassHeatmapSettings(PredictionSettings):
     measure: Literal["MAE", "RMSE"] = "MAE"
     order: Literal["given", "error"] = "given"
     unit: str = ""
+
+    def idle(self) -> Iterator[Idle]:
+        """Yield the settings that change nothing beside the others."""
+        yield from super().idle()
+        yield Idle("stimulus", "in cells, which hold all stimuli of a class")
 
 
 def data(shown: Shown, settings: ClassHeatmapSettings) -> FigureData:

@@ -38,11 +38,8 @@ class AskedFigure(Strict):
     tests: tuple[str, ...] = ()
 
     def idle(self) -> Iterator[Idle]:
-        """Yield the settings that change nothing beside the others; a kind adds its own."""
-        if self.table is not None:
-            yield from (Idle(name, "with a table of the plan's own") for name in ("source", "normalise"))
-        elif self.source == "forms":
-            yield Idle("normalise", "on a questionnaire's answers")
+        """Yield the settings that change nothing beside the others; a kind that shows tests has its own."""
+        yield Idle("tests", "in this kind of figure, which shows no test")
 
 
 @dataclass(frozen=True)

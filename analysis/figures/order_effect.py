@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Sequence
+from collections.abc import Iterator, Sequence
 from typing import TYPE_CHECKING, Annotated, Any, Literal
 
 import numpy as np
@@ -14,6 +14,7 @@ from analysis.figures.drawn import AskedFigure, FigureData, FigureKind, Shown
 from analysis.figures.order_effect_drawing import STEP, TIME, draw, numbers_in
 from analysis.figures.rated import attribute_words, demand_attributes, scale_words
 from analysis.figures.shown_columns import require
+from analysis.plans.idle import Idle
 from analysis.ratings.one_sample import OneSample
 from analysis.ratings.order_effects import OrderEffect, one_per_trial, order_effect
 from protocols.study import Text, Whole
@@ -38,6 +39,12 @@ class OrderFigure(AskedFigure):
     position: Text = "trial"
     stimulus: Text = "stimulus"
     confidence: Annotated[float, Field(gt=0, lt=1)] = 0.95
+
+    def idle(self) -> Iterator[Idle]:
+        """Yield the settings that change nothing beside the others."""
+        yield from super().idle()
+        if self.adjust == "none":
+            yield from (Idle(name, "with `adjust: none`") for name in ("carry_over", "stimulus"))
 
 
 def _data(shown: Shown, asked: OrderFigure) -> FigureData:

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import math
+from collections.abc import Iterator
 from typing import Any, Literal
 
 import numpy as np
@@ -12,6 +13,7 @@ from analysis.figures.predicted_drawing import draw
 from analysis.figures.predictions import Point, PredictionSettings, chosen, read_points
 from analysis.figures.shown_columns import in_order, pair_names, plain
 from analysis.plans.answers import Row, Selected
+from analysis.plans.idle import Idle
 from analysis.ratings.dataset import DataRefused
 
 __all__ = ["PREDICTED", "PredictedSettings", "data", "draw"]
@@ -37,6 +39,14 @@ class PredictedSettings(PredictionSettings):
     low: str = "low"
     high: str = "high"
     unit: str = ""
+
+    def idle(self) -> Iterator[Idle]:
+        """Yield the settings that change nothing beside the others."""
+        yield from super().idle()
+        if self.panels is None:
+            yield Idle("band", "without `panels`")
+        elif not isinstance(self.sd, str):
+            yield Idle("band", "with a number as `sd`")
 
 
 def data(shown: Shown, settings: PredictedSettings) -> FigureData:

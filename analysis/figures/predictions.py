@@ -66,7 +66,9 @@ def read_points(
     Raises DataRefused where a column is missing or no row has both values.
     """
     frame, labels, more = selected.table, tuple(dict.fromkeys(labels)), tuple(dict.fromkeys(more))
-    require(settings, frame, (settings.actual, settings.predicted, *labels, *more))
+    stimulus = chosen(settings, "stimulus", selected)
+    named = (settings.actual, settings.predicted, *([stimulus] if stimulus else []), *labels, *more)
+    require(settings, frame, named)
     points = _points(settings, frame, labels, more)
     known = [each for each in points if not math.isnan(each.error)]
     if not known:

@@ -47,7 +47,8 @@ class SimilarityBarsSettings(AskedFigure):
 
     def idle(self) -> Iterator[Idle]:
         """Yield the settings that change nothing beside the others."""
-        yield from super().idle()
+        if not self.tests:
+            yield from (Idle(name, "without `tests`") for name in ("p", "stars"))
         if self.whiskers == "sd":
             yield Idle("confidence", "with `whiskers: sd`")
 

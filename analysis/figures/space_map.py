@@ -4,13 +4,14 @@ from __future__ import annotations
 
 import math
 import re
-from collections.abc import Sequence
+from collections.abc import Iterator, Sequence
 from typing import Any, Literal
 
 from analysis.figures.drawn import AskedFigure, FigureData, FigureKind, Shown
 from analysis.figures.shown_columns import answer_of, in_order, plain, real, require, uniform
 from analysis.figures.space_map_drawing import draw
 from analysis.plans.answers import Answer, Row, Selected
+from analysis.plans.idle import Idle
 from analysis.ratings.dataset import DataRefused, natural_key
 from analysis.ratings.person_cells import texts_of
 from protocols.wording import phrase
@@ -38,6 +39,15 @@ class MapSettings(AskedFigure):
     label_column: str | None = None
     ellipses: bool = True
     vectors: bool = True
+
+    def idle(self) -> Iterator[Idle]:
+        """Yield the settings that change nothing beside the others."""
+        answer = "in a map, which shows the answer of its test as it is"
+        yield from (Idle(name, answer) for name in ("outcomes", "normalise"))
+        if self.class_column is None and self.label_column is None:
+            yield from (Idle(name, answer) for name in ("where", "table", "source"))
+        if not self.vectors:
+            yield Idle("items", "with `vectors: false`")
 
 
 def data(shown: Shown, settings: MapSettings) -> FigureData:

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import math
+from collections.abc import Iterator
 from typing import Any, Literal
 
 from matplotlib.axes import Axes
@@ -18,6 +19,7 @@ from analysis.figures.shown_columns import plain, real, the_answer, to_float
 from analysis.figures.style import INK, OKABE_ITO, PAPER, SOFT
 from analysis.figures.treemap_layout import Box, squarified
 from analysis.plans.answers import Row
+from analysis.plans.idle import Idle
 from analysis.ratings.dataset import DataRefused, natural_key
 from protocols.wording import count, phrase
 
@@ -39,6 +41,11 @@ class TreemapSettings(AskedFigure):
     threshold: float | None = Field(default=None, ge=0, le=1)
     width_in: float = Field(default=9.6, ge=3, le=30)
     height_in: float = Field(default=6.2, ge=2, le=30)
+
+    def idle(self) -> Iterator[Idle]:
+        """Yield the settings that change nothing beside the others."""
+        rows = ("outcomes", "where", "table", "source", "normalise")
+        yield from (Idle(name, "in a treemap, which shows the answer of its test as it is") for name in rows)
 
 
 def data(shown: Shown, settings: TreemapSettings) -> FigureData:

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import math
+from collections.abc import Iterator
 from typing import Any, Literal
 
 from analysis.figures.drawn import FigureData, FigureKind, Shown
@@ -10,6 +11,7 @@ from analysis.figures.predictions import PredictionSettings, chosen, read_points
 from analysis.figures.shown_columns import in_order, numbers, pair_names, require, uniform
 from analysis.figures.spots import summary
 from analysis.figures.violins_drawing import draw
+from analysis.plans.idle import Idle
 from analysis.ratings.dataset import DataRefused, natural_key
 from analysis.ratings.person_cells import texts_of
 from protocols.wording import count
@@ -31,6 +33,14 @@ class ViolinSettings(PredictionSettings):
     signed: bool = False
     order: Literal["given", "median"] = "given"
     unit: str = ""
+
+    def idle(self) -> Iterator[Idle]:
+        """Yield the settings that change nothing beside the others."""
+        yield from super().idle()
+        if self.value is not None:
+            yield from (Idle(name, "with `value`") for name in ("actual", "predicted", "signed"))
+        if self.by not in ("attribute", self.attribute):
+            yield Idle("attribute", "where violins are not of attributes")
 
 
 def data(shown: Shown, settings: ViolinSettings) -> FigureData:
@@ -68,8 +78,8 @@ def _values(shown: Shown, settings: ViolinSettings) -> tuple[list[tuple[str, str
         error = (lambda x: x) if settings.signed else abs
         return [(p.labels[settings.by], p.stimulus, float(error(p.error))) for p in points.points], points.left_out
     frame = shown.selected.table
-    require(settings, frame, (settings.by, settings.value))
     stimulus = chosen(settings, "stimulus", shown.selected)
+    require(settings, frame, (settings.by, settings.value, *([stimulus] if stimulus else [])))
     names = texts_of(frame, stimulus) if stimulus else [""] * len(frame)
     rows = zip(texts_of(frame, settings.by), names, numbers(frame, settings.value), strict=True)
     found = [row for row in rows if not math.isnan(row[2])]

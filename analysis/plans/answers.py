@@ -43,6 +43,10 @@ def columns_named(asked: object, settings: tuple[str, ...] = (*FACTORS, "numeric
     return tuple(dict.fromkeys(name for key in settings for name in column_names(getattr(asked, key, None))))
 
 
+OF_THE_DESIGN = frozenset({"participant", "session", "group", "stimulus", "attribute", "trial", "block", "value"})
+"""Columns that every answer has; any other may be a question about the person, which somebody did not answer."""
+
+
 class Asked(Strict):
     """What every test of an analysis plan says; each kind adds its own settings.
 
@@ -62,11 +66,14 @@ class Asked(Strict):
     missing: Missing | None = None
 
     def idle(self) -> Iterator[Idle]:
-        """Yield the settings that change nothing beside the others; a kind adds its own."""
-        if self.table is not None:
-            yield from (Idle(name, "with a table of the plan's own") for name in ("source", "normalise"))
-        elif self.source == "forms":
-            yield Idle("normalise", "on a questionnaire's answers")
+        """Yield the settings of the kind that change nothing beside the others."""
+        yield from ()
+
+
+def missing_without_effect(asked: Asked, where: str) -> Iterator[Idle]:
+    """Yield `missing` of a kind that takes gaps as they are, unless it names a question that people may not answer."""
+    if set(columns_named(asked)) <= OF_THE_DESIGN:
+        yield Idle("missing", where)
 
 
 @dataclass(frozen=True)

@@ -39,7 +39,7 @@ def _of(each: Answered) -> list[ExactCheck]:
         return []
     if each.missing.cells and not each.missing.left_out:
         return [ExactCheck(name, "all", None, "not checked: answered by a mixed model")]
-    asked = effective(each.asked).model_dump()
+    asked = effective(each.asked, "ratings").model_dump()
     found = self_check(
         each.rows,
         "value",

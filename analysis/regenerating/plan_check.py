@@ -5,8 +5,8 @@ from __future__ import annotations
 from collections.abc import Collection, Iterator, Mapping, Sequence
 from pathlib import Path
 
-from analysis.figures.drawn import AskedFigure
-from analysis.plans.answers import COLUMNS, Asked, Takes, columns_named
+from analysis.figures.drawn import AskedFigure, FigureKind
+from analysis.plans.answers import COLUMNS, Asked, Kind, Takes, columns_named
 from analysis.plans.idle import idle_settings
 from analysis.plans.kinds import figure_kind, test_kind
 from analysis.plans.reading import Plan
@@ -65,7 +65,7 @@ def refuse_idle_settings(plan: Plan) -> None:
         Problem((section, place, idle.name), f"{idle.name} has no effect {idle.where}; leave it out")
         for section, asked in both
         for place, each in enumerate(asked)
-        for idle in idle_settings(each)
+        for idle in idle_settings(each, _kind_of(each).takes)
     ]
     if problems:
         raise plan.complaint(problems)
@@ -122,8 +122,11 @@ def _rule_problems(rules: Sequence[Rule], columns: Mapping[str, Collection[str]]
 
 
 def _takes(asked: Asked | AskedFigure) -> Takes:
-    kind = test_kind(asked.test) if isinstance(asked, Asked) else figure_kind(asked.figure)
-    return asked.source or kind.takes
+    return asked.source or _kind_of(asked).takes
+
+
+def _kind_of(asked: Asked | AskedFigure) -> Kind | FigureKind:
+    return test_kind(asked.test) if isinstance(asked, Asked) else figure_kind(asked.figure)
 
 
 def _problems(

@@ -168,11 +168,13 @@ def agreement_answer(selected: Selected, asked: AskedAgreement) -> Answer:
 def lexicon_answer(selected: Selected, asked: AskedLexicon) -> Answer:
     """The different words that were written; participants and stimuli in `more`."""
     from analysis.adjectives.lexicon import lexicon, mean_and_sd, merge_word_lists
+    from analysis.plans.asking.describing_rows import require_columns
     from analysis.ratings.dataset import DataRefused
     from analysis.reliability.told import plain_rows
     from analysis.statistics.apa import number
 
     table = selected.table
+    require_columns(table, ("participant", "kind", "word"))
     wanted = table["kind"].isin(asked.kinds) if asked.kinds is not None else table["kind"] != TICKED
     if not wanted.any():
         there = ", ".join(sorted(set(table["kind"]))) or "none at all"

@@ -18,6 +18,7 @@ from analysis.choices.trials import gather_levels
 from analysis.plans.answers import Answer
 from analysis.plans.asking.describing_rows import plain_row, require_columns
 from analysis.plans.asking.spaces_tables import numeric, rows_of, sentences
+from analysis.plans.idle import idle_note
 from analysis.statistics.labels import coded
 from analysis.statistics.pvalues import t_critical
 from analysis.statistics.refusals import StatisticsError
@@ -240,6 +241,14 @@ def _headline(summary: tuple[Row, ...], by: tuple[str, ...], confidence: float) 
     return f"Mean {'; '.join(told[:MOST_TOLD])}" + ("; ..." if len(told) > MOST_TOLD else "")
 
 
+def _without_interval(asked: PsychometricFunction, summary: tuple[Row, ...]) -> str:
+    """What is said of a confidence that nothing has."""
+    idle = asked.confidence != type(asked).model_fields["confidence"].default and interval_of(asked) == "none"
+    if not idle or any(row["ci_low"] is not None for row in summary):
+        return ""
+    return idle_note("confidence", "with `interval: none` and no mean over several functions")
+
+
 def _answer(
     selected: Selected,
     asked: PsychometricFunction,
@@ -272,6 +281,7 @@ def _answer(
             [
                 NO_TASK if asked.task is None else "",
                 f"{len(lacking)} of {len(rows)} functions have no estimate (see `note`)" if lacking else "",
+                _without_interval(asked, more["summary"]),
             ]
         ),
         more=more,

@@ -7,8 +7,8 @@ from typing import Annotated, Literal, Self
 
 from pydantic import Field, model_validator
 
-from analysis.plans.answers import Answer, Asked, Kind, Selected
-from analysis.plans.idle import Idle
+from analysis.plans.answers import Answer, Asked, Kind, Selected, missing_without_effect
+from analysis.plans.idle import ON_RANKS, Idle
 from protocols.study import Level, Number, Text, Whole
 
 Confidence = Annotated[float, Field(gt=0, lt=1)]
@@ -23,6 +23,11 @@ class Friedman(Asked):
     exact: bool = True
     confidence: Confidence = 0.95
 
+    def idle(self) -> Iterator[Idle]:
+        """Yield the settings that change nothing beside the others."""
+        yield from super().idle()
+        yield Idle("normalise", ON_RANKS)
+
 
 class Nemenyi(Asked):
     """`factor`: a column within participants. `ties` takes the spread of the ranks found, ties and all."""
@@ -30,6 +35,11 @@ class Nemenyi(Asked):
     test: Literal["nemenyi"]
     factor: Text
     ties: bool = False
+
+    def idle(self) -> Iterator[Idle]:
+        """Yield the settings that change nothing beside the others."""
+        yield from super().idle()
+        yield Idle("normalise", ON_RANKS)
 
 
 class Wilcoxon(Asked):
@@ -112,6 +122,11 @@ class Likert(Asked):
     by: Text | None = None
     points: Annotated[tuple[Number, ...], Field(min_length=2)] | None = None
     form: Level | None = None
+
+    def idle(self) -> Iterator[Idle]:
+        """Yield the settings that change nothing beside the others."""
+        yield from super().idle()
+        yield from missing_without_effect(self, "on Likert summaries, which count who answered")
 
 
 def _friedman(selected: Selected, asked: Friedman) -> Answer:

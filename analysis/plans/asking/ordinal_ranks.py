@@ -10,6 +10,7 @@ from analysis.ordinal.friedman import friedman
 from analysis.ordinal.nemenyi import nemenyi
 from analysis.ordinal.rank_tests import wilcoxon_tests
 from analysis.plans.asking.describing_rows import answer_of, averaged_note, plain_rows, require_columns, share
+from analysis.plans.idle import idle_note
 from analysis.reliability.told import with_interval
 from analysis.statistics.apa import apa_p, number
 
@@ -128,7 +129,7 @@ def wilcoxon_answer(selected: Selected, asked: Wilcoxon) -> Answer:
     headline = _count_words(asked.factor, table["p_corr"].tolist(), selected.alpha, CORRECTED[asked.correction])
     notes = told(table)
     if between and asked.zeros != "wilcoxon":
-        notes.append("The plan's `zeros` has no effect between participants: rank sums have no differences of zero.")
+        notes.append(idle_note("zeros", "between participants: rank sums have no differences of zero"))
     return answer_of(selected, plain_rows(table), method, kinds, headline=headline, notes=notes)
 
 

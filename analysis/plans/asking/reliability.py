@@ -2,11 +2,13 @@
 
 from __future__ import annotations
 
+from collections.abc import Iterator
 from typing import TYPE_CHECKING, Annotated, Any, Literal
 
 from pydantic import Field
 
-from analysis.plans.answers import Answer, Asked, Kind, Row, Selected
+from analysis.plans.answers import Answer, Asked, Kind, Row, Selected, missing_without_effect
+from analysis.plans.idle import ON_RANKS, Idle
 from protocols.wording import count
 
 if TYPE_CHECKING:
@@ -48,6 +50,12 @@ class AskedConcordance(Asked):
     value: str = "value"
     p: Literal["auto", "exact", "permutation", "chi2"] = "auto"
 
+    def idle(self) -> Iterator[Idle]:
+        """Yield the settings that change nothing beside the others."""
+        yield from super().idle()
+        if self.raters == "participant":
+            yield Idle("normalise", ON_RANKS)
+
 
 class AskedKrippendorff(Asked):
     """Krippendorff's alpha; a unit is a combination of `units`, gaps are allowed."""
@@ -59,6 +67,11 @@ class AskedKrippendorff(Asked):
     value: str = "value"
     confidence: Confidence = 0.95
 
+    def idle(self) -> Iterator[Idle]:
+        """Yield the settings that change nothing beside the others."""
+        yield from super().idle()
+        yield from missing_without_effect(self, "on Krippendorff's alpha, which takes gaps as they are")
+
 
 class AskedRetest(Asked):
     """First against second answers to the same `targets`, in the order of `order`."""
@@ -68,6 +81,11 @@ class AskedRetest(Asked):
     order: tuple[str, ...] = ("session", "trial")
     confidence: Confidence = 0.95
 
+    def idle(self) -> Iterator[Idle]:
+        """Yield the settings that change nothing beside the others."""
+        yield from super().idle()
+        yield from missing_without_effect(self, "on pairs of answers, which are left out where one is missing")
+
 
 class AskedRaters(Asked):
     """Each participant against the others, flagged below a correlation of `least_r` (our judgement)."""
@@ -75,6 +93,11 @@ class AskedRaters(Asked):
     test: Literal["raters"]
     targets: tuple[str, ...] = ("stimulus",)
     least_r: Annotated[float, Field(ge=-1, le=1)] = 0.3
+
+    def idle(self) -> Iterator[Idle]:
+        """Yield the settings that change nothing beside the others."""
+        yield from super().idle()
+        yield from missing_without_effect(self, "on raters, who are compared on what they rated")
 
 
 def icc_answer(selected: Selected, asked: AskedIcc) -> Answer:

@@ -76,7 +76,9 @@ class Mds(Asked):
         if self.pairs is None:
             yield from (Idle(name, "without `pairs`") for name in ("meaning", "top"))
         else:
-            yield from (Idle(name, "with `pairs`") for name in ("items", "scaled"))
+            yield from (Idle(name, "with `pairs`") for name in ("items", "scaled", "missing"))
+            if self.meaning == "dissimilarity":
+                yield Idle("top", "with `meaning: dissimilarity`")
         if not self.replications or self.dimensions < 2:
             yield Idle("confidence", "without ellipses")
         if self.dimensions < 2:
@@ -114,6 +116,7 @@ class Procrustes(Asked):
             yield from (Idle(name, "with `on: attributes`") for name in ("dimensions", "scaled"))
         if self.halves:
             yield Idle("groups", "with `halves: true`")
+            yield Idle("stretch", "with `halves: true`, whose r is the same at any size of the maps")
         else:
             yield Idle("confidence", "without `halves: true`")
 

@@ -3,12 +3,13 @@
 from __future__ import annotations
 
 from collections.abc import Iterator
+from dataclasses import replace
 from typing import Annotated, Literal, Self
 
 from pydantic import Field, model_validator
 
 from analysis.plans.answers import Answer, Asked, Kind, Selected
-from analysis.plans.idle import Idle
+from analysis.plans.idle import Idle, idle_note
 from protocols.study import Number, Text, Whole
 
 Confidence = Annotated[float, Field(gt=0, lt=1)]
@@ -98,7 +99,11 @@ def _gaps(selected: Selected, asked: Anova) -> Answer:
     if not asked.within:  # one value from each participant who has one: nothing is left for a random effect
         refuse_averaging(selected, asked.between)
         return _anova(selected, asked)
-    return gaps_answer(selected, asked.within, asked.between)
+    answer = gaps_answer(selected, asked.within, asked.between)
+    where = "where cells are missing and a mixed model answers"
+    settings = ("sum_of_squares", "correction", "interval", "eta")
+    idle = [name for name in settings if getattr(asked, name) != type(asked).model_fields[name].default]
+    return replace(answer, notes=(*answer.notes, *(idle_note(name, where) for name in idle)))
 
 
 def _pairs(selected: Selected, asked: Pairs) -> Answer:

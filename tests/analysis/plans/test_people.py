@@ -83,7 +83,8 @@ def declarations():
         yield {"test": "icc", "targets": "stimulus", "raters": name}
         yield {"test": "icc", "targets": name}
     yield {"test": "mixed_model", "fixed": ("session", "gender"), "numeric": ("age",)}
-    yield {"test": "ordinal_model", "numeric": ("age",), "random": "participant", "source": "forms", "outcomes": ("ease",)}
+    of_forms = {"source": "forms", "outcomes": ("ease",)}
+    yield {"test": "ordinal_model", "numeric": ("age",), "random": "participant", **of_forms}
     yield from ({"test": test} for test in ("retest", "raters", "cronbach_alpha"))
     yield {"test": "icc", "where": {"session": "2", "gender": ("F", "M")}}
 
