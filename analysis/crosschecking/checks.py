@@ -8,40 +8,41 @@ from collections.abc import Callable, Iterable, Iterator, Mapping, Sequence
 from dataclasses import dataclass
 from importlib.metadata import PackageNotFoundError, version
 from itertools import combinations, permutations, product
-from typing import Any, NamedTuple
+from typing import Any
 
 import numpy as np
 import pandas as pd
 
 from analysis.crosschecking import conditions, packages
+from analysis.crosschecking.comparing import (
+    MOST_VALUES_SQUARED,
+    NEAR_ZERO,
+    PINGOUIN,
+    STATSMODELS,
+    Checked,
+    NotChecked,
+    Pair,
+    cells_of,
+    demand_size,
+    refuse,
+    wide_table,
+)
+from analysis.crosschecking.rank_checks import (
+    check_aligned_ranks,
+    check_friedman,
+    check_kendall_w,
+    check_nemenyi,
+    check_wilcoxon,
+)
+from analysis.crosschecking.variance_checks import check_anova, check_equivalence, check_pairs
 from analysis.plans.answers import Answer, Row, Value
 from analysis.regenerating.running import Answered
 from analysis.statistics.one_thread import one_thread
 
 LIMIT = 1e-6
 """A larger relative difference is a disagreement."""
-NEAR_ZERO = 1e-3
-"""Statistics and coefficients are compared to LIMIT of this where they are smaller; p values never are."""
-MOST_VALUES = 50_000
-MOST_VALUES_SQUARED = 2_000
-"""The same where a package makes a matrix of all values by all values."""
-PINGOUIN, STATSMODELS = "pingouin", "statsmodels"
 Progress = Callable[[int, int, str], None]
 _FAILURES = (ArithmeticError, AssertionError, AttributeError, LookupError, TypeError, ValueError, np.linalg.LinAlgError)
-
-
-class NotChecked(ValueError):
-    """Why an answer is not compared."""
-
-
-class Pair(NamedTuple):
-    """One number of ours and theirs. `decimals`: theirs is rounded to so many; `floor`: the least size to relate to."""
-
-    where: str
-    ours: Value
-    theirs: float
-    floor: float = 0.0
-    decimals: int | None = None
 
 
 @dataclass(frozen=True)
@@ -87,7 +88,7 @@ def difference_text(check: CrossCheck) -> str:
 
 
 def cross_check(answered: Sequence[Answered], progress: Progress = lambda *_: None) -> tuple[CrossCheck, ...]:
-    """A check of every answer of a kind that pingouin or statsmodels have, in the plan's order."""
+    """A check of every answer of a kind that another package has, in the plan's order."""
     asked = [each for each in answered if each.asked.test in CHECKS and each.answer is not None]
     found = []
     with one_thread():
@@ -135,114 +136,11 @@ def _version(package: str) -> str:
         raise NotChecked(f"{package} is not installed") from None
 
 
-def _refuse(*reasons: str) -> None:
-    """Raise NotChecked with the first reason that is one."""
-    for reason in reasons:
-        if reason:
-            raise NotChecked(reason)
-
-
-def _demand_size(values: int, most: int | None = None) -> None:
-    most = MOST_VALUES if most is None else most
-    if values > most:
-        raise NotChecked(f"size ({values:,} values; at most {most:,})")
-
-
-def _cells(rows: pd.DataFrame, factors: Sequence[str], value: str = "value") -> pd.DataFrame:
-    """The mean of each cell under plain names: f0, f1, ... (labels as text) and y."""
-    named = rows.loc[rows[value].notna(), [*factors, value]]
-    named.columns = pd.Index([*(f"f{i}" for i in range(len(factors))), "y"])
-    keys = list(named.columns[:-1])
-    return named.astype(dict.fromkeys(keys, str)).groupby(keys, sort=False, observed=True)["y"].mean().reset_index()
-
-
-def _wide(cells: pd.DataFrame, index: str, columns: Sequence[str]) -> pd.DataFrame:
-    return cells.pivot(index=index, columns=list(columns), values="y")
-
-
-Checked = tuple[str, Iterable[Pair]]
-ETAS = {"ng2": "generalized_eta_squared", "np2": "partial_eta_squared"}
-
-
 def _check_anova(each: Answered, answer: Answer, rows: pd.DataFrame) -> Checked:
     asked: Any = each.asked
-    within, between = list(asked.within), list(asked.between)
-    if within and each.missing.cells and not each.missing.left_out:
+    if asked.within and each.missing.cells and not each.missing.left_out:
         return _check_gaps(asked, answer, rows)
-    cells = _cells(rows, ["participant", *within, *between])
-    named = dict(zip((*within, *between), cells.columns[1:], strict=False))
-    own, groups = [named[name] for name in within], [named[name] for name in between]
-    _demand_size(len(cells))
-    if not within:
-        values, labels = cells["y"].to_numpy(), cells[groups].agg(", ".join, axis=1).tolist()
-        _refuse(conditions.out_of_range(values), conditions.drowned(values, labels))
-        return PINGOUIN, _anova_pairs(
-            answer, named, packages.read_pingouin_anova, packages.pingouin_between, cells, "y", groups,
-            asked.sum_of_squares,
-        )  # fmt: skip
-    wide = _wide(cells, "f0", own)
-    _refuse(conditions.incomplete(wide))
-    values = wide.to_numpy(dtype=float).reshape(len(wide), *(cells[name].nunique() for name in own))
-    people = cells.drop_duplicates("f0").set_index("f0").loc[wide.index]
-    of_groups = people[groups].agg(", ".join, axis=1).tolist() if groups else None
-    _refuse(conditions.out_of_range(values), conditions.drowned(values, of_groups))
-    if not groups and (len(own) == 1 or (len(own) == 2 and len(wide) > 2)):  # of two people pingouin gives no epsilon
-        return PINGOUIN, _anova_pairs(
-            answer, named, packages.read_pingouin_anova, packages.pingouin_within, cells, "y", own, "f0"
-        )
-    if not groups:
-        _demand_size(len(cells), MOST_VALUES_SQUARED)
-        return STATSMODELS, _anova_pairs(
-            answer, named, packages.read_statsmodels_within, packages.statsmodels_within, cells, "y", own, "f0"
-        )
-    if len(own) > 1 or len(groups) > 1:
-        raise NotChecked("neither package has a mixed ANOVA of more than one factor within or between")
-    _refuse(conditions.another_type(people[groups[0]].value_counts().tolist(), asked.sum_of_squares))
-    return PINGOUIN, _anova_pairs(
-        answer, named, packages.read_pingouin_anova, packages.pingouin_mixed, cells, "y", own[0], groups[0], "f0"
-    )
-
-
-def _anova_pairs(
-    answer: Answer,
-    named: Mapping[str, str],
-    read: Callable[[pd.DataFrame], packages.Numbers],
-    run: Callable[..., pd.DataFrame],
-    *inputs: Any,
-) -> Iterator[Pair]:
-    """F, p (as it is corrected in the row), epsilon and eta squared of every effect; `named`: its factors' names."""
-    found = read(run(*inputs))
-    by_factors = {(frozenset(source.split(":")), column): value for (source, column), value in found.items()}
-    for row in answer.rows:
-        effect = str(row["effect"])
-        key = frozenset(_parts(effect, named))
-        if (key, "F") not in by_factors:
-            raise NotChecked(f"the other table has no effect {effect}")
-        columns = {
-            "F": "F",
-            "p_uncorrected": "p_unc",
-            "p_greenhouse_geisser": "p_GG_corr",
-            "epsilon_greenhouse_geisser": "eps",
-            "p": {"GG": "p_GG_corr", "none": "p_unc"}.get(str(row["correction"]), ""),
-            **{ours: theirs for theirs, ours in ETAS.items()},
-            "eta_squared": "np2",
-        }
-        for ours, theirs in columns.items():
-            corrected = theirs in ("p_GG_corr", "eps")
-            if ours in row and (key, theirs) in by_factors and not (corrected and row["correction"] == "none"):
-                floor = 0.0 if ours.startswith("p") and ours != "partial_eta_squared" else NEAR_ZERO
-                yield Pair(f"{ours} of {effect}", row[ours], by_factors[key, theirs], floor)
-
-
-def _parts(effect: str, named: Mapping[str, str]) -> list[str]:
-    """The plain names of an effect's factors, whose own names may hold a colon."""
-    names = sorted(named, key=len, reverse=True)
-    found = []
-    for name in names:
-        if name == effect or effect.startswith(f"{name}:") or effect.endswith(f":{name}") or f":{name}:" in effect:
-            found.append(named[name])
-            effect = f":{effect}:".replace(f":{name}:", ":", 1).strip(":")
-    return found
+    return check_anova(each, answer, rows)
 
 
 def _check_gaps(asked: Any, answer: Answer, rows: pd.DataFrame) -> Checked:
@@ -257,100 +155,18 @@ def _check_gaps(asked: Any, answer: Answer, rows: pd.DataFrame) -> Checked:
     return STATSMODELS, _check_model(model, means, answer, answer.more["coefficients"], answer.rows)
 
 
-def _check_pairs(each: Answered, answer: Answer, rows: pd.DataFrame) -> Checked:
-    asked: Any = each.asked
-    values, paired = _levels(rows, asked.factor)
-    return STATSMODELS, _pairs_of(answer, values, paired, asked.correction, asked.family)
-
-
-def _levels(rows: pd.DataFrame, factor: str) -> tuple[dict[str, Any], bool]:
-    """The values of each level, and whether they are paired: then in the order of the participants."""
-    cells = _cells(rows, ["participant", factor])
-    _demand_size(len(cells))
-    values = cells["y"].to_numpy()
-    _refuse(conditions.out_of_range(values))
-    paired = bool(cells.groupby("f0")["f1"].nunique().max() > 1)
-    if paired:
-        wide = _wide(cells, "f0", ["f1"])
-        _refuse(conditions.incomplete(wide), conditions.undefined_pair(wide))
-        return {str(level): wide[level].to_numpy() for level in wide.columns}, True
-    _refuse(conditions.constant_groups(values, cells["f1"].tolist()))
-    return {str(level): own["y"].to_numpy() for level, own in cells.groupby("f1")}, False
-
-
-def _pairs_of(
-    answer: Answer, values: Mapping[str, Any], paired: bool, correction: str, family: int | None
-) -> Iterator[Pair]:
-    found = [packages.statsmodels_t(values[str(row["a"])], values[str(row["b"])], paired) for row in answer.rows]
-    adjusted = packages.statsmodels_adjusted([theirs["p_unc"] for theirs in found], correction)
-    for row, theirs, p in zip(answer.rows, found, adjusted, strict=True):
-        pair = f"{row['a']} and {row['b']}"
-        yield Pair(f"t of {pair}", row["t"], theirs["T"], NEAR_ZERO)
-        yield Pair(f"df of {pair}", row["df"], theirs["dof"])
-        yield Pair(f"p_uncorrected of {pair}", row["p_uncorrected"], theirs["p_unc"])
-        if family is None:  # statsmodels' family is always the pairs that it is given
-            yield Pair(f"p of {pair}", row["p"], p)
-
-
-def _check_equivalence(each: Answered, answer: Answer, rows: pd.DataFrame) -> Checked:
-    asked: Any = each.asked
-    values, paired = _levels(rows, asked.factor)
-    return STATSMODELS, _equivalence_pairs(answer, values, paired)
-
-
-def _equivalence_pairs(answer: Answer, values: Mapping[str, Any], paired: bool) -> Iterator[Pair]:
-    for row in answer.rows:
-        a, b = str(row["a"]), str(row["b"])
-        low, high = (float(row[name] or 0.0) for name in ("bound_low", "bound_high"))
-        found = packages.statsmodels_equivalence(values[a], values[b], low, high, paired)
-        for name, value in zip(("p_low", "p_high"), found, strict=True):
-            yield Pair(f"{name} of {a} and {b}", row[name], value)
-
-
-def _check_friedman(each: Answered, answer: Answer, rows: pd.DataFrame) -> Checked:
-    asked: Any = each.asked
-    cells = _cells(rows, ["participant", asked.factor])
-    _demand_ranks(cells, "f0", "f1")
-    columns = {"chi2": "chi2", "ddof1": "ddof1", "p_unc": "p_unc", "W": "W"}
-    return PINGOUIN, _friedman_pairs(answer, cells, "f1", "f0", columns)
-
-
-def _check_kendall_w(each: Answered, answer: Answer, rows: pd.DataFrame) -> Checked:
-    asked: Any = each.asked
-    cells = _cells(rows, [asked.raters, asked.targets], asked.value)
-    _demand_ranks(cells, "f0", "f1")
-    columns = {"chi2": "chi2", "df": "ddof1", "p_chi2": "p_unc", "W": "W"}
-    return PINGOUIN, _friedman_pairs(answer, cells, "f1", "f0", columns)
-
-
-def _demand_ranks(cells: pd.DataFrame, people: str, factor: str) -> None:
-    _demand_size(len(cells))
-    wide = _wide(cells, people, [factor])
-    _refuse(conditions.incomplete(wide), conditions.nearly_tied(wide), conditions.all_tied(wide))
-
-
-def _friedman_pairs(
-    answer: Answer, cells: pd.DataFrame, within: str, subject: str, columns: Mapping[str, str]
-) -> Iterator[Pair]:
-    found = packages.read_pingouin_friedman(packages.pingouin_friedman(cells, "y", within, subject))
-    for row in answer.rows:
-        for ours, theirs in columns.items():
-            if ours in row:
-                yield Pair(ours, row[ours], found[theirs], 0.0 if ours.startswith("p") else NEAR_ZERO)
-
-
 def _check_icc(each: Answered, answer: Answer, rows: pd.DataFrame) -> Checked:
     asked: Any = each.asked
-    cells = _cells(rows, [asked.targets, asked.raters], asked.value)
-    _demand_size(len(cells))
-    _demand_icc(_wide(cells, "f0", ["f1"]))
+    cells = cells_of(rows, [asked.targets, asked.raters], asked.value)
+    demand_size(len(cells))
+    _demand_icc(wide_table(cells, "f0", ["f1"]))
     return PINGOUIN, _icc_pairs(answer.rows, cells, asked.confidence, "type")
 
 
 def _demand_icc(wide: pd.DataFrame) -> None:
     values = wide.to_numpy(dtype=float)
-    _refuse(conditions.incomplete(wide), conditions.out_of_range(values))
-    _refuse(conditions.drowned(values), conditions.undefined_icc(values))
+    refuse(conditions.incomplete(wide), conditions.out_of_range(values))
+    refuse(conditions.drowned(values), conditions.undefined_icc(values))
 
 
 def _icc_pairs(rows: Sequence[Mapping[str, Value]], cells: pd.DataFrame, confidence: float, by: str) -> Iterator[Pair]:
@@ -367,15 +183,15 @@ def _icc_pairs(rows: Sequence[Mapping[str, Value]], cells: pd.DataFrame, confide
 def _check_alpha(each: Answered, answer: Answer, rows: pd.DataFrame) -> Checked:
     asked: Any = each.asked
     cases = list(asked.cases or [name for name in ("participant", "stimulus") if name in rows.columns])
-    cells = _cells(rows, [*cases, asked.items], asked.value)
-    _demand_size(len(cells))
+    cells = cells_of(rows, [*cases, asked.items], asked.value)
+    demand_size(len(cells))
     wide = cells.pivot(index=list(cells.columns[: len(cases)]), columns=f"f{len(cases)}", values="y")
     if asked.missing == "listwise":
         wide = wide.dropna()
     turned = wide.assign(**{name: -wide[name] for name in map(str, asked.reverse) if name in wide})
-    _refuse(conditions.incomplete(wide), conditions.out_of_range(wide.to_numpy()))
+    refuse(conditions.incomplete(wide), conditions.out_of_range(wide.to_numpy()))
     values = wide.to_numpy(dtype=float)
-    _refuse(conditions.drowned(values), conditions.drowned(values.mean(axis=1)))
+    refuse(conditions.drowned(values), conditions.drowned(values.mean(axis=1)))
     return PINGOUIN, _alpha_pairs(answer, turned, asked.confidence)
 
 
@@ -393,7 +209,7 @@ def _check_retest(each: Answered, answer: Answer, rows: pd.DataFrame) -> Checked
     if not len(pairs):
         raise NotChecked("the answer lists no pairs")
     wide = pairs[["first", "second"]].astype("float64")
-    _demand_size(wide.size)
+    demand_size(wide.size)
     _demand_icc(wide)
     cells = wide.rename_axis("f0").reset_index().melt(id_vars="f0", var_name="f1", value_name="y")
     names = {"ICC(A,1)": "ICC2", "ICC(C,1)": "ICC3"}
@@ -432,7 +248,7 @@ def _check_model(
     slopes = [name for names in model.random.values() for name in names]
     if slopes and (len(model.random) > 1 or any(name not in model.numeric for name in slopes)):
         raise NotChecked("MixedLM has random slopes of numbers within one grouping factor only")
-    _demand_size(len(table))
+    demand_size(len(table))
     columns = {str(row["effect"]): f"x{place}" for place, row in enumerate(coefficients)}
     values = _fixed_columns(table, model, list(columns))
     groups = {f"g{place}": _grouping(table, name) for place, name in enumerate(model.random)}
@@ -440,9 +256,9 @@ def _check_model(
     own = table["value"].to_numpy(dtype=float)
     frame = pd.DataFrame({"y": own, **dict(zip(columns.values(), values, strict=True)), **groups, **numbers})
     if not packages.nested(frame, list(groups)):
-        _demand_size(len(table), MOST_VALUES_SQUARED)
-    _refuse(conditions.out_of_range(own))
-    _refuse(conditions.extreme_ratio(own, np.column_stack(values), list(groups.values())))
+        demand_size(len(table), MOST_VALUES_SQUARED)
+    refuse(conditions.out_of_range(own))
+    refuse(conditions.extreme_ratio(own, np.column_stack(values), list(groups.values())))
     names = {**dict(zip(model.random, groups, strict=True)), **dict(zip(slopes, numbers, strict=True))}
     tested = effects if model.coding == "sum" or not model.interactions else ()
     return _model_pairs(answer, coefficients, tested, frame, columns, names, list(numbers), model.reml)
@@ -531,13 +347,16 @@ def _no_counterpart(each: Answered, answer: Answer, rows: pd.DataFrame) -> Check
 
 CHECKS: Mapping[str, Callable[[Answered, Answer, pd.DataFrame], Checked]] = {
     "anova": _check_anova,
-    "pairs": _check_pairs,
-    "equivalence": _check_equivalence,
-    "friedman": _check_friedman,
+    "pairs": check_pairs,
+    "equivalence": check_equivalence,
+    "friedman": check_friedman,
+    "nemenyi": check_nemenyi,
+    "wilcoxon": check_wilcoxon,
+    "aligned_ranks": check_aligned_ranks,
     "mixed_model": _check_mixed_model,
     "icc": _check_icc,
     "cronbach_alpha": _check_alpha,
-    "kendall_w": _check_kendall_w,
+    "kendall_w": check_kendall_w,
     "krippendorff_alpha": _no_counterpart,
     "retest": _check_retest,
 }

@@ -7,7 +7,7 @@ examples in docs/reference/crosscheck.md; a test holds each one to data on which
 from __future__ import annotations
 
 import math
-from collections.abc import Sequence
+from collections.abc import Mapping, Sequence
 from itertools import combinations
 
 import numpy as np
@@ -113,6 +113,24 @@ def nearly_tied(wide: pd.DataFrame) -> str:
     gaps = np.diff(values, axis=1)
     near = (gaps > 0) & (gaps <= NEARLY_TIED * np.abs(values).max(axis=1, keepdims=True))
     return "values that differ only by rounding are ties, which pingouin ranks" if near.any() else ""
+
+
+def nearly_equal_differences(levels: Mapping[str, Floats]) -> str:
+    """Differences of two levels that are equal, or zero, but for rounding: SciPy ranks them."""
+    for a, b in combinations(levels, 2):
+        sizes = np.sort(np.append(np.abs(levels[a] - levels[b]), 0.0))
+        gaps, largest = np.diff(sizes), float(np.abs([levels[a], levels[b]]).max())
+        if ((gaps > 0) & (gaps <= NEARLY_TIED * largest)).any():
+            return f"differences of {a} and {b} that differ only by rounding are ties, which SciPy ranks"
+    return ""
+
+
+def far_from_zero(values: Floats) -> str:
+    """Values so large beside their differences that means computed another way make other ties."""
+    largest, apart = float(np.abs(values).max()), float(np.ptp(values))
+    if largest > MOST_APART * apart > 0:
+        return f"values are {largest / apart:.0e} times as large as they differ: ties of aligned ones are rounding"
+    return ""
 
 
 def all_tied(wide: pd.DataFrame) -> str:

@@ -1,4 +1,4 @@
-"""Calls of pingouin and statsmodels, and how their tables' columns correspond to ours: the only place that knows both.
+"""Calls of pingouin, statsmodels and SciPy, and how their tables' columns correspond to ours: only this file knows.
 
 Every call takes plain tables and is quiet: what the packages warn of is found by comparing. Every reader gives numbers
 by (row, column), an effect's factors joined by ":", columns named as our own functions name them.
@@ -22,6 +22,8 @@ T = TypeVar("T")
 WITHIN_COLUMNS = {"F": "F", "p_unc": "p_unc", "p_GG_corr": "p_GG_corr", "eps": "eps", "ng2": "ng2"}
 ICC_TYPES = ("ICC1", "ICC2", "ICC3", "ICC1k", "ICC2k", "ICC3k")
 """The order of the rows of pingouin.intraclass_corr."""
+MOST_EXACT, MOST_TURNED = 50, 10
+"""Of so many values exact p of ranks are asked for, and with ties or zeros by turning every sign."""
 GRADIENT = 1e-8
 """Where the search of a mixed model ends."""
 ICC_INTERVAL_DECIMALS, ALPHA_INTERVAL_DECIMALS, CORRELATION_INTERVAL_DECIMALS = 2, 3, 2
@@ -143,6 +145,54 @@ def read_pingouin_friedman(table: pd.DataFrame) -> dict[str, float]:
     """chi-squared, its degrees of freedom and p, and W."""
     row = table.iloc[0]
     return {"chi2": float(row["Q"]), "ddof1": float(row["ddof1"]), "p_unc": float(row["p_unc"]), "W": float(row["W"])}
+
+
+@quietly
+def pingouin_signed_ranks(a: Any, b: Any, zeros: str) -> dict[str, float]:
+    """Wilcoxon's signed ranks of a minus b: W of the positive ones, RBC, p of the normal approximation and exact.
+
+    RBC is left out where differences of zero are ranked (pingouin never does that), the normal p where W is nearer to
+    its mean than the correction for continuity (SciPy corrects past it), the exact p of many values where some are tied
+    or zero (SciPy's is for none; of few values all signs are turned). Without any difference there is no number.
+    """
+    pingouin = _module("pingouin")
+    sizes = abs(a - b)[a != b]
+    if not len(sizes):
+        return dict.fromkeys(("W", "RBC", "p_normal", "p_exact"), float("nan"))
+
+    def run(x: Any, y: Any, method: Any = "asymptotic", alternative: str = "two-sided") -> Any:
+        rule = {"wilcoxon": "wilcox", "pratt": "pratt"}[zeros]
+        return pingouin.wilcoxon(x, y, zero_method=rule, method=method, alternative=alternative).iloc[0]
+
+    w, other = (float(run(x, y, alternative="greater")["W_val"]) for x, y in ((a, b), (b, a)))
+    found = {"W": w}
+    if len(sizes) == len(a) or zeros == "wilcoxon":
+        found["RBC"] = float(run(a, b)["RBC"])
+    if abs(w - other) >= 1:
+        found["p_normal"] = float(run(a, b)["p_val"])
+    if len(set(sizes.tolist())) == len(a) <= MOST_EXACT:
+        found["p_exact"] = float(run(a, b, "exact")["p_val"])
+    elif len(a) <= MOST_TURNED:
+        turning = _module("scipy.stats").PermutationMethod(n_resamples=2 ** len(a))
+        found["p_exact"] = float(run(a, b, turning)["p_val"])
+    return found
+
+
+@quietly
+def pingouin_rank_sums(a: Any, b: Any) -> dict[str, float]:
+    """Mann & Whitney's U of a as W, RBC, and p of the normal approximation; exact where no values are tied."""
+    pingouin = _module("pingouin")
+    normal = pingouin.mwu(a, b, method="asymptotic").iloc[0]
+    found = {"W": float(normal["U_val"]), "RBC": float(normal["RBC"]), "p_normal": float(normal["p_val"])}
+    if len({*a.tolist(), *b.tolist()}) == len(a) + len(b) <= MOST_EXACT:
+        found["p_exact"] = float(pingouin.mwu(a, b, method="exact").iloc[0]["p_val"])
+    return found
+
+
+@quietly
+def scipy_studentized_range(q: float, k: int) -> float:
+    """P(range of k standard normal values > q)."""
+    return float(_module("scipy.stats").studentized_range.sf(q, k, float("inf")))
 
 
 @quietly

@@ -45,7 +45,7 @@ def sentence(checks: Sequence[CrossCheck] | None) -> str:
     if checks is None:
         return "No second opinion was asked for."
     if not checks:
-        return "No test of the plan has a counterpart in pingouin or statsmodels."
+        return "No test of the plan has a counterpart in pingouin, statsmodels or SciPy."
     compared = [check for check in checks if check.difference is not None]
     told = [f"{len(compared)} of {count(len(checks), 'answer')} checked with another package"]
     if compared:

@@ -5,8 +5,9 @@ from dataclasses import replace
 import numpy as np
 import pytest
 
-from analysis.crosschecking import checks, packages
-from analysis.crosschecking.checks import LIMIT, Pair, cross_check, difference
+from analysis.crosschecking import comparing, packages
+from analysis.crosschecking.checks import LIMIT, cross_check, difference
+from analysis.crosschecking.comparing import Pair
 from analysis.crosschecking.summary import line_of, sentence
 from tests.analysis.crosschecking.made_answers import answered, long, rated
 
@@ -41,6 +42,19 @@ ORDINARY = {
     "equivalence": lambda: answered(rated(), "equivalence", factor="a", bounds=(-6.0, 5.0)),
     "equivalence in dz": lambda: answered(rated(), "equivalence", factor="a", bounds_dz=0.8),
     "friedman": lambda: answered(rated().round(0), "friedman", factor="a"),
+    "nemenyi": lambda: answered(rated().round(0), "nemenyi", factor="a"),
+    "nemenyi, ties": lambda: answered(rated().round(-1), "nemenyi", factor="a", ties=True),
+    "wilcoxon": lambda: answered(rated(), "wilcoxon", factor="a"),
+    "wilcoxon, ties and zeros": lambda: answered(rated((9, 4)).round(-1), "wilcoxon", factor="a"),
+    "wilcoxon, zeros ranked": lambda: answered(rated().round(-1), "wilcoxon", factor="a", zeros="pratt"),
+    "wilcoxon between": lambda: answered(rated((11, 1), groups=3), "wilcoxon", factor="group", correction="bonferroni"),
+    "aligned ranks": lambda: answered(rated((8, 3, 4)).round(0), "aligned_ranks", within=("a", "b")),
+    "aligned ranks, one factor": lambda: answered(rated(), "aligned_ranks", within=("a",)),
+    "aligned ranks, mixed": lambda: answered(
+        rated(groups=3), "aligned_ranks", within=("a",), between=("group",)
+    ),
+    "aligned ranks, between": lambda: answered(rated((11, 4), groups=3), "aligned_ranks", between=("group",)),
+    "aligned ranks, three factors": lambda: answered(rated((8, 3, 2, 2)), "aligned_ranks", within=("a", "b", "c")),
     "kendall_w": lambda: answered(rated(), "kendall_w", targets="stimulus", raters="participant"),
     "icc": lambda: answered(rated(), "icc", targets="stimulus", raters="participant"),
     "cronbach_alpha": lambda: answered(rated(), "cronbach_alpha", items="a", cases=("participant",)),
@@ -84,6 +98,10 @@ WRONG = {
     "pairs": ("t", "p", "p_uncorrected", "df"),
     "equivalence": ("p_low", "p_high"),
     "friedman": ("chi2", "p_unc", "W"),
+    "nemenyi": ("mean_rank_A", "q", "p"),
+    "wilcoxon": ("W", "rank_biserial", "p_normal", "p_exact", "p_corr"),
+    "wilcoxon between": ("W", "rank_biserial", "p_normal", "p_exact", "p_corr"),
+    "aligned ranks, mixed": ("F", "p_unc", "p_GG_corr", "eps"),
     "icc": ("ICC", "F", "p"),
     "cronbach_alpha": ("alpha",),
     "mixed model": ("estimate", "se"),
@@ -127,12 +145,12 @@ def test_rounded_numbers_are_compared_at_their_printed_precision():
 
 
 def test_what_is_near_zero_is_compared_to_its_own_size_only_where_it_is_a_p():
-    assert difference(Pair("", 1e-12, 3e-12, checks.NEAR_ZERO)) < LIMIT
+    assert difference(Pair("", 1e-12, 3e-12, comparing.NEAR_ZERO)) < LIMIT
     assert difference(Pair("", 1e-12, 3e-12)) > 0.5
 
 
 def test_a_large_table_is_not_checked_and_says_so(monkeypatch):
-    monkeypatch.setattr(checks, "MOST_VALUES", 40)
+    monkeypatch.setattr(comparing, "MOST_VALUES", 40)
     (found,) = cross_check([ORDINARY["one factor"]()])
     assert found.checked_with() == "not checked: size (48 values; at most 40)"
     assert found.difference is None and not found.disagrees

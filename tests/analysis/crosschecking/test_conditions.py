@@ -53,6 +53,20 @@ def test_squares_beyond_the_range_of_doubles():
     assert not math.isclose(pingouin_f(table), found.answer.rows[0]["F"], rel_tol=1e-6)
 
 
+def test_differences_that_differ_by_rounding():
+    """0.3 - 0.2 and 0.2 - 0.1 are one difference, which SciPy ranks as two."""
+    cells = np.array([[0.3, 0.2], [0.2, 0.1], [0.1, 0.2], [0.7, 0.2], [0.2, 0.9], [0.1, 0.9]])
+    found = answered(long(cells), "wilcoxon", factor="a")
+    assert "a0 and a1 that differ only by rounding are ties" in reason(found)
+    theirs = packages.pingouin_signed_ranks(cells[:, 0], cells[:, 1], "wilcoxon")
+    assert theirs["W"] != found.answer.rows[0]["W"]
+
+
+def test_means_of_large_values_make_other_ties():
+    cells = np.array([[1, 2, 4], [2, 2, 3], [3, 5, 4], [1, 1, 2], [4, 2, 2.0]]) / 10 + 1e6
+    assert "times as large as they differ" in reason(answered(long(cells), "aligned_ranks", within=("a",)))
+
+
 def test_a_gap():
     table = long(CELLS).drop(index=[1, 2])
     assert "a cell is missing" in conditions.incomplete(table.pivot(index="participant", columns="a", values="value"))
