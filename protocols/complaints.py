@@ -9,6 +9,7 @@ from pydantic import BaseModel, ValidationError
 
 from protocols.did_you_mean import nearest
 from protocols.problems import Problem
+from protocols.wording import count
 from protocols.yaml_text import Document, Path
 
 MOST_SHOWN = 8
@@ -60,7 +61,22 @@ def _message(each: dict[str, Any], path: Path, model: type[BaseModel]) -> str:
         case "value_error":
             return str(each["ctx"]["error"])
         case _:
-            return f"{found}{each['msg'][0].lower()}{each['msg'][1:]}"
+            return f"{found}{expectation(each)}"
+
+
+def expectation(each: dict[str, Any]) -> str:
+    """What pydantic expected, without its words for Python's kinds of data."""
+    match each["type"]:
+        case "tuple_type" | "list_type":
+            return "a list is expected, as [ONE, OTHER]"
+        case "dict_type" | "model_type" | "model_attributes_type" | "mapping_type":
+            return "keys and values are expected, as {KEY: VALUE}"
+        case "too_short":
+            return f"at least {count(each['ctx']['min_length'], 'item')} expected, found {each['ctx']['actual_length']}"
+        case "too_long":
+            return f"at most {count(each['ctx']['max_length'], 'item')} expected"
+        case _:
+            return f"{each['msg'][0].lower()}{each['msg'][1:]}"
 
 
 def _closest_literal(each: dict[str, Any]) -> str:

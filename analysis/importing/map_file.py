@@ -11,6 +11,7 @@ from pydantic import AfterValidator, BaseModel, BeforeValidator, ConfigDict, Fie
 from analysis.ratings.column_names import RESERVED, taken_names
 from analysis.ratings.dataset import DataRefused
 from analysis.ratings.dataset import Scale as RatingScale
+from protocols.complaints import expectation
 from protocols.did_you_mean import nearest
 from protocols.yaml_text import Document, YamlError, load
 
@@ -266,7 +267,7 @@ def _reason(each: dict[str, Any], path: tuple[str | int, ...]) -> str:
             return str(each["ctx"]["error"])
         case _:
             found = "" if isinstance(each["input"], dict | list) else f"found {each['input']!r:.60}, "
-            return f"{found}{each['msg'][0].lower()}{each['msg'][1:]}"
+            return f"{found}{expectation(each)}"
 
 
 def _keys_beside(path: tuple[str | int, ...]) -> list[str]:

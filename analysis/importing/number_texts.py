@@ -22,6 +22,21 @@ _ZERO = re.compile(r"[+-]?[0.,]*(?:[eE][+-]?[0-9]+)?")
 _MONTH = "jan|feb|m[aä]r|mrz|apr|ma[iy]|jun|jul|aug|sep|o[ck]t|nov|de[cz]|[0-9]+월"
 _DATE = "a date, which spreadsheets make of numbers as 4.3; set the column's format to text there and enter it again"
 _OTHER_FORMS = (
+    (
+        re.compile(r"[\u2010-\u2015\u2212][0-9.,]+"),
+        "written with another minus sign; write -, the hyphen of the keyboard",
+    ),
+    (re.compile(r"=.+"), "a formula; save the table with the formula's value in its place"),
+    (
+        re.compile(r"#[A-Z0-9/!?]+!?"),
+        "an error of a spreadsheet's formula; mend it there or, only if nothing was rated, list the text under missing",
+    ),
+    (re.compile(r"[0-9]{1,3}:[0-9]{2}(?::[0-9]{2})?(?:[.,][0-9]+)?"), "a time; write it as a number of one unit"),
+    (re.compile(r"[<>≤≥~≈=]+\s*[0-9.,]+|[0-9.,]+\s*[?+]"), "a bound or a guess; write the number that counts, alone"),
+    (re.compile(r"[$€£¥₩]\s*[0-9.,]+|[0-9.,]+\s*[$€£¥₩°]"), "a number with a unit; write the number alone"),
+    (re.compile(r"[0-9]*\s*[¼-¾⅐-⅞]|[0-9]+\s*/\s*[0-9]+"), "a fraction, or a date made of one; write a decimal number"),
+    (re.compile(r"[0-9.,]+\s*[-–—]\s*[0-9.,]+"), "a range; write the number that counts, alone"),
+    (re.compile(r"true|false|yes|no", re.I), "a word for yes or no; write the numbers that stand for them, as 1 and 0"),
     (re.compile(r"[+-]?0x[0-9a-f]+", re.I), "a hexadecimal number; write it with the digits 0 to 9"),
     (re.compile(r"[+-]?[0-9.,]+\s*[%‰]"), "a percentage; write the numbers without the sign, in the scale's units"),
     (

@@ -151,7 +151,10 @@ def test_a_level_named_none_stays_a_level(tmp_path: Path) -> None:
     [
         ("0x10", "a hexadecimal number"), ("45%", "a percentage"), ("04.Mrz", "a date"), ("4-Mar", "a date"),
         ("2026-03-04", "a date"), ("3월4일", "a date"), ("\u0663", "digits of another script"),
-        ("45 mm", "with a unit"), ("?", "only if nothing was rated there"),
+        ("45 mm", "with a unit"), ("?", "only if nothing was rated there"), ("\u22123", "another minus sign"),
+        ("=A1+1", "a formula"), ("#DIV/0!", "an error of a spreadsheet"), ("#N/A", "an error of a spreadsheet"),
+        ("12:30", "a time"), (">5", "a bound"), ("~ 7", "a bound"), ("5?", "a guess"), ("$5", "with a unit"),
+        ("\u00bd", "a fraction"), ("5/7", "a fraction"), ("3-4", "a range"), ("TRUE", "as 1 and 0"),
     ],
 )  # fmt: skip
 def test_each_kind_of_cell_that_is_no_number_has_its_own_advice(text, advice):
