@@ -46,6 +46,8 @@ class MapSettings(AskedFigure):
         yield from (Idle(name, answer) for name in ("outcomes", "normalise"))
         if self.class_column is None and self.label_column is None:
             yield from (Idle(name, answer) for name in ("where", "table", "source"))
+        if self.dimensions != (1, 2):
+            yield Idle("ellipses", "in other dimensions than 1 and 2, where none are drawn")
         if not self.vectors:
             yield Idle("items", "with `vectors: false`")
 
@@ -64,6 +66,11 @@ def data(shown: Shown, settings: MapSettings) -> FigureData:
             f" named: {', '.join(settings.tests) or 'none'}"
         )
     vectors = _only(settings, shown, DIRECTIONS, settings.items) if settings.vectors else None
+    if settings.vectors and len(settings.tests) > 1 + (vectors is not None):
+        raise DataRefused(
+            f"figure {settings.name!r}: a map shows one test with places and one of vectors, whose rows have"
+            f" `{settings.items}` and directions; named: {', '.join(settings.tests)}"
+        )
     points = _points(settings, shown.selected, answer)
     if vectors is not None:
         _same_map(settings, points, vectors)

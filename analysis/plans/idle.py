@@ -25,13 +25,13 @@ class Idle(NamedTuple):
 AskedT = TypeVar("AskedT", bound=BaseModel)
 
 
-def idle_settings(asked: Any, takes: str) -> list[Idle]:
+def idle_settings(asked: Any, kind: Any) -> list[Idle]:
     """Return the settings that differ from what they count as and change nothing.
 
-    `takes` is the table that the kind of test or figure takes where the plan names none.
+    `kind` is the kind of the test or figure.
     """
     found: dict[str, Idle] = {}
-    for each in (*_of_rows(asked, takes), *asked.idle()):
+    for each in (*_of_rows(asked, kind), *asked.idle()):
         if each.name not in type(asked).model_fields:
             continue
         value = _counts_as(asked, each)
@@ -40,26 +40,34 @@ def idle_settings(asked: Any, takes: str) -> list[Idle]:
     return list(found.values())
 
 
-def _of_rows(asked: Any, takes: str) -> Iterator[Idle]:
+def _of_rows(asked: Any, kind: Any) -> Iterator[Idle]:
     """Yield what changes nothing about the rows that are asked about."""
     if asked.table is not None:
-        yield from (Idle(name, "with a table of the plan's own") for name in ("outcomes", "source", "normalise"))
-    elif (asked.source or takes) == "words":
+        one_answer = kind.takes == "table" or getattr(kind, "each", "") == "outcome"
+        names = ("outcomes", "source", "normalise") if one_answer else ("source", "normalise")
+        yield from (Idle(name, "with a table of the plan's own") for name in names)
+    elif (asked.source or kind.takes) == "words":
         yield from (Idle(name, "on words") for name in ("outcomes", "normalise", "missing"))
-    elif (asked.source or takes) == "forms":
+    elif (asked.source or kind.takes) == "forms":
         yield Idle("normalise", "on a questionnaire's answers")
-    if takes == "table":
+    if kind.takes == "table":
         yield Idle("missing", "with a table of the plan's own, of which every row counts")
 
 
-def effective(asked: AskedT, takes: str) -> AskedT:
+def outcomes_of_own_table(asked: Any) -> Iterator[Idle]:
+    """Yield `outcomes` of a kind that takes every row of a table of the plan's own as one answer."""
+    if asked.table is not None:
+        yield Idle("outcomes", "with a table of the plan's own")
+
+
+def effective(asked: AskedT, kind: Any) -> AskedT:
     """Return the test or figure with settings that change nothing at what they count as."""
-    return asked.model_copy(update={each.name: each.instead for each in idle_settings(asked, takes)})
+    return asked.model_copy(update={each.name: each.instead for each in idle_settings(asked, kind)})
 
 
-def idle_notes(asked: Any, takes: str) -> tuple[str, ...]:
+def idle_notes(asked: Any, kind: Any) -> tuple[str, ...]:
     """Return a sentence for each setting that changes nothing."""
-    return tuple(idle_note(each.name, each.where) for each in idle_settings(asked, takes))
+    return tuple(idle_note(each.name, each.where) for each in idle_settings(asked, kind))
 
 
 def idle_note(name: str, where: str) -> str:

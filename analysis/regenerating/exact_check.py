@@ -7,6 +7,7 @@ from collections.abc import Sequence
 from dataclasses import dataclass
 
 from analysis.plans.idle import effective
+from analysis.plans.kinds import test_kind
 from analysis.regenerating.running import Answered
 from analysis.statistics.self_check import self_check
 
@@ -39,7 +40,7 @@ def _of(each: Answered) -> list[ExactCheck]:
         return []
     if each.missing.cells and not each.missing.left_out:
         return [ExactCheck(name, "all", None, "not checked: answered by a mixed model")]
-    asked = effective(each.asked, "ratings").model_dump()
+    asked = effective(each.asked, test_kind(each.asked.test)).model_dump()
     found = self_check(
         each.rows,
         "value",

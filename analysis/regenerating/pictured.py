@@ -45,8 +45,8 @@ def _pictured(selecting: Selecting, answers: Mapping[str, Mapping[str, Answer]],
         if lacking:
             return Pictured(asked, None, f"it shows the test {lacking[0]!r}, which has no answer")
         shown = Shown(selecting.of(asked, kind.takes), {name: answers[name] for name in asked.tests})
-        data = kind.data(shown, effective(asked, kind.takes))
-        data = replace(data, caption=" ".join((data.caption, *idle_notes(asked, kind.takes))))
+        data = kind.data(shown, effective(asked, kind))
+        data = replace(data, caption=" ".join((data.caption, *idle_notes(asked, kind))))
     except ValueError as refusal:
         return Pictured(asked, None, str(refusal))
     return Pictured(asked, data)

@@ -65,7 +65,7 @@ def refuse_idle_settings(plan: Plan) -> None:
         Problem((section, place, idle.name), f"{idle.name} has no effect {idle.where}; leave it out")
         for section, asked in both
         for place, each in enumerate(asked)
-        for idle in idle_settings(each, _kind_of(each).takes)
+        for idle in idle_settings(each, _kind_of(each))
     ]
     if problems:
         raise plan.complaint(problems)

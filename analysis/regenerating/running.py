@@ -118,9 +118,9 @@ def _answered(selecting: Selecting, question: Question, clock: Clock, digests: _
                 f"{told.found()}, and {question.asked.test!r} has no form that takes gaps; give this test"
                 " `missing: listwise`, or ask a test of kind mixed_model instead"
             )
-        asked = effective(question.asked, kind.takes)
+        asked = effective(question.asked, kind)
         answer = (gaps or kind.answer)(selected, asked.model_copy(update={"missing": policy}))
-        answer = replace(answer, notes=(*answer.notes, *idle_notes(question.asked, kind.takes)))
+        answer = replace(answer, notes=(*answer.notes, *idle_notes(question.asked, kind)))
     except ValueError as refusal:
         inputs = "" if selected is None else digests.of(selected.table, own)
         return Answered(question.asked, question.outcome, None, str(refusal), inputs, told, clock() - start)

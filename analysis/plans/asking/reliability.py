@@ -8,7 +8,7 @@ from typing import TYPE_CHECKING, Annotated, Any, Literal
 from pydantic import Field
 
 from analysis.plans.answers import Answer, Asked, Kind, Row, Selected, missing_without_effect
-from analysis.plans.idle import ON_RANKS, Idle
+from analysis.plans.idle import ON_RANKS, Idle, outcomes_of_own_table
 from protocols.wording import count
 
 if TYPE_CHECKING:
@@ -39,6 +39,11 @@ class AskedAlpha(Asked):
     reverse: tuple[str, ...] = ()
     value: str = "value"
     confidence: Confidence = 0.95
+
+    def idle(self) -> Iterator[Idle]:
+        """Yield the settings that change nothing beside the others."""
+        yield from super().idle()
+        yield from outcomes_of_own_table(self)
 
 
 class AskedConcordance(Asked):

@@ -8,7 +8,7 @@ from typing import Annotated, Literal
 from pydantic import AfterValidator, Field
 
 from analysis.plans.answers import Answer, Asked, Kind, Selected
-from analysis.plans.idle import Idle
+from analysis.plans.idle import Idle, outcomes_of_own_table
 from protocols.study import Number, Text, Whole
 
 Confidence = Annotated[float, Field(gt=0, lt=1)]
@@ -43,6 +43,11 @@ class Pca(Asked):
     draws: Draws | None = None
     confidence: Confidence = 0.95
 
+    def idle(self) -> Iterator[Idle]:
+        """Yield the settings that change nothing beside the others."""
+        yield from super().idle()
+        yield from outcomes_of_own_table(self)
+
 
 class Mds(Asked):
     """A map of `over` (stimuli) from the distances of their means on `items`, or from ratings of `pairs` of them.
@@ -71,6 +76,7 @@ class Mds(Asked):
     def idle(self) -> Iterator[Idle]:
         """Yield the settings that change nothing beside the others."""
         yield from super().idle()
+        yield from outcomes_of_own_table(self)
         if self.method == "classical":
             yield from (Idle(name, "with `method: classical`") for name in ("ties", "starts", "reference", "scree"))
         if self.pairs is None:
@@ -110,6 +116,7 @@ class Procrustes(Asked):
     def idle(self) -> Iterator[Idle]:
         """Yield the settings that change nothing beside the others."""
         yield from super().idle()
+        yield from outcomes_of_own_table(self)
         if self.on != "nonmetric":
             yield from (Idle(name, f"with `on: {self.on}`") for name in ("ties", "starts"))
         if self.on == "attributes":
@@ -137,6 +144,7 @@ class Vectors(Asked):
     def idle(self) -> Iterator[Idle]:
         """Yield the settings that change nothing beside the others."""
         yield from super().idle()
+        yield from outcomes_of_own_table(self)
         if self.on != "nonmetric":
             yield from (Idle(name, f"with `on: {self.on}`") for name in ("ties", "starts"))
 

@@ -91,6 +91,14 @@ def test_tests_without_places_and_ambiguous_classes_are_refused() -> None:
         asked(MAP, shown(both, {"m": answer(PLACES)}), tests=("m",), class_column="class")
 
 
+def test_a_named_test_that_the_map_would_not_show_is_refused() -> None:
+    given = shown(answers=configuration() | {"more": answer([{"p": 0.5}])})
+    with pytest.raises(DataRefused, match="a map shows one test with places and one of vectors"):
+        asked(MAP, given, tests=("map", "words", "more"))
+    with pytest.raises(DataRefused, match="whose rows have `word`"):
+        asked(MAP, given, tests=("map", "words"), items="word")
+
+
 def test_free_names_cover_neither_points_nor_each_other() -> None:
     points = [(50.0 + 37 * (i % 7), 40.0 + 29 * (i // 7)) for i in range(28)]
     names = [f"name {i}" for i in range(28)]

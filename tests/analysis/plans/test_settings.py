@@ -172,6 +172,7 @@ ASKED: Mapping[str, list[Settings]] = {
     ],
     "pairs": [
         {**FIRST, "factor": "dose"}, {**FIRST, "factor": "group"}, {**FIRST, "factor": "dose", "correction": "none"},
+        {**COARSE, "factor": "dose"},
     ],
     "equivalence": [{**FIRST, "factor": "dose", "bounds": [-5, 5]}, {**FIRST, "factor": "group", "bounds_dz": 0.5}],
     "mixed_model": [
@@ -196,14 +197,14 @@ ASKED: Mapping[str, list[Settings]] = {
     ],
     "likert": [{}, {"by": "gender"}],
     "icc": [FIRST],
-    "cronbach_alpha": [{}, {"cases": ["stimulus"]}],
+    "cronbach_alpha": [{}, {"cases": ["stimulus"]}, COARSE],
     "kendall_w": [{**FIRST, "p": how} for how in ("auto", "permutation", "chi2")],
     "krippendorff_alpha": [
         {**FIRST, "level": "ordinal", "where": {"session": "1"}}, {**FIRST, "level": "interval"},
         {**FIRST, "level": "interval", "units": ["gender"]},
     ],
     "retest": [FIRST],
-    "raters": [{}],
+    "raters": [{}, {**COARSE, "outcomes": ["Soft"]}],
     "relevance": [{"normalisation": "share_of_trials", "threshold": 0.6}],
     "adjective_pairs": [
         {"normalisation": "share_of_trials", "threshold": 0.6, "antonyms": [["Soft", "Hard"], ["Cold", "Warm"]]},
@@ -222,7 +223,7 @@ ASKED: Mapping[str, list[Settings]] = {
     ],
     "categories": [{"by": ["dose"]}],
     "target_error": [{"target": "wish", "attribute_column": "of"}],
-    "pca": [{}, {"scaled": True}, {"reference": "none"}],
+    "pca": [{}, {"scaled": True}, {"reference": "none"}, COARSE],
     "mds": [
         MDS, {**MDS, "method": "classical"}, {**MDS, "replications": 0}, {**MDS, "starts": 0, "dimensions": 1},
         {**MDS, "reference": 0},
@@ -263,6 +264,7 @@ SHOWN = [
 BARS = {**FIRST, "clusters": "cloth", "bars": "dose"}
 PREDICTED = {"table": "predicted"}
 LEVELS = [{"by": ["dose"], "whiskers": how} for how in ("sd", "cousineau_morey", "none")]
+LEVELS.append({**COARSE, "by": ["dose"], "outcomes": ["Soft"]})
 FIGURE_CASES: Mapping[str, list[Settings]] = {
     "bubbles": [{}, {"x": "Soft", "y": "Cold"}],
     "means": LEVELS,
@@ -286,6 +288,7 @@ FIGURE_CASES: Mapping[str, list[Settings]] = {
     "map": [
         {"tests": ["map", "arrows"]}, {"tests": ["map", "arrows"], "class_column": "cloth"},
         {"tests": ["map", "arrows"], "vectors": False},
+        {"tests": ["map", "arrows"], "dimensions": [2, 1]},
     ],
 }  # fmt: skip
 
@@ -374,7 +377,8 @@ def materials() -> Mapping[str, Any]:
 SLOW = ("mixed_model", "mds", "procrustes", "psychometric")
 BY_DATA = {
     ("adjective_pairs", "new_words"), ("cronbach_alpha", "missing"), ("mds", "ties"), ("procrustes", "items"),
-    ("procrustes", "missing"), ("procrustes", "reflection"), ("vectors", "missing"), ("violins", "order"),
+    ("pairs", "missing"), ("pca", "missing"), ("procrustes", "missing"), ("procrustes", "reflection"),
+    ("vectors", "missing"), ("violins", "order"),
 }  # fmt: skip
 """Settings that change nothing where the data have no ties, gaps, new words or mirrored maps: in one case they do."""
 
@@ -442,7 +446,7 @@ def tried(
         names = [name for name in others if gap == (gaps or name == "missing")]
         before, *after = outcomes([model.model_validate(base), *(others[name] for name in names)], gap)
         for name, found in zip(names, after, strict=True):
-            idle = name in {each.name for each in idle_settings(others[name], of.takes)}
+            idle = name in {each.name for each in idle_settings(others[name], of)}
             noted = idle or f"The plan's `{name}` has no effect" in found.notes
             changed = found.told.replace(f"with_{name}", "base") != before.told
             effects.append((name, "noted" if noted else "changes" if changed else "no effect"))
