@@ -22,6 +22,8 @@ _FORMS = {
     b"pk\x03\x04": "a workbook (xlsx, ods) or another zip file", b"\xd0\xcf\x11\xe0": "an old workbook (xls)",
     b"\x1f\x8b": "a compressed file (gzip)", b"%pdf": "a PDF", b"sqlite format 3": "a SQLite database",
     b"par1": "a Parquet file", b"<html": "a web page", b"<!doctype": "a web page", b"<?xml": "an XML file",
+    b"\x89png": "a picture", b"\xff\xd8\xff": "a picture", b"$fl2@(#)": "an SPSS file", b"$fl3@(#)": "an SPSS file",
+    b"<stata_dta": "a Stata file", b"7z\xbc\xaf": "a compressed file (7z)",
     b"{\n": "a JSON file", b'{"': "a JSON file", b"[{": "a JSON file",
 }  # fmt: skip
 _UTF8_MARK = b"\xef\xbb\xbf"

@@ -167,6 +167,8 @@ def test_each_kind_of_cell_that_is_no_number_has_its_own_advice(text, advice):
     [
         (b"PK\x03\x04rest", "utf-8-sig", "is a workbook .*; open it .* save it as CSV in UTF-8"),
         (b'{"who": 1}', "utf-8-sig", "is a JSON file"),
+        (b"\x89PNG\r\n\x1a\n", "utf-8-sig", "is a picture"),
+        (b"$FL2@(#) SPSS", "utf-8-sig", "is an SPSS file"),
         ("who,v\nJörg,1\n".encode("utf-16-le"), "utf-8-sig", "encoding: utf-16"),
         ("who,v\nJörg,1\n".encode("cp1252"), "utf-8-sig", "encoding: cp1252 or latin-1"),
         (bytes(range(256)), "utf-8-sig", "no other encoding reads it either: open it"),
