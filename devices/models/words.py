@@ -14,7 +14,7 @@ KINDS = {
     "force_profile": "a force profile", "ratings": "ratings", "texture_window": "a texture's last samples",
     "acceleration": "the next acceleration", "texture_drive": "speed, force and noise", "spectrum": "a spectrum",
 }  # fmt: skip
-NAME_WIDTH, LINE, MOST_LISTED = 11, 110, 8
+NAME_WIDTH, LINE, MOST_LISTED = 12, 110, 8
 
 
 def card_words(card: Card, tensors: Mapping[str, Values], file: str) -> str:
