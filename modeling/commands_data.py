@@ -90,9 +90,9 @@ def progress_lines() -> Iterator[Report]:
 
 @contextmanager
 def going_on(what: str) -> Iterator[None]:
-    """Ctrl-C ends the command with a word about how to go on."""
+    """Ctrl-C ends the command with a word about how to go on, and exit code 130."""
     try:
         yield
     except KeyboardInterrupt:
         click.echo(f"Stopped. What is finished is kept: the same command goes on with {what}.", err=True)
-        raise click.exceptions.Exit(1) from None
+        raise click.exceptions.Exit(130) from None

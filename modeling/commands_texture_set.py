@@ -52,7 +52,7 @@ def simulate(sides: Handed, /, lab: Path, textures: tuple[str, ...], as_json: bo
     else:
         _show(made, lab)
     if not all(each.complete for each in made):
-        raise click.exceptions.Exit(1)
+        raise click.exceptions.Exit(130 if "SIGINT" in made[-1].ended else 1)
 
 
 def _plain(session: SetSession) -> dict[str, Any]:

@@ -143,11 +143,13 @@ def staged_folder(folder: Path) -> Iterator[Path]:
 
 
 @contextmanager
-def staged_files(folder: Path, last: Sequence[str] = (), obsolete: Iterable[str] = ()) -> Iterator[Path]:
+def staged_files(
+    folder: Path, last: Sequence[str] = (), obsolete: Iterable[str] = (), check: Check | None = None
+) -> Iterator[Path]:
     """Give an empty folder to write into, whose contents take their places in `folder` at the end, `last` as the last.
 
-    The files named in `obsolete`, read when the block ends, are removed from `folder`. If the block raises, or a file
-    cannot be placed, `folder` stays as it was.
+    The files named in `obsolete`, read when the block ends, are removed from `folder`. If the block raises, `check` of
+    the synced draft raises, or a file cannot be placed, `folder` stays as it was.
     """
     if _is_staged(folder / "file"):
         folder.mkdir(parents=True, exist_ok=True)
@@ -158,6 +160,8 @@ def staged_files(folder: Path, last: Sequence[str] = (), obsolete: Iterable[str]
         yield draft
         _sync_tree(draft)
         with holding_interrupts():
+            if check is not None:
+                check(draft)
             _place(draft, folder, last, obsolete)
 
 

@@ -58,6 +58,13 @@ def has_seccomp() -> bool:
     return platform.machine() == "x86_64" and actions.exists() and "user_notif" in actions.read_text()
 
 
+def has_tmpfs() -> bool:
+    """Whether a process may mount a file system in memory: as root, or where user namespaces are permitted."""
+    from tests.faults.machine import may_mount
+
+    return sys.platform == "linux" and may_mount()
+
+
 def has_fonts() -> bool:
     """Whether the window finds fonts for Korean, Hindi and Chinese."""
     from devices.window.fonts import find_fonts
@@ -99,6 +106,7 @@ NEEDS = {
     "linux": Need(lambda: sys.platform == "linux", "make test, on Linux"),
     "glibc": Need(lambda: platform.libc_ver()[0] == "glibc", "make test, on a Linux with glibc"),
     "seccomp": Need(has_seccomp, "make test, on Linux on x86_64 with seccomp"),
+    "tmpfs": Need(has_tmpfs, "make test, as root on Linux, or where user namespaces are permitted"),
     "posix": Need(lambda: os.name == "posix", "make test, on Linux or macOS"),
 }
 

@@ -18,7 +18,7 @@ from pydantic import Field, ValidationError
 from modeling.attributes.material import Array, MaterialError, Pair, Texture
 from modeling.attributes.methods import Fitted, Method, predictions
 from protocols.canonical import NotCanonical, canonical, digest, json_text, parse
-from protocols.files import write_bytes
+from protocols.files import staged_files, write_bytes
 from protocols.model_card import Interval, Weights, complaint
 from protocols.strict import Strict
 
@@ -123,26 +123,33 @@ def write_model(folder: Path, fitted: Kept, card: Mapping[str, Any], methods: Ma
         raise ModelFileError(f"{name}: {why}. Nothing was written.") from None
     path = folder / f"{name}.json"
     _restored(path, made, _loaded(content), methods)
-    aside = _set_aside(path)
-    write_bytes(folder / weights.file, content)
-    write_bytes(path, text)
-    aside.unlink(missing_ok=True)
+    with staged_files(folder, last=[path.name], check=lambda _draft: _set_aside(path)) as draft:
+        write_bytes(draft / weights.file, content)
+        write_bytes(draft / path.name, text)
+    _aside(path).unlink(missing_ok=True)
     return path
 
 
-def _set_aside(path: Path) -> Path:
+def _aside(path: Path) -> Path:
+    return path.with_name(f"{path.stem}~replaced{NUMBERS}")
+
+
+def _set_aside(path: Path) -> None:
     """Let the earlier card, where it can be read, name a copy of its numbers, so that their name is free."""
-    aside = path.with_name(f"{path.stem}~replaced{NUMBERS}")
+    aside = _aside(path)
     try:
         old = read_card(path)
         content = path.with_name(old.tensors.file).read_bytes()
     except (ModelFileError, OSError):
-        return aside
+        return
     if old.tensors.file != aside.name:
-        write_bytes(aside, content)
         tensors = old.tensors.model_copy(update={"file": aside.name})
-        write_bytes(path, _text(old.model_copy(update={"tensors": tensors})))
-    return aside
+        try:
+            write_bytes(aside, content)
+            write_bytes(path, _text(old.model_copy(update={"tensors": tensors})))
+        except OSError:
+            aside.unlink(missing_ok=True)
+            raise
 
 
 def read_model(path: Path, methods: Mapping[str, Method] | None = None) -> AttributeModel:

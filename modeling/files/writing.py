@@ -16,7 +16,7 @@ from safetensors import numpy as numbers
 
 from modeling.files.exported import Exported
 from protocols.canonical import NotCanonical, canonical
-from protocols.files import write_bytes
+from protocols.files import staged_files, write_bytes
 from protocols.model_card import Card, Interval, Port, Texture, Weights, complaint, tensors_named
 
 NAME = re.compile(r"[A-Za-z0-9][A-Za-z0-9_.-]{0,63}")
@@ -110,12 +110,19 @@ def _require_same(name: str, content: bytes, tensors: Mapping[str, NDArray[Any]]
 
 
 def _replaced(folder: Path, card: Card, content: bytes) -> Path:
-    """Put both files in place, one rename at a time; until the last one, an old card keeps its own numbers."""
+    """Put both files in place when both are on the disk; until the last rename, an old card keeps its own numbers."""
     path, weights = folder / f"{card.name}.json", folder / card.weights.file
     aside = folder / f"{card.name}~replaced.safetensors"  # no model can have this name
-    _set_aside(path, weights, aside)
-    _put(weights, content)
-    _put(path, _text(card))
+    files = {weights.name: content, path.name: _text(card)}
+
+    def check(draft: Path) -> None:
+        for name, expected in files.items():
+            _require_kept(draft / name, expected, folder / name)
+        _set_aside(path, weights, aside)
+
+    with staged_files(folder, last=[path.name], check=check) as draft:
+        for name, expected in files.items():
+            _put(draft / name, expected)
     aside.unlink(missing_ok=True)
     return path
 
@@ -128,18 +135,22 @@ def _set_aside(path: Path, weights: Path, aside: Path) -> None:
     except (ValueError, OSError):
         return
     if old.weights.file == weights.name:
-        _put(aside, numbers_before)
-        _put(path, _text(old.model_copy(update={"weights": old.weights.model_copy(update={"file": aside.name})})))
+        try:
+            _put(aside, numbers_before)
+            _put(path, _text(old.model_copy(update={"weights": old.weights.model_copy(update={"file": aside.name})})))
+        except OSError:
+            aside.unlink(missing_ok=True)
+            raise
 
 
 def _put(path: Path, content: bytes) -> None:
     """Write the file and read it back before it replaces an earlier one."""
+    write_bytes(path, content, lambda draft: _require_kept(draft, content, path))
 
-    def check(draft: Path) -> None:
-        if draft.read_bytes() != content:
-            raise ModelWritingError(f"{path}: it does not read back as it was written, and was not replaced.")
 
-    write_bytes(path, content, check)
+def _require_kept(draft: Path, content: bytes, path: Path) -> None:
+    if draft.read_bytes() != content:
+        raise ModelWritingError(f"{path}: it does not read back as it was written, and was not replaced.")
 
 
 def _text(card: Card) -> bytes:

@@ -11,6 +11,7 @@ from collections.abc import Iterator
 from pathlib import Path
 
 import click
+from PIL import Image
 
 import palpate
 
@@ -51,23 +52,38 @@ WRITES = {
     "render": "render cloth --hand simulated --seconds 1 --out played.npz",
     "predict": "predict door-force --wish Damped=30 --to door.csv",
     "window screens": "window screens --out screens",
+    "record": "record texture_capture --participant P003 --group pilot --simulate",
+    "resume": "resume killed/sessions/door_lexicon_P002_s1.sqlite --accept-change",
+    "rig calibrate": "rig calibrate vibration --rig twins.yaml --yes --seconds 0.2 --write",
+    "power": "power doors_small --test variants --participants 2..3 --runs 10 --jobs 1",
+    "bench": "bench intervals --quick --out bench",
 }
 """Every command that writes, as it is driven; the lab is LAB where the command takes one."""
+TEXTURES = {
+    "textures simulate": "textures simulate --textures T01,T15 --seconds 6 --pictures 1 --raters 1 --lab new",
+    "textures index": "textures index --without-model --workers 1 --pictures shown",
+    "textures find": "textures find rough --sheet sheet.png --map map.png",
+    "textures nearest": "textures nearest T01 --sheet sheet.png",
+    "textures show": "textures show T01 --sheet sheet.png",
+    "textures map": "textures map rough",
+    "textures draw": "textures draw T01 --out figures",
+}
+"""The same, driven in a lab of simulated textures with a library."""
+MODELS = {
+    "train doors": "train doors --simulated --quick --forward ridge --inverse nearest --workers 1",
+    "train textures": "train textures --simulated --quick --methods ar --textures cloth --workers 1",
+    "train attributes": "train attributes --quick --method ridge --workers 1",
+    "evaluate doors": "evaluate doors --simulated --quick --methods ridge --workers 1",
+    "evaluate textures": "evaluate textures --simulated --quick --methods ar --textures cloth --workers 1 --no-figures",
+    "evaluate attributes": "evaluate attributes --quick --methods ridge --workers 1 --no-figures",
+}
+"""The same, after their trainings: what is finished is kept, so each goes on from there and writes."""
+DRIVEN = {**WRITES, **TEXTURES, **MODELS}
 LEFT_OUT = {
-    "record": "as run, at a station", "resume": "as run: tests/studies/test_kill.py ends it at every instant",
-    "rig calibrate": "needs a device; its file: tests/protocols/test_files.py",
-    "author": "a window; as window calibrate",
-    "window calibrate": "a person measures; its file is written as that of rig simulate",
-    "power": "minutes; its files are those of analyse",
-    "train doors": "minutes; tests/modeling/files/test_writing.py", "train textures": "minutes; as train doors",
-    "train attributes": "minutes; as train doors", "evaluate doors": "minutes; its folder is staged as that of analyse",
-    "evaluate textures": "as evaluate doors", "evaluate attributes": "as evaluate doors",
-    "textures simulate": "minutes; its sessions are written as by run", "textures index": "tests/modeling/library",
-    "textures find": "its sheet: tests/modeling/library/test_sheet.py", "textures nearest": "as textures find",
-    "textures show": "as textures find", "textures map": "its map: tests/modeling/library/test_map.py",
-    "textures draw": "its figures are saved as those of analyse",
-    "demo": "made of other commands", "bench": "its plots are saved as the figures of analyse",
-}  # fmt: skip
+    "author": "a window that a person moves sliders in; its designs are written by the same writer: tests/protocols",
+    "window calibrate": "a display, whose socket the faults break too; its file is written as that of rig calibrate",
+    "demo": "two minutes; made of other commands, each driven here",
+}
 """Commands that write and are not driven, with the reason."""
 WRITES_NOTHING = (
     "participants list", "participants balance", "participants overlap", "studies", "check", "plan", "replay",
@@ -92,7 +108,8 @@ def _walk(name: str, command: click.Command | None) -> Iterator[tuple[str, click
 def arguments(name: str) -> list[str]:
     """Return the words after `palpate` that drive a command."""
     takes_a_lab = any("--lab" in parameter.opts for parameter in commands()[name].params)
-    return [*WRITES[name].split(), *(["--lab", "lab"] if takes_a_lab else [])]
+    words = DRIVEN[name].split()
+    return [*words, *(["--lab", "lab"] if takes_a_lab and "--lab" not in words else [])]
 
 
 def make_lab(folder: Path) -> None:
@@ -112,8 +129,33 @@ def make_lab(folder: Path) -> None:
     shutil.copytree(ROOT / "studies" / "door_ratings", folder / "drawn")
     call("import", str(folder / "sponges.yaml"), str(folder / "sponges.csv"), "--lab", str(lab))
     call("collect", "--lab", str(lab))
+    (folder / "killed" / "sessions").mkdir(parents=True)
+    for path in (RECORDED / "frozen" / "lab" / "sessions").glob("door_lexicon_P002_s1.sqlite*"):
+        shutil.copy(path, folder / "killed" / "sessions" / path.name)
+    call("rig", "simulate", "--out", str(folder / "twins.yaml"))
     for name in ("report.html", "monitor.html", "rig.yaml", "out.csv", "door.csv", "doors.png", "played.npz"):
         (folder / name).write_text("what was here before\n")
+
+
+def make_textures(folder: Path) -> None:
+    """Make a working directory: a lab of three simulated textures and its library."""
+    words = ["--textures", "T01,T15,T33", "--seconds", "6", "--pictures", "1", "--raters", "1"]
+    call("textures", "simulate", *words, "--lab", str(folder / "lab"))
+    call("textures", "index", "--without-model", "--workers", "1", "--lab", str(folder / "lab"))
+    (folder / "shown").mkdir()
+    for name in ("T01", "T15", "T33"):
+        Image.new("RGB", (30, 30), "red").save(folder / "shown" / f"{name}.png")
+    for name in ("sheet.png", "map.png"):
+        (folder / name).write_text("what was here before\n")
+
+
+def make_models(folder: Path) -> None:
+    """Make a working directory: a lab of three simulated textures with every training finished, but no model."""
+    make_textures(folder)
+    for command in MODELS.values():
+        call(*command.split(), "--lab", str(folder / "lab"))
+    for path in (folder / "lab" / "models").glob("[!.]*.*"):
+        path.unlink()
 
 
 def call(*words: str) -> None:

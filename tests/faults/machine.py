@@ -8,9 +8,12 @@ from __future__ import annotations
 
 import ctypes
 import errno
+import fcntl
 import mmap
 import os
+import pickle
 import resource
+import shutil
 import signal
 import struct
 import sys
@@ -18,7 +21,9 @@ import traceback
 from collections.abc import Callable, Sequence
 from dataclasses import dataclass
 from pathlib import Path
+from typing import TypeVar
 
+T = TypeVar("T")
 CALLS = {
     "write": 1, "pwrite64": 18, "writev": 20, "pwritev": 296, "ftruncate": 77, "truncate": 76, "fallocate": 285,
     "sendfile": 40, "copy_file_range": 326, "sync_file_range": 277, "mmap": 9, "fsync": 74, "fdatasync": 75,
@@ -28,7 +33,7 @@ CALLS = {
 """Numbers of system calls on x86_64."""
 DATA = ("write", "pwrite64", "writev", "pwritev", "ftruncate", "fallocate", "sendfile", "copy_file_range")
 NAMES = ("mkdir", "rename", "link", "unlink", "rmdir", "chmod")
-SECONDS = 60
+SECONDS = 120
 CHANGES = {"open", "os.mkdir", "os.rename", "os.remove", "os.rmdir", "os.link", "os.chmod", "sqlite3.connect"}
 """Audit events at which something in the lab may change; an interrupt is raised at each of them in turn."""
 
@@ -69,7 +74,12 @@ FAULTS: dict[str, list[tuple[int, ...]]] = {
 MEMORY = "/dev/shm"
 """Files in memory are synced at once."""
 SIZE = "size limit"
+FULL = "full tmpfs"
+FILLER = "filler"
+"""The file that fills it."""
 INTERRUPT = "interrupt"
+PIPE = 2**20
+"""Bytes that a pipe from a child takes before anyone reads: a pipe, as limits on files do not hold for it."""
 
 
 def install(steps: list[tuple[int, ...]], flags: int = 0) -> int:
@@ -85,12 +95,13 @@ def install(steps: list[tuple[int, ...]], flags: int = 0) -> int:
 
 @dataclass(frozen=True)
 class Ended:
-    """How a command line ended: exit code, what it printed, and how often it changed something."""
+    """How a command line ended: exit code, what it printed, how often it changed something, what it had imported."""
 
     code: int
     out: str
     err: str
     changes: int = 0
+    modules: tuple[str, ...] = ()
 
 
 def run_with(fault: str | None, folder: Path, command: Callable[[], int], instant: int = 0) -> Ended:
@@ -98,27 +109,32 @@ def run_with(fault: str | None, folder: Path, command: Callable[[], int], instan
 
     An interrupt comes before the change with the number `instant`, from 1 on.
     """
-    channels = [Path(f"{folder}.{name}") for name in ("out", "err", "changes")]
+    pipes = [os.pipe() for _ in range(4)]
+    for _, write in pipes:
+        fcntl.fcntl(write, fcntl.F_SETPIPE_SZ, PIPE)
     child = os.fork()
     if child == 0:
-        _be_child(fault, folder, command, instant, channels)
+        _be_child(fault, folder, command, instant, [write for _, write in pipes])
     signal.alarm(SECONDS)
     _, status = os.waitpid(child, 0)
     signal.alarm(0)
-    out, err, changes = (path.read_text("utf-8", "replace") for path in channels)
-    for path in channels:
-        path.unlink()
-    return Ended(os.waitstatus_to_exitcode(status), out, err, len(changes))
+    texts = []
+    for read, write in pipes:
+        os.close(write)
+        with os.fdopen(read, encoding="utf-8", errors="replace") as pipe:
+            texts.append(pipe.read())
+    out, err, changes, modules = texts
+    return Ended(os.waitstatus_to_exitcode(status), out, err, len(changes), tuple(modules.split()))
 
 
-def _be_child(fault: str | None, folder: Path, command: Callable[[], int], instant: int, channels: list[Path]) -> None:
+def _be_child(fault: str | None, folder: Path, command: Callable[[], int], instant: int, channels: list[int]) -> None:
     code = 99
     try:
         os.chdir(folder)
-        for number, path in enumerate(channels[:2], start=1):
-            os.dup2(os.open(path, os.O_WRONLY | os.O_CREAT), number)
+        for number, channel in enumerate(channels[:2], start=1):
+            os.dup2(channel, number)
         sys.stdout, sys.stderr = (open(number, "w", encoding="utf-8", closefd=False) for number in (1, 2))  # noqa: SIM115
-        counter = os.open(channels[2], os.O_WRONLY | os.O_CREAT)
+        counter, imported = channels[2:]
         signal.signal(signal.SIGINT, signal.default_int_handler)
         if fault in FAULTS:
             install(FAULTS[fault])
@@ -129,10 +145,80 @@ def _be_child(fault: str | None, folder: Path, command: Callable[[], int], insta
             sys.addaudithook(_Interrupting(folder, counter, instant))
         code = command()
         sys.stdout.flush()
+        if fault is None:
+            os.write(imported, " ".join(sys.modules).encode())
     except BaseException:
         os.write(2, traceback.format_exc().encode())
     finally:
         os._exit(code)
+
+
+def in_full_tmpfs(place: Path, base: Path, free: int, act: Callable[[], T]) -> T:
+    """Return what a child answers that acts while `place`, a copy of `base`, is a file system with so few bytes free.
+
+    The child has mounts of its own, which end with it. Raises OSError where this machine lets nobody mount.
+    """
+    place.mkdir()
+    size = sum(-(-path.stat().st_size // 4096) * 4096 for path in base.rglob("*") if path.is_file())
+    return _answer(lambda: (_mount_tmpfs(place, size + 2**20), shutil.copytree(base, place, dirs_exist_ok=True),
+                            _fill(place, free), act())[-1])  # fmt: skip
+
+
+def may_mount() -> bool:
+    """Whether a child of this process may mount a file system for itself."""
+    try:
+        _answer(lambda: _mount_tmpfs(Path(MEMORY), 4096))
+    except OSError:
+        return False
+    return True
+
+
+def _answer(act: Callable[[], T]) -> T:
+    """Return what a forked child returns, or raise what it raises."""
+    read, write = os.pipe()
+    if (child := os.fork()) == 0:
+        try:
+            answer = (True, act())
+        except BaseException as error:
+            answer = (False, error)
+        with os.fdopen(write, "wb") as pipe:
+            pickle.dump(answer, pipe)
+        os._exit(0)
+    os.close(write)
+    with os.fdopen(read, "rb") as pipe:
+        succeeded, answer = pickle.load(pipe)
+    os.waitpid(child, 0)
+    if not succeeded:
+        raise answer
+    return answer
+
+
+def _mount_tmpfs(place: Path, size: int) -> None:
+    """Mount a file system in memory that only this process and its children see, as root or in a user namespace."""
+    libc = ctypes.CDLL(None, use_errno=True)
+    mounts, users, private = 0x00020000, 0x10000000, 0x44000
+    identity = f"{os.getuid()} {os.getuid()} 1"
+    if libc.unshare(mounts) != 0:
+        if libc.unshare(mounts | users) != 0:
+            raise OSError(ctypes.get_errno(), "unshare")
+        Path("/proc/self/uid_map").write_text(identity)
+    if libc.mount(b"none", b"/", None, private, None) or libc.mount(
+        b"none", str(place).encode(), b"tmpfs", 0, f"size={size}".encode()
+    ):
+        raise OSError(ctypes.get_errno(), "mount")
+
+
+def _fill(place: Path, free: int) -> None:
+    """Fill the file system, and then give so many bytes back."""
+    filler = place / FILLER
+    with filler.open("wb", buffering=0) as file:
+        try:
+            while True:
+                file.write(bytes(4096))
+        except OSError as full:
+            if full.errno != errno.ENOSPC:
+                raise
+    os.truncate(filler, filler.stat().st_size - free)
 
 
 class _Interrupting:

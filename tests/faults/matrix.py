@@ -2,27 +2,45 @@
 
 from __future__ import annotations
 
+import re
 import shutil
 import sqlite3
 import sys
-from collections.abc import Iterator, Sequence
-from contextlib import closing
+import warnings
+from collections.abc import Callable, Iterator, Sequence
+from contextlib import closing, suppress
 from dataclasses import dataclass
 from functools import partial
+from importlib import import_module
 from pathlib import Path
 from tempfile import TemporaryDirectory
 
 import palpate
 from protocols.files import UNFINISHED
-from tests.faults.commands import LEFT_OUT, ROOT, WRITES, WRITES_NOTHING, arguments, commands, make_lab
-from tests.faults.machine import FAULTS, INTERRUPT, MEMORY, SIZE, Ended, run_with
+from tests.faults.commands import (
+    DRIVEN,
+    LEFT_OUT,
+    MODELS,
+    ROOT,
+    TEXTURES,
+    WRITES_NOTHING,
+    arguments,
+    make_lab,
+    make_models,
+    make_textures,
+)
+from tests.faults.machine import FAULTS, FILLER, FULL, INTERRUPT, MEMORY, SIZE, Ended, in_full_tmpfs, run_with
 
 PAGE = ROOT / "docs" / "reference" / "faults.md"
-COLUMNS = (*FAULTS, SIZE, INTERRUPT)
+COLUMNS = (*FAULTS, SIZE, FULL, INTERRUPT)
 INSTANTS = 6
 """Interrupts of a command are raised at so many of its changes, spread over all of them, the last one included."""
+FREE = (0, 16_384)
+"""Bytes that a full file system in memory has left, in turn."""
 BESIDE = ("-wal", "-shm", "-journal", ".lock")
 """What SQLite and locks keep beside a database."""
+REFUSAL = re.compile(r"^(Error|Usage): ", re.MULTILINE)
+STOP = re.compile("stopped|by SIGINT", re.IGNORECASE)
 REFUSED, STOPPED, UNTOUCHED, DONE = "message, 2", "stopped, 130", "not met", "done"
 
 Tree = dict[str, bytes | None]
@@ -34,16 +52,20 @@ HEAD = """\
 Written by `python -m tests.faults.matrix`; a test runs it again and compares. Every command that writes is run in a lab
 with data, and the kernel refuses its system calls (a seccomp filter): every write answers "no space left" or
 "input/output error", every sync answers "input/output error", every opening to write and every renaming answers
-"read-only file system"; or no file may grow beyond 512 bytes. An interrupt (Ctrl-C) comes before up to six of the
+"read-only file system"; or no file may grow beyond 512 bytes. A full tmpfs is a real one: the lab lies on a
+file system in memory with nothing, and then with 16 KiB, left. An interrupt (Ctrl-C) comes before up to six of the
 changes that the command makes to files, spread over all of them, the last renaming included.
 
 - **message, 2**: one sentence on the standard error, exit code 2; every file is as it was, and none is left over.
-- **stopped, 130**: the word `stopped`, exit code 130; every file is as it was, or all of them are new. The last of the
-  instants may come when all is done already.
+- **stopped, 130**: the word `stopped` or `interrupted`, exit code 130; every file is as it was, or all of them are new.
+  The last of the instants may come when all is done already.
 - **done**: the interrupt came after the last change. **not met**: the command needs nothing of the kind.
 
 What is finished stays: `run` keeps every event that was on the disk before the fault, `collect` every session,
-`regenerate` its record of how long each number took, `monitor` its cache of finished sessions."""
+`regenerate` its record of how long each number took, `monitor` its cache of finished sessions. `record` and `resume`
+are as `run`; `train doors` keeps the first of its two models, `textures find` its sheet, `textures simulate` the lab
+that it began. `participants withdraw` erases the identity first, and the same command does the rest. What trains or
+evaluates is driven after its trainings, which are kept: it goes on from there."""
 
 
 @dataclass(frozen=True)
@@ -68,31 +90,66 @@ def tree_of(folder: Path) -> Tree:
 
 
 def _rows(path: Path) -> bytes:
-    """Return a database as SQL. Raises sqlite3.DatabaseError where it is damaged."""
-    with closing(sqlite3.connect(path)) as connection:
-        return "\n".join(connection.iterdump()).encode()
+    """Return a database as SQL, read from a copy: opening it folds the -wal file in. Raises sqlite3.DatabaseError."""
+    with TemporaryDirectory() as place:
+        for each in path.parent.glob(f"{path.name}*"):
+            shutil.copy(each, place)
+        with closing(sqlite3.connect(Path(place, path.name))) as connection:
+            return "\n".join(connection.iterdump()).encode()
 
 
 def outcomes(names: Sequence[str], faults: Sequence[str] = COLUMNS, instants: int = INSTANTS) -> Iterator[Outcome]:
     """Drive every command with every fault, each in a fresh copy of one working directory."""
-    with TemporaryDirectory(dir=MEMORY if Path(MEMORY).is_dir() else None) as place:
-        base = Path(place, "base")
-        base.mkdir()
-        make_lab(base)
-        before = tree_of(base)
+    for make in (make_lab, make_textures, make_models):
+        if driven := [name for name in names if _lab_of(name) is make]:
+            with TemporaryDirectory(dir=MEMORY if Path(MEMORY).is_dir() else None) as place:
+                yield from _outcomes_in(Path(place), make, driven, faults, instants)
+
+
+def _lab_of(name: str) -> Callable[[Path], None]:
+    return make_models if name in MODELS else make_textures if name in TEXTURES else make_lab
+
+
+def _outcomes_in(
+    place: Path, make: Callable[[Path], None], names: Sequence[str], faults: Sequence[str], instants: int
+) -> Iterator[Outcome]:
+    base = place / "base"
+    base.mkdir()
+    made = run_with(None, place, partial(_make, make, base))  # in a child, so that this process starts no threads
+    if made.code != 0:
+        raise AssertionError(made.err)
+    _import(made.modules)
+    before = tree_of(base)
+    for name in names:
+        whole = _drive(name, None, base, place / "whole")
+        if whole[0].code != 0:
+            yield Outcome(name, "none", f"exit {whole[0].code}", (whole[0].err.strip()[-400:] or "failed",))
+            continue
+        _import(whole[0].modules)
+        for fault in faults:
+            turns = _spread(whole[0].changes, instants) if fault == INTERRUPT else FREE if fault == FULL else [0]
+            found = [_judge(name, fault, _drive(name, fault, base, place / "case", turn), before, whole[1])
+                     for turn in turns]  # fmt: skip
+            said = dict.fromkeys(each.said for each in found)
+            if STOPPED in said:  # the last instant may fall before or after the end, as signals come
+                said.pop(DONE, None)
+            if REFUSED in said and fault == FULL:  # what is small may fit
+                said.pop(UNTOUCHED, None)
+            yield Outcome(name, fault, " or ".join(said), tuple(p for each in found for p in each.problems))
+
+
+def _make(make: Callable[[Path], None], base: Path) -> int:
+    make(base)
+    return 0
+
+
+def _import(names: Sequence[str]) -> None:
+    """Import what a command had imported, once for all the children that run it."""
+    with warnings.catch_warnings():
+        warnings.simplefilter("ignore")
         for name in names:
-            whole = _drive(name, None, base, Path(place, "whole"))
-            if whole[0].code != 0:
-                yield Outcome(name, "none", f"exit {whole[0].code}", (whole[0].err.strip()[-400:] or "failed",))
-                continue
-            for fault in faults:
-                numbers = _spread(whole[0].changes, instants) if fault == INTERRUPT else [0]
-                found = [_judge(name, fault, _drive(name, fault, base, Path(place, "case"), k), before, whole[1])
-                         for k in numbers]  # fmt: skip
-                said = dict.fromkeys(each.said for each in found)
-                if STOPPED in said:  # the last instant may fall before or after the end, as signals come
-                    said.pop(DONE, None)
-                yield Outcome(name, fault, " or ".join(said), tuple(p for each in found for p in each.problems))
+            with suppress(Exception):
+                import_module(name)
 
 
 def _spread(count: int, most: int) -> list[int]:
@@ -102,13 +159,22 @@ def _spread(count: int, most: int) -> list[int]:
     return sorted({1 + round(k * (count - 1) / (most - 1)) for k in range(most)})
 
 
-def _drive(name: str, fault: str | None, base: Path, place: Path, instant: int = 0) -> tuple[Ended, Tree]:
-    shutil.copytree(base, place)
+def _drive(name: str, fault: str | None, base: Path, place: Path, turn: int = 0) -> tuple[Ended, Tree]:
+    """Run a command in a copy; `turn` is the instant of an interrupt, or the bytes left on a full file system."""
+    act = partial(_run_in, name, fault, place, turn)
     try:
-        ended = run_with(fault, place, partial(palpate._status, arguments(name)), instant)
-        return ended, tree_of(place)
+        if fault == FULL:
+            return in_full_tmpfs(place, base, turn, act)
+        shutil.copytree(base, place)
+        return act()
     finally:
         shutil.rmtree(place)
+
+
+def _run_in(name: str, fault: str | None, place: Path, turn: int) -> tuple[Ended, Tree]:
+    ended = run_with(fault, place, partial(palpate._status, arguments(name)), turn)
+    (place / FILLER).unlink(missing_ok=True)
+    return ended, tree_of(place)
 
 
 def _judge(name: str, fault: str, came: tuple[Ended, Tree], before: Tree, whole: Tree) -> Outcome:
@@ -123,9 +189,9 @@ def _judge(name: str, fault: str, came: tuple[Ended, Tree], before: Tree, whole:
     said = f"exit {ended.code}"
     if ended.code == 0 and is_done:
         said = DONE if fault == INTERRUPT else UNTOUCHED
-    elif fault == INTERRUPT and ended.code == 130 and ("stopped" in ended.err or "by SIGINT" in ended.out):
+    elif fault == INTERRUPT and ended.code == 130 and STOP.search(ended.out + ended.err):
         said = STOPPED
-    elif fault != INTERRUPT and ended.code == 2 and ended.err.startswith(("Error: ", "Usage: ")):
+    elif fault != INTERRUPT and ended.code == 2 and REFUSAL.search(ended.err):
         said = REFUSED
     else:
         problems.append(f"{said}: {ended.err.strip()[-200:]}")
@@ -141,18 +207,27 @@ def _judge(name: str, fault: str, came: tuple[Ended, Tree], before: Tree, whole:
 
 def _grows(name: str, changed: Sequence[str]) -> bool:
     """Whether only what keeps every finished step has grown: sessions, the collected database, the record of times."""
-    grow = {"run": (".sqlite",), "collect": (".sqlite",), "regenerate": ("lab/regenerated", "seconds.json"),
-            "monitor": ("lab/.cache", "monitor.jsonl")}  # fmt: skip
+    grow = {
+        **dict.fromkeys(("run", "record", "resume", "collect"), (".sqlite",)),
+        "regenerate": ("lab/regenerated", "seconds.json"), "monitor": ("lab/.cache", "monitor.jsonl"),
+        "train doors": ("door-perception.json", "door-perception.safetensors"), "textures find": ("sheet.png",),
+        "participants withdraw": ("identities.sqlite",),
+    }  # fmt: skip
+    if name == "textures simulate":  # a new lab, of which every whole file is kept
+        return all(path.startswith("new") for path in changed)
     return bool(changed) and all(path.endswith(grow.get(name, ())) for path in changed)
 
 
-def page(found: Sequence[Outcome]) -> str:
+def row(name: str, found: Sequence[Outcome]) -> str:
+    """Return the row of a command in the matrix."""
+    said = {each.fault: each.said for each in found if each.command == name}
+    return f"| `{name}` | {' | '.join(said.get(fault, '') for fault in COLUMNS)} |"
+
+
+def page(rows: Sequence[str]) -> str:
     """Return the matrix as a page of the documentation."""
-    rows = {name: {each.fault: each.said for each in found if each.command == name} for name in WRITES}
     lines = [
-        *HEAD.splitlines(), "",
-        f"| command | {' | '.join(COLUMNS)} |", "|---|" + "---|" * len(COLUMNS),
-        *(f"| `{name}` | {' | '.join(said.get(fault, '') for fault in COLUMNS)} |" for name, said in rows.items()),
+        *HEAD.splitlines(), "", f"| command | {' | '.join(COLUMNS)} |", "|---|" + "---|" * len(COLUMNS), *rows,
         "", "Not driven:", "", *(f"- `{name}`: {why}" for name, why in LEFT_OUT.items()), "",
         f"These write nothing: {', '.join(f'`{name}`' for name in WRITES_NOTHING)}.", "",
     ]  # fmt: skip
@@ -160,10 +235,9 @@ def page(found: Sequence[Outcome]) -> str:
 
 
 if __name__ == "__main__":
-    commands()
     all_found = []
-    for outcome in outcomes(sys.argv[1:] or list(WRITES)):
+    for outcome in outcomes(sys.argv[1:] or list(DRIVEN)):
         all_found.append(outcome)
         sys.stderr.write(f"{outcome.command}: {outcome.fault}: {outcome.said} {' / '.join(outcome.problems)}\n")
     if not sys.argv[1:]:
-        PAGE.write_text(page(all_found), encoding="utf-8")
+        PAGE.write_text(page([row(name, all_found) for name in DRIVEN]), encoding="utf-8")

@@ -6,33 +6,69 @@ from pathlib import Path
 
 import pytest
 
-from tests.faults.commands import LEFT_OUT, ROOT, WRITES, WRITES_NOTHING, commands
-from tests.faults.matrix import PAGE, outcomes, page
+from tests.faults.commands import DRIVEN, LEFT_OUT, MODELS, ROOT, TEXTURES, WRITES, WRITES_NOTHING, commands
+from tests.faults.machine import FULL
+from tests.faults.matrix import COLUMNS, PAGE, outcomes, page, row
 
 pytestmark = pytest.mark.needs("linux")
 filters = pytest.mark.needs("seccomp")
+README = ("init", "run", "collect", "report")
+"""Commands of the README that write into a lab."""
+
+
+def drive(names, capfd, faults=COLUMNS, instants=6):
+    """Return what the commands came to; none leaves a file broken or left over."""
+    found = list(outcomes(names, faults, instants))
+    capfd.readouterr()
+    assert [problem for each in found for problem in each.problems] == []
+    return found
+
+
+def rows_on_the_page():
+    return [line for line in PAGE.read_text("utf-8").splitlines() if line.startswith("| `")]
+
+
+def demand_on_the_page(names, found):
+    wrong = {row(name, found) for name in names} - set(rows_on_the_page())
+    assert not wrong, "python -m tests.faults.matrix writes the page anew"
 
 
 def test_every_command_is_driven_or_has_a_reason_why_not():
-    known = sorted([*WRITES, *LEFT_OUT, *WRITES_NOTHING])
+    known = sorted([*DRIVEN, *LEFT_OUT, *WRITES_NOTHING])
     assert known == sorted(commands()), "say in tests/faults/commands.py how it is driven, or that it writes nothing"
+
+
+def test_the_page_has_a_row_of_every_command_that_is_driven():
+    rows = rows_on_the_page()
+    assert [line.split("`")[1] for line in rows] == list(DRIVEN)
+    assert PAGE.read_text("utf-8") == page(rows), "python -m tests.faults.matrix writes the page anew"
 
 
 @filters
 def test_a_few_commands_leave_whole_files_whatever_the_machine_does(capfd):
-    found = list(outcomes(["init", "predict", "participants add"], instants=3))
-    capfd.readouterr()
-    assert [problem for each in found for problem in each.problems] == []
+    drive(["init", "predict", "participants add"], capfd, [each for each in COLUMNS if each != FULL], instants=3)
+
+
+@pytest.mark.needs("tmpfs")
+def test_commands_of_the_readme_leave_whole_files_on_a_full_file_system(capfd):
+    found = drive([*README, "predict", "export", "samples"], capfd, [FULL])
+    assert {each.said for each in found} == {"message, 2"}
 
 
 @filters
 @pytest.mark.long
-@pytest.mark.needs("torch")
-def test_all_commands_leave_whole_files_and_the_page_says_what_they_do(capfd):
-    found = list(outcomes(list(WRITES)))
-    capfd.readouterr()
-    assert [problem for each in found for problem in each.problems] == []
-    assert PAGE.read_text("utf-8") == page(found), "python -m tests.faults.matrix writes the page anew"
+@pytest.mark.needs("torch", "tmpfs")
+@pytest.mark.parametrize("names", [tuple(WRITES)[::2], tuple(WRITES)[1::2]], ids=["even", "odd"])
+def test_all_commands_leave_whole_files_and_the_page_says_what_they_do(names, capfd):
+    demand_on_the_page(names, drive(names, capfd))
+
+
+@filters
+@pytest.mark.long
+@pytest.mark.needs("torch", "librosa", "pywt", "skimage", "tmpfs")
+@pytest.mark.parametrize("names", [tuple(TEXTURES), tuple(MODELS)], ids=["textures", "models"])
+def test_commands_on_textures_and_models_leave_whole_files(names, capfd):
+    demand_on_the_page(names, drive(names, capfd))
 
 
 def test_a_full_standard_output_is_a_message():

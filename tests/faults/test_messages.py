@@ -3,6 +3,7 @@
 import errno
 import json
 import os
+import shutil
 from pathlib import Path
 
 import pytest
@@ -61,6 +62,14 @@ def test_an_error_of_read_which_names_no_file_is_described_with_its_file():
 def test_every_error_of_the_system_is_described_without_its_number(number):
     described = describe_error(OSError(number, os.strerror(number), "a.csv"))
     assert described.startswith("a.csv: ") and "Errno" not in described
+
+
+def test_a_tree_that_cannot_be_copied_is_described_by_its_first_file(tmp_path):
+    (tmp_path / "a").mkdir()
+    (tmp_path / "a" / "link").symlink_to(tmp_path / "nothing")
+    with pytest.raises(shutil.Error) as caught:
+        shutil.copytree(tmp_path / "a", tmp_path / "b")
+    assert describe_error(caught.value) == f"{tmp_path / 'b' / 'link'}: no such file or folder"
 
 
 def test_databases_and_parsers_are_described(tmp_path):

@@ -117,7 +117,7 @@ def test_an_interrupted_command_says_how_to_go_on(table, tmp_path, monkeypatch):
     monkeypatch.setattr("modeling.doors.evaluating_whole.evaluate", stop)
     arguments = ["doors", "--data", str(table), "--lab", str(tmp_path)]
     result = CliRunner().invoke(evaluate, arguments, obj=Sides())
-    assert result.exit_code == 1
+    assert result.exit_code == 130
     assert "the same command goes on" in result.stderr
 
 

@@ -64,7 +64,7 @@ def test_what_was_all_there_is_said_to_be_left_alone(tmp_path):
 def test_stopped_it_says_how_to_go_on_and_fails(tmp_path):
     front = Front([Session("texture_capture", "P001", complete=False, ended="interrupted by SIGINT")])
     result = CliRunner().invoke(simulate, ["--lab", str(tmp_path)], obj=front)
-    assert result.exit_code == 1
+    assert result.exit_code == 130
     assert "texture_capture: interrupted by SIGINT. What is finished is kept: the same command goes on" in result.stderr
 
 

@@ -119,6 +119,20 @@ def test_wherever_a_replacement_is_cut_off_the_card_belongs_to_whole_numbers(tmp
         assert sorted(path.name for path in folder.glob("*.safetensors")) == ["m.safetensors"]
 
 
+def test_a_new_model_whose_card_cannot_be_written_leaves_no_numbers(tmp_path, monkeypatch):
+    whole = writing._put
+
+    def put(path, content):
+        if path.suffix == ".json":
+            raise OSError(28, "No space left on device", str(path))
+        whole(path, content)
+
+    monkeypatch.setattr(writing, "_put", put)
+    with pytest.raises(OSError, match="No space left"):
+        write(tmp_path)
+    assert list(tmp_path.iterdir()) == []
+
+
 def test_replacing_a_model_touches_no_other_whatever_its_name(tmp_path):
     other = write(tmp_path, name="m.replaced")
     write(tmp_path, bias=np.zeros(2))
