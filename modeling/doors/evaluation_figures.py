@@ -140,7 +140,8 @@ def _curves(found: Evaluation, folder: Path) -> Iterator[Pictured]:
             name = f"learning_{each.direction}_{each.method}"
             title = f"Learning curves: {found.judged.context.methods[each.direction][each.method].title}"
             with drawing(name):
-                yield drawn_figure(name, title, CURVES, learning_curve(histories), folder)
+                last = each.method == "network_thesis"
+                yield drawn_figure(name, title, CURVES, learning_curve(histories, last), folder)
 
 
 def _histories(found: Gathered) -> dict[str, list[Epoch]]:

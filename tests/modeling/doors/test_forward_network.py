@@ -9,7 +9,7 @@ import torch
 from torch import nn
 
 from modeling.doors.data import ModelDataError
-from modeling.doors.forward_network import DELTA, NETWORK, SETTINGS, fit_network, huber
+from modeling.doors.forward_network import DELTA, LITERAL_SETTINGS, NETWORK, SETTINGS, fit_network, huber
 from modeling.doors.networks import POINTS, ForceToPerception
 from modeling.training.refusals import TrainingError
 from tests.modeling.doors.network_learning import (
@@ -95,6 +95,12 @@ def test_early_stopping_watches_the_held_out_profiles_and_keeps_their_best_epoch
     stopped = fit_network(learning(stop_patience=2), tiny, replace(SETTINGS, learning_rate=0.05)).trained
     assert stopped.stopped
     assert stopped.best_loss == min(epoch.held_loss for epoch in stopped.history)
+
+
+def test_to_the_letter_it_trains_to_the_end_and_keeps_the_last_epoch():
+    trained = fit_network(learning(epochs=20), tiny, replace(LITERAL_SETTINGS, learning_rate=0.5)).trained
+    watched = [epoch.held_loss for epoch in trained.history]
+    assert len(watched) == 20 == trained.best_epoch and min(watched) < watched[-1]
 
 
 def test_without_held_out_profiles_it_trains_to_the_end_and_keeps_the_best_of_the_training_loss():
