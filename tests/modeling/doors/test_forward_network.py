@@ -98,7 +98,7 @@ def test_early_stopping_watches_the_held_out_profiles_and_keeps_their_best_epoch
 
 
 def test_to_the_letter_it_trains_to_the_end_and_keeps_the_last_epoch():
-    trained = fit_network(learning(epochs=20), tiny, replace(LITERAL_SETTINGS, learning_rate=0.5)).trained
+    trained = fit_network(learning(epochs=20), tiny, replace(LITERAL_SETTINGS, learning_rate=2.0)).trained
     watched = [epoch.held_loss for epoch in trained.history]
     assert len(watched) == 20 == trained.best_epoch and min(watched) < watched[-1]
 
