@@ -43,6 +43,8 @@ class Hardware:
     opened: OpenRig | None = None
     tablet: TabletScreen | None = None
     description: dict[str, Any] = field(default_factory=dict)
+    begun: Mapping[str, Any] = field(default_factory=dict)
+    """What each device said of itself when the session was begun that is resumed."""
 
     @property
     def simulated_needs(self) -> list[str]:
@@ -92,15 +94,26 @@ class Hardware:
 
     def _look_at(self, opened: OpenRig, plan: Plan) -> None:
         """What the devices are; every profile is within the door's limits. Raises DeviceError; then none is open."""
-        from studies.rig_station import demand_within_limits
+        from studies.rig_station import demand_follows, demand_within_limits
 
         try:
             self.description.update(opened.describe())
             demand_within_limits(opened, self.found, plan)
+            demand_follows(opened, plan, self.begun)
             self._open_tablet(plan)
         except BaseException:
             self.close()
             raise
+
+    def changed_firmware(self) -> list[str]:
+        """Sentences for the record: which devices have another firmware than when the session was begun."""
+        pairs = {name: (self.begun.get(name, {}).get("firmware"), now.get("firmware"))
+                 for name, now in self.description.items()}  # fmt: skip
+        return [
+            f"The firmware of {name} was {before} when the session was begun, and is {now}."
+            for name, (before, now) in pairs.items()
+            if before is not None and before != now
+        ]
 
     def demand_other_screen(self, screen: int) -> None:
         """Raise RigError where the tablet is to be the screen that the participant's window is on."""

@@ -32,7 +32,7 @@ class LiveWorld:
     """Requests go to the window or to a device; what the experimenter does meanwhile comes back as asides.
 
     `left_paused` tells, once everything recorded has been seen, whether the last sitting ended in a pause: to take
-    the session up again is to go on.
+    the session up again is to go on. `notes` go on record before anything else is done.
     """
 
     presenter: Presenter
@@ -41,6 +41,7 @@ class LiveWorld:
     clock: Callable[[], int]
     left_paused: Callable[[], bool] = lambda: False
     suspend: SuspendWatch = field(default_factory=SuspendWatch)
+    notes: list[str] = field(default_factory=list)
     _taken_up: bool = False
     _held: Came | None = None
 
@@ -61,6 +62,8 @@ class LiveWorld:
             self.desk.demand(None)  # the desk hears of it first: all that was recorded has been seen
             if self.left_paused():
                 return Aside({"do": "go_on"})
+        if self.notes:
+            return Aside({"do": "note", "text": self.notes.pop(0)})
         came = self._act(request)
         if _gives_up(came):
             self.desk.demand(None)

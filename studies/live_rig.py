@@ -31,13 +31,14 @@ LAST_PAGE = {"declined": "thanks", "ineligible": "ineligible", "aborted": "abort
 """The last page, where a session does not end as it should."""
 
 
-def live_plan(found: Found, lab: Path, options: LiveOptions) -> RigPlan:
-    """How a live session of the study gets its rig.
+def live_plan(found: Found, lab: Path, options: LiveOptions, begun: Mapping[str, Any] | None = None) -> RigPlan:
+    """How a live session of the study gets its rig; `begun` is what its devices said of themselves when it was begun.
 
     Raises RigError where devices can be had in no way, WindowError where this station's screen is not calibrated. The
     devices and the window are opened by `check`, before anything is recorded.
     """
     hardware = hardware_for(found, lab, options)
+    hardware.begun = begun or {}
     if found.study.live is not None and "door_generator" in hardware.twins:
         raise RigError(
             "a door that follows the sliders needs a rig, and here a stand-in would take its place. `palpate rig "
@@ -62,7 +63,8 @@ def live_plan(found: Found, lab: Path, options: LiveOptions) -> RigPlan:
         presenter.on_side = lambda side: _switched(side, seat, station)
         opened.callback(station.stop)
         opened.callback(hardware.safe)  # The first thing done in the end: before anything else, nothing moves.
-        world = LiveWorld(presenter, seat, station, now_ns, lambda: seat.board.paused)
+        notes = hardware.changed_firmware()
+        world = LiveWorld(presenter, seat, station, now_ns, lambda: seat.board.paused, notes=notes)
         return Rig(world, opened.close, seat.watch, lambda: presenter.finish(seat, last_page(seat)))
 
     window = window_of(found, lab, calibration, language, options.windowed is None)
@@ -105,7 +107,7 @@ def plan_to_go_on(
     accepted: dict[str, Any] = {}
     if calibration is not None:
         accepted |= demand_same_screen(header, calibration, options.accept_change) or {}
-    planned = live_plan(found, lab, as_begun)
+    planned = live_plan(found, lab, as_begun, rig.get("devices"))
     accepted |= demand_same_devices(header, planned.description, options.accept_change) or {}
     return planned, accepted or None
 

@@ -7,6 +7,7 @@ from dataclasses import replace
 from pathlib import Path
 from typing import TYPE_CHECKING, Any, cast
 
+from devices.door.link.codes import FOLLOWS_FROM
 from devices.rig.kinds import STREAMS
 from devices.rig.opened import OpenRig
 from devices.samples import HandMounted
@@ -112,6 +113,16 @@ def demand_within_limits(rig: OpenRig, found: Found, plan: Plan) -> None:
     door, files = cast("DoorSimulator", rig.of("door")["door"]), Profiles(found.folder)
     for stimulus in {trial.stimulus.id: trial.stimulus for trial in plan.presented}.values():
         door.check(files.of(stimulus), stimulus.id)
+
+
+def demand_follows(rig: OpenRig, plan: Plan, begun: Mapping[str, Any]) -> None:
+    """A door that is to follow the sliders can be changed while it is felt; one that could not when the session was
+    `begun` (what each device said of itself then) may go on as it is. Raises DeviceError."""
+    if plan.study.live is None:
+        return
+    door = cast("DoorSimulator", rig.of("door_generator")["door"])
+    if begun.get(door.name, {}).get("firmware", FOLLOWS_FROM) >= FOLLOWS_FROM:
+        door.demand_follows()
 
 
 def profiles_of(found: Found) -> Callable[[Present], Sequence[float]]:

@@ -22,7 +22,7 @@ from studies.replay import replay
 from studies.rig import RigError, simulated
 from studies.session import start
 from tests.devices.door_link.lines_for_tests import Bench, Lab
-from tests.studies.live.rig_rooms import TWINS
+from tests.studies.live.rig_rooms import TWINS, live_doors
 from tests.studies.ten import found_study
 
 STUDY = found_study("door_authoring")
@@ -31,15 +31,7 @@ STUDY = found_study("door_authoring")
 @pytest.fixture(scope="module")
 def live_study(tmp_path_factory):
     """The shipped study with a live door."""
-    folder = tmp_path_factory.mktemp("live")
-    text = (STUDY.folder / "study.yaml").read_text(encoding="utf-8")
-    text = text.replace("task: authoring", "task: authoring\nlive: {show_force: true}").replace(
-        "study: door_authoring", "study: door_live"
-    )
-    text = text.replace("opening: [consent, demographics]\n", "")
-    (folder / "study.yaml").write_text(text, encoding="utf-8")
-    (folder / "stimuli.csv").write_bytes((STUDY.folder / "stimuli.csv").read_bytes())
-    return read_study(folder / "study.yaml")
+    return live_doors(tmp_path_factory.mktemp("live"))
 
 
 @pytest.fixture(scope="module")

@@ -17,12 +17,11 @@ from devices.door.firmware.plant import Plant
 from devices.door.firmware.watch import Found, Watch
 from devices.door.grid import MAX_ANGLE_DEG, POINTS
 from devices.door.link import messages as says
-from devices.door.link.codes import HEARTBEAT_MS, MAGIC, RATES_HZ, VERSION, Fault, Reason, State
+from devices.door.link.codes import FOLLOWS_FROM, HEARTBEAT_MS, MAGIC, RATES_HZ, VERSION, Fault, Reason, State
 from devices.door.link.frames import Frame, Parser
 from devices.door.plant.machine import Tick
 
-FIRMWARE = 2
-"""Version 2 knows Change."""
+FIRMWARE = FOLLOWS_FROM
 BOOT_MS = 20
 TICKS_PER_S = 1000
 REMEMBERED = 32
@@ -41,6 +40,10 @@ ALLOWED: Mapping[type[says.Message], frozenset[State]] = {
     says.Clear: ONLY_SAFE, says.Arm: ONLY_SAFE, says.Play: frozenset({State.armed}), says.Change: ONLY_PLAYING,
 }  # fmt: skip
 """In which states a request may be made; elsewhere it is refused as wrong_state."""
+BEFORE_CHANGE: Mapping[type[says.Message], frozenset[State]] = {
+    kind: ONLY_SAFE if states is UPLOADING else states for kind, states in ALLOWED.items() if kind is not says.Change
+}
+"""The same of firmware 1."""
 ALWAYS_DONE = (says.Hello, says.Heartbeat, says.Stop, says.EStop)
 """Done however often they come; every other request is done once, and a copy of it gets the same answer."""
 
@@ -51,8 +54,11 @@ Answer = says.Identity | says.Part | Reason | Literal[True]
 class Firmware:
     """One device. `receive` takes what came over the line; `tick` is 1 ms and gives what goes onto it."""
 
-    def __init__(self, plant: Plant, limits: Limits | None = None, serial_number: int = 1) -> None:
-        self.plant = plant
+    def __init__(
+        self, plant: Plant, limits: Limits | None = None, serial_number: int = 1, version: int = FIRMWARE
+    ) -> None:
+        self.plant, self.version = plant, version
+        self._allowed = ALLOWED if version >= FOLLOWS_FROM else BEFORE_CHANGE
         self.limits = limits or Limits()
         self.serial_number = serial_number
         self.state, self.fault, self.pressed = State.boot, Fault.none, False
@@ -152,9 +158,9 @@ class Firmware:
 
     def _answer(self, message: says.Message | None) -> Answer | None:
         """What is to be said; None for what is not answered."""
-        if message is None or type(message) not in ALLOWED:
+        if message is None or type(message) not in self._allowed:
             return Reason.unknown_type
-        if self.state not in ALLOWED[type(message)]:
+        if self.state not in self._allowed[type(message)]:
             return Reason.wrong_state
         match message:
             case says.Heartbeat():
@@ -199,7 +205,7 @@ class Firmware:
             return Reason.wrong_version
         limits, held = self.limits, self.memory.profile
         return says.Identity(
-            MAGIC, VERSION, FIRMWARE, self.serial_number, POINTS, limits.torque_Nm, limits.slope_Nm_deg,
+            MAGIC, VERSION, self.version, self.serial_number, POINTS, limits.torque_Nm, limits.slope_Nm_deg,
             limits.speed_deg_s, HEARTBEAT_MS, self.state, self.fault, held.crc if held else 0,
         )  # fmt: skip
 

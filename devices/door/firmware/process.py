@@ -20,7 +20,7 @@ from pathlib import Path
 from typing import IO, Any
 
 from devices.door.firmware.ailments import AILMENTS, Ailing
-from devices.door.firmware.controller import Firmware
+from devices.door.firmware.controller import FIRMWARE, Firmware
 from devices.door.firmware.limits import Limits
 from devices.door.firmware.plant import Plant
 from devices.door.firmware.wire import Wire
@@ -110,7 +110,7 @@ def main(arguments: list[str] | None = None) -> None:
     """Run the emulator."""
     asked = _parser().parse_args(arguments)
     limits = Limits(asked.torque_limit, asked.slope_limit, asked.speed_limit)
-    firmware = Firmware(_plant(asked), limits, asked.serial_number)
+    firmware = Firmware(_plant(asked), limits, asked.serial_number, asked.firmware)
     master, slave = os.openpty()
     tty.setraw(slave)
     sys.stdout.write(json.dumps({"port": os.ttyname(slave)}) + "\n")
@@ -133,6 +133,7 @@ def _parser() -> argparse.ArgumentParser:
     parser.add_argument("--seed", type=int, default=1)
     parser.add_argument("--baud", type=int, default=1_000_000)
     parser.add_argument("--serial-number", type=int, default=1)
+    parser.add_argument("--firmware", type=int, choices=range(1, FIRMWARE + 1), default=FIRMWARE)
     parser.add_argument("--torque-limit", type=float, default=Limits.torque_Nm)
     parser.add_argument("--slope-limit", type=float, default=Limits.slope_Nm_deg)
     parser.add_argument("--speed-limit", type=float, default=Limits.speed_deg_s)

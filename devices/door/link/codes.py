@@ -5,6 +5,8 @@ from __future__ import annotations
 from enum import IntEnum
 
 VERSION = 1
+FOLLOWS_FROM = 2
+"""The first firmware that knows Change: a door that can be changed while it is felt."""
 MAGIC = b"PDOR"
 """What a door simulator's identity begins with; anything else on the line is somebody else's device."""
 RATES_HZ = (1, 1000)

@@ -238,12 +238,21 @@ class Felt:
         try:
             profile = door.change_for(force_N, self.profile.end_deg)
         except ProfileRefused as refused:
-            door.changes.took(now_ns(), str(refused))
+            self._took(str(refused))
             return
         why = "" if profile.crc == self.profile.crc else dialogue.change(self.link, profile)
         if not why:
             self.profile = profile
-        door.changes.took(now_ns(), why)
+        self._took(why)
+
+    def _took(self, why: str) -> None:
+        """Hand on what came of a change; the experimenter sees it where that is another thing than before."""
+        showing = self.showing
+        if showing.door.changes is not None:
+            showing.door.changes.took(showing.now_ns(), why)
+        if why != self._stays:
+            self._stays = why
+            showing.desk.tell({showing.door.name: f"playing, does not change: {why}" if why else "playing"})
 
     def _over(self) -> str:
         changes = self.showing.door.changes
@@ -275,6 +284,7 @@ class Felt:
             self.showing.door.safe()
 
     _playing: bool = False
+    _stays: str = ""
 
 
 def _ended(recorded: list[Recorded]) -> Steps:

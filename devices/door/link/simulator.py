@@ -10,7 +10,7 @@ from typing import TYPE_CHECKING, Any
 
 from devices.desk import Desk, Pages
 from devices.door.link import dialogue
-from devices.door.link.codes import VERSION, fault_name, state_name
+from devices.door.link.codes import FOLLOWS_FROM, VERSION, fault_name, state_name
 from devices.door.link.limits import Limits, ProfileRefused, change_for_door, profile_for_door
 from devices.door.link.link import Link
 from devices.door.link.messages import Identity, Profile, SetRate
@@ -138,6 +138,16 @@ class DoorSimulator:
             return self.check(self.profile_for(request), request.trial.stimulus.id)
         except ProfileRefused as refused:
             raise DeviceFault(self.name, "limit", f"{self.name}: {refused}") from refused
+
+    def demand_follows(self) -> None:
+        """Raise DeviceError where its firmware cannot change the door while it is felt. Called while it is open."""
+        found = self.identity
+        if found is not None and found.firmware < FOLLOWS_FROM:
+            raise DeviceError(
+                f"{self.name}: its firmware {found.firmware} cannot change the door while it is felt, which the study's"
+                f" `live` asks for and firmware {FOLLOWS_FROM} can. Bring it up to date, or take `live` out of the"
+                " study"
+            )
 
     def check(self, force_N: Sequence[float], what: str) -> Profile:
         """The profile as it would be sent. Raises ProfileRefused; a session asks before it begins."""

@@ -10,7 +10,7 @@ from typing import Any
 from protocols.answering import answer
 from protocols.perceiver import Perceiver
 from protocols.plan import ParticipantRow, compile_plan
-from protocols.requests import Ask, Reply
+from protocols.requests import Ask, Present, Reply
 from protocols.study import Study
 from studies.catalogue import SHIPPED, Found, read_study
 from studies.live_options import LiveOptions
@@ -50,6 +50,8 @@ class Room:
     description: Mapping[str, Any] = field(default_factory=lambda: {"room": True})
     on_side: Callable[[str], None] | None = None
     looks: int = 0
+    felt: Present | None = None
+    felt_from: int = 0
 
     def perform(self, request, desk, now_ns):
         if (aside := desk.poll()) is not None:
@@ -69,6 +71,19 @@ class Room:
             time.sleep(0.004)
         return None
 
+    def show_live(self, request, desk, ready, moved):
+        """One line of the form that is felt is moved at every look, 25 times; some looks later the door is stopped."""
+        name, value = next(iter(request.wish.items()))
+        if self.felt is not request:
+            self.felt, self.felt_from = request, self.looks
+
+        def looked():
+            looks = self.looks - self.felt_from
+            moved({name: (value + min(looks, 25)) % 100}, looks > 300)
+            return ready()
+
+        return self.wait_for("live", desk, looked)
+
     def finish(self, desk=None, page="end"):
         pass
 
@@ -81,6 +96,19 @@ def doors(count=1, **changes) -> Found:
     given = {"stimuli": stimuli, "groups": {}, "opening": (), "rest": None, "order": {"design": "as_listed"}, **changes}
     given |= {"analysis": None, "practice": None, "instructions": None}
     return Found(Study.model_validate(DOORS.study.definition() | given), DOORS.folder)
+
+
+def live_doors(folder, practice=True) -> Found:
+    """The shipped authoring study with a door that follows the sliders, written to a folder; without its opening."""
+    shipped = SHIPPED / "door_authoring"
+    text = (shipped / "study.yaml").read_text(encoding="utf-8")
+    text = text.replace("study: door_authoring", "study: door_live\nlive: {show_force: true}")
+    text = text.replace("opening: [consent, demographics]\n", "")
+    text = text if practice else text.replace("practice: {stimuli: [free]}\n", "")
+    folder.mkdir(parents=True, exist_ok=True)
+    (folder / "study.yaml").write_text(text, encoding="utf-8")
+    (folder / "stimuli.csv").write_bytes((shipped / "stimuli.csv").read_bytes())
+    return read_study(folder / "study.yaml")
 
 
 def captures(**changes) -> Found:

@@ -8,12 +8,15 @@ import signal
 import sys
 import time
 from dataclasses import replace
+from functools import partial
 
 import pytest
 
 import studies.live_rig
 from analysis.streams.listing import listed
 from devices.daq.twin import TwinDaq
+from devices.door.link import device
+from devices.door.link.connections import by_twin
 from devices.rig.file import rig_path
 from devices.rig.opened import OpenRig
 from devices.signals import DeviceError
@@ -30,7 +33,7 @@ from studies.record import read
 from studies.replay import replay
 from studies.session import resume, start
 from tests.devices.door_link.twin_processes import children
-from tests.studies.live.rig_rooms import TWINS, Room, begun, captures, doors, ends, kinds, lasting, plan_of
+from tests.studies.live.rig_rooms import TWINS, Room, begun, captures, doors, ends, kinds, lasting, live_doors, plan_of
 
 
 @pytest.fixture
@@ -311,6 +314,85 @@ def test_a_rig_of_twins_is_no_stand_in_of_this_process(lab, rooms):
     assert "settings" in rig.description
     with_twins = replace(LiveOptions(), twins=True)
     assert "settings" not in live_plan(doors(1), lab, with_twins).description
+
+
+@pytest.fixture
+def firmware(monkeypatch):
+    """Every twin of a door has this firmware from now on."""
+
+    def installed(version):
+        monkeypatch.setattr(device, "by_twin", partial(by_twin, more=[f"--firmware={version}"]))
+
+    return installed
+
+
+def live_replies(record):
+    return [event.value["live"] for event in record.events if event.kind == "reply" and "live" in event.value]
+
+
+@pytest.mark.needs("serial")
+def test_a_door_that_cannot_follow_is_refused_before_anything_is_recorded(lab, rooms, firmware):
+    firmware(1)
+    found = live_doors(lab / "study", practice=False)
+    with pytest.raises(DeviceError, match="door: its firmware 1 cannot change the door while it is felt.*firmware 2"):
+        begun(found, lab)
+    assert not list((lab / "sessions").glob("*.sqlite")) and not list(children())
+
+
+@pytest.mark.needs("serial")
+@pytest.mark.parametrize("later", [1, 2])
+def test_a_live_session_begun_with_a_door_that_cannot_follow_is_resumed(lab, rooms, firmware, monkeypatch, later):
+    """As sessions were before such a door was refused: broken off while the door is felt, resumed with either."""
+    seen = []
+
+    def quits(page, _looks):
+        seen.append(page)
+        if seen.count("live") > 200:  # after more than half a second: what came until then is on record
+            raise Interrupted("QUIT")
+
+    rooms["meanwhile"] = quits
+    firmware(1)
+    found = live_doors(lab / "study", practice=False)
+    with monkeypatch.context() as former:
+        former.setattr("studies.rig_station.demand_follows", lambda *_given: None)
+        path = begun(found, lab).path
+    kept = read(path)
+    assert kept.header["rig"]["devices"]["door"]["firmware"] == 1
+
+    firmware(later)
+    rooms["meanwhile"] = lambda _page, _looks: None
+    rig, accepted = plan_to_go_on(found, lab, LiveOptions(), kept.header)
+    assert accepted is None and resume(path, rig).complete
+    record = read(path)
+    assert record.events[: len(kept.events)] == kept.events and ends(record)[0] == "faulted"
+    notes = [event.value["text"] for event in record.events if event.kind == "experimenter"]
+    if later == 1:  # nothing follows, and the record says so
+        assert not notes and all(live["refused"] == live["changes"] > 0 for live in live_replies(record))
+        assert all("refused UploadBegin (wrong_state)" in live["why"] for live in live_replies(record))
+    else:
+        assert notes == ["The firmware of door was 1 when the session was begun, and is 2."]
+        assert all(live["refused"] == 0 < live["changes"] for live in live_replies(record))
+    replay(path)
+
+
+@pytest.mark.needs("serial")
+def test_a_live_session_begun_with_a_door_that_follows_is_not_resumed_with_one_that_does_not(lab, rooms, firmware):
+    seen = []
+
+    def quits(page, _looks):
+        seen.append(page)
+        if seen.count("live") > 200:  # after more than half a second: what came until then is on record
+            raise Interrupted("QUIT")
+
+    rooms["meanwhile"] = quits
+    found = live_doors(lab / "study", practice=False)
+    path = begun(found, lab).path
+    events = read(path).events
+    firmware(1)
+    rig, _ = plan_to_go_on(found, lab, LiveOptions(), read(path).header)
+    with pytest.raises(DeviceError, match="firmware 1 cannot change the door"):
+        resume(path, rig)
+    assert read(path).events == events and not read(path).ended and not list(children())
 
 
 TEXTURES = """rig: twins

@@ -11,12 +11,11 @@ from devices.door.live import RATE_HZ
 from devices.rig.file import rig_path
 from protocols.events import NS
 from protocols.requests import Present
-from studies.catalogue import SHIPPED
 from studies.live_doors import FORCES, SETTINGS
 from studies.record import read
 from studies.replay import replay
 from studies.session import ledger_path
-from tests.studies.live.rig_rooms import TWINS
+from tests.studies.live.rig_rooms import TWINS, live_doors
 from tests.studies.window.robot import MOVED, Robot, Sitting, pending
 
 pytestmark = [pytest.mark.needs("psychopy", "xvfb"), pytest.mark.long]
@@ -27,14 +26,7 @@ NAME, RADIUS_M = "door_live", 0.9
 @pytest.fixture
 def live_lab(lab):
     """A lab with a rig of twins that live as fast as we do, and the shipped study with a live door and one trial."""
-    folder = lab / "studies" / NAME
-    folder.mkdir(parents=True)
-    text = (SHIPPED / "door_authoring" / "study.yaml").read_text(encoding="utf-8")
-    text = text.replace("study: door_authoring", f"study: {NAME}\nlive: {{show_force: true}}")
-    for part in ("opening: [consent, demographics]\n", "practice: {stimuli: [free]}\n"):
-        text = text.replace(part, "")
-    (folder / "study.yaml").write_text(text, encoding="utf-8")
-    (folder / "stimuli.csv").write_bytes((SHIPPED / "door_authoring" / "stimuli.csv").read_bytes())
+    live_doors(lab / "studies" / NAME, practice=False)
     path = rig_path(lab)
     path.parent.mkdir(parents=True, exist_ok=True)
     path.write_text(TWINS.replace("twin_speed: 0.25", "twin_speed: 1"), encoding="utf-8")
