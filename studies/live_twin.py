@@ -7,6 +7,7 @@ from collections.abc import Callable, Iterator
 from dataclasses import replace
 
 from devices.blocks import interleaved
+from devices.door.link.limits import HANDLE_RADIUS_M
 from devices.door.live import PERIOD_NS, LiveDoor
 from devices.door.making import Doors
 from devices.door.plant.parameters import DEFAULT
@@ -22,7 +23,6 @@ from studies.live_doors import LiveRecord, Setting
 
 BEGINS_S, MOVES_S = 0.3, 1.5
 """The hand lies at the sliders for so long, and then takes so long to move them."""
-HANDLE_RADIUS_M = 0.9
 TICKS_A_S = 1000
 
 

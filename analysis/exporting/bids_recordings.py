@@ -72,7 +72,10 @@ class Recorded:
                 " in its place, so that times hold. The gaps stand in the recording's JSON file, or its event table."
             )
         if self.noted:
-            lines.append(f"{self.noted} streams of things that were noted as they happened have no place in BIDS.")
+            lines.append(
+                f"{count(self.noted, 'stream')} of things that were noted as they happened: not here, since a recording"
+                " has a fixed rate in BIDS. `palpate streams export --raw` writes them."
+            )
         if self.unused:
             lines.append(
                 f"Attempts at trials that were repeated, left or faulted: {self.unused}; their recordings are not here."

@@ -15,7 +15,7 @@ from devices.door.firmware.lines import VirtualLine
 from devices.door.firmware.twin_plant import TwinPlant
 from devices.door.firmware.wire import Wire
 from devices.door.link import dialogue
-from devices.door.link.limits import Limits, change_for_door, profile_for_door
+from devices.door.link.limits import HANDLE_RADIUS_M, Limits, change_for_door, profile_for_door
 from devices.door.link.link import Link
 from devices.door.live import LiveDoor
 from devices.door.making import NEUTRAL, Array
@@ -23,7 +23,7 @@ from devices.door.plant.rendering import FASTEST_NM_S, PASSAGE_TICKS
 from devices.door.playable import bounded
 from protocols.bench import Case
 
-AREA, BAUD, RADIUS_M, END_DEG = "doors", 1_000_000, 0.9, 62.0
+AREA, BAUD, END_DEG = "doors", 1_000_000, 62.0
 MOVES, QUICK_MOVES = 200, 30
 GAP_S = (0.06, 0.16)
 """From one move of a slider to the next: evenly drawn, so that moves fall anywhere between two ticks of 50 ms."""
@@ -117,7 +117,7 @@ def _followed(
     begun = np.array(made(setting))
     live: LiveDoor[Setting] = LiveDoor(lambda: setting, made, setting)
     moved_ns, due_ns = {setting: line.now_ns()}, 0
-    profile = profile_for_door(begun.tolist(), RADIUS_M, Limits())
+    profile = profile_for_door(begun.tolist(), HANDLE_RADIUS_M, Limits())
     dialogue.greet(link)
     dialogue.upload(link, profile)
     dialogue.play(link, profile)
@@ -129,7 +129,7 @@ def _followed(
             moved_ns[setting] = line.now_ns()
             due_ns = moved_ns[setting] + round(1e9 * chance.uniform(*GAP_S))
         if (new := live.newer(line.now_ns())) is not None:
-            why = dialogue.change(link, change_for_door(new, RADIUS_M, Limits(), END_DEG))
+            why = dialogue.change(link, change_for_door(new, HANDLE_RADIUS_M, Limits(), END_DEG))
             live.took(line.now_ns(), why)
         link.wait(lambda: False, 0.001)
     return _latencies(live, moved_ns, begun, whole)
@@ -142,7 +142,7 @@ def _latencies(live: LiveDoor[Setting], moved_ns: Mapping[Setting, int], begun: 
         if change.taken_ns is None:
             raise ValueError(f"the twin stayed as it was: {change.why}")
         force = np.array(change.force_N)
-        passage_s = max(PASSAGE_TICKS / 1000, float(np.abs(force - before).max()) * RADIUS_M / FASTEST_NM_S)
+        passage_s = max(PASSAGE_TICKS / 1000, float(np.abs(force - before).max()) * HANDLE_RADIUS_M / FASTEST_NM_S)
         taken.append((change.taken_ns - moved_ns[change.wish]) / 1e9)
         felt.append(taken[-1] + passage_s)
         off.append(np.mean((force - whole(change.wish)) ** 2))

@@ -9,7 +9,7 @@ from typing import Annotated, Literal, Self
 from pydantic import Field, model_validator
 
 from devices.door.link.connections import by_serial, by_twin
-from devices.door.link.limits import Limits
+from devices.door.link.limits import HANDLE_RADIUS_M, Limits
 from devices.door.link.simulator import DoorSimulator, Setup
 from devices.rig.settings import Date, Strict
 
@@ -27,7 +27,7 @@ class Settings(Strict):
     driver: Literal["serial", "twin"]
     port: str | None = None
     baud: Annotated[int, Field(ge=460_800, le=12_000_000)] = 1_000_000
-    handle_radius_m: Annotated[float, Field(ge=0.2, le=2.0)] = 0.9
+    handle_radius_m: Annotated[float, Field(ge=0.2, le=2.0)] = HANDLE_RADIUS_M
     limits: Limits = Limits()
     telemetry_hz: Annotated[int, Field(ge=500, le=1000)] = 500
     time_limit_s: Annotated[float, Field(ge=5, le=3600)] = 120.0

@@ -15,6 +15,8 @@ from devices.rig.settings import Strict
 from devices.signals import DeviceError
 
 LEAST_OPENING_DEG = 5.0
+HANDLE_RADIUS_M = 0.9
+"""From the hinge to the handle, where nobody measured it: a force times it is a torque."""
 
 
 class ProfileRefused(DeviceError):
