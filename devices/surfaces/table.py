@@ -158,7 +158,8 @@ def _demand_columns(path: Path, header: list[str]) -> None:
             problem = "stands more than once" if name in header else "is missing"
             raise SurfaceDataError(f"{path}, line 1: column {name!r} {problem}; expected {','.join(COLUMNS)}")
     if tuple(header) != COLUMNS:
-        raise SurfaceDataError(f"{path}, line 1: found {some(header, 12, ',')}; expected {','.join(COLUMNS)}")
+        found = some(name for name in header if name not in COLUMNS) or "another order"
+        raise SurfaceDataError(f"{path}, line 1: found {found}; expected {','.join(COLUMNS)}")
 
 
 def _surface(path: Path, line: int, row: list[str]) -> Surface:
