@@ -16,8 +16,8 @@ TRACED = ("tests/protocols/", "tests/studies/", "tests/devices/streams/")
 """The tests of the two rooms whose coverage `make test-all` demands, wherever they lie; no others count."""
 ELSEWHERE = ("tests/studies/window/", "tests/studies/test_kill.py")
 """What these test runs in processes of its own."""
-LONGEST = ("tests/studies/test_kill.py", "tests/studies/window/")
-"""Minutes of waiting for other processes: begun first, nobody waits for them in the end."""
+LONGEST = ("tests/faults/test_commands.py", "tests/studies/test_kill.py", "tests/studies/window/")
+"""Minutes each: begun first, nobody waits for them in the end."""
 LONG = "long"
 AGAIN = ("tests/devices/models/", "tests/devices/render/", "tests/test_recorded")
 """What CI runs bare and again with everything installed: the kernel takes part in it."""

@@ -49,7 +49,8 @@ Tree = dict[str, bytes | None]
 HEAD = """\
 # What a command does when the machine fails
 
-Written by `python -m tests.faults.matrix`; a test runs it again and compares. Every command that writes is run in a lab
+Written by `python -m tests.faults.matrix`; a test runs it again, with half of the interrupts, and compares.
+Every command that writes is run in a lab
 with data, and the kernel refuses its system calls (a seccomp filter): every write answers "no space left" or
 "input/output error", every sync answers "input/output error", every opening to write and every renaming answers
 "read-only file system"; or no file may grow beyond 512 bytes. A full tmpfs is a real one: the lab lies on a
