@@ -27,13 +27,17 @@ def p_of(answer: Answer, test: str, row: str = "", column: str = "") -> Decided:
     """The p value of the row that is meant.
 
     `row` is text that a cell of it holds, or several such divided by commas; "" takes the first row that is no
-    intercept. Raises PowerError where there is no such row or column, or more rows than one.
+    intercept. Raises PowerError where there is no such row or column, no p value at all, or more rows than one.
     """
     found = _named(answer, test, row) if row else _first(answer, test)
     columns = [column] if column else [name for name in P_COLUMNS if name in found]
+    known = [name for name in found if name == "p" or name.startswith("p_")]
+    if not known:
+        what = f"the row {row!r} has" if row else "this test has"
+        raise PowerError(f"{test}: {what} no p value, and power is how often p is at most alpha")
     if not columns or columns[0] not in found:
-        known = [name for name in found if name == "p" or name.startswith("p_")]
-        raise PowerError(f"{test}: no column {column or 'of p values'!r}; {nearest(column, known)}")
+        what = f"no column {column!r}" if column else "name the column of its p value with --p"
+        raise PowerError(f"{test}: {what}; {nearest(column, known)}")
     value, by = found[columns[0]], f"{', '.join(_texts(found))}: {columns[0]}"
     if isinstance(value, int | float) and math.isfinite(value):
         return Decided(float(value), by=by)

@@ -135,8 +135,12 @@ def test_the_row_and_the_column_that_decide_are_chosen_by_name():
         p_of(answer, "pairs", "x")
     with pytest.raises(PowerError, match="no column 'p_cor'; did you mean 'p_corr'"):
         p_of(answer, "pairs", column="p_cor")
-    with pytest.raises(PowerError, match="no column 'of p values'"):
-        p_of(Answer(({"word": "soft", "participants": 4},), "t", {}, 4, 8), "relevance")
+    with pytest.raises(PowerError, match="retest: this test has no p value"):
+        p_of(Answer(({"measure": "Pearson r", "value": 0.8},), "t", {}, 4, 8), "retest")
+    with pytest.raises(PowerError, match="the row .y. has no p value"):
+        p_of(Answer(({"a": "x", "p": 0.5}, {"a": "y"}), "t", {}, 4, 8), "mixed", "y")
+    with pytest.raises(PowerError, match="name the column of its p value with --p; known: p_deviance"):
+        p_of(Answer(({"a": "x", "p_deviance": 0.5},), "t", {}, 4, 8), "ordinal")
 
 
 def test_an_intercept_is_no_effect_and_a_models_own_tests_are_found():
