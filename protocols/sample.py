@@ -5,6 +5,7 @@ from __future__ import annotations
 from typing import Any
 
 from protocols.study import Study
+from protocols.wording import count
 
 
 def planned_people(study: Study, group: str | None = None) -> int | None:
@@ -34,10 +35,10 @@ def describe_sample(study: Study) -> str:
     parts = []
     if "planned" in sample:
         each = f" ({sample['per_group']} in each group)" if "per_group" in sample else ""
-        parts.append(f"{sample['planned']} participants{each}")
+        parts.append(f"{count(sample['planned'], 'participant')}{each}")
     if study.sessions > 1:
         days = sample.get("apart_days")
-        parts.append(f"{study.sessions} sessions" + (f" {days[0]} to {days[1]} days apart" if days else ""))
+        parts.append(f"{study.sessions} sessions" + (f" {days[0]} to {count(days[1], 'day')} apart" if days else ""))
     if study.minutes is not None:
-        parts.append(f"{study.minutes:g} minutes a session")
+        parts.append(f"{study.minutes:g} minute{'s' if study.minutes != 1 else ''} a session")
     return ", ".join(parts)

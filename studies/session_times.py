@@ -7,6 +7,7 @@ from pathlib import Path
 from typing import Any
 
 from protocols.study import Study
+from protocols.wording import count
 from studies.record import read
 from studies.session import ledger_path
 
@@ -28,7 +29,7 @@ def demand_in_time(
     if sample is None:
         return None
     if sample.sessions is not None and number > sample.sessions:
-        told = f"the study declares {sample.sessions} session{'s' if sample.sessions > 1 else ''}"
+        told = f"the study declares {count(sample.sessions, 'session')}"
         return _accepted(f"{study.study}: this is session {number} of {participant}, and {told}", accept, {
             "session": number, "sessions": sample.sessions})  # fmt: skip
     earlier = ledger_path(lab, study.study, participant, number - 1)
@@ -40,8 +41,8 @@ def demand_in_time(
         return None
     come = f"from {before + timedelta(fewest)} to {before + timedelta(most)}"
     message = (
-        f"{study.study}: {participant} had session {number - 1} on {before}, {days} days before today; from "
-        f"{fewest} to {most} days are declared: have session {number} {come}"
+        f"{study.study}: {participant} had session {number - 1} on {before}, {count(days, 'day')} before today; from "
+        f"{fewest} to {count(most, 'day')} are declared: have session {number} {come}"
     )
     return _accepted(message, accept, {"since_session": number - 1, "days": days, "apart_days": [fewest, most]})
 

@@ -5,6 +5,7 @@ from __future__ import annotations
 import os
 import re
 import sys
+from collections.abc import Sequence
 from pathlib import Path
 from typing import TYPE_CHECKING
 
@@ -112,9 +113,22 @@ def power(
         return
     _show(points, asking, wanted, enough)
     if planned is not None:
-        verdict = {None: "was not simulated", True: "is enough", False: "is not enough"}
-        click.echo(f"the planned sample of {planned} {verdict[suffices(points, planned, wanted)]} for power {wanted:g}")
+        click.echo(planned_verdict(points, planned, wanted))
     click.echo(f"Written to {files[0].parent}: {', '.join(file.name for file in files)}")
+
+
+def planned_verdict(points: Sequence[Point], planned: int, wanted: float) -> str:
+    """Say whether the planned number of participants has the power, or why that is not known."""
+    from analysis.power.curve import suffices
+
+    sample = f"the planned sample of {planned}"
+    enough = suffices(points, planned, wanted)
+    if enough is not None:
+        return f"{sample} is {'enough' if enough else 'not enough'} for power {wanted:g}"
+    point = next((point for point in points if point.participants == planned), None)
+    if point is None:
+        return f"{sample} is not one of the simulated sizes: add it to --participants"
+    return f"whether {sample} is enough is not known: no simulated study gave a p value: {point.why}"
 
 
 def _sizes_up_to(planned: int | None) -> tuple[int, ...]:

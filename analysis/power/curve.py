@@ -208,5 +208,6 @@ __all__ = ["Asking", "PlanError", "Point", "PowerError", "needed", "power_curve"
 
 
 def suffices(points: Sequence[Point], planned: int | None, power: float) -> bool | None:
-    """Return whether the planned number of participants has the power; None where it was not simulated."""
-    return next((point.power >= power for point in points if point.participants == planned), None)
+    """Return whether the planned number has the power; None where it was not simulated, or no run gave a p value."""
+    tested = (point for point in points if point.undefined < point.runs)
+    return next((point.power >= power for point in tested if point.participants == planned), None)

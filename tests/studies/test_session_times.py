@@ -35,15 +35,19 @@ def day_of(path):
     return datetime.fromisoformat(read(path).sittings[-1].value["at"]).astimezone().date()
 
 
-@pytest.mark.parametrize(("days", "told"), [(0, "0 days before today"), (15, "15 days before today")])
-def test_a_session_out_of_time_is_refused_or_accepted_on_record(lab, days, told):
-    study = toy(**TWO)
-    first = day_of(lab.start(**TWO))
+@pytest.mark.parametrize(
+    ("fewest", "days", "told"),
+    [(1, 0, "0 days before today"), (2, 1, "1 day before today"), (1, 15, "15 days before today")],
+)
+def test_a_session_out_of_time_is_refused_or_accepted_on_record(lab, fewest, days, told):
+    two = {"participants": {"sessions": 2, "apart_days": [fewest, 14]}}
+    study = toy(**two)
+    first = day_of(lab.start(**two))
     today = first + timedelta(days)
-    with pytest.raises(WrongTime, match=f"session 1 on {first}, {told}; from 1 to 14 days .* --accept-timing"):
+    with pytest.raises(WrongTime, match=f"session 1 on {first}, {told}; from {fewest} to 14 days .* --accept-timing"):
         demand_in_time(lab.path, study, "P001", 2, accept=False, today=today)
     timing = demand_in_time(lab.path, study, "P001", 2, accept=True, today=today)
-    assert timing == {"timing": {"since_session": 1, "days": days, "apart_days": [1, 14]}}
+    assert timing == {"timing": {"since_session": 1, "days": days, "apart_days": [fewest, 14]}}
 
 
 def test_a_session_in_time_passes_and_simulated_ones_know_no_days(lab):

@@ -8,8 +8,8 @@ from click.testing import CliRunner
 
 from analysis.plans.answers import Answer
 from analysis.plans.material import read_material
-from analysis.power.commands import Sizes, power
-from analysis.power.curve import Asking, Point, check_asking, estimate_s, needed, one_run, power_curve, wilson
+from analysis.power.commands import Sizes, planned_verdict, power
+from analysis.power.curve import Asking, Point, check_asking, estimate_s, needed, one_run, power_curve, suffices, wilson
 from analysis.power.deciding import p_of
 from analysis.power.refusals import PowerError
 from analysis.power.simulating import people, simulated_material, with_effect
@@ -170,6 +170,16 @@ def test_needed_is_the_first_size_from_which_on_the_power_holds():
     points = [Point(n, 10, 0, 0, share, 0, 1) for n, share in ((4, 0.85), (6, 0.7), (8, 0.9), (10, 0.95))]
     assert needed(points, 0.8).participants == 8
     assert needed(points, 0.99) is None
+
+
+def test_whether_the_planned_sample_is_enough_is_said_only_where_it_was_tested():
+    refused = Point(20, 10, 0, 10, 0, 0, 1, "cells are missing")
+    points = [Point(8, 10, 5, 0, 0.5, 0, 1), Point(12, 10, 9, 0, 0.9, 0, 1), refused]
+    assert planned_verdict(points, 8, 0.8) == "the planned sample of 8 is not enough for power 0.8"
+    assert planned_verdict(points, 12, 0.8) == "the planned sample of 12 is enough for power 0.8"
+    assert "sample of 16 is not one of the simulated sizes" in planned_verdict(points, 16, 0.8)
+    assert planned_verdict(points, 20, 0.8).endswith("no simulated study gave a p value: cells are missing")
+    assert (suffices(points, 16, 0.8), suffices(points, 20, 0.8)) == (None, None)
 
 
 def test_the_interval_of_a_share_is_wilsons():
