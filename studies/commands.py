@@ -199,6 +199,10 @@ def plan(
     click.echo(f"{declared.study}, participant {who.participant}, {where}, seed {seed}{session}")
     if sample := describe_sample(declared):
         click.echo(f"planned: {sample}")
+    sessions = declared.participants.sessions if declared.participants else None
+    if sessions is not None and number > sessions:
+        declares = f"the study declares {count(sessions, 'session')}"
+        click.echo(f"note: {declares}: run refuses session {number} without --accept-timing")
     click.echo(f"plan digest {compiled.digest}")
     for place, trial in enumerate(compiled.trials):
         rest = "  (rest first)" if trial.rest_before else ""

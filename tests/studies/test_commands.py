@@ -156,6 +156,13 @@ def test_mistakes_are_one_clear_line_and_nothing_is_written(said, tmp_path, argu
     assert sorted(tmp_path.rglob("*")) == before
 
 
+def test_a_plan_notes_a_session_beyond_those_declared(said, tmp_path):
+    assert "note:" not in said("plan", "toy", "--session", "3")
+    (tmp_path / "studies" / "toy" / "study.yaml").write_text(TOY + "participants: {sessions: 2}\n")
+    assert "note: the study declares 2 sessions: run refuses session 3" in said("plan", "toy", "--session", "3")
+    assert "note:" not in said("plan", "toy", "--session", "2")
+
+
 def test_a_session_is_not_run_twice(said):
     said("run", "toy", "--participant", "P001", "--simulate")
     assert "P001 has had session 1 of toy (complete); if a further one is meant, give --session 2" in said(
