@@ -6,7 +6,7 @@ from collections.abc import Iterable, Mapping, Sequence
 from dataclasses import dataclass, field, replace
 from typing import Any
 
-from analysis.reporting.sample import sample_facts
+from analysis.ratings.sample import sample_facts
 from protocols.balance import Balance, certificate
 from protocols.blinding import aliases
 from protocols.orders import rows_of

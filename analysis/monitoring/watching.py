@@ -17,7 +17,7 @@ from analysis.monitoring.people import People, people_of
 from analysis.monitoring.raters import Rated, rated
 from analysis.monitoring.sessions import Session, session_of, status_of
 from analysis.ratings.diagnostics import DiagnosticsError
-from analysis.reporting.sample import DoneSession, achieved_sample
+from analysis.ratings.sample import DoneSession, achieved_sample
 from protocols.canonical import digest
 from protocols.plan import Plan
 from protocols.study import Study

@@ -7,6 +7,7 @@ import re
 from collections.abc import Iterable, Mapping
 from dataclasses import dataclass, field, replace
 from types import MappingProxyType
+from typing import Any
 
 import pandas as pd
 
@@ -100,7 +101,7 @@ class Ratings:
     owed `repeats` times in each of `sessions` sessions (None: rows know no sessions). `pooled` and `families` name the
     factor that all participants share and the column that groups its levels, where the study says so. `interrupted`
     names the interrupted sessions among the ratings; `seeds` are those of simulated sessions; `stimulus_sources` counts
-    the stimuli by where they come from.
+    the stimuli by where they come from. `sample` is what was planned and what came of it, before any exclusion.
     Raises DataRefused where a factor has no column, or a name that means something else.
     """
 
@@ -123,6 +124,7 @@ class Ratings:
     interrupted: tuple[str, ...] = ()
     seeds: tuple[int, ...] = ()
     stimulus_sources: Mapping[str, int] = field(default_factory=lambda: _NO_COUNTS)
+    sample: Mapping[str, Any] = field(default_factory=lambda: _NONE)
     source: str = ""
     licence: str = ""
 

@@ -16,6 +16,7 @@ from analysis.ratings.collected_sessions import Choice, SessionRow, choose_sessi
 from analysis.ratings.column_names import RESERVED
 from analysis.ratings.crossing import crossed_columns, levels_of
 from analysis.ratings.dataset import Crossing, DataRefused, Exclusion, Input, Ratings, Scale
+from analysis.ratings.sample import collected_sample
 from protocols.canonical import parse
 from protocols.did_you_mean import nearest
 from protocols.study import Study
@@ -181,6 +182,7 @@ def assembled(study: Study, choice: Choice, found: Sequence[Rating]) -> Ratings:
         interrupted=tuple(_told(session) for session in choice.kept if session.status != "complete"),
         seeds=tuple(sorted({session.seed for session in choice.kept if session.simulated})),
         stimulus_sources=_sources(study, {each.stimulus for each in counted}),
+        sample=collected_sample(study, choice.kept),
     )
 
 

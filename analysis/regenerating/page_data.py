@@ -7,10 +7,10 @@ from dataclasses import dataclass
 
 from analysis.plans.schema import AnalysisPlan
 from analysis.ratings.dataset import Exclusion
+from analysis.ratings.sample import sample_facts
 from analysis.regenerating.grid import Grid, Head, plain_grid
 from analysis.regenerating.regenerated import Regenerated
 from analysis.reporting.page_text import count
-from analysis.reporting.sample import sample_facts
 
 NOTHING = "nothing"
 """What a rule of the plan left out that met nothing."""

@@ -17,11 +17,11 @@ from analysis.plans.reading import PLAN_FILE, Plan, PlanError, read_plan
 from analysis.plans.selecting import Selecting
 from analysis.ratings.dataset import Exclusion, Input
 from analysis.ratings.notes import data_notes
+from analysis.ratings.sample import collected_sample
 from analysis.ratings.saved import load_ratings
 from analysis.regenerating.pictured import Pictured, picture_data
 from analysis.regenerating.running import Answered, by_name, run_tests
 from analysis.reporting.analysed import software
-from analysis.reporting.sample import DoneSession, achieved_sample
 from analysis.reporting.sources import IMPORTED, Wanted, both_of, gathered, nothing_of
 from protocols.did_you_mean import nearest
 from studies.catalogue import STUDY_FILE, names
@@ -56,10 +56,8 @@ class Regenerated:
     @property
     def sample(self) -> dict[str, Any]:
         """What the study planned of its sample and what came of it, before the plan's exclusions."""
-        study, sessions = self.material.study, self.material.sessions
-        complete = [each for each in sessions if each.status == "complete"]
-        done = [DoneSession(s.participant, s.group_name, s.number, s.duration_s / 60) for s in complete]
-        return {} if study is None else achieved_sample(study, done)
+        study = self.material.study
+        return {} if study is None else collected_sample(study, self.material.sessions)
 
     @property
     def title(self) -> str:

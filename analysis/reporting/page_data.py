@@ -5,6 +5,7 @@ from __future__ import annotations
 from collections.abc import Iterator
 
 from analysis.ratings.dataset import Exclusion, Ratings
+from analysis.ratings.sample import sample_facts
 from analysis.reporting.analysed import Analysed
 from analysis.reporting.page_table import Column, Table, number, table, words
 from analysis.reporting.page_text import count, fixed
@@ -24,6 +25,7 @@ def facts(ratings: Ratings) -> Iterator[tuple[str, str]]:
     """Each fact with its name, those that this data set has."""
     yield "Study" if "session" in ratings.table.columns else "Data set", ratings.name
     yield "Participants", _by_group(ratings)
+    yield from sample_facts(ratings.sample)
     yield "Ratings", f"{len(ratings.table):,}"
     factors = ", ".join(f"{name} ({_levels_met(ratings, name)})" for name in ratings.within)
     yield "Within participants", factors or "no factor"

@@ -14,6 +14,7 @@ import pytest
 from analysis.ratings.dataset import Exclusion, Ratings
 from analysis.ratings.reading import read_ratings
 from analysis.reporting.analysed import analyse_ratings
+from analysis.reporting.page_data import facts
 from analysis.reporting.report import report_html, save_figures
 from analysis.reporting.results import write_results
 from tests.analysis.ratings_for_tests import add_session, add_study, database, definition, small_ratings, stimuli_of
@@ -132,6 +133,18 @@ def test_measured_and_simulated_stimuli_and_seeds_are_told() -> None:
     real = told(session_study())
     assert "Stimuli 12: 5 measured, 7 simulated" in real and "Simulation seed" not in real
     assert "Stimuli" not in told(door_ratings(people=2, attributes=1)).split("Results")[0]
+
+
+def test_the_report_says_what_was_planned_and_what_came() -> None:
+    engine = database()
+    add_study(engine, "d1", definition(participants={"per_group": 4, "sessions": 2}, minutes=5))
+    for who, group, number in (("P101", "1", 1), ("P101", "1", 2), ("P102", "1", 1), ("P201", "2", 1)):
+        add_session(engine, who, group, stimuli_of(group), number=number)
+    found = dict(facts(read_ratings(engine, "doors")))
+    assert found["Done of planned"] == "1 of 8 (group 1: 1 of 4, group 2: 0 of 4)"
+    assert (found["Session 1 done"], found["Session 2 done"]) == ("3", "1")
+    assert found["Minutes, real and planned"] == "1 (1 to 1); 5 planned"
+    assert "Done of planned" not in dict(facts(session_study()))
 
 
 def test_captions_say_how_many_people_and_what_the_spread_is() -> None:
