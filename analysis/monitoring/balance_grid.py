@@ -20,13 +20,22 @@ COUNTED = ("complete", "running")
 
 @dataclass(frozen=True)
 class Holder:
-    """Somebody on a row: a session's status, or `allocated` where there is no session yet."""
+    """Somebody on a row: a session's status, or `allocated` where there is no session yet.
+
+    `session` is the session's number; None for the only one that the study declares, and where there is none yet.
+    """
 
     participant: str
     group: str | None
     row: int
     status: str
     order: tuple[str, ...] = ()
+    session: int | None = None
+
+    @property
+    def text(self) -> str:
+        """The participant, with the session's number where there are several."""
+        return self.participant if self.session is None else f"{self.participant}, session {self.session}"
 
 
 @dataclass(frozen=True)
@@ -43,6 +52,7 @@ class GroupBalance:
     """One group of a study: its design's rows, and the certificate over the orders that count.
 
     `rows` holds only those that somebody is on; `round` is how many there are, 1 where orders are drawn or as listed.
+    `of_sessions` has a certificate for each session by its number, where the study declares several.
     """
 
     group: str | None
@@ -50,6 +60,7 @@ class GroupBalance:
     round: int
     rows: tuple[Row, ...]
     certificate: Balance
+    of_sessions: Mapping[int, Balance] = field(default_factory=dict)
 
     @property
     def counts(self) -> dict[str, int]:
@@ -109,9 +120,14 @@ def round_of(study: Study, group: str | None) -> int:
 
 def _of_group(study: Study, group: str | None, holders: Sequence[Holder]) -> GroupBalance:
     length = round_of(study, group)
-    orders = [each.order for each in holders if each.status in COUNTED and each.order]
+    counted = [each for each in holders if each.status in COUNTED and each.order]
     design = study.order.design if study.order.blocks is None else f"{study.order.design} within blocks"
-    return GroupBalance(group, design, length, tuple(_rows(holders, length)), certificate(orders))
+    of_sessions = {
+        number: certificate(each.order for each in counted if each.session == number)
+        for number in sorted({each.session or 1 for each in counted} if study.sessions > 1 else ())
+    }
+    together = certificate(each.order for each in counted)
+    return GroupBalance(group, design, length, tuple(_rows(holders, length)), together, of_sessions)
 
 
 def _rows(holders: Iterable[Holder], length: int) -> Iterable[Row]:
@@ -119,5 +135,5 @@ def _rows(holders: Iterable[Holder], length: int) -> Iterable[Row]:
     for each in holders:
         by_place.setdefault(each.row % length, []).append(each)
     for place, found in sorted(by_place.items()):
-        found.sort(key=lambda each: (RANK.index(each.status), each.participant))
+        found.sort(key=lambda each: (RANK.index(each.status), each.participant, each.session or 0))
         yield Row(place, found[0].status, tuple(found))

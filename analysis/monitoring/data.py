@@ -5,9 +5,10 @@ from __future__ import annotations
 from dataclasses import asdict
 from typing import Any
 
-from analysis.monitoring.balance_grid import GroupBalance, StudyBalance
+from analysis.monitoring.balance_grid import GroupBalance, Holder, StudyBalance
 from analysis.monitoring.sessions import Session
 from analysis.monitoring.watching import Snapshot
+from protocols.balance import Balance
 
 
 def as_data(snapshot: Snapshot) -> dict[str, Any]:
@@ -39,22 +40,34 @@ def _study(balance: StudyBalance) -> dict[str, Any]:
 
 
 def _group(group: GroupBalance) -> dict[str, Any]:
-    found = group.certificate
+    sessions = {str(number): _certificate(found) for number, found in group.of_sessions.items()}
     return {
         "group": group.group,
         "design": group.design,
         "rows": group.round,
         "counts": group.counts,
         "verdict": group.verdict,
-        "balanced": found.balanced if found.sequences else None,
-        "sequences": found.sequences,
-        "positions": found.positions,
+        **_certificate(group.certificate),
+        **({"sessions": sessions} if sessions else {}),
         "taken": [
             {
                 "row": row.place,
                 "state": row.state,
-                "holders": [{"participant": each.participant, "status": each.status} for each in row.holders],
+                "holders": [_holder(each) for each in row.holders],
             }
             for row in group.rows
         ],
     }
+
+
+def _certificate(found: Balance) -> dict[str, Any]:
+    return {
+        "balanced": found.balanced if found.sequences else None,
+        "sequences": found.sequences,
+        "positions": found.positions,
+    }
+
+
+def _holder(holder: Holder) -> dict[str, Any]:
+    session = {} if holder.session is None else {"session": holder.session}
+    return {"participant": holder.participant, **session, "status": holder.status}

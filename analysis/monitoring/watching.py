@@ -268,7 +268,9 @@ class Watch:
         for session in sessions:
             given = self.people.allocations.get(session.study, ())
             standing, order = _standing(session, given), orders[session.file]
-            holder = Holder(session.participant, session.group, session.row, standing, order)
+            several = self.studies[session.digest].sessions > 1 or session.number > 1
+            number = session.number if several else None
+            holder = Holder(session.participant, session.group, session.row, standing, order, number)
             holders.setdefault(session.digest, []).append(holder)
             if session.status == "complete" and not session.withdrawn:
                 one = DoneSession(session.participant, session.group, session.number, session.elapsed_s / 60)

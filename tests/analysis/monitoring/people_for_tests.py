@@ -72,7 +72,7 @@ def play(lab: Path, plan: Plan, rig: RigPlan, **how: Any) -> Path:
         made = rig.open(compiled, t_ns)
         return replace(made, world=Played(made, **how))
 
-    return session.start(lab, plan, replace(rig, open=opened)).path
+    return session.start(lab, plan, replace(rig, open=opened), plan.session).path
 
 
 def run(lab: Any, participant: str = "P001", row: int = 0, changes: dict[str, Any] | None = None, **how: Any) -> Path:

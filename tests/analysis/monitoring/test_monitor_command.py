@@ -48,6 +48,22 @@ def test_json_tells_a_script_what_the_page_shows(lab):
     ]
 
 
+def test_sessions_are_told_apart_where_a_study_declares_several(lab, tmp_path):
+    for number in (1, 2):
+        for row in (0, 1):
+            run(lab, f"P00{row + 2}", row, changes={"participants": {"sessions": 2}, "session": number})
+    balance = json.loads(called("--lab", lab.path, "--json").output)["balance"]
+    (group,) = (group for study in balance for group in study["groups"] if group["sequences"] == 4)
+    assert {number: found["sequences"] for number, found in group["sessions"].items()} == {"1": 2, "2": 2}
+    assert group["taken"][0]["holders"] == [
+        {"participant": "P002", "session": number, "status": "complete"} for number in (1, 2)
+    ]
+    called("--lab", lab.path, "--once", tmp_path / "monitor.html")
+    page = (tmp_path / "monitor.html").read_text(encoding="utf-8")
+    assert "P002, session 1 (complete), P002, session 2 (complete)" in page and "P001 (complete)" in page
+    assert "Session 2: 2 sequences of 4 items: not balanced (yet)." in page
+
+
 @pytest.mark.needs("flask")
 def test_a_port_that_is_taken_is_said_so(lab):
     with socket.socket() as taken:
