@@ -90,16 +90,20 @@ def _checked(path: Path, lab: Path) -> dict[str, Any]:
     from protocols.reading import StudyError
     from protocols.yaml_text import YamlError
     from studies.catalogue import read_study
+    from studies.lab_forms import unasked_questions
+    from studies.participants.errors import ParticipantError
     from studies.rig import RigError
 
     try:
         found = read_study(path)
         _demand_playable(found)
-    except (StudyError, YamlError, RigError, DoorDataError) as error:
+        notes = [*unasked_questions(found.study, lab)]
+    except (StudyError, YamlError, RigError, DoorDataError, ParticipantError) as error:
         return {"file": str(path), "ok": False, "problems": str(error)}
     if faults := _wordings(found, lab):
         return {"file": str(path), "ok": False, "problems": "\n".join(faults)}
-    return {"file": str(path), "ok": True, "summary": _summary(found)}
+    summary = "\n".join([_summary(found), *(f"    note: {note}" for note in notes)])
+    return {"file": str(path), "ok": True, "summary": summary, **({"notes": notes} if notes else {})}
 
 
 def _wordings(found: Found, lab: Path) -> list[str]:

@@ -70,10 +70,13 @@ def sat_through(
 ) -> list[Sat]:  # fmt: skip
     """Begin a session, or several simulated ones, and run them as far as they go."""
     from studies.hardware import hardware_for
+    from studies.lab_forms import unasked_questions
 
     if simulate and (live.rehearse or live.twins or live.rig is not None):
         raise click.UsageError("--simulate needs no window and no rig: leave --rehearse, --twins and --rig out, or it")
     people = _people(participant, simulate)
+    for note in unasked_questions(found.study, lab):
+        click.echo(f"note: {note}", err=True)
     if live.rehearse:
         return [_rehearsed(found, lab, people, seed, (group, row), live)]
     if simulate:

@@ -2,8 +2,10 @@
 
 from __future__ import annotations
 
+from collections.abc import Iterator
 from pathlib import Path
 
+from protocols.did_you_mean import nearest
 from protocols.forms import LabForms
 from protocols.study import Study
 from studies.participants.consent import consent_text, demand_filled
@@ -22,3 +24,13 @@ def lab_forms(study: Study, lab: Path, live: bool, language: str = "en") -> LabF
     wanted = study.questions
     asked = tuple(one for one in questions(lab, language) if wanted is None or one.name in wanted)
     return LabForms(consent_text(lab, language), asked)
+
+
+def unasked_questions(study: Study, lab: Path) -> Iterator[str]:
+    """Yield a sentence for each question that the study names and the lab does not have."""
+    if study.questions is None:
+        return
+    known = [question.name for question in questions(lab)]
+    for name in study.questions:
+        if name not in known:
+            yield f"the lab has no question {name!r}, so it is not asked; {nearest(name, known)}"

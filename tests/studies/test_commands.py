@@ -156,6 +156,17 @@ def test_mistakes_are_one_clear_line_and_nothing_is_written(said, tmp_path, argu
     assert sorted(tmp_path.rglob("*")) == before
 
 
+def test_a_question_that_the_lab_does_not_have_is_noted(said, tmp_path, capsys):
+    file = tmp_path / "studies" / "toy" / "study.yaml"
+    file.write_text(TOY + "opening: [demographics]\nquestions: [age, gendre]\n")
+    note = "note: the lab has no question 'gendre', so it is not asked; did you mean 'gender'?"
+    assert note in said("check", "toy") and len(json.loads(said("check", "toy", "--json"))[0]["notes"]) == 1
+    assert _status(["run", "toy", "--participant", "P001", "--simulate", "--lab", str(tmp_path)]) == 0
+    assert capsys.readouterr().err.count(note) == 1
+    file.write_text(file.read_text().replace("gendre", "gender"))
+    assert "note:" not in said("check", "toy")
+
+
 def test_a_plan_notes_a_session_beyond_those_declared(said, tmp_path):
     assert "note:" not in said("plan", "toy", "--session", "3")
     (tmp_path / "studies" / "toy" / "study.yaml").write_text(TOY + "participants: {sessions: 2}\n")
