@@ -126,4 +126,6 @@ def _plain_key(key: yaml.ScalarNode) -> str:
 def _syntax(error: yaml.MarkedYAMLError, name: str) -> str:
     mark = error.problem_mark or error.context_mark
     where = f" line {mark.line + 1}, column {mark.column + 1}:" if mark else ""
-    return f"{name}:{where} {', '.join(filter(None, (error.context, error.problem)))}"
+    in_brackets = "expected ',' or" in (error.problem or "")
+    hint = "; close it, or quote a text that holds ? or : or , within it" if in_brackets else ""
+    return f"{name}:{where} {', '.join(filter(None, (error.context, error.problem)))}{hint}"

@@ -42,6 +42,7 @@ BOMB = "a: &a [x, x]\nb: &b [*a, *a]\nc: &c [*b, *b]\nd: [*c, *c]\n"
         (b"a: " + b"9" * 5000, "line 1, column 4: a number of 5000 digits"),
         (b"? [x]\n: 1\n", "line 1: a key must be plain text"),
         (b"a: [1\n", "line 2, column 1: while parsing a flow sequence, expected"),
+        (b"a: {text: Are you well?, answer: no}\n", "line 1, column 23: .*but got '.'; close it, or quote a text that"),
         (b"a: 1\n--- \nb: 2\n", "expected a single document in the stream, but found another"),
         (b"caf\xe9: 1\n", "line 1: byte 0xe9 is not UTF-8"),
         (b"x: 1\ny: \xff\n", "line 2: byte 0xff is not UTF-8"),
