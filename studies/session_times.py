@@ -49,5 +49,5 @@ def demand_in_time(
 
 def _accepted(message: str, accept: bool, timing: dict[str, Any]) -> dict[str, Any]:
     if not accept:
-        raise WrongTime(f"{message}; or have it all the same with --accept-timing, which goes on record")
+        raise WrongTime(f"{message}; --accept-timing has it all the same and goes on record")
     return {"timing": timing}
