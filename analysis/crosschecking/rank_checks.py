@@ -21,7 +21,7 @@ from analysis.crosschecking.comparing import (
     refuse,
     wide_table,
 )
-from analysis.crosschecking.variance_checks import anova_of, by_effect, parts_of
+from analysis.crosschecking.variance_checks import anova_of, by_effect, crossed, parts_of
 from analysis.plans.answers import Answer
 from analysis.regenerating.running import Answered
 
@@ -114,9 +114,9 @@ def _wilcoxon_pairs(answer: Answer, levels: Mapping[str, Any], asked: Any, paire
         yield Pair(f"W of {pair}", row["W"], found["W"], NEAR_ZERO)
         if "RBC" in found:
             yield Pair(f"rank-biserial correlation of {pair}", row["rank_biserial"], found["RBC"], NEAR_ZERO)
-        for ours, theirs in (("p_normal", "p_normal"), ("p_exact", "p_exact")):
-            if theirs in found:
-                yield Pair(f"{ours} of {pair}", row[ours], found[theirs])
+        for name in ("p_normal", "p_exact"):
+            if name in found:
+                yield Pair(f"{name} of {pair}", row[name], found[name])
         known.append(found.get("p_normal" if row["p_exact"] is None else "p_exact"))
     whole = [p for p in known if p is not None]
     if asked.family is None and len(whole) == len(known):
@@ -127,10 +127,7 @@ def _wilcoxon_pairs(answer: Answer, levels: Mapping[str, Any], asked: Any, paire
 def check_aligned_ranks(each: Answered, answer: Answer, rows: pd.DataFrame) -> Checked:
     """Each effect aligned by means of pandas, ranked, and its analysis of variance by another package."""
     asked: Any = each.asked
-    within, between = list(asked.within), list(asked.between)
-    cells = cells_of(rows, ["participant", *within, *between])
-    named = dict(zip((*within, *between), cells.columns[1:], strict=False))
-    own, groups = [named[name] for name in within], [named[name] for name in between]
+    cells, named, own, groups = crossed(asked, rows)
     values = cells["y"].to_numpy()
     refuse(conditions.out_of_range(values), conditions.far_from_zero(values))
     runs = []

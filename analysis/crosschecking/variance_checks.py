@@ -30,12 +30,17 @@ ETAS = {"ng2": "generalized_eta_squared", "np2": "partial_eta_squared"}
 def check_anova(each: Answered, answer: Answer, rows: pd.DataFrame) -> Checked:
     """Check an analysis of variance of complete data."""
     asked: Any = each.asked
+    cells, named, own, groups = crossed(asked, rows)
+    package, run = anova_of(cells, own, groups, asked.sum_of_squares)
+    return package, _anova_pairs(answer, named, run)
+
+
+def crossed(asked: Any, rows: pd.DataFrame) -> tuple[pd.DataFrame, dict[str, str], list[str], list[str]]:
+    """The means of a design's cells, the plain names of its factors, and those within and between participants."""
     within, between = list(asked.within), list(asked.between)
     cells = cells_of(rows, ["participant", *within, *between])
     named = dict(zip((*within, *between), cells.columns[1:], strict=False))
-    own, groups = [named[name] for name in within], [named[name] for name in between]
-    package, run = anova_of(cells, own, groups, asked.sum_of_squares)
-    return package, _anova_pairs(answer, named, run)
+    return cells, named, [named[name] for name in within], [named[name] for name in between]
 
 
 def anova_of(
