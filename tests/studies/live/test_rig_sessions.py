@@ -339,10 +339,8 @@ def test_a_door_that_cannot_follow_is_refused_before_anything_is_recorded(lab, r
     assert not list((lab / "sessions").glob("*.sqlite")) and not list(children())
 
 
-@pytest.mark.needs("serial")
-@pytest.mark.parametrize("later", [1, 2])
-def test_a_live_session_begun_with_a_door_that_cannot_follow_is_resumed(lab, rooms, firmware, monkeypatch, later):
-    """As sessions were before such a door was refused: broken off while the door is felt, resumed with either."""
+def quits_while_live():
+    """Return what quits the session while the door is felt."""
     seen = []
 
     def quits(page, _looks):
@@ -350,7 +348,14 @@ def test_a_live_session_begun_with_a_door_that_cannot_follow_is_resumed(lab, roo
         if seen.count("live") > 200:  # after more than half a second: what came until then is on record
             raise Interrupted("QUIT")
 
-    rooms["meanwhile"] = quits
+    return quits
+
+
+@pytest.mark.needs("serial")
+@pytest.mark.parametrize("later", [1, 2])
+def test_a_live_session_begun_with_a_door_that_cannot_follow_is_resumed(lab, rooms, firmware, monkeypatch, later):
+    """As sessions were before such a door was refused: broken off while the door is felt, resumed with either."""
+    rooms["meanwhile"] = quits_while_live()
     firmware(1)
     found = live_doors(lab / "study", practice=False)
     with monkeypatch.context() as former:
@@ -377,14 +382,7 @@ def test_a_live_session_begun_with_a_door_that_cannot_follow_is_resumed(lab, roo
 
 @pytest.mark.needs("serial")
 def test_a_live_session_begun_with_a_door_that_follows_is_not_resumed_with_one_that_does_not(lab, rooms, firmware):
-    seen = []
-
-    def quits(page, _looks):
-        seen.append(page)
-        if seen.count("live") > 200:  # after more than half a second: what came until then is on record
-            raise Interrupted("QUIT")
-
-    rooms["meanwhile"] = quits
+    rooms["meanwhile"] = quits_while_live()
     found = live_doors(lab / "study", practice=False)
     path = begun(found, lab).path
     events = read(path).events
