@@ -40,12 +40,13 @@ def picture_data(selecting: Selecting, answers: Mapping[str, Mapping[str, Answer
 
 def _pictured(selecting: Selecting, answers: Mapping[str, Mapping[str, Answer]], asked: AskedFigure) -> Pictured:
     kind = figure_kind(asked.figure)
+    settings = effective(asked, kind)
     try:
-        lacking = [name for name in asked.tests if name not in answers]
+        lacking = [name for name in settings.tests if name not in answers]
         if lacking:
             return Pictured(asked, None, f"it shows the test {lacking[0]!r}, which has no answer")
-        shown = Shown(selecting.of(asked, kind.takes), {name: answers[name] for name in asked.tests})
-        data = kind.data(shown, effective(asked, kind))
+        shown = Shown(selecting.of(settings, kind.takes), {name: answers[name] for name in settings.tests})
+        data = kind.data(shown, settings)
         data = replace(data, caption=" ".join((data.caption, *idle_notes(asked, kind))))
     except ValueError as refusal:
         return Pictured(asked, None, str(refusal))

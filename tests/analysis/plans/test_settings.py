@@ -3,8 +3,9 @@
 Kinds and their settings are found by their schemas. For each kind there are tests or figures in the tables below, one
 for each combination of settings in which others may lose their effect. In each of them every setting is set to another
 value: what the numbers or the picture are must change, or the schema must refuse it, or the setting must be among
-those that `--check-plan` refuses and that a plan in use is told about in a note. A kind without an example and a
-setting without a value to try fail the test. The bare run takes the first case of each kind, the full one all.
+those that `--check-plan` refuses and that a plan in use is told about in a note, and then nothing may change. A kind
+without an example and a setting without a value to try fail the test. The bare run takes the first case of each kind,
+the full one all.
 """
 
 from __future__ import annotations
@@ -322,7 +323,7 @@ OTHER: Settings = {
 }  # fmt: skip
 """Another value of each setting, by its name."""
 OWN: Mapping[tuple[str, str], Any] = {
-    **{(kind, "reference"): 25 for kind in ("mds",)},
+    ("mds", "reference"): 25,
     **{(kind, "reference"): "q" for kind in ("bradley_terry", "thurstone")},
     **{(kind, "by"): ["cloth"] for kind in ("means", "categories")},
     **{(kind, "by"): "wish" for kind in ("bubbles", "rating_heatmap", "class_heatmap", "violins")},
@@ -449,7 +450,8 @@ def tried(
             idle = name in {each.name for each in idle_settings(others[name], of)}
             noted = idle or f"The plan's `{name}` has no effect" in found.notes
             changed = found.told.replace(f"with_{name}", "base") != before.told
-            effects.append((name, "noted" if noted else "changes" if changed else "no effect"))
+            noted_as = "false note" if changed else "noted"
+            effects.append((name, noted_as if noted else "changes" if changed else "no effect"))
     return effects
 
 
@@ -494,7 +496,8 @@ def test_a_setting_of_a_figure_changes_it_or_is_noted(
 
 
 def judge(kind: str, found: list[tuple[Settings, Effects]], whole: bool) -> None:
-    """Nothing is without effect in silence, and what is tried is not only refused."""
+    """Nothing is without effect in silence, no note is false, and what is tried is not only refused."""
+    assert not [(name, case) for case, settings in found for name, what in settings if what == "false note"]
     silent = [(name, case) for case, settings in found for name, what in settings if what == "no effect"]
     assert not [(name, case) for name, case in silent if (kind, name) not in BY_DATA]
     if not whole:
