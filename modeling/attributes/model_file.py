@@ -17,14 +17,13 @@ from pydantic import Field, ValidationError
 
 from modeling.attributes.material import Array, MaterialError, Pair, Texture
 from modeling.attributes.methods import Fitted, Method, predictions
+from modeling.files.replacing import NUMBERS, replace_model
 from protocols.canonical import NotCanonical, canonical, digest, json_text, parse
-from protocols.files import staged_files, write_bytes
 from protocols.model_card import Interval, Weights, complaint
 from protocols.strict import Strict
 
 FORMAT = "palpate-attributes/1"
 NAME = "texture-attributes"
-NUMBERS = ".safetensors"
 AGAIN = "`palpate train attributes` makes it anew."
 Arrays = Mapping[str, NDArray[Any]]
 
@@ -107,7 +106,7 @@ def write_model(folder: Path, fitted: Kept, card: Mapping[str, Any], methods: Ma
     """Write a model, read it back, and give its card's path. `card` holds the fields of `Card` but format and tensors.
 
     Until the last rename the earlier model is whole. Raises ModelFileError for numbers that are not finite, and for a
-    method that does not come back from its file.
+    method that does not come back from its file, and what `replace_model` raises.
     """
     from safetensors.numpy import save
 
@@ -123,33 +122,18 @@ def write_model(folder: Path, fitted: Kept, card: Mapping[str, Any], methods: Ma
         raise ModelFileError(f"{name}: {why}. Nothing was written.") from None
     path = folder / f"{name}.json"
     _restored(path, made, _loaded(content), methods)
-    with staged_files(folder, last=[path.name], check=lambda _draft: _set_aside(path)) as draft:
-        write_bytes(draft / weights.file, content)
-        write_bytes(draft / path.name, text)
-    _aside(path).unlink(missing_ok=True)
-    return path
+    return replace_model(path, text, content, partial(_renamed, path, weights.file))
 
 
-def _aside(path: Path) -> Path:
-    return path.with_name(f"{path.stem}~replaced{NUMBERS}")
-
-
-def _set_aside(path: Path) -> None:
-    """Let the earlier card, where it can be read, name a copy of its numbers, so that their name is free."""
-    aside = _aside(path)
+def _renamed(path: Path, numbers_file: str, copy: str) -> bytes | None:
+    """Return the earlier card, if it can be read and its numbers are in that file, with their copy's name."""
     try:
-        old = read_card(path)
-        content = path.with_name(old.tensors.file).read_bytes()
-    except (ModelFileError, OSError):
-        return
-    if old.tensors.file != aside.name:
-        tensors = old.tensors.model_copy(update={"file": aside.name})
-        try:
-            write_bytes(aside, content)
-            write_bytes(path, _text(old.model_copy(update={"tensors": tensors})))
-        except OSError:
-            aside.unlink(missing_ok=True)
-            raise
+        earlier = read_card(path)
+    except ModelFileError:
+        return None
+    if earlier.tensors.file != numbers_file:
+        return None
+    return _text(earlier.model_copy(update={"tensors": earlier.tensors.model_copy(update={"file": copy})}))
 
 
 def read_model(path: Path, methods: Mapping[str, Method] | None = None) -> AttributeModel:

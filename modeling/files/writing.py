@@ -6,6 +6,7 @@ import hashlib
 import json
 import re
 from collections.abc import Mapping, Sequence
+from functools import partial
 from pathlib import Path
 from typing import Any
 
@@ -15,16 +16,12 @@ from pydantic import ValidationError
 from safetensors import numpy as numbers
 
 from modeling.files.exported import Exported
+from modeling.files.replacing import NUMBERS, ModelWritingError, replace_model
 from protocols.canonical import NotCanonical, canonical
-from protocols.files import staged_files, write_bytes
 from protocols.model_card import Card, Interval, Port, Texture, Weights, complaint, tensors_named
 
 NAME = re.compile(r"[A-Za-z0-9][A-Za-z0-9_.-]{0,63}")
 KINDS = ("float16", "float32", "float64", "int32", "int64")
-
-
-class ModelWritingError(ValueError):
-    """A model that is not written: the message says which, what was found and what is expected."""
 
 
 def write_model(
@@ -58,7 +55,7 @@ def write_model(
         raise ModelWritingError(f"{name!r} cannot name a model: letters, digits, '-', '_' and '.' are expected.")
     tensors = _checked(name, exported, texture)
     content = numbers.save(tensors)
-    weights = Weights(file=f"{name}.safetensors", sha256=hashlib.sha256(content).hexdigest(), bytes=len(content))
+    weights = Weights(file=f"{name}{NUMBERS}", sha256=hashlib.sha256(content).hexdigest(), bytes=len(content))
     try:
         card = Card(
             name=name, title=title, method=method, weights=weights, takes=takes, gives=gives, steps=exported.steps,
@@ -69,7 +66,8 @@ def write_model(
     except ValidationError as error:
         raise ModelWritingError(f"{name}: {complaint(error)}. Nothing was written.") from None
     _require_same(name, content, tensors, card)
-    return _replaced(folder, card, content)
+    path = folder / f"{name}.json"
+    return replace_model(path, _text(card), content, partial(_renamed, path, weights.file))
 
 
 def _checked(name: str, exported: Exported, texture: Texture | None) -> dict[str, NDArray[Any]]:
@@ -109,48 +107,15 @@ def _require_same(name: str, content: bytes, tensors: Mapping[str, NDArray[Any]]
         raise ModelWritingError(f"{name}: it does not read back as it was written. Nothing was written.")
 
 
-def _replaced(folder: Path, card: Card, content: bytes) -> Path:
-    """Put both files in place when both are on the disk; until the last rename, an old card keeps its own numbers."""
-    path, weights = folder / f"{card.name}.json", folder / card.weights.file
-    aside = folder / f"{card.name}~replaced.safetensors"  # no model can have this name
-    files = {weights.name: content, path.name: _text(card)}
-
-    def check(draft: Path) -> None:
-        for name, expected in files.items():
-            _require_kept(draft / name, expected, folder / name)
-        _set_aside(path, weights, aside)
-
-    with staged_files(folder, last=[path.name], check=check) as draft:
-        for name, expected in files.items():
-            _put(draft / name, expected)
-    aside.unlink(missing_ok=True)
-    return path
-
-
-def _set_aside(path: Path, weights: Path, aside: Path) -> None:
-    """Let the old card, if there is one that can be read, name a copy of its numbers, so that their name is free."""
+def _renamed(path: Path, numbers_file: str, copy: str) -> bytes | None:
+    """Return the earlier card, if it can be read and its numbers are in that file, with their copy's name."""
     try:
-        old = Card.model_validate_json(path.read_bytes(), strict=True)
-        numbers_before = weights.read_bytes()
+        earlier = Card.model_validate_json(path.read_bytes(), strict=True)
     except (ValueError, OSError):
-        return
-    if old.weights.file == weights.name:
-        try:
-            _put(aside, numbers_before)
-            _put(path, _text(old.model_copy(update={"weights": old.weights.model_copy(update={"file": aside.name})})))
-        except OSError:
-            aside.unlink(missing_ok=True)
-            raise
-
-
-def _put(path: Path, content: bytes) -> None:
-    """Write the file and read it back before it replaces an earlier one."""
-    write_bytes(path, content, lambda draft: _require_kept(draft, content, path))
-
-
-def _require_kept(draft: Path, content: bytes, path: Path) -> None:
-    if draft.read_bytes() != content:
-        raise ModelWritingError(f"{path}: it does not read back as it was written, and was not replaced.")
+        return None
+    if earlier.weights.file != numbers_file:
+        return None
+    return _text(earlier.model_copy(update={"weights": earlier.weights.model_copy(update={"file": copy})}))
 
 
 def _text(card: Card) -> bytes:

@@ -6,12 +6,12 @@ from dataclasses import dataclass
 import numpy as np
 import pytest
 
-from modeling.attributes import model_file
 from modeling.attributes.material import MaterialError
 from modeling.attributes.model_file import FORMAT, NAME, ModelFileError, read_model, write_model
 from protocols.canonical import digest
 from tests.modeling.attributes import judged_attributes as small
 from tests.modeling.attributes.made_material import PAIRS, made_material
+from tests.modeling.files.lost_power import only_numbers_are_placed
 
 T01 = made_material(1).textures[0]
 FITTED = small.Linear(np.ones((526, 4)), np.arange(4.0), ("mfcc", "hand"), ())
@@ -53,22 +53,13 @@ def test_it_is_replaced_as_a_whole_and_leaves_nothing_behind(path):
     assert sorted(each.name for each in path.parent.iterdir()) == [f"{NAME}.json", f"{NAME}.safetensors"]
 
 
-@pytest.mark.parametrize("moment", range(1, 5))
-def test_cut_off_at_any_moment_the_earlier_model_or_the_new_one_is_there(path, moment, monkeypatch):
+def test_power_lost_between_the_two_renames_leaves_the_earlier_model(path, monkeypatch):
+    before = read_model(path, small.METHODS).predict(T01)
     other = small.Linear(np.zeros((526, 4)), np.full(4, 50.0), ("mfcc", "hand"), ())
-    before, done = read_model(path, small.METHODS).predict(T01), []
-    put = model_file.write_bytes
-
-    def cut(place, content):
-        done.append(place)
-        if len(done) == moment:
-            raise KeyboardInterrupt
-        put(place, content)
-
-    monkeypatch.setattr(model_file, "write_bytes", cut)
-    with pytest.raises(KeyboardInterrupt):
-        write_model(path.parent, other, CARD, small.METHODS)
-    monkeypatch.undo()
+    with monkeypatch.context() as lost:
+        only_numbers_are_placed(lost)
+        with pytest.raises(KeyboardInterrupt):
+            write_model(path.parent, other, CARD, small.METHODS)
     np.testing.assert_array_equal(read_model(path, small.METHODS).predict(T01), before)
     write_model(path.parent, other, CARD, small.METHODS)
     assert read_model(path, small.METHODS).predict(T01).tolist() == [[50.0] * 4]

@@ -4,7 +4,8 @@ from safetensors.numpy import load_file
 
 from modeling.files.exported import Exported
 from modeling.files.halving import NOTE, halved
-from modeling.files.writing import ModelWritingError, write_model
+from modeling.files.replacing import ModelWritingError
+from modeling.files.writing import write_model
 from protocols.model_card import Card, Dense, Port
 
 

@@ -10,10 +10,13 @@ import pytest
 from safetensors.numpy import load_file
 
 from devices.models.file import ModelFileError, read_model
-from modeling.files import writing
+from modeling.files import replacing
 from modeling.files.exported import Exported
-from modeling.files.writing import ModelWritingError, write_model
+from modeling.files.replacing import ModelWritingError
+from modeling.files.writing import write_model
+from protocols import files
 from protocols.model_card import Affine, Dense, Interval, Port, Residual
+from tests.modeling.files.lost_power import only_numbers_are_placed
 
 PORT = Port(kind="ratings", size=2, unit="0..100", names=("a", "b"))
 RANDOM = np.random.Generator(np.random.PCG64(3))
@@ -96,41 +99,63 @@ def test_arrays_that_no_step_uses_or_that_are_missing_are_named(tmp_path):
         write_model(tmp_path, "m", exported, title="", method="", takes=PORT, gives=PORT)
 
 
-def test_wherever_a_replacement_is_cut_off_the_card_belongs_to_whole_numbers(tmp_path, monkeypatch):
-    whole = writing._put
-    for cut in range(4):
-        folder = tmp_path / str(cut)
-        write(folder, bias=np.zeros(2))
-        done = []
+def cut_off(monkeypatch, at):
+    """Let writing a file fail from the one with this number on."""
+    whole, done = replacing.write_bytes, []
 
-        def put(path, content, cut=cut, done=done):
-            if len(done) == cut:
-                path.with_name(f"{path.name}.part").write_bytes(content[:5])
-                raise KeyboardInterrupt
-            done.append(path)
-            whole(path, content)
+    def write_bytes(path, *given):
+        if len(done) == at:
+            raise OSError(28, "No space left on device", str(path))
+        done.append(path)
+        whole(path, *given)
 
-        monkeypatch.setattr(writing, "_put", put)
-        with pytest.raises(KeyboardInterrupt):
-            write(folder, bias=np.ones(2))
-        monkeypatch.setattr(writing, "_put", whole)
-        assert read_model(folder / "m.json").tensors["b"].tolist() == [0.0, 0.0]
-        assert read_model(write(folder, bias=np.ones(2))).tensors["b"].tolist() == [1.0, 1.0]
-        assert sorted(path.name for path in folder.glob("*.safetensors")) == ["m.safetensors"]
+    monkeypatch.setattr(replacing, "write_bytes", write_bytes)
+
+
+@pytest.mark.parametrize("at", range(4))
+def test_a_replacement_that_cannot_be_written_leaves_the_earlier_model_and_nothing_else(tmp_path, monkeypatch, at):
+    before = write(tmp_path, bias=np.zeros(2)).read_bytes()
+    cut_off(monkeypatch, at)
+    with pytest.raises(OSError, match="No space left"):
+        write(tmp_path, bias=np.ones(2))
+    assert sorted(path.name for path in tmp_path.iterdir()) == ["m.json", "m.safetensors"]
+    assert (tmp_path / "m.json").read_bytes() == before
+    assert read_model(tmp_path / "m.json").tensors["b"].tolist() == [0.0, 0.0]
 
 
 def test_a_new_model_whose_card_cannot_be_written_leaves_no_numbers(tmp_path, monkeypatch):
-    whole = writing._put
-
-    def put(path, content):
-        if path.suffix == ".json":
-            raise OSError(28, "No space left on device", str(path))
-        whole(path, content)
-
-    monkeypatch.setattr(writing, "_put", put)
+    cut_off(monkeypatch, 1)
     with pytest.raises(OSError, match="No space left"):
         write(tmp_path)
     assert list(tmp_path.iterdir()) == []
+
+
+def test_power_lost_between_the_two_renames_leaves_the_earlier_model_which_is_replaced_again(tmp_path, monkeypatch):
+    write(tmp_path, bias=np.zeros(2))
+    with monkeypatch.context() as lost:
+        only_numbers_are_placed(lost)
+        with pytest.raises(KeyboardInterrupt):
+            write(tmp_path, bias=np.ones(2))
+    assert read_model(tmp_path / "m.json").tensors["b"].tolist() == [0.0, 0.0]
+    assert load_file(tmp_path / "m.safetensors")["b"].tolist() == [1.0, 1.0]
+    assert read_model(write(tmp_path, bias=np.full(2, 2.0))).tensors["b"].tolist() == [2.0, 2.0]
+    assert sorted(path.name for path in tmp_path.iterdir()) == ["m.json", "m.safetensors"]
+
+
+def test_a_card_whose_folder_cannot_be_synced_keeps_the_numbers_that_it_names(tmp_path, monkeypatch):
+    write(tmp_path, bias=np.zeros(2))
+    whole, placed = files.sync_folder, []
+
+    def sync_folder(folder):
+        placed.append(folder)
+        if placed.count(tmp_path) == 2:  # the copy of the numbers is there, and the card has just been renamed
+            raise OSError(5, "Input/output error", str(folder))
+        whole(folder)
+
+    monkeypatch.setattr(files, "sync_folder", sync_folder)
+    with pytest.raises(OSError, match="Input/output"):
+        write(tmp_path, bias=np.ones(2))
+    assert read_model(tmp_path / "m.json").tensors["b"].tolist() == [0.0, 0.0]
 
 
 def test_replacing_a_model_touches_no_other_whatever_its_name(tmp_path):
