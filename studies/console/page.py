@@ -92,7 +92,7 @@ def _demand(view: View) -> RenderableType:
             border_style="yellow",
             box=box.ROUNDED,
         )
-    told = f"The session is {board.ended}." if board.ended is not None else "Nothing to do for you now."
+    told = "The session is over." if board.ended is not None else "Nothing to do for you now."
     return Panel(Text(told, style="dim"), border_style="bright_black", box=box.ROUNDED)
 
 

@@ -168,7 +168,7 @@ class Seat:
 
     def _heed(self, order: Order, t_s: float) -> Aside | None:
         if self.board.ended is not None and order.do not in STILL_HEEDED:
-            self._hint(f"the session is {self.board.ended}: nothing more goes on record")
+            self._hint("the session is over: nothing more goes on record")
             return None
         match order.do:
             case "confirm" | "number" | "scan":

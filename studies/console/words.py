@@ -32,6 +32,8 @@ DOING = {
     "confirm with text": "waiting while the experimenter sets up",
     "confirm": "waiting while the screen is measured",
 }
+OVER = {"declined": "the participant declined", "ineligible": "the participant cannot take part"}
+"""How a session ended, where "the session is ..." would not say it."""
 
 
 def doing(body: Mapping[str, Any] | None, waits: bool = False) -> str:
@@ -86,7 +88,7 @@ def how_to_answer(prompt: Prompt, by_line: bool = False) -> str:
 def standing(board: Board) -> str:
     """Where the session is, in a few words."""
     if board.ended is not None:
-        return f"the session is {board.ended}"
+        return OVER.get(board.ended, f"the session is {board.ended}")
     trial = board.current()
     if trial is None:
         return f"{len(board.done)} of {board.total} trials done"

@@ -38,6 +38,14 @@ def test_time_left_is_unknown_before_the_first_trial_is_over_and_nothing_at_the_
     assert over.left_s(12 * NS) == 0.0 and standing(over) == "the session is aborted"
 
 
+@pytest.mark.parametrize(
+    ("how", "words"),
+    [("declined", "the participant declined"), ("ineligible", "the participant cannot take part")],
+)
+def test_who_takes_no_part_is_named_and_not_the_session(how, words):
+    assert standing(played((1, "session_ended", {"as": how}, None))) == words
+
+
 def test_a_pause_counts_in_no_time():
     pause = [(104, "experimenter", {"do": "pause"}, 1), (204, "experimenter", {"do": "go_on"}, 1)]
     begun, ended = trial(1, 100, 210)
