@@ -217,6 +217,7 @@ class Felt:
             dialogue.play(self.link, self.profile)
             self._playing = True
             self.showing.desk.demand(self._prompt())
+            self._stays = ""
             self.showing.desk.tell({self.showing.door.name: "playing"})
 
     def _prompt(self) -> Prompt:

@@ -200,10 +200,8 @@ class Robot:
 
     def move_lines(self, request, page):
         """Move lines that stay on, each once the door is opened further than for the one before; the mirror."""
-        mirror, picture = (
-            screen_for(request, page, 0),
-            Image.new("RGB", (page.metrics.width_px, page.metrics.height_px)),
-        )
+        mirror = screen_for(request, page, 0)
+        picture = Image.new("RGB", (page.metrics.width_px, page.metrics.height_px))
         self._see(mirror, picture, "felt")
         boxes = {placed.name: placed.box for placed in mirror.placed()}
         for number, (name, shares) in enumerate(MOVED.items()):
