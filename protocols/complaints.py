@@ -9,7 +9,7 @@ from pydantic import BaseModel, ValidationError
 
 from protocols.did_you_mean import nearest
 from protocols.problems import Problem
-from protocols.wording import count
+from protocols.wording import count, some_lines
 from protocols.yaml_text import Document, Path
 
 MOST_SHOWN = 8
@@ -17,10 +17,8 @@ MOST_SHOWN = 8
 
 def listed(problems: Sequence[Problem], document: Document, name: str) -> str:
     """The problems, one line each: file, line, place and what is wrong; at most eight."""
-    lines = [f"{name}:{_line(p.path, document)} {_dotted(p.path)}: {p.message}" for p in problems[:MOST_SHOWN]]
-    if len(problems) > MOST_SHOWN:
-        lines.append(f"... and {len(problems) - MOST_SHOWN} more")
-    return "\n".join(lines)
+    lines = [f"{name}:{_line(p.path, document)} {_dotted(p.path)}: {p.message}" for p in problems]
+    return "\n".join(some_lines(lines, MOST_SHOWN))
 
 
 def _line(path: Path, document: Document) -> str:

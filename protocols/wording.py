@@ -19,3 +19,8 @@ def some(names: Iterable[object], most: int = 8, between: str = ", ") -> str:
     """The first of the names, and how many more there are: `a, b and 7 more`."""
     listed = [str(name) for name in names]
     return between.join(listed[:most]) + (f" and {len(listed) - most:,} more" if len(listed) > most else "")
+
+
+def some_lines(lines: Sequence[str], most: int) -> list[str]:
+    """The first of the lines, and a last one that says how many more there are."""
+    return [*lines[:most], *([f"... and {len(lines) - most:,} more"] if len(lines) > most else [])]

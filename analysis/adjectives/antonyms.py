@@ -10,6 +10,7 @@ import pandas as pd
 
 from analysis.statistics.refusals import SHOWN, StatisticsError, UnknownColumn
 from protocols.did_you_mean import nearest
+from protocols.wording import some_lines
 
 
 class AntonymTableError(StatisticsError):
@@ -71,8 +72,7 @@ def antonym_table(table: pd.DataFrame, offered: Sequence[str] = ()) -> tuple[tup
             pairs[word, antonym] = line
             partner |= {word: (line, antonym), antonym: (line, word)}
     if mistakes:
-        more = [f"and {len(mistakes) - SHOWN} more"] if len(mistakes) > SHOWN else []
-        raise AntonymTableError("the table of antonyms cannot be used:\n" + "\n".join(mistakes[:SHOWN] + more))
+        raise AntonymTableError("\n".join(["the table of antonyms cannot be used:", *some_lines(mistakes, SHOWN)]))
     return tuple(pairs)
 
 

@@ -10,7 +10,7 @@ from analysis.importing.dialects import SHOWN, TableRefused
 from analysis.importing.foreign_rows import ForeignRating
 from analysis.importing.map_file import ColumnMap
 from analysis.ratings.dataset import Exclusion
-from protocols.wording import count
+from protocols.wording import count, some_lines
 
 Cell = tuple[str, ...]
 
@@ -41,11 +41,10 @@ def _cell(rating: ForeignRating) -> Cell:
 
 
 def _listed(column_map: ColumnMap, several: dict[Cell, list[ForeignRating]]) -> str:
-    lines = [f"  {_named(ratings[0])}: {_wheres(ratings)}" for ratings in list(several.values())[:SHOWN]]
-    more = [f"  ... and {len(several) - SHOWN} more"] if len(several) > SHOWN else []
+    lines = some_lines([f"{_named(ratings[0])}: {_wheres(ratings)}" for ratings in several.values()], SHOWN)
     advice = "say duplicates: mean or first, or name the column that tells them apart under within or stimulus"
     held = f"{count(len(several), 'cell')} {'holds' if len(several) == 1 else 'hold'} several ratings"
-    return "\n".join([f"{column_map.name}: {held}; {advice}:", *lines, *more])
+    return "\n".join([f"{column_map.name}: {held}; {advice}:", *(f"  {line}" for line in lines)])
 
 
 def _named(rating: ForeignRating) -> str:

@@ -12,7 +12,7 @@ from analysis.importing.number_texts import Decimal, NoNumber, decimal_mark, num
 from analysis.ratings.dataset import Exclusion
 from protocols.did_you_mean import nearest
 from protocols.wording import count as counted
-from protocols.wording import some
+from protocols.wording import some, some_lines
 
 
 @dataclass(frozen=True)
@@ -73,8 +73,7 @@ def _values(column_map: ColumnMap, lines: Sequence[Line]) -> list[float]:
         except NoNumber as error:
             wrong.append(f"{line.where}: {column_map.columns.value!r} is {text!r}: {error}")
     if wrong:
-        more = [f"... and {len(wrong) - SHOWN} more"] if len(wrong) > SHOWN else []
-        raise TableRefused("\n".join([*wrong[:SHOWN], *more]))
+        raise TableRefused("\n".join(some_lines(wrong, SHOWN)))
     _check_scale(column_map, lines, values)
     return values
 

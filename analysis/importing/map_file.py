@@ -13,6 +13,7 @@ from analysis.ratings.dataset import DataRefused
 from analysis.ratings.dataset import Scale as RatingScale
 from protocols.complaints import expectation
 from protocols.did_you_mean import nearest
+from protocols.wording import some_lines
 from protocols.yaml_text import Document, YamlError, load
 
 SHIPPED = Path(__file__).resolve().parent / "maps"
@@ -244,8 +245,7 @@ def read_map(path: Path) -> ColumnMap:
         return ColumnMap.model_validate(document.data)
     except ValidationError as error:
         lines = [_complaint(dict(each), document, path.name) for each in error.errors(include_url=False)]
-        more = [f"... and {len(lines) - MOST_SHOWN} more"] if len(lines) > MOST_SHOWN else []
-        raise MapRefused("\n".join([*lines[:MOST_SHOWN], *more])) from None
+        raise MapRefused("\n".join(some_lines(lines, MOST_SHOWN))) from None
 
 
 def _complaint(each: dict[str, Any], document: Document, name: str) -> str:

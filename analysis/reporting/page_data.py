@@ -9,6 +9,7 @@ from analysis.ratings.sample import sample_facts
 from analysis.reporting.analysed import Analysed
 from analysis.reporting.page_table import Column, Table, number, table, words
 from analysis.reporting.page_text import count, fixed
+from protocols.wording import some
 
 MOST_SEEDS = 6
 
@@ -121,9 +122,7 @@ def _origins(ratings: Ratings) -> Iterator[tuple[str, str]]:
         sources = ", ".join(f"{number:,} {source}" for source, number in ratings.stimulus_sources.items())
         yield "Stimuli", f"{sum(ratings.stimulus_sources.values()):,}: {sources}"
     if ratings.seeds:
-        shown = ", ".join(map(str, ratings.seeds[:MOST_SEEDS]))
-        more = f" and {len(ratings.seeds) - MOST_SEEDS} more" if len(ratings.seeds) > MOST_SEEDS else ""
-        yield "Simulation seed" if len(ratings.seeds) == 1 else "Simulation seeds", shown + more
+        yield "Simulation seed" if len(ratings.seeds) == 1 else "Simulation seeds", some(ratings.seeds, MOST_SEEDS)
     if ratings.interrupted:
         yield "Interrupted sessions", f"{len(ratings.interrupted):,} included"
 
