@@ -33,9 +33,10 @@ def achieved_sample(study: Study, sessions: Sequence[DoneSession]) -> dict[str, 
     planned = sample_of(study)
     if not planned:
         return {}
-    count = Counter(each.participant for each in sessions)
+    had = {(each.participant, each.number) for each in sessions}
     group_of = {each.participant: each.group for each in sessions}
-    done = [who for who, number in count.items() if number >= study.sessions]
+    numbers = range(1, study.sessions + 1)
+    done = [who for who in group_of if all((who, number) in had for number in numbers)]
     found: dict[str, Any] = {"done": len(done)}
     if "planned" in planned:
         found["planned"] = planned["planned"]
@@ -45,8 +46,8 @@ def achieved_sample(study: Study, sessions: Sequence[DoneSession]) -> dict[str, 
             for group in study.groups
         }
     if study.sessions > 1:
-        numbers = Counter(each.number for each in sessions)
-        found["sessions_done"] = {str(number): numbers[number] for number in range(1, study.sessions + 1)}
+        counts = Counter(each.number for each in sessions)
+        found["sessions_done"] = {str(number): counts[number] for number in numbers}
     if study.minutes is not None:
         found["minutes_planned"] = study.minutes
         if minutes := [each.minutes for each in sessions]:

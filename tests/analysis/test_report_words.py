@@ -138,7 +138,13 @@ def test_measured_and_simulated_stimuli_and_seeds_are_told() -> None:
 def test_the_report_says_what_was_planned_and_what_came() -> None:
     engine = database()
     add_study(engine, "d1", definition(participants={"per_group": 4, "sessions": 2}, minutes=5))
-    for who, group, number in (("P101", "1", 1), ("P101", "1", 2), ("P102", "1", 1), ("P201", "2", 1)):
+    for who, group, number in (
+        ("P101", "1", 1),
+        ("P101", "1", 2),
+        ("P102", "1", 1),
+        ("P201", "2", 1),
+        ("P201", "2", 3),
+    ):
         add_session(engine, who, group, stimuli_of(group), number=number)
     found = dict(facts(read_ratings(engine, "doors")))
     assert found["Done of planned"] == "1 of 8 (group 1: 1 of 4, group 2: 0 of 4)"
