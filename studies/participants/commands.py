@@ -60,6 +60,7 @@ def add(
     Example:
       palpate participants add --name "Kim Hana" --contact hana@example.org --consented 2026-03-31 --lab LAB
     """
+    from protocols.files import holding_interrupts
     from studies.participants.identities import Identity, demand_good, demand_private, identify
     from studies.participants.lab import demand_lab
     from studies.participants.people import add as enter
@@ -69,8 +70,10 @@ def add(
     identity = Identity(name, contact, consented, note)
     demand_good(identity)
     demand_private(lab)
-    added = enter(open_registry(lab), pseudonym)
-    identify(lab, added, identity)
+    registry = open_registry(lab)
+    with holding_interrupts():  # a pseudonym without an identity would be added again
+        added = enter(registry, pseudonym)
+        identify(lab, added, identity)
     if as_json:
         echo_json({"participant": added})
     else:
