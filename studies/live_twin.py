@@ -7,6 +7,7 @@ from collections.abc import Callable, Iterator
 from dataclasses import replace
 
 from devices.blocks import interleaved
+from devices.door.grid import POINTS_PER_DEG
 from devices.door.link.limits import HANDLE_RADIUS_M
 from devices.door.live import PERIOD_NS, LiveDoor
 from devices.door.making import Doors
@@ -78,7 +79,7 @@ def _forces(angles: list[float], door: Samples, record: LiveRecord) -> Iterator[
     for number, angle_deg in enumerate(angles):
         while waiting and (waiting[0].taken_ns or 0) <= door.t0_ns + round(number * NS / door.rate_hz):
             rendered = Passage(rendered, [force * HANDLE_RADIUS_M for force in waiting.pop(0).force_N])
-        place_rad = angle_deg * 10 * STEP_RAD
+        place_rad = angle_deg * POINTS_PER_DEG * STEP_RAD
         yield rendered.at(min(place_rad, end_rad)) / HANDLE_RADIUS_M
         for _ in range(ticks):
             rendered = rendered.after_tick() if isinstance(rendered, Passage) else rendered
