@@ -41,6 +41,15 @@ BESIDE = ("-wal", "-shm", "-journal", ".lock")
 """What SQLite and locks keep beside a database."""
 REFUSAL = re.compile(r"^(Error|Usage): ", re.MULTILINE)
 STOP = re.compile("stopped|by SIGINT", re.IGNORECASE)
+GROWS = {
+    **dict.fromkeys(("run", "record", "resume", "collect", "textures simulate"), (".sqlite",)),
+    "regenerate": ("lab/regenerated", "seconds.json"), "monitor": ("lab/.cache", "monitor.jsonl"),
+    "train doors": ("door-perception.json", "door-perception.safetensors"), "textures find": ("sheet.png",),
+    "textures index": (".jpg",), "participants withdraw": ("identities.sqlite",),
+}  # fmt: skip
+"""What keeps every finished step, by command: sessions, the collected database, the record of times."""
+SHORTEST = 0.9
+"""A whole file is at least so long, measured by the same file after a run without a fault: times stand in many."""
 REFUSED, STOPPED, UNTOUCHED, DONE = "message, 2", "stopped, 130", "not met", "done"
 
 Tree = dict[str, bytes | None]
@@ -64,9 +73,9 @@ changes that the command makes to files, spread over all of them, the last renam
 
 What is finished stays: `run` keeps every event that was on the disk before the fault, `collect` every session,
 `regenerate` its record of how long each number took, `monitor` its cache of finished sessions. `record` and `resume`
-are as `run`; `train doors` keeps the first of its two models, `textures find` its sheet, `textures simulate` the lab
-that it began. `participants withdraw` erases the identity first, and the same command does the rest. What trains or
-evaluates is driven after its trainings, which are kept: it goes on from there."""
+are as `run`; `train doors` keeps the first of its two models, `textures find` its sheet, `textures index` the small
+pictures, `textures simulate` the lab that it began. `participants withdraw` erases the identity first, and the same
+command does the rest. What trains or evaluates is driven after its trainings, which are kept: it goes on from there."""
 
 
 @dataclass(frozen=True)
@@ -186,7 +195,8 @@ def _judge(name: str, fault: str, came: tuple[Ended, Tree], before: Tree, whole:
         problems.append("a traceback: " + ended.err.strip().splitlines()[-1])
     if left := [path for path in tree if UNFINISHED in path or path.endswith(".part")]:
         problems.append(f"left over: {left[0]}")
-    is_before, is_done = tree == before, tree.keys() == whole.keys()
+    changed, grows = _changed(before, tree), GROWS.get(name, ())
+    is_done = set(changed) == set(_changed(before, whole))
     said = f"exit {ended.code}"
     if ended.code == 0 and is_done:
         said = DONE if fault == INTERRUPT else UNTOUCHED
@@ -196,27 +206,22 @@ def _judge(name: str, fault: str, came: tuple[Ended, Tree], before: Tree, whole:
         said = REFUSED
     else:
         problems.append(f"{said}: {ended.err.strip()[-200:]}")
-    changed = [path for path in before if tree.get(path, b"gone") != before[path]] + [
-        p for p in tree if p not in before
-    ]
-    if not is_before and not is_done and not _grows(name, changed):
-        problems.append(f"changed: {', '.join(changed[:3])}")
-    elif said == REFUSED and not is_before and not _grows(name, changed):
-        problems.append(f"refused, and changed: {', '.join(changed[:3])}")
+    others = [path for path in changed if not path.endswith(grows)]
+    if others and (said == REFUSED or not is_done) and not _is_begun(name, changed):
+        problems.append(f"{said}, and changed: {', '.join(others[:3])}")
+    short = [path for path in others if len(tree.get(path) or b"") < SHORTEST * len(whole.get(path) or b"")]
+    problems += [f"cut short: {path}" for path in short]
     return Outcome(name, fault, said, tuple(f"{name}, {fault}: {problem}" for problem in problems))
 
 
-def _grows(name: str, changed: Sequence[str]) -> bool:
-    """Whether only what keeps every finished step has grown: sessions, the collected database, the record of times."""
-    grow = {
-        **dict.fromkeys(("run", "record", "resume", "collect"), (".sqlite",)),
-        "regenerate": ("lab/regenerated", "seconds.json"), "monitor": ("lab/.cache", "monitor.jsonl"),
-        "train doors": ("door-perception.json", "door-perception.safetensors"), "textures find": ("sheet.png",),
-        "participants withdraw": ("identities.sqlite",),
-    }  # fmt: skip
-    if name == "textures simulate":  # a new lab, of which every whole file is kept
-        return all(path.startswith("new") for path in changed)
-    return bool(changed) and all(path.endswith(grow.get(name, ())) for path in changed)
+def _changed(before: Tree, after: Tree) -> list[str]:
+    """The files that were changed, removed or made."""
+    return [path for path in {**before, **after} if after.get(path, b"gone") != before.get(path, b"not there")]
+
+
+def _is_begun(name: str, changed: Sequence[str]) -> bool:
+    """Whether it is a new lab, of which every whole file is kept."""
+    return name == "textures simulate" and all(path.startswith("new") for path in changed)
 
 
 def row(name: str, found: Sequence[Outcome]) -> str:
