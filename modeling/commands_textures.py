@@ -200,7 +200,7 @@ def _told(metrics: Any) -> str:
     "--table-4-2",
     "table_4_2",
     is_flag=True,
-    help="The same for FoTEN and all its variants: takes days; with --textures cloth --epochs 3, two hours.",
+    help="The same for FoTEN and all its variants: takes days; with --textures cloth --epochs 3, an hour on one core.",
 )
 @click.option("--figures/--no-figures", default=True, help="Whether to draw the figures.")
 @click.option(
