@@ -14,8 +14,8 @@ from typing import IO
 from devices.window.bench_link import Link, send
 from devices.window.bench_stage import RemoteDesk
 from devices.window.calibration import Calibration
-from devices.window.presenter import Presenter, open_presenter
-from devices.window.presenter_window import WindowPresenter
+from devices.window.presenter import Presenter
+from devices.window.presenter_window import WindowPresenter, open_presenter
 from protocols.events import Event
 from protocols.plan import compile_plan
 from protocols.requests import Came, Present, Reply, Request, Sense

@@ -219,7 +219,7 @@ def window_of(
     def opened(plan: Plan) -> Presenter:
         if calibration is None:
             return Windowless()
-        from devices.window.presenter import open_presenter
+        from devices.window.presenter_window import open_presenter
 
         return open_presenter(
             found.study, calibration, language, found.folder, fullscreen=full, plan=plan,

@@ -16,8 +16,8 @@ from typing import IO, Any
 from devices.desk import Prompt
 from devices.window.bench_link import Link, Message, send
 from devices.window.calibration import Calibration
-from devices.window.presenter import Presenter, open_presenter
-from devices.window.presenter_window import WindowPresenter
+from devices.window.presenter import Presenter
+from devices.window.presenter_window import WindowPresenter, open_presenter
 from protocols.plan import Plan
 from protocols.requests import Aside
 from protocols.study import Study

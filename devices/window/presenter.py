@@ -3,15 +3,10 @@
 from __future__ import annotations
 
 from collections.abc import Callable, Mapping, Sequence
-from pathlib import Path
 from typing import Any, Protocol
 
 from devices.desk import Desk
-from devices.window.calibration import Calibration
-from devices.window.presenter_page import describe, prepare
-from protocols.plan import Plan
 from protocols.requests import Aside, Ask, Confirm, Instruct, Present, Reply, Rest
-from protocols.study import Study
 
 Shown = Ask | Instruct | Rest | Confirm | Present
 PAUSE, END = "pause", "end"
@@ -60,24 +55,3 @@ class Presenter(Protocol):
 
     def close(self) -> None:
         """Give the screen back."""
-
-
-def open_presenter(
-    study: Study, calibration: Calibration, language: str, folder: Path, screen: int | None = None,
-    fullscreen: bool = True, pages: Mapping[str, str] | None = None, plan: Plan | None = None,
-    texts_file: Path | None = None,
-) -> Presenter:  # fmt: skip
-    """Open the participant's window, on the calibrated screen unless another is named.
-
-    `folder` holds the study and its translations, `pages` are texts that replace the study's by name. With the plan,
-    all of its forms are laid out first. Raises WindowError before anything is seen: texts, fonts, sizes, display.
-    """
-    page = prepare(study, calibration, language, folder, pages, plan, texts_file)
-    from PIL import Image
-
-    from devices.window.presenter_window import WindowPresenter
-    from devices.window.shell import open_shell
-
-    shell = open_shell(calibration, calibration.screen if screen is None else screen, fullscreen)
-    picture = Image.new("RGB", calibration.size_px, "white")
-    return WindowPresenter(shell, page, picture, describe(page) | {"renderer": shell.renderer})

@@ -4,17 +4,21 @@ from __future__ import annotations
 
 from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass, field, replace
+from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
 from devices.desk import Desk, Prompt, confirmed
 from devices.window.build import RESTING, page_for, screen_for
-from devices.window.calibration import NOMINAL_MM, TOLERANCE_MM, demand_reading
+from devices.window.calibration import NOMINAL_MM, TOLERANCE_MM, Calibration, demand_reading
 from devices.window.loop import Scene
-from devices.window.presenter import END, PAUSE, Shown
+from devices.window.presenter import END, PAUSE, Presenter, Shown
+from devices.window.presenter_page import describe, prepare
 from devices.window.screen import Page, Screen
-from devices.window.shell import Shell
+from devices.window.shell import Shell, open_shell
 from protocols.events import NS
+from protocols.plan import Plan
 from protocols.requests import Aside, Ask, Confirm, Instruct, Present, Reply
+from protocols.study import Study
 
 if TYPE_CHECKING:
     from PIL import Image
@@ -205,3 +209,21 @@ def _name(request: Shown) -> str:
     if isinstance(request, Ask):
         return request.form.name
     return request.page if isinstance(request, Instruct) else str(request.body()["do"])
+
+
+def open_presenter(
+    study: Study, calibration: Calibration, language: str, folder: Path, screen: int | None = None,
+    fullscreen: bool = True, pages: Mapping[str, str] | None = None, plan: Plan | None = None,
+    texts_file: Path | None = None,
+) -> Presenter:  # fmt: skip
+    """Open the participant's window, on the calibrated screen unless another is named.
+
+    `folder` holds the study and its translations, `pages` are texts that replace the study's by name. With the plan,
+    all of its forms are laid out first. Raises WindowError before anything is seen: texts, fonts, sizes, display.
+    """
+    page = prepare(study, calibration, language, folder, pages, plan, texts_file)
+    from PIL import Image
+
+    shell = open_shell(calibration, calibration.screen if screen is None else screen, fullscreen)
+    picture = Image.new("RGB", calibration.size_px, "white")
+    return WindowPresenter(shell, page, picture, describe(page) | {"renderer": shell.renderer})

@@ -21,7 +21,7 @@ OPEN_ONE = """
 import sys
 from pathlib import Path
 from devices.window.calibration import Calibration
-from devices.window.presenter import open_presenter
+from devices.window.presenter_window import open_presenter
 from tests.devices.window.real.forms import STUDY
 try:
     open_presenter(STUDY, Calibration((1280, 720), 3.6, int(sys.argv[1]), "2026-11-21T10:00:00"), "en", Path()).close()
