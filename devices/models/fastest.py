@@ -68,7 +68,7 @@ def fastest(model: Model, instructions: str | None = None) -> Runs:
         sets = [each for each in kernel.sets if instructions in (None, each.name)]
         if not sets:
             return ByNumpy(model, f"this processor has no {instructions}")
-        found = Native(model, kernel, sets[0])
+        found = Native(model, kernel, sets[0], fastest)
     except (KernelMissing, NotCompiled) as error:
         return ByNumpy(model, str(error))
     far = apart(found, model)

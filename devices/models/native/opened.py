@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import ctypes
 import threading
+from collections.abc import Callable
 from typing import Any
 
 import numpy as np
@@ -25,9 +26,11 @@ class Native:
     that must not wait opens its own.
     """
 
-    def __init__(self, model: Model, library: Library, instructions: InstructionSet) -> None:
-        """Raises NotCompiled: a step that the kernel does not know."""
-        self._model, self._library = model, library
+    def __init__(
+        self, model: Model, library: Library, instructions: InstructionSet, reopen: Callable[[Model], Any]
+    ) -> None:
+        """`reopen` opens the model where this is unpickled. Raises NotCompiled for a step that the kernel lacks."""
+        self._model, self._library, self._reopen = model, library, reopen
         self.instructions = instructions
         self.runtime = f"native ({instructions.name})"
         card = model.card
@@ -75,9 +78,7 @@ class Native:
         return answers if done == len(rows) else self._model.run(given)
 
     def __reduce__(self) -> tuple[Any, tuple[Model]]:
-        from devices.models.fastest import fastest
-
-        return fastest, (self._model,)
+        return self._reopen, (self._model,)
 
 
 def _plain(given: Any) -> bool:

@@ -69,7 +69,7 @@ def test_scores_beyond_single_precision_choose_no_places(kernel):
 @pytest.mark.needs("compiler")
 def test_numbers_that_no_model_answers_are_refused_in_numpys_words(kernel):
     model = specimens.foten()
-    native = Native(model, kernel, kernel.sets[0])
+    native = Native(model, kernel, kernel.sets[0], fastest)
     good = specimens.windows(1)[0]
     before = native.run(good)
     for wrong in (np.nan, np.inf, -np.inf):
@@ -114,7 +114,7 @@ def test_a_step_that_the_kernel_does_not_know_is_left_to_numpy(kernel):
     steps = (Kernel(points="p", weights="w", length=1.0),)
     model = Model(card_of(steps, 2, 1), {"p": np.ones((3, 2)), "w": np.ones((3, 1))})
     with pytest.raises(NotCompiled, match="the step kernel"):
-        Native(model, kernel, kernel.sets[0])
+        Native(model, kernel, kernel.sets[0], fastest)
     found = fastest(model)
     assert found == ByNumpy(model, "the step kernel")
     assert found.runtime == "NumPy" and found.run(np.ones(2)) == pytest.approx(model.run(np.ones(2)))
@@ -137,7 +137,7 @@ def test_a_model_that_is_too_large_for_a_kernel_is_left_to_numpy(kernel):
     ):  # fmt: skip
         model = Model(card_of(steps, inputs, outputs), tensors)
         with pytest.raises(NotCompiled, match=why):
-            Native(model, kernel, kernel.sets[0])
+            Native(model, kernel, kernel.sets[0], fastest)
     assert fastest(Model(card_of((dense,), 3, 1), {**one, "w": np.full((1, 3), 1e39)})).run(np.ones(3)) == 3e39
 
 
@@ -171,7 +171,7 @@ def test_an_interrupted_batch_leaves_nothing_behind(kernel):
     def interrupted(_program, _count):
         raise KeyboardInterrupt
 
-    native = Native(specimens.foten(), replace(kernel, many=interrupted), kernel.sets[0])
+    native = Native(specimens.foten(), replace(kernel, many=interrupted), kernel.sets[0], fastest)
     given = specimens.windows(3)
     before = native.run(given[0])
     with pytest.raises(KeyboardInterrupt):

@@ -32,7 +32,7 @@ def doubled(model: Model) -> Model:
 
 
 def each_set(model: Model, kernel: Library) -> list[Native]:
-    return [Native(model, kernel, instructions) for instructions in kernel.sets]
+    return [Native(model, kernel, instructions, fastest) for instructions in kernel.sets]
 
 
 def chance(seed: int) -> np.random.Generator:
@@ -153,7 +153,7 @@ def test_sparse_attention_chooses_as_numpy_does(kernel, causal):
 
 
 def test_several_threads_may_share_one_model(kernel):
-    native = Native(specimens.foten(), kernel, kernel.sets[0])
+    native = Native(specimens.foten(), kernel, kernel.sets[0], fastest)
     given = specimens.windows(64)
     alone = native.run(given)
     with ThreadPoolExecutor(4) as pool:
