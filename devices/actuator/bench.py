@@ -9,12 +9,13 @@ from pathlib import Path
 import numpy as np
 
 from devices.actuator.compensation import Compensation
-from devices.actuator.device import Settings, VoiceCoil, make
+from devices.actuator.device import VoiceCoil, make
 from devices.actuator.identify import Shaking, identify
 from devices.actuator.inverse import Wish, invert
 from devices.actuator.queue import RATE_HZ, Array
 from devices.actuator.resonance import Coil, Shaken
 from devices.actuator.response import Response
+from devices.actuator.settings import Settings
 from protocols.bench import Case
 
 AREA = "actuator"

@@ -17,7 +17,7 @@ from devices.sound.card import Card
 from devices.sound.output import Fill, Output, Tape
 
 if TYPE_CHECKING:
-    from devices.actuator.device import Settings
+    from devices.actuator.settings import Settings
 
 KEPT_S = 20
 """How much a twin remembers."""

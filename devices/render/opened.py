@@ -9,7 +9,8 @@ from dataclasses import dataclass, field
 from pathlib import Path
 from typing import Any
 
-from devices.actuator.device import Settings, VoiceCoil, make
+from devices.actuator.device import VoiceCoil, make
+from devices.actuator.settings import Settings
 from devices.render.errors import RenderError
 from devices.render.hands import Hand, OnTablet, Pushed, Scripted
 from devices.render.job import Job, Sounds

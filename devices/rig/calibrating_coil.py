@@ -11,10 +11,11 @@ from typing import Any
 import numpy as np
 
 from devices.actuator.calibration import save
-from devices.actuator.device import Settings, VoiceCoil
+from devices.actuator.device import VoiceCoil
 from devices.actuator.identify import Identified, PlayAndRecord, Shaking, identify, through
 from devices.actuator.queue import Array
 from devices.actuator.response import CLIPPED_SHARE, FEWEST, ResponseError
+from devices.actuator.settings import Settings
 from devices.daq.adxl335 import Accelerometer
 from devices.daq.sensor import DaqSensor
 from devices.rig.calibrating import Found, Job, Unfit

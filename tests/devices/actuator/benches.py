@@ -4,7 +4,8 @@ from dataclasses import dataclass, field
 
 import numpy as np
 
-from devices.actuator.device import Settings, make
+from devices.actuator.device import make
+from devices.actuator.settings import Settings
 from devices.signals import Block, Signal
 
 

@@ -8,8 +8,9 @@ import pytest
 
 from devices.actuator import analog_out
 from devices.actuator.analog_out import AnalogOut
-from devices.actuator.device import Settings, make
+from devices.actuator.device import make
 from devices.actuator.queue import Queue
+from devices.actuator.settings import Settings
 from devices.signals import DeviceError
 from tests.devices.actuator.ni_card import Card
 

@@ -5,9 +5,9 @@ import pytest
 from pydantic import ValidationError
 
 from devices.actuator.calibration import save
-from devices.actuator.device import Settings
 from devices.actuator.identify import identify
 from devices.actuator.resonance import Shaken
+from devices.actuator.settings import Settings
 from devices.signals import DeviceFault
 from tests.devices.actuator.benches import Clock, coil
 

@@ -11,7 +11,8 @@ SCRIPT = """
 import time
 from pathlib import Path
 import numpy as np
-from devices.actuator.device import Settings, make
+from devices.actuator.device import make
+from devices.actuator.settings import Settings
 chosen = Settings(kind="voice_coil", driver="sound", device="tape", ahead_ms=500, full_scale_V=2.0)
 coil = make("coil", chosen, Path("."))
 coil.open()

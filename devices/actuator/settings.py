@@ -1,0 +1,40 @@
+"""What a rig file says of a voice coil."""
+
+from __future__ import annotations
+
+from typing import Annotated, Literal, Self
+
+from pydantic import Field, model_validator
+
+from devices.rig.settings import Date, Strict
+
+
+class Settings(Strict):
+    """`peak_V` and `rms_V` are what the coil bears, at the output; `thermal_s` is how long it takes to warm up.
+
+    `calibration` names the file that identifying the actuator wrote; without one, samples are volts and not m/s^2.
+    """
+
+    kind: Literal["voice_coil"]
+    driver: Literal["nidaqmx", "sound", "twin"]
+    channel: Annotated[str, Field(pattern=r"^[^\s,:]+/ao\d+$")] = "Dev1/ao0"
+    device: str | Annotated[int, Field(ge=0)] | None = None
+    card_rate_hz: Annotated[int, Field(ge=8000, le=192_000)] = 48_000
+    full_scale_V: Annotated[float, Field(ge=0.01, le=10)] = 1.0
+    ahead_ms: Annotated[int, Field(ge=5, le=500)] = 20
+    peak_V: Annotated[float, Field(ge=0.01, le=10)] = 1.0
+    rms_V: Annotated[float, Field(ge=0.01, le=10)] = 0.5
+    thermal_s: Annotated[float, Field(ge=0.1, le=60)] = 1.0
+    peak_m_s2: Annotated[float, Field(ge=0.1, le=1000)] = 100.0
+    calibration: str | None = None
+    calibrated: Date | None = None
+    seed: Annotated[int, Field(ge=0, lt=2**63)] = 1
+
+    @model_validator(mode="after")
+    def _in_order(self) -> Self:
+        if self.rms_V > self.peak_V:
+            raise ValueError(f"rms_V ({self.rms_V:g}) must not be above peak_V ({self.peak_V:g})")
+        if self.driver == "sound" and self.peak_V > self.full_scale_V:
+            told = f"peak_V ({self.peak_V:g}) must not be above full_scale_V ({self.full_scale_V:g})"
+            raise ValueError(f"{told}, what the sound card gives at full scale")
+        return self
