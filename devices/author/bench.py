@@ -2,8 +2,13 @@
 
 from __future__ import annotations
 
+import json
+import os
+import subprocess
+import sys
 import time
 from collections.abc import Callable, Iterator
+from contextlib import closing
 from functools import partial
 from pathlib import Path
 from typing import TYPE_CHECKING
@@ -13,6 +18,7 @@ import numpy as np
 from devices.author.making import Array, Maker, maker_for
 from devices.author.work import History, Setting, Work, neutral
 from devices.door.grid import MAX_ANGLE_DEG, POINTS, POINTS_PER_DEG
+from devices.window.calibration import Calibration
 from devices.window.geometry import Box
 from devices.window.plot import Axes, axes_for, line_mask
 from protocols.bench import Case
@@ -24,11 +30,11 @@ SIZES = ((1280, 720), (1920, 1080))
 PX_PER_MM = 3.78
 MOVES, QUICK_MOVES = 1000, 150
 AREA = "doors"
+PATIENCE_S = 300.0
 
 
 def cases(quick: bool) -> Iterator[Case]:
     """Painting alone, the real window where a virtual display can be had, and the line against the profile."""
-    from devices.author.bench_window import drawn_in_window
     from devices.window.bench_display import missing
 
     count, maker = QUICK_MOVES if quick else MOVES, maker_for(None)
@@ -122,3 +128,31 @@ def exact_rows(force_N: Array, axes: Axes) -> Array:
 def root() -> Path:
     """Where the packages lie."""
     return Path(__file__).resolve().parents[2]
+
+
+def drawn_in_window(size: tuple[int, int], count: int) -> Array:
+    """Seconds from a move of a slider until its door stands on a virtual display of that size, for `count` moves."""
+    from devices.window.bench_display import virtual_display
+
+    command = [sys.executable, "-m", "devices.author.bench", *map(str, (*size, count))]
+    with virtual_display(*size) as display:
+        scene = {**os.environ, "DISPLAY": display, "PYTHONPATH": str(root())}
+        done = subprocess.run(command, env=scene, capture_output=True, check=True, timeout=PATIENCE_S)
+    return np.array(json.loads(done.stdout))
+
+
+def main(width: int, height: int, count: int, seed: int = 1) -> None:
+    """Open the window, move its sliders, and print the seconds that each move took to be drawn and flipped."""
+    from PIL import Image
+
+    from devices.window.shell import open_shell
+
+    screen, image = screen_of(maker_for(None), (width, height)), Image.new("RGB", (width, height))
+    with closing(open_shell(Calibration((width, height), PX_PER_MM, 0, "never: a virtual display"), 0, True)) as shell:
+        shell.show(image, screen.paint(image))
+        taken = timed_moves(screen, lambda: shell.show(image, screen.paint(image)), count, seed)
+    print(json.dumps(taken.tolist()))  # noqa: T201 - what the other process reads
+
+
+if __name__ == "__main__":
+    main(*map(int, sys.argv[1:]))

@@ -33,7 +33,7 @@ JSON_ELSEWHERE = {
     "analysis/monitoring/finished.py": "lines of a cache", "analysis/regenerating/files.py": "refuses NaN itself",
     "analysis/regenerating/checking.py": "for people to compare", "analysis/regenerating/seconds.py": "for a digest",
     "studies/bench_streams_run.py": "to the process that asked", "devices/door/firmware/process.py": "to its parent",
-    "devices/author/bench_window.py": "to its parent", "modeling/files/writing.py": "a card that `canonical` has read",
+    "devices/author/bench.py": "to its parent", "modeling/files/writing.py": "a card that `canonical` has read",
     "modeling/attributes/model_file.py": "back to pydantic", "modeling/attributes/judging_material.py": "for a digest",
     "modeling/attributes/judging_kept.py": "for a digest", "modeling/attributes/features_kept.py": "for a digest",
     "modeling/textures/judging_kept.py": "for a digest", "modeling/textures/cached.py": "for a digest",
