@@ -17,7 +17,8 @@ import torch
 
 from modeling.textures.cosine import cosine
 from modeling.textures.fitting import Rows, answers, rows_of
-from modeling.textures.foten import SETTINGS, WINDOW, Foten
+from modeling.textures.foten import SETTINGS
+from modeling.textures.foten_network import WINDOW, Foten
 from modeling.textures.heads import huber
 from modeling.textures.methods import Learning
 from modeling.textures.recording import Recording

@@ -16,13 +16,14 @@ from numpy.typing import NDArray
 from torch import Tensor, nn
 
 from modeling.files.exported import Exported
-from modeling.textures.foten import Foten
 from modeling.textures.foten_layers import Dropout, Embedding, EncoderLayer
+from modeling.textures.foten_network import Foten
 from modeling.textures.fourier import FourierBlock, SpectrumEncoder
 from modeling.textures.heads import LEAST_LOG_SD, Spread
 from modeling.textures.matching import Matched
 from modeling.textures.recording import Scale, TextureDataError
 from modeling.textures.spectral_features import MelBlock, WaveletBlock
+from modeling.training.asked import answers_of
 from protocols.model_card import Activation, Affine, Conv, Dense, Reshape, Step
 from protocols.signal_steps import Add, Attention, Cartesian, Join, Keep, Norm, Part, Polar, Recall
 
@@ -50,9 +51,7 @@ def exported_windows(network: nn.Module, scale: Scale, window: int) -> Exported:
 
 def _answers(network: nn.Module, window: int) -> int:
     """How many numbers a network answers, by asking it."""
-    from modeling.textures.fitting import answers
-
-    return int(answers(network, np.zeros((1, 3, window))).shape[1])
+    return int(answers_of(network, np.zeros((1, 3, window)), 1).shape[1])
 
 
 def _up(scale: Scale, answers: int) -> tuple[Step, dict[str, NDArray[np.float32]]]:

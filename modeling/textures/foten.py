@@ -3,28 +3,21 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Callable, Iterator
+from collections.abc import Iterator
 from dataclasses import replace
 from functools import partial
 
-import torch
-from torch import Tensor, nn
-
 from modeling.textures.fitting import Diet, FittedWindows, fit_windows
-from modeling.textures.foten_layers import DROPOUT, WIDTH, Dropout, Embedding, Encoder
+from modeling.textures.foten_layers import DROPOUT
+from modeling.textures.foten_network import WINDOW, Foten
 from modeling.textures.fourier import FourierBlock
-from modeling.textures.heads import head, loss_named, nll
+from modeling.textures.heads import loss_named, nll
 from modeling.textures.matching import MOST_GAIN, QUICK_ROUNDS, ROUNDS, Matched, match
 from modeling.textures.methods import Learning, Method
-from modeling.textures.recording import CHANNELS, TextureDataError
 from modeling.training.settings import Settings
 
-Spectral = Callable[[int, float], nn.Module]
-"""A window's length and a dropout to a block from (batch, window) to the same shape."""
-WINDOW = 20
 GENERATIVE_WINDOW = 30
 """In 20 ms there is no whole period of what is felt below 50 Hz."""
-LAYERS = 3
 SETTINGS = Settings(epochs=100, batch=16, learning_rate=1e-3, plateau_patience=None, stop_patience=10, every_epochs=5)
 """Thesis 4.4.5."""
 LOSS = "huber-1.6"
@@ -39,42 +32,6 @@ STEPS, MOST_EPOCHS = 1550, 120
 not for more than `PATIENCE` epochs after the best one of the validation part."""
 FARTHEST_DB = 3.0
 """Felt distance and level together may be so far off: about a just noticeable difference of amplitude (1.5 dB) each."""
-
-
-class Foten(nn.Module):
-    """(batch, 3, window) normalised to (batch, 1), or (batch, 2) where generative (thesis figure 4.3).
-
-    `spectral` makes the block beside the encoder from the window's length and the dropout; without one it is TEN.
-    `normalised_first` and `head_dropout` are the thesis' to the letter (4.4.3, 4.4.5): see `literal`.
-    """
-
-    def __init__(
-        self,
-        window: int = WINDOW,
-        spectral: Spectral | None = FourierBlock,
-        generative: bool = False,
-        dropout: float = DROPOUT,
-        normalised_first: bool = False,
-        head_dropout: float = 0.0,
-    ) -> None:
-        super().__init__()
-        self.window = window
-        self.embedding = Embedding(window, WIDTH)
-        self.embedded = Dropout(head_dropout)
-        self.encoder = Encoder(LAYERS, dropout=dropout, normalised_first=normalised_first)
-        self.spectral = None if spectral is None else spectral(window, dropout)
-        self.head = head(window * (WIDTH + 2 + (self.spectral is not None)), generative, head_dropout)
-
-    def forward(self, x: Tensor) -> Tensor:
-        """Encoder block and spectral block side by side, with speed and force beside them, and the head."""
-        if x.shape[1:] != (CHANNELS, self.window):
-            raise TextureDataError(f"windows of shape {tuple(x.shape)}: (batch, 3, {self.window}) is expected.")
-        past = x[:, 0]
-        beside = [] if self.spectral is None else [self.spectral(past)]
-        encoded = self.encoder(self.embedded(self.embedding(past)))
-        hand = torch.stack([*beside, x[:, 1], x[:, 2]], dim=-1)
-        found: Tensor = self.head(torch.cat([encoded, hand], dim=-1).flatten(1))
-        return found
 
 
 def _fit(learning: Learning) -> FittedWindows:

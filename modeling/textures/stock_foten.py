@@ -11,8 +11,9 @@ from torch.autograd import backward
 from torch.optim import Adam
 from torch.utils.data import DataLoader, TensorDataset
 
-from modeling.textures.foten import LAYERS, SETTINGS
+from modeling.textures.foten import SETTINGS
 from modeling.textures.foten_layers import DROPOUT, HEADS, HIDDEN, WIDTH, positions
+from modeling.textures.foten_network import LAYERS
 from modeling.textures.fourier import HEADS as SPECTRUM_HEADS
 from modeling.textures.fourier import WIDTH as SPECTRUM_WIDTH
 from modeling.textures.heads import UNITS, huber

@@ -5,7 +5,8 @@ from __future__ import annotations
 from collections.abc import Callable
 
 from modeling.textures.fitting import FittedWindows, fit_windows
-from modeling.textures.foten import SETTINGS, Foten, Spectral
+from modeling.textures.foten import SETTINGS
+from modeling.textures.foten_network import Foten, Spectral
 from modeling.textures.heads import loss_named
 from modeling.textures.methods import Learning, Method
 from modeling.textures.spectral_features import MelBlock, WaveletBlock

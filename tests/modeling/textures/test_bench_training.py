@@ -6,7 +6,7 @@ import pytest
 import torch
 
 from modeling.textures.bench_training import WAYS, cases
-from modeling.textures.foten import Foten
+from modeling.textures.foten_network import Foten
 from modeling.textures.stock_foten import StockFoten
 from tests.modeling.textures.made_up_recording import recording
 

@@ -6,7 +6,7 @@ import torch
 
 from modeling.textures.cosine import Cosine, cosine, share_of
 from modeling.textures.fitting import Diet, fed, fit_windows, rows_of, settings_for
-from modeling.textures.foten import Foten
+from modeling.textures.foten_network import Foten
 from modeling.textures.heads import mse
 from modeling.textures.methods import Learning
 from modeling.textures.recording import Parts, TextureDataError

@@ -8,8 +8,9 @@ from devices.models.file import read_model
 from modeling.files.writing import write_model
 from modeling.textures.exporting_foten import exported_windows, pieces
 from modeling.textures.fitting import FittedWindows
-from modeling.textures.foten import FOTEN, FOTEN_GENERATIVE, FOTEN_THESIS, Foten, epochs_for, generative, literal
+from modeling.textures.foten import FOTEN, FOTEN_GENERATIVE, FOTEN_THESIS, epochs_for, generative, literal
 from modeling.textures.foten_layers import EncoderLayer
+from modeling.textures.foten_network import Foten
 from modeling.textures.heads import LEAST_LOG_SD, LOSSES, nll
 from modeling.textures.matching import Matched
 from modeling.textures.methods import Learning
