@@ -1,19 +1,16 @@
-"""The tables of a regenerated study for a manuscript: one Word file, and one LaTeX file to be read in with \\input."""
+"""The tables of a regenerated study for a manuscript: numbered, with title and notes."""
 
 from __future__ import annotations
 
 from collections.abc import Iterable, Iterator
 from dataclasses import dataclass
-from pathlib import Path
 
 from analysis.regenerating.grid import Grid
 from analysis.regenerating.regenerated import Regenerated
 from analysis.regenerating.shown import by_test, method_of, rests_on, test_grid, test_title
-from protocols.files import write_bytes, write_text
 
 MOST_LETTERS = 30
 """A cell of more letters wraps."""
-SIMULATED = "Simulated participants: no person gave these answers."
 
 
 @dataclass(frozen=True)
@@ -45,16 +42,3 @@ def table_letters(grid: Grid) -> int:
 
 def _letters(head: str, column: Iterable[str]) -> int:
     return min(MOST_LETTERS, max(len(text) for text in (*head.split(), *column))) + 2
-
-
-def write_documents(found: Regenerated, folder: Path) -> list[Path]:
-    """Write tables.docx and tables.tex."""
-    from analysis.regenerating.latex_tables import latex_text
-    from analysis.regenerating.word_tables import word_bytes
-
-    simulated = SIMULATED if found.material.simulated else ""
-    tables = list(titled_tables(found))
-    word, latex = folder / "tables.docx", folder / "tables.tex"
-    write_bytes(word, word_bytes(found.title, simulated, tables))
-    write_text(latex, latex_text(found.title, simulated, tables))
-    return [word, latex]

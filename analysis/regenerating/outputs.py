@@ -7,18 +7,21 @@ from pathlib import Path
 
 from analysis.crosschecking.summary import FILE as CROSSCHECK
 from analysis.crosschecking.summary import crosscheck_json
-from analysis.regenerating.documents import write_documents
+from analysis.regenerating.documents import titled_tables
 from analysis.regenerating.files import file_texts
+from analysis.regenerating.latex_tables import latex_text
 from analysis.regenerating.page import report_html
 from analysis.regenerating.pictured import draw_all
 from analysis.regenerating.placing import written_whole
 from analysis.regenerating.regenerated import Regenerated
 from analysis.regenerating.seconds import FILE, remembered
-from protocols.files import write_text, write_texts
+from analysis.regenerating.word_tables import word_bytes
+from protocols.files import write_bytes, write_text, write_texts
 
 Progress = Callable[[int, int, str], None]
 FOLDER = "regenerated"
 """Where a lab keeps what was regenerated."""
+SIMULATED = "Simulated participants: no person gave these answers."
 
 
 def times_of(found: Regenerated, lab: Path) -> dict[int, float]:
@@ -45,3 +48,13 @@ def write_all(
             page = report_html(found, pictures, sum(seconds.values()))
             write_text(draft / "report.html", page)
     return [folder / name for name in names]
+
+
+def write_documents(found: Regenerated, folder: Path) -> list[Path]:
+    """Write tables.docx and tables.tex."""
+    simulated = SIMULATED if found.material.simulated else ""
+    tables = list(titled_tables(found))
+    word, latex = folder / "tables.docx", folder / "tables.tex"
+    write_bytes(word, word_bytes(found.title, simulated, tables))
+    write_text(latex, latex_text(found.title, simulated, tables))
+    return [word, latex]
