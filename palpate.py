@@ -13,6 +13,8 @@ from typing import Any
 
 import click
 
+from protocols.lazy import load_object
+
 INTERRUPTED = 130
 """The exit code after Ctrl-C, as shells give it: 128 and the number of the signal."""
 VERBS = {
@@ -121,7 +123,7 @@ class Verbs(click.Group):
 def _named(place: str) -> Any:
     """What stands at `module:name`; this module by its own name, also where it runs as a script."""
     module, _, name = place.partition(":")
-    return globals()[name] if module == "palpate" else getattr(import_module(module), name)
+    return globals()[name] if module == "palpate" else load_object(place)
 
 
 def _version(ctx: click.Context, _parameter: click.Parameter, wanted: bool) -> None:

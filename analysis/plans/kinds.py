@@ -3,8 +3,9 @@
 from __future__ import annotations
 
 from collections.abc import Mapping
-from importlib import import_module
-from typing import TYPE_CHECKING, Any
+from typing import TYPE_CHECKING
+
+from protocols.lazy import load_object
 
 if TYPE_CHECKING:
     from analysis.figures.drawn import FigureKind
@@ -65,16 +66,11 @@ FIGURES: Mapping[str, str] = {
 
 def test_kind(name: str) -> Kind:
     """The kind of test of that name. Raises KeyError where there is none."""
-    found: Kind = _named(TESTS[name])
+    found: Kind = load_object(TESTS[name])
     return found
 
 
 def figure_kind(name: str) -> FigureKind:
     """The kind of figure of that name. Raises KeyError where there is none."""
-    found: FigureKind = _named(FIGURES[name])
+    found: FigureKind = load_object(FIGURES[name])
     return found
-
-
-def _named(place: str) -> Any:
-    module, _, name = place.partition(":")
-    return getattr(import_module(module), name)

@@ -7,11 +7,11 @@ from collections.abc import Mapping
 from modeling.attributes.judging_entries import PROPOSED
 from modeling.attributes.material import SIGHT, TOUCH, MaterialError
 from modeling.attributes.methods import Method
-from modeling.lazily import Lazily
+from protocols.lazy import LazyTable
 
 __all__ = ["METHODS", "OWN_FEATURES", "PROPOSED", "method_named"]
 
-METHODS: Mapping[str, Method] = Lazily(
+METHODS: Mapping[str, Method] = LazyTable(
     {
         "visuo_tactile": "modeling.attributes.network_methods:VISUO_TACTILE",
         "visuo_tactile_thesis": "modeling.attributes.network_methods:VISUO_TACTILE_THESIS",

@@ -7,12 +7,12 @@ from typing import Literal
 
 from modeling.doors.data import ModelDataError
 from modeling.doors.methods import Method
-from modeling.lazily import Lazily
+from protocols.lazy import LazyTable
 
 Direction = Literal["forward", "inverse"]
 
 
-FORWARD: Mapping[str, Method] = Lazily(
+FORWARD: Mapping[str, Method] = LazyTable(
     {
         "mean": "modeling.doors.constant:MEAN",
         "ridge": "modeling.doors.ridge:RIDGE",
@@ -24,7 +24,7 @@ FORWARD: Mapping[str, Method] = Lazily(
         "network_thesis": "modeling.doors.forward_network:NETWORK_THESIS",
     },
 )
-INVERSE: Mapping[str, Method] = Lazily(
+INVERSE: Mapping[str, Method] = LazyTable(
     {
         "nearest": "modeling.doors.nearest:NEAREST",
         "pca_regression": "modeling.doors.pca_regression:PCA_REGRESSION",

@@ -4,11 +4,11 @@ from __future__ import annotations
 
 from collections.abc import Mapping
 
-from modeling.lazily import Lazily
 from modeling.textures.methods import Method
 from modeling.textures.recording import TextureDataError
+from protocols.lazy import LazyTable
 
-METHODS: Mapping[str, Method] = Lazily(
+METHODS: Mapping[str, Method] = LazyTable(
     {
         "ar": "modeling.textures.ar:AR",
         "fnn": "modeling.textures.fnn:FNN",

@@ -3,13 +3,17 @@
 from __future__ import annotations
 
 from collections.abc import Iterator
-from typing import Annotated, Literal, Self
+from typing import TYPE_CHECKING, Annotated, Literal, Self
 
 from pydantic import Field, model_validator
 
-from analysis.plans.answers import Answer, Asked, Kind, Selected
+from analysis.plans.answers import Asked, Kind
 from analysis.plans.idle import Idle
+from protocols.lazy import lazy_function
 from protocols.study import Level, Text, Whole
+
+if TYPE_CHECKING:
+    from analysis.choices.asking import Asked as Model
 
 Confidence = Annotated[float, Field(gt=0, lt=1)]
 Rate = Annotated[float, Field(ge=0, lt=1)]
@@ -100,30 +104,33 @@ class PsychometricFunction(Asked):
 
     @model_validator(mode="after")
     def _a_model(self) -> Self:
-        from analysis.plans.asking.choices_functions import model_of
-
-        model_of(self)
+        self.model()
         return self
 
+    @property
+    def interval_kind(self) -> str:
+        """The kind of interval: as it was in plans without a task where neither is said."""
+        return self.interval or ("profile" if self.task is None else "corrected")
 
-def _bradley_terry(selected: Selected, asked: BradleyTerry) -> Answer:
-    from analysis.plans.asking.choices_scales import bradley_terry_answer
+    def model(self) -> Model:
+        """Return the function that is fitted. Raises BadOption for rates that the task decides, or that it needs."""
+        from analysis.choices.asking import ESTIMATED, asked_of, rates_of
+        from analysis.choices.posterior import UP_TO_HALF
 
-    return bradley_terry_answer(selected, asked)
-
-
-def _thurstone(selected: Selected, asked: Thurstone) -> Answer:
-    from analysis.plans.asking.choices_scales import thurstone_answer
-
-    return thurstone_answer(selected, asked)
-
-
-def _psychometric(selected: Selected, asked: PsychometricFunction) -> Answer:
-    from analysis.plans.asking.choices_functions import psychometric_answer
-
-    return psychometric_answer(selected, asked)
+        estimated = UP_TO_HALF if self.interval_kind == "posterior" else ESTIMATED
+        rates = rates_of(self.task, self.alternatives, self.guess, self.lapse, estimated)
+        return asked_of(self.function, rates, self.threshold, self.jnd, self.falling)
 
 
-BRADLEY_TERRY = Kind(BradleyTerry, _bradley_terry, takes="table", each="all")
-THURSTONE = Kind(Thurstone, _thurstone, takes="table", each="all")
-PSYCHOMETRIC = Kind(PsychometricFunction, _psychometric, takes="table", each="all")
+BRADLEY_TERRY = Kind(
+    BradleyTerry, lazy_function("analysis.plans.asking.choices_scales:bradley_terry_answer"), takes="table", each="all"
+)
+THURSTONE = Kind(
+    Thurstone, lazy_function("analysis.plans.asking.choices_scales:thurstone_answer"), takes="table", each="all"
+)
+PSYCHOMETRIC = Kind(
+    PsychometricFunction,
+    lazy_function("analysis.plans.asking.choices_functions:psychometric_answer"),
+    takes="table",
+    each="all",
+)

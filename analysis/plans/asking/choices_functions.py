@@ -8,10 +8,8 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 import pandas as pd
 
-from analysis.choices.asking import ESTIMATED, asked_of, rates_of
-from analysis.choices.asking import Asked as Model
 from analysis.choices.intervals import CORRECTING_DRAWS, Interval, profile_interval, resampled_answers
-from analysis.choices.posterior import UP_TO_HALF, posterior_of
+from analysis.choices.posterior import posterior_of
 from analysis.choices.psychometric import Psychometric, fitted_function
 from analysis.choices.staircase import Staircase, staircase
 from analysis.choices.trials import gather_levels
@@ -98,8 +96,8 @@ def _one(
     try:
         given = gather_levels(part, asked.level, asked.correct, asked.n)
         row["trials"] = int(given.trials.sum())
-        model = model_of(asked)
-        if interval_of(asked) == "posterior":
+        model = asked.model()
+        if asked.interval_kind == "posterior":
             row |= _posterior(posterior_of(given, model, True, asked.confidence))
         else:
             fit = fitted_function(given, model)
@@ -111,21 +109,9 @@ def _one(
     return {**row, **stairs, "note": "; ".join(note for note in notes if note)}, shown, turned
 
 
-def interval_of(asked: PsychometricFunction) -> str:
-    """Return the kind of interval, as it was in plans without a task where neither is said."""
-    return asked.interval or ("profile" if asked.task is None else "corrected")
-
-
-def model_of(asked: PsychometricFunction) -> Model:
-    """Return the function that is fitted. Raises BadOption for rates that the task decides, or that it needs."""
-    estimated = UP_TO_HALF if interval_of(asked) == "posterior" else ESTIMATED
-    rates = rates_of(asked.task, asked.alternatives, asked.guess, asked.lapse, estimated)
-    return asked_of(asked.function, rates, asked.threshold, asked.jnd, asked.falling)
-
-
 def _fitted(selected: Selected, asked: PsychometricFunction, fit: Psychometric) -> dict[str, Any]:
     draws = asked.draws or selected.draws
-    interval = interval_of(asked)
+    interval = asked.interval_kind
     again = None if interval == "none" else resampled_answers(fit, draws, asked.confidence, selected.seed)
     ends = [Interval(math.nan, math.nan)] * 2
     if interval in ("profile", "corrected"):
@@ -243,7 +229,7 @@ def _headline(summary: tuple[Row, ...], by: tuple[str, ...], confidence: float) 
 
 def _without_interval(asked: PsychometricFunction, summary: tuple[Row, ...]) -> str:
     """What is said of a confidence that nothing has."""
-    idle = asked.confidence != type(asked).model_fields["confidence"].default and interval_of(asked) == "none"
+    idle = asked.confidence != type(asked).model_fields["confidence"].default and asked.interval_kind == "none"
     if not idle or any(row["ci_low"] is not None for row in summary):
         return ""
     return idle_note("confidence", "with `interval: none` and no mean over several functions")
@@ -256,13 +242,13 @@ def _answer(
     more: dict[str, tuple[Row, ...]],
 ) -> Answer:
     lacking = [row for row in rows if row["threshold"] is None]
-    interval = interval_of(asked)
+    interval = asked.interval_kind
     how = "posterior on a grid (Schütt et al. 2016)" if interval == "posterior" else "maximum likelihood"
     jnd = "(x.75 - x.25) / 2 of F" if asked.jnd == "half_interquartile" else "x.84 - x.50 of F"
     people = selected.table["participant"].nunique() if "participant" in selected.table.columns else 0
     return Answer(
         rows=tuple(plain_row(row) for row in rows),
-        method=f"Psychometric function ({asked.function}; {model_of(asked).assumed}) by {how}; "
+        method=f"Psychometric function ({asked.function}; {asked.model().assumed}) by {how}; "
         f"threshold where F = {asked.threshold:g}; JND = {jnd}; {100 * asked.confidence:g}% intervals: {HOW[interval]}",
         kinds={
             "threshold": f"level where F = {asked.threshold:g}",

@@ -2,13 +2,14 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterator
+from collections.abc import Callable, Iterator
 from typing import Annotated, Literal
 
 from pydantic import Field
 
 from analysis.plans.answers import Answer, Asked, Kind, Selected
 from analysis.plans.idle import Idle
+from protocols.lazy import lazy_function
 from protocols.study import Level, Number, Text, Whole
 
 Confidence = Annotated[float, Field(gt=0, lt=1)]
@@ -87,10 +88,7 @@ class TargetErrors(Asked):
     confidence: Confidence = 0.95
 
 
-def _means(selected: Selected, asked: Means) -> Answer:
-    from analysis.plans.asking.describing_answers import means
-
-    return means(selected, asked)
+_means: Callable[[Selected, Means], Answer] = lazy_function("analysis.plans.asking.describing_answers:means")
 
 
 def _means_of_what_is_there(selected: Selected, asked: Means) -> Answer:
@@ -101,29 +99,11 @@ def _means_of_what_is_there(selected: Selected, asked: Means) -> Answer:
     return _means(selected, asked)
 
 
-def _trends(selected: Selected, asked: Trends) -> Answer:
-    from analysis.plans.asking.describing_answers import trends
-
-    return trends(selected, asked)
-
-
-def _categories(selected: Selected, asked: Categories) -> Answer:
-    from analysis.plans.asking.describing_categories import categories
-
-    return categories(selected, asked)
-
-
-def _target_error(selected: Selected, asked: TargetErrors) -> Answer:
-    from analysis.plans.asking.describing_answers import target_error
-
-    return target_error(selected, asked)
-
-
 def _cells(asked: Means) -> tuple[str, ...]:
     return asked.by
 
 
 MEANS = Kind(Means, _means, each="outcome", complete=_cells, with_gaps=_means_of_what_is_there)
-TRENDS = Kind(Trends, _trends, each="all")
-CATEGORIES = Kind(Categories, _categories, each="all")
-TARGET_ERROR = Kind(TargetErrors, _target_error, each="all")
+TRENDS = Kind(Trends, lazy_function("analysis.plans.asking.describing_answers:trends"), each="all")
+CATEGORIES = Kind(Categories, lazy_function("analysis.plans.asking.describing_categories:categories"), each="all")
+TARGET_ERROR = Kind(TargetErrors, lazy_function("analysis.plans.asking.describing_answers:target_error"), each="all")

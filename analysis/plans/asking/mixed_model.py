@@ -7,8 +7,9 @@ from typing import Annotated, Literal, Self
 
 from pydantic import Field, model_validator
 
-from analysis.plans.answers import Answer, Asked, Kind, Selected
+from analysis.plans.answers import Asked, Kind
 from analysis.plans.idle import Idle
+from protocols.lazy import lazy_function
 from protocols.study import Text
 
 
@@ -50,24 +51,7 @@ class MixedModel(Asked):
         return self
 
 
-def _mixed_model(selected: Selected, asked: MixedModel) -> Answer:
-    from analysis.plans.asking.mixed_model_answers import model_answer
-
-    return model_answer(selected, asked)
-
-
-def gaps_answer(selected: Selected, within: tuple[str, ...], between: tuple[str, ...]) -> Answer:
-    """The answer of a question about variance on incomplete data, from a mixed model of the cells that are there."""
-    from analysis.plans.asking.mixed_model_answers import gaps_answer as answer
-
-    return answer(selected, within, between)
-
-
-def refuse_averaging(selected: Selected, factors: tuple[str, ...]) -> None:
-    """Refuse means over several stimuli of which some are missing."""
-    from analysis.plans.asking.mixed_model_answers import refuse_averaging as refuse
-
-    refuse(selected, factors)
+_mixed_model = lazy_function("analysis.plans.asking.mixed_model_answers:model_answer")
 
 
 def _columns(asked: MixedModel) -> tuple[str, ...]:

@@ -7,8 +7,9 @@ from typing import Annotated, Literal, Self
 
 from pydantic import Field, model_validator
 
-from analysis.plans.answers import Answer, Asked, Kind, Selected, missing_without_effect
+from analysis.plans.answers import Asked, Kind, missing_without_effect
 from analysis.plans.idle import ON_RANKS, Idle
+from protocols.lazy import lazy_function
 from protocols.study import Level, Number, Text, Whole
 
 Confidence = Annotated[float, Field(gt=0, lt=1)]
@@ -129,40 +130,7 @@ class Likert(Asked):
         yield from missing_without_effect(self, "on Likert summaries, which count who answered")
 
 
-def _friedman(selected: Selected, asked: Friedman) -> Answer:
-    from analysis.plans.asking.ordinal_ranks import friedman_answer
-
-    return friedman_answer(selected, asked)
-
-
-def _nemenyi(selected: Selected, asked: Nemenyi) -> Answer:
-    from analysis.plans.asking.ordinal_ranks import nemenyi_answer
-
-    return nemenyi_answer(selected, asked)
-
-
-def _wilcoxon(selected: Selected, asked: Wilcoxon) -> Answer:
-    from analysis.plans.asking.ordinal_ranks import wilcoxon_answer
-
-    return wilcoxon_answer(selected, asked)
-
-
-def _aligned_ranks(selected: Selected, asked: AlignedRanks) -> Answer:
-    from analysis.plans.asking.ordinal_ranks import aligned_answer
-
-    return aligned_answer(selected, asked)
-
-
-def _ordinal_model(selected: Selected, asked: Ordinal) -> Answer:
-    from analysis.plans.asking.ordinal_answers import model_answer
-
-    return model_answer(selected, asked)
-
-
-def _likert(selected: Selected, asked: Likert) -> Answer:
-    from analysis.plans.asking.ordinal_answers import likert_answer
-
-    return likert_answer(selected, asked)
+_ordinal_model = lazy_function("analysis.plans.asking.ordinal_answers:model_answer")
 
 
 def _factor(asked: Friedman | Nemenyi | Wilcoxon) -> tuple[str, ...]:
@@ -177,9 +145,11 @@ def _predictors(asked: Ordinal) -> tuple[str, ...]:
     return asked.fixed
 
 
-FRIEDMAN = Kind(Friedman, _friedman, complete=_factor)
-NEMENYI = Kind(Nemenyi, _nemenyi, complete=_factor)
-WILCOXON = Kind(Wilcoxon, _wilcoxon, complete=_factor)
-ALIGNED_RANKS = Kind(AlignedRanks, _aligned_ranks, complete=_within)
+FRIEDMAN = Kind(Friedman, lazy_function("analysis.plans.asking.ordinal_ranks:friedman_answer"), complete=_factor)
+NEMENYI = Kind(Nemenyi, lazy_function("analysis.plans.asking.ordinal_ranks:nemenyi_answer"), complete=_factor)
+WILCOXON = Kind(Wilcoxon, lazy_function("analysis.plans.asking.ordinal_ranks:wilcoxon_answer"), complete=_factor)
+ALIGNED_RANKS = Kind(
+    AlignedRanks, lazy_function("analysis.plans.asking.ordinal_ranks:aligned_answer"), complete=_within
+)
 ORDINAL_MODEL = Kind(Ordinal, _ordinal_model, complete=_predictors, with_gaps=_ordinal_model)
-LIKERT = Kind(Likert, _likert, takes="forms", each="all")
+LIKERT = Kind(Likert, lazy_function("analysis.plans.asking.ordinal_answers:likert_answer"), takes="forms", each="all")

@@ -7,8 +7,9 @@ from typing import Annotated, Literal
 
 from pydantic import AfterValidator, Field
 
-from analysis.plans.answers import Answer, Asked, Kind, Selected
+from analysis.plans.answers import Asked, Kind
 from analysis.plans.idle import Idle, outcomes_of_own_table
+from protocols.lazy import lazy_function
 from protocols.study import Number, Text, Whole
 
 Confidence = Annotated[float, Field(gt=0, lt=1)]
@@ -149,31 +150,7 @@ class Vectors(Asked):
             yield from (Idle(name, f"with `on: {self.on}`") for name in ("ties", "starts"))
 
 
-def _pca(selected: Selected, asked: Pca) -> Answer:
-    from analysis.plans.asking.spaces_answers import pca_answer
-
-    return pca_answer(selected, asked)
-
-
-def _mds(selected: Selected, asked: Mds) -> Answer:
-    from analysis.plans.asking.spaces_maps import mds_answer
-
-    return mds_answer(selected, asked)
-
-
-def _procrustes(selected: Selected, asked: Procrustes) -> Answer:
-    from analysis.plans.asking.spaces_compared import procrustes_answer
-
-    return procrustes_answer(selected, asked)
-
-
-def _vectors(selected: Selected, asked: Vectors) -> Answer:
-    from analysis.plans.asking.spaces_answers import vectors_answer
-
-    return vectors_answer(selected, asked)
-
-
-PCA = Kind(Pca, _pca, each="all")
-MDS = Kind(Mds, _mds, each="all")
-PROCRUSTES = Kind(Procrustes, _procrustes, each="all")
-VECTORS = Kind(Vectors, _vectors, each="all")
+PCA = Kind(Pca, lazy_function("analysis.plans.asking.spaces_answers:pca_answer"), each="all")
+MDS = Kind(Mds, lazy_function("analysis.plans.asking.spaces_maps:mds_answer"), each="all")
+PROCRUSTES = Kind(Procrustes, lazy_function("analysis.plans.asking.spaces_compared:procrustes_answer"), each="all")
+VECTORS = Kind(Vectors, lazy_function("analysis.plans.asking.spaces_answers:vectors_answer"), each="all")

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterator
+from collections.abc import Callable, Iterator
 from dataclasses import replace
 from typing import Annotated, Literal, Self
 
@@ -10,6 +10,7 @@ from pydantic import Field, model_validator
 
 from analysis.plans.answers import Answer, Asked, Kind, Selected
 from analysis.plans.idle import Idle, idle_note
+from protocols.lazy import lazy_function
 from protocols.study import Number, Text, Whole
 
 Confidence = Annotated[float, Field(gt=0, lt=1)]
@@ -87,14 +88,11 @@ class Equivalence(Asked):
         return self
 
 
-def _anova(selected: Selected, asked: Anova) -> Answer:
-    from analysis.plans.asking.variance_anova import anova_answer
-
-    return anova_answer(selected, asked)
+_anova: Callable[[Selected, Anova], Answer] = lazy_function("analysis.plans.asking.variance_anova:anova_answer")
 
 
 def _gaps(selected: Selected, asked: Anova) -> Answer:
-    from analysis.plans.asking.mixed_model import gaps_answer, refuse_averaging
+    from analysis.plans.asking.mixed_model_answers import gaps_answer, refuse_averaging
 
     if not asked.within:  # one value from each participant who has one: nothing is left for a random effect
         refuse_averaging(selected, asked.between)
@@ -106,18 +104,6 @@ def _gaps(selected: Selected, asked: Anova) -> Answer:
     return replace(answer, notes=(*answer.notes, *(idle_note(name, where) for name in idle)))
 
 
-def _pairs(selected: Selected, asked: Pairs) -> Answer:
-    from analysis.plans.asking.variance_pairs import pairs_answer
-
-    return pairs_answer(selected, asked)
-
-
-def _equivalence(selected: Selected, asked: Equivalence) -> Answer:
-    from analysis.plans.asking.variance_pairs import equivalence_answer
-
-    return equivalence_answer(selected, asked)
-
-
 def _within(asked: Anova) -> tuple[str, ...]:
     return asked.within
 
@@ -127,5 +113,7 @@ def _factor(asked: Pairs | Equivalence) -> tuple[str, ...]:
 
 
 ANOVA = Kind(Anova, _anova, complete=_within, with_gaps=_gaps)
-PAIRS = Kind(Pairs, _pairs, complete=_factor)
-EQUIVALENCE = Kind(Equivalence, _equivalence, complete=_factor)
+PAIRS = Kind(Pairs, lazy_function("analysis.plans.asking.variance_pairs:pairs_answer"), complete=_factor)
+EQUIVALENCE = Kind(
+    Equivalence, lazy_function("analysis.plans.asking.variance_pairs:equivalence_answer"), complete=_factor
+)

@@ -7,7 +7,8 @@ import pandas as pd
 import pytest
 
 from analysis.plans.answers import Selected
-from analysis.plans.asking.mixed_model import MIXED_MODEL, gaps_answer
+from analysis.plans.asking.mixed_model import MIXED_MODEL
+from analysis.plans.asking.mixed_model_answers import gaps_answer
 from analysis.plans.kinds import test_kind as kind_named
 from analysis.ratings.dataset import DataRefused
 from analysis.statistics.within import rm_anova
