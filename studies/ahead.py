@@ -11,7 +11,7 @@ from typing import Generic, TypeVar
 
 from protocols.plan import Plan
 from protocols.requests import Sense
-from studies.rig import RigError
+from studies.errors import RigError
 from studies.workers import serve_the_parent
 
 T = TypeVar("T")

@@ -90,9 +90,9 @@ def _checked(path: Path, lab: Path) -> dict[str, Any]:
     from protocols.reading import StudyError
     from protocols.yaml_text import YamlError
     from studies.catalogue import read_study
+    from studies.errors import RigError
     from studies.lab_forms import unasked_questions
     from studies.participants.errors import ParticipantError
-    from studies.rig import RigError
 
     try:
         found = read_study(path)

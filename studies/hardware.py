@@ -2,20 +2,18 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Mapping, Sequence
+from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, field
-from functools import partial
 from pathlib import Path
 from typing import TYPE_CHECKING, Any, cast
 
-from devices.samples import HandMounted
-from devices.signals import Presents, Records
 from protocols.plan import Plan
 from protocols.study import BESIDE, PRESENTING, RECORDING, Study
 from studies.catalogue import Found
-from studies.live import Mounted, Station, TwinInRealTime
+from studies.errors import RigError
+from studies.live import Station, TwinInRealTime, compose_station
 from studies.live_options import LiveOptions
-from studies.rig import RigError, simulated
+from studies.rig import simulated
 
 if TYPE_CHECKING:
     from devices.render.window.tablet_screen import TabletScreen
@@ -202,20 +200,4 @@ def twin_station(plan: Plan, folder: Path, twins: Sequence[str], lab: Path | Non
         twin = twin_for(plan.study, plan, folder, lab=lab)
         by_twin = {name: TwinInRealTime(name, twin) for name in twins}
     device = next((by_twin[name] for name in PRESENTING if name in by_twin), None)
-    return composed(plan.study, device, {name: by_twin[name] for name in RECORDING if name in by_twin})
-
-
-def composed(
-    study: Study,
-    device: Presents | None,
-    records: Mapping[str, Records],
-    stage: Callable[[], Presents] = HandMounted,
-) -> Station:
-    """A station of what presents, if anything does, what records by its name, and who mounts the samples."""
-    if stage is HandMounted:
-        stage = partial(HandMounted, blind=study.blind)
-    if device is None:
-        return Station(stage(), records)
-    if "samples" in study.needs:
-        return Station(Mounted(device, stage()), records)
-    return Station(device, records)
+    return compose_station(plan.study, device, {name: by_twin[name] for name in RECORDING if name in by_twin})

@@ -6,6 +6,7 @@ import time
 from collections.abc import Callable, Mapping
 from contextlib import ExitStack
 from dataclasses import dataclass, field
+from functools import partial
 from typing import TYPE_CHECKING, Protocol
 
 from devices.acts import Act, going_on
@@ -14,8 +15,9 @@ from devices.samples import HandMounted
 from devices.signals import Presents, Records
 from devices.suspend import SuspendWatch
 from protocols.requests import Aside, Ask, Came, Fault, Present, Reply, Request, Sense
+from protocols.study import Study
 from protocols.worlds import Done, Twin
-from studies.rig import RigError
+from studies.errors import RigError
 
 if TYPE_CHECKING:
     from devices.window.presenter import Presenter
@@ -188,6 +190,22 @@ class Station:
             for each in self.records.values():
                 if callable(end := getattr(each, "close", None)):
                     ends.callback(end)
+
+
+def compose_station(
+    study: Study,
+    device: Presents | None,
+    records: Mapping[str, Records],
+    stage: Callable[[], Presents] = HandMounted,
+) -> Station:
+    """Return the station of what presents, if anything does, what records by its name, and who mounts the samples."""
+    if stage is HandMounted:
+        stage = partial(HandMounted, blind=study.blind)
+    if device is None:
+        return Station(stage(), records)
+    if "samples" in study.needs:
+        return Station(Mounted(device, stage()), records)
+    return Station(device, records)
 
 
 def _both(by_hand: Reply, by_device: Reply) -> Reply:

@@ -15,10 +15,11 @@ from protocols.shell_command import shell_command
 from protocols.study import Study
 from studies.catalogue import Found
 from studies.changes import demand_same_devices, demand_same_screen
+from studies.errors import RigError
 from studies.hardware import hardware_for
 from studies.live import LiveWorld, Station, clock_from
 from studies.live_options import LiveOptions
-from studies.rig import Rig, RigError, RigPlan
+from studies.rig import Rig, RigPlan
 from studies.windowless import Windowless, asks_anything
 
 if TYPE_CHECKING:

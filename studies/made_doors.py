@@ -14,8 +14,8 @@ from devices.signals import Presents
 from protocols.forms import Sliders
 from protocols.plan import Trial
 from protocols.requests import Came, Chunk, Fault, Present, Reply
+from studies.errors import RigError
 from studies.live_doors import LiveForm, LiveRecord, ShowsForms
-from studies.rig import RigError
 
 if TYPE_CHECKING:
     from devices.door.link.showing import Changes

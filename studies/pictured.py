@@ -11,9 +11,8 @@ from typing import TYPE_CHECKING, Any
 from protocols.plan import Trial
 from protocols.requests import Aside, Reply, Request, Sense
 from protocols.worlds import Done
-from studies.rig import RigError
-from studies.scenes import photos_of
-from studies.twins import SECONDS_A_PICTURE, demand_surface, sensing
+from studies.errors import RigError
+from studies.scenes import SECONDS_A_PICTURE, demand_surface, photos_of, sensing
 from studies.virtual_recording import Leaping
 from studies.windowless import Windowless
 

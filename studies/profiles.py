@@ -8,7 +8,7 @@ from pathlib import Path
 
 from devices.door.twin import read_profile
 from protocols.study import Stimulus
-from studies.rig import RigError
+from studies.errors import RigError
 
 MID_SIZE = "K8"
 """The door of the catalogue that stands for a car of which no profile is known."""

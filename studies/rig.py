@@ -14,10 +14,6 @@ from protocols.study import Study
 from protocols.worlds import Simulated, VirtualClock
 
 
-class RigError(ValueError):
-    """The rig that a study needs cannot be had."""
-
-
 def _nothing_moves() -> None:
     """A simulated rig holds no energy: it is safe as it is."""
 

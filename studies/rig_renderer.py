@@ -29,8 +29,9 @@ from protocols.events import NS
 from protocols.keyed import keyed_bits
 from protocols.plan import Plan, Trial
 from protocols.requests import Ask, Came, Fault, Present, Reply
-from studies.renderings import MET, Renderings, told_of
+from studies.renderings import MET, told_of
 from studies.scenes import drawn
+from studies.virtual_textures import VirtualTextures
 
 NEED = "texture_renderer"
 COUNTED = ("steps", "late", "skipped")
@@ -70,7 +71,7 @@ class RigRenderer:
     while the virtual side is on."""
 
     plan: Plan
-    renderings: Renderings
+    renderings: VirtualTextures
     begin: Callable[[], Plays]
     plays: Plays | None = None
     tablet: Shows | None = None
@@ -188,7 +189,7 @@ def rig_renderer(rig: OpenRig, plan: Plan, folder: Path, lab: Path, tablet: Show
     for device in rig.of(NEED).values():
         device.close()
     job = Job(None, None, rig.file.path, min(MOST_AHEAD, coil.settings.ahead_ms))
-    made = RigRenderer(plan, Renderings(folder, lab), lambda: begun(job), tablet=tablet)
+    made = RigRenderer(plan, VirtualTextures(folder, lab), lambda: begun(job), tablet=tablet)
     made.plays = made.begin()
     return made
 
@@ -237,7 +238,7 @@ def picture_of(card: Path) -> tuple[Path, dict[str, Any]]:
 
 def demand_pictures(plan: Plan, folder: Path, lab: Path) -> None:
     """Every texture of the plan has a picture that can be shown. Raises DeviceError naming the model that has none."""
-    renderings = Renderings(folder, lab)
+    renderings = VirtualTextures(folder, lab)
     for card in {renderings.card(trial.stimulus) for trial in plan.presented}:
         try:
             picture_of(card)

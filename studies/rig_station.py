@@ -17,8 +17,7 @@ from protocols.plan import Plan
 from protocols.requests import Present, Sense
 from protocols.study import RECORDING
 from studies.catalogue import Found
-from studies.hardware import composed
-from studies.live import Station
+from studies.live import Station, compose_station
 from studies.profiles import Profiles
 from studies.scenes import pictures_of, scenes_for
 
@@ -43,7 +42,7 @@ def rig_station(rig: OpenRig, found: Found, plan: Plan, lab: Path, tablet: Shows
         records["camera"] = _camera(rig, lab)
     renderer = _renderer(rig, found, plan, lab, tablet)
     presents = _door(rig, found, plan, lab) if renderer is None else renderer
-    made = replace(composed(plan.study, presents, records, lambda: _stage(rig, plan)), beside=renderer)
+    made = replace(compose_station(plan.study, presents, records, lambda: _stage(rig, plan)), beside=renderer)
     if renderer is not None:
         made = replace(made, switch_side=renderer.switch_side)
     if "masking_noise" not in plan.study.needs:

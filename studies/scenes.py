@@ -10,8 +10,9 @@ from typing import TYPE_CHECKING, Any
 
 from protocols.keyed import Key, keyed_bits
 from protocols.plan import Plan, Trial
-from protocols.requests import Sense
+from protocols.requests import Request, Sense
 from protocols.study import Stimulus
+from studies.errors import RigError
 from studies.profiles import Profiles, profile_of
 
 if TYPE_CHECKING:
@@ -22,6 +23,8 @@ if TYPE_CHECKING:
 
 GROUNDS = 2
 """Surfaces whose relief is kept, 10 MB each: people repeat a trial, and go from one to the next."""
+SECONDS_A_PICTURE = 12.0
+"""How long the simulated camera takes for one light."""
 WHOLE = 16
 """Batches (6.4 s each) that are kept where one sensor is recorded after the other: a minute is computed once."""
 
@@ -41,6 +44,23 @@ def surface_of(stimulus: Stimulus) -> Surface:
     from devices.surfaces.choice import surface_for
 
     return surface_for(stimulus.id, stimulus.columns)
+
+
+def demand_surface(trial: Trial) -> None:
+    """Raise RigError unless the trial's stimulus can be simulated as a surface."""
+    from devices.surfaces.table import SurfaceDataError
+
+    try:
+        surface_of(trial.stimulus)
+    except SurfaceDataError as error:
+        raise RigError(str(error)) from None
+
+
+def sensing(request: Request, device: str) -> Sense:
+    """The request, if it asks this device to record. Raises RigError otherwise."""
+    if not isinstance(request, Sense) or request.device != device:
+        raise RigError(f"the simulated {device} cannot do {request.body()['do']!r}")
+    return request
 
 
 @dataclass

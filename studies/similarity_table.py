@@ -14,8 +14,8 @@ import click
 from protocols.canonical import json_text
 from protocols.files import open_text, write_text
 from protocols.study import Stimulus
-from studies.felt_alike import friction_apart
-from studies.renderings import Renderings
+from studies.played_textures import friction_apart
+from studies.virtual_textures import VirtualTextures
 
 FOLDER = Path(__file__).parent / "texture_similarity"
 TEXTURES = ("textured_rubber", "artificial_grass", "steel_mesh", "cloth", "cardboard", "plastic_mesh")
@@ -94,14 +94,14 @@ def kinetic(texture: str) -> float:
 
 def rendered(stimulus: Stimulus) -> Iterator[tuple[str, Any]]:
     """The stimulus' rendering by its model, made now, under its key."""
-    fresh = Renderings(FOLDER, shipped=False)
+    fresh = VirtualTextures(FOLDER, shipped=False)
     made = fresh.of(stimulus)
     yield from ((key, made.record()) for key in fresh.known)
 
 
 def row(stimulus: Stimulus) -> Mapping[str, str]:
     """A line of the stimulus table."""
-    felt = Renderings(FOLDER).feels(stimulus)
+    felt = VirtualTextures(FOLDER).feels(stimulus)
     return {"id": stimulus.id, **stimulus.columns, **{name: f"{value:g}" for name, value in felt.items()}}
 
 

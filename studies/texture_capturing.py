@@ -14,7 +14,7 @@ from numpy.typing import NDArray
 
 from protocols.keyed import Key, keyed_bits, uniform
 from protocols.wording import some
-from studies.rig import RigError
+from studies.errors import RigError
 
 if TYPE_CHECKING:
     from devices.surfaces.hand import Hand, Motion

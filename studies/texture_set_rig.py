@@ -16,8 +16,8 @@ from studies.catalogue import Found
 from studies.pictured import KeptCameraTwin, jpegs_of
 from studies.profiles import Profiles
 from studies.rig import Rig, RigPlan, simulated
-from studies.scenes import WHOLE, Strokes
-from studies.twins import DeviceTwin, ToolTwin, sensing, twin_for
+from studies.scenes import WHOLE, Strokes, sensing
+from studies.twins import DeviceTwin, ToolTwin, twin_for
 
 Watch = Callable[[Event], None]
 

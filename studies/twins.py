@@ -13,17 +13,25 @@ from protocols.plan import Plan, Trial
 from protocols.requests import Present, Reply, Request, Samples, Sense
 from protocols.study import PRESENTING, RECORDING, Need, Stimulus, Study
 from protocols.worlds import Done
+from studies.errors import RigError
 from studies.profiles import Profiles, profile_of
-from studies.rig import RigError
-from studies.scenes import WHOLE, Openings, Strokes, seed_of, surface_of
+from studies.scenes import (
+    SECONDS_A_PICTURE,
+    WHOLE,
+    Openings,
+    Strokes,
+    demand_surface,
+    seed_of,
+    sensing,
+    surface_of,
+)
 
 if TYPE_CHECKING:
     from devices.scene import Scene
     from studies.made_doors import MadeDoors
-    from studies.renderings import Renderings
+    from studies.virtual_textures import VirtualTextures
 
 DOOR_RATE_HZ = 100.0
-SECONDS_A_PICTURE = 12.0
 
 
 class DeviceTwin(Protocol):
@@ -67,7 +75,7 @@ class Twins:
 
 def twin_for(
     study: Study, plan: Plan, folder: Path, profiles: Profiles | None = None, lab: Path | None = None,
-    renderings: Renderings | None = None, pictures: int | None = None,
+    renderings: VirtualTextures | None = None, pictures: int | None = None,
 ) -> Twins:  # fmt: skip
     """The twins of the devices that the study needs; `folder` holds its files, `profiles` what was read of them,
     `renderings` what was rendered. So many `pictures` of each stimulus are kept in the lab, none where it is None.
@@ -90,11 +98,11 @@ def twin_for(
     return Twins(presenting[0] if presenting else HandedOver(plan), records)
 
 
-def renderings_of(folder: Path, lab: Path | None) -> Renderings:
+def renderings_of(folder: Path, lab: Path | None) -> VirtualTextures:
     """The virtual textures of a study in `folder`, by a lab's models or the shipped ones."""
-    from studies.renderings import Renderings
+    from studies.virtual_textures import VirtualTextures
 
-    return Renderings(folder, lab)
+    return VirtualTextures(folder, lab)
 
 
 def _camera(lab: Path | None, pictures: int | None) -> DeviceTwin:
@@ -159,7 +167,7 @@ class RendererTwin:
     """The simulated renderer: its models play for a simulated hand, by the same loop as at a rig (thesis 4.5)."""
 
     plan: Plan
-    renderings: Renderings
+    renderings: VirtualTextures
 
     def check(self, trial: Trial) -> None:
         """The stimulus has a model."""
@@ -250,16 +258,6 @@ class CameraTwin:
         return Done(Reply({"recorded": True, "seconds": seconds, "by": "twin", "pictures": pictures}), seconds)
 
 
-def demand_surface(trial: Trial) -> None:
-    """Raise RigError unless the trial's stimulus can be simulated as a surface."""
-    from devices.surfaces.table import SurfaceDataError
-
-    try:
-        surface_of(trial.stimulus)
-    except SurfaceDataError as error:
-        raise RigError(str(error)) from None
-
-
 def opened(plan: Plan, request: Present, profile_N: tuple[float, ...], t_ns: int) -> Done:
     """A hand opens the door of this profile once."""
     moment = (request.trial.number, request.trial.attempt, *plan.occasion)
@@ -268,13 +266,6 @@ def opened(plan: Plan, request: Present, profile_N: tuple[float, ...], t_ns: int
     opening = open_door(profile_N, seconds, DOOR_RATE_HZ)
     block = Samples("door", ("angle", "force"), ("deg", "N"), DOOR_RATE_HZ, t_ns, opening.interleaved())
     return Done(Reply({"presented": True, "seconds": seconds}, (block,)), seconds)
-
-
-def sensing(request: Request, device: str) -> Sense:
-    """The request, if it asks this device to record. Raises RigError otherwise."""
-    if not isinstance(request, Sense) or request.device != device:
-        raise RigError(f"the simulated {device} cannot do {request.body()['do']!r}")
-    return request
 
 
 def recorded(plan: Plan, need: str, scene: Scene, sense: Sense, t_ns: int) -> Done:

@@ -11,7 +11,7 @@ from devices.rig.kinds import STREAMS, TAKES, made, settings_of
 from devices.signals import Block, DeviceFault, Sensor, Signal
 from protocols.events import NS
 from protocols.requests import Samples
-from studies.rig import RigError
+from studies.errors import RigError
 
 if TYPE_CHECKING:
     from devices.scene import Scene

@@ -10,7 +10,7 @@ from typing import TYPE_CHECKING, Any
 from devices.desk import Desk, confirmed
 from protocols.requests import Aside, Confirm, Reply
 from protocols.study import Study
-from studies.rig import RigError
+from studies.errors import RigError
 
 if TYPE_CHECKING:
     from devices.window.presenter import Shown

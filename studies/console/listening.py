@@ -17,6 +17,8 @@ _SEQUENCE = re.compile(r"\x1b(?:\[[0-9;?]*[ -/]*[@-~]|O.)")
 """What arrow and function keys send."""
 _BEGUN = re.compile(r"\x1b(?:\[[0-9;?]*[ -/]*|O)$")
 """A sequence whose end has not come yet."""
+BETWEEN_LOOKS_S = 0.02
+"""On Windows, where a console cannot be waited for together with anything else."""
 
 
 @dataclass(frozen=True)
@@ -155,6 +157,43 @@ class Listener:
             self.heard.put(Heard(text, self.clock()))
 
 
+@dataclass
+class WindowsListener:
+    """A daemon thread that looks for keys of the console, or reads lines of anything else."""
+
+    stream: TextIO
+    heard: SimpleQueue[Heard] = field(default_factory=SimpleQueue)
+    _over: threading.Event = field(default_factory=threading.Event)
+
+    def __post_init__(self) -> None:
+        self.by_line = not self.stream.isatty()
+        listening = self._lines if self.by_line else self._keys
+        threading.Thread(target=listening, name="console-input", daemon=True).start()
+
+    def take(self) -> list[Heard]:
+        """What has come since the last time."""
+        return drained(self.heard)
+
+    def close(self) -> None:
+        """End the thread at its next look; a console needs no restoring."""
+        self._over.set()
+
+    def _lines(self) -> None:
+        for line in self.stream:
+            self.heard.put(Heard(line.rstrip("\n"), time.monotonic()))
+
+    def _keys(self) -> None:
+        import msvcrt
+
+        while not self._over.wait(BETWEEN_LOOKS_S):
+            while msvcrt.kbhit():  # type: ignore[attr-defined]
+                key = msvcrt.getwch()  # type: ignore[attr-defined]
+                if key in ("\0", "\xe0"):  # the first half of an arrow or function key
+                    msvcrt.getwch()  # type: ignore[attr-defined]
+                else:
+                    self.heard.put(Heard(key, time.monotonic()))
+
+
 def listen(stream: TextIO | None) -> Source:
     """Listen to a stream: keys where it is a terminal, lines otherwise; silence where there is none."""
     try:
@@ -164,8 +203,6 @@ def listen(stream: TextIO | None) -> Source:
     if fd is None or stream is None:
         return Silence()
     if sys.platform == "win32":
-        from studies.console.windows_input import WindowsListener
-
         return WindowsListener(stream)
     if not os.isatty(fd):
         return Listener(fd, by_line=True)

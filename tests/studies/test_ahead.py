@@ -8,7 +8,7 @@ from protocols.plan import ParticipantRow, compile_plan
 from protocols.requests import Sense
 from studies.ahead import Ahead
 from studies.catalogue import SHIPPED, read_study
-from studies.rig import RigError
+from studies.errors import RigError
 
 STUDY = read_study(SHIPPED / "texture_photos" / "study.yaml").study
 PLAN = compile_plan(STUDY, ParticipantRow("E001", "all"))

@@ -13,13 +13,14 @@ from devices.window.calibration import Calibration, write_calibration
 from protocols.plan import ParticipantRow, compile_plan
 from protocols.requests import Aside, Fault, Present, Reply
 from studies.catalogue import read_study
+from studies.errors import RigError
 from studies.live_doors import FORCES, SETTINGS
 from studies.live_options import LiveOptions
 from studies.live_rig import live_plan
 from studies.made_doors import PresentsMade, made_doors
 from studies.record import read
 from studies.replay import replay
-from studies.rig import RigError, simulated
+from studies.rig import simulated
 from studies.session import start
 from tests.devices.door_link.lines_for_tests import Bench, Lab
 from tests.studies.live.rig_rooms import TWINS, live_doors

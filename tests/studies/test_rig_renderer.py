@@ -11,17 +11,17 @@ from devices.signals import DeviceError
 from protocols.plan import compile_plan
 from protocols.requests import Aside, Ask, Fault, Present, Reply
 from studies.catalogue import Found
+from studies.errors import RigError
 from studies.hardware import Hardware
 from studies.live import Mounted, Station
-from studies.renderings import Renderings
-from studies.rig import RigError
 from studies.rig_renderer import RigRenderer, demand_usable
 from studies.rig_station import rig_station
+from studies.virtual_textures import VirtualTextures
 from tests.devices.window.shells_for_tests import FakeDesk
 from tests.protocols.every_task import LAB
 from tests.studies.small_textures import write
 from tests.studies.ten import plan_for
-from tests.studies.test_renderings import FOLDER, of_two
+from tests.studies.test_virtual_textures import FOLDER, of_two
 
 RIG = """rig: twins
 devices:
@@ -96,7 +96,7 @@ def fake(lab, **more):
         made.append(FakePlays())
         return made[-1]
 
-    return RigRenderer(PLAN, Renderings(FOLDER, lab), begin, made[0]), made
+    return RigRenderer(PLAN, VirtualTextures(FOLDER, lab), begin, made[0]), made
 
 
 def test_replies_name_the_model_and_count_the_deadlines_of_the_texture_alone(lab):
@@ -119,7 +119,7 @@ def test_another_person_and_another_attempt_hear_other_noise(lab):
     renderer, (plays,) = fake(lab)
     present(renderer)
     other = compile_plan(PLAN.study, plan_for("texture_similarity", "P002").who, 1, LAB)
-    RigRenderer(other, Renderings(FOLDER, lab), lambda: plays, plays).perform(
+    RigRenderer(other, VirtualTextures(FOLDER, lab), lambda: plays, plays).perform(
         Present(TRIAL), Window(), FakeDesk(), lambda: 0
     )
     assert plays.sounds[0].seed != plays.sounds[1].seed

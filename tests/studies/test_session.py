@@ -6,9 +6,10 @@ import pytest
 
 from protocols.events import Event
 from protocols.worlds import Divergence
+from studies.errors import RigError
 from studies.record import LedgerError, read
 from studies.replay import replay
-from studies.rig import Rig, RigError
+from studies.rig import Rig
 from studies.session import ledger_path, resume, start
 from tests.studies.labs import HEADER, Lab, stopping
 

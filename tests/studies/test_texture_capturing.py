@@ -3,7 +3,7 @@
 import numpy as np
 import pytest
 
-from studies.rig import RigError
+from studies.errors import RigError
 from studies.texture_capturing import captured, scene
 
 SECONDS = 1.5

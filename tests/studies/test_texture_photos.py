@@ -8,9 +8,10 @@ from PIL import Image
 from protocols.plan import ParticipantRow, compile_plan
 from protocols.requests import Sense
 from studies.catalogue import SHIPPED, read_study
+from studies.errors import RigError
 from studies.record import read
 from studies.replay import replay
-from studies.rig import RigError, simulated
+from studies.rig import simulated
 from studies.scenes import pictures_of
 from studies.session import start
 from studies.windowless import asks_anything

@@ -11,9 +11,10 @@ from devices.door.grid import DoorDataError
 from devices.door.making import Doors, maker_for
 from protocols.canonical import canonical, parse
 from protocols.requests import Aside, Present, Reply, Rest, Sense
+from studies.errors import RigError
 from studies.made_doors import PresentsMade, made_doors
 from studies.profiles import Profiles
-from studies.rig import RigError, simulated
+from studies.rig import simulated
 from studies.twins import twin_for
 from tests.protocols.every_task import plan_of
 from tests.studies.ten import found_study, plan_for

@@ -3,7 +3,7 @@
 import pytest
 
 from devices.door.opening_scene import OpeningScene
-from studies.rig import RigError
+from studies.errors import RigError
 from studies.virtual_recording import recorded_at_once
 
 

@@ -17,12 +17,12 @@ from protocols.study import Study
 from protocols.worlds import Done
 from studies.catalogue import SHIPPED, Found, read_study
 from studies.changes import ScreenChanged
+from studies.errors import RigError
 from studies.hardware import twin_station as station
 from studies.live import Mounted, Station, TwinInRealTime
 from studies.live_options import LiveOptions, to_go_on, to_start
 from studies.live_rig import live_plan, plan_to_go_on, window_of
 from studies.record import read
-from studies.rig import RigError
 from studies.session import start
 from studies.windowless import Windowless, asks_anything
 from tests.studies.live.halls import Hall, Stage, sheets, sheets_plan

@@ -12,10 +12,11 @@ from devices.render.found import SHIPPED
 from protocols.plan import compile_plan
 from protocols.requests import Present
 from studies import similarity_table, texture_pictures
+from studies.errors import RigError
 from studies.played_textures import read_felt
-from studies.renderings import Renderings
-from studies.rig import RigError, simulated
+from studies.rig import simulated
 from studies.twins import twin_for
+from studies.virtual_textures import VirtualTextures
 from tests.protocols.every_task import LAB
 from tests.studies.small_textures import write, write_all
 from tests.studies.ten import found_study, plan_for
@@ -32,7 +33,7 @@ CLOTH = stimulus("cloth_AR")
 
 
 @dataclass
-class Counted(Renderings):
+class Counted(VirtualTextures):
     """Counts how often a model is opened."""
 
     opened: int = 0
@@ -85,7 +86,7 @@ def test_a_model_that_died_is_felt_as_it_is_and_on_record(lab):
 )
 @pytest.mark.parametrize("shipped", [True, False])
 def test_what_is_kept_and_damaged_is_refused_by_name_before_anything_is_recorded(lab, tmp_path, content, shipped):
-    found = Renderings(tmp_path / "copy", lab)
+    found = VirtualTextures(tmp_path / "copy", lab)
     shutil.copytree(FOLDER, found.folder)
     kept = found.folder / "rendered.json"
     if shipped:
@@ -95,7 +96,7 @@ def test_what_is_kept_and_damaged_is_refused_by_name_before_anything_is_recorded
         kept = next((lab / "models" / "compared").iterdir())
         kept.write_bytes(content)
     with pytest.raises(RigError, match=rf"{kept.name}: not what was kept.*Remove it"):
-        Renderings(found.folder, lab).check(CLOTH)
+        VirtualTextures(found.folder, lab).check(CLOTH)
 
 
 def key_of(found):
@@ -123,7 +124,7 @@ def test_models_and_hands_that_are_not_what_they_should_be_are_refused_before_an
     folder = shutil.copytree(FOLDER, tmp_path / "copy")
     (folder / "felt" / "cloth.csv").write_text("t_s\n0\n")
     with pytest.raises(RigError, match="its SHA-256 differs"):
-        Renderings(folder, lab, shipped=False).check(CLOTH)
+        VirtualTextures(folder, lab, shipped=False).check(CLOTH)
     weights = lab / "models" / "texture-cloth-ar.safetensors"
     weights.write_bytes(weights.read_bytes()[:-1] + b"\0")
     with pytest.raises(RigError, match=r"texture-cloth-ar\.safetensors"):
@@ -196,7 +197,7 @@ def test_the_table_is_made_of_what_is_kept():
 def test_the_shipped_models_still_play_what_is_kept_of_them(method):
     """One texture, rendered anew; another runtime rounds otherwise, worth 0.3 dB at most (measured on all 24)."""
     cloth = stimulus(f"cloth_{method}")
-    fresh = Renderings(FOLDER, None, shipped=False).feels(cloth)
+    fresh = VirtualTextures(FOLDER, None, shipped=False).feels(cloth)
     assert fresh == pytest.approx({name: float(cloth.columns[name]) for name in fresh}, abs=0.6), AGAIN
 
 
