@@ -2,13 +2,14 @@
 
 from __future__ import annotations
 
-import hashlib
 import platform
 from datetime import UTC, datetime
 from functools import cache
 from importlib.metadata import PackageNotFoundError, version
 from pathlib import Path
 from typing import Any
+
+from protocols.code_digest import files_digest, sources_in
 
 ROOMS = ("protocols", "devices", "studies")
 PACKAGES = ("pydantic", "pyyaml", "sqlalchemy", "filelock", "psychopy", "pyserial")
@@ -25,11 +26,7 @@ def palpate_version() -> str:
 def code_digest() -> str:
     """SHA-256 over the sources that run a session: two sessions of one digest ran the same code."""
     root = Path(__file__).resolve().parent.parent
-    whole = hashlib.sha256()
-    for room in ROOMS:
-        for source in sorted((root / room).rglob("*.py")):
-            whole.update(source.relative_to(root).as_posix().encode() + b"\0" + source.read_bytes())
-    return whole.hexdigest()
+    return files_digest(source for room in ROOMS for source in sources_in(root / room))
 
 
 @cache

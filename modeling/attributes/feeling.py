@@ -10,19 +10,13 @@ from typing import Protocol
 from modeling.attributes.features_kept import Entry, keep, kept, key_of
 from modeling.attributes.material import RECORDINGS_LEFT_OUT
 from modeling.attributes.reading_touch import FeltRows
-from modeling.textures.judging_kept import files_digest, module_digest
 from modeling.textures.recording import TextureDataError
 from modeling.training.jobs import run_jobs
 from modeling.training.progress import Report, silent
+from protocols.code_digest import code_digest, module_of
 
-KINDS = ("hand", "mfcc", "segments", "spectra", "tactile", "touch", "wavelets")
-CODE = (
-    *(f"analysis/features/{name}.py" for name in KINDS),
-    "analysis/streams", "analysis/aligning", "studies/one_axis.py", "studies/texture_signals.py", "studies/record.py",
-    "studies/stored_samples.py",
-)  # fmt: skip
-"""What makes these rows beside a recording's own module and what it imports of this room."""
 PACKAGES = ("librosa", "numpy", "pywavelets", "scipy")
+"""What makes these rows beside our own code; an entry of other versions is not used."""
 
 
 class Recording(Protocol):
@@ -83,8 +77,8 @@ def felt_rows(
 
 
 def _key(texture: Recording) -> str:
-    code = (module_digest(type(texture).__module__), files_digest(CODE))
-    return key_of({"recorded": texture.key}, code, PACKAGES)
+    code = code_digest(module_of(texture), "modeling.attributes.feeling")
+    return key_of({"recorded": texture.key}, (code,), PACKAGES)
 
 
 def _entry(job: _Felt) -> Entry:

@@ -12,11 +12,8 @@ from numpy.typing import NDArray
 
 from modeling.attributes.judging_jobs import Context, Done, Job
 from modeling.files.finished import put_down, taken_up
-from modeling.textures.judging_kept import files_digest, module_digest
 from modeling.training.run_card import versions
-
-RUNNER = ("modeling/attributes/judging_run.py", "modeling/attributes/material.py", "modeling/attributes/methods.py")
-"""What any job's result depends on, beside its method's own modules."""
+from protocols.code_digest import code_digest, module_of
 
 
 def key(job: Job, context: Context) -> str:
@@ -34,7 +31,7 @@ def key(job: Job, context: Context) -> str:
         "seed": context.seed,
         "settings": {name: str(value) for name, value in sorted(context.settings.items())},
         "versions": _versions(),
-        "code": [module_digest(home(method.fit)), files_digest(RUNNER)],
+        "code": code_digest(module_of(method.fit), "modeling.attributes.judging_run"),
     }
     return hashlib.sha256(json.dumps(told, sort_keys=True).encode()).hexdigest()[:32]
 
@@ -43,13 +40,6 @@ def key(job: Job, context: Context) -> str:
 def _versions() -> dict[str, str | None]:
     """Read once in a process: they are a hundred times slower to find than all the rest of a key."""
     return versions()
-
-
-def home(call: Any) -> str:
-    """The module that a method's `fit` stands in, also where it is a partial of it."""
-    while isinstance(call, partial):
-        call = call.func
-    return str(getattr(call, "__module__", "") or type(call).__module__)
 
 
 def load(job: Job, context: Context) -> Done | None:

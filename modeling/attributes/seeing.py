@@ -16,21 +16,16 @@ from analysis.features.pictures import Gray, Looking, PictureError, Square, patc
 from modeling.attributes.features_kept import Entry, keep, kept, key_of
 from modeling.attributes.material import PICTURE_LEFT_OUT, SIGHT_KINDS, MaterialError, Rows
 from modeling.attributes.resnet_weights import Weights
-from modeling.textures.judging_kept import files_digest
 from modeling.training.jobs import run_jobs
 from modeling.training.progress import Report, silent
 from modeling.training.refusals import JobError
+from protocols.code_digest import code_digest
 
 if TYPE_CHECKING:
     from modeling.attributes.resnet import ResNet50
 
-CODE = (
-    "analysis/features/augmenting.py", "analysis/features/glcm.py", "analysis/features/pictures.py",
-    "modeling/attributes/resnet.py", "modeling/attributes/resnet_weights.py", "modeling/attributes/seeing.py",
-    "modeling/training/seeding.py",
-)  # fmt: skip
 PACKAGES = ("numpy", "pillow", "scikit-image", "scipy", "torch")
-"""What makes these rows; an entry of other files or versions is not used."""
+"""What makes these rows beside our own code; an entry of other versions is not used."""
 QUICK_GRID, QUICK_PICTURES = 2, 3
 """Patches along each side, and pictures of a texture, that are looked at in a hurry."""
 VARIANT_GRID = 3
@@ -96,7 +91,7 @@ class Sight:
         chance = (self.noise_sd, self.seed, version) if version else ()
         looking, weights = self.at(version), self.weights.key
         decides = {"sha256": picture.sha256, "looking": looking, "weights": weights, "chance": chance}
-        return key_of(decides, (files_digest(CODE),), PACKAGES)
+        return key_of(decides, (code_digest("modeling.attributes.seeing"),), PACKAGES)
 
 
 @dataclass(frozen=True)

@@ -7,7 +7,7 @@ import json
 import math
 import shutil
 from collections.abc import Mapping
-from functools import cache, partial
+from functools import partial
 from pathlib import Path
 from typing import Any
 
@@ -15,23 +15,17 @@ import numpy as np
 from numpy.typing import NDArray
 
 from modeling.doors.evaluating_jobs import Context, Done, Job
+from modeling.doors.side import DoorSide
 from modeling.files.finished import put_down, taken_up
 from modeling.training.run_card import versions
+from protocols.code_digest import code_digest, module_of
 
 CHECKPOINTS = "checkpoints"
-ELSEWHERE = ("attributes", "keyswitch", "library", "report", "textures")
-"""Folders that no door is judged with."""
 
 
-@cache
-def code() -> str:
-    """SHA-256 over the sources that a job's result depends on: a changed method is trained anew."""
-    root = Path(__file__).resolve().parent.parent
-    whole = hashlib.sha256()
-    for source in sorted(root.rglob("*.py")):
-        if not source.name.startswith(("evaluation_", "commands", "bench")) and source.parent.name not in ELSEWHERE:
-            whole.update(source.relative_to(root).as_posix().encode() + b"\0" + source.read_bytes())
-    return whole.hexdigest()
+def code(side: DoorSide) -> str:
+    """SHA-256 over all that a job's result depends on, every method and the rig's side included."""
+    return code_digest("modeling.doors.evaluating_run", module_of(side), registries=True)
 
 
 def key(job: Job, context: Context) -> str:
@@ -47,7 +41,7 @@ def key(job: Job, context: Context) -> str:
         "judge": context.judge,
         "settings": {name: str(value) for name, value in sorted(context.settings.items())},
         "versions": versions(),
-        "code": code(),
+        "code": [code(context.side), code_digest(module_of(context.methods[job.direction][job.method].fit))],
     }
     return hashlib.sha256(json.dumps(told, sort_keys=True).encode()).hexdigest()[:32]
 

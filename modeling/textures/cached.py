@@ -4,36 +4,22 @@ from __future__ import annotations
 
 import hashlib
 import json
-from collections.abc import Iterator
 from dataclasses import asdict
 from pathlib import Path
 
 import numpy as np
 
-import modeling
 from modeling.textures.joined import Joined
 from modeling.textures.recording import Recording
 from protocols.canonical import json_text
+from protocols.code_digest import code_digest
 from protocols.files import open_bytes, write_text
-
-DECIDES = (
-    "protocols/keyed.py", "devices/noise.py", "devices/scene.py", "devices/surfaces", "devices/daq", "devices/tracker",
-    "studies/virtual_recording.py", "studies/texture_capturing.py", "studies/texture_signals.py",
-    "studies/one_axis.py",
-    "studies/texture_capture/stimuli.csv", "analysis/aligning", "modeling/textures",
-)  # fmt: skip
-"""The files that a simulated recording is made by: read as bytes, never imported."""
-NOT_IN = ("modeling/textures",)
-"""Of these folders only the files of `PREPARES`: a network that changes does not change its data."""
-PREPARES = ("cached", "hum", "joined", "mains", "plausible", "preparing", "rates", "recording", "simulated")
 
 
 def content_key(*decides: object) -> str:
-    """16 hexadecimal digits that change with whatever decides a recording: what is given, and the program's files."""
-    found = hashlib.sha256(json.dumps([str(each) for each in decides]).encode())
-    for path in _sources():
-        found.update(path.name.encode() + b"\0" + hashlib.sha256(path.read_bytes()).digest())
-    return found.hexdigest()[:16]
+    """16 hexadecimal digits that change with what decides a recording: what is given, and the code that makes it."""
+    told = [code_digest("modeling.textures.simulated"), *(str(each) for each in decides)]
+    return hashlib.sha256(json.dumps(told).encode()).hexdigest()[:16]
 
 
 def write_cached(stem: Path, recording: Recording) -> Path:
@@ -59,17 +45,6 @@ def read_cached(stem: Path) -> Recording | None:
         return kind(**{**told, **lists, "signals": signals})
     except (OSError, ValueError, KeyError, TypeError, AttributeError):
         return None
-
-
-def _sources() -> Iterator[Path]:
-    root = Path(modeling.__file__).parent.parent
-    for name in DECIDES:
-        path = root / name
-        if path.is_dir():
-            wanted = [each for each in sorted(path.rglob("*")) if each.suffix in (".py", ".csv", ".cal")]
-            yield from (each for each in wanted if name not in NOT_IN or each.stem in PREPARES)
-        elif path.is_file():
-            yield path
 
 
 def _sha256(path: Path) -> str:

@@ -2,31 +2,24 @@
 
 from __future__ import annotations
 
-import ast
 import hashlib
 import json
 import shutil
 from collections.abc import Mapping
-from functools import cache, partial
+from functools import partial
 from pathlib import Path
 from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
 
-import modeling
 from modeling.files.finished import put_down, taken_up
 from modeling.textures.judging_jobs import Context, Done, Explore, Fit, Job
 from modeling.textures.recording import Recording
+from modeling.textures.side import side_digest
 from modeling.training.run_card import versions
+from protocols.code_digest import code_digest, module_of
 
-ROOT = Path(modeling.__file__).resolve().parent.parent
-PLAYER = ("devices/render", "devices/models", "studies/texture_side.py")
-SURFACES = (
-    "devices/surfaces", "devices/scene.py", "studies/texture_capturing.py", "studies/texture_signals.py",
-    "studies/texture_side.py",
-)  # fmt: skip
-"""What a job's result also depends on beyond this room: read as bytes, never imported."""
 CHECKPOINTS, MODELS = "checkpoints", "models"
 
 
@@ -41,7 +34,7 @@ def _decides(job: Job, context: Context) -> dict[str, Any]:
         side = type(context.side)
         return {
             "explore": [job.texture, context.seconds, f"{side.__module__}.{side.__qualname__}"],
-            "code": [module_digest("modeling.textures.judging_drive"), files_digest(SURFACES)],
+            "code": [code_digest("modeling.textures.judging_drive"), side_digest(context.side)],
         }
     if isinstance(job, Fit):
         method = context.methods[job.method]
@@ -50,71 +43,20 @@ def _decides(job: Job, context: Context) -> dict[str, Any]:
             "data": recording_digest(context.recordings[job.texture]),
             "parts": repr(context.parts[job.texture]),
             "settings": {name: str(value) for name, value in sorted(context.settings.items())},
-            "code": [module_digest(_home(method.fit)), module_digest("modeling.textures.judging_fit")],
-            "player": files_digest(PLAYER) if method.kind == "block" else "",
+            "code": code_digest(module_of(method.fit), "modeling.textures.judging_fit"),
+            "player": side_digest(context.side) if method.kind == "block" else "",
         }
     return {
         "play": [key(job.fit, context), job.sampled, context.seconds, context.explore],
         "drive": key(Explore(job.fit.texture), context) if context.explore else "",
-        "code": [module_digest("modeling.textures.judging"), files_digest(PLAYER)],
+        "code": [code_digest("modeling.textures.judging"), side_digest(context.side)],
     }
-
-
-def _home(call: Any) -> str:
-    return str(getattr(call, "__module__", "") or type(call).__module__)
 
 
 def recording_digest(recording: Recording) -> str:
     """SHA-256 of a recording's name and samples."""
     found = hashlib.sha256(f"{recording.texture} {recording.signals.shape}".encode())
     found.update(np.ascontiguousarray(recording.signals, dtype="<f8").tobytes())
-    return found.hexdigest()
-
-
-@cache
-def module_digest(module: str) -> str:
-    """SHA-256 over the sources of a module and of all that it imports of this program, but the rigs' side."""
-    todo, seen = [module], set[str]()
-    while todo:
-        name = todo.pop()
-        path = _source(name)
-        if path is None or name in seen:
-            continue
-        seen.add(name)
-        todo += _imported(path)
-    return files_digest(tuple(sorted(str(path.relative_to(ROOT)) for name in seen if (path := _source(name)))))
-
-
-def _source(module: str) -> Path | None:
-    """Its file, where the module is one of these rooms'."""
-    if module.split(".", maxsplit=1)[0] not in ("modeling", "protocols"):
-        return None
-    path = ROOT.joinpath(*module.split("."))
-    found = path.with_suffix(".py") if path.with_suffix(".py").is_file() else path / "__init__.py"
-    return found if found.is_file() else None
-
-
-@cache
-def _imported(path: Path) -> tuple[str, ...]:
-    """The modules that a file names in its imports, within functions too."""
-    found: list[str] = []
-    for node in ast.walk(ast.parse(path.read_text(encoding="utf-8"))):
-        if isinstance(node, ast.Import):
-            found += [each.name for each in node.names]
-        elif isinstance(node, ast.ImportFrom) and node.module:
-            found += [node.module, *(f"{node.module}.{each.name}" for each in node.names)]
-    return tuple(found)
-
-
-@cache
-def files_digest(places: tuple[str, ...]) -> str:
-    """SHA-256 over files, and over all sources and tables in folders, by their paths from the program's root."""
-    found = hashlib.sha256()
-    for place in places:
-        path = ROOT / place
-        inside = sorted(each for each in path.rglob("*") if each.suffix in (".py", ".c", ".h", ".csv"))
-        for each in inside if path.is_dir() else [path] if path.is_file() else []:
-            found.update(each.relative_to(ROOT).as_posix().encode() + b"\0" + each.read_bytes())
     return found.hexdigest()
 
 

@@ -7,6 +7,7 @@ from pathlib import Path
 from typing import Protocol
 
 from modeling.textures.recording import Array
+from protocols.code_digest import code_digest, module_of
 
 
 class TextureSide(Protocol):
@@ -37,6 +38,11 @@ class TextureSide(Protocol):
         The error is the largest absolute difference from the float64 reference over the steps, relative to the answers'
         standard deviation.
         """
+
+
+def side_digest(side: TextureSide) -> str:
+    """Return the SHA-256 over the code of the rig's side, and over the table of the textures that it has."""
+    return code_digest(module_of(side), files=("studies/texture_capture/stimuli.csv",), registries=True)
 
 
 Textures = Callable[[], TextureSide]

@@ -13,7 +13,7 @@ from modeling.textures.cached import content_key, read_cached, write_cached
 from modeling.textures.preparing import Touched, prepared
 from modeling.textures.rates import Sampled, evenly
 from modeling.textures.recording import Array, Recording, TextureDataError
-from modeling.textures.side import TextureSide
+from modeling.textures.side import TextureSide, side_digest
 
 SIX = ("textured_rubber", "artificial_grass", "steel_mesh", "cloth", "cardboard", "plastic_mesh")
 """The textures that are rendered (thesis 4.3.2)."""
@@ -55,7 +55,8 @@ def _one(side: TextureSide, texture: str, seconds: float, seed: int, cache: Path
     if cache is None:
         return captured(side, texture, seconds, seed), False
     kind = type(side)
-    file = cache / f"texture-{texture}-{content_key(texture, seconds, seed, f'{kind.__module__}.{kind.__qualname__}')}"
+    decides = (texture, seconds, seed, f"{kind.__module__}.{kind.__qualname__}", side_digest(side))
+    file = cache / f"texture-{texture}-{content_key(*decides)}"
     kept = read_cached(file)
     if kept is not None:
         return kept, True

@@ -1,12 +1,11 @@
 import dataclasses
-from functools import partial
 
 import numpy as np
 import pytest
 
 from modeling.attributes.judging_entries import entries
 from modeling.attributes.judging_jobs import KINDS, MAIN, SAME, Entry, Job
-from modeling.attributes.judging_kept import home, key
+from modeling.attributes.judging_kept import key
 from modeling.attributes.judging_material import digest_of, reread, stored
 from modeling.attributes.judging_run import answer, learning, run
 from modeling.attributes.judging_whole import context_for, judge, usable
@@ -121,10 +120,6 @@ def test_what_decides_a_result_decides_its_key(found):
     assert len(keys) == 10
     same = dataclasses.replace(context, parts={**parts, "T07/touch/dft": "not looked at"})
     assert key(job, same) == key(job, context)
-
-
-def test_a_partial_of_a_fit_has_the_home_of_the_fit():
-    assert home(partial(partial(small.fit_linear, 1), b=2)) == small.__name__
 
 
 @pytest.mark.parametrize("damage", [b"", b"{}", b'{"numbers": {}}'])

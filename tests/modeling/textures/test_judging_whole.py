@@ -6,7 +6,7 @@ import pytest
 
 from modeling.textures.evaluation_tables import figure_4_5, grid_rows
 from modeling.textures.judging_jobs import Explore, Fit, Play
-from modeling.textures.judging_kept import key, module_digest
+from modeling.textures.judging_kept import key
 from modeling.textures.judging_run import run
 from modeling.textures.judging_whole import context_for, judge
 from modeling.textures.recording import TextureDataError
@@ -69,11 +69,6 @@ def test_what_decides_a_result_decides_its_key(judged):
     keys |= {key(Fit("smooth", "foten", 10, "mae"), context), key(Play(fit), context), key(Play(fit, False), context)}
     keys |= {key(Explore("smooth"), context), key(Explore("smooth"), dataclasses.replace(context, seconds=5.0))}
     assert len(keys) == 10
-
-
-def test_a_modules_digest_is_that_of_all_it_imports():
-    assert module_digest("modeling.textures.metrics_felt") != module_digest("modeling.textures.metrics")
-    assert module_digest("numpy") == module_digest("scipy")  # not of this program
 
 
 @pytest.mark.parametrize("damage", [b"", b"{}", b'{"numbers": 3}'])

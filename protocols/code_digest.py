@@ -1,0 +1,138 @@
+"""Digests of the code that decides a result, so that a stored result of other code is never taken for a current one."""
+
+from __future__ import annotations
+
+import ast
+import hashlib
+import re
+from collections.abc import Iterable, Iterator
+from functools import cache, partial
+from importlib.util import find_spec
+from pathlib import Path
+from typing import Any
+
+ROOT = Path(__file__).resolve().parent.parent
+PACKAGES = ("protocols", "devices", "studies", "analysis", "modeling")
+BESIDE = (".c", ".cal", ".csv", ".dat", ".h", ".json", ".yaml")
+"""Files in a module's folder that the module may read."""
+_NAMED = re.compile(rf"((?:{'|'.join(PACKAGES)})(?:\.\w+)+)(?::\w+)?")
+
+
+@cache
+def code_digest(*modules: str, files: tuple[str, ...] = (), registries: bool = False) -> str:
+    """Return the SHA-256 over modules, all that they import of this program, and the tables and C sources beside them.
+
+    Imports within functions count, those for type checkers alone do not. With `registries` the modules that are named
+    in strings ("module" or "module:name") are followed too. `files` are further files, by their paths from the
+    program's root. Computed once in a process. Raises LookupError for a module or file that does not exist.
+    """
+    paths = {path for name in imported_by(*modules, registries=registries) for path in _with_tables(_source(name))}
+    return files_digest([*sorted(paths), *(ROOT / file for file in files)])
+
+
+def files_digest(paths: Iterable[Path]) -> str:
+    """Return the SHA-256 over files in the given order: contents, and paths from the program's root.
+
+    Raises LookupError for a file that does not exist: a digest that leaves it out would never change again.
+    """
+    digest = hashlib.sha256()
+    for path in paths:
+        if not path.is_file():
+            raise LookupError(f"{path}: no such file; a digest of the program's code wants it. Was it renamed?")
+        name = path.relative_to(ROOT).as_posix() if path.is_relative_to(ROOT) else path.name
+        digest.update(name.encode() + b"\0" + path.read_bytes())
+    return digest.hexdigest()
+
+
+def sources_in(folder: Path) -> list[Path]:
+    """Return all Python files in a folder and below. Raises LookupError where there are none."""
+    if sources := sorted(folder.rglob("*.py")):
+        return sources
+    raise LookupError(f"{folder}: no such folder of sources; a digest of the program's code wants it. Was it renamed?")
+
+
+def module_of(call: Any) -> str:
+    """Return the name of the module that a function or an object that can be called is defined in."""
+    while isinstance(call, partial):
+        call = call.func
+    return str(getattr(call, "__module__", "") or type(call).__module__)
+
+
+def imported_by(*modules: str, registries: bool = False) -> frozenset[str]:
+    """Return the modules and all that they import of this program, directly or not; see `code_digest`.
+
+    Of a module that is not of this program, such as a lab's own, what it imports of its own package counts too.
+    Raises LookupError for a module that does not exist.
+    """
+    own = frozenset((*PACKAGES, *(_top(module) for module in modules)))
+    todo, seen = list(modules), set[str]()
+    while todo:
+        name = todo.pop()
+        if name in seen:
+            continue
+        seen.add(name)
+        todo += [other for other in _imports(name, own, registries) if other not in seen]
+        todo += [name.rpartition(".")[0]] if "." in name else []
+    return frozenset(seen)
+
+
+@cache
+def _imports(importer: str, own: frozenset[str], registries: bool) -> tuple[str, ...]:
+    path = _source(importer)
+    package = [*importer.split("."), *([""] if path.stem == "__init__" else [])]
+    found: list[str] = []
+    for node in _executed(ast.parse(path.read_text(encoding="utf-8"))):
+        match node:
+            case ast.Import(names=names):
+                found += [each.name for each in names if _top(each.name) in own]
+            case ast.ImportFrom(names=names, level=level):
+                above = package[: len(package) - level] if level else []
+                module = ".".join([*above, *filter(None, [node.module])])
+                if _top(module) not in own:
+                    continue
+                inside = [f"{module}.{each.name}" for each in names]
+                found += [module, *(name for name in inside if _path(name) is not None)]
+            case ast.Constant(value=str(text)) if registries and (named := _NAMED.fullmatch(text)):
+                found += [named[1]] if _path(named[1]) is not None else []
+    return tuple(dict.fromkeys(found))
+
+
+def _executed(node: ast.AST) -> Iterator[ast.AST]:
+    """Walk a tree, but not what is under `if TYPE_CHECKING:`."""
+    for child in ast.iter_child_nodes(node):
+        if isinstance(child, ast.If) and ast.unparse(child.test) == "TYPE_CHECKING":
+            continue
+        yield child
+        yield from _executed(child)
+
+
+def _top(module: str) -> str:
+    return module.partition(".")[0]
+
+
+def _source(module: str) -> Path:
+    """Return the module's file. Raises LookupError where there is none."""
+    if (path := _path(module)) is None:
+        raise LookupError(f"no module {module!r}; a digest of the program's code wants it. Was it renamed?")
+    return path
+
+
+@cache
+def _path(module: str) -> Path | None:
+    """Return the file of a module, found without importing a package; None where there is none."""
+    top, *rest = module.split(".")
+    spec = find_spec(top)
+    if spec is None:
+        return None
+    if not spec.submodule_search_locations:
+        return Path(spec.origin) if not rest and spec.origin else None
+    path = Path(next(iter(spec.submodule_search_locations))).joinpath(*rest)
+    for file in (path.with_name(f"{path.name}.py") if rest else path / "__init__.py", path / "__init__.py"):
+        if file.is_file():
+            return file
+    return None
+
+
+@cache
+def _with_tables(source: Path) -> tuple[Path, ...]:
+    return (source, *(path for path in sorted(source.parent.iterdir()) if path.suffix in BESIDE and path.is_file()))

@@ -1,0 +1,138 @@
+"""A stored result is of the code that made it: the digest follows every import, and never leaves a file out."""
+
+from __future__ import annotations
+
+import importlib
+
+import pytest
+
+from protocols import code_digest as module
+from protocols.code_digest import ROOT, code_digest, files_digest, imported_by, module_of, sources_in
+
+MADE = {
+    "__init__": "",
+    "asked": "import made.direct\nif TYPE_CHECKING:\n    from made.typed import T\n"
+    "def f():\n    from made import within\nLATER = 'studies.workers:run'\n",
+    "direct": "from made.below import x",
+    "below": "x = 1",
+    "within": "y = 1",
+    "typed": "T = int",
+    "unasked": "z = 1",
+}
+
+
+@pytest.fixture
+def made(tmp_path, monkeypatch):
+    """A package that is not of this program, as a lab's own would be."""
+    folder = tmp_path / "made"
+    folder.mkdir()
+    for name, text in MADE.items():
+        (folder / f"{name}.py").write_text(text)
+    (folder / "table.csv").write_text("a,b\n")
+    monkeypatch.syspath_prepend(tmp_path)
+    return folder
+
+
+def digest(*names, **more):
+    """As in a new process."""
+    importlib.invalidate_caches()
+    for cached in (code_digest, module._imports, module._path, module._with_tables):
+        cached.cache_clear()
+    return code_digest(*names, **more)
+
+
+@pytest.mark.parametrize("name", ["__init__.py", "asked.py", "direct.py", "below.py", "within.py", "table.csv"])
+def test_an_edit_of_what_is_imported_changes_the_digest(made, name):
+    before = digest("made.asked")
+    assert digest("made.asked") == before
+    (made / name).write_text((made / name).read_text() + "\n")
+    assert digest("made.asked") != before
+
+
+def test_a_renamed_module_changes_the_digest(made):
+    before = digest("made.asked")
+    (made / "below.py").rename(made / "lower.py")
+    (made / "direct.py").write_text("from made.lower import x")
+    assert digest("made.asked") != before
+
+
+@pytest.mark.parametrize("name", ["typed.py", "unasked.py"])
+def test_an_edit_elsewhere_does_not(made, name):
+    before = digest("made.asked")
+    (made / name).write_text("w = 2")
+    assert digest("made.asked") == before
+
+
+def test_what_a_string_names_counts_only_where_registries_do(made):
+    assert "studies.workers" not in imported_by("made.asked")
+    assert "studies.workers" in imported_by("made.asked", registries=True)
+    assert digest("made.asked") != digest("made.asked", registries=True)
+
+
+def test_what_is_not_there_is_named(made, tmp_path):
+    with pytest.raises(LookupError, match="no module 'modeling.textures.renamed'"):
+        digest("modeling.textures.renamed")
+    with pytest.raises(LookupError, match="no module 'nowhere'"):
+        digest("nowhere")
+    with pytest.raises(LookupError, match="studies/renamed.csv: no such file"):
+        digest("made.asked", files=("studies/renamed.csv",))
+    with pytest.raises(LookupError, match="renamed: no such folder of sources"):
+        sources_in(tmp_path / "renamed")
+    (made / "below.py").rename(made / "lower.py")
+    with pytest.raises(LookupError, match="no module 'made.below'"):
+        digest("made.asked")
+
+
+def test_the_paths_count_as_well_as_the_contents(tmp_path):
+    (tmp_path / "a").write_text("1")
+    (tmp_path / "b").write_text("1")
+    assert files_digest([tmp_path / "a"]) != files_digest([tmp_path / "b"])
+    assert files_digest([ROOT / "palpate.py"]) != files_digest([])
+
+
+@pytest.mark.parametrize("line", ["from .below import x", "from . import below", "from made import below"])
+def test_relative_imports_are_followed_as_well(made, line):
+    (made / "direct.py").write_text(line)
+    digest("made.asked")
+    assert "made.below" in imported_by("made.asked")
+    (made / "__init__.py").write_text("from .unasked import z")
+    digest("made.asked")
+    assert "made.unasked" in imported_by("made.asked")
+
+
+def test_a_partial_is_of_the_module_of_its_function():
+    from functools import partial
+
+    assert module_of(partial(partial(sources_in), ROOT)) == module_of(sources_in) == "protocols.code_digest"
+    assert module_of(ROOT) == type(ROOT).__module__
+
+
+@pytest.mark.parametrize(
+    ("asked", "there", "not_there"),
+    [
+        (
+            {"modules": ("studies.texture_side",), "registries": True},
+            {"devices.daq.force_torque", "devices.models.native.library", "devices.surfaces.hand", "protocols.keyed"},
+            {"studies.session", "devices.window.presenter", "devices.render.commands"},
+        ),
+        (
+            {"modules": ("modeling.doors.evaluating_run", "devices.door.side"), "registries": True},
+            {"devices.door.features", "modeling.doors.ridge", "modeling.training.loop", "analysis.statistics"},
+            {"modeling.doors.evaluation_report", "modeling.commands", "modeling.textures.foten"},
+        ),
+        (
+            {"modules": ("modeling.attributes.network_methods", "modeling.attributes.judging_run")},
+            {"modeling.attributes.visuo_tactile", "modeling.attributes.material", "modeling.training.loop"},
+            {"modeling.attributes.tactile_svm", "modeling.attributes.registry"},
+        ),
+        ({"modules": ("modeling.attributes.seeing",)}, {"modeling.attributes.resnet", "analysis.features.glcm"}, set()),
+        (
+            {"modules": ("modeling.attributes.feeling", "modeling.attributes.reading_touch")},
+            {"analysis.features.mfcc", "analysis.streams.reading", "studies.stored_samples", "studies.record"},
+            {"modeling.attributes.registry"},
+        ),
+    ],
+)
+def test_what_decides_results_here(asked, there, not_there):
+    found = imported_by(*asked["modules"], registries=asked.get("registries", False))
+    assert there <= found and not found & not_there
