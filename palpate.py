@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import os
 import sys
-from collections.abc import Iterator, Sequence
+from collections.abc import Sequence
 from contextlib import suppress
 from importlib import import_module
 from importlib.metadata import PackageNotFoundError, version
@@ -48,39 +48,9 @@ VERBS = {
     "analyse": ("analysis.commands:analyse", "Compute a study's tables and statistics."),
     "report": ("analysis.commands:report", "Write a study's report as one HTML file."),
     "demo": ("palpate:demo", "See the whole loop: 40 participants, from study file to report."),
-    "bench": ("palpate:bench", "Measure errors and times side by side."),
+    "bench": ("benchmarks.command:bench", "Measure errors and times side by side."),
 }
 
-AREAS = {
-    "statistics": "analysis.bench:cases",
-    "thresholds": "analysis.choices.bench_observers:cases",
-    "sessions": "studies.bench:sessions",
-    "startup": "studies.bench:startup",
-    "scale": "analysis.bench_scale:cases",
-    "window": "studies.bench_window:cases",
-    "plant": "devices.door.plant.bench:cases",
-    "serial": "devices.door.link.bench:cases",
-    "sensors": "devices.daq.bench:cases",
-    "tracker": "analysis.aligning.speed_bench:cases",
-    "tablet": "devices.tablet.bench:cases",
-    "surfaces": "devices.surfaces.bench:cases",
-    "streams": "studies.bench_streams:cases",
-    "alignment": "analysis.aligning.bench:cases",
-    "doors": "palpate:doors_cases",
-    "render": "devices.render.bench:cases",
-    "synthesis": "palpate:synthesis_cases",
-    "textures": "palpate:textures_cases",
-    "free-running": "palpate:free_running_cases",
-    "actuator": "devices.actuator.bench:cases",
-    "sound": "devices.sound.bench:cases",
-    "camera": "devices.camera.bench:cases",
-    "profiles": "devices.door.bench:cases",
-    "power": "analysis.power.bench:cases",
-    "intervals": "modeling.doors.bench_intervals:cases",
-    "library": "modeling.library.bench:cases",
-}
-FIGURES = {"plant": "devices.door.plant.bench:figures", "alignment": "analysis.aligning.bench:figures"}
-"""What an area shows beside its work-precision plots."""
 DEMO = (
     "run door_ratings --participant P001..P040 --simulate --seed 1",
     "replay",
@@ -103,7 +73,8 @@ class Verbs(click.Group):
         """Import the verb's room and hand over its command."""
         if name not in VERBS:
             return None
-        command: click.Command = _named(VERBS[name][0])
+        place = VERBS[name][0]
+        command: click.Command = _named(place) if name != "bench" or _has_benchmarks() else _no_benchmarks
         return command
 
     def format_commands(self, _ctx: click.Context, formatter: click.HelpFormatter) -> None:
@@ -124,6 +95,24 @@ def _named(place: str) -> Any:
     """What stands at `module:name`; this module by its own name, also where it runs as a script."""
     module, _, name = place.partition(":")
     return globals()[name] if module == "palpate" else load_object(place)
+
+
+def _has_benchmarks() -> bool:
+    """Whether the repository's benchmarks lie beside this file; then they can be imported. They are never installed."""
+    beside = Path(__file__).resolve().parent
+    if not (beside / "benchmarks" / "command.py").is_file():
+        return False
+    if str(beside) not in sys.path:
+        sys.path.append(str(beside))
+    return True
+
+
+@click.command("bench", add_help_option=False, context_settings={"ignore_unknown_options": True})
+@click.argument("_arguments", nargs=-1)
+def _no_benchmarks(_arguments: tuple[str, ...]) -> None:
+    raise click.ClickException(
+        "the benchmarks come with the repository, not with the package: run this in a clone of it"
+    )
 
 
 def _version(ctx: click.Context, _parameter: click.Parameter, wanted: bool) -> None:
@@ -213,70 +202,6 @@ def _files_in(lab: Path) -> set[str]:
     paths = (path for path in lab.rglob("*") if path.is_symlink() or not path.is_dir())
     names = {path.relative_to(lab).as_posix() for path in paths}
     return {name for name in names if UNFINISHED not in name} - {DEMO_MARK}
-
-
-@click.command()
-@click.argument("area", nargs=-1, type=click.Choice(list(AREAS)))
-@click.option("--quick", is_flag=True, help="Smaller inputs and fewer repeats.")
-@click.option("--json", "as_json", is_flag=True, help="Print the rows as JSON.")
-@click.option("--out", type=click.Path(file_okay=False, path_type=Path), default=Path("bench"), show_default=True,
-              help="Folder for the work-precision plots.")  # fmt: skip
-def bench(area: tuple[str, ...], quick: bool, as_json: bool, out: Path) -> None:
-    """Measure errors and times side by side, in one run on the same inputs; without AREA, everything.
-
-    A row: area, case, method, error, error_kind, seconds (median), peak_MB, n, input.
-
-    \b
-    Example:
-      palpate bench statistics --quick
-    """
-    from rich.console import Console
-
-    from analysis.measuring.rows import as_json as rows_as_json
-    from analysis.measuring.rows import run_bench
-    from analysis.measuring.work_precision import print_table
-    from analysis.measuring.work_precision_plot import save_plots
-
-    chosen = {name: _named(AREAS[name])(quick) for name in area or AREAS}
-    with Console(stderr=True).status("measuring") as status:
-        rows = run_bench(chosen, status.update)
-    if as_json:
-        click.echo(rows_as_json(rows), nl=False)
-        return
-    print_table(rows)
-    further = [path for name in chosen if name in FIGURES for path in _named(FIGURES[name])(out, quick)]
-    for path in (*save_plots(rows, out), *further):
-        click.echo(f"saved {path}")
-
-
-def doors_cases(quick: bool) -> Iterator[Any]:
-    """The door models' cases and the authoring window's: no room reaches both."""
-    yield from _named("modeling.doors.bench:cases")(quick, Sides().doors())
-    yield from _named("modeling.keyswitch.bench:cases")(quick)
-    yield from _named("devices.author.bench:cases")(quick)
-    yield from _named("devices.door.bench_live:cases")(quick)
-
-
-def synthesis_cases(quick: bool) -> Iterator[Any]:
-    """A texture model's step by runtime, other programs' runtimes beside; and training in two ways."""
-    others = _named("modeling.textures.bench_runtimes:other_runtimes")
-    yield from _named("devices.models.bench_steps:cases")(quick, others)
-    yield from _named("modeling.textures.bench_training:cases")(quick, Sides().textures())
-
-
-def free_running_cases(quick: bool) -> Iterator[Any]:
-    """The shipped texture models under hands of their own: modeling judges them, and may not know where they lie."""
-    folder = _named("devices.render.found:SHIPPED")
-    cards = _named("devices.render.found:available")(folder)
-    yield from _named("modeling.textures.bench_hands:cases")(quick, Sides().textures(), cards)
-
-
-def textures_cases(quick: bool) -> Iterator[Any]:
-    """Features of recordings and pictures, and the attributes that are predicted from them: two rooms' cases."""
-    yield from _named("analysis.features.bench:cases")(quick)
-    yield from _named("analysis.features.bench_pictures:cases")(quick)
-    yield from _named("modeling.attributes.bench_touch:cases")(quick)
-    yield from _named("modeling.attributes.bench:cases")(quick)
 
 
 def main(arguments: Sequence[str] | None = None) -> None:

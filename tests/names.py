@@ -13,11 +13,10 @@ from pathlib import Path
 from typing import Any
 
 import analysis
-import analysis.bench
 import devices.rig.kinds
 
 ROOT = Path(__file__).resolve().parent.parent
-PACKAGES = ("protocols", "devices", "studies", "analysis", "modeling")
+PACKAGES = ("protocols", "devices", "studies", "analysis", "modeling", "benchmarks")
 FILES = ("palpate.py", "palpate_entry.py", "setup.py")
 _ROOTS = "|".join((*PACKAGES, "palpate", "palpate_entry", "tests"))
 OBJECT = re.compile(rf"(?:{_ROOTS})(?:\.\w+)*:\w+")
@@ -36,7 +35,6 @@ NO_NAMES = {
 """What looks like a name of ours, and what it is."""
 PUT_TOGETHER = {
     "analysis.{_HOMES[name]}": [f"analysis.{home}:{name}" for name, home in analysis._HOMES.items()],
-    "analysis.{room}.bench": [f"analysis.{room}.bench:cases" for room in analysis.bench.ROOMS],
 }
 """Names that are put together while the program runs, as an f-string has them, and all that come of it."""
 DEVICES = [f"{module}:{name}" for module in devices.rig.kinds.KINDS.values() for name in ("Settings", "make")]

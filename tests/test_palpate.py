@@ -40,6 +40,13 @@ def test_a_simulated_rating_session_imports_no_arrays_and_no_tables(tmp_path):
     assert found == ["sqlalchemy"]
 
 
+@pytest.mark.parametrize("arguments", [["bench"], ["bench", "statistics", "--quick"], ["bench", "--help"]])
+def test_an_installed_package_says_where_the_benchmarks_are(arguments, monkeypatch, tmp_path, capsys):
+    monkeypatch.setattr(palpate, "__file__", str(tmp_path / "palpate.py"))
+    assert palpate._status(arguments) == 2
+    assert "the benchmarks come with the repository" in capsys.readouterr().err
+
+
 def test_help_lists_every_verb(capsys):
     assert palpate._status(["--help"]) == 0
     text = capsys.readouterr().out

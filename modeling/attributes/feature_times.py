@@ -49,7 +49,7 @@ def _of_touch() -> Iterator[tuple[str, Callable[[], object], float]]:
     from analysis.features.segments import segments
     from analysis.features.spectra import spectrum
     from analysis.features.wavelets import wavelets
-    from modeling.attributes.bench_touch import tones
+    from modeling.attributes.tones import tones
     from modeling.attributes.touching import touch_of
 
     touched = tones(SECONDS)

@@ -4,11 +4,10 @@ from __future__ import annotations
 
 import subprocess
 import sys
-from importlib import import_module
 
 import pytest
 
-from analysis.bench import ROOMS, cases, worst_error
+from benchmarks.statistics.cases import PARTS, cases, worst_error
 from protocols.bench import Case
 
 TITLES = {
@@ -27,9 +26,9 @@ def test_the_cases_cover_the_room() -> None:
     assert len({(case.case, case.input) for case in OURS}) == len(OURS)
 
 
-def test_every_room_of_statistics_has_its_figures() -> None:
-    for room in ROOMS:
-        own = {case.case for case in import_module(f"analysis.{room}.bench").cases(True)}
+def test_every_part_of_statistics_has_its_cases() -> None:
+    for part in PARTS:
+        own = {case.case for case in part.cases(True)}
         assert own
         assert own <= {case.case for case in ALL} - TITLES
 
@@ -66,7 +65,6 @@ def test_the_room_and_its_sentences_import_no_numbers() -> None:
 
 def test_public_calls_stay_functions_after_everything_is_imported() -> None:
     import analysis
-    import analysis.bench
     import analysis.statistics.pairwise
 
     for name in ("rm_anova", "anova", "pairwise_tests", "apa_f", "apa_p", "apa_t"):

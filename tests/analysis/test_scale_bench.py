@@ -1,6 +1,6 @@
 """The bench of a lab that grows makes its sessions in runs, of which several processes make one each."""
 
-from analysis import bench_scale
+from benchmarks import scale as bench_scale
 
 
 def test_missing_sessions_are_made_in_runs_of_consecutive_numbers():

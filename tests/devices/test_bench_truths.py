@@ -7,11 +7,8 @@ from fractions import Fraction
 import numpy as np
 import pytest
 
-from devices.actuator import bench as actuator
+from benchmarks import actuator, camera, profiles, sound
 from devices.actuator.resonance import Coil
-from devices.camera import bench as camera
-from devices.door import bench as profiles
-from devices.sound import bench as sound
 from devices.sound.noise import rms_of
 
 BENCHES = (actuator, profiles, sound, camera)

@@ -5,7 +5,7 @@ from functools import cache
 from pathlib import Path
 
 ROOT = Path(__file__).parents[2]
-ROOMS = ("protocols", "devices", "studies", "analysis", "modeling", "palpate.py", "palpate_entry.py")
+ROOMS = ("protocols", "devices", "studies", "analysis", "modeling", "benchmarks", "palpate.py", "palpate_entry.py")
 WRITER = "protocols/files.py"
 METHODS = {
     "write_text": "Path.write_text", "write_bytes": "Path.write_bytes", "savefig": "a figure to a path",
@@ -21,19 +21,20 @@ EXCEPTIONS = {
     "studies/texture_set_studies.py": "copies a shipped study into a staged folder, which is placed as a whole",
     "devices/author/designs.py": "renames an earlier work aside, without writing",
     "devices/door/firmware/process.py": "a log of the emulator, appended line by line while it runs",
-    "analysis/bench_scale.py": "makes the temporary lab of a benchmark",
+    "benchmarks/scale.py": "makes the temporary lab of a benchmark",
     "analysis/crosschecking/packages.py": "DataFrame.replace",
     "analysis/regenerating/running.py": "to_csv gives text for a digest; no file",
     "analysis/plans/": "DataFrame.rename", "analysis/reliability/": "DataFrame.rename",
-    "analysis/choices/bench.py": "DataFrame.rename",
+    "benchmarks/statistics/choices.py": "DataFrame.rename",
 }  # fmt: skip
 
 JSON_ELSEWHERE = {
     "protocols/canonical.py": "the two functions themselves",
     "analysis/monitoring/finished.py": "lines of a cache", "analysis/regenerating/files.py": "refuses NaN itself",
     "analysis/regenerating/checking.py": "for people to compare", "analysis/regenerating/seconds.py": "for a digest",
-    "studies/bench_streams_run.py": "to the process that asked", "devices/door/firmware/process.py": "to its parent",
-    "devices/author/bench.py": "to its parent", "modeling/files/writing.py": "a card that `canonical` has read",
+    "benchmarks/streams/run.py": "to the process that asked", "devices/door/firmware/process.py": "to its parent",
+    "benchmarks/doors/designer_window.py": "to its parent",
+    "modeling/files/writing.py": "a card that `canonical` has read",
     "modeling/attributes/model_file.py": "back to pydantic", "modeling/attributes/judging_material.py": "for a digest",
     "modeling/attributes/judging_kept.py": "for a digest", "modeling/attributes/features_kept.py": "for a digest",
     "modeling/textures/judging_kept.py": "for a digest", "modeling/textures/cached.py": "for a digest",

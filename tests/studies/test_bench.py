@@ -2,7 +2,7 @@
 
 import pytest
 
-from studies.bench import sessions, startup
+from benchmarks.sessions import sessions, startup
 
 
 def test_a_durable_session_loses_nothing_and_one_in_memory_everything():
@@ -30,7 +30,7 @@ def test_starting_up_is_judged_by_what_is_imported():
 
 @pytest.mark.parametrize("code", ["import numpy", "import pandas"])
 def test_a_heavy_import_would_be_seen(code, tmp_path, monkeypatch):
-    from studies import bench
+    from benchmarks import sessions as bench
 
     monkeypatch.setattr(bench, "LOADED", f"{code}\n{bench.LOADED}")
     assert bench._heavy(["--help"]) >= 1

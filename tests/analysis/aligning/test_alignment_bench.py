@@ -4,8 +4,8 @@ from __future__ import annotations
 
 import pytest
 
-from analysis.aligning.bench import cases
-from analysis.aligning.bench_truth import KINDS
+from benchmarks.alignment.cases import cases
+from benchmarks.alignment.truth import KINDS
 
 
 @pytest.fixture(scope="module")

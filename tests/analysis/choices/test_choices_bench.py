@@ -6,7 +6,7 @@ import math
 
 import pytest
 
-from analysis.choices.bench import cases
+from benchmarks.statistics.choices import cases
 from protocols.bench import Case
 
 CASES = list(cases(quick=True))

@@ -13,13 +13,13 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 from scipy.special import expit, ndtr
 
-from analysis.choices.bench_observers import OBSERVERS, SD, THRESHOLD, Observer, fitted_sets, missed
-from analysis.choices.bench_observers import simulated as simulated_sets
 from analysis.choices.existing import NoEstimate
 from analysis.choices.intervals import profile_ends, profile_interval, resampled_answers
 from analysis.choices.posterior import posterior
 from analysis.choices.psychometric import fit_psychometric
 from analysis.statistics.refusals import BadOption, BadValue, TooFew
+from benchmarks.thresholds import OBSERVERS, SD, THRESHOLD, Observer, fitted_sets, missed
+from benchmarks.thresholds import simulated as simulated_sets
 from tests.analysis.choices.choices_for_tests import in_r
 from tests.examples import examples
 

@@ -3,8 +3,8 @@
 import numpy as np
 import pytest
 
-from analysis.features.bench_pictures import cases, counted
 from analysis.features.pictures import SIDE
+from benchmarks.attributes.picture_features import cases, counted
 
 
 @pytest.mark.needs("skimage")

@@ -2,7 +2,7 @@
 
 import pytest
 
-from analysis.features.bench import cases
+from benchmarks.attributes.touch_features import cases
 
 
 @pytest.mark.needs("librosa", "pywt")

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from analysis.mixed_models.bench import FIXED, cases
+from benchmarks.statistics.mixed_models import FIXED, cases
 
 LIMIT = {"palpate": {True: 1e-8, False: 1e-6}}
 

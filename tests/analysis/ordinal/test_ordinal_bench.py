@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import math
 
-from analysis.ordinal.bench import cases
+from benchmarks.statistics.ordinal import cases
 
 
 def test_ours_is_right_on_every_input():

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from analysis.reliability.bench import cases
+from benchmarks.statistics.reliability import cases
 
 
 def test_ours_reaches_every_answer_of_the_quick_bench() -> None:

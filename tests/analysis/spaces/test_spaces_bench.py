@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import pytest
 
-from analysis.spaces.bench import cases
+from benchmarks.statistics.spaces import cases
 from protocols.bench import Case
 
 OURS = [case for case in cases(quick=True) if case.method.startswith("palpate")]

@@ -17,11 +17,11 @@ import pytest
 
 from analysis import pairwise_tests, rm_anova
 from analysis.crosschecking import packages
-from analysis.measuring.statistics_inputs import edge_cells, long_table, wide_input
 from analysis.statistics.mixed import mixed_anova
 from analysis.statistics.noncentral import f_chance, f_noncentrality
 from analysis.statistics.references import reference_table, reference_values
 from analysis.statistics.refusals import IncompleteCells
+from benchmarks.statistics.inputs import edge_cells, long_table, wide_input
 
 pytestmark = pytest.mark.filterwarnings("ignore")
 

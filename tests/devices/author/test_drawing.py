@@ -8,7 +8,7 @@ import numpy as np
 import pytest
 from PIL import Image
 
-from devices.author.bench import line_error_px, painted_s
+from benchmarks.doors.designer_window import line_error_px, painted_s
 from devices.author.elements import FEELS, SIDES
 from devices.author.rated import FILE, range_text, rated_range
 from devices.author.words import FOLDER, author_texts

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from devices.daq.bench import cases
+from benchmarks.sensors import cases
 
 
 def test_blocks_in_float32_are_as_right_as_float32_and_plain_python_is_exact() -> None:

@@ -3,7 +3,7 @@
 import numpy as np
 import pytest
 
-from devices.door.bench_live import cases, followed, methods
+from benchmarks.doors.live_door import cases, followed, methods
 from devices.door.designer import designer_for
 from devices.door.plant.rendering import PASSAGE_TICKS
 

@@ -4,8 +4,8 @@ from collections import Counter
 
 import pytest
 
-from devices.door.plant.bench import OURS, RACE_STEPS_S, Racer, Solved, cases, figures
-from devices.door.plant.measuring.problems import problems, solve
+from benchmarks.plant.cases import OURS, RACE_STEPS_S, Racer, Solved, cases, figures
+from benchmarks.plant.problems import problems, solve
 
 
 @pytest.fixture(scope="module")

@@ -9,10 +9,10 @@ from pathlib import Path
 
 import pytest
 
+from benchmarks.plant.playback import as_torque, play
 from devices.door.firmware.limits import Limits as FirmwareLimits
 from devices.door.plant.hand import NOBODY, constant_velocity, human, impedance, push
 from devices.door.plant.machine import Machine
-from devices.door.plant.measuring.playback import as_torque, play
 from devices.door.plant.parameters import DEFAULT, Limits, Parameters, PlantError
 from devices.door.plant.rendering import STEP_RAD, Rendered
 from devices.door.twin import read_profile

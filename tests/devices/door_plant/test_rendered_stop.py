@@ -3,7 +3,7 @@
 import numpy as np
 import pytest
 
-from devices.door.plant.measuring.rendered_stop import Wall, by_default, dies_away, heavy, light, stiffest
+from benchmarks.plant.rendered_stop import Wall, by_default, dies_away, heavy, light, stiffest
 
 
 def exact(wall):

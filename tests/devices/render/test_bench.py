@@ -1,11 +1,11 @@
 import numpy as np
 import pytest
 
+from benchmarks.render.cases import Nothing, cases, stepped
+from benchmarks.render.extremes import run_extremes
+from benchmarks.render.model import measured_card, predictor
 from devices.models.fastest import fastest
 from devices.models.file import read_model
-from devices.render.bench import Nothing, cases, stepped
-from devices.render.bench_extremes import run_extremes
-from devices.render.bench_model import measured_card, predictor
 from devices.render.voice import open_voice, play
 
 

@@ -9,14 +9,14 @@ from contextlib import contextmanager
 import numpy as np
 import pytest
 
+from benchmarks.window.display import virtual_display
+from benchmarks.window.hand import Hand
 from devices.render.found import available
 from devices.render.window.board import Board
 from devices.render.window.choice import Choice, beside
 from devices.render.window.elements import COURSE
 from devices.render.window.screen import RenderScreen
 from devices.render.window.words import render_texts
-from devices.window.bench_display import virtual_display
-from devices.window.bench_hand import Hand
 from devices.window.commands_calibrate import USUAL_PX_PER_MM
 from devices.window.fonts import find_fonts
 from devices.window.geometry import Metrics

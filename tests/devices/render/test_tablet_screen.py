@@ -6,12 +6,12 @@ import numpy as np
 import pytest
 from PIL import Image
 
+from benchmarks.window.display import virtual_display
+from benchmarks.window.hand import Hand
 from devices.render.errors import RenderError
 from devices.render.window.photo import PICTURES
 from devices.render.window.tablet_screen import GROUND, Canvas, TabletScreen
 from devices.tablet.device import Display
-from devices.window.bench_display import virtual_display
-from devices.window.bench_hand import Hand
 from tests.devices.window.shells_for_tests import FakeShell
 
 CLOTH = PICTURES / "cloth.jpg"

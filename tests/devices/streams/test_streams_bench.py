@@ -4,10 +4,10 @@ import math
 
 import pytest
 
-from studies import bench_streams
-from studies.bench_streams import cases, run_apart
-from studies.bench_streams_made import KINDS, MadeUp
-from studies.bench_streams_run import held_up
+from benchmarks.streams import cases as bench_streams
+from benchmarks.streams.cases import cases, run_apart
+from benchmarks.streams.recordings import KINDS, MadeUp
+from benchmarks.streams.run import held_up
 from tests.devices.streams.labs import Time
 
 

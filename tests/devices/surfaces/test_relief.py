@@ -5,7 +5,7 @@ from dataclasses import replace
 import numpy as np
 import pytest
 
-from devices.surfaces.bench import rolled
+from benchmarks.surfaces import rolled
 from devices.surfaces.fields import SIZE_MM, chance, self_affine
 from devices.surfaces.relief import relief
 from devices.surfaces.table import PATTERNS, read_surfaces

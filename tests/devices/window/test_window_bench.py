@@ -5,8 +5,8 @@ from types import SimpleNamespace
 import pytest
 from PIL import Image
 
-from devices.window.bench import cases, drawn_px
-from devices.window.bench_gestures import FORM, ROWS, Expected, Gestures
+from benchmarks.window.gestures import FORM, ROWS, Expected, Gestures
+from benchmarks.window.screens import cases, drawn_px
 from devices.window.geometry import Box, Placed
 
 NAMES = FORM.items()

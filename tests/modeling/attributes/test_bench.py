@@ -3,9 +3,9 @@ from pathlib import Path
 import pytest
 
 from analysis.measuring.rows import MEASURED, REFUSED, measure
-from modeling.attributes.bench import AREA, cases
-from modeling.attributes.bench_folds import whole_folds
-from modeling.attributes.bench_material import made_up
+from benchmarks.attributes.folds import whole_folds
+from benchmarks.attributes.material import made_up
+from benchmarks.attributes.methods import AREA, cases
 from modeling.attributes.methods import Method
 from tests.modeling.attributes import judged_attributes as small
 
@@ -58,9 +58,9 @@ def test_a_full_run_leaves_eight_of_the_textures_out():
 
 @pytest.mark.needs("distributed")
 def test_two_folds_of_a_whole_study_err_the_same_one_after_another_and_by_dask_workers(monkeypatch):
-    monkeypatch.setattr("modeling.attributes.bench.TEXTURES", 6)
-    monkeypatch.setattr("modeling.attributes.bench_folds.WHOLE", 6)
-    monkeypatch.setattr("modeling.attributes.bench_folds.WHOLE_SEGMENTS", 12)
+    monkeypatch.setattr("benchmarks.attributes.methods.TEXTURES", 6)
+    monkeypatch.setattr("benchmarks.attributes.folds.WHOLE", 6)
+    monkeypatch.setattr("benchmarks.attributes.folds.WHOLE_SEGMENTS", 12)
     few = {name: METHODS[name] for name in ("mean", "visuo_tactile")}
     every = [case for case in cases(False, few, {}, workers=1) if case.case.startswith("2 folds of a study")]
     alone, by_dask = (measure(case) for case in every)
@@ -73,8 +73,8 @@ def test_two_folds_of_a_whole_study_err_the_same_one_after_another_and_by_dask_w
 
 
 def test_a_method_that_refuses_the_folds_of_a_study_is_told_as_refusing(monkeypatch):
-    monkeypatch.setattr("modeling.attributes.bench_folds.WHOLE", 6)
-    monkeypatch.setattr("modeling.attributes.bench_folds.WHOLE_SEGMENTS", 12)
+    monkeypatch.setattr("benchmarks.attributes.folds.WHOLE", 6)
+    monkeypatch.setattr("benchmarks.attributes.folds.WHOLE_SEGMENTS", 12)
     refusing = {"visuo_tactile": Method("visuo_tactile", "Refusing", small.fit_refusing)}
     assert measure(next(whole_folds(refusing, {}))).outcome == REFUSED
     assert list(whole_folds({"mean": METHODS["mean"]}, {})) == []

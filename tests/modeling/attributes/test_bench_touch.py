@@ -3,7 +3,7 @@
 import pytest
 
 from analysis.measuring.rows import MEASURED, measure
-from modeling.attributes.bench_touch import ERROR, MEMORY, cases
+from benchmarks.attributes.touch import ERROR, MEMORY, cases
 
 FROM_SENSORS = "from sensors to features"
 

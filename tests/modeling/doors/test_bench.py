@@ -3,7 +3,7 @@ from pathlib import Path
 import pytest
 
 from analysis.measuring.rows import MEASURED, measure
-from modeling.doors.bench import AREA, Found, cases
+from benchmarks.doors.models import AREA, Found, cases
 from tests.modeling.doors.evaluated_small import SIDE, small_rated, wanted
 
 pytestmark = pytest.mark.needs("torch")

@@ -4,7 +4,7 @@ import numpy as np
 import pytest
 from scipy.stats import norm
 
-from modeling.doors import bench_intervals as bench
+from benchmarks import intervals as bench
 from modeling.doors.intervals import half_widths
 
 

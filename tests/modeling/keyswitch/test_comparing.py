@@ -6,9 +6,9 @@ import numpy as np
 import pytest
 import torch
 
+from benchmarks.doors.keyswitch import cases
 from modeling.doors.networks import ForceToPerception
 from modeling.keyswitch import comparing
-from modeling.keyswitch.bench import cases
 from modeling.keyswitch.comparing import KIND, RECONSTRUCTION, Part, compare, folds, outcome, row_of, ways
 from modeling.keyswitch.curves import CurveError, measured
 from modeling.keyswitch.networks import Reconstruction, classifier

@@ -4,7 +4,7 @@ import pytest
 from scipy.integrate import quad
 from scipy.stats import norm
 
-from modeling.library import bench
+from benchmarks import library as bench
 from modeling.library.finding import wishes_of
 
 

@@ -6,7 +6,7 @@ from pathlib import Path
 import numpy as np
 import pytest
 
-from modeling.textures.bench_hands import AGAIN, LOOKS, METHODS, cases
+from benchmarks.synthesis.free_running import AGAIN, LOOKS, METHODS, cases
 from tests.modeling.textures.made_up_recording import recording
 
 CARDS = {"rough": {"ar": Path("rough-ar.json"), "foten_generative": Path("rough-foten.json"), "gan": Path("gan.json")}}

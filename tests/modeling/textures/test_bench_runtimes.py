@@ -9,8 +9,8 @@ import pytest
 import torch
 from safetensors.numpy import save_file
 
-from devices.models import specimens
-from modeling.textures.bench_runtimes import MAKERS, other_runtimes, read_plainly
+from benchmarks.synthesis import specimens
+from benchmarks.synthesis.runtimes import MAKERS, other_runtimes, read_plainly
 from modeling.textures.recording import TextureDataError
 
 pytestmark = pytest.mark.needs("torch")

@@ -5,7 +5,7 @@ from itertools import count
 import pytest
 import torch
 
-from modeling.textures.bench_training import WAYS, cases
+from benchmarks.synthesis.training import WAYS, cases
 from modeling.textures.foten_network import Foten
 from modeling.textures.stock_foten import StockFoten
 from tests.modeling.textures.made_up_recording import recording

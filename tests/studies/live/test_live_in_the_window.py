@@ -12,7 +12,7 @@ from pathlib import Path
 
 import pytest
 
-from devices.window.bench_display import virtual_display
+from benchmarks.window.display import virtual_display
 from devices.window.calibration import Calibration, write_calibration
 from studies.collect import ledgers_in
 from studies.record import read

@@ -4,8 +4,8 @@ from __future__ import annotations
 
 import pytest
 
-from devices.window.bench_display import virtual_display
-from devices.window.bench_hand import Hand
+from benchmarks.window.display import virtual_display
+from benchmarks.window.hand import Hand
 from devices.window.calibration import Calibration, write_calibration
 from studies.participants.making import make_lab
 from studies.participants.people import add

@@ -17,7 +17,7 @@ from pathlib import Path
 import numpy as np
 from PIL import Image, ImageChops
 
-from devices.window.bench_hand import Hand
+from benchmarks.window.hand import Hand
 from devices.window.build import page_for, screen_for
 from devices.window.calibration import read_calibration
 from devices.window.inputs import Key, Moved, Pressed, Released, Typed

@@ -16,6 +16,8 @@ from pathlib import Path
 import pytest
 from PIL import Image
 
+from benchmarks.window.display import virtual_display
+from benchmarks.window.hand import Hand
 from devices.author.board import Board, Told
 from devices.author.designs import KEPT, designs_folder, read_design
 from devices.author.pages import RecoverScreen
@@ -23,8 +25,6 @@ from devices.author.screen import AuthorScreen
 from devices.author.work import History, Work, neutral
 from devices.door.link.device import Settings, make
 from devices.door.twin import read_profile
-from devices.window.bench_display import virtual_display
-from devices.window.bench_hand import Hand
 from devices.window.commands_calibrate import USUAL_PX_PER_MM
 from tests.devices.author.fakes import FakeMaker
 from tests.devices.author.rooms_for_tests import page_for

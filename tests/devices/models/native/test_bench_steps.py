@@ -5,8 +5,9 @@ from __future__ import annotations
 import numpy as np
 import pytest
 
-from devices.models import bench_steps, specimens
-from devices.models.bench_steps import Measured, cases, taken
+from benchmarks.synthesis import specimens
+from benchmarks.synthesis import steps as bench_steps
+from benchmarks.synthesis.steps import Measured, cases, taken
 from devices.models.fastest import fastest
 from devices.models.native.library import library
 from devices.models.native.opened import Native

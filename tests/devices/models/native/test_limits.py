@@ -9,7 +9,7 @@ import numpy as np
 import numpy.linalg._umath_linalg as math_library
 import pytest
 
-from devices.models import specimens
+from benchmarks.synthesis import specimens
 from devices.models.errors import ModelInputError
 from devices.models.fastest import ByNumpy, fastest
 from devices.models.native import library as libraries

@@ -9,7 +9,7 @@ import numpy as np
 import pytest
 from scipy.spatial import Delaunay
 
-from devices.models import specimens
+from benchmarks.synthesis import specimens
 from devices.models.fastest import fastest
 from devices.models.native.library import InstructionSet, Library
 from devices.models.native.opened import Native

@@ -4,10 +4,10 @@ from dataclasses import dataclass
 
 import pytest
 
-from devices.window.bench_display import virtual_display
-from devices.window.bench_hand import Hand
-from devices.window.bench_stage import Setting
-from devices.window.bench_stagehand import Stage, stage_on
+from benchmarks.window.display import virtual_display
+from benchmarks.window.hand import Hand
+from benchmarks.window.stage import Setting
+from benchmarks.window.stagehand import Stage, stage_on
 from devices.window.calibration import Calibration
 from devices.window.geometry import Metrics, problems
 from protocols.requests import Aside

@@ -4,8 +4,8 @@ import sys
 
 import pytest
 
-from devices.window.bench_display import virtual_display
-from devices.window.bench_hand import Hand
+from benchmarks.window.display import virtual_display
+from benchmarks.window.hand import Hand
 from devices.window.calibration import read_calibration
 
 pytestmark = pytest.mark.needs("psychopy", "xvfb")

@@ -7,8 +7,8 @@ from types import SimpleNamespace
 import pytest
 from PIL import Image
 
-from devices.window.bench_display import virtual_display
-from devices.window.bench_hand import Hand
+from benchmarks.window.display import virtual_display
+from benchmarks.window.hand import Hand
 from devices.window.shell_front import copier
 from tests.devices.window.real.conftest import SIZE
 

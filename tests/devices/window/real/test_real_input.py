@@ -2,7 +2,7 @@ import random
 
 import pytest
 
-from devices.window.bench import lost_answers
+from benchmarks.window.screens import lost_answers
 from protocols.requests import Aside, Ask
 from tests.devices.window.real.forms import FORMS, KOREAN, SCALE, ask, trial_of
 

@@ -6,10 +6,10 @@ from dataclasses import replace
 
 import pytest
 
+from benchmarks.window.display import virtual_display
+from benchmarks.window.hand import Hand
+from benchmarks.window.stagehand import StageError, stage_on
 from devices.desk import Prompt
-from devices.window.bench_display import virtual_display
-from devices.window.bench_hand import Hand
-from devices.window.bench_stagehand import StageError, stage_on
 from protocols.requests import Aside, Confirm, Reply
 from tests.devices.window.real.conftest import CALIBRATION, SETTING, theatre_of
 from tests.devices.window.real.forms import FORMS, ask

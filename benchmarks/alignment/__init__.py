@@ -1,0 +1,1 @@
+"""Aligning streams on one grid."""

@@ -1,0 +1,1 @@
+"""Features of recordings and pictures, and the attributes predicted from them."""

@@ -1,0 +1,61 @@
+"""Folds of a whole study by the thesis' network, one after another and by Dask workers: what all fifty would take."""
+
+from __future__ import annotations
+
+import tempfile
+from collections.abc import Iterator, Mapping
+from contextlib import AbstractContextManager, nullcontext
+from functools import partial
+from operator import attrgetter
+from pathlib import Path
+
+import numpy as np
+
+from benchmarks.attributes.material import WHOLE, WHOLE_PICTURES, WHOLE_SEGMENTS, made_up
+from modeling.attributes.judging_entries import PROPOSED, Own
+from modeling.attributes.judging_whole import Judged, Wanted, judge
+from modeling.attributes.material import Material
+from modeling.attributes.methods import Method
+from modeling.training.jobs_cluster import local_cluster
+from protocols.bench import Case
+
+AREA = "textures"
+WORKERS = 2
+"""Dask workers, and as many folds: each has one."""
+
+
+def named(method: str) -> str:
+    """A method's name in the table; the proposed one says so."""
+    return f"palpate, {method}" if method == PROPOSED else method
+
+
+def whole_folds(methods: Mapping[str, Method], own: Own) -> Iterator[Case]:
+    """Two of the fifty folds, trained and asked with the method's own epochs; the evaluation has 25 times as many."""
+    if PROPOSED not in methods:
+        return
+    material = made_up(WHOLE, WHOLE_SEGMENTS, WHOLE_PICTURES, seed=1)
+    told = f"{WHOLE} made-up textures, {WHOLE_SEGMENTS} segments, {WHOLE_PICTURES} pictures each"
+    for way, workers in (("one after another", 0), (f"{WORKERS} Dask workers", WORKERS)):
+        run = partial(_judged, material, methods, own, workers)
+        yield Case(
+            AREA, f"{WORKERS} folds of a study, training and answers", f"{named(PROPOSED)}, {way}", told, WORKERS,
+            "MAE of textures left out, 0 to 100", run, _error, seconds=attrgetter("seconds"),
+        )  # fmt: skip
+
+
+def _judged(material: Material, methods: Mapping[str, Method], own: Own, workers: int) -> Judged:
+    """In a folder of its own, so that nothing is taken from what is kept."""
+    with tempfile.TemporaryDirectory() as folder, _workers(workers, Path(folder, "workers")) as cluster:
+        wanted = Wanted(Path(folder), methods=(PROPOSED,), ablations=False, folds=WORKERS, workers=1, cluster=cluster)
+        return judge(material, wanted, methods, own)
+
+
+def _workers(count: int, scratch: Path) -> AbstractContextManager[str | None]:
+    return local_cluster(count, scratch) if count else nullcontext()
+
+
+def _error(judged: Judged) -> float | None:
+    entry = judged.main(PROPOSED)
+    if entry is None or judged.refused(entry):
+        return None
+    return float(np.abs(judged.predicted(entry) - judged.rated()).mean())

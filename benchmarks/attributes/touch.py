@@ -1,0 +1,107 @@
+"""Figures of touch from the sensors on: streams of known content brought to 1 kHz, filtered, and made features of."""
+
+from __future__ import annotations
+
+import functools
+import resource
+import time
+from collections.abc import Callable, Iterator
+from dataclasses import dataclass
+from functools import partial
+
+import numpy as np
+
+from analysis.features.tactile import touch_features
+from analysis.features.touch import RATE_HZ, TRIM_S, Touch
+from modeling.attributes.tones import SENSORS_HZ, felt_at, tones
+from modeling.attributes.touching import filtering, touch_of
+from modeling.textures.preparing import Touched
+from modeling.training.jobs import run_jobs
+from protocols.bench import Case
+
+AREA = "features of touch"
+SECONDS, QUICK_SECONDS = 60.0, 10.0
+ERROR = "vibration against what was felt, percent RMS"
+STUDY, QUICK_STUDY = 50, 4
+"""Textures of a study."""
+WORKERS = 2
+MEMORY = "largest memory of a process, MB"
+
+
+def cases(quick: bool) -> Iterator[Case]:
+    """One texture from its three sensors (3, 8 and 0.12 kHz) to all its features, and fifty of them by two processes:
+    60 s each, four of 10 s if `quick`. The signals are there already: no ledger is read."""
+    seconds, repeats = (QUICK_SECONDS, 1) if quick else (SECONDS, 3)
+    touched = tones(seconds)
+    ways: dict[str, Callable[[], Touch]] = {
+        "as shipped": partial(_featured, touched, remove_hum=True),
+        "hum not looked for": partial(_featured, touched, remove_hum=False),
+    }
+    for name, run in ways.items():
+        yield Case(
+            AREA, "from sensors to features", name, f"{seconds:g} s", round(seconds * SENSORS_HZ["force"]), ERROR, run,
+            _percent_wrong, repeats,
+        )  # fmt: skip
+    yield from _study(QUICK_STUDY if quick else STUDY, seconds)
+
+
+@dataclass(frozen=True)
+class _Texture:
+    name: str
+    seconds: float
+
+
+@dataclass(frozen=True)
+class _Made:
+    """How far a texture's vibration was off, in percent, and what its process had of memory at most, in MB."""
+
+    percent: float
+    peak_MB: float
+
+
+def _study(count: int, seconds: float) -> Iterator[Case]:
+    """All textures of a study, each a job; memory is that of the same run."""
+    jobs = [_Texture(f"recording {place + 1}", seconds) for place in range(count)]
+
+    @functools.cache
+    def run() -> tuple[list[_Made], float]:
+        began = time.perf_counter()
+        made = run_jobs(_one, jobs, workers=WORKERS)
+        return made, time.perf_counter() - began
+
+    looks: dict[str, Callable[[_Made], float]] = {ERROR: lambda made: made.percent, MEMORY: lambda made: made.peak_MB}
+    for kind, look in looks.items():
+        yield Case(
+            AREA, "features of a study's recordings", "as shipped", f"{count} x {seconds:g} s, {WORKERS} processes",
+            count * round(seconds * SENSORS_HZ["force"]), kind, run,
+            partial(_greatest, look), seconds=lambda found: found[1],
+        )  # fmt: skip
+
+
+def _greatest(look: Callable[[_Made], float], found: tuple[list[_Made], float]) -> float:
+    return max(look(each) for each in found[0])
+
+
+def _one(texture: _Texture) -> _Made:
+    percent = _percent_wrong(_featured(_tones_once(texture.seconds), remove_hum=True))
+    return _Made(percent, resource.getrusage(resource.RUSAGE_SELF).ru_maxrss / 1024)
+
+
+@functools.cache
+def _tones_once(seconds: float) -> Touched:
+    """What a process makes once, so that it hardly counts."""
+    return tones(seconds)
+
+
+def _featured(touched: Touched, remove_hum: bool) -> Touch:
+    """All features are made, and what they were made of is handed on to be judged."""
+    found, _ = touch_of("made up", [touched], filtering(remove_hum=remove_hum))
+    touch_features(found)
+    return found
+
+
+def _percent_wrong(found: Touch) -> float:
+    """The stretch begins `TRIM_S` after the first sample."""
+    (stretch,) = found.stretches
+    wanted = felt_at(TRIM_S + np.arange(len(stretch.axes)) / RATE_HZ)
+    return float(100 * np.sqrt(((stretch.axes - wanted) ** 2).sum() / (wanted**2).sum()))

@@ -1,0 +1,1 @@
+"""Models of doors, the keyswitch, the designer's window and the door that changes in the hand."""

@@ -1,0 +1,17 @@
+"""The door models' cases, the keyswitch's, the designer's window's and the live door's."""
+
+from __future__ import annotations
+
+from collections.abc import Iterator
+
+from benchmarks.doors import designer_window, keyswitch, live_door, models
+from devices.door.side import DoorSide
+from protocols.bench import Case
+
+
+def cases(quick: bool) -> Iterator[Case]:
+    """Yield every case of this area."""
+    yield from models.cases(quick, DoorSide())
+    yield from keyswitch.cases(quick)
+    yield from designer_window.cases(quick)
+    yield from live_door.cases(quick)

@@ -1,0 +1,158 @@
+"""Figures to reach for the designer's window: how soon a moved slider's door is drawn, and how truly."""
+
+from __future__ import annotations
+
+import json
+import os
+import subprocess
+import sys
+import time
+from collections.abc import Callable, Iterator
+from contextlib import closing
+from functools import partial
+from pathlib import Path
+from typing import TYPE_CHECKING
+
+import numpy as np
+
+from devices.author.making import Array, Maker, maker_for
+from devices.author.work import History, Setting, Work, neutral
+from devices.door.grid import MAX_ANGLE_DEG, POINTS, POINTS_PER_DEG
+from devices.window.calibration import Calibration
+from devices.window.geometry import Box
+from devices.window.plot import Axes, axes_for, line_mask
+from protocols.bench import Case
+
+if TYPE_CHECKING:
+    from devices.author.screen import AuthorScreen
+
+SIZES = ((1280, 720), (1920, 1080))
+PX_PER_MM = 3.78
+MOVES, QUICK_MOVES = 1000, 150
+AREA = "doors"
+PATIENCE_S = 300.0
+
+
+def cases(quick: bool) -> Iterator[Case]:
+    """Painting alone, the real window where a virtual display can be had, and the line against the profile."""
+    from benchmarks.window.display import missing
+
+    count, maker = QUICK_MOVES if quick else MOVES, maker_for(None)
+    for size in SIZES:
+        told = f"{size[0]}x{size[1]}, {count} moves"
+        yield _moves("painted, no window", told, count, partial(painted_s, maker, size, count))
+        if not missing():
+            yield _moves("window, framebuffer", told, count, partial(drawn_in_window, size, count))
+        error = partial(line_error_px, neutral_door(maker), size)
+        yield Case(AREA, "drawn line", "mask", f"{size[0]}x{size[1]}, neutral door", POINTS, "px off", error, float, 1)
+
+
+def _moves(method: str, told: str, n: int, run: Callable[[], Array]) -> Case:
+    """A case whose run gives the seconds of each move."""
+    return Case(AREA, "slider move to drawn profile", method, told, n, "ms p99", run, _p99_ms, 1)
+
+
+def _p99_ms(seconds: Array) -> float:
+    return 1e3 * float(np.percentile(seconds, 99))
+
+
+def painted_s(maker: Maker, size: tuple[int, int], count: int, seed: int = 1) -> Array:
+    """Seconds from a move of a slider until its door stands in the picture, for `count` moves; no window is opened."""
+    from PIL import Image
+
+    screen, image = screen_of(maker, size), Image.new("RGB", size)
+    screen.paint(image)
+    return timed_moves(screen, lambda: screen.paint(image), count, seed)
+
+
+def screen_of(maker: Maker, size: tuple[int, int]) -> AuthorScreen:
+    """The sliders, every wish in the middle."""
+    from devices.author.board import Board
+    from devices.author.screen import AuthorScreen
+    from devices.author.words import author_texts
+    from devices.window.fonts import find_fonts
+    from devices.window.geometry import Metrics
+    from devices.window.screen import Page
+
+    page = Page(Metrics(*size, PX_PER_MM), author_texts(), find_fonts())
+    return AuthorScreen(page, Board(page, maker), History(Work(neutral(len(maker.attributes)))))
+
+
+def timed_moves(
+    screen: AuthorScreen, draw: Callable[[], object], count: int, seed: int,
+    clock: Callable[[], float] = time.perf_counter,
+) -> Array:  # fmt: skip
+    """Every slider in turn is dragged to random places; each place is a new door. Seconds of each move."""
+    from devices.window.inputs import Moved, Pressed, Released
+
+    chance, taken = np.random.Generator(np.random.PCG64(seed)), np.empty(count)
+    sliders = [screen.board.slider(screen.work, number) for number in range(len(screen.work.a.wish))]
+    for move in range(count):
+        slider = sliders[move * len(sliders) // count]
+        x, y = slider.box.middle[0], slider.row(round(chance.uniform(0, 100)))
+        if screen.held != slider.name:
+            screen.handle(Released(x, y, 0.0))
+            screen.handle(Pressed(x, slider.box.middle[1], 0.0))
+            draw()
+        begun = clock()
+        screen.handle(Moved(x, y, 0.0))
+        draw()
+        taken[move] = clock() - begun
+    return taken
+
+
+def neutral_door(maker: Maker) -> Array:
+    """The door with every wish in the middle."""
+    wish = neutral(len(maker.attributes)).wish
+    return np.asarray(maker.design(np.array(Setting(wish).wish)).force_N)
+
+
+def line_error_px(force_N: Array, size: tuple[int, int], thick_px: float = 3.0) -> float:
+    """How far, in pixels across the line, the middle of the drawn line is from the profile; the worst column."""
+    axes = axes_for(Box(0, 0, size[0] // 2, size[1] // 2), force_N)
+    first, mask = line_mask(force_N, axes, thick_px)
+    weight = mask.astype(np.float64)
+    rows = first + (np.arange(len(mask))[:, None] * weight).sum(axis=0) / weight.sum(axis=0)
+    true = exact_rows(force_N, axes)
+    lean = np.sqrt(1 + np.gradient(true) ** 2)
+    return float((np.abs(rows - true) / lean)[2:-2].max())
+
+
+def exact_rows(force_N: Array, axes: Axes) -> Array:
+    """The profile's row at the middle of every column."""
+    angle = np.arange(axes.box.width) / (axes.box.width - 1) * MAX_ANGLE_DEG
+    force = np.interp(angle * POINTS_PER_DEG, np.arange(POINTS), force_N)
+    return np.asarray((axes.high_N - force) / (axes.high_N - axes.low_N) * (axes.box.height - 1))
+
+
+def root() -> Path:
+    """Where the packages lie."""
+    return Path(__file__).resolve().parents[2]
+
+
+def drawn_in_window(size: tuple[int, int], count: int) -> Array:
+    """Seconds from a move of a slider until its door stands on a virtual display of that size, for `count` moves."""
+    from benchmarks.window.display import virtual_display
+
+    command = [sys.executable, "-m", "benchmarks.doors.designer_window", *map(str, (*size, count))]
+    with virtual_display(*size) as display:
+        scene = {**os.environ, "DISPLAY": display, "PYTHONPATH": str(root())}
+        done = subprocess.run(command, env=scene, capture_output=True, check=True, timeout=PATIENCE_S)
+    return np.array(json.loads(done.stdout))
+
+
+def main(width: int, height: int, count: int, seed: int = 1) -> None:
+    """Open the window, move its sliders, and print the seconds that each move took to be drawn and flipped."""
+    from PIL import Image
+
+    from devices.window.shell import open_shell
+
+    screen, image = screen_of(maker_for(None), (width, height)), Image.new("RGB", (width, height))
+    with closing(open_shell(Calibration((width, height), PX_PER_MM, 0, "never: a virtual display"), 0, True)) as shell:
+        shell.show(image, screen.paint(image))
+        taken = timed_moves(screen, lambda: shell.show(image, screen.paint(image)), count, seed)
+    print(json.dumps(taken.tolist()))  # noqa: T201 - what the other process reads
+
+
+if __name__ == "__main__":
+    main(*map(int, sys.argv[1:]))

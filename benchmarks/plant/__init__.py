@@ -1,0 +1,1 @@
+"""How well the door's simulated plant computes and renders: problems, other methods, a reference, pictures."""

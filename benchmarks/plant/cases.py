@@ -1,0 +1,229 @@
+"""Figures of the door plant: integrators against a converged reference, passivity, rendered stops, profile playback."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Callable, Iterator
+from functools import cached_property, partial
+from pathlib import Path
+
+from benchmarks.plant.explicit import FIXED, Stepper, solve_fixed
+from benchmarks.plant.passivity import Throw, by_default, by_stepper, excess, grid
+from benchmarks.plant.playback import Playback, as_torque, play
+from benchmarks.plant.problems import Problem, problems, solve, worst_rad
+from benchmarks.plant.rendered_stop import Wall, by_semi_implicit_euler, heavy, light, stiffest
+from benchmarks.plant.rendered_stop import by_default as arm_by_default
+from devices.door.plant.hand import constant_velocity, human
+from devices.door.plant.machine import Machine
+from devices.door.plant.parameters import PlantError
+from devices.door.twin import read_profile
+from protocols.bench import Case
+
+AREA = "plant"
+OURS = "palpate, implicit"
+STEPS_S = (4e-3, 2e-3, 1e-3, 5e-4, 2.5e-4)
+TOLERANCES = (1e-3, 1e-4, 1e-6, 1e-8, 1e-10)
+RACE_STEPS_S = (2e-2, 1e-2, 5e-3, 4e-3, 2e-3, 1e-3, 5e-4, 2.5e-4, 1e-4)
+RACE_TOLERANCES = (1e-2, 1e-3, 1e-4, 1e-5, 1e-6, 1e-7, 1e-8)
+GOOD_RAD = 1e-4
+DOORS = ("BC3", "FORD", "G90", "K3", "K8", "MQ4")
+PROFILES = Path(__file__).parents[2] / "studies" / "door_ratings" / "profiles"
+Run = Callable[[Problem], list[float] | None]
+State = tuple[float, float, float]
+
+
+class Solved:
+    """A problem with its converged solution, computed when it is first asked for."""
+
+    def __init__(self, problem: Problem) -> None:
+        self.problem = problem
+
+    @cached_property
+    def reference(self) -> list[float]:
+        """SciPy's Radau at a relative tolerance of 1e-12, every event located."""
+        from benchmarks.plant.reference import solve_adaptive
+
+        return solve_adaptive(self.problem, "Radau", 1e-12)
+
+    def error_rad(self, found: list[float] | None) -> float | None:
+        """The largest difference of the angle; None where the method gave up."""
+        return None if found is None else worst_rad(found, self.reference)
+
+
+def cases(quick: bool) -> Iterator[Case]:
+    """Every figure of this area; quick takes two of the five problems."""
+    chosen = problems()
+    for problem in (chosen[1], chosen[3]) if quick else chosen:
+        solved = Solved(problem)
+        yield from _integrators(solved)
+        yield from _races(solved)
+    yield from _passive()
+    yield from _walls()
+    yield from _doors()
+    yield from _control_period()
+
+
+def figures(out: Path, quick: bool) -> list[Path]:
+    """Pictures of the stable region of a rendered stop and of the six doors as rendered."""
+    from benchmarks.plant.figures import doors_figure, walls_figure
+
+    return [walls_figure(out, quick), doors_figure(out, {door: _door(door) for door in DOORS})]
+
+
+def _integrators(solved: Solved) -> Iterator[Case]:
+    """Every method at five step sizes or tolerances."""
+    problem, kind = solved.problem, "rad, largest difference from Radau at rtol 1e-12"
+    settings = [(told, method, run) for method, found in _settings(STEPS_S, TOLERANCES).items() for told, run in found]
+    for told in dict.fromkeys(told for told, _, _ in settings):
+        for method, run in ((method, run) for other, method, run in settings if other == told):
+            repeats = 1 if "events" in method else 3
+            yield Case(
+                AREA, f"arm: {problem.name}", method, told, problem.samples, kind, partial(run, problem),
+                solved.error_rad, repeats,
+            )  # fmt: skip
+
+
+def _races(solved: Solved) -> Iterator[Case]:
+    """Every method at the coarsest setting that comes within 1e-4 rad; refused by one that does not at any."""
+    problem, kind = solved.problem, "rad, at the coarsest setting within 1e-4 rad"
+    for method, settings in _settings(RACE_STEPS_S, RACE_TOLERANCES).items():
+        racer = Racer(solved, tuple(run for _, run in settings))
+        yield Case(
+            AREA, "to 1e-4 rad", method, problem.name, problem.samples, kind, racer.run, solved.error_rad,
+            1 if "events" in method else 3,
+        )  # fmt: skip
+
+
+class Racer:
+    """Runs a problem at the coarsest setting that is good enough, found at the first run."""
+
+    def __init__(self, solved: Solved, settings: tuple[Run, ...]) -> None:
+        self.solved, self.settings = solved, settings
+
+    @cached_property
+    def chosen(self) -> Run | None:
+        """The first setting within the error asked for."""
+        return next((run for run in self.settings if self._good(run(self.solved.problem))), None)
+
+    def run(self) -> list[float] | None:
+        """The solution; None, after the finest, where no setting is good enough."""
+        found = (self.chosen or self.settings[-1])(self.solved.problem)
+        return found if self.chosen else None
+
+    def _good(self, found: list[float] | None) -> bool:
+        error = self.solved.error_rad(found)
+        return error is not None and error <= GOOD_RAD
+
+
+def _settings(steps_s: tuple[float, ...], tolerances: tuple[float, ...]) -> dict[str, list[tuple[str, Run]]]:
+    """Each method's settings from coarse to fine, with what a reader is told of them."""
+    found: dict[str, list[tuple[str, Run]]] = {OURS: [(_told(h), partial(_ours, h)) for h in steps_s]}
+    for name, method in FIXED.items():
+        found[name] = [(_told(h), partial(_fixed, method, h)) for h in steps_s]
+    for name in ("Radau", "LSODA"):
+        found[f"{name}, events"] = [(f"rtol {rtol:g}", partial(_adaptive, name, rtol)) for rtol in tolerances]
+    return found
+
+
+def _told(step_s: float) -> str:
+    return f"step {1e3 * step_s:g} ms"
+
+
+def _ours(step_s: float, problem: Problem) -> list[float]:
+    return solve(problem, step_s)
+
+
+def _fixed(method: Stepper, step_s: float, problem: Problem) -> list[float]:
+    return solve_fixed(problem, method, step_s)
+
+
+def _adaptive(method: str, rtol: float, problem: Problem) -> list[float] | None:
+    """SciPy's; it refuses by name where it does not get past an event."""
+    from benchmarks.plant.reference import solve_adaptive
+
+    try:
+        return solve_adaptive(problem, method, rtol)
+    except PlantError:
+        return None
+
+
+def _passive() -> Iterator[Case]:
+    """The largest return of energy over the whole range, by each method at 1 kHz."""
+    throws = tuple(grid())[::-1]  # the stiffest first: what is unbounded there need not go through the rest
+    told = "1e2 to 1e8 N m/rad, 1 ms"
+    kind = "relative, most energy that a stop returned beyond what it took"
+    yield Case(AREA, "stop's energy", OURS, told, len(throws), kind, partial(_worst, throws, by_default), float, 1)
+    for name, method in FIXED.items():
+        run = partial(_worst, throws, partial(by_stepper, method=method))
+        yield Case(AREA, "stop's energy", name, told, len(throws), kind, run, float, 1)
+
+
+def _worst(throws: tuple[Throw, ...], states: Callable[[Throw], Iterator[State]]) -> float:
+    """The largest excess; none is larger than that of the first throw that is unbounded."""
+    worst = 0.0
+    for throw in throws:
+        worst = max(worst, excess(throw, states(throw)))
+        if math.isinf(worst):
+            break
+    return worst
+
+
+def _walls() -> Iterator[Case]:
+    """The largest stable stiffness of a rendered stop, beside Colgate's."""
+    kind = "relative, largest stable stiffness against Colgate's"
+    walls = {
+        "light, B = 0": light(1000.0), "light, B = b/4": light(1000.0, 0.25), "heavy, B = 0": heavy(1.0),
+        "heavy, B = -b/4": heavy(1.0, -0.25),
+    }  # fmt: skip
+    methods = {OURS: arm_by_default, "semi-implicit Euler": by_semi_implicit_euler(1)}
+    for told, wall in walls.items():
+        for name, start in methods.items():
+            run = partial(stiffest, wall, start)
+            yield Case(AREA, "rendered stop", name, told, 1, kind, run, partial(_off, wall), 1)
+
+
+def _off(wall: Wall, stiffness_Nm_rad: float) -> float:
+    return abs(stiffness_Nm_rad / wall.theory_Nm_rad - 1)
+
+
+def _doors() -> Iterator[Case]:
+    """Rendered against commanded torque of six doors, as a person and at constant speed."""
+    for door in DOORS:
+        torque, end_rad = _door(door)
+        hands = {"a person": human(end_rad), "0.5 rad/s": constant_velocity(0.5, end_rad)}
+        for told, hand in hands.items():
+            run = partial(play, torque, end_rad, hand)
+            yield Case(AREA, "playback, RMSE", OURS, f"{door}, {told}", 3300, "N m, RMSE", run, _rmse, 1)
+            yield Case(AREA, "playback, 1 - r", OURS, f"{door}, {told}", 3300, "1 - r", run, _unlike, 1)
+    torque, end_rad = _door("BC3")
+    for told, k, b in (("soft arm", 300.0, 12.0), ("firm arm", 600.0, 25.0), ("damped arm", 400.0, 50.0)):
+        hand = human(end_rad, stiffness_Nm_rad=k, damping_Nm_s_rad=b)
+        run = partial(play, torque, end_rad, hand)
+        yield Case(AREA, "playback, other arms", OURS, f"BC3, {told}", 3300, "N m, RMSE", run, _rmse, 1)
+
+
+def _rmse(found: Playback) -> float:
+    return found.rmse_Nm
+
+
+def _unlike(found: Playback) -> float:
+    return 1.0 - found.r
+
+
+def _door(door: str) -> tuple[tuple[float, ...], float]:
+    return as_torque(read_profile(PROFILES / f"{door}_g0.csv"))
+
+
+def _control_period() -> Iterator[Case]:
+    """A thousand milliseconds of the whole machine: what is left of a second when it runs in real time."""
+    torque, end_rad = _door("BC3")
+
+    def run() -> float:
+        machine = Machine(hand=human(end_rad))
+        machine.load(torque, end_rad)
+        machine.mode = "play"
+        return max(machine.step().t_us for _ in range(1000)) / 1e6
+
+    yield Case(
+        AREA, "one second of the machine", OURS, "BC3", 1000, "s of its clock lost", run, lambda s: abs(s - 1.0), 5
+    )

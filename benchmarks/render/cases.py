@@ -1,0 +1,157 @@
+"""Figures to reach for the renderer: deadlines at 1 kHz with the other core busy, bounds, the cost around a model."""
+
+from __future__ import annotations
+
+import statistics
+import subprocess
+import sys
+import time
+from collections.abc import Callable, Iterator, Mapping
+from contextlib import contextmanager
+from dataclasses import dataclass, field
+from pathlib import Path
+from tempfile import mkdtemp
+from typing import Any
+
+import numpy as np
+from numpy.typing import NDArray
+
+from benchmarks.render.extremes import Extremes, run_extremes
+from benchmarks.render.model import measured_card
+from devices.models.fastest import Runs, fastest
+from devices.models.file import read_model
+from devices.models.runtime import Model
+from devices.render.hand_simulated import simulated_hand
+from devices.render.job import Job, Sounds
+from devices.render.process import Rendering
+from devices.render.voice import open_voice
+from protocols.bench import Case
+from protocols.model_card import Card
+
+PACED_S, PACED_QUICK_S = 60.0, 3.0
+MINUTES, MINUTES_QUICK = 10.0, 0.1
+STEPS = 20_000
+BUSY = "while True: pass"
+Record = Mapping[str, Any]
+
+
+def cases(quick: bool) -> Iterator[Case]:
+    """Deadlines by priority, then ten minutes of extremes, then what a step costs around the model."""
+    folder = Path(mkdtemp(prefix="palpate-bench-"))
+    card = measured_card(folder)
+    yield from _deadlines(card, PACED_QUICK_S if quick else PACED_S)
+    yield from _extremes(card, MINUTES_QUICK if quick else MINUTES)
+    yield from _around(card, STEPS // 10 if quick else STEPS)
+
+
+@dataclass
+class Once:
+    """A run whose result several cases look at."""
+
+    run: Callable[[], Any]
+    found: list[Any] = field(default_factory=list)
+
+    def __call__(self) -> Any:
+        """The result, made at the first call."""
+        if not self.found:
+            self.found.append(self.run())
+        return self.found[0]
+
+
+def _deadlines(card: Path, seconds: float) -> Iterator[Case]:
+    looks: tuple[tuple[str, str, Callable[[Record], float | None], str], ...] = (
+        ("underruns", "underruns", lambda told: float(told["output"]["underruns"]), "p99_us"),
+        ("late without a buffer", "share later than 1 ms", lambda told: float(told["ready"]["late_share"]), "p99_us"),
+        ("longest wait", "ms from due to ready", lambda told: told["ready"]["worst_us"] / 1e3, "worst_us"),
+        ("taken by the host", "s of all processors", lambda told: told["outside"]["stolen_s"], "worst_us"),
+        ("kept waiting by others", "s of the loop", lambda told: told["outside"]["waited_s"], "worst_us"),
+    )
+    for real_time in (False, True):
+        once = Once(lambda real_time=real_time: paced(card, seconds, real_time))  # type: ignore[misc]
+        method = "real-time priority" if real_time else "normal priority"
+        told = f"{card.stem}, 1 kHz for {seconds:g} s, buffer 10 ms, another core busy"
+        for case, kind, error, at in looks:
+            yield Case(
+                "render", case, method, told, round(seconds * 1000), kind, once, _allowed(error, real_time), 1,
+                lambda found, at=at: found["ready"][at] * 1e-6,  # type: ignore[misc]
+            )  # fmt: skip
+
+
+def _allowed(error: Callable[[Record], float | None], real_time: bool) -> Callable[[Record], float | None]:
+    """No figure for a priority that was refused."""
+    return lambda told: None if real_time and not told["priority"].startswith("real-time") else error(told)
+
+
+def paced(card: Path, seconds: float, real_time: bool, busy: int = 1) -> Record:
+    """The record of a paced run beside so many busy processes."""
+    hand = simulated_hand(seconds, 1)
+    job = Job(Sounds(card, 1), hand, real_time=real_time, seconds=seconds)
+    with beside(busy), Rendering(job) as running:
+        return running.wait(seconds + 60.0)
+
+
+@contextmanager
+def beside(count: int) -> Iterator[None]:
+    """So many processes that do nothing, as hard as they can."""
+    others = [subprocess.Popen([sys.executable, "-c", BUSY]) for _ in range(count)]
+    try:
+        yield
+    finally:
+        for each in others:
+            each.kill()
+            each.wait()
+
+
+def _extremes(card: Path, minutes: float) -> Iterator[Case]:
+    once = Once(lambda: run_extremes(card, minutes))
+    looks: tuple[tuple[str, Callable[[Extremes], float]], ...] = (
+        ("m/s^2 beyond the peak", lambda found: max(0.0, found.beyond)),
+        ("m/s^2 at rest", lambda found: found.at_rest),
+        ("samples that are no numbers", lambda found: float(found.not_numbers)),
+        ("level 100 ms after spoiling, dB apart", lambda found: 20 * float(np.log10(found.apart))),
+    )
+    told = f"{card.stem}, {minutes:g} min: extremes, steps, lifting off, NaN, 1e6, spoilt windows"
+    for kind, error in looks:
+        yield Case("render", "free running", "voice", told, round(minutes * 60_000), kind, once, error, 1)
+
+
+class Nothing:
+    """Answers at once: what is left is the cost around a model."""
+
+    runtime = "nothing"
+
+    def __init__(self, card: Card) -> None:
+        """For a model's card."""
+        self.card = card
+        self._answer = np.array([0.0, -30.0][: card.gives.size])
+
+    def run(self, given: NDArray[np.float64]) -> NDArray[np.float64]:  # noqa: ARG002 - that is the point
+        """A mean of 0, without noise."""
+        return self._answer
+
+
+def _around(card: Path, steps: int) -> Iterator[Case]:
+    """Median time of one step of a voice, with and without its model."""
+    model = read_model(card)
+    ways: dict[str, Callable[[Model], Runs]] = {
+        "voice without its model": lambda read: Nothing(read.card),
+        "voice with its model": fastest,
+    }
+    for method, runs in ways.items():
+        yield Case(
+            "render", "one step", method, card.stem, steps, "m/s^2 beyond the peak",
+            lambda runs=runs: stepped(model, runs, steps), lambda found: max(0.0, found[1]), 1,  # type: ignore[misc]
+            lambda found: float(found[0]),
+        )  # fmt: skip
+
+
+def stepped(model: Model, runs: Callable[[Model], Runs], steps: int) -> tuple[float, float]:
+    """Median seconds of a step, and how far the largest sample lies beyond the peak."""
+    voice = open_voice(model, seed=1, runs=runs)
+    took, largest = [], 0.0
+    for _ in range(steps):
+        begun = time.perf_counter_ns()
+        made = voice.step(100.0, 1.0)
+        took.append(time.perf_counter_ns() - begun)
+        largest = max(largest, abs(made))
+    return statistics.median(took) * 1e-9, largest - voice.peak

@@ -1,0 +1,1 @@
+"""Statistics, against exact answers, R, pingouin and statsmodels."""

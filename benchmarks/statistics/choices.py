@@ -1,0 +1,190 @@
+"""Figures of choices: each implementation's error beside its time, on R's answers and where there is none."""
+
+from __future__ import annotations
+
+import json
+import math
+import warnings
+from collections.abc import Callable, Iterator
+from importlib.util import find_spec
+from pathlib import Path
+from typing import Any, TypeAlias
+
+import numpy as np
+import pandas as pd
+
+from analysis.choices.bradley_terry import bradley_terry
+from analysis.choices.intervals import profile_interval, resampled_answers
+from analysis.choices.posterior import posterior
+from analysis.choices.psychometric import Psychometric, fit_psychometric
+from analysis.choices.thurstone import thurstone
+from analysis.statistics.doubles import Floats
+from analysis.statistics.refusals import StatisticsError
+from protocols.bench import Case
+
+AREA, OURS = "statistics", "palpate"
+TRUTH = Path(__file__).with_name("choices_truth.json")
+SHAPES: dict[str, Any] = {"logit": "logistic", "probit": "gaussian", "cloglog": "weibull"}
+Way: TypeAlias = tuple[str, str, Callable[[Any], Floats | None]]
+"""Name, package, and what gives the numbers to compare; None for a refusal by name."""
+
+
+def cases(quick: bool) -> Iterator[Case]:
+    """Scales, plain psychometric functions, answers that tell nothing; intervals against the profile's."""
+    truth = json.loads(TRUTH.read_text())
+    yield from _scales(truth)
+    for fit in truth["plain"].values():
+        yield from _plain(pd.DataFrame(truth["sets"][fit["set"]]), fit, 0.0)
+    yield from _plain(pd.DataFrame(truth["sets"]["yes_no"]), truth["plain"]["yes_no logit"], 1e6)
+    yield from _nothing()
+    yield from _intervals(pd.DataFrame(truth["sets"]["yes_no"]), 500 if quick else 5000)
+
+
+def _scales(truth: Any) -> Iterator[Case]:
+    games = pd.DataFrame(truth["baseball"])
+    won = games.rename(columns={"home": "winner", "away": "loser", "home_wins": "n"})
+    lost = games.rename(columns={"away": "winner", "home": "loser", "away_wins": "n"})
+    table = pd.concat([won, lost])[["winner", "loser", "n"]]
+    names = [key.removeprefix("Xp") for key in truth["bradley_terry"]]
+    for title, link, model in (("Bradley-Terry", "Logit", bradley_terry), ("Thurstone V", "Probit", thurstone)):
+        right = np.array(list(truth["bradley_terry" if link == "Logit" else "thurstone"].values()))
+
+        def ours(given: pd.DataFrame, model: Any = model) -> Floats:
+            found = model(given, "winner", "loser", count="n", constraint="Baltimore").values
+            return np.asarray(found.set_index("item")["value"][names], dtype=float)
+
+        ways: list[Way] = [(OURS, "numpy", ours), ("statsmodels GLM", "statsmodels", _glm_of_pairs(names, link))]
+        kind = "relative, worst value; against R"
+        yield from _cases(title, "baseball, 7 teams", ways, table, _relative(right), kind)
+
+
+def _glm_of_pairs(names: list[str], link: str) -> Callable[[pd.DataFrame], Floats]:
+    def fitted(given: pd.DataFrame) -> Floats:
+        import statsmodels.api as sm
+
+        design = np.column_stack([(given["winner"] == n).astype(float) - (given["loser"] == n) for n in names])
+        # Each choice as its own row, won: both directions of a pair are in the design by their sign.
+        family = sm.families.Binomial(getattr(sm.families.links, link)())
+        made = sm.GLM(np.ones(len(given)), design, family=family, freq_weights=given["n"].to_numpy())
+        return np.asarray(made.fit(tol=1e-14, maxiter=200).params)
+
+    return fitted
+
+
+def _plain(table: pd.DataFrame, truth: Any, offset: float) -> Iterator[Case]:
+    right = np.array([-truth["intercept"] / truth["slope"] + offset, truth["slope"]])
+    function = SHAPES[truth["link"]]
+
+    def ours(given: pd.DataFrame) -> Floats:
+        found = fit_psychometric(given, "level", "k", "n", task="yes_no", function=function, guess=0, lapse=0)
+        return np.array([found.centre, 1 / found.spread])
+
+    def glm(given: pd.DataFrame) -> Floats:
+        import statsmodels.api as sm
+
+        level = np.log(given["level"]) if function == "weibull" else given["level"]
+        links = {"logistic": "Logit", "gaussian": "Probit", "weibull": "CLogLog"}
+        family = sm.families.Binomial(getattr(sm.families.links, links[function])())
+        counts = np.column_stack([given["k"], given["n"] - given["k"]])
+        b = sm.GLM(counts, sm.add_constant(level), family=family).fit(tol=1e-14, maxiter=200).params.to_numpy()
+        return np.array([-b[0] / b[1], b[1]])
+
+    ways: list[Way] = [(OURS, "numpy", ours), ("statsmodels GLM", "statsmodels", glm)]
+    if function != "weibull":
+        ways.append(("scipy curve_fit", "scipy", _least_squares(function)))
+    name = f"{truth['set']}, {function}" + (f", offset {offset:g}" if offset else "")
+    kind = "relative, worst of place and slope; against R"
+    yield from _cases(
+        "psychometric function", name, ways, table.assign(level=table["level"] + offset), _relative(right), kind
+    )
+
+
+def _least_squares(function: str) -> Callable[[pd.DataFrame], Floats]:
+    """What is often done: least squares of the shares, as if each were equally sure."""
+
+    def fitted(given: pd.DataFrame) -> Floats:
+        from scipy.optimize import curve_fit
+        from scipy.special import expit, ndtr
+
+        shape = expit if function == "logistic" else ndtr
+        begin = [float(given["level"].mean()), 1.0]
+        place, slope = curve_fit(lambda x, m, b: shape(b * (x - m)), given["level"], given["k"] / given["n"], begin)[0]
+        return np.array([place, slope])
+
+    return fitted
+
+
+def _nothing() -> Iterator[Case]:
+    """Answers that step from one side to the other have no slope: any number for it is wrong."""
+    step = pd.DataFrame({"level": [1.0, 2, 3, 4], "k": [0, 0, 20, 20], "n": 20})
+
+    def ours(given: pd.DataFrame) -> Floats | None:
+        try:
+            return np.array([1 / fit_psychometric(given, "level", "k", "n", task="yes_no", guess=0, lapse=0).spread])
+        except StatisticsError:
+            return None
+
+    def glm(given: pd.DataFrame) -> Floats | None:
+        import statsmodels.api as sm
+
+        counts = np.column_stack([given["k"], given["n"] - given["k"]])
+        found = sm.GLM(counts, sm.add_constant(given["level"]), family=sm.families.Binomial()).fit()
+        return np.array([found.params.iloc[1]])
+
+    ways: list[Way] = [(OURS, "numpy", ours), ("statsmodels GLM", "statsmodels", glm)]
+    kind = "infinite for a slope where there is none"
+    yield from _cases("psychometric function, a step", "4 levels x 20", ways, step, lambda _: math.inf, kind)
+
+
+def _intervals(table: pd.DataFrame, draws: int) -> Iterator[Case]:
+    """How far the ends of other intervals lie from the profile's, and what each costs."""
+    fit: Psychometric = fit_psychometric(table, "level", "k", "n", task="yes_no", guess=0, lapse=0)
+    right = np.array(profile_interval(fit, "threshold", draws=0)[:2])
+    width = float(right[1] - right[0])
+
+    def bayes(given: pd.DataFrame) -> Floats:
+        found = posterior(given, "level", "k", "n", task="yes_no", guess=0, lapse=0, overdispersed=False)
+        return np.array(found.threshold_interval)
+
+    ways: list[Way] = [
+        (f"{OURS}, profile", "numpy", lambda _: np.array(profile_interval(fit, "threshold", draws=0)[:2])),
+        (f"{OURS}, profile, Bartlett's factor", "numpy", lambda _: np.array(profile_interval(fit, "threshold")[:2])),
+        (f"{OURS}, bootstrap of {draws}", "numpy", lambda _: np.array(resampled_answers(fit, draws).threshold[:2])),
+        (f"{OURS}, posterior on a grid", "numpy", bayes),
+    ]
+
+    def error(found: Floats) -> float:
+        return float(np.abs(found - right).max()) / width
+
+    kind = "worst end, share of the profile interval's width"
+    yield from _cases("interval of a threshold", "yes_no", ways, table, error, kind)
+
+
+def _relative(right: Floats) -> Callable[[Floats], float]:
+    def error(found: Floats) -> float:
+        return float(np.max(np.abs(found - right) / np.abs(right)))
+
+    return error
+
+
+def _cases(
+    title: str, name: str, ways: list[Way], given: pd.DataFrame, error: Callable[[Floats], float], kind: str
+) -> Iterator[Case]:
+    for method, package, run in ways:
+        if find_spec(package) is not None:
+            yield Case(AREA, title, method, name, len(given), kind, _quietly(run, given), _or_refused(error))
+
+
+def _quietly(run: Callable[[Any], Any], given: Any) -> Callable[[], Any]:
+    """What others warn of is measured here as an error."""
+
+    def silent() -> Any:
+        with warnings.catch_warnings(record=True):
+            warnings.simplefilter("always")
+            return run(given)
+
+    return silent
+
+
+def _or_refused(error: Callable[[Floats], float]) -> Callable[[Floats | None], float | None]:
+    return lambda found: None if found is None else error(found)

@@ -1,0 +1,127 @@
+"""The implementations that are measured side by side, and how to read the numbers out of each one's result."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Callable
+from dataclasses import dataclass
+from importlib.util import find_spec
+from typing import Any, TypeAlias
+
+import pandas as pd
+
+from analysis.crosschecking import packages
+from analysis.statistics.between import anova
+from analysis.statistics.exact import ExactEffect, exact_within
+from analysis.statistics.refusals import StatisticsError
+from analysis.statistics.within import rm_anova
+from benchmarks.statistics.inputs import Input
+
+Numbers: TypeAlias = dict[tuple[str, str], float]
+"""What a method answers, by (effect, kind of number); empty where it refuses by name."""
+
+
+@dataclass(frozen=True)
+class Method:
+    """One implementation: `run` is what is timed, `read` turns its result into numbers and is not."""
+
+    name: str
+    run: Callable[[Input], Any]
+    read: Callable[[Any], Numbers]
+    package: str = "pandas"
+
+    @property
+    def installed(self) -> bool:
+        """Whether its package can be imported; the ones we are compared with are optional."""
+        return find_spec(self.package) is not None
+
+
+_KINDS = {"p_unc": "p", "p_GG_corr": "p_GG"}
+
+
+def _run_ours(given: Input) -> pd.DataFrame | None:
+    try:
+        return rm_anova(given.table, "y", given.within, given.subject, aggregate=given.aggregate)
+    except StatisticsError:
+        return None
+
+
+def _read_ours(table: pd.DataFrame | None) -> Numbers:
+    """A refusal, or F without a value in every row (each with a note that says why), is an empty answer."""
+    if table is None or table["F"].isna().all():
+        return {}
+    kinds = {"F": "F", "p": "p_unc", "p_GG": "p_GG_corr", "eps": "eps", "np2": "np2", "ng2": "ng2"}
+    return packages.read_table(table, table["Source"], kinds)
+
+
+def _run_pingouin(given: Input) -> pd.DataFrame:
+    return packages.pingouin_within(given.averaged, "y", given.within, given.subject)
+
+
+def _read_pingouin(table: pd.DataFrame) -> Numbers:
+    return _by_kind(packages.read_pingouin_anova(table))
+
+
+def _by_kind(found: Numbers) -> Numbers:
+    return {(source, _KINDS.get(column, column)): value for (source, column), value in found.items()}
+
+
+def _run_anova_rm(given: Input) -> pd.DataFrame:
+    return packages.statsmodels_within(given.averaged, "y", given.within, given.subject)
+
+
+def _read_anova_rm(table: pd.DataFrame) -> Numbers:
+    return _by_kind(packages.read_statsmodels_within(table))
+
+
+def _run_exact(given: Input) -> list[ExactEffect]:
+    return exact_within(given.cells.ravel().tolist(), given.cells.shape, given.within)
+
+
+def _read_exact(effects: list[ExactEffect]) -> Numbers:
+    kinds = (("F", "f"), ("eps", "eps"), ("np2", "np2"), ("ng2", "ng2"))
+    found = ((effect.source, kind, getattr(effect, name)) for effect in effects for kind, name in kinds)
+    return {(source, kind): math.nan if value is None else float(value) for source, kind, value in found}
+
+
+def _read_ours_reported(table: pd.DataFrame | None) -> Numbers:
+    """The p that our sentences show: always corrected."""
+    return {key: value for key, value in _read_ours(table).items() if key[1] == "p_GG"}
+
+
+def _run_pingouin_auto(given: Input) -> pd.DataFrame:
+    import pingouin
+
+    found: pd.DataFrame = pingouin.rm_anova(given.table, dv="y", within=given.within[0], subject=given.subject)
+    return found
+
+
+def _read_pingouin_reported(table: pd.DataFrame) -> Numbers:
+    """The p that pingouin leaves its user with: corrected only where its test of sphericity fails."""
+    corrected = "p_GG_corr" in table and not table["sphericity"].iloc[0]
+    return {(str(table["Source"].iloc[0]), "p_GG"): float(table["p_GG_corr" if corrected else "p_unc"].iloc[0])}
+
+
+def _run_pingouin_between(given: Input) -> pd.DataFrame:
+    return packages.pingouin_between(given.table, "y", ["group"])
+
+
+def _read_between(table: pd.DataFrame) -> Numbers:
+    return {("group", "F"): float(table["F"].iloc[0])}
+
+
+OURS, PINGOUIN = "palpate", "pingouin"
+EXACT = Method("exact fractions", _run_exact, _read_exact)
+ORDINARY = (
+    Method(OURS, _run_ours, _read_ours),
+    Method(PINGOUIN, _run_pingouin, _read_pingouin, "pingouin"),
+    Method("statsmodels AnovaRM", _run_anova_rm, _read_anova_rm, "statsmodels"),
+)
+REPORTED = (
+    Method(OURS, _run_ours, _read_ours_reported),
+    Method(PINGOUIN, packages.quietly(_run_pingouin_auto), _read_pingouin_reported, "pingouin"),
+)
+BETWEEN = (
+    Method(OURS, lambda given: anova(given.table, "y", "group"), _read_between),
+    Method(PINGOUIN, _run_pingouin_between, _read_between, "pingouin"),
+)

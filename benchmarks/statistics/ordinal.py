@@ -1,0 +1,189 @@
+"""Figures of the ordinal statistics: each implementation's error beside its time, on ordinary and awkward tables."""
+
+from __future__ import annotations
+
+import math
+import warnings
+from collections.abc import Callable, Iterator, Mapping
+from importlib.util import find_spec
+from typing import Any, TypeAlias
+
+import numpy as np
+import pandas as pd
+
+from analysis.crosschecking import packages
+from analysis.ordinal.friedman import friedman
+from analysis.ordinal.ordinal_model import ordinal_model
+from analysis.ordinal.rank_tests import wilcoxon_tests
+from analysis.ordinal.studentized import range_tail
+from analysis.statistics.refusals import StatisticsError
+from benchmarks.statistics.ordinal_truth import (
+    FRIEDMAN,
+    RANGES,
+    SIGNED,
+    WINE,
+    exact_friedman,
+    exact_signed_p,
+    separated_table,
+    wine_table,
+)
+from protocols.bench import Case
+
+AREA = "statistics"
+Numbers: TypeAlias = Mapping[str, float]
+Method: TypeAlias = tuple[str, str, Callable[[Any], Numbers]]
+"""A name, the package it needs, and what it answers; no number at all is a refusal."""
+
+
+def cases(quick: bool) -> Iterator[Case]:
+    """Every figure of this area; without `quick` also a large Friedman table."""
+    for name, table in FRIEDMAN.items():
+        yield from _cases("Friedman", name, table, table.size, _FRIEDMAN, exact_friedman(table))
+    if not quick:
+        large = np.random.Generator(np.random.PCG64(5)).integers(0, 101, (5000, 90)).astype(np.float64)
+        yield from _cases("Friedman", "5000 x 90, 0 to 100", large, large.size, _FRIEDMAN, exact_friedman(large))
+    for name, (a, b) in SIGNED.items():
+        truth = {"p": exact_signed_p(a, b)}
+        yield from _cases("Wilcoxon signed rank, exact p", name, (a, b), len(a), _SIGNED, truth)
+    for (q, k), tail in RANGES.items():
+        yield from _cases("Nemenyi: tail of the range", f"q = {q:g}, k = {k}", (q, k), k, _RANGE, {"p": tail})
+    yield from _cases("ordinal model", "wine", wine_table(), 72, _MODEL, WINE)
+    nothing = dict.fromkeys(("slope 0",), math.nan)
+    yield from _cases("ordinal model", "separated answers", separated_table(), 12, _MODEL, nothing)
+
+
+def _cases(title: str, name: str, given: Any, n: int, methods: tuple[Method, ...], truth: Numbers) -> Iterator[Case]:
+    for method, package, run in methods:
+        if find_spec(package) is not None:
+            kind = "relative, worst number; exact answer or R's"
+            yield Case(AREA, title, method, name, n, kind, _bound(run, given), _worst(truth))
+
+
+def _bound(run: Callable[[Any], Numbers], given: Any) -> Callable[[], Numbers]:
+    def quietly() -> Numbers:
+        """What others warn of is measured here as an error."""
+        with warnings.catch_warnings():
+            warnings.simplefilter("ignore")
+            return run(given)
+
+    return quietly
+
+
+def _worst(truth: Numbers) -> Callable[[Numbers], float | None]:
+    """The largest relative error; infinite for a number where there is none, None for a refusal."""
+
+    def error(found: Numbers) -> float | None:
+        known = [name for name in truth if name in found]
+        return max(_error(found[name], truth[name]) for name in known) if known else None
+
+    return error
+
+
+def _error(found: float, expected: float) -> float:
+    if math.isnan(expected):
+        return math.inf
+    return math.inf if math.isnan(found) else abs(found - expected) / abs(expected)
+
+
+def _long(cells: Any) -> pd.DataFrame:
+    people, conditions = np.indices(cells.shape).reshape(2, -1)
+    return pd.DataFrame({"person": people, "condition": conditions, "y": cells.ravel()})
+
+
+def _our_friedman(cells: Any) -> Numbers:
+    row = friedman(_long(cells), "y", "condition", "person", exact=False, draws=100).iloc[0]
+    return {"chi2": float(row["chi2"]), "p": float(row["p_unc"])}
+
+
+def _pingouin_friedman(cells: Any) -> Numbers:
+    found = packages.read_pingouin_friedman(packages.pingouin_friedman(_long(cells), "y", "condition", "person"))
+    return {"chi2": found["chi2"], "p": found["p_unc"]}
+
+
+def _scipy_friedman(cells: Any) -> Numbers:
+    from scipy.stats import friedmanchisquare
+
+    found = friedmanchisquare(*cells.T)
+    return {"chi2": float(found.statistic), "p": float(found.pvalue)}
+
+
+def _our_signed(pair: Any) -> Numbers:
+    cells = np.column_stack(pair)
+    row = wilcoxon_tests(_long(cells), "y", within="condition", subject="person").iloc[0]
+    return {"p": float(row["p_exact"])}
+
+
+def _scipy_signed(pair: Any) -> Numbers:
+    from scipy.stats import wilcoxon
+
+    return {"p": float(wilcoxon(*pair, method="exact").pvalue)}
+
+
+def _scipy_signed_auto(pair: Any) -> Numbers:
+    from scipy.stats import wilcoxon
+
+    return {"p": float(wilcoxon(*pair).pvalue)}
+
+
+def _pingouin_signed(pair: Any) -> Numbers:
+    import pingouin
+
+    found = pingouin.wilcoxon(*pair).iloc[0]
+    return {"p": float(found["p_val" if "p_val" in found else "p-val"])}
+
+
+def _our_range(given: Any) -> Numbers:
+    return {"p": range_tail(*given)}
+
+
+def _scipy_range(given: Any) -> Numbers:
+    from scipy.stats import studentized_range
+
+    return {"p": float(studentized_range.sf(*given, np.inf))}
+
+
+def _statsmodels_range(given: Any) -> Numbers:
+    from statsmodels.stats.libqsturng import psturng
+
+    return {"p": float(np.ravel(psturng(*given, np.inf))[0])}
+
+
+def _our_model(table: Any) -> Numbers:
+    try:
+        model = ordinal_model(table, "y", fixed=[name for name in table if name != "y"])
+    except StatisticsError:
+        return {}
+    slopes = model.coefficients.query("kind == 'slope'")["estimate"].tolist()
+    return {f"slope {i}": slope for i, slope in enumerate(slopes)} | {"log likelihood": model.log_likelihood}
+
+
+def _statsmodels_model(table: Any) -> Numbers:
+    from statsmodels.miscmodels.ordinal_model import OrderedModel
+
+    names = [name for name in table if name != "y"]
+    x = pd.get_dummies(table[names], drop_first=True, dtype=float)
+    found = OrderedModel(table["y"], x, distr="logit").fit(method="bfgs", disp=False)
+    slopes = found.params.iloc[: x.shape[1]].tolist()
+    return {f"slope {i}": slope for i, slope in enumerate(slopes)} | {"log likelihood": float(found.llf)}
+
+
+_FRIEDMAN: tuple[Method, ...] = (
+    ("palpate", "pandas", _our_friedman),
+    ("pingouin", "pingouin", _pingouin_friedman),
+    ("scipy", "scipy", _scipy_friedman),
+)
+_SIGNED: tuple[Method, ...] = (
+    ("palpate", "pandas", _our_signed),
+    ("scipy, exact", "scipy", _scipy_signed),
+    ("scipy, as it is called", "scipy", _scipy_signed_auto),
+    ("pingouin", "pingouin", _pingouin_signed),
+)
+_RANGE: tuple[Method, ...] = (
+    ("palpate", "pandas", _our_range),
+    ("scipy", "scipy", _scipy_range),
+    ("statsmodels", "statsmodels", _statsmodels_range),
+)
+_MODEL: tuple[Method, ...] = (
+    ("palpate", "pandas", _our_model),
+    ("statsmodels OrderedModel", "statsmodels", _statsmodels_model),
+)

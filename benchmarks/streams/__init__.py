@@ -1,0 +1,1 @@
+"""Streams of a session, recorded and read."""

@@ -1,0 +1,157 @@
+"""Figures to reach for streams: nothing lost, memory flat, readers not held up by the writer; a clock's rate."""
+
+from __future__ import annotations
+
+import json
+import math
+import random
+import subprocess
+import sys
+import threading
+from collections.abc import Callable, Iterator, Sequence
+from functools import partial
+from pathlib import Path
+from tempfile import TemporaryDirectory
+from typing import Any
+
+from devices.streams.drift import ClockFit
+from protocols.bench import Case
+from protocols.clocks import fit_clock
+from protocols.events import NS
+
+STREAM_S, STREAM_QUICK_S = 600.0, 20.0
+DELAY_S, DELAY_QUICK_S = 240.0, 20.0
+FAST = 20.0
+"""The streams run so many times as fast as the sensors would: rates, and so bytes and blocks a second, are so much."""
+PPM, BLOCKS_HZ, CLOCKS = 50.0, 100.0, 20
+Arrivals = list[tuple[int, float]]
+
+
+def cases(quick: bool) -> Iterator[Case]:
+    """Streams recorded through a real session into a real ledger, each run in a process of its own; then clocks."""
+    whole, part = (STREAM_QUICK_S, DELAY_QUICK_S) if quick else (STREAM_S, DELAY_S)
+    yield _recorded("to the disk", "palpate", whole, "samples lost", _lost)
+    yield _recorded("memory above start", "palpate", whole, "MB", lambda found: _known(found["growth_MB"]))
+    for writer in ("one thread", "palpate"):
+        yield _recorded("readers held up by the writer", writer, part, "ms, p99.9", _p999("held_up_ms"))
+    yield _recorded("handing a block over", "palpate", part, "ms, p99.9", _p999("handed_ms"))
+    for writer in ("none", "palpate"):
+        yield _recorded("readers late for any reason", writer, part, "ms, p99.9", _p999("late_ms"))
+    yield from _clocks(10.0 if quick else 60.0)
+
+
+def _recorded(
+    case: str, writer: str, stream_s: float, kind: str, error: Callable[[dict[str, Any]], float | None]
+) -> Case:
+    """What `error` makes of a recording; the ledger is there as long as the answer is."""
+    named = {"none": "readers alone, nothing written", "one thread": "one thread reads and writes"}
+    told = f"17 channels, {stream_s:g} s at {FAST:g} times their pace, {_priority()}"
+    return Case("streams", case, named.get(writer, writer), told, round(stream_s * 14_120), kind,
+                lambda: run_apart(stream_s, FAST, writer), error, 1)  # fmt: skip
+
+
+def run_apart(stream_s: float, fast: float, writer: str) -> dict[str, Any]:
+    """Record in a process of its own; what it says of it, and `kept`: how many samples of each stream are right."""
+    with TemporaryDirectory() as lab:
+        command = [sys.executable, "-m", "benchmarks.streams.run", lab, str(stream_s), str(fast), writer]
+        done = subprocess.run(command, check=True, capture_output=True, text=True)
+        found: dict[str, Any] = json.loads(done.stdout.strip().splitlines()[-1])
+        return {**found, "kept": kept(Path(found["ledger"]))}
+
+
+def kept(ledger: Path) -> dict[str, int]:
+    """How many samples of each stream stand in the verified ledger, in their place and with their value."""
+    import numpy as np
+
+    from benchmarks.streams.recordings import RAMP
+    from studies.record import read
+
+    right: dict[str, int] = {}
+    for event in read(ledger).events:
+        for block in event.samples:
+            rows = np.frombuffer(block.data, "<f4").reshape(-1, len(block.channels))
+            numbers = (block.first + np.arange(block.count)) % RAMP
+            name = block.stream.removesuffix("_samples")
+            right[name] = right.get(name, 0) + int((rows == numbers[:, None]).all(axis=1).sum())
+    return right
+
+
+def _lost(found: dict[str, Any]) -> float:
+    return float(sum(abs(given - found["kept"].get(name, 0)) for name, given in found["given"].items()))
+
+
+def _known(growth_MB: float) -> float | None:
+    """Nothing is measured where the process cannot see its memory."""
+    return growth_MB or None
+
+
+def _p999(what: str) -> Callable[[dict[str, Any]], float]:
+    return lambda found: float(found[what]["p99.9"])
+
+
+def _priority() -> str:
+    """What scheduling the recording process will get, tried in a thread that then ends."""
+    from benchmarks.streams.run import in_real_time
+
+    found: list[bool] = []
+    trial = threading.Thread(target=lambda: found.append(in_real_time()))
+    trial.start()
+    trial.join()
+    return "real-time priority" if found[0] else "ordinary priority"
+
+
+def _clocks(seconds: float) -> Iterator[Case]:
+    """A device's rate from when its blocks arrived, by four methods; the error is the root mean square over many."""
+    laws: dict[str, Callable[[random.Random], float]] = {
+        "exponential": lambda chance: chance.expovariate(500.0),
+        "lognormal": lambda chance: 0.002 * chance.lognormvariate(0.0, 1.0),
+    }
+    methods: dict[str, Callable[[Arrivals], float]] = {
+        "first and last arrival": _ends,
+        "least squares": _least_squares,
+        "under all arrivals, afterwards": lambda arrivals: fit_clock(arrivals, 100 * BLOCKS_HZ).drift_ppm,
+        "earliest arrivals, on-line": _on_line,
+    }
+    for law, delay in laws.items():
+        recorded = [_arrivals(seconds, delay, seed) for seed in range(CLOCKS)]
+        told = f"{CLOCKS} x {seconds:g} s, {law} delays"
+        for name, method in methods.items():
+            count, all_of = sum(map(len, recorded)), partial(_each, method, recorded)
+            yield Case("streams", "a device's clock", name, told, count, "ppm, RMS", all_of, _rms, 3)
+
+
+def _each(method: Callable[[Arrivals], float], recorded: Sequence[Arrivals]) -> list[float]:
+    return [method(arrivals) for arrivals in recorded]
+
+
+def _arrivals(seconds: float, delay: Callable[[random.Random], float], seed: int) -> Arrivals:
+    """(number of a block's last sample, when it was there): a block of 100 samples comes late, and none overtakes."""
+    chance, found, last_s = random.Random(seed), [], 0.0
+    for block in range(1, round(seconds * BLOCKS_HZ) + 1):
+        last_s = max(last_s, block / BLOCKS_HZ / (1 + PPM * 1e-6) + delay(chance))
+        found.append((100 * block - 1, last_s))
+    return found
+
+
+def _ends(arrivals: Arrivals) -> float:
+    (n0, t0), (n1, t1) = arrivals[0], arrivals[-1]
+    return ((n1 - n0) / (t1 - t0) / (100 * BLOCKS_HZ) - 1) * 1e6
+
+
+def _least_squares(arrivals: Arrivals) -> float:
+    n0 = math.fsum(n for n, _ in arrivals) / len(arrivals)
+    t0 = math.fsum(t for _, t in arrivals) / len(arrivals)
+    slope = math.fsum((n - n0) * (t - t0) for n, t in arrivals) / math.fsum((n - n0) ** 2 for n, _ in arrivals)
+    return (1 / slope / (100 * BLOCKS_HZ) - 1) * 1e6
+
+
+def _on_line(arrivals: Arrivals) -> float:
+    clock = ClockFit()
+    for n, t_s in arrivals:
+        clock.add(n / (100 * BLOCKS_HZ), round(t_s * NS))
+    fit = clock.fit()
+    return math.nan if fit is None else fit.ppm
+
+
+def _rms(found: Sequence[float]) -> float:
+    return math.sqrt(math.fsum((each - PPM) ** 2 for each in found) / len(found))

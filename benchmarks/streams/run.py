@@ -1,0 +1,231 @@
+"""A process of its own that records made-up sensors into a real ledger, and says what became of it as JSON.
+
+python -m benchmarks.streams.run LEDGER STREAM_SECONDS TIMES_AS_FAST WRITER
+"""
+
+from __future__ import annotations
+
+import json
+import os
+import sys
+import time
+from bisect import bisect_right
+from collections.abc import Callable, Mapping, Sequence
+from dataclasses import dataclass, field
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+
+from benchmarks.streams.recordings import KINDS, MadeUp
+from devices.desk import Desk, Pages, Prompt
+from devices.signals import Block, NowNs, Records
+from devices.streams.capture import Capture
+from devices.streams.recording import CHUNK_S, ROOM_S, Recording
+from protocols.events import NS, Event
+from protocols.plan import ParticipantRow, Plan, compile_plan
+from protocols.requests import Aside, Came, Chunk, Present, Reply, Samples, Sense
+from protocols.study import Study
+from studies.live import LiveWorld, Station, clock_from
+from studies.rig import Rig, RigPlan
+from studies.session import start
+from studies.windowless import Windowless
+
+TURN_S = 0.01
+"""The writer looks as often whether there is anything to write; a window does at every frame."""
+
+
+@dataclass
+class Nobody:
+    """A desk at which nothing happens; whenever it is looked at, the memory in use is noted."""
+
+    memory_MB: list[float] = field(default_factory=list)
+
+    def poll(self) -> Aside | None:
+        """Nothing was done."""
+        self.memory_MB.append(memory_MB())
+        return None
+
+    def demand(self, prompt: Prompt | None) -> None:
+        """Nobody is there."""
+
+    def answer(self) -> bool:
+        """Always yes."""
+        return True
+
+    def tell(self, state: Mapping[str, Any]) -> None:
+        """Nobody looks."""
+
+
+def memory_MB() -> float:
+    """What this process has in memory now (Linux; elsewhere 0 is said of a memory that cannot be seen)."""
+    try:
+        pages = int(Path("/proc/self/statm").read_text().split()[1])
+    except OSError:
+        return 0.0
+    return pages * os.sysconf("SC_PAGE_SIZE") / 1e6
+
+
+@dataclass
+class Watching(Windowless):
+    """A window that shows nothing and notes when the writer begins; `kept` is told when it is done."""
+
+    busy_ns: list[tuple[int, int]] = field(default_factory=list)
+    begun_ns: int = 0
+    now_ns: NowNs = time.perf_counter_ns
+
+    def wait_for(self, key: str, desk: Desk, ready: Callable[[], bool]) -> Aside | None:
+        """Wait as it does; from then on the main thread takes and writes."""
+        aside = super().wait_for(key, desk, ready)
+        self.begun_ns = self.now_ns()
+        return aside
+
+    def kept(self, event: Event) -> None:
+        """The samples are on the disk."""
+        if event.samples:
+            self.busy_ns.append((self.begun_ns, self.now_ns()))
+
+
+@dataclass(frozen=True)
+class HandedOver:
+    """The sample lies there."""
+
+    def perform(self, _request: Present, _window: Pages, _desk: Desk, _now_ns: NowNs) -> Came:
+        """At once."""
+        return Reply({"presented": True})
+
+
+def past(until_ns: int, now_ns: NowNs) -> Callable[[], bool]:
+    """Whether that time has come."""
+    return lambda: now_ns() >= until_ns
+
+
+@dataclass
+class Discarded:
+    """Reads as Capture does, with the same threads and rings, and throws all of it away: the readers alone."""
+
+    sensors: Mapping[str, MadeUp]
+
+    def perform(self, request: Sense, window: Pages, desk: Desk, now_ns: NowNs) -> Came:
+        """For the request's seconds."""
+        recording = Recording(self.sensors, now_ns)
+        recording.start()
+        while now_ns() < recording.begun_ns + request.seconds * NS:
+            window.wait_for("", desk, past(now_ns() + round(CHUNK_S * NS), now_ns))
+            for stream in recording.streams.values():
+                stream.ring.get(sys.maxsize)
+        recording.end()
+        return Reply({"recorded": True, "seconds": request.seconds})
+
+
+@dataclass
+class OneThread:
+    """What a script would do: one loop reads sensor after sensor, and gives away what it has twice a second."""
+
+    sensors: Mapping[str, MadeUp]
+    begun_ns: int | None = None
+
+    def perform(self, request: Sense, window: Pages, desk: Desk, now_ns: NowNs) -> Came:
+        """A chunk, or the reply."""
+        if self.begun_ns is None:
+            self.begun_ns = now_ns()
+            for sensor in self.sensors.values():
+                sensor.start(now_ns)
+        found: dict[str, list[Block]] = {name: [] for name in self.sensors}
+        until_ns = now_ns() + round(CHUNK_S * NS)
+        while now_ns() < until_ns:
+            wait_s = 1.0  # for the first; the others are due then, too
+            for name, sensor in self.sensors.items():
+                found[name].extend(sensor.read(wait_s).get("samples", ()))
+                wait_s = 0.0
+            desk.poll()
+        window.wait_for("", desk, lambda: True)
+        samples = tuple(self._samples(name, blocks) for name, blocks in found.items() if blocks)
+        if now_ns() >= self.begun_ns + request.seconds * NS:
+            return Reply({"recorded": True, "seconds": request.seconds}, samples)
+        return Chunk({"streams": {}}, samples)
+
+    def _samples(self, name: str, blocks: Sequence[Block]) -> Samples:
+        like, data = self.sensors[name].signals[0], b"".join(block.data for block in blocks)
+        return Samples(f"{name}_samples", like.channels, like.units, like.rate_hz, 0, data, blocks[0].first, like.clock)
+
+
+def plan_of(seconds: float) -> Plan:
+    """One recording of so many seconds."""
+    study = {
+        "study": "streams", "task": "capture", "stimuli": [{"id": "ramp", "columns": {}}], "needs": ["tool"],
+        "capture": {"device": "tool", "seconds": seconds}, "order": {"design": "as_listed"},
+    }  # fmt: skip
+    return compile_plan(Study.model_validate(study), ParticipantRow("P001"))
+
+
+def recorder(writer: str, sensors: Mapping[str, MadeUp], fast: float) -> Records:
+    """`palpate`; `none`, readers whose samples are thrown away; `one thread`, which reads and, at times, writes.
+
+    The room for what waits to be written is what it would be at the sensors' own pace.
+    """
+    if writer == "palpate":
+        return Capture(sensors, room_s=ROOM_S / fast)
+    return Discarded(sensors) if writer == "none" else OneThread(sensors)
+
+
+def run(lab: Path, stream_s: float, fast: float, writer: str) -> dict[str, Any]:
+    """Record through a real session; times in milliseconds, memory in 10^6 bytes."""
+    sensors = {name: MadeUp(name, channels, rate_hz, fast) for name, channels, rate_hz in KINDS}
+    records = recorder(writer, sensors, fast)
+    desk, before, window = Nobody(), [0.0], Watching(rest=lambda _turn_s: time.sleep(TURN_S))
+
+    def opened(_plan: Plan, t_ns: int) -> Rig:
+        before[0] = memory_MB()
+        window.now_ns = clock_from(t_ns)
+        world = LiveWorld(window, desk, Station(HandedOver(), {"tool": records}), window.now_ns)
+        return Rig(world, lambda: None, window.kept)
+
+    begun = time.perf_counter()
+    sat = start(lab, plan_of(stream_s / fast), RigPlan({"kind": "made up"}, lambda _plan: None, opened))
+    late = [each for sensor in sensors.values() for each in sensor.late_ns]
+    return {
+        "ledger": str(sat.path),
+        "given": {name: sensor.given for name, sensor in sensors.items()},
+        "seconds": time.perf_counter() - begun,
+        "growth_MB": max(desk.memory_MB) - before[0],
+        "late_ms": spread([ran - due for due, ran in late]),
+        "held_up_ms": spread(held_up(late, window.busy_ns)),
+        "handed_ms": spread([each for sensor in sensors.values() for each in sensor.handed_ns]),
+        "writing_ms": spread([done - begun for begun, done in window.busy_ns]),
+    }
+
+
+def held_up(late: Sequence[tuple[int, int]], busy: Sequence[tuple[int, int]]) -> list[int]:
+    """Of every read, how long it was overdue while the writer was at work: all that the writer can be blamed for."""
+    starts = [begun for begun, _ in busy]
+    found = []
+    for due, ran in late:
+        near = busy[max(0, bisect_right(starts, due) - 1) : bisect_right(starts, ran)]
+        found.append(sum(max(0, min(ran, done) - max(due, begun)) for begun, done in near))
+    return found
+
+
+def spread(times_ns: Sequence[int]) -> dict[str, float]:
+    """Median, the 99th and the 99.9th percentile, and the largest, in milliseconds."""
+    if not times_ns:
+        return {}
+    p50, p99, p999, most = np.percentile(np.asarray(times_ns) / 1e6, [50, 99, 99.9, 100])
+    return {"p50": float(p50), "p99": float(p99), "p99.9": float(p999), "max": float(most), "n": len(times_ns)}
+
+
+def in_real_time() -> bool:
+    """Put this thread, and those it will start, before all others; False where that is not allowed or not known."""
+    if sys.platform != "linux":
+        return False
+    try:
+        os.sched_setscheduler(0, os.SCHED_FIFO, os.sched_param(10))
+    except OSError:
+        return False
+    return True
+
+
+if __name__ == "__main__":
+    in_real_time()
+    where, stream_seconds, times_as_fast, how = sys.argv[1:]
+    sys.stdout.write(json.dumps(run(Path(where), float(stream_seconds), float(times_as_fast), how)) + "\n")

@@ -1,0 +1,23 @@
+"""A texture model's step by runtime, its training in two ways, and the shipped models running free."""
+
+from __future__ import annotations
+
+from collections.abc import Iterator
+
+from benchmarks.synthesis import free_running as hands
+from benchmarks.synthesis import steps, training
+from benchmarks.synthesis.runtimes import other_runtimes
+from devices.render.found import SHIPPED, available
+from protocols.bench import Case
+from studies.texture_side import RigTextures
+
+
+def cases(quick: bool) -> Iterator[Case]:
+    """Yield the cases of a step, other programs' runtimes beside, and of training."""
+    yield from steps.cases(quick, other_runtimes)
+    yield from training.cases(quick, RigTextures())
+
+
+def free_running(quick: bool) -> Iterator[Case]:
+    """Yield the cases of the shipped texture models under hands of their own."""
+    yield from hands.cases(quick, RigTextures(), available(SHIPPED))

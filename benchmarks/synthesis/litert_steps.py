@@ -1,0 +1,158 @@
+"""A card as a .tflite for LiteRT, the runtime of the thesis: built by its schema, for the bench alone."""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Sequence
+from importlib import import_module
+from typing import Any
+
+import numpy as np
+
+from benchmarks.synthesis.graph import Numbers, Tensors, Tracer, Value
+from protocols.model_card import Card
+
+Array = np.ndarray[Any, np.dtype[np.float64]]
+SCHEMA = 3
+UNARY = {"relu": "RELU", "sqrt": "SQRT", "cos": "COS", "sin": "SIN", "exp": "EXP", "log": "LOG", "abs": "ABS",
+         "tanh": "TANH", "sigmoid": "LOGISTIC", "square": "SQUARE"}  # fmt: skip
+
+
+def litert(card: Card, tensors: Tensors) -> Callable[[Array], Array]:
+    """One step by LiteRT in float32, one thread, with its default delegate. Raises ImportError where it is missing."""
+    interpreters = import_module("ai_edge_litert.interpreter")
+    graph = _TfLite()
+    given = graph.tensor((1, card.takes.size))
+    answer = Tracer(graph, tensors).run(card.steps, Value(given, (card.takes.size,)))
+    interpreter = interpreters.Interpreter(model_content=graph.finished(given, answer.x), num_threads=1)
+    interpreter.allocate_tensors()
+    place, out = interpreter.get_input_details()[0]["index"], interpreter.get_output_details()[0]["index"]
+
+    def run(window: Array) -> Array:
+        interpreter.set_tensor(place, window.astype(np.float32)[None])
+        interpreter.invoke()
+        return np.asarray(interpreter.get_tensor(out)[0], dtype=np.float64)
+
+    return run
+
+
+class _TfLite:
+    """Tensors are numbers of the file's list; shapes are followed, since the schema wants them."""
+
+    def __init__(self) -> None:
+        self.schema = import_module("ai_edge_litert.schema_py_generated")
+        self.buffers: list[Any] = [self.schema.BufferT()]
+        self.tensors: list[Any] = []
+        self.operators: list[Any] = []
+        self.codes: dict[int, int] = {}
+
+    def tensor(self, shape: tuple[int, ...], buffer: int = 0, kind: str = "FLOAT32") -> int:
+        """A new tensor."""
+        tensor = self.schema.TensorT()
+        tensor.shape, tensor.type = list(shape), getattr(self.schema.TensorType, kind)
+        tensor.buffer, tensor.name = buffer, f"t{len(self.tensors)}"
+        self.tensors.append(tensor)
+        return len(self.tensors) - 1
+
+    def constant(self, numbers: Numbers | np.ndarray[Any, np.dtype[np.int32]]) -> int:
+        """A tensor with numbers; whole ones are places and shapes."""
+        buffer = self.schema.BufferT()
+        buffer.data = np.frombuffer(np.ascontiguousarray(numbers).tobytes(), dtype=np.uint8)
+        self.buffers.append(buffer)
+        return self.tensor(numbers.shape, len(self.buffers) - 1, "INT32" if numbers.dtype == np.int32 else "FLOAT32")
+
+    def op(self, name: str, inputs: Sequence[int], shape: tuple[int, ...], options: str = "", **fields: Any) -> int:
+        """An operation with one answer."""
+        code = getattr(self.schema.BuiltinOperator, name)
+        operator, out = self.schema.OperatorT(), self.tensor(shape)
+        operator.opcodeIndex = self.codes.setdefault(code, len(self.codes))
+        operator.inputs, operator.outputs = list(inputs), [out]
+        if options:
+            operator.builtinOptionsType = getattr(self.schema.BuiltinOptions, options)
+            operator.builtinOptions = getattr(self.schema, f"{options}T")()
+            for field, value in fields.items():
+                setattr(operator.builtinOptions, field, value)
+        self.operators.append(operator)
+        return out
+
+    def shape(self, x: int) -> tuple[int, ...]:
+        """Of a tensor."""
+        return tuple(self.tensors[x].shape)
+
+    def reshape(self, x: int, shape: tuple[int, ...]) -> int:
+        places = self.constant(np.array(shape, np.int32))
+        return self.op("RESHAPE", (x, places), shape, "ReshapeOptions", newShape=list(shape))
+
+    def permute(self, x: int, order: tuple[int, ...]) -> int:
+        shape = self.shape(x)
+        places = self.constant(np.array(order, np.int32))
+        return self.op("TRANSPOSE", (x, places), tuple(shape[side] for side in order), "TransposeOptions")
+
+    def linear(self, x: int, weight: Numbers, bias: Numbers, relu: bool) -> int:
+        kinds = self.schema.ActivationFunctionType
+        shape = (*self.shape(x)[:-1], len(weight))
+        inputs = (x, self.constant(weight), self.constant(bias))
+        return self.op(
+            "FULLY_CONNECTED", inputs, shape, "FullyConnectedOptions", keepNumDims=True,
+            fusedActivationFunction=kinds.RELU if relu else kinds.NONE,
+        )  # fmt: skip
+
+    def product(self, x: int, y: int, turned: bool) -> int:
+        shape = (*self.shape(x)[:-1], self.shape(y)[-2 if turned else -1])
+        return self.op("BATCH_MATMUL", (x, y), shape, "BatchMatMulOptions", adjX=False, adjY=turned)
+
+    def add(self, x: int, y: int) -> int:
+        return self.op("ADD", (x, y), self._wider(x, y), "AddOptions")
+
+    def multiply(self, x: int, y: int) -> int:
+        return self.op("MUL", (x, y), self._wider(x, y), "MulOptions")
+
+    def _wider(self, x: int, y: int) -> tuple[int, ...]:
+        return tuple(np.broadcast_shapes(self.shape(x), self.shape(y)))
+
+    def part(self, x: int, start: tuple[int, ...], size: tuple[int, ...]) -> int:
+        places = [self.constant(np.array(each, np.int32)) for each in (start, size)]
+        return self.op("SLICE", (x, *places), size, "SliceOptions")
+
+    def join(self, each: Sequence[int], axis: int) -> int:
+        shape = list(self.shape(each[0]))
+        shape[axis] = sum(self.shape(one)[axis] for one in each)
+        return self.op("CONCATENATION", each, tuple(shape), "ConcatenationOptions", axis=axis)
+
+    def function(self, name: str, x: int) -> int:
+        if name == "softplus":
+            one = self.constant(np.ones(1, np.float32))
+            return self.function("log", self.add(self.function("exp", x), one))
+        return self.op(UNARY[name], (x,), self.shape(x))
+
+    def softmax(self, x: int) -> int:
+        return self.op("SOFTMAX", (x,), self.shape(x), "SoftmaxOptions", beta=1.0)
+
+    def norm(self, x: int, weight: Numbers, bias: Numbers, tiny: float) -> int:
+        shape = self.shape(x)
+        last = self.constant(np.array([len(shape) - 1], np.int32))
+        one = (*shape[:-1], 1)
+        mean = self.op("MEAN", (x, last), one, "ReducerOptions", keepDims=True)
+        apart = self.op("SUB", (x, mean), shape, "SubOptions")
+        square = self.op("MEAN", (self.multiply(apart, apart), last), one, "ReducerOptions", keepDims=True)
+        scale = self.op("RSQRT", (self.add(square, self.constant(np.array([tiny], np.float32))),), one)
+        found = self.multiply(self.multiply(apart, scale), self.constant(weight))
+        return self.add(found, self.constant(bias))
+
+    def angle(self, imaginary: int, real: int) -> int:
+        return self.op("ATAN2", (imaginary, real), self.shape(real))
+
+    def finished(self, given: int, answer: int) -> bytes:
+        """The file."""
+        flatbuffers = import_module("flatbuffers")
+        schema = self.schema
+        subgraph, model = schema.SubGraphT(), schema.ModelT()
+        subgraph.tensors, subgraph.operators = self.tensors, self.operators
+        subgraph.inputs, subgraph.outputs = [given], [answer]
+        for code in self.codes:
+            told = schema.OperatorCodeT()
+            told.builtinCode, told.deprecatedBuiltinCode, told.version = code, min(code, 127), 1
+            model.operatorCodes = [*(model.operatorCodes or []), told]
+        model.version, model.subgraphs, model.buffers = SCHEMA, [subgraph], self.buffers
+        builder = flatbuffers.Builder(1 << 22)
+        builder.Finish(model.Pack(builder), b"TFL3")
+        return bytes(builder.Output())

@@ -1,0 +1,173 @@
+"""Figures to reach for one step of a model: every runtime in one run, its time and its error in one row.
+
+The runtimes take turns in short blocks, so that what else the machine does falls on all of them alike.
+"""
+
+from __future__ import annotations
+
+import gc
+import os
+import time
+from collections.abc import Callable, Iterator, Mapping
+from dataclasses import dataclass, field
+from functools import partial
+
+import numpy as np
+from numpy.typing import NDArray
+
+from benchmarks.synthesis.specimens import SPREAD, foten, windows
+from devices.models.fastest import fastest
+from devices.models.native.library import KernelMissing, library
+from devices.models.native.opened import Native
+from devices.models.native.rates import Work, rates, work_of
+from devices.models.runtime import Model
+from devices.render.found import SHIPPED
+from protocols.bench import Case
+from protocols.model_card import Card
+
+Array = NDArray[np.float64]
+Step = Callable[[Array], Array]
+Clock = Callable[[], float]
+Others = Callable[[Card, Mapping[str, NDArray[np.generic]]], tuple[Mapping[str, Step], tuple[str, ...]]]
+"""Runtimes that this room does not know (torch, LiteRT): a step for each that is installed, the names of the rest."""
+
+AREA = "synthesis"
+STEPS, QUICK_STEPS, BLOCK = 20_000, 1000, 250
+ASKED = 1000
+"""Different windows that are asked about, one after another."""
+ERROR = "largest |error| against float64, in SDs of the acceleration"
+
+
+@dataclass
+class Measured:
+    """All runtimes on one model, measured together when the first of them is asked about."""
+
+    model: Model
+    runtimes: Mapping[str, Step]
+    given: Array
+    scale: float
+    steps: int
+    clock: Clock = time.perf_counter
+    _seconds: dict[str, Array] = field(default_factory=dict)
+
+    def seconds(self, name: str) -> Array:
+        """(steps,) of one runtime."""
+        if not self._seconds:
+            self._seconds.update(taken(self.runtimes, self.given, self.steps, self.clock))
+        return self._seconds[name]
+
+    def error(self, name: str) -> float:
+        """Against the same numbers run in double precision by NumPy."""
+        wanted = doubled(self.model).run(self.given)
+        answers = np.array([self.runtimes[name](row) for row in self.given])
+        return float(np.abs(answers[:, 0] - wanted[:, 0]).max() / self.scale)
+
+
+def cases(quick: bool, others: Others | None = None) -> Iterator[Case]:
+    """FoTEN's shape on every runtime, then every shipped model on ours."""
+    steps = QUICK_STEPS if quick else STEPS
+    model = foten()
+    found, missing = others(model.card, model.tensors) if others is not None else ({}, ())
+    load = f"load {os.getloadavg()[0]:.1f} of {os.cpu_count()} cores" if hasattr(os, "getloadavg") else "load unknown"
+    absent = f"; not installed: {', '.join(missing)}" if missing else ""
+    asked = windows(ASKED)
+    measured = Measured(model, {**_ours(model), **found}, asked, float(SPREAD[0]), steps)
+    yield from _rows(measured, f"FoTEN, window 20, {steps} steps, {load}{absent}", steps)
+    for shipped in _shipped():
+        yield from _rows(_shipped_measured(shipped, min(steps, 2000)), shipped.card.name, min(steps, 2000))
+
+
+def taken(runtimes: Mapping[str, Step], given: Array, steps: int, clock: Clock) -> dict[str, Array]:
+    """Seconds of every step of every runtime, block by block in turn, after one block each to warm up."""
+    seconds = {name: np.empty(steps) for name in runtimes}
+    for step in runtimes.values():
+        _block(step, given, np.empty(min(BLOCK, steps)), clock)
+    gc.collect()
+    gc.disable()
+    try:
+        for start in range(0, steps, BLOCK):
+            for name, step in runtimes.items():
+                _block(step, np.roll(given, -start, axis=0), seconds[name][start : start + BLOCK], clock)
+    finally:
+        gc.enable()
+    return seconds
+
+
+def _block(step: Step, given: Array, into: Array, clock: Clock) -> None:
+    for place in range(len(into)):
+        row = given[place % len(given)]
+        begun = clock()
+        step(row)
+        into[place] = clock() - begun
+
+
+def doubled(model: Model) -> Model:
+    """The same numbers in double precision."""
+    reals = {name: each.astype(np.float64) if each.dtype.kind == "f" else each for name, each in model.tensors.items()}
+    return Model(model.card, reals)
+
+
+def _ours(model: Model) -> dict[str, Step]:
+    """The default one first, then the kernel's other instruction sets, then NumPy and the reference."""
+    default = fastest(model)
+    found = {f"palpate, {default.runtime}": default.run}
+    try:
+        others = library().sets[1:] if isinstance(default, Native) else ()
+    except KernelMissing:
+        others = ()
+    for instructions in others:
+        found[f"palpate, native ({instructions.name})"] = fastest(model, instructions.name).run
+    return {**found, "palpate, NumPy": model.run, "NumPy, float64 (the reference)": doubled(model).run}
+
+
+def _rows(measured: Measured, told: str, steps: int) -> Iterator[Case]:
+    for case, share in (("one step, median", 50.0), ("one step, 99th percentile", 99.0)):
+        for name in measured.runtimes:
+            seconds = partial(_percentile, measured, name, share)
+            yield Case(AREA, case, name, told, steps, ERROR, partial(measured.error, name), float, 1, seconds)
+        if case == "one step, median":
+            yield from _limits(measured.model, told, steps, measured.clock)
+
+
+def _percentile(measured: Measured, name: str, share: float, _error: float) -> float:
+    return float(np.percentile(measured.seconds(name), share))
+
+
+def _limits(model: Model, told: str, steps: int, clock: Clock) -> Iterator[Case]:
+    """What one step would take if only its products, or only its numbers, took time; both measured here."""
+    native = fastest(model)
+    if not isinstance(native, Native):
+        return
+    work = work_of(native)
+    names = (f"limit: {work.flop / 1e6:.2f} MFLOP at the measured peak", f"limit: {work.bytes / 1e6:.2f} MB read")
+    for place, name in enumerate(names):
+        seconds = partial(_limit, native, work, place, clock)
+        yield Case(AREA, "one step, median", name, told, steps, ERROR, lambda: 0.0, float, 1, seconds)
+
+
+def _limit(native: Native, work: Work, place: int, clock: Clock, _error: float) -> float:
+    return rates(library(), native.instructions, work.bytes, clock).seconds(work)[place]
+
+
+def _shipped() -> Iterator[Model]:
+    """One shipped model of each method."""
+    from devices.models.file import read_model
+
+    seen: set[str] = set()
+    for path in sorted(SHIPPED.glob("texture-*.json")):
+        model = read_model(path)
+        if model.card.takes.kind == "texture_window" and model.card.method not in seen:
+            seen.add(model.card.method)
+            yield model
+
+
+def _shipped_measured(model: Model, steps: int) -> Measured:
+    texture, count = model.card.texture, min(ASKED, 200)
+    level = 1.0 if texture is None else texture.rms_m_s2
+    speed, force = ((0.0, 150.0), (0.0, 2.0)) if texture is None else (texture.speed_mm_s, texture.force_N)
+    chance = np.random.Generator(np.random.PCG64(1))
+    given = np.empty((count, 3, model.card.takes.size // 3))
+    given[:, 0] = level * chance.standard_normal(given[:, 0].shape)
+    given[:, 1], given[:, 2] = chance.uniform(*speed, (count, 1)), chance.uniform(*force, (count, 1))
+    ours = {name: step for name, step in _ours(model).items() if name.startswith("palpate")}
+    return Measured(model, ours, given.reshape(count, -1), level, steps)

@@ -1,0 +1,1 @@
+"""The participant's window: screens, gestures, whole sessions."""

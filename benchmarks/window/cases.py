@@ -1,0 +1,139 @@
+"""Figures to reach for the participant's window in a session: the first question, and an answer on disk."""
+
+from __future__ import annotations
+
+import os
+import random
+import statistics
+import subprocess
+import sys
+import time
+from collections.abc import Callable, Iterator
+from contextlib import contextmanager
+from dataclasses import dataclass
+from tempfile import TemporaryDirectory
+
+from benchmarks.window.display import missing, virtual_display
+from benchmarks.window.hand import Hand
+from benchmarks.window.screens import cases as window_cases
+from benchmarks.window.stagehand import Stage, process_on
+from protocols.bench import Case
+
+SIZE, PX_PER_MM = (1920, 1080), 3.6
+ANSWERS, ANSWERS_QUICK = 400, 200
+BARE = """
+import sys
+from psychopy import visual
+window = visual.Window(({}, {}), fullscr=True, winType="pyglet", units="pix", allowGUI=False, checkTiming=False)
+window.flip()
+sys.stdout.write("shown"); sys.stdout.flush(); sys.stdin.read(1)
+window.close()
+""".format(*SIZE)
+"""A PsychoPy window and its first frame, and nothing else."""
+
+
+def cases(quick: bool) -> Iterator[Case]:
+    """Every figure of the window: those that need no session first."""
+    yield from window_cases(quick)
+    if missing():
+        return
+    with virtual_display(*SIZE) as display:
+        starts = Starts(display)
+        pairs = 3 if quick else 9
+        yield _first_frame("PsychoPy alone", starts.bare, lambda _seconds: 1.0)
+        yield _first_frame("palpate, a session", starts.session, lambda _seconds: starts.ratio(pairs))
+        yield _on_disk(display, ANSWERS_QUICK if quick else ANSWERS)
+
+
+def _first_frame(method: str, run: Callable[[], float], error: Callable[[float], float]) -> Case:
+    return Case("window", "first frame", method, "a whole process, to its end", 1, "times a bare window", run, error, 3)
+
+
+@dataclass(frozen=True)
+class Starts:
+    """Processes timed from their start to their first frame: a bare window's, and a session's first question."""
+
+    display: str
+
+    def bare(self) -> float:
+        """A bare window: seconds to its first frame."""
+        begun = time.perf_counter()
+        with _bare_process(self.display) as process:
+            return _until_shown(process, begun)
+
+    def session(self) -> float:
+        """A session of door_ratings on a ledger of its own: seconds to its first question."""
+        begun = time.perf_counter()
+        with session_on(self.display) as stage:
+            stage.hear("shown")
+            return time.perf_counter() - begun
+
+    def ratio(self, pairs: int) -> float:
+        """How many times as long a session takes as a bare window: the median of so many pairs, one after the other."""
+        return statistics.median(self.session() / self.bare() for _ in range(pairs))
+
+
+@contextmanager
+def _bare_process(display: str) -> Iterator[subprocess.Popen[bytes]]:
+    command, pipe = [sys.executable, "-c", BARE], subprocess.PIPE
+    scene = {**os.environ, "DISPLAY": display}
+    with subprocess.Popen(command, stdin=pipe, stdout=pipe, stderr=subprocess.DEVNULL, env=scene) as process:
+        try:
+            yield process
+        finally:
+            process.kill()
+
+
+def _until_shown(process: subprocess.Popen[bytes], begun: float) -> float:
+    if process.stdout is None or process.stdout.read(5) != b"shown":
+        raise OSError("a bare PsychoPy window could not be opened")
+    return time.perf_counter() - begun
+
+
+@contextmanager
+def session_on(display: str) -> Iterator[Stage]:
+    """A process that runs a session of door_ratings in the real window, through the real runner and ledger."""
+    with (
+        TemporaryDirectory() as lab,
+        process_on(display, ["-m", "benchmarks.window.session", lab, *map(str, SIZE), str(PX_PER_MM)]) as stage,
+    ):
+        yield stage
+
+
+def _on_disk(display: str, count: int) -> Case:
+    """The slowest hundredth of the answers is the case's error, in milliseconds."""
+    return Case("window", "Next released, answer on disk", "palpate, XTEST to commit",
+                f"{count} answers, the 99th percentile", count, "ms",
+                lambda: slow_ms(display, count), float, 1)  # fmt: skip
+
+
+def slow_ms(display: str, count: int) -> float:
+    """The 99th percentile, in ms, of the time from the button's release at the X server to the ledger's commit."""
+    hand = Hand(display)
+    took: list[float] = []
+    try:
+        while len(took) < count:
+            with session_on(display) as stage:
+                took += _one_session(stage, hand, count - len(took))
+    finally:
+        hand.close()
+    return statistics.quantiles(took, n=100)[98]
+
+
+def _one_session(stage: Stage, hand: Hand, most: int) -> list[float]:
+    """Answer every trial with taps; milliseconds of each. The press of Next is drawn before it is released."""
+    took, chance = [], random.Random(1)
+    trials = stage.hear("trials")[1]
+    for _ in range(min(most, trials)):
+        stage.hear("shown")
+        placed = stage.placed()
+        for name, each in placed.items():
+            if name.endswith(".line"):
+                hand.tap(each.box.left + chance.random() * each.box.width, each.box.middle[1])
+        hand.move(*placed["next"].box.middle)
+        hand.press()
+        stage.look()
+        begun_ns = time.monotonic_ns()
+        hand.release()
+        took.append((stage.hear("kept")[1] - begun_ns) / 1e6)
+    return took

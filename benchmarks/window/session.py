@@ -1,0 +1,71 @@
+"""A session in the real window, run for the bench: `python -m` this module, lab, width, height and pixels per mm.
+
+The stimulus is presented at once, so that one question follows another; the experimenter's side is the bench's pipe.
+"""
+
+from __future__ import annotations
+
+import sys
+import time
+from dataclasses import dataclass
+from pathlib import Path
+from typing import IO
+
+from benchmarks.window.link import Link, send
+from benchmarks.window.stage import RemoteDesk
+from devices.window.calibration import Calibration
+from devices.window.presenter import Presenter
+from devices.window.presenter_window import WindowPresenter, open_presenter
+from protocols.events import Event
+from protocols.plan import compile_plan
+from protocols.requests import Came, Present, Reply, Request, Sense
+from studies.allocation import allocate
+from studies.catalogue import SHIPPED, read_study
+from studies.rig import Rig, RigPlan
+from studies.session import start
+
+STUDY = "door_ratings"
+
+
+@dataclass
+class World:
+    """The real window, and stimuli that take no time."""
+
+    presenter: Presenter
+    desk: RemoteDesk
+
+    def now(self) -> int:
+        """Nanoseconds of a clock that never runs backwards."""
+        return time.monotonic_ns()
+
+    def perform(self, request: Request) -> Came:
+        """Ask in the window, present at once."""
+        if isinstance(request, Present | Sense):
+            return Reply({"presented": True})
+        return self.presenter.perform(request, self.desk, self.now)
+
+
+def main(lab: str, width: str, height: str, px_per_mm: str) -> None:
+    """Run the session; tells the bench its number of trials, what comes on, and when each answer is on disk."""
+    out = sys.stdout.buffer
+    sys.stdout = sys.stderr
+    found = read_study(SHIPPED / STUDY / "study.yaml")
+    study = found.study.model_copy(update={"opening": (), "instructions": None, "rest": None})
+    plan = compile_plan(study, allocate(study, "P001"), seed=1)
+    calibration = Calibration((int(width), int(height)), float(px_per_mm), 0, "never: a virtual display")
+    desk = RemoteDesk(Link.from_input(), out)
+    presenter = open_presenter(study, calibration, "en", found.folder, fullscreen=True, plan=plan)
+    desk.presenter = presenter if isinstance(presenter, WindowPresenter) else None
+    send(out, "trials", len(plan.trials))
+    rig = Rig(World(presenter, desk), presenter.close, lambda event: _tell(out, event))
+    start(Path(lab), plan, RigPlan({"kind": "bench"}, lambda _plan: None, lambda _plan, _t_ns: rig))
+
+
+def _tell(out: IO[bytes], event: Event) -> None:
+    """The time at which an answer was on disk, as this and the bench's process count it."""
+    if event.kind == "reply" and "answers" in event.value:
+        send(out, "kept", time.monotonic_ns())
+
+
+if __name__ == "__main__":
+    main(*sys.argv[1:])
