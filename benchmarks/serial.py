@@ -6,9 +6,9 @@ import random
 from collections.abc import Callable, Iterator, Mapping
 from functools import partial
 
+from benchmarks.serial_drills import DRILLS, Drilled, drilled
+from benchmarks.serial_lines import PacedLine
 from devices.door.firmware.controller import Firmware
-from devices.door.firmware.drills import DRILLS, Drilled, drilled
-from devices.door.firmware.lines import PacedLine
 from devices.door.firmware.twin_plant import TwinPlant
 from devices.door.firmware.wire import Wire
 from devices.door.link import dialogue

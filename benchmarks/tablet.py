@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Callable, Iterator, Sequence
 
-from devices.tablet.errors import Felt, Stroke, errors, felt
+from benchmarks.tablet_errors import Felt, Stroke, errors, felt
 from devices.tablet.pipeline import Shape, Upsampling
 from protocols.bench import Case
 

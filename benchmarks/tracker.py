@@ -10,7 +10,7 @@ import numpy as np
 
 from analysis.aligning.refusals import Array
 from analysis.aligning.speed import Place, slope, velocity
-from analysis.aligning.speed_table import Stroke, simulated
+from benchmarks.speed_table import Stroke, simulated
 from protocols.bench import Case
 
 STROKES = {

@@ -16,7 +16,7 @@ import analysis
 import devices.rig.kinds
 
 ROOT = Path(__file__).resolve().parent.parent
-PACKAGES = ("protocols", "devices", "studies", "analysis", "modeling", "benchmarks")
+PACKAGES = ("protocols", "devices", "studies", "analysis", "modeling", "benchmarks", "tools")
 FILES = ("palpate.py", "palpate_entry.py", "setup.py")
 _ROOTS = "|".join((*PACKAGES, "palpate", "palpate_entry", "tests"))
 OBJECT = re.compile(rf"(?:{_ROOTS})(?:\.\w+)*:\w+")

@@ -25,7 +25,7 @@ PICKLED = ("devices.door.side:DoorSide", "studies.texture_side:RigTextures", "st
            "studies.texture_set_rig:ToolAhead", "studies.texture_set_rig:Seen")  # fmt: skip
 """What travels to worker processes: pickle names its class by module and name. None of it lies in a file."""
 STARTED = ("devices.door.firmware.process", "benchmarks.window.stage", "benchmarks.window.session",
-           "benchmarks.streams.run", "studies.similarity_table")  # fmt: skip
+           "benchmarks.streams.run", "tools.similarity_table")  # fmt: skip
 """Modules that are started by name, as a process of their own."""
 
 

@@ -5,10 +5,10 @@ from __future__ import annotations
 from collections.abc import Iterator
 from functools import partial
 
-from modeling.keyswitch.comparing import KIND, RECONSTRUCTION, Part, Row, outcome, row_of, ways
-from modeling.keyswitch.curves import Curves, measured
-from modeling.keyswitch.outcome import Outcome
-from modeling.keyswitch.settings import QUICK, REDUCED, Size
+from benchmarks.keyswitch.comparing import KIND, RECONSTRUCTION, Part, Row, outcome, row_of, ways
+from benchmarks.keyswitch.curves import Curves, measured
+from benchmarks.keyswitch.outcome import Outcome
+from benchmarks.keyswitch.settings import QUICK, REDUCED, Size
 from protocols.bench import Case
 
 AREA = "key switches"

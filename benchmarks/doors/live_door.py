@@ -9,9 +9,9 @@ from functools import cache, partial
 
 import numpy as np
 
+from benchmarks.serial_lines import VirtualLine
 from devices.door.designer import Designer, designer_for
 from devices.door.firmware.controller import Firmware
-from devices.door.firmware.lines import VirtualLine
 from devices.door.firmware.twin_plant import TwinPlant
 from devices.door.firmware.wire import Wire
 from devices.door.link import dialogue

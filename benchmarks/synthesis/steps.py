@@ -15,11 +15,11 @@ from functools import partial
 import numpy as np
 from numpy.typing import NDArray
 
+from benchmarks.synthesis.rates import Work, rates, work_of
 from benchmarks.synthesis.specimens import SPREAD, foten, windows
 from devices.models.fastest import fastest
 from devices.models.native.library import KernelMissing, library
 from devices.models.native.opened import Native
-from devices.models.native.rates import Work, rates, work_of
 from devices.models.runtime import Model
 from devices.render.found import SHIPPED
 from protocols.bench import Case

@@ -15,6 +15,7 @@ from functools import partial
 import numpy as np
 import torch
 
+from benchmarks.synthesis.stock_foten import DELTA, train_plainly
 from modeling.textures.cosine import cosine
 from modeling.textures.fitting import Rows, answers, rows_of
 from modeling.textures.foten import SETTINGS
@@ -25,7 +26,6 @@ from modeling.textures.recording import Recording
 from modeling.textures.side import TextureSide
 from modeling.textures.simulated import captured
 from modeling.textures.splitting import split
-from modeling.textures.stock_foten import DELTA, train_plainly
 from modeling.training.loop import Optimise, adam, train
 from modeling.training.seeding import seeded, training_state
 from modeling.training.settings import Settings

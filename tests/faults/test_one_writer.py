@@ -5,7 +5,9 @@ from functools import cache
 from pathlib import Path
 
 ROOT = Path(__file__).parents[2]
-ROOMS = ("protocols", "devices", "studies", "analysis", "modeling", "benchmarks", "palpate.py", "palpate_entry.py")
+ROOMS = (
+    "protocols", "devices", "studies", "analysis", "modeling", "benchmarks", "tools", "palpate.py", "palpate_entry.py",
+)  # fmt: skip
 WRITER = "protocols/files.py"
 METHODS = {
     "write_text": "Path.write_text", "write_bytes": "Path.write_bytes", "savefig": "a figure to a path",

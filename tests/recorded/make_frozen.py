@@ -22,7 +22,6 @@ from devices.render.voice import play
 from modeling.attributes.model_file import read_model as read_attributes
 from modeling.attributes.registry import METHODS
 from modeling.attributes.training import train_attributes
-from modeling.files.halving import halved
 from protocols.events import Event, World
 from protocols.plan import Plan
 from protocols.requests import Reply, Request
@@ -33,6 +32,7 @@ from studies.rig import Rig, RigPlan, simulated
 from studies.session import ledger_path, start
 from tests.modeling.attributes import judged_attributes
 from tests.studies.small_textures import TEXTURES, write_all
+from tools.half_precision import halved
 
 HERE = Path(__file__).resolve().parent
 LAB, EXPECTED, IMPORTED = (HERE / "frozen" / name for name in ("lab", "expected.json", "imported"))

@@ -11,7 +11,7 @@ from safetensors.numpy import save
 
 from protocols.model_card import Card, Dense, Port, Texture, Weights
 from studies.played_textures import read_felt
-from studies.similarity_table import FOLDER, TEXTURES
+from tools.similarity_table import FOLDER, TEXTURES
 
 M = 20
 BY_SPEED, BY_FORCE = 0.005, 0.2

@@ -11,7 +11,6 @@ from click.testing import CliRunner
 from devices.render.found import SHIPPED
 from protocols.plan import compile_plan
 from protocols.requests import Present
-from studies import similarity_table, texture_pictures
 from studies.errors import RigError
 from studies.played_textures import read_felt
 from studies.rig import simulated
@@ -20,6 +19,7 @@ from studies.virtual_textures import VirtualTextures
 from tests.protocols.every_task import LAB
 from tests.studies.small_textures import write, write_all
 from tests.studies.ten import found_study, plan_for
+from tools import similarity_table, texture_pictures
 
 FOLDER = similarity_table.FOLDER
 STUDY = found_study("texture_similarity").study
@@ -180,7 +180,7 @@ def test_the_weights_are_points_for_each_dB_whatever_the_table_s_spread():
     assert declared == pytest.approx(similarity_table.weights(rows()), abs=0.006)
 
 
-AGAIN = "the shipped models or the surfaces have changed: python -m studies.similarity_table (--renew)"
+AGAIN = "the shipped models or the surfaces have changed: python -m tools.similarity_table (--renew)"
 
 
 def test_what_is_kept_is_of_the_shipped_models_as_they_are_now():

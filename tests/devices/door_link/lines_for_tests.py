@@ -3,10 +3,10 @@
 from dataclasses import dataclass, field
 from types import SimpleNamespace
 
+from benchmarks.serial_lines import VirtualLine
 from devices.door.firmware.ailments import Ailing
 from devices.door.firmware.controller import Firmware
 from devices.door.firmware.limits import Limits as DeviceLimits
-from devices.door.firmware.lines import VirtualLine
 from devices.door.firmware.wire import Wire
 from devices.door.link.codes import State
 from devices.door.link.limits import Limits

@@ -1,7 +1,7 @@
 import pytest
 
 from benchmarks.serial import cases, frames_lost
-from devices.door.firmware.drills import DRILLS, drilled
+from benchmarks.serial_drills import DRILLS, drilled
 from devices.door.link.codes import SAFE_WITHIN_MS, Fault
 
 

@@ -8,8 +8,8 @@ import numpy as np
 import pytest
 from scipy.signal import butter, lfilter, lfilter_zi
 
+from benchmarks.tablet_errors import Stroke, errors, felt
 from devices.signals import DeviceError
-from devices.tablet.errors import Stroke, errors, felt
 from devices.tablet.filters import Lowpass, delay_s
 from devices.tablet.force import Force
 from devices.tablet.pipeline import Shape, Stylus

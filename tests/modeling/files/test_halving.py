@@ -3,10 +3,10 @@ import pytest
 from safetensors.numpy import load_file
 
 from modeling.files.exported import Exported
-from modeling.files.halving import NOTE, halved
 from modeling.files.replacing import ModelWritingError
 from modeling.files.writing import write_model
 from protocols.model_card import Card, Dense, Port
+from tools.half_precision import NOTE, halved
 
 
 def written(folder, weight):

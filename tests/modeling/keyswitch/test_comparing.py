@@ -7,12 +7,12 @@ import pytest
 import torch
 
 from benchmarks.doors.keyswitch import cases
+from benchmarks.keyswitch import comparing
+from benchmarks.keyswitch.comparing import KIND, RECONSTRUCTION, Part, compare, folds, outcome, row_of, ways
+from benchmarks.keyswitch.curves import CurveError, measured
+from benchmarks.keyswitch.networks import Reconstruction, classifier
+from benchmarks.keyswitch.settings import FULL, QUICK, Size
 from modeling.doors.networks import ForceToPerception
-from modeling.keyswitch import comparing
-from modeling.keyswitch.comparing import KIND, RECONSTRUCTION, Part, compare, folds, outcome, row_of, ways
-from modeling.keyswitch.curves import CurveError, measured
-from modeling.keyswitch.networks import Reconstruction, classifier
-from modeling.keyswitch.settings import FULL, QUICK, Size
 from modeling.training.refusals import JobError
 from modeling.training.seeding import seeded
 
@@ -95,7 +95,7 @@ def test_a_comparison_is_what_its_parts_give_in_any_order(few):
 
 
 def test_the_network_restores_what_it_was_trained_on(few):
-    from modeling.keyswitch.reconstructing import network
+    from benchmarks.keyswitch.reconstructing import network
 
     rows = few.force_gf[6:14] / 50 - 1
     size = replace(TINY, epochs=12, batch=4)

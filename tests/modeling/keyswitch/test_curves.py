@@ -5,9 +5,9 @@ import shutil
 import numpy as np
 import pytest
 
-from modeling.keyswitch.bump import bump
-from modeling.keyswitch.curves import CURVES, KINDS, KINDS_FILE, MEASURED, CurveError, measured
-from modeling.keyswitch.families import families
+from benchmarks.keyswitch.bump import bump
+from benchmarks.keyswitch.curves import CURVES, KINDS, KINDS_FILE, MEASURED, CurveError, measured
+from benchmarks.keyswitch.families import families
 
 
 def test_the_shipped_curves_are_119_real_ones_with_kind_and_maker_and_their_notice():

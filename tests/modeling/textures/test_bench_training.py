@@ -5,9 +5,9 @@ from itertools import count
 import pytest
 import torch
 
+from benchmarks.synthesis.stock_foten import StockFoten
 from benchmarks.synthesis.training import WAYS, cases
 from modeling.textures.foten_network import Foten
-from modeling.textures.stock_foten import StockFoten
 from tests.modeling.textures.made_up_recording import recording
 
 pytestmark = pytest.mark.needs("torch")

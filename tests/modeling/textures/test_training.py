@@ -7,12 +7,12 @@ from devices.models.file import read_model
 from devices.render.errors import RenderError
 from devices.render.job import Sounds
 from devices.render.voice import opened_voice, play
-from modeling.files.halving import halved
 from modeling.textures.foten import missed_aims
 from modeling.textures.recording import TextureDataError
 from modeling.textures.training import train_textures
 from tests.modeling.textures import judged_small as small
 from tests.modeling.textures.made_up_recording import recording
+from tools.half_precision import halved
 
 pytestmark = pytest.mark.needs("torch")
 

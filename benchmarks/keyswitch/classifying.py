@@ -13,12 +13,12 @@ from sklearn.tree import DecisionTreeClassifier
 from sklearn.utils.class_weight import compute_class_weight
 from torch import nn
 
-from modeling.keyswitch.bump import bump
-from modeling.keyswitch.curves import KINDS, Array, Indices
-from modeling.keyswitch.networks import classifier
-from modeling.keyswitch.outcome import Fitted
-from modeling.keyswitch.reconstructing import answered, centring_of, settings_of
-from modeling.keyswitch.settings import Size
+from benchmarks.keyswitch.bump import bump
+from benchmarks.keyswitch.curves import KINDS, Array, Indices
+from benchmarks.keyswitch.networks import classifier
+from benchmarks.keyswitch.outcome import Fitted
+from benchmarks.keyswitch.reconstructing import answered, centring_of, settings_of
+from benchmarks.keyswitch.settings import Size
 from modeling.training.loop import train
 from modeling.training.progress import Report
 from modeling.training.seeding import seeded

@@ -1,4 +1,4 @@
-"""Makes the pictures of the renderer's window: `python -m studies.texture_pictures`."""
+"""Makes the pictures of the renderer's window: `python -m tools.texture_pictures`."""
 
 from __future__ import annotations
 
@@ -9,8 +9,8 @@ from pathlib import Path
 import click
 
 from protocols.files import write_bytes
-from studies.similarity_table import TEXTURES
 from studies.texture_capturing import STIMULI
+from tools.similarity_table import TEXTURES
 
 LIGHT, PX, QUALITY = 3, 800, 78
 

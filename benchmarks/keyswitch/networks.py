@@ -4,8 +4,8 @@ from __future__ import annotations
 
 from torch import Tensor, nn
 
+from benchmarks.keyswitch.curves import POINTS
 from modeling.doors.networks import LATENT, RESTORED, ForceToPerception, decoder, encoder
-from modeling.keyswitch.curves import POINTS
 
 
 class Reconstruction(nn.Module):

@@ -11,7 +11,7 @@ from pathlib import Path
 import numpy as np
 from numpy.typing import NDArray
 
-from modeling.keyswitch.families import families
+from benchmarks.keyswitch.families import families
 
 Array = NDArray[np.float64]
 Indices = NDArray[np.int64]

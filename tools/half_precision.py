@@ -1,4 +1,4 @@
-"""Models for shipping: weights in half precision, half the bytes. `python -m modeling.files.halving FROM TO`.
+"""Models for shipping: weights in half precision, half the bytes. `python -m tools.half_precision FROM TO`.
 
 A network's weights lose nothing that is felt: its answers change by less than a thousandth of their SD (measured in
 docs/reference/texture-rivals.md). Line spectral frequencies would move by a milliradian, so what is in double precision

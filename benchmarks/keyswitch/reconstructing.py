@@ -9,10 +9,10 @@ import torch
 from sklearn.decomposition import PCA
 from torch import nn
 
-from modeling.keyswitch.curves import Array, CurveError
-from modeling.keyswitch.networks import Reconstruction
-from modeling.keyswitch.outcome import Fitted
-from modeling.keyswitch.settings import Size
+from benchmarks.keyswitch.curves import Array, CurveError
+from benchmarks.keyswitch.networks import Reconstruction
+from benchmarks.keyswitch.outcome import Fitted
+from benchmarks.keyswitch.settings import Size
 from modeling.training.loop import train
 from modeling.training.progress import Report
 from modeling.training.seeding import seeded, training_state

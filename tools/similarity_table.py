@@ -1,4 +1,4 @@
-"""Makes the files of texture_similarity that follow from the shipped models: `python -m studies.similarity_table`."""
+"""Makes the files of texture_similarity that follow from the shipped models: `python -m tools.similarity_table`."""
 
 from __future__ import annotations
 
@@ -17,7 +17,7 @@ from protocols.study import Stimulus
 from studies.played_textures import friction_apart
 from studies.virtual_textures import VirtualTextures
 
-FOLDER = Path(__file__).parent / "texture_similarity"
+FOLDER = Path(__file__).resolve().parent.parent / "studies" / "texture_similarity"
 TEXTURES = ("textured_rubber", "artificial_grass", "steel_mesh", "cloth", "cardboard", "plastic_mesh")
 METHODS = {"AR": "ar", "DSTN": "dstn", "HapInf": "hapinf", "FoTEN": "foten_generative"}
 SECONDS, SEED = 4.0, 7

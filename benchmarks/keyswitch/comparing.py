@@ -11,10 +11,10 @@ import numpy as np
 from sklearn.metrics import recall_score
 from sklearn.model_selection import StratifiedGroupKFold
 
-from modeling.keyswitch import classifying, reconstructing
-from modeling.keyswitch.curves import Array, CurveError, Curves, Indices, measured
-from modeling.keyswitch.outcome import Outcome, timed
-from modeling.keyswitch.settings import Size
+from benchmarks.keyswitch import classifying, reconstructing
+from benchmarks.keyswitch.curves import Array, CurveError, Curves, Indices, measured
+from benchmarks.keyswitch.outcome import Outcome, timed
+from benchmarks.keyswitch.settings import Size
 from modeling.training.jobs import run_jobs
 from modeling.training.progress import Clock, Report, silent
 

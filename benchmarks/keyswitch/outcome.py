@@ -5,7 +5,7 @@ from __future__ import annotations
 from collections.abc import Callable
 from dataclasses import dataclass
 
-from modeling.keyswitch.curves import Array
+from benchmarks.keyswitch.curves import Array
 from modeling.training.progress import Clock
 
 Fitted = Callable[[Array], Array]
