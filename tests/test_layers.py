@@ -16,7 +16,7 @@ from protocols import code_digest
 from tests import names
 
 ROOT = names.ROOT
-NOT_INSTALLED = {"benchmarks"}
+NOT_INSTALLED = {"benchmarks", "tools"}
 LIVE = ("studies.live_rig", "studies.hardware", "studies.rig_station", "studies.rig_renderer", "studies.session",
         "studies.commands_record", "studies.commands_sessions", "devices.window.presenter_window",
         "devices.rig.opened", *KINDS.values())  # fmt: skip
@@ -53,10 +53,9 @@ def graph(settings):
 def test_every_package_and_module_at_the_top_has_its_place(settings):
     tool = settings["tool"]
     packages = {path.parent.name for path in ROOT.glob("*/__init__.py")} - {"tests"}
-    layers, *_ = tool["importlinter"]["contracts"]
-    assert (
-        packages == set(tool["importlinter"]["root_packages"]) == set(layers["layers"]) == set(tool["mypy"]["packages"])
-    )
+    contract, *_ = tool["importlinter"]["contracts"]
+    layers = {package for layer in contract["layers"] for package in layer.split(" | ")}
+    assert packages == set(tool["importlinter"]["root_packages"]) == layers == set(tool["mypy"]["packages"])
     assert packages == set(names.PACKAGES)
     found = {name.removesuffix("*") for name in tool["setuptools"]["packages"]["find"]["include"]}
     assert found == (packages - NOT_INSTALLED) | {"participants_template"}
