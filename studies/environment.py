@@ -23,7 +23,7 @@ def palpate_version() -> str:
         return "unknown"
 
 
-def code_digest() -> str:
+def session_code_digest() -> str:
     """SHA-256 over the sources that run a session: two sessions of one digest ran the same code."""
     root = Path(__file__).resolve().parent.parent
     return files_digest(source for room in ROOMS for source in sources_in(root / room))
@@ -34,7 +34,7 @@ def environment() -> dict[str, Any]:
     """Versions for the ledger: Palpate, its code, Python, platform, and the packages a session uses."""
     return {
         "palpate": palpate_version(),
-        "code": code_digest(),
+        "code": session_code_digest(),
         "python": platform.python_version(),
         "platform": f"{platform.system()} {platform.machine()}",
         "packages": {name: found for name in PACKAGES if (found := _installed(name)) is not None},
