@@ -8,6 +8,7 @@ in `protocols` because every room may import from here; nothing else in `protoco
 from __future__ import annotations
 
 import errno
+import hashlib
 import io
 import os
 import shutil
@@ -51,6 +52,12 @@ def reason(error: OSError) -> str:
 
 Check = Callable[[Path], object]
 """Reads an unfinished file and raises where it must not get its name."""
+
+
+def file_sha256(path: Path) -> str:
+    """Return the SHA-256 of a file, which may be larger than memory, in hexadecimal digits. Raises OSError."""
+    with path.open("rb") as file:
+        return hashlib.file_digest(file, "sha256").hexdigest()
 
 
 def write_bytes(path: Path, content: bytes, check: Check | None = None) -> Path:

@@ -2,13 +2,13 @@
 
 from __future__ import annotations
 
-import hashlib
 from collections.abc import Iterable, Iterator, Mapping, Sequence
 from contextlib import suppress
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
 from protocols.canonical import canonical, digest
+from protocols.files import file_sha256
 from protocols.study import Study, conditions_of
 from studies.begun import in_person
 from studies.collect import ledgers_in
@@ -111,7 +111,7 @@ def models_now(study: Study, lab: Path | None) -> dict[str, str]:
         for stimulus in study.stimuli:
             texture, method = stimulus.columns.get("texture", ""), stimulus.columns.get("model", "")
             if (card := cards.get(texture, {}).get(method)) is not None:
-                models[card.stem] = hashlib.sha256(card.read_bytes()).hexdigest()
+                models[card.stem] = file_sha256(card)
     if "door_generator" in study.needs:
         from devices.door.making import maker_for
 

@@ -2,11 +2,11 @@
 
 from __future__ import annotations
 
-import hashlib
 from dataclasses import dataclass, field
 from pathlib import Path
 
 from devices.door.twin import read_profile
+from protocols.files import file_sha256
 from protocols.study import Stimulus
 from studies.errors import RigError
 
@@ -27,7 +27,7 @@ class Profiles:
             file = self.folder / stimulus.columns.get("file", "")
             if not file.is_file():
                 raise RigError(f"stimulus {stimulus.id!r}: no door profile {file} (the column `file` of its table)")
-            if hashlib.sha256(file.read_bytes()).hexdigest() != stimulus.sha256:
+            if file_sha256(file) != stimulus.sha256:
                 raise RigError(f"{file}: not the file that the session was planned with (its SHA-256 differs)")
             self.read[stimulus.id] = read_profile(file)
         return self.read[stimulus.id]

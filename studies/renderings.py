@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import hashlib
 import json
 import math
 from collections.abc import Mapping
@@ -11,7 +10,7 @@ from pathlib import Path
 from typing import Any
 
 from protocols.canonical import canonical
-from protocols.files import write_bytes
+from protocols.files import file_sha256, write_bytes
 from studies.errors import RigError
 
 SEED = 0
@@ -56,7 +55,7 @@ def demand_whole(card: Path) -> None:
     try:
         named = json.loads(card.read_bytes())["weights"]
         file, expected = card.parent / Path(named["file"]).name, named["sha256"]
-        found = hashlib.sha256(file.read_bytes()).hexdigest()
+        found = file_sha256(file)
     except (OSError, ValueError, KeyError, TypeError) as error:
         raise RigError(f"{card}: not a whole model: {error}") from None
     if found != expected:
@@ -66,7 +65,7 @@ def demand_whole(card: Path) -> None:
 def told_of(card: Path, read: Any) -> dict[str, Any]:
     """A model's files, by name and digest, as every reply names them."""
     return {
-        "model": card.stem, "method": read.method, "sha256": hashlib.sha256(card.read_bytes()).hexdigest(),
+        "model": card.stem, "method": read.method, "sha256": file_sha256(card),
         "weights": read.weights.file, "weights_sha256": read.weights.sha256,
     }  # fmt: skip
 
@@ -87,7 +86,7 @@ def restored(told: Mapping[str, Any], card: Path, file: Path) -> Rendered:
     try:
         rest = {name: value for name, value in told.items() if name != "compared"}
         compared = None if "compared" not in told else Alike(**told["compared"])
-        if (told["model"], told["sha256"]) != (card.stem, hashlib.sha256(card.read_bytes()).hexdigest()):
+        if (told["model"], told["sha256"]) != (card.stem, file_sha256(card)):
             raise ValueError("it is of another card")
         if compared is not None and not all(map(math.isfinite, compared.columns().values())):
             raise ValueError("finite numbers are expected")

@@ -6,7 +6,6 @@ up. A texture is there from its presentation until it is answered for, since peo
 
 from __future__ import annotations
 
-import hashlib
 from collections.abc import Callable, Mapping
 from dataclasses import dataclass, field, replace
 from pathlib import Path
@@ -26,6 +25,7 @@ from devices.rig.opened import OpenRig
 from devices.signals import DeviceError, DeviceFault
 from devices.window.geometry import WindowError
 from protocols.events import NS
+from protocols.files import file_sha256
 from protocols.keyed import keyed_bits
 from protocols.plan import Plan, Trial
 from protocols.requests import Ask, Came, Fault, Present, Reply
@@ -230,7 +230,7 @@ def picture_of(card: Path) -> tuple[Path, dict[str, Any]]:
         )
     try:
         size_mm = read_photo(file).size_mm
-        digest = hashlib.sha256(file.read_bytes()).hexdigest()
+        digest = file_sha256(file)
     except (WindowError, OSError) as error:
         raise RenderError(str(error)) from None
     return file, {"file": file.name, "sha256": digest, "size_mm": [round(side, 2) for side in size_mm]}

@@ -9,10 +9,10 @@ from typing import Any
 from protocols.canonical import canonical, digest
 from protocols.event_shapes import WORD_FORMS
 from protocols.events import NS, Event
+from protocols.files import file_sha256
 from protocols.plan import Plan
 from protocols.study import Study, conditions_of
 from studies.begun import by_twins
-from studies.content import file_sha256
 from studies.model_versions import models_in
 from studies.record import LedgerError, Record
 from studies.replay import recompiled

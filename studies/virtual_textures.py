@@ -14,6 +14,7 @@ from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
 from protocols.canonical import digest
+from protocols.files import file_sha256
 from protocols.study import Stimulus
 from studies.errors import RigError
 from studies.renderings import SEED, Rendered, demand_whole, keep, read_kept, restored
@@ -73,7 +74,7 @@ class VirtualTextures:
 
     def _key(self, stimulus: Stimulus, card: Path) -> str:
         """What decides a rendering: the card, which names the digest of its numbers; the hand's file; the seed."""
-        made = [card.stem, hashlib.sha256(card.read_bytes()).hexdigest()]
+        made = [card.stem, file_sha256(card)]
         parts = [*made, stimulus.sha256, stimulus.columns.get("friction")]
         return digest({"rendering": VERSION, "seed": SEED, "of": parts})
 

@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 import csv
-import hashlib
 from collections.abc import Iterator, Mapping
 from pathlib import Path
 from statistics import mean, pstdev
@@ -12,7 +11,7 @@ from typing import Any
 import click
 
 from protocols.canonical import json_text
-from protocols.files import open_text, write_text
+from protocols.files import file_sha256, open_text, write_text
 from protocols.study import Stimulus
 from studies.played_textures import friction_apart
 from studies.virtual_textures import VirtualTextures
@@ -72,7 +71,7 @@ def planned() -> Iterator[Stimulus]:
     """Every virtual texture, as the study will plan it."""
     for texture in TEXTURES:
         file = f"felt/{texture}.csv"
-        sha256 = hashlib.sha256((FOLDER / file).read_bytes()).hexdigest()
+        sha256 = file_sha256(FOLDER / file)
         friction = f"{round(friction_apart(kinetic(texture)), 3):g}"
         for method, model in METHODS.items():
             told = {

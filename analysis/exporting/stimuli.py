@@ -8,10 +8,9 @@ from pathlib import Path
 
 from analysis.exporting.source import Source
 from analysis.exporting.tabular import Column, ExportRefused, Row, Table
-from protocols.files import write_bytes, write_text
+from protocols.files import file_sha256, write_bytes, write_text
 from protocols.wording import count
 from studies.catalogue import SHIPPED, names
-from studies.content import file_sha256
 
 FILE = "file"
 """The column of a stimulus table that names a stimulus' file in the study's folder."""

@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import hashlib
 from collections.abc import Sequence
 from dataclasses import replace
 from pathlib import Path
@@ -15,6 +14,7 @@ from analysis.importing.foreign_rows import ForeignRating, ratings_of
 from analysis.importing.map_file import ColumnMap, MapRefused, read_map
 from analysis.ratings.dataset import Crossing, Exclusion, Input, Ratings, natural
 from protocols.did_you_mean import nearest
+from protocols.files import file_sha256
 from protocols.wording import count, some
 
 __all__ = ["MapRefused", "TableRefused", "import_table"]
@@ -94,7 +94,7 @@ def _short_names(paths: Sequence[Path], folder: Path) -> list[str]:
 
 
 def _input(path: Path) -> Input:
-    return Input(path.name, hashlib.sha256(path.read_bytes()).hexdigest(), "the column map")
+    return Input(path.name, file_sha256(path), "the column map")
 
 
 def _sheet_input(sheet: Sheet) -> Input:

@@ -24,6 +24,7 @@ from analysis.regenerating.running import Answered, by_name, run_tests
 from analysis.reporting.analysed import software
 from analysis.reporting.sources import IMPORTED, Wanted, both_of, gathered, nothing_of
 from protocols.did_you_mean import nearest
+from protocols.files import file_sha256
 from studies.catalogue import STUDY_FILE, names
 from studies.collect import ledgers_in, open_database
 from studies.participants.registry import withdrawn
@@ -182,8 +183,7 @@ def read_table(path: Path) -> pd.DataFrame:
 
 
 def _plan_inputs(plan: Plan) -> list[Input]:
-    import hashlib
 
     files = [(name, plan.table_path(name)) for name in plan.declared.tables]
-    tables = [Input(path.name, hashlib.sha256(path.read_bytes()).hexdigest(), f"table {name}") for name, path in files]
+    tables = [Input(path.name, file_sha256(path), f"table {name}") for name, path in files]
     return [Input(plan.path.name, plan.sha256, "the analysis plan"), *tables]

@@ -14,8 +14,7 @@ from analysis.streams.alignment import Together, described
 from analysis.streams.reading import Attempt
 from analysis.streams.recorded import Stream
 from protocols.canonical import json_text
-from protocols.files import open_text, write_text
-from studies.content import file_sha256
+from protocols.files import file_sha256, open_text, write_text
 from studies.record import Record
 
 DIGITS = 9

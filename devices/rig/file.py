@@ -4,7 +4,6 @@ from __future__ import annotations
 
 from collections.abc import Iterator, Mapping, Sequence
 from dataclasses import dataclass
-from hashlib import sha256
 from pathlib import Path
 from typing import Any
 
@@ -16,6 +15,7 @@ from devices.signals import DeviceError
 from devices.stations import station_folder
 from protocols.complaints import listed, translated
 from protocols.did_you_mean import nearest
+from protocols.files import file_sha256
 from protocols.problems import Problem
 from protocols.yaml_text import Document, YamlError, load
 
@@ -63,7 +63,7 @@ class RigFile:
         """A file may become another one under its old name: a calibration, a recording."""
         named = {key: getattr(self.devices[name], key, None) for key in FILES}
         found = {key: self.path.parent / given for key, given in named.items() if given is not None}
-        return {f"{key}_sha256": sha256(path.read_bytes()).hexdigest() for key, path in found.items() if path.is_file()}
+        return {f"{key}_sha256": file_sha256(path) for key, path in found.items() if path.is_file()}
 
 
 def rig_path(lab: Path, host: str | None = None) -> Path:

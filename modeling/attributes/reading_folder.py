@@ -14,7 +14,7 @@ from modeling.attributes.features_kept import FOLDER
 from modeling.attributes.joining import untouched
 from modeling.attributes.material import HURRIED, NOT_PHOTOGRAPHED, Material, MaterialError, Pair, Rated, Texture
 from modeling.attributes.reading_columns import Columns, columns_of, rated_in
-from modeling.attributes.reading_pictures import file_sha256
+from modeling.attributes.reading_pictures import picture_sha256
 from modeling.attributes.reading_ratings import attributes_of
 from modeling.attributes.resnet_weights import weights_from
 from modeling.attributes.seeing import Album, Picture, Seen, in_a_hurry, seen, sight_with
@@ -93,7 +93,7 @@ def read_folder(
         why = f"{textures[0].id}: {textures[0].notes[0]}"
         raise MaterialError(f"{folder}: no recording and no picture of its textures can be used; {why}")
     loose = _nobodys(folder, albums) if sight else ()
-    told = (*aside, *columns.notes, *loose, f"ratings: {table.name} {file_sha256(table)}")
+    told = (*aside, *columns.notes, *loose, f"ratings: {table.name} {picture_sha256(table)}")
     photographed = any(album.pictures for album in albums)
     weights_told, hurried = (how.weights.told, (HURRIED,) if quick else ()) if photographed else ("", ())
     return Material(textures, columns.pairs, weights_told, simulated, (*told, *hurried))
@@ -218,7 +218,7 @@ def _pictures(folder: Path, line: Line, may_lack: bool) -> Iterator[Picture]:
     if not files and not may_lack:
         where = f"{folder / line.id}/*.jpg or {folder}/{line.id}_01.jpg"
         raise MaterialError(f"{line.place}: no picture of {line.id!r}; {where} are expected ({', '.join(SUFFIXES)})")
-    yield from (Picture(file, file_sha256(file), f"{line.id} ({file.name})") for file in files)
+    yield from (Picture(file, picture_sha256(file), f"{line.id} ({file.name})") for file in files)
 
 
 def pictures_of(folder: Path, name: str) -> Iterator[Path]:

@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import hashlib
 from collections.abc import Iterator, Mapping, Sequence
 from dataclasses import dataclass
 from pathlib import Path
@@ -11,6 +10,7 @@ from typing import Any
 from analysis.streams.reading import KEPT, attempts_of
 from modeling.attributes.material import MaterialError
 from modeling.attributes.seeing import Album, Picture
+from protocols.files import file_sha256
 from studies.begun import by_twins, left_out, wanted_kind
 from studies.collect import ledgers_in
 from studies.participants.registry import withdrawn
@@ -128,7 +128,7 @@ def picture_of(name: str, file: str, sha256: str, folders: Sequence[Path]) -> Pi
     """The file that has this SHA-256. Raises MaterialError where none has."""
     there = [path for path in dict.fromkeys(folder / file for folder in folders) if path.is_file()]
     for path in there:
-        if file_sha256(path) == sha256:
+        if picture_sha256(path) == sha256:
             return Picture(path, sha256, name)
     if there:
         raise MaterialError(
@@ -137,10 +137,9 @@ def picture_of(name: str, file: str, sha256: str, folders: Sequence[Path]) -> Pi
     raise MaterialError(f"{name}: no picture {folders[0] / file}; copy the pictures of the lab there")
 
 
-def file_sha256(path: Path) -> str:
-    """SHA-256 of a file. Raises MaterialError where it cannot be read."""
+def picture_sha256(path: Path) -> str:
+    """Return the SHA-256 of a file. Raises MaterialError where it cannot be read."""
     try:
-        with path.open("rb") as file:
-            return hashlib.file_digest(file, "sha256").hexdigest()
+        return file_sha256(path)
     except OSError as error:
         raise MaterialError(f"{path}: cannot be read ({error.strerror}); a file is expected") from None

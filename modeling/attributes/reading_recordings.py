@@ -18,8 +18,8 @@ from modeling.textures.preparing import Filtering, Touched
 from modeling.textures.reading_cluster import Slide
 from modeling.textures.reading_tables import Held
 from modeling.textures.recording import TextureDataError, TooShort
+from protocols.files import file_sha256
 from protocols.wording import some
-from studies.content import file_sha256
 
 
 @dataclass(frozen=True)

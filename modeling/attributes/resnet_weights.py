@@ -9,7 +9,7 @@ from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
 from modeling.attributes.material import MaterialError
-from studies.content import file_sha256
+from protocols.files import file_sha256
 
 if TYPE_CHECKING:
     from torch import Tensor

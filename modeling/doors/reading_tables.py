@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 import csv
-import hashlib
 import io
 import math
 from collections.abc import Mapping, Sequence
@@ -16,6 +15,7 @@ from modeling.doors.data import Array, DoorData, ModelDataError
 from modeling.doors.profile_files import read_profile
 from modeling.doors.rated import demand_learnable, merged_sources
 from protocols.did_you_mean import nearest
+from protocols.files import file_sha256
 from protocols.wording import count, some
 
 NEEDED = ("id", "door", "variant", "file")
@@ -70,7 +70,7 @@ def read_table(
         sd=np.array([[_sd(row, name) for name in attributes] for row in rows]),
         raters=np.array([_raters(row) for row in rows], dtype=np.int64),
         simulated=simulated,
-        made_from=(f"{table.name} {hashlib.sha256(table.read_bytes()).hexdigest()}",),
+        made_from=(f"{table.name} {file_sha256(table)}",),
     )
     demand_learnable(data)
     return data

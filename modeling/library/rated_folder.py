@@ -7,7 +7,7 @@ from pathlib import Path
 from modeling.attributes.material import Material, Texture
 from modeling.attributes.reading_folder import rated_lines
 from modeling.attributes.reading_ratings import attributes_of
-from studies.content import file_sha256
+from protocols.files import file_sha256
 
 
 def read_rated(folder: Path, table: Path | None = None, scale: tuple[float, float] | None = None) -> Material:

@@ -17,8 +17,8 @@ from modeling.library.entries import NOTHING_KNOWN, Z90, LibraryError, Source
 from modeling.library.indexing import Predictor
 from modeling.library.pictures import Pictures, pictures_in, pictures_taken
 from modeling.library.rated_folder import read_rated
+from protocols.files import file_sha256
 from studies.collect import ledgers_in
-from studies.content import file_sha256
 from studies.record import read_header
 
 if TYPE_CHECKING:

@@ -13,7 +13,7 @@ from modeling.textures.joined import Joined
 from modeling.textures.recording import Recording
 from protocols.canonical import json_text
 from protocols.code_digest import code_digest
-from protocols.files import open_bytes, write_text
+from protocols.files import file_sha256, open_bytes, write_text
 
 
 def content_key(*decides: object) -> str:
@@ -29,7 +29,7 @@ def write_cached(stem: Path, recording: Recording) -> Path:
         np.save(file, recording.signals, allow_pickle=False)
     told = {name: value for name, value in asdict(recording).items() if name != "signals"}
     about = stem.with_name(f"{stem.name}.json")
-    return write_text(about, json_text({**told, "sha256": _sha256(numbers)}))
+    return write_text(about, json_text({**told, "sha256": file_sha256(numbers)}))
 
 
 def read_cached(stem: Path) -> Recording | None:
@@ -37,7 +37,7 @@ def read_cached(stem: Path) -> Recording | None:
     about, numbers = stem.with_name(f"{stem.name}.json"), stem.with_name(f"{stem.name}.npy")
     try:
         told = json.loads(about.read_text(encoding="utf-8"))
-        if told.pop("sha256") != _sha256(numbers):
+        if told.pop("sha256") != file_sha256(numbers):
             return None
         signals = np.load(numbers, allow_pickle=False)
         lists = {name: tuple(value) for name, value in told.items() if isinstance(value, list)}
@@ -45,7 +45,3 @@ def read_cached(stem: Path) -> Recording | None:
         return kind(**{**told, **lists, "signals": signals})
     except (OSError, ValueError, KeyError, TypeError, AttributeError):
         return None
-
-
-def _sha256(path: Path) -> str:
-    return hashlib.sha256(path.read_bytes()).hexdigest()

@@ -19,6 +19,7 @@ from modeling.textures.recording import Recording
 from modeling.textures.side import side_digest
 from modeling.training.run_card import versions
 from protocols.code_digest import code_digest, module_of
+from protocols.files import file_sha256
 
 CHECKPOINTS, MODELS = "checkpoints", "models"
 
@@ -106,4 +107,4 @@ def _whole_card(work: Path, card: str | None, sha256: list[str]) -> Path | None:
 
 def _sha256s(card: Path | None) -> list[str]:
     files = [] if card is None else [card, card.with_suffix(".safetensors")]
-    return [hashlib.sha256(path.read_bytes()).hexdigest() for path in files]
+    return [file_sha256(path) for path in files]

@@ -19,8 +19,8 @@ from modeling.textures.recording import Array, Recording, TextureDataError
 from modeling.textures.table_columns import read_columns
 from modeling.textures.units import G_M_S2
 from protocols.did_you_mean import nearest
+from protocols.files import file_sha256
 from protocols.wording import count, some
-from studies.content import file_sha256
 
 NAME = re.compile(r"(?P<texture>\d+)_(?P<direction>\d+)_(?P<velocity>\d+)_(?P<force>\d+)_(?P<repeat>\d+)")
 """texture id, direction (degrees, clockwise), velocity (mm/s), force (mN), repeat."""

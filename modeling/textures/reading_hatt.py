@@ -17,7 +17,7 @@ from modeling.textures.preparing import UP, Touched, prepared
 from modeling.textures.rates import Sampled, evenly, projected, speed_from
 from modeling.textures.recording import Array, Recording, TextureDataError
 from modeling.textures.units import PLAIN, scale_of_unit
-from studies.content import file_sha256
+from protocols.files import file_sha256
 
 RATE_HZ = 10_000.0
 """What the toolkit recorded at, where a file does not say."""

@@ -15,10 +15,10 @@ from modeling.textures.rates import Sampled
 from modeling.textures.recording import Array, Recording, TextureDataError
 from modeling.textures.units import scale_of_unit
 from protocols.did_you_mean import nearest
+from protocols.files import file_sha256
 from protocols.wording import some
 from studies.begun import by_twins, left_out, wanted_kind
 from studies.collect import ledgers_in
-from studies.content import file_sha256
 from studies.participants.registry import withdrawn
 from studies.record import LedgerError, Record, read, read_header
 

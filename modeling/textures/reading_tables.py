@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import hashlib
 from collections.abc import Iterator, Mapping, Sequence
 from dataclasses import dataclass, replace
 from pathlib import Path
@@ -13,6 +12,7 @@ from modeling.textures.preparing import UP, Touched, prepared
 from modeling.textures.rates import Sampled
 from modeling.textures.recording import Array, Recording, TextureDataError
 from modeling.textures.table_columns import Column, Table, read_columns
+from protocols.files import file_sha256
 
 KINDS = (".csv", ".tsv", ".txt")
 CHANNELS = {
@@ -99,7 +99,7 @@ def touched(file: Path, held: Held, normal: tuple[float, float, float] = UP) -> 
     position = None if found["speed"] is not None else found["position"]
     return Touched(
         str(file), acceleration, force, found["speed"], position, normal,
-        (f"{file.name} {hashlib.sha256(file.read_bytes()).hexdigest()}",), (*table.notes, *notes),
+        (f"{file.name} {file_sha256(file)}",), (*table.notes, *notes),
     )  # fmt: skip
 
 
