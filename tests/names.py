@@ -25,8 +25,9 @@ PATH = re.compile(rf"(?:{_ROOTS})/[\w./-]*|palpate(?:_entry)?\.py")
 STARTED = re.compile(rf"-m (({_ROOTS})[\w.]*)")
 IN_QUOTES = re.compile(rf"`((?:{_ROOTS})[./][\w./-]+)`")
 WORTH_PARSING = re.compile(rf"""["'](?:{_ROOTS})[.:/{{]|f["']\{{_?[A-Z_]+\}}[.:/]|-m (?:{_ROOTS})""")
+KERNEL = "devices.models.native._kernel"
 NO_NAMES = {
-    "devices.models.native._kernel": "the kernel in C, which is there only where a compiler was",
+    KERNEL: "the kernel in C, which is there only where a compiler was",
     "studies.study_digest": "a column that a foreign key refers to",
     "analysis.yaml": "the file beside a study",
     "tests/NAME.csv": "a file that a regenerated study holds",
