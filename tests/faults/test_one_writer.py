@@ -4,10 +4,9 @@ import ast
 from functools import cache
 from pathlib import Path
 
+from tests.names import PACKAGES
+
 ROOT = Path(__file__).parents[2]
-ROOMS = (
-    "protocols", "devices", "studies", "analysis", "modeling", "benchmarks", "tools", "palpate.py", "palpate_entry.py",
-)  # fmt: skip
 WRITER = "protocols/files.py"
 METHODS = {
     "write_text": "Path.write_text", "write_bytes": "Path.write_bytes", "savefig": "a figure to a path",
@@ -92,7 +91,7 @@ def saves_a_picture(name, call):
 @cache
 def every_call():
     """(file, line, name, call) of every call in the product."""
-    tops = [ROOT / room for room in ROOMS]
+    tops = [ROOT / room for room in (*PACKAGES, "palpate.py", "palpate_entry.py")]
     files = [file for top in tops for file in (sorted(top.rglob("*.py")) if top.is_dir() else [top])]
     return [(file.relative_to(ROOT).as_posix(), *call) for file in files for call in calls(file)]
 

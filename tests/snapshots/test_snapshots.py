@@ -1,6 +1,6 @@
 """The help of every command, and what sixty commands print, against texts that are kept beside this file.
 
-To write the texts anew: RENEW_SNAPSHOTS=1 make test, or with pytest on this file alone. A commit that changes a text
+To write the texts anew: RENEW_SNAPSHOTS=1 .venv/bin/python -m pytest tests/snapshots. A commit that changes a text
 changes nothing else, and its difference is read line by line.
 """
 
@@ -128,7 +128,7 @@ from tests.faults.commands import commands
 import click
 pages = {}
 for name, command in commands().items():
-    with click.Context(command, info_name=f"palpate {name}", terminal_width=100) as context:
+    with click.Context(command, info_name=f"palpate {name}", terminal_width=int(sys.argv[1])) as context:
         context.help_option_names = ["-h", "--help"]
         pages[name] = command.get_help(context)
 json.dump(pages, sys.stdout)
@@ -138,7 +138,9 @@ json.dump(pages, sys.stdout)
 
 @pytest.fixture(scope="module")
 def help_pages():
-    done = subprocess.run([sys.executable, "-c", PRINT_HELP], capture_output=True, check=True, cwd=HERE.parents[1])
+    done = subprocess.run(
+        [sys.executable, "-c", PRINT_HELP, str(WIDTH)], capture_output=True, check=True, cwd=HERE.parents[1]
+    )
     return json.loads(done.stdout)
 
 
