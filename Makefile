@@ -8,7 +8,7 @@ EXTRAS ?= test
 ALL := dev,lab,models
 ROOMS := protocols devices studies analysis modeling
 KERNEL := setup.py $(wildcard devices/models/native/*.[ch])
-SOURCES := pyproject.toml setup.py palpate.py $(shell find $(ROOMS) participants_template -type f -not -path '*/__pycache__/*')
+SOURCES := pyproject.toml setup.py $(wildcard palpate/*.py) $(shell find $(ROOMS) participants_template -type f -not -path '*/__pycache__/*')
 
 # Run a command and say how long it took: $(call timed,words,command)
 timed = @echo '$(2)'; began=$$(date +%s); $(2) && echo "$(1): $$(($$(date +%s) - began)) s"

@@ -1,10 +1,16 @@
-"""The kernel in C, beside what pyproject.toml says: without a compiler the package is installed all the same."""
+"""What pyproject.toml cannot say: where the packages lie, and the kernel in C.
+
+The folders at the top are installed as subpackages of `palpate`. Without a compiler
+the package is installed without the kernel.
+"""
 
 import os
 
-from setuptools import Extension, setup
+from setuptools import Extension, find_namespace_packages, setup
 from setuptools.command.build_ext import build_ext
 
+FOLDERS = ("protocols", "devices", "studies", "analysis", "modeling", "participants_template")
+"""Folders at the top; the package `palpate` has a link to each, for tools that do not read this file."""
 FOLDER = "devices/models/native"
 HEADERS = ("kernel.h", "set.h", "vector.h", "gemm.h", "attention.h", "plain.h", "recurrence.h", "spectral.h",
            "rates.h")  # fmt: skip
@@ -20,7 +26,7 @@ class BuildKernel(build_ext):
 
 
 kernel = Extension(
-    "devices.models.native._kernel",
+    "palpate.devices.models.native._kernel",
     sources=[f"{FOLDER}/kernel.c", f"{FOLDER}/autoregression.c"],
     depends=[f"{FOLDER}/{name}" for name in HEADERS],
     extra_compile_args=FLAGS,
@@ -28,4 +34,12 @@ kernel = Extension(
     optional=True,
 )
 
-setup(ext_modules=[kernel], cmdclass={"build_ext": BuildKernel})
+setup(
+    packages=[
+        "palpate",
+        *(f"palpate.{name}" for name in find_namespace_packages(include=[f"{folder}*" for folder in FOLDERS])),
+    ],
+    package_dir={"palpate": "palpate", **{f"palpate.{folder}": folder for folder in FOLDERS}},
+    ext_modules=[kernel],
+    cmdclass={"build_ext": BuildKernel},
+)

@@ -5,55 +5,58 @@ from __future__ import annotations
 from importlib import import_module
 from typing import TYPE_CHECKING, Any
 
+if __name__ != "palpate.analysis":
+    raise ImportError("this package is palpate.analysis: from palpate import analysis")
+
 if TYPE_CHECKING:
-    from analysis.adjectives.agreement import word_agreement
-    from analysis.adjectives.antonyms import antonym_pairs
-    from analysis.adjectives.lexicon import lexicon, merge_word_lists
-    from analysis.adjectives.relevance import relevance
-    from analysis.adjectives.selections import gather_selections
-    from analysis.choices.bradley_terry import bradley_terry
-    from analysis.choices.intervals import profile_interval, resampled_answers
-    from analysis.choices.posterior import posterior
-    from analysis.choices.psychometric import fit_psychometric
-    from analysis.choices.staircase import staircase
-    from analysis.choices.thurstone import thurstone
-    from analysis.mixed_models.blups import random_effects
-    from analysis.mixed_models.comparing import compare_models
-    from analysis.mixed_models.model import mixed_model
-    from analysis.mixed_models.profiling import profile_intervals
-    from analysis.ordinal.aligned import aligned_ranks
-    from analysis.ordinal.friedman import friedman
-    from analysis.ordinal.likert import likert
-    from analysis.ordinal.nemenyi import nemenyi
-    from analysis.ordinal.ordinal_model import ordinal_model
-    from analysis.ordinal.rank_tests import wilcoxon_tests
-    from analysis.ratings.normalising import normalised
-    from analysis.ratings.target_errors import target_errors
-    from analysis.ratings.within_intervals import mean_intervals
-    from analysis.reliability.coincidence import krippendorff_alpha
-    from analysis.reliability.concordance import kendall_w
-    from analysis.reliability.consistency import cronbach_alpha
-    from analysis.reliability.intraclass import icc
-    from analysis.reliability.kappa import cohen_kappa, fleiss_kappa
-    from analysis.reliability.repeated import retest
-    from analysis.spaces.classical import classical_mds
-    from analysis.spaces.components import pca
-    from analysis.spaces.nonmetric import nonmetric_mds
-    from analysis.spaces.procrustes import procrustes
-    from analysis.spaces.replicated import confidence_ellipses
-    from analysis.spaces.retained import parallel_analysis
-    from analysis.spaces.vectors import property_vectors
-    from analysis.statistics.apa import apa_f, apa_p, apa_t
-    from analysis.statistics.between import anova
-    from analysis.statistics.equivalence import equivalence_tests
-    from analysis.statistics.eta_intervals import eta_squared_interval, eta_squared_intervals
-    from analysis.statistics.mixed import mixed_anova
-    from analysis.statistics.pairwise import pairwise_tests
-    from analysis.statistics.refusals import StatisticsError
-    from analysis.statistics.self_check import self_check
-    from analysis.statistics.sphericity import mauchly_tests
-    from analysis.statistics.standardised import dz_interval, hedges_interval
-    from analysis.statistics.within import rm_anova
+    from palpate.analysis.adjectives.agreement import word_agreement
+    from palpate.analysis.adjectives.antonyms import antonym_pairs
+    from palpate.analysis.adjectives.lexicon import lexicon, merge_word_lists
+    from palpate.analysis.adjectives.relevance import relevance
+    from palpate.analysis.adjectives.selections import gather_selections
+    from palpate.analysis.choices.bradley_terry import bradley_terry
+    from palpate.analysis.choices.intervals import profile_interval, resampled_answers
+    from palpate.analysis.choices.posterior import posterior
+    from palpate.analysis.choices.psychometric import fit_psychometric
+    from palpate.analysis.choices.staircase import staircase
+    from palpate.analysis.choices.thurstone import thurstone
+    from palpate.analysis.mixed_models.blups import random_effects
+    from palpate.analysis.mixed_models.comparing import compare_models
+    from palpate.analysis.mixed_models.model import mixed_model
+    from palpate.analysis.mixed_models.profiling import profile_intervals
+    from palpate.analysis.ordinal.aligned import aligned_ranks
+    from palpate.analysis.ordinal.friedman import friedman
+    from palpate.analysis.ordinal.likert import likert
+    from palpate.analysis.ordinal.nemenyi import nemenyi
+    from palpate.analysis.ordinal.ordinal_model import ordinal_model
+    from palpate.analysis.ordinal.rank_tests import wilcoxon_tests
+    from palpate.analysis.ratings.normalising import normalised
+    from palpate.analysis.ratings.target_errors import target_errors
+    from palpate.analysis.ratings.within_intervals import mean_intervals
+    from palpate.analysis.reliability.coincidence import krippendorff_alpha
+    from palpate.analysis.reliability.concordance import kendall_w
+    from palpate.analysis.reliability.consistency import cronbach_alpha
+    from palpate.analysis.reliability.intraclass import icc
+    from palpate.analysis.reliability.kappa import cohen_kappa, fleiss_kappa
+    from palpate.analysis.reliability.repeated import retest
+    from palpate.analysis.spaces.classical import classical_mds
+    from palpate.analysis.spaces.components import pca
+    from palpate.analysis.spaces.nonmetric import nonmetric_mds
+    from palpate.analysis.spaces.procrustes import procrustes
+    from palpate.analysis.spaces.replicated import confidence_ellipses
+    from palpate.analysis.spaces.retained import parallel_analysis
+    from palpate.analysis.spaces.vectors import property_vectors
+    from palpate.analysis.statistics.apa import apa_f, apa_p, apa_t
+    from palpate.analysis.statistics.between import anova
+    from palpate.analysis.statistics.equivalence import equivalence_tests
+    from palpate.analysis.statistics.eta_intervals import eta_squared_interval, eta_squared_intervals
+    from palpate.analysis.statistics.mixed import mixed_anova
+    from palpate.analysis.statistics.pairwise import pairwise_tests
+    from palpate.analysis.statistics.refusals import StatisticsError
+    from palpate.analysis.statistics.self_check import self_check
+    from palpate.analysis.statistics.sphericity import mauchly_tests
+    from palpate.analysis.statistics.standardised import dz_interval, hedges_interval
+    from palpate.analysis.statistics.within import rm_anova
 
 __all__ = [
     "StatisticsError",
@@ -176,8 +179,8 @@ _HOMES = {
 def __getattr__(name: str) -> Any:
     """Import a public call only when it is asked for, so that importing the room costs nothing."""
     if name in _HOMES:
-        return getattr(import_module(f"analysis.{_HOMES[name]}"), name)
-    raise AttributeError(f"module 'analysis' has no attribute {name!r}")
+        return getattr(import_module(f"palpate.analysis.{_HOMES[name]}"), name)
+    raise AttributeError(f"module 'palpate.analysis' has no attribute {name!r}")
 
 
 def __dir__() -> list[str]:

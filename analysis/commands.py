@@ -11,15 +11,15 @@ from typing import TYPE_CHECKING, Any
 
 import click
 
-from protocols.shell_command import shell_command
-from studies.options import JSON, LAB, Progress, echo_json, progress_bar
+from palpate.protocols.shell_command import shell_command
+from palpate.studies.options import JSON, LAB, Progress, echo_json, progress_bar
 
 if TYPE_CHECKING:
     from rich.console import Console
 
-    from analysis.reporting.analysed import Analysed
-    from analysis.reporting.compare_reference import Compared
-    from analysis.reporting.sources import Missing, Wanted
+    from palpate.analysis.reporting.analysed import Analysed
+    from palpate.analysis.reporting.compare_reference import Compared
+    from palpate.analysis.reporting.sources import Missing, Wanted
 
 
 DATABASE = click.option(
@@ -51,7 +51,7 @@ def source_options(command: Callable[..., None]) -> Callable[..., None]:
         *, name: str, lab: Path, url: str | None, digest: str | None, include_incomplete: bool, simulated: bool | None,
         **others: Any,
     ) -> None:  # fmt: skip
-        from analysis.reporting.sources import Wanted
+        from palpate.analysis.reporting.sources import Wanted
 
         command(Wanted(name, lab, url, digest, include_incomplete, simulated), **others)
 
@@ -92,9 +92,9 @@ def analyse(
         _demand_no_other_option()
         _analyse_codes(wanted, codes, as_json)
         return
-    from analysis.reporting.report import save_figures
-    from analysis.reporting.results import write_results
-    from protocols.files import staged_files
+    from palpate.analysis.reporting.report import save_figures
+    from palpate.analysis.reporting.results import write_results
+    from palpate.protocols.files import staged_files
 
     with progress_bar(as_json) as progress:
         found = _analysed(wanted, missing, progress)
@@ -123,12 +123,12 @@ def _demand_no_other_option() -> None:
 
 
 def _analyse_codes(wanted: Wanted, paths: tuple[Path, ...], as_json: bool) -> None:
-    from analysis.coding.agreement import agreement, code_counts, notes_on
-    from analysis.coding.tables import answers_in, read_coders
-    from analysis.exporting.source import opened
-    from analysis.reporting.csv_files import csv_text
-    from protocols.files import write_texts
-    from protocols.wording import count
+    from palpate.analysis.coding.agreement import agreement, code_counts, notes_on
+    from palpate.analysis.coding.tables import answers_in, read_coders
+    from palpate.analysis.exporting.source import opened
+    from palpate.analysis.reporting.csv_files import csv_text
+    from palpate.protocols.files import write_texts
+    from palpate.protocols.wording import count
 
     with opened(wanted) as source:
         answers = answers_in(source)
@@ -176,7 +176,7 @@ def report(wanted: Wanted, missing: Missing, to: Path | None, as_json: bool) -> 
 
     Example: palpate report door_ratings --lab LAB
     """
-    from analysis.reporting.report import write_report
+    from palpate.analysis.reporting.report import write_report
 
     with progress_bar(as_json) as progress:
         found = _analysed(wanted, missing, progress)
@@ -202,13 +202,13 @@ def import_(map: Path, data: Path | None, lab: Path, replace: bool, as_json: boo
 
     Example: palpate import sk2011 --lab LAB; palpate samples; palpate import samples/chairs.yaml --lab LAB
     """
-    from analysis.importing.map_file import find_map
-    from analysis.importing.tables import import_table
-    from analysis.ratings.design import check_ratings
-    from analysis.ratings.notes import data_notes, exclusion_lines
-    from analysis.ratings.saved import save_ratings
-    from analysis.reporting.sources import IMPORTED
-    from protocols.wording import count
+    from palpate.analysis.importing.map_file import find_map
+    from palpate.analysis.importing.tables import import_table
+    from palpate.analysis.ratings.design import check_ratings
+    from palpate.analysis.ratings.notes import data_notes, exclusion_lines
+    from palpate.analysis.ratings.saved import save_ratings
+    from palpate.analysis.reporting.sources import IMPORTED
+    from palpate.protocols.wording import count
 
     ratings = import_table(find_map(map), data)
     folder = lab / IMPORTED / ratings.name
@@ -232,8 +232,8 @@ def import_(map: Path, data: Path | None, lab: Path, replace: bool, as_json: boo
 
 
 def _analysed(wanted: Wanted, missing: Missing, progress: Progress) -> Analysed:
-    from analysis.reporting.analysed import analyse_ratings
-    from analysis.reporting.sources import read_source
+    from palpate.analysis.reporting.analysed import analyse_ratings
+    from palpate.analysis.reporting.sources import read_source
 
     ratings, title = read_source(replace(wanted, missing=missing), progress)
     return analyse_ratings(ratings, title, progress)
@@ -246,7 +246,7 @@ def _folder(wanted: Wanted) -> Path:
 def _compared(found: Analysed, choice: str) -> list[Compared]:
     if choice == "none":
         return []
-    from analysis.reporting.compare_reference import compare_with_reference, fitting_test, read_reference
+    from palpate.analysis.reporting.compare_reference import compare_with_reference, fitting_test, read_reference
 
     reference = read_reference(choice, found.ratings.name)
     return compare_with_reference(fitting_test(found.statistics.tests, reference).rows, reference)
@@ -259,7 +259,7 @@ def _show(found: Analysed, files: list[Path], compared: list[Compared]) -> None:
     _show_data(console, found)
     _show_headlines(console, found)
     if compared:
-        from analysis.reporting.compare_reference import comparison_table
+        from palpate.analysis.reporting.compare_reference import comparison_table
 
         console.print(comparison_table(compared, "Beside the reference values"))
     for folder in dict.fromkeys(path.parent for path in files):
@@ -270,9 +270,9 @@ def _show(found: Analysed, files: list[Path], compared: list[Compared]) -> None:
 def _show_data(console: Console, found: Analysed) -> None:
     from rich.markup import escape
 
-    from analysis.ratings.notes import data_notes
-    from analysis.reporting.page_data import inclusions
-    from analysis.reporting.page_text import count
+    from palpate.analysis.ratings.notes import data_notes
+    from palpate.analysis.reporting.page_data import inclusions
+    from palpate.analysis.reporting.page_text import count
 
     ratings, design = found.ratings, found.design
     people = f"{count(len(ratings.participants), 'participant')}, {count(len(ratings.table), 'rating')}"
@@ -294,8 +294,8 @@ def _show_headlines(console: Console, found: Analysed) -> None:
     from rich.markup import escape
     from rich.table import Table
 
-    from analysis.reporting.page_tests import refusals
-    from analysis.reporting.sentences import headlines
+    from palpate.analysis.reporting.page_tests import refusals
+    from palpate.analysis.reporting.sentences import headlines
 
     table = Table(box=None, pad_edge=False, show_header=False)
     table.add_column(style="bold", no_wrap=True)
@@ -308,9 +308,9 @@ def _show_headlines(console: Console, found: Analysed) -> None:
 
 
 def _summary(found: Analysed, files: list[Path]) -> dict[str, Any]:
-    from analysis.ratings.notes import data_notes
-    from analysis.reporting.page_tests import refusals
-    from analysis.reporting.sentences import headlines
+    from palpate.analysis.ratings.notes import data_notes
+    from palpate.analysis.reporting.page_tests import refusals
+    from palpate.analysis.reporting.sentences import headlines
 
     return {
         "name": found.ratings.name,

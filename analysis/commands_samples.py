@@ -6,15 +6,15 @@ from pathlib import Path
 
 import click
 
-from protocols.shell_command import shell_command
+from palpate.protocols.shell_command import shell_command
 
-TABLES = Path(__file__).with_name("samples")
+TABLES = Path(__file__).resolve().with_name("samples")
 DOOR = Path("door_ratings") / "profiles" / "K8_g0.csv"
 
 
 def sample_files() -> dict[str, bytes]:
     """Return the sample files by name: a table of ratings with its column map, and a door's profile."""
-    from studies.catalogue import SHIPPED
+    from palpate.studies.catalogue import SHIPPED
 
     files = {path.name: path.read_bytes() for path in sorted(TABLES.iterdir()) if path.is_file()}
     return {**files, "door.csv": (SHIPPED / DOOR).read_bytes()}
@@ -29,7 +29,7 @@ def samples(folder: Path) -> None:
 
     Example: palpate samples samples; palpate import samples/chairs.yaml --lab LAB
     """
-    from protocols.files import staged_files, write_bytes
+    from palpate.protocols.files import staged_files, write_bytes
 
     files = sample_files()
     for name, content in files.items():

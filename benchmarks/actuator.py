@@ -8,15 +8,15 @@ from pathlib import Path
 
 import numpy as np
 
-from devices.actuator.compensation import Compensation
-from devices.actuator.device import VoiceCoil, make
-from devices.actuator.identify import Shaking, identify
-from devices.actuator.inverse import Wish, invert
-from devices.actuator.queue import RATE_HZ, Array
-from devices.actuator.resonance import Coil, Shaken
-from devices.actuator.response import Response
-from devices.actuator.settings import Settings
-from protocols.bench import Case
+from palpate.devices.actuator.compensation import Compensation
+from palpate.devices.actuator.device import VoiceCoil, make
+from palpate.devices.actuator.identify import Shaking, identify
+from palpate.devices.actuator.inverse import Wish, invert
+from palpate.devices.actuator.queue import RATE_HZ, Array
+from palpate.devices.actuator.resonance import Coil, Shaken
+from palpate.devices.actuator.response import Response
+from palpate.devices.actuator.settings import Settings
+from palpate.protocols.bench import Case
 
 AREA = "actuator"
 LOW_HZ, HIGH_HZ = 20, 450

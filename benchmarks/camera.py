@@ -10,8 +10,8 @@ from functools import partial
 import numpy as np
 from numpy.typing import NDArray
 
-from devices.camera.look import JUDGED, Limits, Look, look
-from protocols.bench import Case
+from palpate.devices.camera.look import JUDGED, Limits, Look, look
+from palpate.protocols.bench import Case
 
 AREA = "camera"
 Pixels = NDArray[np.uint8]

@@ -6,7 +6,7 @@ from pathlib import Path
 
 import click
 
-from protocols.lazy import load_object
+from palpate.protocols.lazy import load_object
 
 AREAS = {
     "statistics": "benchmarks.statistics.cases:cases",
@@ -57,10 +57,10 @@ def bench(area: tuple[str, ...], quick: bool, as_json: bool, out: Path) -> None:
     """
     from rich.console import Console
 
-    from analysis.measuring.rows import as_json as rows_as_json
-    from analysis.measuring.rows import run_bench
-    from analysis.measuring.work_precision import print_table
-    from analysis.measuring.work_precision_plot import save_plots
+    from palpate.analysis.measuring.rows import as_json as rows_as_json
+    from palpate.analysis.measuring.rows import run_bench
+    from palpate.analysis.measuring.work_precision import print_table
+    from palpate.analysis.measuring.work_precision_plot import save_plots
 
     chosen = {name: load_object(AREAS[name])(quick) for name in area or AREAS}
     with Console(stderr=True).status("measuring") as status:

@@ -8,9 +8,9 @@ from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
-from modeling.doors.data import Array
-from modeling.doors.intervals import COVERAGE, half_widths
-from protocols.bench import Case
+from palpate.modeling.doors.data import Array
+from palpate.modeling.doors.intervals import COVERAGE, half_widths
+from palpate.protocols.bench import Case
 
 if TYPE_CHECKING:
     from numpy.random import Generator

@@ -9,12 +9,12 @@ from functools import partial
 import numpy as np
 from numpy.typing import NDArray
 
-from modeling.library.asking import Wish, combined
-from modeling.library.entries import Entry, Library, Predicted, Rated, belief, felt
-from modeling.library.finding import Found, find, wishes_of
-from modeling.library.nearest import Near, near
-from modeling.library.ranges import Soft
-from protocols.bench import Case
+from palpate.modeling.library.asking import Wish, combined
+from palpate.modeling.library.entries import Entry, Library, Predicted, Rated, belief, felt
+from palpate.modeling.library.finding import Found, find, wishes_of
+from palpate.modeling.library.nearest import Near, near
+from palpate.modeling.library.ranges import Soft
+from palpate.protocols.bench import Case
 
 AREA = "library"
 PAIRS = (("Rough", "Smooth"), ("Flat", "Bumpy"), ("Sticky", "Slippery"), ("Hard", "Soft"))

@@ -9,9 +9,9 @@ from collections.abc import Callable, Iterator, Sequence
 from functools import partial
 from pathlib import Path
 
-from analysis.power.curve import Asking, Point, power_curve, wilson
-from protocols.bench import Case
-from protocols.files import write_texts
+from palpate.analysis.power.curve import Asking, Point, power_curve, wilson
+from palpate.protocols.bench import Case
+from palpate.protocols.files import write_texts
 
 AREA = "power"
 PEOPLE, NOISE, APART = 12, 1.0, 1.0

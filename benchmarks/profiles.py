@@ -9,9 +9,9 @@ from itertools import pairwise
 
 import numpy as np
 
-from devices.door.grid import MAX_ANGLE_DEG, POINTS, POINTS_PER_DEG
-from devices.door.profiles import Array, normalise
-from protocols.bench import Case
+from palpate.devices.door.grid import MAX_ANGLE_DEG, POINTS, POINTS_PER_DEG
+from palpate.devices.door.profiles import Array, normalise
+from palpate.protocols.bench import Case
 
 AREA = "profiles"
 GRID_DEG = np.arange(POINTS) / POINTS_PER_DEG

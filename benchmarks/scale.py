@@ -20,12 +20,12 @@ from pathlib import Path
 
 from sqlalchemy import delete
 
-from protocols.bench import Case
-from studies.catalogue import SHIPPED
-from studies.collect import Collector, ledgers_in, open_database
-from studies.collected_rows import OF_A_SESSION
-from studies.collected_schema import metadata
-from studies.workers import available_cores
+from palpate.protocols.bench import Case
+from palpate.studies.catalogue import SHIPPED
+from palpate.studies.collect import Collector, ledgers_in, open_database
+from palpate.studies.collected_rows import OF_A_SESSION
+from palpate.studies.collected_schema import metadata
+from palpate.studies.workers import available_cores
 
 SIZES = (20, 200, 2000)
 MOST_REGENERATED = 500
@@ -160,10 +160,10 @@ def _cases_of(sessions: int, lab: Path) -> Iterator[Case]:
 
 def _first_page(lab: Path, told: str, sessions: int) -> Case:
     """What a browser waits for where nothing was kept of the lab: sessions, or how many of them are still to come."""
-    from analysis.monitoring.app import BUDGET_S
-    from analysis.monitoring.finished import FILE
-    from analysis.monitoring.page import Pages
-    from analysis.monitoring.watching import Snapshot, Watch
+    from palpate.analysis.monitoring.app import BUDGET_S
+    from palpate.analysis.monitoring.finished import FILE
+    from palpate.analysis.monitoring.page import Pages
+    from palpate.analysis.monitoring.watching import Snapshot, Watch
 
     snapshots: list[Snapshot] = []
 
@@ -185,8 +185,8 @@ def _first_page(lab: Path, told: str, sessions: int) -> Case:
 
 def _update(lab: Path, told: str, sessions: int) -> Case:
     """A page that is open, and a session that ends: what the browser waits for."""
-    from analysis.monitoring.page import Pages
-    from analysis.monitoring.watching import Watch
+    from palpate.analysis.monitoring.page import Pages
+    from palpate.analysis.monitoring.watching import Watch
 
     watch, pages = Watch(lab), Pages()
     pages.fragment(watch.look())

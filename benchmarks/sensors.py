@@ -6,13 +6,13 @@ from collections.abc import Callable, Iterator
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
-from protocols.bench import Case
+from palpate.protocols.bench import Case
 
 if TYPE_CHECKING:
     import numpy as np
     from numpy.typing import NDArray
 
-    from devices.daq.sensor import DaqSensor
+    from palpate.devices.daq.sensor import DaqSensor
 
     Array = NDArray[np.float64]
 
@@ -33,7 +33,7 @@ def cases(quick: bool) -> Iterator[Case]:
 def _force() -> DaqSensor:
     import numpy as np
 
-    from devices.daq.force_torque import Settings, make
+    from palpate.devices.daq.force_torque import Settings, make
 
     made = make("force", Settings(kind="force_torque", driver="twin", rate_hz=FORCE_HZ, stuck_s=0), Path())
     vars(made.transducer)["bias_V"] = np.linspace(-0.5, 0.5, 6)
@@ -41,13 +41,13 @@ def _force() -> DaqSensor:
 
 
 def _accelerometer() -> DaqSensor:
-    from devices.daq.accelerometer import Settings, make
+    from palpate.devices.daq.accelerometer import Settings, make
 
     return make("vibration", Settings(kind="accelerometer", driver="twin", rate_hz=ACCELERATION_HZ, stuck_s=0), Path())
 
 
 def _volts(sensor: DaqSensor) -> Array:
-    from devices.daq.acquire import Pace
+    from palpate.devices.daq.acquire import Pace
 
     times = iter((0.0, BLOCK_S, BLOCK_S, BLOCK_S))
     sensor.daq.open()
@@ -77,7 +77,7 @@ def _linear(sensor: DaqSensor) -> tuple[Array, Array]:
     """Both sensors are an offset and a matrix."""
     import numpy as np
 
-    from devices.scene import GRAVITY_M_S2
+    from palpate.devices.scene import GRAVITY_M_S2
 
     told = sensor.describe()
     if "matrix" in told:
@@ -95,7 +95,7 @@ def _by_sample(offset: list[float], matrix: list[list[float]], volts: list[list[
 
 def _making(given: str, sensor: DaqSensor, repeats: int) -> Case:
     """How much a twin costs; its error is the mean against what lies on it: nothing, or one g."""
-    from devices.daq.acquire import Pace
+    from palpate.devices.daq.acquire import Pace
 
     times = [0.0]
     sensor.daq.open()

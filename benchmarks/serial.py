@@ -8,17 +8,17 @@ from functools import partial
 
 from benchmarks.serial_drills import DRILLS, Drilled, drilled
 from benchmarks.serial_lines import PacedLine
-from devices.door.firmware.controller import Firmware
-from devices.door.firmware.twin_plant import TwinPlant
-from devices.door.firmware.wire import Wire
-from devices.door.link import dialogue
-from devices.door.link import messages as says
-from devices.door.link.connections import by_twin
-from devices.door.link.frames import Frame, Parser, on_the_line
-from devices.door.link.limits import Limits
-from devices.door.link.link import Link
-from devices.door.twin import open_door
-from protocols.bench import Case
+from palpate.devices.door.firmware.controller import Firmware
+from palpate.devices.door.firmware.twin_plant import TwinPlant
+from palpate.devices.door.firmware.wire import Wire
+from palpate.devices.door.link import dialogue
+from palpate.devices.door.link import messages as says
+from palpate.devices.door.link.connections import by_twin
+from palpate.devices.door.link.frames import Frame, Parser, on_the_line
+from palpate.devices.door.link.limits import Limits
+from palpate.devices.door.link.link import Link
+from palpate.devices.door.twin import open_door
+from palpate.protocols.bench import Case
 
 BAUD = 1_000_000
 AREA = "serial"

@@ -6,11 +6,11 @@ import math
 from collections.abc import Callable, Mapping
 from dataclasses import dataclass
 
-from devices.door.firmware.ailments import AILMENTS, Ailing
-from devices.door.firmware.controller import BOOT_MS, Firmware
-from devices.door.firmware.twin_plant import TwinPlant
-from devices.door.link import messages as says
-from devices.door.link.codes import Fault
+from palpate.devices.door.firmware.ailments import AILMENTS, Ailing
+from palpate.devices.door.firmware.controller import BOOT_MS, Firmware
+from palpate.devices.door.firmware.twin_plant import TwinPlant
+from palpate.devices.door.link import messages as says
+from palpate.devices.door.link.codes import Fault
 
 MOVING_MS = 1600
 """Into the play, the twin's hand moves the arm at some tens of degrees a second."""

@@ -9,8 +9,8 @@ import time
 from collections.abc import Callable
 from dataclasses import dataclass, field
 
-from devices.door.firmware.wire import Wire
-from protocols.events import NS
+from palpate.devices.door.firmware.wire import Wire
+from palpate.protocols.events import NS
 
 MS_NS = NS // 1000
 UNPLUGGED = "the device is gone"

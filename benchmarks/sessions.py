@@ -11,26 +11,26 @@ from itertools import count
 from pathlib import Path
 from typing import Any
 
-from protocols.bench import Case
-from protocols.canonical import canonical
-from protocols.event_shapes import EventShapes
-from protocols.events import NS, Event
-from protocols.plan import Plan, compile_plan
-from protocols.requests import Samples
-from protocols.runner import run
-from studies.allocation import allocate
-from studies.catalogue import SHIPPED, read_study
-from studies.lab_forms import lab_forms
-from studies.ledger import create, take_up
-from studies.record import read
-from studies.replay import replay
-from studies.rig import simulated
-from studies.session import start
+from palpate.protocols.bench import Case
+from palpate.protocols.canonical import canonical
+from palpate.protocols.event_shapes import EventShapes
+from palpate.protocols.events import NS, Event
+from palpate.protocols.plan import Plan, compile_plan
+from palpate.protocols.requests import Samples
+from palpate.protocols.runner import run
+from palpate.studies.allocation import allocate
+from palpate.studies.catalogue import SHIPPED, read_study
+from palpate.studies.lab_forms import lab_forms
+from palpate.studies.ledger import create, take_up
+from palpate.studies.record import read
+from palpate.studies.replay import replay
+from palpate.studies.rig import simulated
+from palpate.studies.session import start
 
 DOORS = SHIPPED / "door_ratings"
 HEAVY = ("numpy", "pandas", "scipy", "sqlalchemy", "torch", "psychopy", "matplotlib")
-LOADED = "import sys; sys.argv[1:] = {arguments}; import palpate\n" + (
-    "try: palpate.main()\nexcept SystemExit: pass\n"
+LOADED = "import sys; sys.argv[1:] = {arguments}; from palpate import command_line\n" + (
+    "try: command_line.main()\nexcept SystemExit: pass\n"
     "import sys; print(sum(name in sys.modules for name in {heavy}), file=sys.stderr)"
 )
 

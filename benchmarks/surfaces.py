@@ -10,15 +10,15 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
-from devices.surfaces.act import BATCH, BLOCKS
-from devices.surfaces.contact import INTERNAL_HZ, THETA, Drive, at_rest, law, ride
-from devices.surfaces.hand import free_hand
-from devices.surfaces.rates import at_rate
-from devices.surfaces.relief import relief
-from devices.surfaces.scene import SurfaceScene, first_rows, ground_of
-from devices.surfaces.table import Surface, read_surfaces
-from devices.surfaces.tip import RADIUS_MM, traced
-from protocols.bench import Case
+from palpate.devices.surfaces.act import BATCH, BLOCKS
+from palpate.devices.surfaces.contact import INTERNAL_HZ, THETA, Drive, at_rest, law, ride
+from palpate.devices.surfaces.hand import free_hand
+from palpate.devices.surfaces.rates import at_rate
+from palpate.devices.surfaces.relief import relief
+from palpate.devices.surfaces.scene import SurfaceScene, first_rows, ground_of
+from palpate.devices.surfaces.table import Surface, read_surfaces
+from palpate.devices.surfaces.tip import RADIUS_MM, traced
+from palpate.protocols.bench import Case
 
 Numbers = NDArray[np.float64]
 AREA = "surfaces"

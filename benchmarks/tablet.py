@@ -5,8 +5,8 @@ from __future__ import annotations
 from collections.abc import Callable, Iterator, Sequence
 
 from benchmarks.tablet_errors import Felt, Stroke, errors, felt
-from devices.tablet.pipeline import Shape, Upsampling
-from protocols.bench import Case
+from palpate.devices.tablet.pipeline import Shape, Upsampling
+from palpate.protocols.bench import Case
 
 METHODS: tuple[Upsampling, ...] = ("hold", "line")
 REPORTS_HZ = (60.0, 133.0, 240.0)

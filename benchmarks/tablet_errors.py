@@ -6,9 +6,9 @@ import math
 from collections.abc import Callable, Sequence
 from dataclasses import dataclass
 
-from devices.noise import gaussians
-from devices.tablet.pipeline import Shape, Stylus
-from devices.tablet.reports import Report
+from palpate.devices.noise import gaussians
+from palpate.devices.tablet.pipeline import Shape, Stylus
+from palpate.devices.tablet.reports import Report
 
 SETTLED_S = 1.0
 Felt = tuple[float, float, float]

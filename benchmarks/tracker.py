@@ -8,10 +8,10 @@ from functools import partial
 
 import numpy as np
 
-from analysis.aligning.refusals import Array
-from analysis.aligning.speed import Place, slope, velocity
 from benchmarks.speed_table import Stroke, simulated
-from protocols.bench import Case
+from palpate.analysis.aligning.refusals import Array
+from palpate.analysis.aligning.speed import Place, slope, velocity
+from palpate.protocols.bench import Case
 
 STROKES = {
     "a hand's stroke": Stroke(),

@@ -5,9 +5,9 @@ from __future__ import annotations
 from collections.abc import Callable
 from dataclasses import dataclass
 
-from devices.desk import Desk, Pages
-from protocols.events import NS
-from protocols.requests import Aside, Request
+from palpate.devices.desk import Desk, Pages
+from palpate.protocols.events import NS
+from palpate.protocols.requests import Aside, Request
 
 
 @dataclass

@@ -6,7 +6,7 @@ from collections.abc import Callable, Mapping
 from dataclasses import dataclass
 from typing import Any, Literal, Protocol
 
-from protocols.requests import Aside, Confirm, Reply
+from palpate.protocols.requests import Aside, Confirm, Reply
 
 
 @dataclass(frozen=True)
@@ -37,7 +37,7 @@ class Desk(Protocol):
     def poll(self) -> Aside | None:
         """What the experimenter did since the last poll, one thing at a time, or None.
 
-        Raises studies.interrupts.Interrupted where the experimenter ends the sitting.
+        Raises palpate.studies.interrupts.Interrupted where the experimenter ends the sitting.
         """
 
     def demand(self, prompt: Prompt | None) -> None:

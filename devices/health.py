@@ -8,8 +8,8 @@ from collections.abc import Mapping, Sequence
 import numpy as np
 from numpy.typing import NDArray
 
-from devices.signals import Block, DeviceFault, NowNs, Reading, Sensor, Signal
-from protocols.events import NS
+from palpate.devices.signals import Block, DeviceFault, NowNs, Reading, Sensor, Signal
+from palpate.protocols.events import NS
 
 WAIT_S = 0.05
 """How long one read may wait; a sensor is asked for no longer than this past the time given."""

@@ -4,9 +4,9 @@ from __future__ import annotations
 
 from dataclasses import dataclass
 
-from devices.desk import Desk, Pages, Prompt
-from devices.signals import DeviceFault
-from protocols.requests import Aside, Fault
+from palpate.devices.desk import Desk, Pages, Prompt
+from palpate.devices.signals import DeviceFault
+from palpate.protocols.requests import Aside, Fault
 
 
 @dataclass

@@ -7,8 +7,8 @@ import sys
 from array import array
 from statistics import NormalDist
 
-from protocols.canonical import canonical
-from protocols.keyed import Key
+from palpate.protocols.canonical import canonical
+from palpate.protocols.keyed import Key
 
 LEVELS = 4096
 QUANTILES = tuple(NormalDist().inv_cdf((level + 0.5) / LEVELS) for level in range(LEVELS))

@@ -9,7 +9,7 @@ from contextlib import contextmanager
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
-from protocols.files import open_bytes, staged_files, write_text
+from palpate.protocols.files import open_bytes, staged_files, write_text
 
 if TYPE_CHECKING:
     from matplotlib.figure import Figure

@@ -5,10 +5,10 @@ from __future__ import annotations
 from collections.abc import Callable, Sequence
 from dataclasses import dataclass
 
-from devices.acts import Act, going_on
-from devices.desk import Desk, Pages, Prompt
-from protocols.requests import Aside, Present, Reply
-from protocols.study import Stimulus
+from palpate.devices.acts import Act, going_on
+from palpate.devices.desk import Desk, Pages, Prompt
+from palpate.protocols.requests import Aside, Present, Reply
+from palpate.protocols.study import Stimulus
 
 TELLING = ("label", "material", "position")
 """Columns of a stimulus table that say which sample is meant and where it lies."""

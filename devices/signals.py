@@ -10,11 +10,11 @@ from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass, field
 from typing import TYPE_CHECKING, Any, Protocol
 
-from devices.desk import Desk, Pages
-from protocols.requests import Came, Present, Sense
+from palpate.devices.desk import Desk, Pages
+from palpate.protocols.requests import Came, Present, Sense
 
 if TYPE_CHECKING:
-    from devices.scene import Scene
+    from palpate.devices.scene import Scene
 
 NowNs = Callable[[], int]
 """A clock in nanoseconds that never runs backwards; any thread may ask it."""

@@ -7,16 +7,16 @@ from typing import TYPE_CHECKING, Any
 
 import click
 
-from modeling.commands_attributes import evaluate_attributes, train_attributes
-from modeling.commands_data import Asked, data_options, going_on, progress_lines, read
-from modeling.commands_textures import evaluate_textures, train_textures
-from protocols.extras import MODELS
-from studies.options import JSON, echo_json, names_in, needs_packages
+from palpate.modeling.commands_attributes import evaluate_attributes, train_attributes
+from palpate.modeling.commands_data import Asked, data_options, going_on, progress_lines, read
+from palpate.modeling.commands_textures import evaluate_textures, train_textures
+from palpate.protocols.extras import MODELS
+from palpate.studies.options import JSON, echo_json, names_in, needs_packages
 
 if TYPE_CHECKING:
-    from modeling.doors.evaluating_whole import Evaluation
-    from modeling.doors.registry import Direction
-    from modeling.handed import Handed
+    from palpate.modeling.doors.evaluating_whole import Evaluation
+    from palpate.modeling.doors.registry import Direction
+    from palpate.modeling.handed import Handed
 
 SEED = click.option(
     "--seed", type=click.IntRange(0, 1_000_000), default=0, show_default=True, help="For everything drawn."
@@ -78,10 +78,10 @@ def train_doors(
 
     Example: palpate train doors --lab LAB
     """
-    from modeling.commands_training import Training, train_pair
-    from modeling.doors.evaluating import Wanted, folds_for
-    from modeling.doors.evaluating_outputs import default_of, kept_in
-    from modeling.doors.registry import demand_file
+    from palpate.modeling.commands_training import Training, train_pair
+    from palpate.modeling.doors.evaluating import Wanted, folds_for
+    from palpate.modeling.doors.evaluating_outputs import default_of, kept_in
+    from palpate.modeling.doors.registry import demand_file
 
     named: dict[Direction, str | None] = {"forward": forward, "inverse": inverse}
     for way, name in named.items():
@@ -141,9 +141,9 @@ def evaluate_doors(
 
     Example: palpate evaluate doors --lab LAB --methods ridge,generator
     """
-    from modeling.doors.evaluating import Wanted, folds_for
-    from modeling.doors.evaluating_outputs import folder_for, kept_in, write_all
-    from modeling.doors.evaluating_whole import evaluate as evaluated
+    from palpate.modeling.doors.evaluating import Wanted, folds_for
+    from palpate.modeling.doors.evaluating_outputs import folder_for, kept_in, write_all
+    from palpate.modeling.doors.evaluating_whole import evaluate as evaluated
 
     wanted = Wanted(
         methods=_methods(names),
@@ -161,7 +161,7 @@ def evaluate_doors(
         found = evaluated(data, individual, handed.doors(), wanted, report)
         paths = write_all(found, to or folder_for(asked.lab, split), report, not quick if figures is None else figures)
     if as_json:
-        from modeling.doors.evaluation_results import as_json as results
+        from palpate.modeling.doors.evaluation_results import as_json as results
 
         echo_json({**results(found), "files": list(map(str, paths))})
         return
@@ -170,9 +170,9 @@ def evaluate_doors(
 
 def _methods(names: tuple[str, ...]) -> dict[Direction, tuple[str, ...]] | None:
     """The methods by direction; None for all. Raises ModelDataError for a name that is none."""
-    from modeling.doors.data import ModelDataError
-    from modeling.doors.registry import FORWARD, INVERSE, methods_of
-    from protocols.did_you_mean import nearest
+    from palpate.modeling.doors.data import ModelDataError
+    from palpate.modeling.doors.registry import FORWARD, INVERSE, methods_of
+    from palpate.protocols.did_you_mean import nearest
 
     asked = names_in(names)
     if not asked:
@@ -195,9 +195,9 @@ def _show(found: Evaluation, page: Path) -> None:
     from rich.console import Console
     from rich.table import Table
 
-    from modeling.doors.evaluation_parts import banners, reached
-    from modeling.report.blocks import written
-    from modeling.report.terminal import print_banners
+    from palpate.modeling.doors.evaluation_parts import banners, reached
+    from palpate.modeling.report.blocks import written
+    from palpate.modeling.report.terminal import print_banners
 
     print_banners(banners(found))
     console = Console(highlight=False)

@@ -10,10 +10,10 @@ from typing import TYPE_CHECKING, Any
 
 import click
 
-from modeling.commands_data import going_on, progress_lines
-from modeling.commands_recordings import BESIDE_A_TABLE, beside_a_table, demand_folder_alone
-from protocols.extras import FEATURES, MODELS
-from studies.options import (
+from palpate.modeling.commands_data import going_on, progress_lines
+from palpate.modeling.commands_recordings import BESIDE_A_TABLE, beside_a_table, demand_folder_alone
+from palpate.protocols.extras import FEATURES, MODELS
+from palpate.studies.options import (
     JSON,
     LAB,
     echo_json,
@@ -25,9 +25,9 @@ from studies.options import (
 )
 
 if TYPE_CHECKING:
-    from modeling.attributes.judging_whole import Judged, Wanted
-    from modeling.attributes.material import Material
-    from modeling.attributes.reading_recordings import Recordings
+    from palpate.modeling.attributes.judging_whole import Judged, Wanted
+    from palpate.modeling.attributes.material import Material
+    from palpate.modeling.attributes.reading_recordings import Recordings
 
 Report = Callable[[str], None]
 COLUMNS = (
@@ -115,20 +115,20 @@ def material_for(asked: Asked, report: Report) -> Material:
     Features can take half an hour: a cluster that is not there, or not fit, is refused before (JobError).
     """
     if asked.cluster is not None:
-        from modeling.training.jobs_cluster import demand_cluster
+        from palpate.modeling.training.jobs_cluster import demand_cluster
 
         report("looking for the cluster")
         demand_cluster(asked.cluster)
     report("making features")
     asked_for: dict[str, Any] = {"weights": asked.weights, "quick": asked.quick, "workers": asked.workers}
     if asked.folder is not None:
-        from modeling.attributes.reading_folder import read_folder
+        from palpate.modeling.attributes.reading_folder import read_folder
 
         if asked.scale is not None:
             asked_for["scale"] = asked.scale
         asked_for["recordings"] = asked.recordings
         return read_folder(asked.folder, asked.lab, table=asked.ratings, report=report, **asked_for)
-    from modeling.attributes.reading import MOST_IN_A_HURRY, read_material
+    from palpate.modeling.attributes.reading import MOST_IN_A_HURRY, read_material
 
     asked_for |= {"most": MOST_IN_A_HURRY if asked.quick else None, "seed": asked.seed}
     only = only_simulated(asked.sessions)
@@ -137,9 +137,9 @@ def material_for(asked: Asked, report: Report) -> Material:
 
 def wanted_for(asked: Asked, methods: tuple[str, ...] | None, ablations: bool, folds: int | None = None) -> Wanted:
     """What the evaluation or the training is asked to do. Raises MaterialError for an unknown method."""
-    from modeling.attributes.evaluation_outputs import kept_in
-    from modeling.attributes.judging_whole import Wanted, demand_known
-    from modeling.attributes.registry import METHODS
+    from palpate.modeling.attributes.evaluation_outputs import kept_in
+    from palpate.modeling.attributes.judging_whole import Wanted, demand_known
+    from palpate.modeling.attributes.registry import METHODS
 
     demand_known(methods or (), METHODS)
     return Wanted(
@@ -167,12 +167,12 @@ def train_attributes(asked: Asked, method: str | None, to: Path | None, replace:
 
     Example: palpate train attributes --lab LAB --method ridge
     """
-    from modeling.attributes.evaluation_outputs import default_of
-    from modeling.attributes.judging_default import Choice
-    from modeling.attributes.registry import METHODS, OWN_FEATURES
-    from modeling.attributes.training import demand_no_loss
-    from modeling.attributes.training import train_attributes as trained
-    from modeling.report.terminal import print_banners
+    from palpate.modeling.attributes.evaluation_outputs import default_of
+    from palpate.modeling.attributes.judging_default import Choice
+    from palpate.modeling.attributes.registry import METHODS, OWN_FEATURES
+    from palpate.modeling.attributes.training import demand_no_loss
+    from palpate.modeling.attributes.training import train_attributes as trained
+    from palpate.modeling.report.terminal import print_banners
 
     wanted = wanted_for(asked, None if method is None else (method,), ablations=False)
     folder = to or asked.lab / "models"
@@ -230,11 +230,11 @@ def evaluate_attributes(
 
     Example: palpate evaluate attributes --lab LAB --methods ridge,visuo_tactile
     """
-    from modeling.attributes.evaluation_outputs import as_json as results
-    from modeling.attributes.evaluation_outputs import folder_for, write_all
-    from modeling.attributes.feature_times import feature_seconds
-    from modeling.attributes.judging_whole import judge
-    from modeling.attributes.registry import METHODS, OWN_FEATURES
+    from palpate.modeling.attributes.evaluation_outputs import as_json as results
+    from palpate.modeling.attributes.evaluation_outputs import folder_for, write_all
+    from palpate.modeling.attributes.feature_times import feature_seconds
+    from palpate.modeling.attributes.judging_whole import judge
+    from palpate.modeling.attributes.registry import METHODS, OWN_FEATURES
 
     chosen = names_in(names)
     if names and not chosen:
@@ -257,9 +257,9 @@ def evaluate_attributes(
 def _show(found: Judged, page: Path) -> None:
     from rich.console import Console
 
-    from modeling.attributes.evaluation_report import banners, choice_of, reached
-    from modeling.attributes.evaluation_tables import method_rows
-    from modeling.report.terminal import methods_table, print_banners
+    from palpate.modeling.attributes.evaluation_report import banners, choice_of, reached
+    from palpate.modeling.attributes.evaluation_tables import method_rows
+    from palpate.modeling.report.terminal import methods_table, print_banners
 
     print_banners(banners(found))
     rows = method_rows(found)

@@ -12,11 +12,11 @@ from typing import TYPE_CHECKING, Any
 
 import click
 
-from studies.options import LAB, only_simulated, sessions_option
+from palpate.studies.options import LAB, only_simulated, sessions_option
 
 if TYPE_CHECKING:
-    from modeling.doors.data import DoorData
-    from modeling.doors.rated import Individual
+    from palpate.modeling.doors.data import DoorData
+    from palpate.modeling.doors.rated import Individual
 
 Report = Callable[[str], None]
 
@@ -59,15 +59,15 @@ def data_options(command: Callable[..., None]) -> Callable[..., None]:
 def read(asked: Asked) -> tuple[DoorData, Individual | None]:
     """The data and, where there are any, the single ratings. Raises ModelDataError or what reading a lab raises."""
     if asked.table is not None:
-        from modeling.doors.reading_tables import read_table
+        from palpate.modeling.doors.reading_tables import read_table
 
         return read_table(asked.table), None
     if asked.simulated:
-        from modeling.doors.simulated import simulated_ratings
+        from palpate.modeling.doors.simulated import simulated_ratings
 
         rated = simulated_ratings()
     else:
-        from modeling.doors.reading import rated_in_lab
+        from palpate.modeling.doors.reading import rated_in_lab
 
         only = only_simulated(asked.sessions)
         rated = rated_in_lab(asked.lab, asked.study, only)

@@ -10,13 +10,13 @@ from typing import TYPE_CHECKING, Any
 
 import click
 
-from modeling.commands_recordings import beside_a_table, beside_options, demand_folder_alone
-from modeling.commands_texture_set import simulate
-from studies.options import JSON, LAB, echo_json, only_simulated, sessions_option, with_options
+from palpate.modeling.commands_recordings import beside_a_table, beside_options, demand_folder_alone
+from palpate.modeling.commands_texture_set import simulate
+from palpate.studies.options import JSON, LAB, echo_json, only_simulated, sessions_option, with_options
 
 if TYPE_CHECKING:
-    from modeling.library.answer import Asked, Opened
-    from modeling.library.asking import Wish
+    from palpate.modeling.library.answer import Asked, Opened
+    from palpate.modeling.library.asking import Wish
 
 FILE = click.Path(dir_okay=False, path_type=Path)
 COUNT = click.option(
@@ -55,7 +55,7 @@ def asked_of_textures(command: Callable[..., None]) -> Callable[..., None]:
     def with_asked(
         *, lab: Path, classes: tuple[str, ...], rated_only: bool, predicted: bool, as_json: bool, **others: Any
     ) -> None:
-        from modeling.library.answer import Asked
+        from palpate.modeling.library.answer import Asked
 
         if rated_only and predicted:
             raise click.UsageError("--rated-only and --predicted: one of the two is expected, or neither for both")
@@ -94,10 +94,10 @@ def index_command(as_json: bool, **given: Any) -> None:
 
     Example: palpate textures index --lab LAB
     """
-    from modeling.commands_data import going_on, progress_lines
-    from modeling.library.answer import tell_index
-    from modeling.library.lab import index
-    from modeling.library.sources import Wanted
+    from palpate.modeling.commands_data import going_on, progress_lines
+    from palpate.modeling.library.answer import tell_index
+    from palpate.modeling.library.lab import index
+    from palpate.modeling.library.sources import Wanted
 
     demand_folder_alone(given)
     recordings = beside_a_table(given)
@@ -133,10 +133,10 @@ def find_command(
       palpate textures find "rough, a bit sticky, not bumpy" --lab LAB
       palpate textures find "neither hard nor soft" --at Smooth=80 --class leather --lab LAB
     """
-    from modeling.library.answer import Beside, opened
-    from modeling.library.excluding import none_fits
-    from modeling.library.finding import find, fitting
-    from modeling.library.shown import percent, plain_found, wish_words
+    from palpate.modeling.library.answer import Beside, opened
+    from palpate.modeling.library.excluding import none_fits
+    from palpate.modeling.library.finding import find, fitting
+    from palpate.modeling.library.shown import percent, plain_found, wish_words
 
     here = opened(asked)
     wishes = _wishes(here, wish, at)
@@ -174,10 +174,10 @@ def nearest_command(asked: Asked, texture: str, count: int, sheet: Path | None) 
 
     Example: palpate textures nearest T17 --lab LAB
     """
-    from modeling.library.answer import Beside, name_of, opened
-    from modeling.library.finding import known_of, named
-    from modeling.library.nearest import near
-    from modeling.library.shown import description, far, percent, plain_near
+    from palpate.modeling.library.answer import Beside, name_of, opened
+    from palpate.modeling.library.finding import known_of, named
+    from palpate.modeling.library.nearest import near
+    from palpate.modeling.library.shown import description, far, percent, plain_near
 
     here = opened(asked)
     here.demand(sheet)
@@ -206,9 +206,9 @@ def show_command(asked: Asked, texture: str | None, sheet: Path | None) -> None:
 
     Example: palpate textures show T17 --lab LAB
     """
-    from modeling.library.answer import Beside, name_of, opened
-    from modeling.library.finding import known_of, named
-    from modeling.library.shown_whole import plain_library, plain_whole, whole_words
+    from palpate.modeling.library.answer import Beside, name_of, opened
+    from palpate.modeling.library.finding import known_of, named
+    from palpate.modeling.library.shown_whole import plain_library, plain_whole, whole_words
 
     here = opened(asked)
     here.demand(sheet)
@@ -241,8 +241,8 @@ def map_command(asked: Asked, wish: tuple[str, ...], at: tuple[str, ...], count:
 
     Example: palpate textures map "very soft, not slippery" --lab LAB
     """
-    from modeling.library.answer import opened
-    from modeling.library.finding import find, fitting
+    from palpate.modeling.library.answer import opened
+    from palpate.modeling.library.finding import find, fitting
 
     here = opened(asked)
     here.demand(None, to)
@@ -275,7 +275,7 @@ def draw_command(texture: str, lab: Path, seconds: float, out: Path, as_json: bo
 
     Example: palpate textures draw T50 --lab LAB --out figures
     """
-    from modeling.attributes.signal_figures import draw_signals
+    from palpate.modeling.attributes.signal_figures import draw_signals
 
     files, notes = draw_signals(lab, texture, out, seconds)
     if as_json:
@@ -286,7 +286,7 @@ def draw_command(texture: str, lab: Path, seconds: float, out: Path, as_json: bo
 
 def _wishes(here: Opened, wish: tuple[str, ...], at: tuple[str, ...]) -> tuple[Wish, ...]:
     """What is wished for in the words and in the values."""
-    from modeling.library.finding import wishes_of
+    from palpate.modeling.library.finding import wishes_of
 
     if not wish and not at:
         raise click.UsageError('what is wished for? Say it in words, as "rough, a bit sticky", or with --at Smooth=80')

@@ -8,11 +8,11 @@ from typing import TYPE_CHECKING, Any
 
 import click
 
-from studies.options import with_options
+from palpate.studies.options import with_options
 
 if TYPE_CHECKING:
-    from modeling.attributes.reading_recordings import Recordings
-    from modeling.textures.reading_tables import Held
+    from palpate.modeling.attributes.reading_recordings import Recordings
+    from palpate.modeling.textures.reading_tables import Held
 
 FILES, HELD = ("tables", "hatt", "cluster_data"), ("rate_hz", "speed_mm_s", "force_n")
 """What the options are called."""
@@ -69,7 +69,7 @@ def held_in(given: dict[str, Any], tables: Sequence[Path]) -> Held | None:
         raise click.UsageError("--rate-hz, --speed-mm-s and --force-n say what tables lack: --tables is expected")
     if not tables:
         return None
-    from modeling.textures.reading_tables import Held
+    from palpate.modeling.textures.reading_tables import Held
 
     return Held(rate_hz, speed_mm_s, force_N)
 
@@ -96,6 +96,6 @@ def beside_a_table(given: dict[str, Any]) -> Recordings | None:
     held = held_in(given, tables)
     if not files:
         return None
-    from modeling.attributes.reading_recordings import Recordings
+    from palpate.modeling.attributes.reading_recordings import Recordings
 
     return Recordings(tables, hatt, cluster_data, held, trim_s)

@@ -8,13 +8,13 @@ from typing import TYPE_CHECKING, Any
 
 import click
 
-from modeling.commands_data import going_on, progress_lines
-from modeling.handed import Handed
-from protocols.shell_command import shell_command
-from studies.options import JSON, LAB, echo_json, names_in
+from palpate.modeling.commands_data import going_on, progress_lines
+from palpate.modeling.handed import Handed
+from palpate.protocols.shell_command import shell_command
+from palpate.studies.options import JSON, LAB, echo_json, names_in
 
 if TYPE_CHECKING:
-    from modeling.textures.set_side import SetSession
+    from palpate.modeling.textures.set_side import SetSession
 
 
 @click.command()

@@ -10,16 +10,16 @@ from typing import TYPE_CHECKING, Any, Protocol
 
 import click
 
-from modeling.commands_data import going_on, progress_lines
-from modeling.commands_recordings import FILE_OPTIONS, FILES, HELD_OPTIONS, demand_one, held_in
-from protocols.extras import MODELS
-from studies.options import JSON, LAB, echo_json, names_in, needs_packages, with_options
+from palpate.modeling.commands_data import going_on, progress_lines
+from palpate.modeling.commands_recordings import FILE_OPTIONS, FILES, HELD_OPTIONS, demand_one, held_in
+from palpate.protocols.extras import MODELS
+from palpate.studies.options import JSON, LAB, echo_json, names_in, needs_packages, with_options
 
 if TYPE_CHECKING:
-    from modeling.textures.judging_whole import Judged, Wanted
-    from modeling.textures.reading_tables import Held
-    from modeling.textures.recording import Recording
-    from modeling.textures.side import TextureSide
+    from palpate.modeling.textures.judging_whole import Judged, Wanted
+    from palpate.modeling.textures.reading_tables import Held
+    from palpate.modeling.textures.recording import Recording
+    from palpate.modeling.textures.side import TextureSide
 
 Report = Callable[[str], None]
 COLUMNS = (
@@ -95,13 +95,13 @@ def texture_options(command: Callable[..., None]) -> Callable[..., None]:
 
 def recordings_for(asked: Asked, side: TextureSide, report: Report) -> tuple[Recording, ...]:
     """The recordings that were asked for. Raises TextureDataError, or what reading a lab raises."""
-    from modeling.textures.evaluation_outputs import kept_in
-    from modeling.textures.recording import TextureDataError
-    from protocols.did_you_mean import nearest
+    from palpate.modeling.textures.evaluation_outputs import kept_in
+    from palpate.modeling.textures.recording import TextureDataError
+    from palpate.protocols.did_you_mean import nearest
 
     report("reading recordings")
     if asked.simulated:
-        from modeling.textures.simulated import SIX, simulated
+        from palpate.modeling.textures.simulated import SIX, simulated
 
         unknown = [name for name in asked.textures if name not in SIX]
         if unknown:
@@ -117,28 +117,28 @@ def recordings_for(asked: Asked, side: TextureSide, report: Report) -> tuple[Rec
 
 def _recorded(asked: Asked) -> tuple[Recording, ...]:
     if asked.tables:
-        from modeling.textures.reading_tables import read_tables
+        from palpate.modeling.textures.reading_tables import read_tables
 
         paths = asked.tables[0] if len(asked.tables) == 1 else asked.tables
         return read_tables(paths, held=asked.held)
     if asked.hatt is not None:
-        from modeling.textures.reading_hatt import read_hatt
+        from palpate.modeling.textures.reading_hatt import read_hatt
 
         return read_hatt(asked.hatt, asked.textures)
     if asked.cluster_data is not None:
-        from modeling.textures.reading_cluster import read_cluster
+        from palpate.modeling.textures.reading_cluster import read_cluster
 
         return read_cluster(asked.cluster_data, asked.textures)
-    from modeling.textures.reading_ledgers import read_lab
+    from palpate.modeling.textures.reading_ledgers import read_lab
 
     return read_lab(asked.lab)
 
 
 def wanted_for(asked: Asked, methods: tuple[str, ...] | None, grid: tuple[str, ...] = ()) -> Wanted:
     """What the evaluation or the training is asked to do. Raises TextureDataError for an unknown method."""
-    from modeling.textures.evaluation_outputs import kept_in
-    from modeling.textures.judging_whole import Wanted
-    from modeling.textures.registry import demand_known
+    from palpate.modeling.textures.evaluation_outputs import kept_in
+    from palpate.modeling.textures.judging_whole import Wanted
+    from palpate.modeling.textures.registry import demand_known
 
     demand_known(methods or ())
     settings = {name: value for name, value in (("epochs", asked.epochs), ("batch", asked.batch)) if value is not None}
@@ -163,8 +163,8 @@ def train_textures(sides: Sides, asked: Asked, to: Path | None, as_json: bool) -
 
     Example: palpate train textures --lab LAB --methods foten_generative
     """
-    from modeling.textures.evaluation_outputs import default_of
-    from modeling.textures.training import train_textures as trained
+    from palpate.modeling.textures.evaluation_outputs import default_of
+    from palpate.modeling.textures.training import train_textures as trained
 
     asked_for = wanted_for(asked, asked.methods or None)
     with going_on("what is left"), progress_lines() as report:
@@ -219,11 +219,11 @@ def evaluate_textures(
 
     Example: palpate evaluate textures --simulated --methods ar,foten_generative
     """
-    from modeling.textures.evaluation_outputs import as_json as results
-    from modeling.textures.evaluation_outputs import folder_for, write_all
-    from modeling.textures.evaluation_tables import VARIANTS
-    from modeling.textures.judging_whole import context_for, judge
-    from modeling.textures.registry import THESIS
+    from palpate.modeling.textures.evaluation_outputs import as_json as results
+    from palpate.modeling.textures.evaluation_outputs import folder_for, write_all
+    from palpate.modeling.textures.evaluation_tables import VARIANTS
+    from palpate.modeling.textures.judging_whole import context_for, judge
+    from palpate.modeling.textures.registry import THESIS
 
     grid = VARIANTS if table_4_2 else (THESIS,) if figure_4_5 else ()
     wanted = wanted_for(asked, asked.methods or None, grid)
@@ -241,10 +241,10 @@ def evaluate_textures(
 def _show(found: Judged, page: Path) -> None:
     from rich.console import Console
 
-    from modeling.report.terminal import methods_table, print_banners
-    from modeling.textures.evaluation_reached import reached
-    from modeling.textures.evaluation_report import banners, choice_of
-    from modeling.textures.evaluation_tables import method_rows
+    from palpate.modeling.report.terminal import methods_table, print_banners
+    from palpate.modeling.textures.evaluation_reached import reached
+    from palpate.modeling.textures.evaluation_report import banners, choice_of
+    from palpate.modeling.textures.evaluation_tables import method_rows
 
     print_banners(banners(found))
     Console(highlight=False).print(methods_table([_shown(row) for row in method_rows(found)], COLUMNS))

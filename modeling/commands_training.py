@@ -10,20 +10,20 @@ from typing import Any
 
 import numpy as np
 
-from modeling.doors.data import POINTS, DoorData
-from modeling.doors.evaluating import DIRECTIONS, Judged, Wanted, context_for, judge
-from modeling.doors.evaluating_files import ports
-from modeling.doors.evaluating_gathered import Gathered
-from modeling.doors.evaluating_jobs import ALL, WHOLE, Job
-from modeling.doors.evaluating_kept import forget_checkpoints
-from modeling.doors.evaluating_run import trained, with_below
-from modeling.doors.evaluation_overall import attainable, forward_row, inverse_row
-from modeling.doors.folding import Fold
-from modeling.doors.intervals import interval
-from modeling.doors.methods import Fitted, Method
-from modeling.doors.registry import Direction
-from modeling.doors.side import DoorSide
-from modeling.training.threads import limited
+from palpate.modeling.doors.data import POINTS, DoorData
+from palpate.modeling.doors.evaluating import DIRECTIONS, Judged, Wanted, context_for, judge
+from palpate.modeling.doors.evaluating_files import ports
+from palpate.modeling.doors.evaluating_gathered import Gathered
+from palpate.modeling.doors.evaluating_jobs import ALL, WHOLE, Job
+from palpate.modeling.doors.evaluating_kept import forget_checkpoints
+from palpate.modeling.doors.evaluating_run import trained, with_below
+from palpate.modeling.doors.evaluation_overall import attainable, forward_row, inverse_row
+from palpate.modeling.doors.folding import Fold
+from palpate.modeling.doors.intervals import interval
+from palpate.modeling.doors.methods import Fitted, Method
+from palpate.modeling.doors.registry import Direction
+from palpate.modeling.doors.side import DoorSide
+from palpate.modeling.training.threads import limited
 
 NAMES: Mapping[Direction, str] = {"forward": "door-perception", "inverse": "door-force"}
 TITLES: Mapping[Direction, str] = {"forward": "How a door feels", "inverse": "A door for a feeling"}
@@ -79,7 +79,7 @@ def train_pair(data: DoorData, side: DoorSide, asked: Training, report: Report) 
 
 
 def _write(found: Judged, way: Direction, model: Fitted, seconds: float, folder: Path) -> Written:
-    from modeling.files.writing import write_model
+    from palpate.modeling.files.writing import write_model
 
     context = found.context
     folds = found.methods(way)[0]
@@ -119,7 +119,7 @@ def _interval(folds: Gathered) -> Any:
 
 def _run_card(found: Judged, folds: Gathered, metrics: Mapping[str, float], seconds: float) -> dict[str, Any]:
     """`seconds` are those of this process; where a worker trained ahead of it, the worker's count."""
-    from modeling.training.run_card import run_card
+    from palpate.modeling.training.run_card import run_card
 
     context = found.context
     ahead = found.found.get((folds.direction, folds.method, WHOLE))
@@ -144,7 +144,7 @@ def _notes(found: Judged) -> tuple[str, ...]:
 
 def _demand_equal(side: DoorSide, card: Path, model: Fitted, way: Direction, data: DoorData) -> None:
     """What the rig will read answers as the trained model does. Raises ModelDataError where it does not."""
-    from modeling.doors.data import ModelDataError
+    from palpate.modeling.doors.data import ModelDataError
 
     given = data.force_N if way == "forward" else np.clip(np.full((1, len(data.attributes)), 50.0), 0, 100)
     ours, theirs = model.predict(given), np.asarray(side.load(card).run(given), dtype=np.float64)
@@ -157,13 +157,13 @@ def _demand_equal(side: DoorSide, card: Path, model: Fitted, way: Direction, dat
 
 def _history(model: Fitted, folder: Path, name: str) -> tuple[Path, ...]:
     """The epochs as a table and as a picture, of a model that is trained in epochs; an older one's are removed."""
-    from modeling.training.history import remove_history, write_history
+    from palpate.modeling.training.history import remove_history, write_history
 
     remove_history(folder, name)
     history = getattr(getattr(model, "trained", None), "history", ())
     if not history:
         return ()
-    from modeling.training.learning_curve import save_learning_curve
+    from palpate.modeling.training.learning_curve import save_learning_curve
 
     table = write_history(history, folder / f"{name}.history.csv")
     return (table, *save_learning_curve({"": history}, folder, f"{name}.history"))

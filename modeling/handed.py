@@ -5,9 +5,9 @@ from __future__ import annotations
 from typing import TYPE_CHECKING, Protocol
 
 if TYPE_CHECKING:
-    from modeling.doors.side import DoorSide
-    from modeling.textures.set_side import TextureSetSide
-    from modeling.textures.side import TextureSide
+    from palpate.modeling.doors.side import DoorSide
+    from palpate.modeling.textures.set_side import TextureSetSide
+    from palpate.modeling.textures.side import TextureSide
 
 
 class Handed(Protocol):

@@ -6,7 +6,7 @@ import math
 from collections.abc import Iterable
 from typing import Any
 
-from protocols.forms import (
+from palpate.protocols.forms import (
     AnchorForm,
     Demographics,
     Interview,
@@ -16,9 +16,9 @@ from protocols.forms import (
     Sliders,
     Words,
 )
-from protocols.keyed import normal, shuffled, uniform
-from protocols.perceiver import Perceiver
-from protocols.requests import Ask, Present, Reply
+from palpate.protocols.keyed import normal, shuffled, uniform
+from palpate.protocols.perceiver import Perceiver
+from palpate.protocols.requests import Ask, Present, Reply
 
 TICKED_WITHOUT_LATENT = -2.2
 """Logit of ticking a word that the study's simulation says nothing about: one in ten."""

@@ -7,8 +7,8 @@ from collections.abc import Iterable, Sequence
 from dataclasses import dataclass
 from itertools import pairwise
 
-from protocols.plan import ParticipantRow, main_order
-from protocols.study import Study
+from palpate.protocols.plan import ParticipantRow, main_order
+from palpate.protocols.study import Study
 
 
 @dataclass(frozen=True)

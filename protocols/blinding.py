@@ -5,8 +5,8 @@ from __future__ import annotations
 import re
 from collections.abc import Callable
 
-from protocols.keyed import shuffled
-from protocols.study import Study
+from palpate.protocols.keyed import shuffled
+from palpate.protocols.study import Study
 
 HIDDEN = "\N{HORIZONTAL ELLIPSIS}"
 

@@ -12,10 +12,10 @@ from pathlib import Path
 from typing import Any
 
 ROOT = Path(__file__).resolve().parent.parent
-PACKAGES = ("protocols", "devices", "studies", "analysis", "modeling")
+PACKAGES = ("palpate.protocols", "palpate.devices", "palpate.studies", "palpate.analysis", "palpate.modeling")
 BESIDE = (".c", ".cal", ".csv", ".dat", ".h", ".json", ".yaml")
 """Files in a module's folder that the module may read."""
-_NAMED = re.compile(rf"((?:{'|'.join(PACKAGES)})(?:\.\w+)+)(?::\w+)?")
+_NAMED = re.compile(rf"((?:{'|'.join(map(re.escape, PACKAGES))})(?:\.\w+)+)(?::\w+)?")
 
 
 @cache
@@ -72,7 +72,7 @@ def imported_by(*modules: str, registries: bool = False) -> frozenset[str]:
             continue
         seen.add(name)
         todo += [other for other in _imports(name, own, registries) if other not in seen]
-        todo += [name.rpartition(".")[0]] if "." in name else []
+        todo += [name.rpartition(".")[0]] if name != _top(name) else []
     return frozenset(seen)
 
 
@@ -107,7 +107,9 @@ def _executed(node: ast.AST) -> Iterator[ast.AST]:
 
 
 def _top(module: str) -> str:
-    return module.partition(".")[0]
+    """Return the package that the module belongs to: `palpate.protocols`, or the first name of another program's."""
+    first, *rest = module.split(".")
+    return f"{first}.{rest[0]}" if first == "palpate" and rest else first
 
 
 def _source(module: str) -> Path:
@@ -121,12 +123,14 @@ def _source(module: str) -> Path:
 def _path(module: str) -> Path | None:
     """Return the file of a module, found without importing a package; None where there is none."""
     top, *rest = module.split(".")
-    spec = find_spec(top)
-    if spec is None:
+    if top == "palpate":
+        path = ROOT.joinpath(*rest)
+    elif (spec := find_spec(top)) is None:
         return None
-    if not spec.submodule_search_locations:
+    elif not spec.submodule_search_locations:
         return Path(spec.origin) if not rest and spec.origin else None
-    path = Path(next(iter(spec.submodule_search_locations))).joinpath(*rest)
+    else:
+        path = Path(next(iter(spec.submodule_search_locations))).joinpath(*rest)
     for file in (path.with_name(f"{path.name}.py") if rest else path / "__init__.py", path / "__init__.py"):
         if file.is_file():
             return file

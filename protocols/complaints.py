@@ -7,10 +7,10 @@ from typing import Any, get_args
 
 from pydantic import BaseModel, ValidationError
 
-from protocols.did_you_mean import nearest
-from protocols.problems import Problem
-from protocols.wording import count, some_lines
-from protocols.yaml_text import Document, Path
+from palpate.protocols.did_you_mean import nearest
+from palpate.protocols.problems import Problem
+from palpate.protocols.wording import count, some_lines
+from palpate.protocols.yaml_text import Document, Path
 
 MOST_SHOWN = 8
 

@@ -4,11 +4,11 @@ from __future__ import annotations
 
 from collections.abc import Iterable, Iterator, Sequence
 
-from protocols.did_you_mean import nearest
-from protocols.problems import Problem
-from protocols.study import Study, is_number
-from protocols.task_parts import parts_of_task
-from protocols.yaml_text import Path
+from palpate.protocols.did_you_mean import nearest
+from palpate.protocols.problems import Problem
+from palpate.protocols.study import Study, is_number
+from palpate.protocols.task_parts import parts_of_task
+from palpate.protocols.yaml_text import Path
 
 
 def inconsistencies(study: Study) -> Iterator[Problem]:

@@ -12,9 +12,9 @@ from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass
 from typing import Any
 
-from protocols.canonical import encoded, parse
-from protocols.events import Event
-from protocols.requests import Samples
+from palpate.protocols.canonical import encoded, parse
+from palpate.protocols.events import Event
+from palpate.protocols.requests import Samples
 
 DEEPEST = 100
 """How many lists and objects may lie inside each other."""

@@ -6,8 +6,8 @@ from dataclasses import dataclass
 from functools import cached_property
 from typing import Any, Protocol
 
-from protocols.canonical import parse
-from protocols.requests import Came, Request, Samples
+from palpate.protocols.canonical import parse
+from palpate.protocols.requests import Came, Request, Samples
 
 NS = 1_000_000_000
 """Nanoseconds in a second."""

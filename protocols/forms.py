@@ -9,7 +9,7 @@ from collections.abc import Mapping, Sequence
 from dataclasses import asdict, dataclass
 from typing import Any, Literal
 
-from protocols.study import Anchor, Attribute, Criterion, Item, Questionnaire, Scale
+from palpate.protocols.study import Anchor, Attribute, Criterion, Item, Questionnaire, Scale
 
 LONGEST_WORD = 200
 MOST_WORDS = 200

@@ -8,7 +8,7 @@ import hashlib
 from collections.abc import Iterable
 from statistics import NormalDist
 
-from protocols.canonical import canonical
+from palpate.protocols.canonical import canonical
 
 Key = str | int | None
 _STANDARD_NORMAL = NormalDist()

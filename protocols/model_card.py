@@ -11,7 +11,7 @@ from typing import Annotated, Any, Literal, Self, TypeAlias
 
 from pydantic import Field, ValidationError, model_validator
 
-from protocols.signal_steps import (
+from palpate.protocols.signal_steps import (
     Add,
     Attention,
     Autoregression,
@@ -25,8 +25,8 @@ from protocols.signal_steps import (
     Recall,
     Turn,
 )
-from protocols.strict import Strict, Tensor
-from protocols.wording import count
+from palpate.protocols.strict import Strict, Tensor
+from palpate.protocols.wording import count
 
 FORMAT = "palpate-model/1"
 

@@ -7,11 +7,11 @@ from collections.abc import Callable, Mapping
 from dataclasses import dataclass
 from functools import cached_property
 
-from protocols.forms import Sliders
-from protocols.keyed import Key, normal, uniform
-from protocols.plan import Plan
-from protocols.requests import Ask, Reply, Rest
-from protocols.study import Attribute, Scale, Simulation, Stimulus
+from palpate.protocols.forms import Sliders
+from palpate.protocols.keyed import Key, normal, uniform
+from palpate.protocols.plan import Plan
+from palpate.protocols.requests import Ask, Reply, Rest
+from palpate.protocols.study import Attribute, Scale, Simulation, Stimulus
 
 GAIN_FLOOR = 0.1
 INTERCEPT = "intercept"

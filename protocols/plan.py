@@ -8,8 +8,8 @@ from functools import cached_property
 from math import lcm
 from typing import Any
 
-from protocols.canonical import digest
-from protocols.forms import (
+from palpate.protocols.canonical import digest
+from palpate.protocols.forms import (
     AnchorForm,
     Consent,
     Demographics,
@@ -22,9 +22,9 @@ from protocols.forms import (
     Sliders,
     Words,
 )
-from protocols.keyed import Key, shuffled
-from protocols.orders import Design, latin_row, rows_of, williams_row
-from protocols.study import RATED, Stimulus, Study
+from palpate.protocols.keyed import Key, shuffled
+from palpate.protocols.orders import Design, latin_row, rows_of, williams_row
+from palpate.protocols.study import RATED, Stimulus, Study
 
 LARGEST_ROW, LARGEST_SEED = 2**31, 2**63
 """What the databases that sessions are collected into can hold."""

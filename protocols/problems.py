@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from dataclasses import dataclass
 
-from protocols.yaml_text import Path
+from palpate.protocols.yaml_text import Path
 
 
 @dataclass(frozen=True)

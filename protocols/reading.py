@@ -7,10 +7,10 @@ from typing import Any
 
 from pydantic import ValidationError
 
-from protocols.complaints import listed, translated
-from protocols.consistency import inconsistencies
-from protocols.study import Study
-from protocols.yaml_text import Document
+from palpate.protocols.complaints import listed, translated
+from palpate.protocols.consistency import inconsistencies
+from palpate.protocols.study import Study
+from palpate.protocols.yaml_text import Document
 
 
 class StudyError(ValueError):

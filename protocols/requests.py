@@ -7,8 +7,8 @@ from collections.abc import Mapping
 from dataclasses import dataclass
 from typing import Any
 
-from protocols.forms import AnchorForm, Form, Sliders
-from protocols.plan import Trial
+from palpate.protocols.forms import AnchorForm, Form, Sliders
+from palpate.protocols.plan import Trial
 
 
 class ReplyError(ValueError):

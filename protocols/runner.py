@@ -7,11 +7,23 @@ from contextlib import suppress
 from dataclasses import dataclass, field, replace
 from typing import Any
 
-from protocols.canonical import Json, canonical
-from protocols.events import Event, Log, World
-from protocols.plan import Plan, Trial
-from protocols.requests import Aside, Ask, Chunk, Confirm, Fault, Instruct, Reply, ReplyError, Request, Rest, Samples
-from protocols.tasks import TASKS, Answered, Outcome, Steps, WentBack, feel_anchor
+from palpate.protocols.canonical import Json, canonical
+from palpate.protocols.events import Event, Log, World
+from palpate.protocols.plan import Plan, Trial
+from palpate.protocols.requests import (
+    Aside,
+    Ask,
+    Chunk,
+    Confirm,
+    Fault,
+    Instruct,
+    Reply,
+    ReplyError,
+    Request,
+    Rest,
+    Samples,
+)
+from palpate.protocols.tasks import TASKS, Answered, Outcome, Steps, WentBack, feel_anchor
 
 COMPLETE, DECLINED, INELIGIBLE, ABORTED = "complete", "declined", "ineligible", "aborted"
 REPEATED, FAULTED = "repeated", "faulted"

@@ -4,8 +4,8 @@ from __future__ import annotations
 
 from typing import Any
 
-from protocols.study import Study
-from protocols.wording import count
+from palpate.protocols.study import Study
+from palpate.protocols.wording import count
 
 
 def planned_people(study: Study, group: str | None = None) -> int | None:

@@ -10,7 +10,7 @@ from typing import Annotated, Literal
 
 from pydantic import Field
 
-from protocols.strict import Strict, Tensor
+from palpate.protocols.strict import Strict, Tensor
 
 Name = Annotated[str, Field(min_length=1, max_length=60)]
 """What a value is kept under; within one model, and not the name of a tensor."""

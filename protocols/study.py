@@ -16,7 +16,7 @@ from pydantic import (
     model_validator,
 )
 
-from protocols.orders import Design
+from palpate.protocols.orders import Design
 
 LARGEST_STUDY = 5000
 MOST_ADJECTIVES = 80

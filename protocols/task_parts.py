@@ -4,8 +4,8 @@ from __future__ import annotations
 
 from collections.abc import Iterator
 
-from protocols.problems import Problem
-from protocols.study import PRESENTING, RATED, RECORDING, Study
+from palpate.protocols.problems import Problem
+from palpate.protocols.study import PRESENTING, RATED, RECORDING, Study
 
 REQUIRED = {
     **dict.fromkeys(RATED, ("attributes", "scale")),

@@ -6,9 +6,9 @@ from collections.abc import Callable, Generator, Mapping
 from dataclasses import dataclass, replace
 from typing import Any
 
-from protocols.forms import AnchorForm, Form
-from protocols.plan import Recording, Trial
-from protocols.requests import Ask, Present, Reply, Request, Sense
+from palpate.protocols.forms import AnchorForm, Form
+from palpate.protocols.plan import Recording, Trial
+from palpate.protocols.requests import Ask, Present, Reply, Request, Sense
 
 
 @dataclass(frozen=True)

@@ -5,11 +5,11 @@ from __future__ import annotations
 from collections.abc import Callable, Sequence
 from dataclasses import dataclass
 
-from protocols.answering import answer
-from protocols.canonical import difference
-from protocols.events import NS, Event, Log, World
-from protocols.perceiver import Perceiver
-from protocols.requests import Aside, Ask, Came, Chunk, Confirm, Fault, Present, Reply, Request, Rest, Sense
+from palpate.protocols.answering import answer
+from palpate.protocols.canonical import difference
+from palpate.protocols.events import NS, Event, Log, World
+from palpate.protocols.perceiver import Perceiver
+from palpate.protocols.requests import Aside, Ask, Came, Chunk, Confirm, Fault, Present, Reply, Request, Rest, Sense
 
 
 @dataclass(frozen=True)

@@ -9,10 +9,10 @@ from concurrent.futures.process import BrokenProcessPool
 from dataclasses import dataclass, field
 from typing import Generic, TypeVar
 
-from protocols.plan import Plan
-from protocols.requests import Sense
-from studies.errors import RigError
-from studies.workers import serve_the_parent
+from palpate.protocols.plan import Plan
+from palpate.protocols.requests import Sense
+from palpate.studies.errors import RigError
+from palpate.studies.workers import serve_the_parent
 
 T = TypeVar("T")
 

@@ -7,8 +7,8 @@ from dataclasses import dataclass
 from pathlib import Path
 from typing import Any
 
-from protocols.plan import ParticipantRow
-from studies.record import LedgerError, read_header
+from palpate.protocols.plan import ParticipantRow
+from palpate.studies.record import LedgerError, read_header
 
 
 @dataclass(frozen=True)

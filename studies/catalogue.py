@@ -10,11 +10,11 @@ from dataclasses import dataclass
 from pathlib import Path
 from typing import Any
 
-from protocols.did_you_mean import nearest
-from protocols.reading import StudyError, study_from
-from protocols.study import LARGEST_STUDY, Study
-from protocols.wording import some
-from protocols.yaml_text import Document, load
+from palpate.protocols.did_you_mean import nearest
+from palpate.protocols.reading import StudyError, study_from
+from palpate.protocols.study import LARGEST_STUDY, Study
+from palpate.protocols.wording import some
+from palpate.protocols.yaml_text import Document, load
 
 SHIPPED = Path(__file__).resolve().parent
 STUDY_FILE = "study.yaml"

@@ -7,18 +7,18 @@ from contextlib import suppress
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
-from protocols.canonical import canonical, digest
-from protocols.files import file_sha256
-from protocols.study import Study, conditions_of
-from studies.begun import in_person
-from studies.collect import ledgers_in
-from studies.model_versions import SHOWN, models_before, models_in
-from studies.participants.registry import withdrawn
-from studies.record import LedgerError, read_header
-from studies.session import ledger_path
+from palpate.protocols.canonical import canonical, digest
+from palpate.protocols.files import file_sha256
+from palpate.protocols.study import Study, conditions_of
+from palpate.studies.begun import in_person
+from palpate.studies.collect import ledgers_in
+from palpate.studies.model_versions import SHOWN, models_before, models_in
+from palpate.studies.participants.registry import withdrawn
+from palpate.studies.record import LedgerError, read_header
+from palpate.studies.session import ledger_path
 
 if TYPE_CHECKING:
-    from devices.window.calibration import Calibration
+    from palpate.devices.window.calibration import Calibration
 
 MOST_NAMED = 3
 LONGEST = 60
@@ -105,7 +105,7 @@ def models_now(study: Study, lab: Path | None) -> dict[str, str]:
     """
     models: dict[str, str] = {}
     if "texture_renderer" in study.needs:
-        from devices.render.found import SHIPPED, available
+        from palpate.devices.render.found import SHIPPED, available
 
         cards = available(lab or SHIPPED)
         for stimulus in study.stimuli:
@@ -113,7 +113,7 @@ def models_now(study: Study, lab: Path | None) -> dict[str, str]:
             if (card := cards.get(texture, {}).get(method)) is not None:
                 models[card.stem] = file_sha256(card)
     if "door_generator" in study.needs:
-        from devices.door.making import maker_for
+        from palpate.devices.door.making import maker_for
 
         models |= models_in({"made": {"models": maker_for(lab).identity}})
     return models
@@ -186,7 +186,7 @@ def _unplugged(settings: Mapping[str, Any] | None) -> dict[str, Any]:
 
 
 def _same_screen(before: Mapping[str, Any], now: Calibration) -> bool:
-    from devices.window.calibration import TOLERANCE_MM
+    from palpate.devices.window.calibration import TOLERANCE_MM
 
     drawn_mm = now.nominal_mm * now.px_per_mm / before["px_per_mm"]
     return tuple(before["size_px"]) == now.size_px and abs(drawn_mm - now.nominal_mm) <= TOLERANCE_MM

@@ -27,16 +27,16 @@ from sqlalchemy import (
 )
 from sqlalchemy.exc import OperationalError, SQLAlchemyError
 
-from studies import collected_schema as schema
-from studies.collected_rows import CollectError as CollectError  # noqa: PLC0414  what others catch is offered here
-from studies.collected_rows import bring_in
-from studies.ledger_schema import APPLICATION_ID
-from studies.ledger_state import FileState, file_state, last_hash
-from studies.messages import database_reason, describe_url
-from studies.participants.schema import metadata as registry
-from studies.record import LedgerError, read
-from studies.tables import SessionTables, tables
-from studies.workers import map_in_order, workers_for
+from palpate.studies import collected_schema as schema
+from palpate.studies.collected_rows import CollectError as CollectError  # noqa: PLC0414  what others catch is offered here
+from palpate.studies.collected_rows import bring_in
+from palpate.studies.ledger_schema import APPLICATION_ID
+from palpate.studies.ledger_state import FileState, file_state, last_hash
+from palpate.studies.messages import database_reason, describe_url
+from palpate.studies.participants.schema import metadata as registry
+from palpate.studies.record import LedgerError, read
+from palpate.studies.tables import SessionTables, tables
+from palpate.studies.workers import map_in_order, workers_for
 
 DATABASE = "lab.sqlite"
 LOCK = 0x50414C43

@@ -9,8 +9,8 @@ from pathlib import Path
 
 from sqlalchemy import Connection, Dialect, Table, delete, insert, select, update
 
-from studies import collected_schema as schema
-from studies.tables import Row, SessionTables
+from palpate.studies import collected_schema as schema
+from palpate.studies.tables import Row, SessionTables
 
 OF_A_SESSION = (
     schema.ledgers, schema.streams, schema.events, schema.anchors, schema.switches, schema.answers, schema.words,

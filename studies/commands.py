@@ -8,14 +8,14 @@ from typing import TYPE_CHECKING, Any
 
 import click
 
-from protocols.wording import count
-from studies.options import JSON, LAB, echo_json
+from palpate.protocols.wording import count
+from palpate.studies.options import JSON, LAB, echo_json
 
 if TYPE_CHECKING:
-    from protocols.balance import Balance
-    from protocols.plan import Plan
-    from protocols.study import Study
-    from studies.catalogue import Found
+    from palpate.protocols.balance import Balance
+    from palpate.protocols.plan import Plan
+    from palpate.protocols.study import Study
+    from palpate.studies.catalogue import Found
 
 
 @click.command()
@@ -26,7 +26,7 @@ def studies(lab: Path, as_json: bool) -> None:
 
     A lab's own studies lie in LAB/studies/NAME/study.yaml.
     """
-    from studies.catalogue import names, read_study
+    from palpate.studies.catalogue import names, read_study
 
     rows = [_listed(name, path, read_study) for name, path in names(lab).items()]
     if as_json:
@@ -73,7 +73,7 @@ def check(study: tuple[str, ...], lab: Path, as_json: bool) -> None:
     Example:
       palpate check door_ratings
     """
-    from studies.catalogue import find
+    from palpate.studies.catalogue import find
 
     rows = [_checked(find(name, lab), lab) for name in study]
     if as_json:
@@ -86,13 +86,13 @@ def check(study: tuple[str, ...], lab: Path, as_json: bool) -> None:
 
 
 def _checked(path: Path, lab: Path) -> dict[str, Any]:
-    from devices.door.grid import DoorDataError
-    from protocols.reading import StudyError
-    from protocols.yaml_text import YamlError
-    from studies.catalogue import read_study
-    from studies.errors import RigError
-    from studies.lab_forms import unasked_questions
-    from studies.participants.errors import ParticipantError
+    from palpate.devices.door.grid import DoorDataError
+    from palpate.protocols.reading import StudyError
+    from palpate.protocols.yaml_text import YamlError
+    from palpate.studies.catalogue import read_study
+    from palpate.studies.errors import RigError
+    from palpate.studies.lab_forms import unasked_questions
+    from palpate.studies.participants.errors import ParticipantError
 
     try:
         found = read_study(path)
@@ -108,8 +108,8 @@ def _checked(path: Path, lab: Path) -> dict[str, Any]:
 
 def _wordings(found: Found, lab: Path) -> list[str]:
     """What is wrong with the words on the screens: the window's, the lab's own, and the study's translations."""
-    from devices.window.texts import SHIPPED, problems
-    from devices.window.texts_study import check_study_texts
+    from palpate.devices.window.texts import SHIPPED, problems
+    from palpate.devices.window.texts_study import check_study_texts
 
     files = [*sorted(SHIPPED.glob("*.yaml")), *sorted((lab / "texts").glob("*.yaml"))]
     return [*(fault for file in files for fault in problems(file)), *check_study_texts(found.study, found.folder)]
@@ -117,8 +117,8 @@ def _wordings(found: Found, lab: Path) -> list[str]:
 
 def _demand_playable(found: Found) -> None:
     """Every stimulus of every group can be presented."""
-    from protocols.plan import ParticipantRow, compile_plan
-    from studies.rig import simulated
+    from palpate.protocols.plan import ParticipantRow, compile_plan
+    from palpate.studies.rig import simulated
 
     rig = simulated(found.study, found.folder)
     groups: list[str | None] = [*sorted(found.study.groups)]
@@ -127,7 +127,7 @@ def _demand_playable(found: Found) -> None:
 
 
 def _summary(found: Found) -> str:
-    from protocols.canonical import digest
+    from palpate.protocols.canonical import digest
 
     study = found.study
     counts = {group: len(study.stimuli_of(group)) for group in study.groups} or {"all": len(study.stimuli)}
@@ -182,11 +182,11 @@ def plan(
       palpate plan door_ratings --participant P007
       palpate plan door_ratings --balance 40
     """
-    from protocols.plan import compile_plan
-    from protocols.sample import describe_sample
-    from studies.allocation import allocate
-    from studies.catalogue import find, read_study
-    from studies.lab_forms import lab_forms
+    from palpate.protocols.plan import compile_plan
+    from palpate.protocols.sample import describe_sample
+    from palpate.studies.allocation import allocate
+    from palpate.studies.catalogue import find, read_study
+    from palpate.studies.lab_forms import lab_forms
 
     declared = read_study(find(study, lab)).study
     if people is not None:
@@ -216,7 +216,7 @@ def plan(
 
 
 def _plan_data(compiled: Plan) -> dict[str, Any]:
-    from protocols.sample import sample_of
+    from palpate.protocols.sample import sample_of
 
     who = compiled.who
     return {
@@ -244,8 +244,8 @@ def _anchors(compiled: Plan) -> list[dict[str, Any]]:
 
 def _show_balance(study: Study, people: int, seed: int, as_json: bool) -> None:
     """Certificates by group, over all sessions and for each, of the first `people` participants P001, P002, ..."""
-    from protocols.balance import certificates
-    from studies.allocation import allocate
+    from palpate.protocols.balance import certificates
+    from palpate.studies.allocation import allocate
 
     groups: dict[str, list[Any]] = {}
     for number in range(1, people + 1):

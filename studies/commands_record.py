@@ -7,12 +7,12 @@ from typing import TYPE_CHECKING, Any
 
 import click
 
-from protocols.shell_command import shell_command
-from protocols.wording import count
-from studies.commands_sessions import report, sat_through, session_options
+from palpate.protocols.shell_command import shell_command
+from palpate.protocols.wording import count
+from palpate.studies.commands_sessions import report, sat_through, session_options
 
 if TYPE_CHECKING:
-    from protocols.events import Event
+    from palpate.protocols.events import Event
 
 
 @click.command()
@@ -28,7 +28,7 @@ def record(study: str, as_json: bool, **asked: Any) -> None:
       palpate record texture_capture --participant P001 --group pilot --lab LAB
       palpate record texture_capture --participant P001 --simulate --lab LAB
     """
-    from studies.catalogue import find, read_study
+    from palpate.studies.catalogue import find, read_study
 
     found = read_study(find(study, asked["lab"]))
     if found.study.task != "capture":
@@ -36,7 +36,7 @@ def record(study: str, as_json: bool, **asked: Any) -> None:
         raise click.UsageError(told)
     sat = sat_through(found, **asked)
     if not as_json:
-        from studies.record import read
+        from palpate.studies.record import read
 
         for line in (line for each in sat for line in recorded(read(each.path).events)):
             click.echo(line)

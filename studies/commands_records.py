@@ -10,9 +10,9 @@ from typing import Any
 
 import click
 
-from protocols.wording import count
-from studies.options import JSON, LAB, echo_json, progress
-from studies.workers import WORKERS, map_in_order, workers_for
+from palpate.protocols.wording import count
+from palpate.studies.options import JSON, LAB, echo_json, progress
+from palpate.studies.workers import WORKERS, map_in_order, workers_for
 
 
 @click.command()
@@ -30,7 +30,7 @@ def replay(ledger: tuple[Path, ...], lab: Path, workers: int | None, as_json: bo
     Example:
       palpate replay LAB/sessions/*.sqlite
     """
-    from studies.collect import CollectError, ledgers_in
+    from palpate.studies.collect import CollectError, ledgers_in
 
     for path in ledger:
         if not path.exists():
@@ -74,9 +74,9 @@ def collect(url: str | None, rebuild: bool, verify: bool, lab: Path, workers: in
     """
     from sqlalchemy import URL
 
-    from studies.collect import DATABASE, CollectError, Collector, Refused, ledgers_in, open_database, others_in
-    from studies.messages import describe_url
-    from studies.participants.registry import withdrawn
+    from palpate.studies.collect import DATABASE, CollectError, Collector, Refused, ledgers_in, open_database, others_in
+    from palpate.studies.messages import describe_url
+    from palpate.studies.participants.registry import withdrawn
 
     paths = ledgers_in(lab)
     if not paths:
@@ -117,9 +117,9 @@ def _ledgers(path: Path) -> list[Path]:
 
 
 def _replayed(path: Path) -> dict[str, Any]:
-    from protocols.worlds import Divergence
-    from studies.record import LedgerError
-    from studies.replay import replay as repeat
+    from palpate.protocols.worlds import Divergence
+    from palpate.studies.record import LedgerError
+    from palpate.studies.replay import replay as repeat
 
     try:
         found = repeat(path)

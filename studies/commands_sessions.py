@@ -11,17 +11,17 @@ from typing import TYPE_CHECKING, Any
 
 import click
 
-from protocols.shell_command import shell_command
-from protocols.wording import count
-from studies.live_options import REHEARSALS, LiveOptions, to_go_on, to_start
-from studies.options import JSON, LAB, echo_json, progress, with_options
+from palpate.protocols.shell_command import shell_command
+from palpate.protocols.wording import count
+from palpate.studies.live_options import REHEARSALS, LiveOptions, to_go_on, to_start
+from palpate.studies.options import JSON, LAB, echo_json, progress, with_options
 
 if TYPE_CHECKING:
-    from protocols.plan import Plan
-    from studies.catalogue import Found
-    from studies.record import Record
-    from studies.rig import RigPlan
-    from studies.session import Sat
+    from palpate.protocols.plan import Plan
+    from palpate.studies.catalogue import Found
+    from palpate.studies.record import Record
+    from palpate.studies.rig import RigPlan
+    from palpate.studies.session import Sat
 
 _SEVERAL = re.compile(r"^([A-Za-z]+)([0-9]+)\.\.\1([0-9]+)$")
 
@@ -59,7 +59,7 @@ def run(study: str, as_json: bool, **asked: Any) -> None:
       palpate run texture_ratings --participant P001 --lab LAB --rehearse
       palpate run door_ratings --participant P001..P040 --simulate --seed 1 --lab LAB
     """
-    from studies.catalogue import find, read_study
+    from palpate.studies.catalogue import find, read_study
 
     report(sat_through(read_study(find(study, asked["lab"])), **asked), as_json, study, asked["live"].rig)
 
@@ -69,8 +69,8 @@ def sat_through(
     lab: Path, live: LiveOptions,
 ) -> list[Sat]:  # fmt: skip
     """Begin a session, or several simulated ones, and run them as far as they go."""
-    from studies.hardware import hardware_for
-    from studies.lab_forms import unasked_questions
+    from palpate.studies.hardware import hardware_for
+    from palpate.studies.lab_forms import unasked_questions
 
     if simulate and (live.rehearse or live.twins or live.rig is not None):
         raise click.UsageError("--simulate needs no window and no rig: leave --rehearse, --twins and --rig out, or it")
@@ -90,15 +90,15 @@ def _plans(
     found: Found, lab: Path, people: list[str], seed: int, place: tuple[str | None, int | None], live: LiveOptions,
     real: bool, number: int = 1,
 ) -> list[Plan]:  # fmt: skip
-    from studies.launch import plans_of
+    from palpate.studies.launch import plans_of
 
     return plans_of(found.study, lab, people, seed, real, live.language or "en", *place, number)
 
 
 def _simulated(found: Found, lab: Path, plans: list[Plan], number: int, shared: bool, live: LiveOptions) -> list[Sat]:
-    from studies.rig import simulated
-    from studies.session import start
-    from studies.squares import demand_free
+    from palpate.studies.rig import simulated
+    from palpate.studies.session import start
+    from palpate.studies.squares import demand_free
 
     rig = simulated(found.study, found.folder, lab)
     people = [plan.who.participant for plan in plans]
@@ -117,9 +117,9 @@ def _live(
     found: Found, lab: Path, people: list[str], seed: int, place: tuple[str | None, int | None], number: int,
     live: LiveOptions,
 ) -> Sat:  # fmt: skip
-    from studies.launch import demand_new
-    from studies.live_rig import live_plan
-    from studies.session import start
+    from palpate.studies.launch import demand_new
+    from palpate.studies.live_rig import live_plan
+    from palpate.studies.session import start
 
     [who] = people
     demand_new(lab, found.study.study, who, number)
@@ -134,7 +134,7 @@ def _live(
 
 def _on_record(found: Found, lab: Path, participant: str, sat: Sat) -> None:
     """What a real session's end means for the participant's row: who does not take part gives it up."""
-    from studies.participants.admission import decline, finish
+    from palpate.studies.participants.admission import decline, finish
 
     if sat.complete:
         finish(lab, found.study, participant)
@@ -151,10 +151,10 @@ def _before(
 
     Returns for each participant what was accepted of a change or of a time, to go on record.
     """
-    from studies.changes import demand_same_models, demand_unchanged, earlier_header, sample_ledgers
-    from studies.launch import demand_next
-    from studies.record import read_header
-    from studies.session_times import demand_in_time
+    from palpate.studies.changes import demand_same_models, demand_unchanged, earlier_header, sample_ledgers
+    from palpate.studies.launch import demand_next
+    from palpate.studies.record import read_header
+    from palpate.studies.session_times import demand_in_time
 
     study, today = found.study.study, datetime.now().astimezone().date() if real else None
     for who in people:
@@ -174,7 +174,7 @@ def _before(
 def _rehearsed(
     found: Found, lab: Path, people: list[str], seed: int, place: tuple[str | None, int | None], live: LiveOptions
 ) -> Sat:
-    from studies.rehearsal import rehearsal_plan, rehearse
+    from palpate.studies.rehearsal import rehearsal_plan, rehearse
 
     [plan] = _plans(found, lab, people, seed, place, live, real=False)
     return rehearse(lab, plan, rehearsal_plan(found, lab, live))
@@ -196,9 +196,9 @@ def resume(ledger: Path, study: str | None, without_wal: bool, as_json: bool, li
     Example:
       palpate resume LAB/sessions/door_ratings_P001_s1.sqlite
     """
-    from studies.begun import in_person
-    from studies.record import LedgerError, read
-    from studies.session import resume as go_on
+    from palpate.studies.begun import in_person
+    from palpate.studies.record import LedgerError, read
+    from palpate.studies.session import resume as go_on
 
     if ledger.is_dir():
         raise LedgerError(f"{ledger}: a folder; name one ledger, as {ledger / 'STUDY_P001_s1.sqlite'}")
@@ -220,14 +220,14 @@ def _to_go_on(
     record: Record, lab: Path, study: str | None, live: LiveOptions
 ) -> tuple[Found, RigPlan, dict[str, Any] | None]:
     """The recorded study at its folder, its rig, and what of changes since then goes on record."""
-    from studies.begun import in_person
-    from studies.catalogue import Found, find
-    from studies.changes import demand_same_models, sample_ledgers
-    from studies.launch import changed_since
-    from studies.live_rig import plan_to_go_on
-    from studies.participants.admission import admit, readmit
-    from studies.replay import recompiled
-    from studies.rig import simulated
+    from palpate.studies.begun import in_person
+    from palpate.studies.catalogue import Found, find
+    from palpate.studies.changes import demand_same_models, sample_ledgers
+    from palpate.studies.launch import changed_since
+    from palpate.studies.live_rig import plan_to_go_on
+    from palpate.studies.participants.admission import admit, readmit
+    from palpate.studies.replay import recompiled
+    from palpate.studies.rig import simulated
 
     plan = recompiled(record)
     header, declared = record.header, plan.study
@@ -248,7 +248,7 @@ def _people(participant: str, simulate: bool) -> list[str]:
     several = _SEVERAL.fullmatch(participant)
     if several is None:
         return [participant]
-    from studies.allocation import AllocationError
+    from palpate.studies.allocation import AllocationError
 
     letters, first, last = several.groups()
     if not simulate:

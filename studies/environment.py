@@ -9,7 +9,7 @@ from importlib.metadata import PackageNotFoundError, version
 from pathlib import Path
 from typing import Any
 
-from protocols.code_digest import files_digest, sources_in
+from palpate.protocols.code_digest import files_digest, sources_in
 
 ROOMS = ("protocols", "devices", "studies")
 PACKAGES = ("pydantic", "pyyaml", "sqlalchemy", "filelock", "psychopy", "pyserial")

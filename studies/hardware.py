@@ -7,19 +7,19 @@ from dataclasses import dataclass, field
 from pathlib import Path
 from typing import TYPE_CHECKING, Any, cast
 
-from protocols.plan import Plan
-from protocols.study import BESIDE, PRESENTING, RECORDING, Study
-from studies.catalogue import Found
-from studies.errors import RigError
-from studies.live import Station, TwinInRealTime, compose_station
-from studies.live_options import LiveOptions
-from studies.rig import simulated
+from palpate.protocols.plan import Plan
+from palpate.protocols.study import BESIDE, PRESENTING, RECORDING, Study
+from palpate.studies.catalogue import Found
+from palpate.studies.errors import RigError
+from palpate.studies.live import Station, TwinInRealTime, compose_station
+from palpate.studies.live_options import LiveOptions
+from palpate.studies.rig import simulated
 
 if TYPE_CHECKING:
-    from devices.render.window.tablet_screen import TabletScreen
-    from devices.rig.file import RigFile
-    from devices.rig.opened import OpenRig
-    from devices.tablet.device import Display
+    from palpate.devices.render.window.tablet_screen import TabletScreen
+    from palpate.devices.rig.file import RigFile
+    from palpate.devices.rig.opened import OpenRig
+    from palpate.devices.tablet.device import Display
 
 CHECKED = {"door", "door_generator", "texture_renderer"}
 """Needs whose stimuli come from files, which may be wrong."""
@@ -61,7 +61,7 @@ class Hardware:
         if self.simulated_needs or CHECKED & set(self.found.study.needs):
             simulated(self.found.study, self.found.folder, self.lab).check(plan)
         if self.file is not None:
-            from devices.rig.opened import open_rig
+            from palpate.devices.rig.opened import open_rig
 
             self.opened = open_rig(self.file, self._names())
             self._look_at(self.opened, plan)
@@ -85,14 +85,14 @@ class Hardware:
     def station(self, plan: Plan) -> Station:
         """What presents and what records. Call it once the devices are open."""
         if self.opened is not None:
-            from studies.rig_station import rig_station
+            from palpate.studies.rig_station import rig_station
 
             return rig_station(self.opened, self.found, plan, self.lab, self.tablet)
         return twin_station(plan, self.found.folder, self.twins, self.lab)
 
     def _look_at(self, opened: OpenRig, plan: Plan) -> None:
         """What the devices are; every profile is within the door's limits. Raises DeviceError; then none is open."""
-        from studies.rig_station import demand_follows, demand_within_limits
+        from palpate.studies.rig_station import demand_follows, demand_within_limits
 
         try:
             self.description.update(opened.describe())
@@ -134,10 +134,10 @@ class Hardware:
         """Open the window on the tablet's screen, dark, where it is one. Raises DeviceError."""
         if (display := self._tablet_display()) is None:
             return
-        from devices.render.errors import RenderError
-        from devices.render.window.tablet_screen import TabletScreen
-        from devices.signals import DeviceError
-        from studies.rig_renderer import demand_pictures
+        from palpate.devices.render.errors import RenderError
+        from palpate.devices.render.window.tablet_screen import TabletScreen
+        from palpate.devices.signals import DeviceError
+        from palpate.studies.rig_renderer import demand_pictures
 
         demand_pictures(plan, self.found.folder, self.lab)
         try:
@@ -176,7 +176,7 @@ def hardware_for(found: Found, lab: Path, options: LiveOptions) -> Hardware:
 
 def _rig_file(study: Study, lab: Path, given: Path | None) -> RigFile | None:
     """The station's rig; None where the study needs no device and none is named."""
-    from devices.rig.file import read_rig, rig_path
+    from palpate.devices.rig.file import read_rig, rig_path
 
     path = given or rig_path(lab)
     if given is None and not path.is_file():
@@ -195,7 +195,7 @@ def twin_station(plan: Plan, folder: Path, twins: Sequence[str], lab: Path | Non
     """The study's devices as simulated ones; a stimulus that no device presents is put in place by hand."""
     by_twin: dict[str, TwinInRealTime] = {}
     if twins:
-        from studies.twins import twin_for
+        from palpate.studies.twins import twin_for
 
         twin = twin_for(plan.study, plan, folder, lab=lab)
         by_twin = {name: TwinInRealTime(name, twin) for name in twins}

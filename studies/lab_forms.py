@@ -5,11 +5,11 @@ from __future__ import annotations
 from collections.abc import Iterator
 from pathlib import Path
 
-from protocols.did_you_mean import nearest
-from protocols.forms import LabForms
-from protocols.study import Study
-from studies.participants.consent import consent_text, demand_filled
-from studies.participants.questions import questions
+from palpate.protocols.did_you_mean import nearest
+from palpate.protocols.forms import LabForms
+from palpate.protocols.study import Study
+from palpate.studies.participants.consent import consent_text, demand_filled
+from palpate.studies.participants.questions import questions
 
 
 def lab_forms(study: Study, lab: Path, live: bool, language: str = "en") -> LabForms | None:

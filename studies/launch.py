@@ -6,19 +6,19 @@ from collections.abc import Mapping, Sequence
 from pathlib import Path
 from typing import Any
 
-from protocols.plan import ParticipantRow, Plan, compile_plan
-from protocols.reading import StudyError
-from protocols.shell_command import shell_command
-from protocols.study import Study
-from protocols.yaml_text import YamlError
-from studies.allocation import AllocationError, allocate
-from studies.catalogue import read_study
-from studies.changes import StudyChanged, demand_unchanged
-from studies.lab_forms import lab_forms
-from studies.participants.admission import admit, demand_known_here, demand_not_finished
-from studies.participants.allocations import place_told
-from studies.record import LedgerError, read
-from studies.session import fresh_path, ledger_path
+from palpate.protocols.plan import ParticipantRow, Plan, compile_plan
+from palpate.protocols.reading import StudyError
+from palpate.protocols.shell_command import shell_command
+from palpate.protocols.study import Study
+from palpate.protocols.yaml_text import YamlError
+from palpate.studies.allocation import AllocationError, allocate
+from palpate.studies.catalogue import read_study
+from palpate.studies.changes import StudyChanged, demand_unchanged
+from palpate.studies.lab_forms import lab_forms
+from palpate.studies.participants.admission import admit, demand_known_here, demand_not_finished
+from palpate.studies.participants.allocations import place_told
+from palpate.studies.record import LedgerError, read
+from palpate.studies.session import fresh_path, ledger_path
 
 
 def plans_of(

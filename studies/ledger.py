@@ -14,10 +14,10 @@ from filelock import FileLock, Timeout
 from sqlalchemy import Connection, Engine, insert, text
 from sqlalchemy.exc import OperationalError, SQLAlchemyError
 
-from protocols.canonical import canonical
-from protocols.events import Event
-from protocols.files import make_folder, sync_folder
-from studies.ledger_schema import (
+from palpate.protocols.canonical import canonical
+from palpate.protocols.events import Event
+from palpate.protocols.files import make_folder, sync_folder
+from palpate.studies.ledger_schema import (
     APPLICATION_ID,
     CHECKPOINTED,
     FORMAT,
@@ -31,8 +31,8 @@ from studies.ledger_schema import (
     sitting_hash,
     sittings,
 )
-from studies.messages import database_reason
-from studies.record import LedgerError, Record, read
+from palpate.studies.messages import database_reason
+from palpate.studies.record import LedgerError, Record, read
 
 Shield = Callable[[], AbstractContextManager[object]]
 
@@ -159,7 +159,7 @@ def take_up(
 ) -> Ledger:
     """Open a ledger to go on with it; everything in it is verified first, and `demand` may refuse it untouched.
 
-    Raises LedgerError if the file is refused (see `studies.record.read`) or another process has it.
+    Raises LedgerError if the file is refused (see `palpate.studies.record.read`) or another process has it.
     """
     if not path.is_file():
         raise LedgerError(f"{path}: no such ledger")

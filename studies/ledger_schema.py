@@ -10,9 +10,9 @@ from urllib.parse import quote
 
 from sqlalchemy import URL, Column, Engine, Integer, LargeBinary, MetaData, Table, Text, create_engine, event
 
-from protocols.canonical import canonical, encoded
-from protocols.events import Event
-from protocols.requests import Samples
+from palpate.protocols.canonical import canonical, encoded
+from palpate.protocols.events import Event
+from palpate.protocols.requests import Samples
 
 _DRIVER = "sqlite+pysqlite"
 FORMAT = 3

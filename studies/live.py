@@ -9,18 +9,18 @@ from dataclasses import dataclass, field
 from functools import partial
 from typing import TYPE_CHECKING, Protocol
 
-from devices.acts import Act, going_on
-from devices.desk import Desk, Pages
-from devices.samples import HandMounted
-from devices.signals import Presents, Records
-from devices.suspend import SuspendWatch
-from protocols.requests import Aside, Ask, Came, Fault, Present, Reply, Request, Sense
-from protocols.study import Study
-from protocols.worlds import Done, Twin
-from studies.errors import RigError
+from palpate.devices.acts import Act, going_on
+from palpate.devices.desk import Desk, Pages
+from palpate.devices.samples import HandMounted
+from palpate.devices.signals import Presents, Records
+from palpate.devices.suspend import SuspendWatch
+from palpate.protocols.requests import Aside, Ask, Came, Fault, Present, Reply, Request, Sense
+from palpate.protocols.study import Study
+from palpate.protocols.worlds import Done, Twin
+from palpate.studies.errors import RigError
 
 if TYPE_CHECKING:
-    from devices.window.presenter import Presenter
+    from palpate.devices.window.presenter import Presenter
 
 
 def clock_from(t_ns: int, count_ns: Callable[[], int] = time.perf_counter_ns) -> Callable[[], int]:

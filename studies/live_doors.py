@@ -6,12 +6,12 @@ from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass, field
 from typing import Any, Protocol, runtime_checkable
 
-from devices.blocks import interleaved
-from devices.desk import Desk
-from devices.door.grid import POINTS, POINTS_PER_DEG
-from devices.door.live import RATE_HZ, Change, LiveDoor
-from protocols.events import NS
-from protocols.requests import Aside, Present, Samples
+from palpate.devices.blocks import interleaved
+from palpate.devices.desk import Desk
+from palpate.devices.door.grid import POINTS, POINTS_PER_DEG
+from palpate.devices.door.live import RATE_HZ, Change, LiveDoor
+from palpate.protocols.events import NS
+from palpate.protocols.requests import Aside, Present, Samples
 
 SETTINGS, FORCES = "live_settings", "live_forces"
 Setting = Mapping[str, float]
@@ -20,7 +20,7 @@ PAGE = "feel_now"
 
 @runtime_checkable
 class ShowsForms(Protocol):
-    """A window that shows the form of a presentation while it is felt: devices.window.presenter."""
+    """A window that shows the form of a presentation while it is felt: palpate.devices.window.presenter."""
 
     def wait_for(self, key: str, desk: Desk, ready: Callable[[], bool]) -> Aside | None:
         """Show a page until `ready`, or until the experimenter did something."""

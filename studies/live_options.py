@@ -10,8 +10,8 @@ from typing import Any
 
 import click
 
-from devices.window.options import size_px
-from studies.options import with_options
+from palpate.devices.window.options import size_px
+from palpate.studies.options import with_options
 
 PACE_S = 0.4
 REHEARSALS = "rehearsals"

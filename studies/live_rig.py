@@ -9,23 +9,23 @@ from dataclasses import dataclass, replace
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
-from protocols.extras import demand_packages
-from protocols.plan import Plan
-from protocols.shell_command import shell_command
-from protocols.study import Study
-from studies.catalogue import Found
-from studies.changes import demand_same_devices, demand_same_screen
-from studies.errors import RigError
-from studies.hardware import hardware_for
-from studies.live import LiveWorld, Station, clock_from
-from studies.live_options import LiveOptions
-from studies.rig import Rig, RigPlan
-from studies.windowless import Windowless, asks_anything
+from palpate.protocols.extras import demand_packages
+from palpate.protocols.plan import Plan
+from palpate.protocols.shell_command import shell_command
+from palpate.protocols.study import Study
+from palpate.studies.catalogue import Found
+from palpate.studies.changes import demand_same_devices, demand_same_screen
+from palpate.studies.errors import RigError
+from palpate.studies.hardware import hardware_for
+from palpate.studies.live import LiveWorld, Station, clock_from
+from palpate.studies.live_options import LiveOptions
+from palpate.studies.rig import Rig, RigPlan
+from palpate.studies.windowless import Windowless, asks_anything
 
 if TYPE_CHECKING:
-    from devices.window.calibration import Calibration
-    from devices.window.presenter import Presenter
-    from studies.console.seat import Seat
+    from palpate.devices.window.calibration import Calibration
+    from palpate.devices.window.presenter import Presenter
+    from palpate.studies.console.seat import Seat
 
 LANGUAGE = "en"
 LAST_PAGE = {"declined": "thanks", "ineligible": "ineligible", "aborted": "aborted"}
@@ -77,7 +77,7 @@ def live_plan(found: Found, lab: Path, options: LiveOptions, begun: Mapping[str,
 def draw_forces(presenter: Presenter, plan: Plan, lab: Path) -> None:
     """Let the window draw the force of what is set, where the study shows it."""
     if plan.study.live is not None and plan.study.live.show_force:
-        from studies.made_doors import made_doors
+        from palpate.studies.made_doors import made_doors
 
         presenter.force_of = made_doors(lab).doors.force_N
 
@@ -121,7 +121,7 @@ def window_calibration(study: Study, lab: Path, options: LiveOptions) -> Calibra
     """
     if not asks_anything(study):
         return None
-    from devices.window.calibration import read_calibration, station_file
+    from palpate.devices.window.calibration import read_calibration, station_file
 
     if not station_file(lab).is_file():  # calibrating needs it, too: say it first
         demand_packages("a window", "psychopy")
@@ -191,7 +191,7 @@ class Opening:
 
 def seat_at(plan: Plan, now_ns: Callable[[], int], presenter: Presenter, as_json: bool, opened: ExitStack) -> Seat:
     """The experimenter's console at this process' terminal; it hears which side the participant has switched to."""
-    from studies.console.open import open_seat
+    from palpate.studies.console.open import open_seat
 
     seat = open_seat(plan, now_ns, sys.stdin, sys.stderr if as_json else sys.stdout)
     opened.callback(seat.close)
@@ -220,7 +220,7 @@ def window_of(
     def opened(plan: Plan) -> Presenter:
         if calibration is None:
             return Windowless()
-        from devices.window.presenter_window import open_presenter
+        from palpate.devices.window.presenter_window import open_presenter
 
         return open_presenter(
             found.study, calibration, language, found.folder, fullscreen=full, plan=plan,

@@ -6,21 +6,21 @@ import array
 from collections.abc import Callable, Iterator
 from dataclasses import replace
 
-from devices.blocks import interleaved
-from devices.door.grid import POINTS_PER_DEG
-from devices.door.link.limits import HANDLE_RADIUS_M
-from devices.door.live import PERIOD_NS, LiveDoor
-from devices.door.making import Doors
-from devices.door.plant.parameters import DEFAULT
-from devices.door.plant.rendering import STEP_RAD, Passage, Rendered
-from protocols.answering import moved_while_felt
-from protocols.events import NS
-from protocols.forms import Sliders
-from protocols.perceiver import Perceiver
-from protocols.plan import Plan
-from protocols.requests import Present, Samples
-from protocols.worlds import Done
-from studies.live_doors import LiveRecord, Setting
+from palpate.devices.blocks import interleaved
+from palpate.devices.door.grid import POINTS_PER_DEG
+from palpate.devices.door.link.limits import HANDLE_RADIUS_M
+from palpate.devices.door.live import PERIOD_NS, LiveDoor
+from palpate.devices.door.making import Doors
+from palpate.devices.door.plant.parameters import DEFAULT
+from palpate.devices.door.plant.rendering import STEP_RAD, Passage, Rendered
+from palpate.protocols.answering import moved_while_felt
+from palpate.protocols.events import NS
+from palpate.protocols.forms import Sliders
+from palpate.protocols.perceiver import Perceiver
+from palpate.protocols.plan import Plan
+from palpate.protocols.requests import Present, Samples
+from palpate.protocols.worlds import Done
+from palpate.studies.live_doors import LiveRecord, Setting
 
 BEGINS_S, MOVES_S = 0.3, 1.5
 """The hand lies at the sliders for so long, and then takes so long to move them."""

@@ -7,18 +7,18 @@ from dataclasses import dataclass, replace
 from pathlib import Path
 from typing import TYPE_CHECKING
 
-from devices.desk import Desk, Pages
-from devices.door.live import LiveDoor
-from devices.door.making import HIGHEST, LOWEST, Doors, maker_for
-from devices.signals import Presents
-from protocols.forms import Sliders
-from protocols.plan import Trial
-from protocols.requests import Came, Chunk, Fault, Present, Reply
-from studies.errors import RigError
-from studies.live_doors import LiveForm, LiveRecord, ShowsForms
+from palpate.devices.desk import Desk, Pages
+from palpate.devices.door.live import LiveDoor
+from palpate.devices.door.making import HIGHEST, LOWEST, Doors, maker_for
+from palpate.devices.signals import Presents
+from palpate.protocols.forms import Sliders
+from palpate.protocols.plan import Trial
+from palpate.protocols.requests import Came, Chunk, Fault, Present, Reply
+from palpate.studies.errors import RigError
+from palpate.studies.live_doors import LiveForm, LiveRecord, ShowsForms
 
 if TYPE_CHECKING:
-    from devices.door.link.showing import Changes
+    from palpate.devices.door.link.showing import Changes
 
 
 @dataclass(frozen=True)

@@ -13,10 +13,9 @@ from types import TracebackType
 from typing import Any
 from urllib.parse import unquote
 
-from protocols.extras import EXTRAS, missing_sentence
-from protocols.files import reason
+from palpate.protocols.extras import EXTRAS, missing_sentence
+from palpate.protocols.files import reason
 
-ROOMS = ("protocols", "devices", "studies", "analysis", "modeling")
 DATABASES = (
     "a SQLite file, as sqlite:///lab.sqlite, or PostgreSQL, as postgresql+psycopg://user@host/lab (with its driver:"
     " pip install 'palpate[postgres]')"
@@ -83,7 +82,7 @@ def database_reason(error: BaseException, url: Any = "") -> str:
 
 
 def _describe(error: BaseException) -> str | None:
-    if type(error).__module__.partition(".")[0] in ROOMS:
+    if type(error).__module__.startswith("palpate."):
         return str(error)
     if isinstance(error, OSError) and error.errno is not None:
         where = error.filename if isinstance(error.filename, str | os.PathLike) else _place(error.__traceback__)
@@ -135,7 +134,7 @@ def _place(traceback: TracebackType | None) -> str | None:
     for frame in reversed(frames):
         for place in _places(frame.f_locals):
             return place
-        ours += frame.f_globals.get("__name__", "").partition(".")[0] in ROOMS
+        ours += frame.f_globals.get("__name__", "").startswith("palpate.")
         if ours == 2:
             break
     return None

@@ -6,7 +6,7 @@ from collections.abc import Iterable, Iterator, Mapping
 from pathlib import Path
 from typing import Any
 
-from studies.record import LedgerError, read
+from palpate.studies.record import LedgerError, read
 
 SHOWN = 12
 """How many digits of a digest a message shows."""

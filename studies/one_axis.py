@@ -12,7 +12,7 @@ import numpy as np
 from numpy.lib.stride_tricks import sliding_window_view
 from numpy.typing import NDArray
 
-from studies.texture_signals import Array, SignalError, demand_finite
+from palpate.studies.texture_signals import Array, SignalError, demand_finite
 
 FRAME_S = 0.064
 """Long enough to tell 20 Hz from its neighbours, short enough for a hand's movement: docs/reference/texture-data.md has

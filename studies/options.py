@@ -10,7 +10,7 @@ from typing import Any, TypeVar, cast
 
 import click
 
-from protocols.extras import demand_packages
+from palpate.protocols.extras import demand_packages
 
 T = TypeVar("T")
 Command = TypeVar("Command", bound=Callable[..., Any])
@@ -65,7 +65,7 @@ def needs_packages(*packages: str) -> Callable[[Command], Command]:
 
 def echo_json(value: Any) -> None:
     """Print JSON for a script: one line, keys sorted."""
-    from protocols.canonical import canonical
+    from palpate.protocols.canonical import canonical
 
     click.echo(canonical(value).decode())
 

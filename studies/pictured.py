@@ -8,18 +8,18 @@ from io import BytesIO
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
-from protocols.plan import Trial
-from protocols.requests import Aside, Reply, Request, Sense
-from protocols.worlds import Done
-from studies.errors import RigError
-from studies.scenes import SECONDS_A_PICTURE, demand_surface, photos_of, sensing
-from studies.virtual_recording import Leaping
-from studies.windowless import Windowless
+from palpate.protocols.plan import Trial
+from palpate.protocols.requests import Aside, Reply, Request, Sense
+from palpate.protocols.worlds import Done
+from palpate.studies.errors import RigError
+from palpate.studies.scenes import SECONDS_A_PICTURE, demand_surface, photos_of, sensing
+from palpate.studies.virtual_recording import Leaping
+from palpate.studies.windowless import Windowless
 
 if TYPE_CHECKING:
-    from devices.camera.device import Camera
-    from devices.camera.sources import PicturesOf
-    from devices.desk import Prompt
+    from palpate.devices.camera.device import Camera
+    from palpate.devices.camera.sources import PicturesOf
+    from palpate.devices.desk import Prompt
 
 QUALITY = 92
 """Of the JPEG files, which take a fifth of the PNG files' room; a camera's are about as good."""
@@ -71,7 +71,7 @@ class KeptCameraTwin:
 
 
 def _camera(lab: Path, lights: int, taken: PicturesOf | None) -> Camera:
-    from devices.camera.device import TWIN_LIGHTS, Settings, make
+    from palpate.devices.camera.device import TWIN_LIGHTS, Settings, make
 
     if not 1 <= lights <= TWIN_LIGHTS:
         raise RigError(f"{lights} pictures of each texture: from 1 to {TWIN_LIGHTS} are expected, as many as a twin's")

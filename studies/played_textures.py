@@ -16,12 +16,12 @@ import numpy as np
 from numpy.lib.stride_tricks import sliding_window_view
 from numpy.typing import NDArray
 
-from protocols.vibration_threshold import BANDS_HZ, band_edges_hz, threshold_m_s2
-from studies.errors import RigError
-from studies.renderings import MET, SEED, Alike, Rendered, told_of
+from palpate.protocols.vibration_threshold import BANDS_HZ, band_edges_hz, threshold_m_s2
+from palpate.studies.errors import RigError
+from palpate.studies.renderings import MET, SEED, Alike, Rendered, told_of
 
 if TYPE_CHECKING:
-    from devices.render.voice import Voice
+    from palpate.devices.render.voice import Voice
 
 Array = NDArray[np.float64]
 COLUMNS = ("acceleration_m_s2", "speed_mm_s", "force_N")
@@ -39,10 +39,10 @@ DECIMALS = 3
 
 def rendered(voice: Voice, card: Path, felt: Array, friction: float | None) -> Rendered:
     """Play a voice for the hand of `felt` (3, n), and compare; `friction` None: there is nothing to compare with."""
-    from devices.render.hands import Scripted
-    from devices.render.loop import Loop
-    from devices.render.pace import AtOnce
-    from devices.render.sinks import Kept
+    from palpate.devices.render.hands import Scripted
+    from palpate.devices.render.loop import Loop
+    from palpate.devices.render.pace import AtOnce
+    from palpate.devices.render.sinks import Kept
 
     sink, hand = Kept(), Scripted(felt[1].tolist(), felt[2].tolist())
     loop = Loop(voice, hand, sink, AtOnce())

@@ -5,10 +5,10 @@ from __future__ import annotations
 from dataclasses import dataclass, field
 from pathlib import Path
 
-from devices.door.twin import read_profile
-from protocols.files import file_sha256
-from protocols.study import Stimulus
-from studies.errors import RigError
+from palpate.devices.door.twin import read_profile
+from palpate.protocols.files import file_sha256
+from palpate.protocols.study import Stimulus
+from palpate.studies.errors import RigError
 
 MID_SIZE = "K8"
 """The door of the catalogue that stands for a car of which no profile is known."""
@@ -37,7 +37,7 @@ def profile_of(stimulus: Stimulus, profiles: Profiles) -> tuple[float, ...]:
     """The door that is simulated at sensors: the profile in the column `file`; a mid-size one where there is none."""
     if stimulus.columns.get("file"):
         return profiles.of(stimulus)
-    from devices.door.catalogue import find_door, read_catalogue
-    from devices.door.mechanics import simulate
+    from palpate.devices.door.catalogue import find_door, read_catalogue
+    from palpate.devices.door.mechanics import simulate
 
     return tuple(simulate(find_door(read_catalogue(), MID_SIZE).door, MID_SIZE).tolist())

@@ -12,7 +12,7 @@ from functools import cached_property
 from pathlib import Path
 from typing import Any
 
-from protocols.event_shapes import (
+from palpate.protocols.event_shapes import (
     OBJECT,
     TEXT,
     EventShapes,
@@ -23,10 +23,10 @@ from protocols.event_shapes import (
     demand_samples,
     parse_canonical,
 )
-from protocols.events import Event
-from protocols.requests import Samples
-from protocols.wording import count, some
-from studies.ledger_schema import (
+from palpate.protocols.events import Event
+from palpate.protocols.requests import Samples
+from palpate.protocols.wording import count, some
+from palpate.studies.ledger_schema import (
     APPLICATION_ID,
     CHECKPOINTED,
     FORMAT,
@@ -37,7 +37,7 @@ from studies.ledger_schema import (
     metadata,
     sitting_hash,
 )
-from studies.stored_samples import stored
+from palpate.studies.stored_samples import stored
 
 _UNFOUNDED = "samples without their event, or no session_started: the file was changed"
 _MAGIC = b"SQLite format 3\0"
@@ -124,7 +124,7 @@ def read(path: Path) -> Record:
     """The session in the file, its chains checked link by link.
 
     Raises LedgerError on a file that is missing, no ledger, newer, damaged, changed or cut short, or whose events are
-    not such as a session writes (see `protocols.event_shapes`).
+    not such as a session writes (see `palpate.protocols.event_shapes`).
     """
     _demand_sqlite(path)
     without_wal = _without_wal(path)

@@ -9,20 +9,20 @@ from dataclasses import dataclass, field
 from pathlib import Path
 from typing import TYPE_CHECKING
 
-from devices.desk import Desk
-from protocols.events import World
-from protocols.plan import Plan
-from protocols.requests import Aside, Came, Present, Reply, Request, Sense
-from studies.catalogue import Found
-from studies.live_options import REHEARSALS, LiveOptions
-from studies.live_rig import LANGUAGE, Opening, draw_forces, last_page, seat_at, window_calibration, window_of
-from studies.rig import Rig, RigPlan, simulated
-from studies.session import Sat, ledger_path, start
-from studies.windowless import asks_anything
+from palpate.devices.desk import Desk
+from palpate.protocols.events import World
+from palpate.protocols.plan import Plan
+from palpate.protocols.requests import Aside, Came, Present, Reply, Request, Sense
+from palpate.studies.catalogue import Found
+from palpate.studies.live_options import REHEARSALS, LiveOptions
+from palpate.studies.live_rig import LANGUAGE, Opening, draw_forces, last_page, seat_at, window_calibration, window_of
+from palpate.studies.rig import Rig, RigPlan, simulated
+from palpate.studies.session import Sat, ledger_path, start
+from palpate.studies.windowless import asks_anything
 
 if TYPE_CHECKING:
-    from devices.window.calibration import Calibration
-    from devices.window.presenter import Presenter
+    from palpate.devices.window.calibration import Calibration
+    from palpate.devices.window.presenter import Presenter
 
 NEVER = "not measured"
 UNCALIBRATED_PX, UNCALIBRATED_PX_PER_MM = (1280, 720), 96 / 25.4
@@ -114,7 +114,7 @@ def _calibration(found: Found, lab: Path, options: LiveOptions) -> Calibration |
     """This station's calibration; an invented one, for a small window, where the screen was never measured."""
     if options.no_window or not asks_anything(found.study):
         return None
-    from devices.window.calibration import Calibration, station_file
+    from palpate.devices.window.calibration import Calibration, station_file
 
     if station_file(lab).is_file():
         return window_calibration(found.study, lab, options)

@@ -9,13 +9,13 @@ from dataclasses import dataclass
 from pathlib import Path
 from typing import Any
 
-from protocols.canonical import canonical
-from protocols.files import file_sha256, write_bytes
-from studies.errors import RigError
+from palpate.protocols.canonical import canonical
+from palpate.protocols.files import file_sha256, write_bytes
+from palpate.studies.errors import RigError
 
 SEED = 0
 MET = ("sounding", "held", "restarts", "quiet", "muted")
-"""What a record tells of how a model fared, in steps; what each is: devices.render.voice.Tally."""
+"""What a record tells of how a model fared, in steps; what each is: palpate.devices.render.voice.Tally."""
 
 
 @dataclass(frozen=True)

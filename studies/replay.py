@@ -8,15 +8,15 @@ from dataclasses import dataclass
 from pathlib import Path
 from typing import Any
 
-from protocols.canonical import difference
-from protocols.events import NS
-from protocols.forms import LabForms
-from protocols.plan import ParticipantRow, Plan, compile_plan
-from protocols.requests import ReplyError
-from protocols.runner import run
-from protocols.study import Study
-from protocols.worlds import Divergence, EndOfRecord, Recorded
-from studies.record import LedgerError, Record, read
+from palpate.protocols.canonical import difference
+from palpate.protocols.events import NS
+from palpate.protocols.forms import LabForms
+from palpate.protocols.plan import ParticipantRow, Plan, compile_plan
+from palpate.protocols.requests import ReplyError
+from palpate.protocols.runner import run
+from palpate.protocols.study import Study
+from palpate.protocols.worlds import Divergence, EndOfRecord, Recorded
+from palpate.studies.record import LedgerError, Record, read
 
 
 @dataclass(frozen=True)

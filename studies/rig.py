@@ -7,11 +7,11 @@ from dataclasses import dataclass
 from pathlib import Path
 from typing import Any
 
-from protocols.events import Event, World
-from protocols.perceiver import Perceiver
-from protocols.plan import Plan
-from protocols.study import Study
-from protocols.worlds import Simulated, VirtualClock
+from palpate.protocols.events import Event, World
+from palpate.protocols.perceiver import Perceiver
+from palpate.protocols.plan import Plan
+from palpate.protocols.study import Study
+from palpate.protocols.worlds import Simulated, VirtualClock
 
 
 def _nothing_moves() -> None:
@@ -58,8 +58,8 @@ def simulated(study: Study, folder: Path, lab: Path | None = None, pictures: int
     A `lab` brings its own models, where it has any; a camera keeps so many `pictures` of each stimulus there, none
     where it is None.
     """
-    from studies.profiles import Profiles
-    from studies.twins import renderings_of, twin_for
+    from palpate.studies.profiles import Profiles
+    from palpate.studies.twins import renderings_of, twin_for
 
     profiles = Profiles(folder)
     renderings = renderings_of(folder, lab) if "texture_renderer" in study.needs else None

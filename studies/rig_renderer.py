@@ -11,27 +11,27 @@ from dataclasses import dataclass, field, replace
 from pathlib import Path
 from typing import Any, Protocol
 
-from devices.actuator.device import VoiceCoil
-from devices.desk import Desk, Pages
-from devices.mending import Mending
-from devices.models.errors import ModelFileError
-from devices.models.file import read_card
-from devices.render.errors import RenderError
-from devices.render.job import Job, Sounds
-from devices.render.process import Rendering
-from devices.render.sinks import MOST_AHEAD, on_coil
-from devices.render.window.photo import photo_file, read_photo
-from devices.rig.opened import OpenRig
-from devices.signals import DeviceError, DeviceFault
-from devices.window.geometry import WindowError
-from protocols.events import NS
-from protocols.files import file_sha256
-from protocols.keyed import keyed_bits
-from protocols.plan import Plan, Trial
-from protocols.requests import Ask, Came, Fault, Present, Reply
-from studies.renderings import MET, told_of
-from studies.scenes import drawn
-from studies.virtual_textures import VirtualTextures
+from palpate.devices.actuator.device import VoiceCoil
+from palpate.devices.desk import Desk, Pages
+from palpate.devices.mending import Mending
+from palpate.devices.models.errors import ModelFileError
+from palpate.devices.models.file import read_card
+from palpate.devices.render.errors import RenderError
+from palpate.devices.render.job import Job, Sounds
+from palpate.devices.render.process import Rendering
+from palpate.devices.render.sinks import MOST_AHEAD, on_coil
+from palpate.devices.render.window.photo import photo_file, read_photo
+from palpate.devices.rig.opened import OpenRig
+from palpate.devices.signals import DeviceError, DeviceFault
+from palpate.devices.window.geometry import WindowError
+from palpate.protocols.events import NS
+from palpate.protocols.files import file_sha256
+from palpate.protocols.keyed import keyed_bits
+from palpate.protocols.plan import Plan, Trial
+from palpate.protocols.requests import Ask, Came, Fault, Present, Reply
+from palpate.studies.renderings import MET, told_of
+from palpate.studies.scenes import drawn
+from palpate.studies.virtual_textures import VirtualTextures
 
 NEED = "texture_renderer"
 COUNTED = ("steps", "late", "skipped")
@@ -41,7 +41,7 @@ VIRTUAL = "virtual"
 
 
 class Plays(Protocol):
-    """What renders: `devices.render.process.Rendering`, or something that stands for it."""
+    """What renders: `palpate.devices.render.process.Rendering`, or something that stands for it."""
 
     @property
     def running(self) -> bool:
@@ -58,7 +58,7 @@ class Plays(Protocol):
 
 
 class Shows(Protocol):
-    """The tablet's screen: `devices.render.window.tablet_screen.TabletScreen`, or something that stands for it."""
+    """The tablet's screen: `palpate.devices.render.window.tablet_screen.TabletScreen` or a stand-in."""
 
     def show(self, picture: Path | None) -> None:
         """Have the picture seen, or nothing. Raises RenderError."""

@@ -7,26 +7,26 @@ from dataclasses import replace
 from pathlib import Path
 from typing import TYPE_CHECKING, Any, cast
 
-from devices.door.link.codes import FOLLOWS_FROM
-from devices.rig.kinds import STREAMS
-from devices.rig.opened import OpenRig
-from devices.samples import HandMounted
-from devices.signals import Device, Presents, Records, Sensor
-from devices.streams.capture import Capture
-from protocols.plan import Plan
-from protocols.requests import Present, Sense
-from protocols.study import RECORDING
-from studies.catalogue import Found
-from studies.live import Station, compose_station
-from studies.profiles import Profiles
-from studies.scenes import pictures_of, scenes_for
+from palpate.devices.door.link.codes import FOLLOWS_FROM
+from palpate.devices.rig.kinds import STREAMS
+from palpate.devices.rig.opened import OpenRig
+from palpate.devices.samples import HandMounted
+from palpate.devices.signals import Device, Presents, Records, Sensor
+from palpate.devices.streams.capture import Capture
+from palpate.protocols.plan import Plan
+from palpate.protocols.requests import Present, Sense
+from palpate.protocols.study import RECORDING
+from palpate.studies.catalogue import Found
+from palpate.studies.live import Station, compose_station
+from palpate.studies.profiles import Profiles
+from palpate.studies.scenes import pictures_of, scenes_for
 
 if TYPE_CHECKING:
-    from devices.door.link.simulator import DoorSimulator
-    from devices.scene import Scene
-    from devices.sound.device import MaskingNoise
-    from devices.sound.masked import Masked
-    from studies.rig_renderer import RigRenderer, Shows
+    from palpate.devices.door.link.simulator import DoorSimulator
+    from palpate.devices.scene import Scene
+    from palpate.devices.sound.device import MaskingNoise
+    from palpate.devices.sound.masked import Masked
+    from palpate.studies.rig_renderer import RigRenderer, Shows
 
 CAPTURED = tuple(need for need in RECORDING if need != "camera")
 """Needs that sensors record together; a camera does so alone."""
@@ -76,7 +76,7 @@ def _door(rig: OpenRig, found: Found, plan: Plan, lab: Path) -> Presents | None:
 
 def _generator(door: Any, lab: Path) -> Presents:
     """The door, which plays what the lab's models make of a wish."""
-    from studies.made_doors import PresentsMade, made_doors
+    from palpate.studies.made_doors import PresentsMade, made_doors
 
     made = made_doors(lab)
     door.profile_for = made.force_N
@@ -87,7 +87,7 @@ def _renderer(rig: OpenRig, found: Found, plan: Plan, lab: Path, tablet: Shows |
     """The renderer of virtual textures, where the study needs one."""
     if "texture_renderer" not in plan.study.needs:
         return None
-    from studies.rig_renderer import rig_renderer
+    from palpate.studies.rig_renderer import rig_renderer
 
     return rig_renderer(rig, plan, found.folder, lab, tablet)
 
@@ -99,11 +99,11 @@ def demand_within_limits(rig: OpenRig, found: Found, plan: Plan) -> None:
         noise = cast("MaskingNoise", rig.of("masking_noise")["masking_noise"])
         noise.demand_bearable(plan.study.noise.at_most_db_a)
     if "texture_renderer" in plan.study.needs:
-        from studies.rig_renderer import demand_usable
+        from palpate.studies.rig_renderer import demand_usable
 
         demand_usable(rig)
     if "door_generator" in plan.study.needs:
-        from devices.door.playable import hardest
+        from palpate.devices.door.playable import hardest
 
         door = cast("DoorSimulator", rig.of("door_generator")["door"])
         door.check(hardest(), "the hardest door that may be wished for")
@@ -162,7 +162,7 @@ def _stage(rig: OpenRig, plan: Plan) -> Presents:
     """Who mounts the samples: somebody who says so, or somebody whose scanner does."""
     if "samples" not in rig.file.needs:
         return HandMounted(blind=plan.study.blind)
-    from devices.stage.codes import known_codes
+    from palpate.devices.stage.codes import known_codes
 
     stage: Any = rig.of("samples")["stage"]
     stage.hand.blind = plan.study.blind
@@ -171,7 +171,7 @@ def _stage(rig: OpenRig, plan: Plan) -> Presents:
 
 
 def _masked(rig: OpenRig, presents: Presents) -> Masked:
-    from devices.sound.masked import Masked
+    from palpate.devices.sound.masked import Masked
 
     noise = cast("MaskingNoise", rig.of("masking_noise")["masking_noise"])
     return Masked(presents, noise)

@@ -8,18 +8,18 @@ from dataclasses import dataclass, field
 from io import BytesIO
 from typing import TYPE_CHECKING, Any
 
-from protocols.keyed import Key, keyed_bits
-from protocols.plan import Plan, Trial
-from protocols.requests import Request, Sense
-from protocols.study import Stimulus
-from studies.errors import RigError
-from studies.profiles import Profiles, profile_of
+from palpate.protocols.keyed import Key, keyed_bits
+from palpate.protocols.plan import Plan, Trial
+from palpate.protocols.requests import Request, Sense
+from palpate.protocols.study import Stimulus
+from palpate.studies.errors import RigError
+from palpate.studies.profiles import Profiles, profile_of
 
 if TYPE_CHECKING:
     from PIL.Image import Image
 
-    from devices.scene import Scene
-    from devices.surfaces.table import Surface
+    from palpate.devices.scene import Scene
+    from palpate.devices.surfaces.table import Surface
 
 GROUNDS = 2
 """Surfaces whose relief is kept, 10 MB each: people repeat a trial, and go from one to the next."""
@@ -41,14 +41,14 @@ def seed_of(plan: Plan, trial: Trial) -> int:
 
 def surface_of(stimulus: Stimulus) -> Surface:
     """The simulated surface of a stimulus. Raises SurfaceDataError on what its table says."""
-    from devices.surfaces.choice import surface_for
+    from palpate.devices.surfaces.choice import surface_for
 
     return surface_for(stimulus.id, stimulus.columns)
 
 
 def demand_surface(trial: Trial) -> None:
     """Raise RigError unless the trial's stimulus can be simulated as a surface."""
-    from devices.surfaces.table import SurfaceDataError
+    from palpate.devices.surfaces.table import SurfaceDataError
 
     try:
         surface_of(trial.stimulus)
@@ -73,15 +73,15 @@ class Strokes:
 
     def __call__(self, request: Sense) -> Scene:
         """The scene of a request to record."""
-        from devices.surfaces.act import KEPT
-        from devices.surfaces.scene import SurfaceScene
+        from palpate.devices.surfaces.act import KEPT
+        from palpate.devices.surfaces.scene import SurfaceScene
 
         surface = surface_of(request.trial.stimulus)
         key = drawn(self.plan, request.trial)
         return SurfaceScene(surface, request.seconds, *key, under=self._ground(surface), kept=self.kept or KEPT)
 
     def _ground(self, surface: Surface) -> Any:
-        from devices.surfaces.scene import ground_of
+        from palpate.devices.surfaces.scene import ground_of
 
         if surface.id not in self.grounds:
             self.grounds[surface.id] = ground_of(surface)
@@ -99,7 +99,7 @@ class Openings:
 
     def __call__(self, request: Sense) -> Scene:
         """The scene of a request to record."""
-        from devices.door.opening_scene import OpeningScene
+        from palpate.devices.door.opening_scene import OpeningScene
 
         profile_N: Sequence[float] = profile_of(request.trial.stimulus, self.profiles)
         return OpeningScene(profile_N, request.seconds, *drawn(self.plan, request.trial))
@@ -122,8 +122,8 @@ def photos_of(request: Sense) -> Iterator[Image]:
     """The trial's texture under one light after the other, 1568 x 1568 pixels."""
     from PIL import Image
 
-    from devices.surfaces.photo import LIGHTS, light, photographs
-    from devices.surfaces.relief import relief
+    from palpate.devices.surfaces.photo import LIGHTS, light, photographs
+    from palpate.devices.surfaces.relief import relief
 
     surface = surface_of(request.trial.stimulus)
     for photo in photographs(surface, relief(surface), map(light, range(LIGHTS))):

@@ -8,18 +8,18 @@ from dataclasses import asdict, dataclass
 from pathlib import Path
 from typing import Any
 
-from protocols.events import Event
-from protocols.plan import Plan
-from protocols.runner import run
-from protocols.shell_command import shell_command
-from protocols.wording import count
-from protocols.worlds import Recorded
-from studies.environment import environment, wall_time
-from studies.interrupts import Guard, Interrupted, guarded, interrupt_behind
-from studies.ledger import Ledger, create, take_up
-from studies.record import LedgerError, Record, read
-from studies.replay import recompiled
-from studies.rig import Rig, RigPlan
+from palpate.protocols.events import Event
+from palpate.protocols.plan import Plan
+from palpate.protocols.runner import run
+from palpate.protocols.shell_command import shell_command
+from palpate.protocols.wording import count
+from palpate.protocols.worlds import Recorded
+from palpate.studies.environment import environment, wall_time
+from palpate.studies.interrupts import Guard, Interrupted, guarded, interrupt_behind
+from palpate.studies.ledger import Ledger, create, take_up
+from palpate.studies.record import LedgerError, Record, read
+from palpate.studies.replay import recompiled
+from palpate.studies.rig import Rig, RigPlan
 
 
 @dataclass(frozen=True)
@@ -53,7 +53,7 @@ class Receipt:
 
 @dataclass(frozen=True)
 class Sat:
-    """How a sitting ended; `status` is the session's (see studies.record.Record.status)."""
+    """How a sitting ended; `status` is the session's (see palpate.studies.record.Record.status)."""
 
     path: Path
     status: str

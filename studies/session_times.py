@@ -6,10 +6,10 @@ from datetime import date, datetime, timedelta
 from pathlib import Path
 from typing import Any
 
-from protocols.study import Study
-from protocols.wording import count
-from studies.record import read
-from studies.session import ledger_path
+from palpate.protocols.study import Study
+from palpate.protocols.wording import count
+from palpate.studies.record import read
+from palpate.studies.session import ledger_path
 
 
 class WrongTime(ValueError):

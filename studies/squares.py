@@ -5,11 +5,11 @@ from __future__ import annotations
 from collections.abc import Sequence
 from pathlib import Path
 
-from protocols.plan import Plan
-from studies.allocation import AllocationError
-from studies.begun import begun_in
-from studies.collect import ledgers_in
-from studies.session import fresh_path
+from palpate.protocols.plan import Plan
+from palpate.studies.allocation import AllocationError
+from palpate.studies.begun import begun_in
+from palpate.studies.collect import ledgers_in
+from palpate.studies.session import fresh_path
 
 
 def demand_free(lab: Path, plans: Sequence[Plan], number: int, shared: bool) -> None:

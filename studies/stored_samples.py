@@ -9,7 +9,7 @@ from pathlib import Path
 from typing import Any
 from urllib.parse import quote
 
-from protocols.requests import Samples
+from palpate.protocols.requests import Samples
 
 SMALL_BYTES = 4096
 """Blocks up to this size are kept in memory: a form's few touches. A year of recordings is not."""

@@ -6,16 +6,16 @@ from collections.abc import Iterable, Iterator, Mapping, Sequence
 from dataclasses import dataclass, field
 from typing import Any
 
-from protocols.canonical import canonical, digest
-from protocols.event_shapes import WORD_FORMS
-from protocols.events import NS, Event
-from protocols.files import file_sha256
-from protocols.plan import Plan
-from protocols.study import Study, conditions_of
-from studies.begun import by_twins
-from studies.model_versions import models_in
-from studies.record import LedgerError, Record
-from studies.replay import recompiled
+from palpate.protocols.canonical import canonical, digest
+from palpate.protocols.event_shapes import WORD_FORMS
+from palpate.protocols.events import NS, Event
+from palpate.protocols.files import file_sha256
+from palpate.protocols.plan import Plan
+from palpate.protocols.study import Study, conditions_of
+from palpate.studies.begun import by_twins
+from palpate.studies.model_versions import models_in
+from palpate.studies.record import LedgerError, Record
+from palpate.studies.replay import recompiled
 
 Row = dict[str, Any]
 TEXT = "text"

@@ -12,17 +12,17 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 from numpy.typing import NDArray
 
-from protocols.keyed import Key, keyed_bits, uniform
-from protocols.wording import some
-from studies.errors import RigError
+from palpate.protocols.keyed import Key, keyed_bits, uniform
+from palpate.protocols.wording import some
+from palpate.studies.errors import RigError
 
 if TYPE_CHECKING:
-    from devices.surfaces.hand import Hand, Motion
-    from devices.surfaces.scene import SurfaceScene
+    from palpate.devices.surfaces.hand import Hand, Motion
+    from palpate.devices.surfaces.scene import SurfaceScene
 
 Array = NDArray[np.float64]
 RATE_HZ = 1000.0
-STIMULI = Path(__file__).with_name("texture_capture") / "stimuli.csv"
+STIMULI = Path(__file__).resolve().with_name("texture_capture") / "stimuli.csv"
 FINER = 3
 """Acceleration is felt at so many times the rate, as by the sensors, and low-passed from there."""
 PASSES_HZ, STOPS_HZ, STOP_DB = 450.0, 500.0, 80.0
@@ -40,7 +40,7 @@ def captured(texture: str, seconds: float, seed: int) -> Mapping[str, tuple[floa
     N m), tool_position (x, y, z in mm and `seen`, 0 where the marker was hidden). The texture is a stimulus of
     texture_capture. Raises RigError on one that is not, and on seconds that no scene has.
     """
-    from studies.virtual_recording import recorded_at_once
+    from palpate.studies.virtual_recording import recorded_at_once
 
     scene = _scene(texture, seconds, "captured", seed)
     blocks = recorded_at_once("tool", scene, seconds, 0, keyed_bits("texture sensors", texture, seed) % 2**31)
@@ -55,13 +55,14 @@ def captured(texture: str, seconds: float, seed: int) -> Mapping[str, tuple[floa
 def scene(texture: str, seconds: float, seed: int, realisation: int = 0) -> Array:
     """(3, n) at 1 kHz of another free exploration, without sensors: acceleration (m/s^2), speed (mm/s), force (N).
 
-    Filtered and put on one axis as recordings are (studies.texture_signals). No seed shares its hand with `captured`.
+    Filtered and put on one axis as recordings are (palpate.studies.texture_signals). No seed shares its
+    hand with `captured`.
     Another `realisation` is the same hand, speed and force over another place of the surface: what a perfect model
     might play, and so the ceiling for any. Raises RigError as `captured` does.
     """
-    from devices.surfaces.scene import first_rows
-    from studies.one_axis import one_axis
-    from studies.texture_signals import band_pass, low_pass
+    from palpate.devices.surfaces.scene import first_rows
+    from palpate.studies.one_axis import one_axis
+    from palpate.studies.texture_signals import band_pass, low_pass
 
     found = _scene(texture, seconds, "scene", seed, realisation=realisation)
     count = round(seconds * RATE_HZ)
@@ -75,7 +76,7 @@ def scene(texture: str, seconds: float, seed: int, realisation: int = 0) -> Arra
 
 
 def _thinned(felt: Array) -> Array:
-    """At 1 kHz, by the band that recordings keep on their way there (analysis.aligning.bandlimited)."""
+    """At 1 kHz, by the band that recordings keep on their way there (palpate.analysis.aligning.bandlimited)."""
     from scipy.signal import firwin, kaiserord, oaconvolve
 
     taps, beta = kaiserord(STOP_DB, 2 * (STOPS_HZ - PASSES_HZ) / (FINER * RATE_HZ))
@@ -116,10 +117,10 @@ class Elsewhere:
 
 
 def _scene(texture: str, seconds: float, *key: Key, realisation: int = 0) -> SurfaceScene:
-    from devices.surfaces.choice import surface_for
-    from devices.surfaces.hand import free_hand
-    from devices.surfaces.scene import SurfaceScene
-    from devices.surfaces.table import SurfaceDataError
+    from palpate.devices.surfaces.choice import surface_for
+    from palpate.devices.surfaces.hand import free_hand
+    from palpate.devices.surfaces.scene import SurfaceScene
+    from palpate.devices.surfaces.table import SurfaceDataError
 
     known = _stimuli()
     if texture not in known:

@@ -8,24 +8,24 @@ from dataclasses import dataclass
 from pathlib import Path
 from typing import Literal
 
-from protocols.events import Event
-from protocols.plan import Plan
-from protocols.study import Study
-from protocols.wording import count, some
-from studies.begun import begun_in
-from studies.catalogue import Found
-from studies.changes import study_change
-from studies.collect import ledgers_in
-from studies.console.words import about
-from studies.launch import plans_of
-from studies.participants.lab import SIDECAR
-from studies.participants.making import make_lab
-from studies.participants.registry import withdrawn
-from studies.record import Record, read
-from studies.session import ledger_path, resume, start
-from studies.texture_set_pace import Pace, cpu_s
-from studies.texture_set_rig import rig_for
-from studies.texture_set_studies import (
+from palpate.protocols.events import Event
+from palpate.protocols.plan import Plan
+from palpate.protocols.study import Study
+from palpate.protocols.wording import count, some
+from palpate.studies.begun import begun_in
+from palpate.studies.catalogue import Found
+from palpate.studies.changes import study_change
+from palpate.studies.collect import ledgers_in
+from palpate.studies.console.words import about
+from palpate.studies.launch import plans_of
+from palpate.studies.participants.lab import SIDECAR
+from palpate.studies.participants.making import make_lab
+from palpate.studies.participants.registry import withdrawn
+from palpate.studies.record import Record, read
+from palpate.studies.session import ledger_path, resume, start
+from palpate.studies.texture_set_pace import Pace, cpu_s
+from palpate.studies.texture_set_rig import rig_for
+from palpate.studies.texture_set_studies import (
     GROUPS,
     SECONDS,
     STUDIES,

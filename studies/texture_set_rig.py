@@ -6,18 +6,18 @@ from collections.abc import Callable, Mapping
 from dataclasses import dataclass, replace
 from pathlib import Path
 
-from protocols.events import Event
-from protocols.perceiver import Perceiver
-from protocols.plan import Plan, Trial
-from protocols.requests import Request, Sense
-from protocols.worlds import Done, Simulated, VirtualClock
-from studies.ahead import Ahead
-from studies.catalogue import Found
-from studies.pictured import KeptCameraTwin, jpegs_of
-from studies.profiles import Profiles
-from studies.rig import Rig, RigPlan, simulated
-from studies.scenes import WHOLE, Strokes, sensing
-from studies.twins import DeviceTwin, ToolTwin, twin_for
+from palpate.protocols.events import Event
+from palpate.protocols.perceiver import Perceiver
+from palpate.protocols.plan import Plan, Trial
+from palpate.protocols.requests import Request, Sense
+from palpate.protocols.worlds import Done, Simulated, VirtualClock
+from palpate.studies.ahead import Ahead
+from palpate.studies.catalogue import Found
+from palpate.studies.pictured import KeptCameraTwin, jpegs_of
+from palpate.studies.profiles import Profiles
+from palpate.studies.rig import Rig, RigPlan, simulated
+from palpate.studies.scenes import WHOLE, Strokes, sensing
+from palpate.studies.twins import DeviceTwin, ToolTwin, twin_for
 
 Watch = Callable[[Event], None]
 

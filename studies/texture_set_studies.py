@@ -11,10 +11,10 @@ from dataclasses import dataclass
 from pathlib import Path
 from tempfile import TemporaryDirectory
 
-from protocols.did_you_mean import nearest
-from protocols.files import staged_folder, write_text
-from protocols.study import Study
-from studies.catalogue import SHIPPED, STUDY_FILE, Found, read_study
+from palpate.protocols.did_you_mean import nearest
+from palpate.protocols.files import staged_folder, write_text
+from palpate.protocols.study import Study
+from palpate.studies.catalogue import SHIPPED, STUDY_FILE, Found, read_study
 
 STUDIES = ("texture_capture", "texture_photos", "texture_ratings")
 GROUPS = {"texture_capture": "perception", "texture_photos": "all", "texture_ratings": None}

@@ -22,7 +22,7 @@ class RigTextures:
 
         Raises RigError: an unknown texture, or a time that cannot be simulated.
         """
-        from studies.texture_capturing import captured
+        from palpate.studies.texture_capturing import captured
 
         return captured(texture, seconds, seed)
 
@@ -31,7 +31,7 @@ class RigTextures:
 
         Raises RigError as `captured` does.
         """
-        from studies.texture_capturing import scene
+        from palpate.studies.texture_capturing import scene
 
         return scene(texture, seconds, seed)
 
@@ -40,7 +40,7 @@ class RigTextures:
 
         Raises RigError as `captured` does.
         """
-        from studies.texture_capturing import scene
+        from palpate.studies.texture_capturing import scene
 
         return scene(texture, seconds, seed, realisation=1)
 
@@ -49,7 +49,7 @@ class RigTextures:
 
         Raises ModelFileError, RenderError.
         """
-        from devices.render.voice import play
+        from palpate.devices.render.voice import play
 
         return play(card, speed_mm_s, force_N, seed, sampled)
 
@@ -58,6 +58,6 @@ class RigTextures:
 
         Raises ModelFileError, RenderError.
         """
-        from devices.render.timing import step_us
+        from palpate.devices.render.timing import step_us
 
         return step_us(card, steps, time.perf_counter_ns)

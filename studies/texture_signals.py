@@ -10,7 +10,7 @@ import math
 import numpy as np
 from numpy.typing import NDArray
 
-from protocols.wording import count
+from palpate.protocols.wording import count
 
 Array = NDArray[np.float64]
 

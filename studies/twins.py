@@ -7,15 +7,15 @@ from dataclasses import dataclass, replace
 from pathlib import Path
 from typing import TYPE_CHECKING, Protocol
 
-from devices.door.twin import open_door
-from protocols.keyed import normal
-from protocols.plan import Plan, Trial
-from protocols.requests import Present, Reply, Request, Samples, Sense
-from protocols.study import PRESENTING, RECORDING, Need, Stimulus, Study
-from protocols.worlds import Done
-from studies.errors import RigError
-from studies.profiles import Profiles, profile_of
-from studies.scenes import (
+from palpate.devices.door.twin import open_door
+from palpate.protocols.keyed import normal
+from palpate.protocols.plan import Plan, Trial
+from palpate.protocols.requests import Present, Reply, Request, Samples, Sense
+from palpate.protocols.study import PRESENTING, RECORDING, Need, Stimulus, Study
+from palpate.protocols.worlds import Done
+from palpate.studies.errors import RigError
+from palpate.studies.profiles import Profiles, profile_of
+from palpate.studies.scenes import (
     SECONDS_A_PICTURE,
     WHOLE,
     Openings,
@@ -27,9 +27,9 @@ from studies.scenes import (
 )
 
 if TYPE_CHECKING:
-    from devices.scene import Scene
-    from studies.made_doors import MadeDoors
-    from studies.virtual_textures import VirtualTextures
+    from palpate.devices.scene import Scene
+    from palpate.studies.made_doors import MadeDoors
+    from palpate.studies.virtual_textures import VirtualTextures
 
 DOOR_RATE_HZ = 100.0
 
@@ -100,7 +100,7 @@ def twin_for(
 
 def renderings_of(folder: Path, lab: Path | None) -> VirtualTextures:
     """The virtual textures of a study in `folder`, by a lab's models or the shipped ones."""
-    from studies.virtual_textures import VirtualTextures
+    from palpate.studies.virtual_textures import VirtualTextures
 
     return VirtualTextures(folder, lab)
 
@@ -108,13 +108,13 @@ def renderings_of(folder: Path, lab: Path | None) -> VirtualTextures:
 def _camera(lab: Path | None, pictures: int | None) -> DeviceTwin:
     if lab is None or pictures is None:
         return CameraTwin()
-    from studies.pictured import KeptCameraTwin
+    from palpate.studies.pictured import KeptCameraTwin
 
     return KeptCameraTwin(lab, pictures)
 
 
 def _generator(plan: Plan, lab: Path | None) -> GeneratorTwin:
-    from studies.made_doors import made_doors
+    from palpate.studies.made_doors import made_doors
 
     return GeneratorTwin(plan, made_doors(lab))
 
@@ -157,7 +157,7 @@ class GeneratorTwin:
         done = replace(done, reply=self.made.on_record(force_N, done.reply))
         if request.live_form is None:
             return done
-        from studies.live_twin import followed
+        from palpate.studies.live_twin import followed
 
         return followed(self.plan, request, self.made.doors, done, t_ns)
 
@@ -227,7 +227,7 @@ class DoorSensorsTwin:
 
     def check(self, trial: Trial) -> None:
         """The profile can be read, where there is one, and opened in the time there is."""
-        from devices.door.opening import demand_recordable
+        from palpate.devices.door.opening import demand_recordable
 
         profile_N = profile_of(trial.stimulus, self.scenes.profiles)
         if trial.recording is not None:
@@ -249,7 +249,7 @@ class CameraTwin:
 
     def __call__(self, request: Request, t_ns: int) -> Done:  # noqa: ARG002
         """Say which pictures were taken of what."""
-        from devices.surfaces.photo import LIGHTS
+        from palpate.devices.surfaces.photo import LIGHTS
 
         sense = sensing(request, "camera")
         surface = surface_of(sense.trial.stimulus).id
@@ -270,7 +270,7 @@ def opened(plan: Plan, request: Present, profile_N: tuple[float, ...], t_ns: int
 
 def recorded(plan: Plan, need: str, scene: Scene, sense: Sense, t_ns: int) -> Done:
     """The streams that the sensors of a need give of a scene, and the time it took."""
-    from studies.virtual_recording import recorded_at_once
+    from palpate.studies.virtual_recording import recorded_at_once
 
     blocks = recorded_at_once(need, scene, sense.seconds, t_ns, seed_of(plan, sense.trial))
     return Done(Reply({"recorded": True, "seconds": sense.seconds}, blocks), sense.seconds)

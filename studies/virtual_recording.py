@@ -7,14 +7,14 @@ from dataclasses import dataclass, field
 from pathlib import Path
 from typing import TYPE_CHECKING, Any, cast
 
-from devices.rig.kinds import STREAMS, TAKES, made, settings_of
-from devices.signals import Block, DeviceFault, Sensor, Signal
-from protocols.events import NS
-from protocols.requests import Samples
-from studies.errors import RigError
+from palpate.devices.rig.kinds import STREAMS, TAKES, made, settings_of
+from palpate.devices.signals import Block, DeviceFault, Sensor, Signal
+from palpate.protocols.events import NS
+from palpate.protocols.requests import Samples
+from palpate.studies.errors import RigError
 
 if TYPE_CHECKING:
-    from devices.scene import Scene
+    from palpate.devices.scene import Scene
 
 STEP_S = 0.25
 """How far the clock leaps: less than any twin's buffer holds."""

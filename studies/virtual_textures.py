@@ -13,15 +13,15 @@ from dataclasses import dataclass, field
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
-from protocols.canonical import digest
-from protocols.files import file_sha256
-from protocols.study import Stimulus
-from studies.errors import RigError
-from studies.renderings import SEED, Rendered, demand_whole, keep, read_kept, restored
+from palpate.protocols.canonical import digest
+from palpate.protocols.files import file_sha256
+from palpate.protocols.study import Stimulus
+from palpate.studies.errors import RigError
+from palpate.studies.renderings import SEED, Rendered, demand_whole, keep, read_kept, restored
 
 if TYPE_CHECKING:
-    from devices.render.voice import Voice
-    from studies.played_textures import Array
+    from palpate.devices.render.voice import Voice
+    from palpate.studies.played_textures import Array
 
 VERSION = 1
 """Of what is kept: another one where the player or the comparison changes what comes out."""
@@ -40,9 +40,9 @@ class VirtualTextures:
 
     def card(self, stimulus: Stimulus) -> Path:
         """The model's card of a stimulus. Raises RigError where there is none."""
-        from devices.render.errors import RenderError
-        from devices.render.found import SHIPPED as MODELS
-        from devices.render.found import card_for
+        from palpate.devices.render.errors import RenderError
+        from palpate.devices.render.found import SHIPPED as MODELS
+        from palpate.devices.render.found import card_for
 
         texture, model = (_column(stimulus, name) for name in ("texture", "model"))
         try:
@@ -91,7 +91,7 @@ class VirtualTextures:
         return read_kept(file) if self.shipped and file.is_file() else {}
 
     def _fresh(self, key: str, stimulus: Stimulus, card: Path) -> Rendered:
-        from studies.played_textures import rendered
+        from palpate.studies.played_textures import rendered
 
         made = rendered(self._voice(card), card, self._felt(stimulus), _friction(stimulus))
         if self.lab is not None:
@@ -99,9 +99,9 @@ class VirtualTextures:
         return made
 
     def _voice(self, card: Path) -> Voice:
-        from devices.models.errors import ModelFileError
-        from devices.render.errors import RenderError
-        from devices.render.voice import open_voice
+        from palpate.devices.models.errors import ModelFileError
+        from palpate.devices.render.errors import RenderError
+        from palpate.devices.render.voice import open_voice
 
         try:
             return open_voice(card, seed=SEED)
@@ -110,7 +110,7 @@ class VirtualTextures:
 
     def _felt(self, stimulus: Stimulus) -> Array:
         """(3, n): what the hand meets on the real surface, its speed and its force. Raises RigError."""
-        from studies.played_textures import read_felt
+        from palpate.studies.played_textures import read_felt
 
         file = self.folder / _column(stimulus, "file")
         if not file.is_file():
@@ -122,7 +122,7 @@ class VirtualTextures:
 
 
 def _kept_file(lab: Path, key: str) -> Path:
-    from devices.render.found import FOLDER
+    from palpate.devices.render.found import FOLDER
 
     return lab / FOLDER / KEPT / f"{key[:32]}.json"
 

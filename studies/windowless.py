@@ -7,20 +7,20 @@ from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass, field
 from typing import TYPE_CHECKING, Any
 
-from devices.desk import Desk, confirmed
-from protocols.requests import Aside, Confirm, Reply
-from protocols.study import Study
-from studies.errors import RigError
+from palpate.devices.desk import Desk, confirmed
+from palpate.protocols.requests import Aside, Confirm, Reply
+from palpate.protocols.study import Study
+from palpate.studies.errors import RigError
 
 if TYPE_CHECKING:
-    from devices.window.presenter import Shown
+    from palpate.devices.window.presenter import Shown
 
 TURN_S = 0.02
 
 
 @dataclass
 class Windowless:
-    """A presenter (devices.window.presenter) that shows nothing."""
+    """A presenter (palpate.devices.window.presenter) that shows nothing."""
 
     clock: Callable[[], float] = time.monotonic
     rest: Callable[[float], None] = time.sleep

@@ -12,23 +12,25 @@ from importlib.util import find_spec
 from pathlib import Path
 from typing import Any
 
-import analysis
-import devices.rig.kinds
+import palpate.devices.rig.kinds
+from palpate import analysis
 
 ROOT = Path(__file__).resolve().parent.parent
-PACKAGES = ("protocols", "devices", "studies", "analysis", "modeling", "benchmarks", "tools")
-FILES = ("palpate.py", "palpate_entry.py", "setup.py")
-_ROOTS = "|".join((*PACKAGES, "palpate", "palpate_entry", "tests"))
+INSTALLED = ("protocols", "devices", "studies", "analysis", "modeling")
+"""Folders at the top that are subpackages of `palpate`."""
+PACKAGES = (*INSTALLED, "benchmarks", "tools")
+FILES = ("palpate/__main__.py", "palpate/command_line.py", "setup.py")
+_ROOTS = "|".join(("palpate", "benchmarks", "tools", "tests"))
+_FOLDERS = "|".join((*PACKAGES, "palpate", "tests"))
 OBJECT = re.compile(rf"(?:{_ROOTS})(?:\.\w+)*:\w+")
 MODULE = re.compile(rf"(?:{_ROOTS})(?:\.\w+)+")
-PATH = re.compile(rf"(?:{_ROOTS})/[\w./-]*|palpate(?:_entry)?\.py")
+PATH = re.compile(rf"(?:{_FOLDERS})/[\w./-]*")
 STARTED = re.compile(rf"-m (({_ROOTS})[\w.]*)")
-IN_QUOTES = re.compile(rf"`((?:{_ROOTS})[./][\w./-]+)`")
-WORTH_PARSING = re.compile(rf"""["'](?:{_ROOTS})[.:/{{]|f["']\{{_?[A-Z_]+\}}[.:/]|-m (?:{_ROOTS})""")
-KERNEL = "devices.models.native._kernel"
+IN_QUOTES = re.compile(rf"`((?:(?:{_ROOTS})\.|(?:{_FOLDERS})/)[\w./-]+)`")
+WORTH_PARSING = re.compile(rf"""["'](?:{_FOLDERS})[.:/{{]|f["']\{{_?[A-Z_]+\}}[.:/]|-m (?:{_ROOTS})""")
+KERNEL = "palpate.devices.models.native._kernel"
 NO_NAMES = {
     KERNEL: "the kernel in C, which is there only where a compiler was",
-    "studies.study_digest": "a column that a foreign key refers to",
     "analysis.yaml": "the file beside a study",
     "tests/NAME.csv": "a file that a regenerated study holds",
     "studies/sponges/study.yaml": "a file of the lab that the README makes",
@@ -36,10 +38,11 @@ NO_NAMES = {
 }
 """What looks like a name of ours, and what it is."""
 PUT_TOGETHER = {
-    "analysis.{_HOMES[name]}": [f"analysis.{home}:{name}" for name, home in analysis._HOMES.items()],
+    "palpate.analysis.{_HOMES[name]}": [f"palpate.analysis.{home}:{name}" for name, home in analysis._HOMES.items()],
+    **{f"palpate.{{{part}}}": [f"palpate.{name}" for name in INSTALLED] for part in ("name", "folder")},
 }
 """Names that are put together while the program runs, as an f-string has them, and all that come of it."""
-DEVICES = [f"{module}:{name}" for module in devices.rig.kinds.KINDS.values() for name in ("Settings", "make")]
+DEVICES = [f"{module}:{name}" for module in palpate.devices.rig.kinds.KINDS.values() for name in ("Settings", "make")]
 
 
 @dataclass(frozen=True)
@@ -120,7 +123,7 @@ def names_in_settings() -> Iterator[Named]:
     settings = tomllib.loads((ROOT / "pyproject.toml").read_text(encoding="utf-8"))
     for text in _strings(settings):
         name = text.removesuffix(".*").removesuffix("*")
-        if is_name(name) or name in {*PACKAGES, "palpate_entry"}:
+        if is_name(name) or name in {"palpate", "benchmarks", "tools"}:
             yield Named(name, "pyproject.toml")
 
 

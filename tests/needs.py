@@ -43,7 +43,7 @@ def has_programs(*names: str) -> bool:
 
 def has_kernel() -> bool:
     """Whether the kernel of models was compiled when the package was installed, and can be loaded."""
-    from devices.models.native.library import KernelMissing, library
+    from palpate.devices.models.native.library import KernelMissing, library
 
     try:
         library()
@@ -67,8 +67,8 @@ def has_tmpfs() -> bool:
 
 def has_fonts() -> bool:
     """Whether the window finds fonts for Korean, Hindi and Chinese."""
-    from devices.window.fonts import find_fonts
-    from devices.window.geometry import WindowError
+    from palpate.devices.window.fonts import find_fonts
+    from palpate.devices.window.geometry import WindowError
 
     try:
         find_fonts("ko").demand(["한국어", "कड़ा", "直"])

@@ -6,8 +6,8 @@ import sys
 
 import pytest
 
-import palpate
-from protocols.extras import EXTRAS
+from palpate import command_line
+from palpate.protocols.extras import EXTRAS
 from tests.faults import commands as faults
 from tests.faults.commands import LEFT_OUT, WRITES, WRITES_NOTHING, arguments, commands, make_lab
 
@@ -84,7 +84,7 @@ def test_without_extras_a_command_runs_or_says_which_one_it_needs(lab, bare, tmp
     shutil.copytree(lab, work)
     monkeypatch.chdir(work)
     before = {path for path in work.rglob("*") if path.is_file()}
-    code = palpate._status((DRIVEN[name] or " ".join(arguments(name))).split())
+    code = command_line._status((DRIVEN[name] or " ".join(arguments(name))).split())
     out, error = capsys.readouterr()
     said = re.findall(r"needs [\w, ]+ (?:is|are) not installed: pip install 'palpate\[([\w,]+)\]'", out + error)
     assert said[:1] == ([NEEDS[name]] if name in NEEDS else []), out + error

@@ -4,38 +4,42 @@ from __future__ import annotations
 
 import ast
 import re
+import sys
 import tomllib
 from collections.abc import Collection, Iterable, Iterator
+from importlib import import_module
 from pathlib import Path
 
 import grimp
 import pytest
 
-from devices.rig.kinds import KINDS
-from protocols import code_digest
+from palpate.devices.rig.kinds import KINDS
+from palpate.protocols import code_digest
 from tests import names
 
 ROOT = names.ROOT
 NOT_INSTALLED = {"benchmarks", "tools"}
-LIVE = ("studies.live_rig", "studies.hardware", "studies.rig_station", "studies.rig_renderer", "studies.session",
-        "studies.commands_record", "studies.commands_sessions", "devices.window.presenter_window",
-        "devices.rig.opened", *KINDS.values())  # fmt: skip
+LIVE = (
+    *(f"palpate.studies.{name}" for name in ("live_rig", "hardware", "rig_station", "rig_renderer", "session")),
+    *(f"palpate.studies.{name}" for name in ("commands_record", "commands_sessions")),
+    "palpate.devices.window.presenter_window", "palpate.devices.rig.opened", *KINDS.values(),
+)  # fmt: skip
 """What runs a session with real devices, and the module of every kind of device."""
 SIMULATED = re.compile(
-    r"(.*\.)?(twin|twins|twin_\w+|\w+_twin|hand_simulated|simulator)|studies\.(virtual_\w+|scenes|rehearsal)"
-    r"|devices\.(surfaces|door\.firmware)(\..*)?|devices\.door\.opening_scene"
+    r"(.*\.)?(twin|twins|twin_\w+|\w+_twin|hand_simulated|simulator)|palpate\.studies\.(virtual_\w+|scenes|rehearsal)"
+    r"|palpate\.devices\.(surfaces|door\.firmware)(\..*)?|palpate\.devices\.door\.opening_scene"
 )
 """Modules of simulated people, devices and surfaces: a live session imports one when its rig has a simulated device."""
 LOADED_ALL_THE_SAME = {
-    ("devices.door.link.connections", "devices.door.link.simulator"),
-    ("devices.door.link.connections", "devices.door.link.twin_process"),
-    ("devices.door.link.device", "devices.door.link.simulator"),
-    ("devices.tablet.device", "devices.tablet.twin"),
-    ("devices.tracker.device", "devices.tracker.twin"),
-    ("studies.profiles", "devices.door.twin"),
-    ("studies.rig_renderer", "studies.scenes"),
-    ("studies.rig_renderer", "studies.virtual_textures"),
-    ("studies.rig_station", "studies.scenes"),
+    ("palpate.devices.door.link.connections", "palpate.devices.door.link.simulator"),
+    ("palpate.devices.door.link.connections", "palpate.devices.door.link.twin_process"),
+    ("palpate.devices.door.link.device", "palpate.devices.door.link.simulator"),
+    ("palpate.devices.tablet.device", "palpate.devices.tablet.twin"),
+    ("palpate.devices.tracker.device", "palpate.devices.tracker.twin"),
+    ("palpate.studies.profiles", "palpate.devices.door.twin"),
+    ("palpate.studies.rig_renderer", "palpate.studies.scenes"),
+    ("palpate.studies.rig_renderer", "palpate.studies.virtual_textures"),
+    ("palpate.studies.rig_station", "palpate.studies.scenes"),
 }
 """Imports of simulated modules that a live session makes whatever its rig is. There may be fewer, never more."""
 
@@ -52,20 +56,39 @@ def graph(settings):
 
 def test_every_package_and_module_at_the_top_has_its_place(settings):
     tool = settings["tool"]
-    packages = {path.parent.name for path in ROOT.glob("*/__init__.py")} - {"tests"}
+    packages = {path.parent.name for path in ROOT.glob("*/__init__.py")} - {"tests", "palpate"}
+    assert packages == {*names.PACKAGES} and packages - NOT_INSTALLED == {*names.INSTALLED}
+    assert [f"palpate.{name}" for name in names.INSTALLED] == [*code_digest.PACKAGES]
+    checked = ["benchmarks", "palpate", "tools"]
+    assert checked == sorted(tool["mypy"]["packages"]) == sorted(tool["importlinter"]["root_packages"])
     contract, *_ = tool["importlinter"]["contracts"]
-    layers = {package for layer in contract["layers"] for package in layer.split(" | ")}
-    assert packages == set(tool["importlinter"]["root_packages"]) == layers == set(tool["mypy"]["packages"])
-    assert packages == set(names.PACKAGES)
-    found = {name.removesuffix("*") for name in tool["setuptools"]["packages"]["find"]["include"]}
-    assert found == (packages - NOT_INSTALLED) | {"participants_template"}
-    assert packages - NOT_INSTALLED == set(code_digest.PACKAGES)
-    modules = {path.stem for path in ROOT.glob("*.py")} - {"setup"}
-    assert modules == set(tool["setuptools"]["py-modules"]) == set(tool["mypy"]["modules"])
+    assert contract["exhaustive"] and contract["containers"] == ["palpate"]
+    assert {path.name for path in ROOT.glob("*.py")} == {"setup.py"}
+
+
+def test_a_link_shows_each_installed_folder_as_a_subpackage():
+    links = {path.name: path.resolve() for path in (ROOT / "palpate").iterdir() if path.is_symlink()}
+    installed = ast.literal_eval(re.search(r"FOLDERS = (\(.*?\))", (ROOT / "setup.py").read_text("utf-8"), re.S)[1])
+    assert links == {name: ROOT / name for name in installed}
+    assert {*installed} == {*names.INSTALLED, "participants_template"}
+
+
+def test_no_module_is_loaded_under_two_names():
+    ours = [(name, Path(module.__file__).resolve()) for name, module in sys.modules.items()
+            if getattr(module, "__file__", None) and Path(module.__file__).resolve().is_relative_to(ROOT)]  # fmt: skip
+    in_rooms = [(name, file) for name, file in ours if file.relative_to(ROOT).parts[0] in names.INSTALLED]
+    assert len(in_rooms) > 20 and all(name.startswith("palpate.") for name, _ in in_rooms)
+    assert len({file for _, file in in_rooms}) == len(in_rooms)
+
+
+@pytest.mark.parametrize("name", names.INSTALLED)
+def test_the_name_at_the_top_of_the_repository_is_refused(name):
+    with pytest.raises(ImportError, match=f"from palpate import {name}"):
+        import_module(name)
 
 
 def test_every_module_of_a_package_is_seen(graph):
-    files = {path for package in names.PACKAGES for path in (ROOT / package).rglob("*.py")}
+    files = {path for package in (*names.PACKAGES, "palpate") for path in (ROOT / package).rglob("*.py")}
     assert files == {file_of(module) for module in graph.modules}
 
 
@@ -87,7 +110,7 @@ def test_there_are_simulated_modules_to_be_kept_away(graph):
 
 def file_of(module: str) -> Path:
     """Return the source of a module of ours."""
-    path = ROOT.joinpath(*module.split("."))
+    path = ROOT.joinpath(*module.split(".")).resolve()
     file = path.with_name(f"{path.name}.py")
     return file if file.is_file() else path / "__init__.py"
 
@@ -127,5 +150,11 @@ def is_for_types(statement: ast.stmt) -> bool:
 
 
 def test_an_import_within_a_function_is_not_eager():
-    source = "import studies.live\nif TYPE_CHECKING:\n    import studies.rig\nclass A:\n    import studies.ledger\n"
-    assert eager_imports(f"{source}def f():\n    import studies.twins\n") == {"studies.live", "studies.ledger"}
+    source = (
+        "import palpate.studies.live\nif TYPE_CHECKING:\n    import palpate.studies.rig\nclass A:\n"
+        "    import palpate.studies.ledger\n"
+    )
+    assert eager_imports(f"{source}def f():\n    import palpate.studies.twins\n") == {
+        "palpate.studies.live",
+        "palpate.studies.ledger",
+    }

@@ -21,11 +21,12 @@ from tests.names import (
     names_in_source,
 )
 
-PICKLED = ("devices.door.side:DoorSide", "studies.texture_side:RigTextures", "studies.texture_set:TextureSet",
-           "modeling.doors.evaluating_jobs:Context", "modeling.textures.judging_jobs:Context",
-           "studies.texture_set_rig:ToolAhead", "studies.texture_set_rig:Seen")  # fmt: skip
+PICKLED = ("palpate.devices.door.side:DoorSide", "palpate.studies.texture_side:RigTextures",
+           "palpate.studies.texture_set:TextureSet",
+           "palpate.modeling.doors.evaluating_jobs:Context", "palpate.modeling.textures.judging_jobs:Context",
+           "palpate.studies.texture_set_rig:ToolAhead", "palpate.studies.texture_set_rig:Seen")  # fmt: skip
 """What travels to worker processes: pickle names its class by module and name. None of it lies in a file."""
-STARTED = ("devices.door.firmware.process", "benchmarks.window.stage", "benchmarks.window.session",
+STARTED = ("palpate.devices.door.firmware.process", "benchmarks.window.stage", "benchmarks.window.session",
            "benchmarks.streams.run", "tools.similarity_table")  # fmt: skip
 """Modules that are started by name, as a process of their own."""
 
@@ -46,7 +47,7 @@ def test_every_name_in_a_string_of_the_product_is_there(product):
 
 def test_every_name_in_the_settings_is_there():
     named = list(names_in_settings())
-    assert missing(named) == [] and {"palpate_entry:main", "modeling"} <= {each.name for each in named}
+    assert missing(named) == [] and {"palpate.__main__:main", "palpate.modeling"} <= {each.name for each in named}
 
 
 def test_every_name_in_the_documents_is_there():
@@ -79,14 +80,14 @@ def test_a_class_that_is_pickled_is_found_again_by_its_name(name):
 @pytest.mark.parametrize(
     "source",
     [
-        'KINDS = {"door": "devices.door.link.renamed"}',
-        'VERBS = {"init": ("studies.participants.commands:renamed", "Make a folder a lab.")}',
-        'VERBS = {"init": ("studies.participants.renamed:init", "Make a folder a lab.")}',
-        '_AT = "analysis.plans.asking"\nTESTS = {"anova": f"{_AT}.renamed:ANOVA"}',
-        'for room in ROOMS:\n    import_module(f"devices.{room}.bench")',
-        'import_module("devices.render.window.open").renamed()',
-        'run([sys.executable, "-m", "studies.renamed"])',
-        '"""Makes pictures: `python -m devices.author.renamed`."""',
+        'KINDS = {"door": "palpate.devices.door.link.renamed"}',
+        'VERBS = {"init": ("palpate.studies.participants.commands:renamed", "Make a folder a lab.")}',
+        'VERBS = {"init": ("palpate.studies.participants.renamed:init", "Make a folder a lab.")}',
+        '_AT = "palpate.analysis.plans.asking"\nTESTS = {"anova": f"{_AT}.renamed:ANOVA"}',
+        'for room in ROOMS:\n    import_module(f"palpate.devices.{room}.bench")',
+        'import_module("palpate.devices.render.window.open").renamed()',
+        'run([sys.executable, "-m", "palpate.studies.renamed"])',
+        '"""Makes pictures: `python -m palpate.devices.author.renamed`."""',
         'DECIDES = ("studies/renamed.csv",)',
     ],
 )

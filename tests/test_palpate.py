@@ -5,7 +5,7 @@ import sys
 
 import pytest
 
-import palpate
+from palpate import command_line
 
 HEAVY = ("numpy", "pandas", "scipy", "sqlalchemy", "torch", "psychopy", "matplotlib", "pingouin", "statsmodels")
 
@@ -13,7 +13,8 @@ HEAVY = ("numpy", "pandas", "scipy", "sqlalchemy", "torch", "psychopy", "matplot
 def imported_by(*arguments):
     """The heavy packages in sys.modules after a whole command line."""
     code = (
-        f"import sys, palpate\ntry: palpate.main({list(arguments)!r})\nexcept SystemExit: pass\n"
+        "import sys\nfrom palpate import command_line\n"
+        f"try: command_line.main({list(arguments)!r})\nexcept SystemExit: pass\n"
         f"print(*[name for name in {HEAVY!r} if name in sys.modules], file=sys.stderr)"
     )
     done = subprocess.run([sys.executable, "-c", code], capture_output=True, text=True, check=True)
@@ -27,10 +28,10 @@ def test_what_needs_nothing_heavy_imports_nothing_heavy(arguments):
     assert imported_by(*arguments) == []
 
 
-@pytest.mark.parametrize("verb", sorted(palpate.VERBS))
+@pytest.mark.parametrize("verb", sorted(command_line.VERBS))
 def test_the_help_of_every_verb_is_light_and_helpful(verb, capsys):
     assert imported_by(verb, "--help") == []
-    assert palpate._status([verb, "--help"]) == 0
+    assert command_line._status([verb, "--help"]) == 0
     text = capsys.readouterr().out
     assert "Usage: palpate" in text and len(text) > 150
 
@@ -42,22 +43,22 @@ def test_a_simulated_rating_session_imports_no_arrays_and_no_tables(tmp_path):
 
 @pytest.mark.parametrize("arguments", [["bench"], ["bench", "statistics", "--quick"], ["bench", "--help"]])
 def test_an_installed_package_says_where_the_benchmarks_are(arguments, monkeypatch, tmp_path, capsys):
-    monkeypatch.setattr(palpate, "__file__", str(tmp_path / "palpate.py"))
-    assert palpate._status(arguments) == 2
+    monkeypatch.setattr(command_line, "__file__", str(tmp_path / "palpate" / "command_line.py"))
+    assert command_line._status(arguments) == 2
     assert "the benchmarks come with the repository" in capsys.readouterr().err
 
 
 def test_help_lists_every_verb(capsys):
-    assert palpate._status(["--help"]) == 0
+    assert command_line._status(["--help"]) == 0
     text = capsys.readouterr().out
-    assert all(f"\n  {verb} " in text for verb in palpate.VERBS)
+    assert all(f"\n  {verb} " in text for verb in command_line.VERBS)
 
 
 @pytest.mark.parametrize(
     ("arguments", "status"), [(["--version"], 0), ([], 2), (["nonsense"], 2), (["--nonsense"], 2), (["check"], 2)]
 )
 def test_exit_codes(arguments, status, capsys):
-    assert palpate._status(arguments) == status
+    assert command_line._status(arguments) == status
     capsys.readouterr()
 
 
@@ -65,35 +66,35 @@ def test_a_fault_of_ours_is_not_dressed_up_as_a_mistake_of_the_users(monkeypatch
     def broken(*_arguments, **_options):
         raise ValueError("math domain error")
 
-    monkeypatch.setattr("studies.catalogue.names", broken)
+    monkeypatch.setattr("palpate.studies.catalogue.names", broken)
     with pytest.raises(ValueError, match="math domain error"):
-        palpate._status(["studies"])
+        command_line._status(["studies"])
 
 
 def test_ctrl_c_ends_with_one_word(monkeypatch, capsys):
     def stopped(*_arguments, **_options):
         raise KeyboardInterrupt
 
-    monkeypatch.setattr("studies.catalogue.names", stopped)
-    assert palpate._status(["studies"]) == 130
+    monkeypatch.setattr("palpate.studies.catalogue.names", stopped)
+    assert command_line._status(["studies"]) == 130
     assert capsys.readouterr().err.strip() == "stopped"
 
 
 def test_a_demo_clears_only_a_demos_lab(tmp_path, capsys):
     (tmp_path / "year_of_data.sqlite").touch()
-    assert palpate._status(["demo", "--lab", str(tmp_path)]) == 2
+    assert command_line._status(["demo", "--lab", str(tmp_path)]) == 2
     assert "exists and is no demo lab" in capsys.readouterr().err
     assert (tmp_path / "year_of_data.sqlite").exists()
 
 
 def test_a_demo_refuses_a_file_that_no_demo_made(tmp_path, capsys, monkeypatch):
     lab = tmp_path / "lab"
-    monkeypatch.setattr("palpate.DEMO", ("import sk2011",))
-    assert palpate._status(["demo", "--lab", str(lab)]) == 0
-    assert palpate._status(["demo", "--lab", str(lab)]) == 0
+    monkeypatch.setattr("palpate.command_line.DEMO", ("import sk2011",))
+    assert command_line._status(["demo", "--lab", str(lab)]) == 0
+    assert command_line._status(["demo", "--lab", str(lab)]) == 0
     (lab / "sessions").mkdir(exist_ok=True)
     (lab / "sessions" / "notes.txt").write_text("mine")
-    assert palpate._status(["demo", "--lab", str(lab)]) == 2
+    assert command_line._status(["demo", "--lab", str(lab)]) == 2
     assert "holds sessions/notes.txt, which the demo did not list as its own; if nothing" in capsys.readouterr().err
     assert (lab / "sessions" / "notes.txt").read_text() == "mine"
 
@@ -101,5 +102,5 @@ def test_a_demo_refuses_a_file_that_no_demo_made(tmp_path, capsys, monkeypatch):
 def test_a_demo_of_an_older_version_is_named_as_one(tmp_path, capsys):
     for name in (".palpate-demo", "lab.sqlite"):
         (tmp_path / name).touch()
-    assert palpate._status(["demo", "--lab", str(tmp_path)]) == 2
+    assert command_line._status(["demo", "--lab", str(tmp_path)]) == 2
     assert "was made by a demo of an older version" in capsys.readouterr().err and (tmp_path / "lab.sqlite").exists()

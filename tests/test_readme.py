@@ -7,7 +7,7 @@ from pathlib import Path
 import click
 import pytest
 
-import palpate
+from palpate import command_line
 
 ROOT = Path(__file__).parents[1]
 README = (ROOT / "README.md").read_text("utf-8")
@@ -35,7 +35,7 @@ def test_the_readme_s_study_has_twelve_lines_and_its_commands_run_as_they_stand(
     assert [words[0] for words in commands] == ["check", "run", "replay", "collect", "report"]
     for words in commands:
         with pytest.raises(SystemExit) as ended:
-            palpate.main(words)
+            command_line.main(words)
         assert ended.value.code in {0, None}, f"{words}: {capsys.readouterr().err}"
     came_out = README.split("## What comes out")[1].split("## ")[0]
     files = re.findall(r"`([\w./]+\.(?:sqlite|html))`", came_out)
@@ -81,7 +81,7 @@ LINES = [
 @pytest.mark.parametrize("line", LINES)
 def test_every_command_of_a_page_has_the_verbs_arguments_and_options_that_it_names(line):
     words = shlex.split(re.split(r" && | \| | > ", line)[0], comments=True)
-    context, command = click.Context(palpate.cli, obj=palpate.Sides()), palpate.cli
+    context, command = click.Context(command_line.cli, obj=command_line.Sides()), command_line.cli
     try:
         while isinstance(command, click.Group):
             name, command, words = command.resolve_command(context, words)
@@ -101,7 +101,7 @@ def test_the_sample_files_are_what_the_how_to_shows_and_commands_run_on_them(tmp
     assert [line.split()[0] for line in by_files] == ["init", "samples", "import", "import", "predict", "doors"]
     for number, line in enumerate(by_files):
         again = ["--replace"] if number == 3 else []
-        assert palpate._status([*shlex.split(line, comments=True), *again]) == 0, capsys.readouterr().err
+        assert command_line._status([*shlex.split(line, comments=True), *again]) == 0, capsys.readouterr().err
     assert (tmp_path / "samples" / "chairs.yaml").read_text("utf-8") in page
 
 

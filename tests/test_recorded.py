@@ -7,14 +7,14 @@ from pathlib import Path
 import pytest
 from sqlalchemy import text
 
-from analysis import rm_anova
-from analysis.ratings.describe import describe
-from analysis.ratings.reading import read_ratings
-from protocols.perceiver import Perceiver
-from protocols.requests import Ask
-from studies.collect import collect, open_database
-from studies.record import read
-from studies.replay import recompiled, replay
+from palpate.analysis import rm_anova
+from palpate.analysis.ratings.describe import describe
+from palpate.analysis.ratings.reading import read_ratings
+from palpate.protocols.perceiver import Perceiver
+from palpate.protocols.requests import Ask
+from palpate.studies.collect import collect, open_database
+from palpate.studies.record import read
+from palpate.studies.replay import recompiled, replay
 
 HERE = Path(__file__).resolve().parent / "recorded"
 LEDGERS = sorted((HERE / "sessions").glob("*.sqlite"))
@@ -95,13 +95,13 @@ def renamed(table):
 
 
 def test_a_changed_task_makes_the_replay_fail_and_says_how(monkeypatch, capsys):
-    from palpate import _status
-    from protocols import tasks
+    from palpate.command_line import _status
+    from palpate.protocols import tasks
 
     def hasty(trial):
         return tasks._outcome((yield tasks.Ask(trial.form, trial)))
 
-    monkeypatch.setattr("protocols.runner.TASKS", {"slider_rating": hasty})
+    monkeypatch.setattr("palpate.protocols.runner.TASKS", {"slider_rating": hasty})
     assert _status(["replay", str(ledger("P001"))]) == 1
     said = capsys.readouterr().out
     assert "DIFFERS" in said

@@ -18,19 +18,19 @@ from dataclasses import replace
 
 import pytest
 
-from analysis.regenerating.checking import differences
-from analysis.regenerating.files import STATISTICS, file_texts
-from analysis.regenerating.regenerated import regenerate
-from analysis.reporting.sources import Wanted
-from devices.rig.file import read_rig
-from palpate import _status
-from studies.catalogue import SHIPPED
-from studies.collect import ledgers_in
-from studies.ledger_schema import SEED, event_hash
-from studies.record import read
-from studies.replay import recompiled, replay
-from studies.rig import simulated
-from studies.session import resume
+from palpate.analysis.regenerating.checking import differences
+from palpate.analysis.regenerating.files import STATISTICS, file_texts
+from palpate.analysis.regenerating.regenerated import regenerate
+from palpate.analysis.reporting.sources import Wanted
+from palpate.command_line import _status
+from palpate.devices.rig.file import read_rig
+from palpate.studies.catalogue import SHIPPED
+from palpate.studies.collect import ledgers_in
+from palpate.studies.ledger_schema import SEED, event_hash
+from palpate.studies.record import read
+from palpate.studies.replay import recompiled, replay
+from palpate.studies.rig import simulated
+from palpate.studies.session import resume
 from tests.recorded.make_frozen import EXPECTED, LAB, STUDIES, answers
 from tests.studies.small_textures import write
 

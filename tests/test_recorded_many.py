@@ -5,13 +5,13 @@ import shutil
 
 import pytest
 
-from analysis.regenerating.checking import differences
-from analysis.regenerating.files import file_texts
-from analysis.regenerating.regenerated import regenerate
-from analysis.reporting.sources import Wanted
-from studies.catalogue import SHIPPED, read_study
-from studies.record import read
-from studies.replay import replay
+from palpate.analysis.regenerating.checking import differences
+from palpate.analysis.regenerating.files import file_texts
+from palpate.analysis.regenerating.regenerated import regenerate
+from palpate.analysis.reporting.sources import Wanted
+from palpate.studies.catalogue import SHIPPED, read_study
+from palpate.studies.record import read
+from palpate.studies.replay import replay
 from tests.recorded.make_many import EXPECTED, MANY, PEOPLE, texts_of
 
 LEDGERS = sorted((MANY / "sessions").glob("*.sqlite"))

@@ -2,11 +2,11 @@
 
 import pytest
 
-from protocols.perceiver import Perceiver
-from protocols.requests import Ask
-from studies.record import read
-from studies.renderings import MET, SEED
-from studies.replay import recompiled, replay
+from palpate.protocols.perceiver import Perceiver
+from palpate.protocols.requests import Ask
+from palpate.studies.record import read
+from palpate.studies.renderings import MET, SEED
+from palpate.studies.replay import recompiled, replay
 from tests.recorded.make_rendered import OWN, RENDERED, STOPPED, STUDY
 
 LEDGERS = {who: RENDERED / f"{STUDY}_{who}_s1.sqlite" for who in STOPPED}

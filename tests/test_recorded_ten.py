@@ -6,9 +6,9 @@ from collections import defaultdict
 import pytest
 from sqlalchemy import text
 
-from studies.collect import collect, open_database
-from studies.record import read
-from studies.replay import recompiled, replay
+from palpate.studies.collect import collect, open_database
+from palpate.studies.record import read
+from palpate.studies.replay import recompiled, replay
 from tests.recorded.make_ten import COLUMNS, HERE, INTERRUPTED
 from tests.studies.ten import TEN
 

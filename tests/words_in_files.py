@@ -17,26 +17,26 @@ from typing import Any, Literal, get_args, get_origin
 from pydantic import BaseModel
 from sqlalchemy import MetaData
 
-from analysis.figures.drawn import AskedFigure
-from analysis.importing import map_file
-from analysis.plans.answers import Asked
-from analysis.plans.kinds import FIGURES, TESTS, figure_kind, test_kind
-from analysis.plans.schema import AnalysisPlan
-from devices.actuator.calibration import Calibration
-from devices.author.designs import Design, Kept
-from devices.rig import file as rig_file
-from devices.rig.kinds import KINDS, STREAMS, TAKES, settings_of
-from devices.signals import FAULTS
-from devices.window import calibration as window
-from modeling.attributes import model_file
-from modeling.library.entries import Library
-from protocols import event_shapes, requests
-from protocols.model_card import Card
-from protocols.study import Study
-from protocols.tasks import TASKS
-from studies import collected_schema, ledger_schema
-from studies.participants import identities, lab
-from studies.participants import schema as registry
+from palpate.analysis.figures.drawn import AskedFigure
+from palpate.analysis.importing import map_file
+from palpate.analysis.plans.answers import Asked
+from palpate.analysis.plans.kinds import FIGURES, TESTS, figure_kind, test_kind
+from palpate.analysis.plans.schema import AnalysisPlan
+from palpate.devices.actuator.calibration import Calibration
+from palpate.devices.author.designs import Design, Kept
+from palpate.devices.rig import file as rig_file
+from palpate.devices.rig.kinds import KINDS, STREAMS, TAKES, settings_of
+from palpate.devices.signals import FAULTS
+from palpate.devices.window import calibration as window
+from palpate.modeling.attributes import model_file
+from palpate.modeling.library.entries import Library
+from palpate.protocols import event_shapes, requests
+from palpate.protocols.model_card import Card
+from palpate.protocols.study import Study
+from palpate.protocols.tasks import TASKS
+from palpate.studies import collected_schema, ledger_schema
+from palpate.studies.participants import identities, lab
+from palpate.studies.participants import schema as registry
 
 Words = dict[str, set[str]]
 """The words of one group, by the place in a file that they stand at."""

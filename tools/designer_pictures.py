@@ -7,15 +7,15 @@ from dataclasses import replace
 from pathlib import Path
 from typing import TYPE_CHECKING
 
-from devices.author.board import Board, Told
-from devices.author.making import Maker, maker_for
-from devices.author.screen import AuthorScreen
-from devices.author.words import author_texts
-from devices.author.work import History, Setting, Work, neutral
-from devices.window.fonts import find_fonts
-from devices.window.geometry import Metrics
-from devices.window.screen import Page
-from protocols.files import open_bytes
+from palpate.devices.author.board import Board, Told
+from palpate.devices.author.making import Maker, maker_for
+from palpate.devices.author.screen import AuthorScreen
+from palpate.devices.author.words import author_texts
+from palpate.devices.author.work import History, Setting, Work, neutral
+from palpate.devices.window.fonts import find_fonts
+from palpate.devices.window.geometry import Metrics
+from palpate.devices.window.screen import Page
+from palpate.protocols.files import open_bytes
 
 if TYPE_CHECKING:
     from PIL import Image

@@ -13,9 +13,9 @@ from pathlib import Path
 import numpy as np
 from safetensors.numpy import load_file
 
-from modeling.files.exported import Exported
-from modeling.files.writing import write_model
-from protocols.model_card import Card
+from palpate.modeling.files.exported import Exported
+from palpate.modeling.files.writing import write_model
+from palpate.protocols.model_card import Card
 
 NOTE = "judged in single precision, shipped in half"
 

@@ -11,19 +11,19 @@ from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
-from devices.render.found import DEFAULT_METHOD, SHIPPED, available, card_for
-from devices.render.hand_simulated import simulated_hand
-from devices.render.headless import at_once
-from devices.render.job import Sounds
-from devices.render.window.board import Board, Told
-from devices.render.window.choice import Choice
-from devices.render.window.heard import SHOWN, Array, heard
-from devices.render.window.screen import RenderScreen
-from devices.render.window.words import method_word, render_texts, texture_word
-from devices.window.fonts import find_fonts
-from devices.window.geometry import Metrics
-from devices.window.screen import Page
-from protocols.files import open_bytes
+from palpate.devices.render.found import DEFAULT_METHOD, SHIPPED, available, card_for
+from palpate.devices.render.hand_simulated import simulated_hand
+from palpate.devices.render.headless import at_once
+from palpate.devices.render.job import Sounds
+from palpate.devices.render.window.board import Board, Told
+from palpate.devices.render.window.choice import Choice
+from palpate.devices.render.window.heard import SHOWN, Array, heard
+from palpate.devices.render.window.screen import RenderScreen
+from palpate.devices.render.window.words import method_word, render_texts, texture_word
+from palpate.devices.window.fonts import find_fonts
+from palpate.devices.window.geometry import Metrics
+from palpate.devices.window.screen import Page
+from palpate.protocols.files import open_bytes
 
 if TYPE_CHECKING:
     from PIL import Image

@@ -10,11 +10,11 @@ from typing import Any
 
 import click
 
-from protocols.canonical import json_text
-from protocols.files import file_sha256, open_text, write_text
-from protocols.study import Stimulus
-from studies.played_textures import friction_apart
-from studies.virtual_textures import VirtualTextures
+from palpate.protocols.canonical import json_text
+from palpate.protocols.files import file_sha256, open_text, write_text
+from palpate.protocols.study import Stimulus
+from palpate.studies.played_textures import friction_apart
+from palpate.studies.virtual_textures import VirtualTextures
 
 FOLDER = Path(__file__).resolve().parent.parent / "studies" / "texture_similarity"
 TEXTURES = ("textured_rubber", "artificial_grass", "steel_mesh", "cloth", "cardboard", "plastic_mesh")
@@ -57,7 +57,7 @@ def main(renew: bool) -> None:
 
 def write_felt(file: Path, texture: str) -> None:
     """A hand that strokes over the simulated surface, as `palpate render --hand` reads it too."""
-    from studies.texture_capturing import scene
+    from palpate.studies.texture_capturing import scene
 
     acceleration, speed, force = scene(texture, SECONDS, SEED)
     with open_text(file) as lines:
@@ -83,8 +83,8 @@ def planned() -> Iterator[Stimulus]:
 
 def kinetic(texture: str) -> float:
     """Kinetic friction of a simulated surface."""
-    from devices.surfaces.choice import surface_for
-    from studies.texture_capturing import STIMULI
+    from palpate.devices.surfaces.choice import surface_for
+    from palpate.studies.texture_capturing import STIMULI
 
     with STIMULI.open(encoding="utf-8", newline="") as lines:
         columns = next(row for row in csv.DictReader(lines) if row["id"] == texture)

@@ -8,8 +8,8 @@ from pathlib import Path
 
 import click
 
-from protocols.files import write_bytes
-from studies.texture_capturing import STIMULI
+from palpate.protocols.files import write_bytes
+from palpate.studies.texture_capturing import STIMULI
 from tools.similarity_table import TEXTURES
 
 LIGHT, PX, QUALITY = 3, 800, 78
@@ -21,7 +21,7 @@ def main() -> None:
 
     About five seconds for each of the six. Run it when the simulated surfaces have changed.
     """
-    from devices.render.window.photo import PICTURES
+    from palpate.devices.render.window.photo import PICTURES
 
     with STIMULI.open(encoding="utf-8", newline="") as lines:
         known = {row["id"]: row for row in csv.DictReader(lines)}
@@ -33,10 +33,10 @@ def write(path: Path, texture: str, columns: dict[str, str]) -> None:
     """One picture; its density says how large it is."""
     from PIL import Image
 
-    from devices.surfaces.choice import surface_for
-    from devices.surfaces.fields import SIZE_MM
-    from devices.surfaces.photo import light, photograph
-    from devices.surfaces.relief import relief
+    from palpate.devices.surfaces.choice import surface_for
+    from palpate.devices.surfaces.fields import SIZE_MM
+    from palpate.devices.surfaces.photo import light, photograph
+    from palpate.devices.surfaces.relief import relief
 
     surface = surface_for(texture, columns)
     taken = Image.fromarray(photograph(surface, relief(surface), light(LIGHT)))

@@ -11,12 +11,12 @@ import numpy as np
 import pandas as pd
 from numpy.typing import NDArray
 
-from analysis.adjectives.selections import Selections
-from analysis.reliability.intraclass import demand_confidence
-from analysis.reliability.kappa import fleiss_kappa
-from analysis.reliability.resampling import demand_draws, generator, percentile, refuse_without_draws, weights
-from analysis.statistics.doubles import Floats
-from analysis.statistics.refusals import StatisticsError, TooFew
+from palpate.analysis.adjectives.selections import Selections
+from palpate.analysis.reliability.intraclass import demand_confidence
+from palpate.analysis.reliability.kappa import fleiss_kappa
+from palpate.analysis.reliability.resampling import demand_draws, generator, percentile, refuse_without_draws, weights
+from palpate.analysis.statistics.doubles import Floats
+from palpate.analysis.statistics.refusals import StatisticsError, TooFew
 
 Ticks: TypeAlias = NDArray[np.bool_]
 ALL = "all words"

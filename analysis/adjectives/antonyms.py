@@ -8,9 +8,9 @@ from typing import NamedTuple
 
 import pandas as pd
 
-from analysis.statistics.refusals import SHOWN, StatisticsError, UnknownColumn
-from protocols.did_you_mean import nearest
-from protocols.wording import some_lines
+from palpate.analysis.statistics.refusals import SHOWN, StatisticsError, UnknownColumn
+from palpate.protocols.did_you_mean import nearest
+from palpate.protocols.wording import some_lines
 
 
 class AntonymTableError(StatisticsError):

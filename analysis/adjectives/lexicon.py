@@ -13,11 +13,11 @@ from typing import Any, Literal, TypeAlias
 
 import pandas as pd
 
-from analysis.adjectives.selections import check_words
-from analysis.reliability.crossed import combined
-from analysis.statistics.cells import name_list
-from analysis.statistics.labels import ordered
-from analysis.statistics.refusals import BadOption, BadValue, StatisticsError, UnknownColumn, listed, shown
+from palpate.analysis.adjectives.selections import check_words
+from palpate.analysis.reliability.crossed import combined
+from palpate.analysis.statistics.cells import name_list
+from palpate.analysis.statistics.labels import ordered
+from palpate.analysis.statistics.refusals import BadOption, BadValue, StatisticsError, UnknownColumn, listed, shown
 
 Normalisation: TypeAlias = Literal["as_written", "spaces", "case_and_spaces"]
 KINDS = ("as_written", "spaces", "case_and_spaces")

@@ -9,9 +9,9 @@ from typing import Any, Literal, TypeAlias
 import numpy as np
 import pandas as pd
 
-from analysis.adjectives.selections import Selections
-from analysis.reliability.intraclass import demand_confidence
-from analysis.reliability.resampling import (
+from palpate.analysis.adjectives.selections import Selections
+from palpate.analysis.reliability.intraclass import demand_confidence
+from palpate.analysis.reliability.resampling import (
     Interval,
     bca,
     demand_draws,
@@ -22,8 +22,8 @@ from analysis.reliability.resampling import (
     refuse_without_draws,
     weights,
 )
-from analysis.statistics.doubles import Floats
-from analysis.statistics.refusals import BadOption, TooFew, shown
+from palpate.analysis.statistics.doubles import Floats
+from palpate.analysis.statistics.refusals import BadOption, TooFew, shown
 
 Normalisation: TypeAlias = Literal["share_of_trials", "share_of_maximum", "any_stimulus"]
 Scored: TypeAlias = Callable[[Floats], Floats]

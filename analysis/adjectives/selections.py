@@ -10,12 +10,12 @@ import numpy as np
 import pandas as pd
 from numpy.typing import NDArray
 
-from analysis.reliability.crossed import combined
-from analysis.statistics.cells import check_columns
-from analysis.statistics.doubles import Floats
-from analysis.statistics.labels import Coded
-from analysis.statistics.refusals import BadOption, BadValue, UnknownColumn, listed
-from protocols.did_you_mean import nearest
+from palpate.analysis.reliability.crossed import combined
+from palpate.analysis.statistics.cells import check_columns
+from palpate.analysis.statistics.doubles import Floats
+from palpate.analysis.statistics.labels import Coded
+from palpate.analysis.statistics.refusals import BadOption, BadValue, UnknownColumn, listed
+from palpate.protocols.did_you_mean import nearest
 
 Counts: TypeAlias = NDArray[np.intp]
 

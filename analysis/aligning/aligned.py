@@ -8,9 +8,9 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import NDArray
 
-from analysis.aligning.interpolating import SAME_S
-from analysis.aligning.methods import Method
-from analysis.aligning.refusals import AlignError, Array, demand_grid, demand_samples, demand_times
+from palpate.analysis.aligning.interpolating import SAME_S
+from palpate.analysis.aligning.methods import Method
+from palpate.analysis.aligning.refusals import AlignError, Array, demand_grid, demand_samples, demand_times
 
 Mask = NDArray[np.bool_]
 

@@ -13,8 +13,8 @@ from math import ceil, pi
 import numpy as np
 from numpy.lib.stride_tricks import sliding_window_view
 
-from analysis.aligning.interpolating import pchip
-from analysis.aligning.refusals import AlignError, Array
+from palpate.analysis.aligning.interpolating import pchip
+from palpate.analysis.aligning.refusals import AlignError, Array
 
 REJECTION_DB = 80.0
 """What lies in the stop band is weakened so much; the pass band is right within 0.01 %."""

@@ -6,9 +6,9 @@ from functools import lru_cache
 
 import numpy as np
 
-from analysis.aligning.aligned import align, grid_points
-from analysis.aligning.methods import METHODS
-from analysis.aligning.refusals import Array
+from palpate.analysis.aligning.aligned import align, grid_points
+from palpate.analysis.aligning.methods import METHODS
+from palpate.analysis.aligning.refusals import Array
 
 HAND_HZ = 25.0
 """Force and speed are low-passed here (thesis 3.4.1, 4.3.3): what a hand does lies below."""

@@ -9,7 +9,7 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from analysis.aligning.refusals import AlignError, Array
+from palpate.analysis.aligning.refusals import AlignError, Array
 
 LEAST_ARC_DEG = 10.0
 """Of a shorter arc the noise of a tracker, not the door, decides the centre."""

@@ -5,10 +5,10 @@ from __future__ import annotations
 from collections.abc import Callable
 from dataclasses import dataclass
 
-from analysis.aligning.bandlimited import band, bandlimited
-from analysis.aligning.interpolating import cubic, hold, linear, nearest, pchip
-from analysis.aligning.refusals import AlignError, Array
-from protocols.did_you_mean import nearest as closest
+from palpate.analysis.aligning.bandlimited import band, bandlimited
+from palpate.analysis.aligning.interpolating import cubic, hold, linear, nearest, pchip
+from palpate.analysis.aligning.refusals import AlignError, Array
+from palpate.protocols.did_you_mean import nearest as closest
 
 Run = Callable[[Array, Array, Array, float, float], Array]
 """times (n,), values (n, channels), wanted times (m,), the stream's rate, the grid's rate -> (m, channels)."""

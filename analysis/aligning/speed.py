@@ -12,7 +12,7 @@ from typing import Literal
 
 import numpy as np
 
-from analysis.aligning.refusals import AlignError, Array
+from palpate.analysis.aligning.refusals import AlignError, Array
 
 Place = Literal["middle", "end"]
 

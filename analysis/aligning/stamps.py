@@ -14,8 +14,8 @@ from typing import Any
 
 import numpy as np
 
-from analysis.aligning.refusals import Array
-from protocols.clocks import TOLERANCE_PPM, WINDOWS, Clock
+from palpate.analysis.aligning.refusals import Array
+from palpate.protocols.clocks import TOLERANCE_PPM, WINDOWS, Clock
 
 OF_THE_HOST = ("lsl",)
 """Clocks whose times the recorder put into session time (docs/reference/streams.md)."""

@@ -8,12 +8,12 @@ from typing import Literal, NamedTuple, TypeAlias, get_args
 
 import numpy as np
 
-from analysis.choices.coordinates import JndKind, by_jnd, by_threshold, own
-from analysis.choices.maximising import Problem
-from analysis.choices.shapes import SHAPES, Shape
-from analysis.choices.trials import Bounds, Levels
-from analysis.statistics.doubles import Floats
-from analysis.statistics.refusals import BadOption, BadValue, refuse_idle, shown
+from palpate.analysis.choices.coordinates import JndKind, by_jnd, by_threshold, own
+from palpate.analysis.choices.maximising import Problem
+from palpate.analysis.choices.shapes import SHAPES, Shape
+from palpate.analysis.choices.trials import Bounds, Levels
+from palpate.analysis.statistics.doubles import Floats
+from palpate.analysis.statistics.refusals import BadOption, BadValue, refuse_idle, shown
 
 Function: TypeAlias = Literal["logistic", "gaussian", "weibull"]
 Task: TypeAlias = Literal["symmetric", "forced_choice", "yes_no"]

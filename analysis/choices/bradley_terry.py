@@ -7,10 +7,10 @@ from collections.abc import Hashable
 import numpy as np
 import pandas as pd
 
-from analysis.choices.conditional import Maximum, most_likely
-from analysis.choices.counted import Counted, gather_choices
-from analysis.choices.existing import NoEstimate, refuse_separated, refuse_unconnected
-from analysis.choices.scales import (
+from palpate.analysis.choices.conditional import Maximum, most_likely
+from palpate.analysis.choices.counted import Counted, gather_choices
+from palpate.analysis.choices.existing import NoEstimate, refuse_separated, refuse_unconnected
+from palpate.analysis.choices.scales import (
     SUM_ZERO,
     Scale,
     constrained,
@@ -18,8 +18,8 @@ from analysis.choices.scales import (
     fit_against_free,
     value_table,
 )
-from analysis.spaces.draws import check_share
-from analysis.statistics.doubles import Floats
+from palpate.analysis.spaces.draws import check_share
+from palpate.analysis.statistics.doubles import Floats
 
 
 def bradley_terry(

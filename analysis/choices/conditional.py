@@ -7,8 +7,8 @@ from typing import NamedTuple
 import numpy as np
 from scipy.special import logsumexp
 
-from analysis.choices.existing import NoEstimate
-from analysis.statistics.doubles import Floats
+from palpate.analysis.choices.existing import NoEstimate
+from palpate.analysis.statistics.doubles import Floats
 
 STEPS, HALVINGS = 100, 40
 DONE = 1e-24

@@ -13,8 +13,8 @@ from typing import Literal, TypeAlias
 import numpy as np
 from scipy.special import ndtr
 
-from analysis.choices.shapes import Shape
-from analysis.statistics.doubles import Floats
+from palpate.analysis.choices.shapes import Shape
+from palpate.analysis.statistics.doubles import Floats
 
 JndKind: TypeAlias = Literal["half_interquartile", "x84_x50"]
 Mapped = tuple[Floats, Floats, Floats]

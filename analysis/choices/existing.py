@@ -10,9 +10,9 @@ from scipy.optimize import linprog
 from scipy.sparse import csr_array
 from scipy.sparse.csgraph import connected_components
 
-from analysis.choices.counted import Counted
-from analysis.statistics.doubles import Floats
-from analysis.statistics.refusals import StatisticsError, listed
+from palpate.analysis.choices.counted import Counted
+from palpate.analysis.statistics.doubles import Floats
+from palpate.analysis.statistics.refusals import StatisticsError, listed
 
 
 class NoEstimate(StatisticsError):

@@ -10,15 +10,15 @@ from typing import Literal, NamedTuple, TypeAlias
 import numpy as np
 from scipy.special import ndtri
 
-from analysis.choices.asking import Asked, problem_of, quantities, to_level, to_size
-from analysis.choices.coordinates import Coordinates, by_jnd, by_threshold
-from analysis.choices.maximising import DONE, Fitted, Problem, maximised, shares
-from analysis.choices.psychometric import Psychometric, deviance_residuals
-from analysis.choices.starting import best_of_starts
-from analysis.choices.trials import Levels
-from analysis.spaces.draws import check_draws, check_share, p_of_draws, stream
-from analysis.statistics.doubles import Floats
-from analysis.statistics.refusals import refuse_idle
+from palpate.analysis.choices.asking import Asked, problem_of, quantities, to_level, to_size
+from palpate.analysis.choices.coordinates import Coordinates, by_jnd, by_threshold
+from palpate.analysis.choices.maximising import DONE, Fitted, Problem, maximised, shares
+from palpate.analysis.choices.psychometric import Psychometric, deviance_residuals
+from palpate.analysis.choices.starting import best_of_starts
+from palpate.analysis.choices.trials import Levels
+from palpate.analysis.spaces.draws import check_draws, check_share, p_of_draws, stream
+from palpate.analysis.statistics.doubles import Floats
+from palpate.analysis.statistics.refusals import refuse_idle
 
 Which: TypeAlias = Literal["threshold", "jnd"]
 OPEN = "the data do not bound the {which} from {side}"

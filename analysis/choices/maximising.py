@@ -9,9 +9,9 @@ import numpy as np
 from numpy.typing import NDArray
 from scipy.special import xlogy
 
-from analysis.choices.coordinates import Coordinates
-from analysis.choices.shapes import Shape
-from analysis.statistics.doubles import Floats
+from palpate.analysis.choices.coordinates import Coordinates
+from palpate.analysis.choices.shapes import Shape
+from palpate.analysis.statistics.doubles import Floats
 
 STEPS = 200
 TINY = 1e-200

@@ -10,13 +10,23 @@ import numpy as np
 import pandas as pd
 from scipy.special import gammaln, xlogy
 
-from analysis.choices.asking import Asked, Function, Rate, Task, asked_of, problem_of, quantities, rates_of, unit_of
-from analysis.choices.coordinates import JndKind
-from analysis.choices.maximising import Problem
-from analysis.choices.priors import Tested, rate_prior, tested, threshold_prior, width_prior
-from analysis.choices.trials import Bounds, Levels, gather_levels
-from analysis.spaces.draws import check_share
-from analysis.statistics.doubles import Floats
+from palpate.analysis.choices.asking import (
+    Asked,
+    Function,
+    Rate,
+    Task,
+    asked_of,
+    problem_of,
+    quantities,
+    rates_of,
+    unit_of,
+)
+from palpate.analysis.choices.coordinates import JndKind
+from palpate.analysis.choices.maximising import Problem
+from palpate.analysis.choices.priors import Tested, rate_prior, tested, threshold_prior, width_prior
+from palpate.analysis.choices.trials import Bounds, Levels, gather_levels
+from palpate.analysis.spaces.draws import check_share
+from palpate.analysis.statistics.doubles import Floats
 
 COARSE = (21, 21, 6, 6, 6)
 FINE, FINE_WITH_GUESS = (41, 41, 1, 9, 9), (33, 33, 7, 7, 7)

@@ -10,7 +10,7 @@ import numpy as np
 import pandas as pd
 from scipy.special import gammaln, rel_entr
 
-from analysis.choices.asking import (
+from palpate.analysis.choices.asking import (
     Asked,
     Function,
     Rate,
@@ -22,12 +22,12 @@ from analysis.choices.asking import (
     to_level,
     unit_of,
 )
-from analysis.choices.coordinates import JndKind
-from analysis.choices.existing import NoEstimate
-from analysis.choices.maximising import Fitted, Problem, shares
-from analysis.choices.starting import best_of_starts
-from analysis.choices.trials import Levels, gather_levels, refuse_flat, refuse_step
-from analysis.statistics.doubles import Floats
+from palpate.analysis.choices.coordinates import JndKind
+from palpate.analysis.choices.existing import NoEstimate
+from palpate.analysis.choices.maximising import Fitted, Problem, shares
+from palpate.analysis.choices.starting import best_of_starts
+from palpate.analysis.choices.trials import Levels, gather_levels, refuse_flat, refuse_step
+from palpate.analysis.statistics.doubles import Floats
 
 STARTS = 4
 

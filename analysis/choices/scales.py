@@ -11,10 +11,10 @@ import numpy as np
 import pandas as pd
 from scipy.special import gammaincc, ndtr, ndtri, xlogy
 
-from analysis.choices.counted import Counted
-from analysis.statistics.doubles import Floats
-from analysis.statistics.pvalues import SMALLEST, adjusted
-from analysis.statistics.refusals import BadOption, UnknownColumn
+from palpate.analysis.choices.counted import Counted
+from palpate.analysis.statistics.doubles import Floats
+from palpate.analysis.statistics.pvalues import SMALLEST, adjusted
+from palpate.analysis.statistics.refusals import BadOption, UnknownColumn
 
 SUM_ZERO = "sum_zero"
 FEW_EXPECTED = 5.0

@@ -6,8 +6,8 @@ from dataclasses import replace
 
 import numpy as np
 
-from analysis.choices.maximising import Fitted, Problem, likelihoods, maximised
-from analysis.statistics.doubles import Floats
+from palpate.analysis.choices.maximising import Fitted, Problem, likelihoods, maximised
+from palpate.analysis.statistics.doubles import Floats
 
 
 def best_of_starts(problem: Problem, starts: int) -> Fitted:

@@ -8,10 +8,10 @@ from collections.abc import Hashable
 import numpy as np
 import pandas as pd
 
-from analysis.choices.counted import gather_choices
-from analysis.statistics.cells import check_columns
-from analysis.statistics.doubles import Floats
-from analysis.statistics.labels import coded
+from palpate.analysis.choices.counted import gather_choices
+from palpate.analysis.statistics.cells import check_columns
+from palpate.analysis.statistics.doubles import Floats
+from palpate.analysis.statistics.labels import coded
 
 POOLED = "all together"
 

@@ -9,11 +9,11 @@ import numpy as np
 import pandas as pd
 from scipy.special import xlogy
 
-from analysis.choices.existing import NoEstimate
-from analysis.statistics.cells import check_columns
-from analysis.statistics.column_values import numbers_of
-from analysis.statistics.doubles import Floats
-from analysis.statistics.refusals import BadValue, TooFew, listed
+from palpate.analysis.choices.existing import NoEstimate
+from palpate.analysis.statistics.cells import check_columns
+from palpate.analysis.statistics.column_values import numbers_of
+from palpate.analysis.statistics.doubles import Floats
+from palpate.analysis.statistics.refusals import BadValue, TooFew, listed
 
 ALIKE = 1e-6  # log likelihoods closer than this are one
 Bounds = tuple[float, float]

@@ -9,8 +9,8 @@ from typing import Any
 
 import numpy as np
 
-from analysis.coding.tables import Answer, Coder
-from analysis.reliability.kappa import cohen_kappa
+from palpate.analysis.coding.tables import Answer, Coder
+from palpate.analysis.reliability.kappa import cohen_kappa
 
 EVERY = "(all)"
 """Stands for all questions, and for all codes where each answer has exactly one."""

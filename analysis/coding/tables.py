@@ -6,11 +6,11 @@ from collections.abc import Iterable, Iterator, Mapping, Sequence
 from dataclasses import dataclass
 from pathlib import Path
 
-from analysis.exporting.session_rows import SessionRows
-from analysis.exporting.source import Source
-from analysis.importing.dialects import Sheet, TableRefused, read_sheet
-from protocols.did_you_mean import nearest
-from protocols.lookalikes import looks
+from palpate.analysis.exporting.session_rows import SessionRows
+from palpate.analysis.exporting.source import Source
+from palpate.analysis.importing.dialects import Sheet, TableRefused, read_sheet
+from palpate.protocols.did_you_mean import nearest
+from palpate.protocols.lookalikes import looks
 
 FORM = "interview"
 BETWEEN = ";"

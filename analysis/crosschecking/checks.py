@@ -13,8 +13,8 @@ from typing import Any
 import numpy as np
 import pandas as pd
 
-from analysis.crosschecking import conditions, packages
-from analysis.crosschecking.comparing import (
+from palpate.analysis.crosschecking import conditions, packages
+from palpate.analysis.crosschecking.comparing import (
     MOST_VALUES_SQUARED,
     NEAR_ZERO,
     PINGOUIN,
@@ -27,17 +27,17 @@ from analysis.crosschecking.comparing import (
     refuse,
     wide_table,
 )
-from analysis.crosschecking.rank_checks import (
+from palpate.analysis.crosschecking.rank_checks import (
     check_aligned_ranks,
     check_friedman,
     check_kendall_w,
     check_nemenyi,
     check_wilcoxon,
 )
-from analysis.crosschecking.variance_checks import check_anova, check_equivalence, check_pairs
-from analysis.plans.answers import Answer, Row, Value
-from analysis.regenerating.running import Answered
-from analysis.statistics.one_thread import one_thread
+from palpate.analysis.crosschecking.variance_checks import check_anova, check_equivalence, check_pairs
+from palpate.analysis.plans.answers import Answer, Row, Value
+from palpate.analysis.regenerating.running import Answered
+from palpate.analysis.statistics.one_thread import one_thread
 
 LIMIT = 1e-6
 """A larger relative difference is a disagreement."""

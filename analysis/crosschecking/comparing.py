@@ -7,7 +7,7 @@ from typing import NamedTuple
 
 import pandas as pd
 
-from analysis.plans.answers import Value
+from palpate.analysis.plans.answers import Value
 
 NEAR_ZERO = 1e-3
 """Statistics and coefficients are compared to LIMIT of this where they are smaller; p values never are."""

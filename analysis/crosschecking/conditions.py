@@ -13,7 +13,7 @@ from itertools import combinations
 import numpy as np
 import pandas as pd
 
-from analysis.statistics.doubles import Floats
+from palpate.analysis.statistics.doubles import Floats
 
 MOST_APART = 1e4
 """Values so many times their residual lose half of a double's digits in sums of squares."""

@@ -9,8 +9,8 @@ from typing import Any
 import numpy as np
 import pandas as pd
 
-from analysis.crosschecking import conditions, packages
-from analysis.crosschecking.comparing import (
+from palpate.analysis.crosschecking import conditions, packages
+from palpate.analysis.crosschecking.comparing import (
     NEAR_ZERO,
     PINGOUIN,
     SCIPY,
@@ -21,9 +21,9 @@ from analysis.crosschecking.comparing import (
     refuse,
     wide_table,
 )
-from analysis.crosschecking.variance_checks import anova_of, by_effect, crossed, parts_of
-from analysis.plans.answers import Answer
-from analysis.regenerating.running import Answered
+from palpate.analysis.crosschecking.variance_checks import anova_of, by_effect, crossed, parts_of
+from palpate.analysis.plans.answers import Answer
+from palpate.analysis.regenerating.running import Answered
 
 LEAST_TAIL = 1e-9
 """SciPy's tail of the studentized range is one less its distribution: a smaller one has no six digits."""

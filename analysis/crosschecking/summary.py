@@ -6,9 +6,9 @@ from collections import Counter
 from collections.abc import Sequence
 from typing import Any
 
-from analysis.crosschecking.checks import LIMIT, CrossCheck, difference_text
-from protocols.canonical import json_text
-from protocols.wording import count, phrase
+from palpate.analysis.crosschecking.checks import LIMIT, CrossCheck, difference_text
+from palpate.protocols.canonical import json_text
+from palpate.protocols.wording import count, phrase
 
 FILE = "crosscheck.json"
 

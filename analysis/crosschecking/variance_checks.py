@@ -7,8 +7,8 @@ from typing import Any
 
 import pandas as pd
 
-from analysis.crosschecking import conditions, packages
-from analysis.crosschecking.comparing import (
+from palpate.analysis.crosschecking import conditions, packages
+from palpate.analysis.crosschecking.comparing import (
     MOST_VALUES_SQUARED,
     NEAR_ZERO,
     PINGOUIN,
@@ -21,8 +21,8 @@ from analysis.crosschecking.comparing import (
     refuse,
     wide_table,
 )
-from analysis.plans.answers import Answer
-from analysis.regenerating.running import Answered
+from palpate.analysis.plans.answers import Answer
+from palpate.analysis.regenerating.running import Answered
 
 ETAS = {"ng2": "generalized_eta_squared", "np2": "partial_eta_squared"}
 

@@ -9,11 +9,11 @@ from importlib.metadata import PackageNotFoundError, version
 from pathlib import Path
 from typing import Any
 
-from analysis.exporting.source import Source
-from analysis.exporting.tabular import ExportRefused
-from protocols.canonical import json_text
-from protocols.did_you_mean import nearest
-from protocols.wording import count
+from palpate.analysis.exporting.source import Source
+from palpate.analysis.exporting.tabular import ExportRefused
+from palpate.protocols.canonical import json_text
+from palpate.protocols.did_you_mean import nearest
+from palpate.protocols.wording import count
 
 OWN = "dataset_description.json"
 """In the lab's folder, where the lab wants to say more of its data: those of BIDS's keys that are the lab's to say."""

@@ -7,10 +7,10 @@ from dataclasses import replace
 from pathlib import Path
 from typing import Any
 
-from analysis.exporting.about import About, as_json, changes, palpate_version, readme
-from analysis.exporting.bids_names import folder_of, label, stem_of
-from analysis.exporting.bids_recordings import Recorded, write_recordings
-from analysis.exporting.bids_tables import (
+from palpate.analysis.exporting.about import About, as_json, changes, palpate_version, readme
+from palpate.analysis.exporting.bids_names import folder_of, label, stem_of
+from palpate.analysis.exporting.bids_recordings import Recorded, write_recordings
+from palpate.analysis.exporting.bids_tables import (
     Beh,
     anchor_table,
     questionnaire_table,
@@ -18,16 +18,16 @@ from analysis.exporting.bids_tables import (
     switch_table,
     task_table,
 )
-from analysis.exporting.cells import write_tsv
-from analysis.exporting.codebook import definition
-from analysis.exporting.guard import Guard
-from analysis.exporting.plain import redacted, withheld
-from analysis.exporting.source import Sat, Watch
-from analysis.exporting.stimuli import Files, copy_files, stimulus_files
-from analysis.exporting.tables import Shared
-from analysis.exporting.tabular import Column, Row, Table
-from protocols.files import write_text
-from protocols.study import Study
+from palpate.analysis.exporting.cells import write_tsv
+from palpate.analysis.exporting.codebook import definition
+from palpate.analysis.exporting.guard import Guard
+from palpate.analysis.exporting.plain import redacted, withheld
+from palpate.analysis.exporting.source import Sat, Watch
+from palpate.analysis.exporting.stimuli import Files, copy_files, stimulus_files
+from palpate.analysis.exporting.tables import Shared
+from palpate.analysis.exporting.tabular import Column, Row, Table
+from palpate.protocols.files import write_text
+from palpate.protocols.study import Study
 
 VERSION = "1.11.1"
 """The newest that the validator's embedded schema (1.2.7) knows."""

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import re
 
-from analysis.exporting.source import Sat
+from palpate.analysis.exporting.source import Sat
 
 
 def label(name: str) -> str:

@@ -14,18 +14,18 @@ from typing import IO, Any
 
 import numpy as np
 
-from analysis.aligning.refusals import Array
-from analysis.exporting.about import as_json
-from analysis.exporting.bids_names import folder_of, label, stem_of
-from analysis.exporting.cells import NOT_AVAILABLE, cell
-from analysis.exporting.guard import Guard
-from analysis.exporting.source import Sat, Source
-from analysis.exporting.tabular import ExportRefused
-from analysis.streams.reading import Attempt, attempts_of, counting, streams_in
-from analysis.streams.recorded import Gap, Stream
-from protocols.files import open_bytes, write_text
-from protocols.wording import count
-from studies.record import Record, read
+from palpate.analysis.aligning.refusals import Array
+from palpate.analysis.exporting.about import as_json
+from palpate.analysis.exporting.bids_names import folder_of, label, stem_of
+from palpate.analysis.exporting.cells import NOT_AVAILABLE, cell
+from palpate.analysis.exporting.guard import Guard
+from palpate.analysis.exporting.source import Sat, Source
+from palpate.analysis.exporting.tabular import ExportRefused
+from palpate.analysis.streams.reading import Attempt, attempts_of, counting, streams_in
+from palpate.analysis.streams.recorded import Gap, Stream
+from palpate.protocols.files import open_bytes, write_text
+from palpate.protocols.wording import count
+from palpate.studies.record import Record, read
 
 EVENTS = {
     "onset": {"Description": "Since the recording began.", "Units": "s"},

@@ -6,12 +6,12 @@ from collections.abc import Callable, Iterable, Iterator
 from dataclasses import dataclass, replace
 from typing import Any
 
-from analysis.exporting.session_rows import SessionRows
-from analysis.exporting.source import Sat
-from analysis.exporting.stimuli import FILE
-from analysis.exporting.tables import ONSET, TRIAL, WORDS_OF, Shared
-from analysis.exporting.tabular import Column, Row
-from protocols.study import RATED, Study
+from palpate.analysis.exporting.session_rows import SessionRows
+from palpate.analysis.exporting.source import Sat
+from palpate.analysis.exporting.stimuli import FILE
+from palpate.analysis.exporting.tables import ONSET, TRIAL, WORDS_OF, Shared
+from palpate.analysis.exporting.tabular import Column, Row
+from palpate.protocols.study import RATED, Study
 
 IN_BIDS = {"onset_s": "onset", "response_time_s": "response_time"}
 """BIDS has names of its own for these; both in seconds."""

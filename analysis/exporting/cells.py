@@ -8,9 +8,9 @@ from math import isfinite
 from pathlib import Path
 from typing import IO
 
-from analysis.exporting.tabular import ExportRefused, Row, Table, Value
-from analysis.reporting.csv_files import demand_not_infinite, without_formula
-from protocols.files import open_text
+from palpate.analysis.exporting.tabular import ExportRefused, Row, Table, Value
+from palpate.analysis.reporting.csv_files import demand_not_infinite, without_formula
+from palpate.protocols.files import open_text
 
 NOT_AVAILABLE = "n/a"
 """How BIDS says that a value is missing."""

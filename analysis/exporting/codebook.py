@@ -5,8 +5,8 @@ from __future__ import annotations
 from collections.abc import Iterator
 from typing import Any
 
-from analysis.exporting.tables import Shared
-from analysis.exporting.tabular import Column, Row, Table
+from palpate.analysis.exporting.tables import Shared
+from palpate.analysis.exporting.tabular import Column, Row, Table
 
 COLUMNS = (
     Column("table", "The table."),

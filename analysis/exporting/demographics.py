@@ -11,14 +11,14 @@ from typing import Any
 
 from sqlalchemy import select
 
-from analysis.exporting.session_rows import AGE, OLDEST, SessionRows
-from analysis.exporting.source import Sat, Source
-from analysis.exporting.tabular import Column, Row, Table
-from protocols.forms import LabForms, Question
-from studies import collected_schema as schema
-from studies.participants.lab import SIDECAR
-from studies.participants.sidecar import columns as described_columns
-from studies.participants.sidecar import level_label
+from palpate.analysis.exporting.session_rows import AGE, OLDEST, SessionRows
+from palpate.analysis.exporting.source import Sat, Source
+from palpate.analysis.exporting.tabular import Column, Row, Table
+from palpate.protocols.forms import LabForms, Question
+from palpate.studies import collected_schema as schema
+from palpate.studies.participants.lab import SIDECAR
+from palpate.studies.participants.sidecar import columns as described_columns
+from palpate.studies.participants.sidecar import level_label
 
 FORM = "demographics"
 _OWN = ("participant", "group", "counterbalancing_row", "sessions", "simulated")

@@ -7,16 +7,16 @@ from dataclasses import dataclass
 from pathlib import Path
 from typing import Literal
 
-from analysis.exporting.about import about, palpate_version
-from analysis.exporting.bids import write_bids
-from analysis.exporting.folder import demand_place, made
-from analysis.exporting.guard import Guard
-from analysis.exporting.plain import demand_parquet, write_parquet, write_plain
-from analysis.exporting.psych_ds import write_psych_ds
-from analysis.exporting.source import Source, Watch, opened, unwatched
-from analysis.exporting.tables import Shared, shared
-from analysis.reporting.sources import Wanted
-from studies.participants.identities import identities
+from palpate.analysis.exporting.about import about, palpate_version
+from palpate.analysis.exporting.bids import write_bids
+from palpate.analysis.exporting.folder import demand_place, made
+from palpate.analysis.exporting.guard import Guard
+from palpate.analysis.exporting.plain import demand_parquet, write_parquet, write_plain
+from palpate.analysis.exporting.psych_ds import write_psych_ds
+from palpate.analysis.exporting.source import Source, Watch, opened, unwatched
+from palpate.analysis.exporting.tables import Shared, shared
+from palpate.analysis.reporting.sources import Wanted
+from palpate.studies.participants.identities import identities
 
 LEAST_PEOPLE = 3
 """So many share an answer about themselves that leaves a lab, as in an analysis plan."""

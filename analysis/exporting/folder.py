@@ -8,9 +8,9 @@ from contextlib import contextmanager
 from pathlib import Path
 from typing import Any
 
-from analysis.exporting.tabular import ExportRefused
-from protocols.canonical import json_text
-from protocols.files import staged_folder, write_text
+from palpate.analysis.exporting.tabular import ExportRefused
+from palpate.protocols.canonical import json_text
+from palpate.protocols.files import staged_folder, write_text
 
 MARK = ".palpate-export.json"
 """Lies in every export: what it is, and the names of its files."""

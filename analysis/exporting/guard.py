@@ -8,10 +8,10 @@ from collections.abc import Iterable, Iterator, Mapping
 from dataclasses import dataclass, field
 from itertools import pairwise
 
-from analysis.exporting.cells import cell
-from analysis.exporting.tabular import Column, ExportRefused, Row, Table, Value
-from studies.participants.identities import Identity
-from studies.participants.sidecar import identifying
+from palpate.analysis.exporting.cells import cell
+from palpate.analysis.exporting.tabular import Column, ExportRefused, Row, Table, Value
+from palpate.studies.participants.identities import Identity
+from palpate.studies.participants.sidecar import identifying
 
 FURTHER = frozenset(
     word

@@ -8,15 +8,15 @@ from itertools import islice
 from pathlib import Path
 from typing import Any
 
-from analysis.exporting.about import About, as_json, changes, readme
-from analysis.exporting.cells import write_csv
-from analysis.exporting.codebook import codebook, definition
-from analysis.exporting.guard import Guard
-from analysis.exporting.source import Watch, unwatched
-from analysis.exporting.stimuli import copy_files, stimulus_files
-from analysis.exporting.tables import Shared
-from analysis.exporting.tabular import ExportRefused, Row, Table
-from protocols.files import open_bytes, write_text
+from palpate.analysis.exporting.about import About, as_json, changes, readme
+from palpate.analysis.exporting.cells import write_csv
+from palpate.analysis.exporting.codebook import codebook, definition
+from palpate.analysis.exporting.guard import Guard
+from palpate.analysis.exporting.source import Watch, unwatched
+from palpate.analysis.exporting.stimuli import copy_files, stimulus_files
+from palpate.analysis.exporting.tables import Shared
+from palpate.analysis.exporting.tabular import ExportRefused, Row, Table
+from palpate.protocols.files import open_bytes, write_text
 
 STUDY = "study.json"
 ROWS = 50_000

@@ -7,16 +7,16 @@ from collections.abc import Iterator
 from pathlib import Path
 from typing import Any
 
-from analysis.exporting.about import About, as_json, changes, palpate_version, readme
-from analysis.exporting.cells import write_csv
-from analysis.exporting.codebook import definition
-from analysis.exporting.guard import Guard
-from analysis.exporting.plain import redacted, withheld
-from analysis.exporting.source import Watch, unwatched
-from analysis.exporting.stimuli import copy_files, stimulus_files
-from analysis.exporting.tables import Shared
-from analysis.exporting.tabular import Column, Table
-from protocols.files import write_text
+from palpate.analysis.exporting.about import About, as_json, changes, palpate_version, readme
+from palpate.analysis.exporting.cells import write_csv
+from palpate.analysis.exporting.codebook import definition
+from palpate.analysis.exporting.guard import Guard
+from palpate.analysis.exporting.plain import redacted, withheld
+from palpate.analysis.exporting.source import Watch, unwatched
+from palpate.analysis.exporting.stimuli import copy_files, stimulus_files
+from palpate.analysis.exporting.tables import Shared
+from palpate.analysis.exporting.tabular import Column, Table
+from palpate.protocols.files import write_text
 
 SCHEMA = "https://schema.org"
 VERSION = "Psych-DS 0.4.0"

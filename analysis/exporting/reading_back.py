@@ -9,11 +9,11 @@ from pathlib import Path
 
 import pandas as pd
 
-from analysis.exporting.cells import NOT_AVAILABLE
-from analysis.exporting.folder import read_mark
-from analysis.exporting.tabular import ExportRefused
-from analysis.ratings.reading import column_name
-from protocols.study import Study
+from palpate.analysis.exporting.cells import NOT_AVAILABLE
+from palpate.analysis.exporting.folder import read_mark
+from palpate.analysis.exporting.tabular import ExportRefused
+from palpate.analysis.ratings.reading import column_name
+from palpate.protocols.study import Study
 
 Cells = dict[str, str]
 

@@ -8,10 +8,10 @@ from dataclasses import dataclass
 from functools import cached_property
 from typing import Any
 
-from analysis.exporting.source import Sat, Source
-from analysis.exporting.tabular import Row
-from protocols.events import NS
-from studies import collected_schema as schema
+from palpate.analysis.exporting.source import Sat, Source
+from palpate.analysis.exporting.tabular import Row
+from palpate.protocols.events import NS
+from palpate.studies import collected_schema as schema
 
 Key = tuple[int, int]
 AGE, OLDEST = "age", 89

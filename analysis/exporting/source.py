@@ -12,19 +12,19 @@ from typing import Any, Protocol
 from sqlalchemy import Connection, Engine, select
 from sqlalchemy.exc import SQLAlchemyError
 
-from analysis.exporting.tabular import ExportRefused
-from analysis.ratings.collected_sessions import SessionRow, choose_sessions
-from analysis.ratings.dataset import natural_key
-from analysis.reporting.sources import IMPORTED, Wanted
-from protocols.canonical import parse
-from protocols.did_you_mean import nearest
-from protocols.study import Study
-from studies import collected_schema as schema
-from studies.begun import in_person
-from studies.collect import fill, ledgers_in, open_database, scratch_database
-from studies.messages import database_reason, describe_url
-from studies.participants.registry import find_registry, withdrawn
-from studies.tables import session_number
+from palpate.analysis.exporting.tabular import ExportRefused
+from palpate.analysis.ratings.collected_sessions import SessionRow, choose_sessions
+from palpate.analysis.ratings.dataset import natural_key
+from palpate.analysis.reporting.sources import IMPORTED, Wanted
+from palpate.protocols.canonical import parse
+from palpate.protocols.did_you_mean import nearest
+from palpate.protocols.study import Study
+from palpate.studies import collected_schema as schema
+from palpate.studies.begun import in_person
+from palpate.studies.collect import fill, ledgers_in, open_database, scratch_database
+from palpate.studies.messages import database_reason, describe_url
+from palpate.studies.participants.registry import find_registry, withdrawn
+from palpate.studies.tables import session_number
 
 _OF_A_CHOICE = tuple(each.name for each in fields(SessionRow))
 

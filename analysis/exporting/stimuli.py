@@ -6,11 +6,11 @@ from collections.abc import Collection, Iterator
 from dataclasses import dataclass
 from pathlib import Path
 
-from analysis.exporting.source import Source
-from analysis.exporting.tabular import Column, ExportRefused, Row, Table
-from protocols.files import file_sha256, write_bytes, write_text
-from protocols.wording import count
-from studies.catalogue import SHIPPED, names
+from palpate.analysis.exporting.source import Source
+from palpate.analysis.exporting.tabular import Column, ExportRefused, Row, Table
+from palpate.protocols.files import file_sha256, write_bytes, write_text
+from palpate.protocols.wording import count
+from palpate.studies.catalogue import SHIPPED, names
 
 FILE = "file"
 """The column of a stimulus table that names a stimulus' file in the study's folder."""

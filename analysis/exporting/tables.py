@@ -5,14 +5,14 @@ from __future__ import annotations
 from collections.abc import Callable, Iterable, Iterator
 from dataclasses import dataclass, replace
 
-from analysis.exporting.cells import cell
-from analysis.exporting.demographics import FORM, People, people, without_small_groups
-from analysis.exporting.session_rows import SessionRows
-from analysis.exporting.source import Sat, Source
-from analysis.exporting.stimuli import stimulus_table
-from analysis.exporting.tabular import Column, ExportRefused, Row, Table
-from protocols.did_you_mean import nearest
-from protocols.study import RATED, Study
+from palpate.analysis.exporting.cells import cell
+from palpate.analysis.exporting.demographics import FORM, People, people, without_small_groups
+from palpate.analysis.exporting.session_rows import SessionRows
+from palpate.analysis.exporting.source import Sat, Source
+from palpate.analysis.exporting.stimuli import stimulus_table
+from palpate.analysis.exporting.tabular import Column, ExportRefused, Row, Table
+from palpate.protocols.did_you_mean import nearest
+from palpate.protocols.study import RATED, Study
 
 PerSession = Callable[[SessionRows], Iterable[Row]]
 WORDS_OF = {"adjective_selection": "adjectives", "free_lexicon": "lexicon"}

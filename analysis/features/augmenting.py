@@ -7,7 +7,7 @@ import hashlib
 import numpy as np
 from numpy.random import PCG64, Generator, SeedSequence
 
-from analysis.features.pictures import Gray
+from palpate.analysis.features.pictures import Gray
 
 NOISE_SD = 0.01
 """Of full scale: a camera's own noise at middle brightness. The thesis says Gaussian, not how much."""

@@ -5,7 +5,7 @@ from __future__ import annotations
 import numpy as np
 from numpy.typing import NDArray
 
-from analysis.features.pictures import Gray, PictureError
+from palpate.analysis.features.pictures import Gray, PictureError
 
 LEVELS = 16
 """Thesis 3.4.2: 16 gray levels, hence 16 x 16 numbers."""

@@ -5,9 +5,9 @@ from __future__ import annotations
 import numpy as np
 from numpy.typing import NDArray
 
-from analysis.features.segments import SEGMENT
-from analysis.features.spectra import decibels, windowed
-from analysis.features.touch import RATE_HZ, Array
+from palpate.analysis.features.segments import SEGMENT
+from palpate.analysis.features.spectra import decibels, windowed
+from palpate.analysis.features.touch import RATE_HZ, Array
 
 FRAME_S = 0.025
 FRAME = round(FRAME_S * RATE_HZ)

@@ -5,12 +5,12 @@ from __future__ import annotations
 import numpy as np
 from numpy.typing import NDArray
 
-from analysis.features.hand import hand
-from analysis.features.mfcc import COEFFICIENTS, FRAMES, mfcc
-from analysis.features.segments import SEGMENT, contact, segments
-from analysis.features.spectra import spectrum
-from analysis.features.touch import Touch
-from analysis.features.wavelets import LEVELS, STATISTICS, wavelets
+from palpate.analysis.features.hand import hand
+from palpate.analysis.features.mfcc import COEFFICIENTS, FRAMES, mfcc
+from palpate.analysis.features.segments import SEGMENT, contact, segments
+from palpate.analysis.features.spectra import spectrum
+from palpate.analysis.features.touch import Touch
+from palpate.analysis.features.wavelets import LEVELS, STATISTICS, wavelets
 
 SIZES = {
     "mfcc": FRAMES * COEFFICIENTS,

@@ -6,9 +6,9 @@ import math
 from collections.abc import Iterable, Mapping, Sequence
 from typing import TYPE_CHECKING, Any, NamedTuple
 
-from analysis.figures.lettering import folded, letters_of, widest_pt
-from analysis.figures.style import FAINT, INK, SOFT, quiet_axes
-from protocols.wording import count
+from palpate.analysis.figures.lettering import folded, letters_of, widest_pt
+from palpate.analysis.figures.style import FAINT, INK, SOFT, quiet_axes
+from palpate.protocols.wording import count
 
 if TYPE_CHECKING:
     from matplotlib.axes import Axes

@@ -13,25 +13,25 @@ from matplotlib.colors import Normalize
 from matplotlib.figure import Figure
 from matplotlib.patches import Circle
 
-from analysis.figures.axes import elided, quarters, signed
-from analysis.figures.drawn import AskedFigure, Drawn, FigureData, FigureKind, Shown
-from analysis.figures.label_places import Bubble, placed_labels
-from analysis.figures.lettering import number, widest_pt
-from analysis.figures.marking import Marking
-from analysis.figures.rated import attribute_words, demand_attributes, people_text, scale_words
-from analysis.figures.shown_columns import require
-from analysis.figures.style import FAINT, INK, PAPER, SOFT
-from analysis.ratings.dataset import DataRefused
-from analysis.ratings.normalising import rescaled_values
-from analysis.ratings.person_cells import person_cells, texts_of
-from protocols.did_you_mean import nearest
-from protocols.study import Text
-from protocols.wording import count
+from palpate.analysis.figures.axes import elided, quarters, signed
+from palpate.analysis.figures.drawn import AskedFigure, Drawn, FigureData, FigureKind, Shown
+from palpate.analysis.figures.label_places import Bubble, placed_labels
+from palpate.analysis.figures.lettering import number, widest_pt
+from palpate.analysis.figures.marking import Marking
+from palpate.analysis.figures.rated import attribute_words, demand_attributes, people_text, scale_words
+from palpate.analysis.figures.shown_columns import require
+from palpate.analysis.figures.style import FAINT, INK, PAPER, SOFT
+from palpate.analysis.ratings.dataset import DataRefused
+from palpate.analysis.ratings.normalising import rescaled_values
+from palpate.analysis.ratings.person_cells import person_cells, texts_of
+from palpate.protocols.did_you_mean import nearest
+from palpate.protocols.study import Text
+from palpate.protocols.wording import count
 
 if TYPE_CHECKING:
     from matplotlib.axes import Axes
 
-    from analysis.plans.answers import Row, Selected
+    from palpate.analysis.plans.answers import Row, Selected
 
 Ends = tuple[float, float]
 SPACE = (-100.0, 100.0)

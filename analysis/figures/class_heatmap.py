@@ -7,13 +7,13 @@ from typing import Any, Literal
 
 import numpy as np
 
-from analysis.figures.class_heatmap_drawing import draw
-from analysis.figures.drawn import FigureData, FigureKind, Shown
-from analysis.figures.predictions import Point, PredictionSettings, read_points
-from analysis.figures.shown_columns import in_order, pair_names
-from analysis.plans.answers import Selected
-from analysis.plans.idle import Idle
-from protocols.wording import count
+from palpate.analysis.figures.class_heatmap_drawing import draw
+from palpate.analysis.figures.drawn import FigureData, FigureKind, Shown
+from palpate.analysis.figures.predictions import Point, PredictionSettings, read_points
+from palpate.analysis.figures.shown_columns import in_order, pair_names
+from palpate.analysis.plans.answers import Selected
+from palpate.analysis.plans.idle import Idle
+from palpate.protocols.wording import count
 
 __all__ = ["CLASS_HEATMAP", "ClassHeatmapSettings", "data", "draw"]
 NAMES = {"MAE": "mean absolute error", "RMSE": "root mean square error"}

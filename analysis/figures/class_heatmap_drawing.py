@@ -10,13 +10,13 @@ from matplotlib.colors import Colormap, Normalize
 from matplotlib.figure import Figure
 from matplotlib.patches import Rectangle
 
-from analysis.figures.drawn import Drawn, FigureData
-from analysis.figures.lettering import decimals_for, folded, number, widest_pt
-from analysis.figures.marking import Marking
-from analysis.figures.shades import ink_on, ladder
-from analysis.figures.shown_columns import to_float
-from analysis.figures.style import FAINT, INK, PAPER, SOFT
-from analysis.plans.answers import Row
+from palpate.analysis.figures.drawn import Drawn, FigureData
+from palpate.analysis.figures.lettering import decimals_for, folded, number, widest_pt
+from palpate.analysis.figures.marking import Marking
+from palpate.analysis.figures.shades import ink_on, ladder
+from palpate.analysis.figures.shown_columns import to_float
+from palpate.analysis.figures.style import FAINT, INK, PAPER, SOFT
+from palpate.analysis.plans.answers import Row
 
 GAP = 0.22
 """How far the margins stand from the cells, in cells."""

@@ -7,15 +7,15 @@ from dataclasses import dataclass, field
 from types import MappingProxyType
 from typing import TYPE_CHECKING, Any
 
-from analysis.plans.answers import Normalise, Takes
-from analysis.plans.idle import Idle
-from analysis.plans.where import Condition
-from protocols.study import Strict, Text
+from palpate.analysis.plans.answers import Normalise, Takes
+from palpate.analysis.plans.idle import Idle
+from palpate.analysis.plans.where import Condition
+from palpate.protocols.study import Strict, Text
 
 if TYPE_CHECKING:
     from matplotlib.figure import Figure
 
-    from analysis.plans.answers import Answer, Row, Selected
+    from palpate.analysis.plans.answers import Answer, Row, Selected
 
 _NONE: Mapping[str, Any] = MappingProxyType({})
 

@@ -8,10 +8,10 @@ from html import escape
 from pathlib import Path
 from typing import Any
 
-from analysis.figures.compact import compact_svg
-from analysis.figures.drawn import Mark
+from palpate.analysis.figures.compact import compact_svg
+from palpate.analysis.figures.drawn import Mark
 
-SCRIPT = Path(__file__).parent / "interaction.js"
+SCRIPT = Path(__file__).resolve().parent / "interaction.js"
 _GROUP = re.compile(r'<g id="([^"]+)"([^>]*)>')
 _WIDTH = re.compile(r'viewBox="0 0 ([\d.]+)')
 BETWEEN = "\t"

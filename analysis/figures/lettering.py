@@ -10,7 +10,7 @@ from itertools import combinations
 from matplotlib.font_manager import FontProperties
 from matplotlib.textpath import text_to_path
 
-from analysis.statistics.apa import apa_p
+from palpate.analysis.statistics.apa import apa_p
 
 UNKNOWN = "–"
 

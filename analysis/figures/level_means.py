@@ -8,19 +8,19 @@ from typing import TYPE_CHECKING, Annotated, Any, Literal
 
 from pydantic import Field
 
-from analysis.figures.drawn import AskedFigure
-from analysis.figures.lettering import number
-from analysis.figures.rated import attribute_words, demand_attributes, scale_words
-from analysis.figures.shown_columns import require
-from analysis.figures.style import INK, OKABE_ITO
-from analysis.plans.answers import Row, Selected
-from analysis.plans.idle import Idle
-from analysis.ratings.dataset import DataRefused
-from analysis.ratings.person_cells import LISTWISE, constant_columns, levels_of, texts_of
-from analysis.ratings.trends import families_of
-from analysis.ratings.within_intervals import mean_intervals
-from analysis.statistics.refusals import IncompleteCells
-from protocols.study import Text
+from palpate.analysis.figures.drawn import AskedFigure
+from palpate.analysis.figures.lettering import number
+from palpate.analysis.figures.rated import attribute_words, demand_attributes, scale_words
+from palpate.analysis.figures.shown_columns import require
+from palpate.analysis.figures.style import INK, OKABE_ITO
+from palpate.analysis.plans.answers import Row, Selected
+from palpate.analysis.plans.idle import Idle
+from palpate.analysis.ratings.dataset import DataRefused
+from palpate.analysis.ratings.person_cells import LISTWISE, constant_columns, levels_of, texts_of
+from palpate.analysis.ratings.trends import families_of
+from palpate.analysis.ratings.within_intervals import mean_intervals
+from palpate.analysis.statistics.refusals import IncompleteCells
+from palpate.protocols.study import Text
 
 if TYPE_CHECKING:
     import pandas as pd

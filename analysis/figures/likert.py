@@ -8,15 +8,15 @@ from typing import Any, Literal
 import numpy as np
 from pydantic import Field
 
-from analysis.figures.drawn import AskedFigure, FigureData, FigureKind, Shown
-from analysis.figures.likert_drawing import draw
-from analysis.figures.shown_columns import in_order, require, uniform
-from analysis.figures.spots import summary, whiskers
-from analysis.plans.answers import Selected
-from analysis.ratings.dataset import DataRefused
-from analysis.ratings.person_cells import PersonCells, person_cells, texts_of
-from protocols.did_you_mean import nearest
-from protocols.wording import count
+from palpate.analysis.figures.drawn import AskedFigure, FigureData, FigureKind, Shown
+from palpate.analysis.figures.likert_drawing import draw
+from palpate.analysis.figures.shown_columns import in_order, require, uniform
+from palpate.analysis.figures.spots import summary, whiskers
+from palpate.analysis.plans.answers import Selected
+from palpate.analysis.ratings.dataset import DataRefused
+from palpate.analysis.ratings.person_cells import PersonCells, person_cells, texts_of
+from palpate.protocols.did_you_mean import nearest
+from palpate.protocols.wording import count
 
 __all__ = ["LIKERT", "LikertSettings", "data", "draw"]
 MOST_POINTS = 15

@@ -10,13 +10,13 @@ from matplotlib.colors import LinearSegmentedColormap, to_hex
 from matplotlib.figure import Figure
 from matplotlib.patches import Patch
 
-from analysis.figures.drawn import Drawn, FigureData
-from analysis.figures.lettering import folded, percent
-from analysis.figures.marking import Marking
-from analysis.figures.shades import ink_on
-from analysis.figures.shown_columns import to_float
-from analysis.figures.style import INK, PAPER, SOFT
-from analysis.plans.answers import Row
+from palpate.analysis.figures.drawn import Drawn, FigureData
+from palpate.analysis.figures.lettering import folded, percent
+from palpate.analysis.figures.marking import Marking
+from palpate.analysis.figures.shades import ink_on
+from palpate.analysis.figures.shown_columns import to_float
+from palpate.analysis.figures.style import INK, PAPER, SOFT
+from palpate.analysis.plans.answers import Row
 
 LOW, MIDDLE, HIGH = ("#9a4a00", "#e8a361"), "#e6e6e6", ("#7fb6dc", "#0b4f86")
 WIDE_IN = 7.6

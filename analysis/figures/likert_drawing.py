@@ -9,13 +9,13 @@ from matplotlib.axes import Axes
 from matplotlib.figure import Figure
 from matplotlib.patches import Rectangle
 
-from analysis.figures.drawn import Drawn, FigureData
-from analysis.figures.lettering import folded, number
-from analysis.figures.likert_bars import draw_bars
-from analysis.figures.marking import MOST, Marking
-from analysis.figures.shown_columns import to_float
-from analysis.figures.style import FAINT, INK, OKABE_ITO, PAPER, SOFT
-from analysis.plans.answers import Row
+from palpate.analysis.figures.drawn import Drawn, FigureData
+from palpate.analysis.figures.lettering import folded, number
+from palpate.analysis.figures.likert_bars import draw_bars
+from palpate.analysis.figures.marking import MOST, Marking
+from palpate.analysis.figures.shown_columns import to_float
+from palpate.analysis.figures.style import FAINT, INK, OKABE_ITO, PAPER, SOFT
+from palpate.analysis.plans.answers import Row
 
 WIDE_IN = 7.2
 BOX = "#dfeaf3"

@@ -5,7 +5,7 @@ from __future__ import annotations
 from dataclasses import dataclass, field
 from typing import TYPE_CHECKING
 
-from analysis.figures.drawn import Mark
+from palpate.analysis.figures.drawn import Mark
 
 if TYPE_CHECKING:
     from matplotlib.artist import Artist

@@ -11,14 +11,14 @@ from matplotlib.axes import Axes
 from matplotlib.figure import Figure
 from matplotlib.lines import Line2D
 
-from analysis.figures.drawn import Drawn, FigureData
-from analysis.figures.lettering import decimals_for, folded, number
-from analysis.figures.marking import MOST, Marking
-from analysis.figures.shades import looks, tint
-from analysis.figures.shown_columns import to_float
-from analysis.figures.spots import density, swarm
-from analysis.figures.style import INK, PAPER, SOFT, quiet_axes
-from analysis.plans.answers import Row
+from palpate.analysis.figures.drawn import Drawn, FigureData
+from palpate.analysis.figures.lettering import decimals_for, folded, number
+from palpate.analysis.figures.marking import MOST, Marking
+from palpate.analysis.figures.shades import looks, tint
+from palpate.analysis.figures.shown_columns import to_float
+from palpate.analysis.figures.spots import density, swarm
+from palpate.analysis.figures.style import INK, PAPER, SOFT, quiet_axes
+from palpate.analysis.plans.answers import Row
 
 ABREAST = 8
 """How many attributes stand in one row of the figure."""

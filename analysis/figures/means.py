@@ -10,10 +10,10 @@ from matplotlib.figure import Figure
 from matplotlib.layout_engine import ConstrainedLayoutEngine
 from matplotlib.patches import Patch
 
-from analysis.figures.axes import base_of, cut_note, elided, lettered, level_axis, poles, scale_axis
-from analysis.figures.drawn import Drawn, FigureData, FigureKind, Shown
-from analysis.figures.lettering import widest_pt
-from analysis.figures.level_means import (
+from palpate.analysis.figures.axes import base_of, cut_note, elided, lettered, level_axis, poles, scale_axis
+from palpate.analysis.figures.drawn import Drawn, FigureData, FigureKind, Shown
+from palpate.analysis.figures.lettering import widest_pt
+from palpate.analysis.figures.level_means import (
     Key,
     LevelFigure,
     Places,
@@ -24,10 +24,10 @@ from analysis.figures.level_means import (
     unknown,
     whisker_ends,
 )
-from analysis.figures.marking import Marking
-from analysis.figures.rated import by_category, on_scale, people_text
-from analysis.figures.style import INK, PAPER, SOFT
-from protocols.wording import phrase
+from palpate.analysis.figures.marking import Marking
+from palpate.analysis.figures.rated import by_category, on_scale, people_text
+from palpate.analysis.figures.style import INK, PAPER, SOFT
+from palpate.protocols.wording import phrase
 
 if TYPE_CHECKING:
     from matplotlib.axes import Axes

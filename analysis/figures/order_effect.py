@@ -10,18 +10,18 @@ import numpy as np
 import pandas as pd
 from pydantic import Field
 
-from analysis.figures.drawn import AskedFigure, FigureData, FigureKind, Shown
-from analysis.figures.order_effect_drawing import STEP, TIME, draw, numbers_in
-from analysis.figures.rated import attribute_words, demand_attributes, scale_words
-from analysis.figures.shown_columns import require
-from analysis.plans.idle import Idle
-from analysis.ratings.one_sample import OneSample
-from analysis.ratings.order_effects import OrderEffect, one_per_trial, order_effect
-from protocols.study import Text, Whole
-from protocols.wording import count
+from palpate.analysis.figures.drawn import AskedFigure, FigureData, FigureKind, Shown
+from palpate.analysis.figures.order_effect_drawing import STEP, TIME, draw, numbers_in
+from palpate.analysis.figures.rated import attribute_words, demand_attributes, scale_words
+from palpate.analysis.figures.shown_columns import require
+from palpate.analysis.plans.idle import Idle
+from palpate.analysis.ratings.one_sample import OneSample
+from palpate.analysis.ratings.order_effects import OrderEffect, one_per_trial, order_effect
+from palpate.protocols.study import Text, Whole
+from palpate.protocols.wording import count
 
 if TYPE_CHECKING:
-    from analysis.plans.answers import Row, Selected
+    from palpate.analysis.plans.answers import Row, Selected
 
 
 class OrderFigure(AskedFigure):

@@ -10,17 +10,17 @@ import numpy as np
 from matplotlib.figure import Figure
 from matplotlib.layout_engine import ConstrainedLayoutEngine
 
-from analysis.figures.axes import elided, letters_in, signed
-from analysis.figures.drawn import Drawn, FigureData
-from analysis.figures.lettering import decimals_for, number, p_written
-from analysis.figures.marking import Marking
-from analysis.figures.rated import title_of
-from analysis.figures.style import INK, OKABE_ITO, PAPER, SOFT, quiet_axes
+from palpate.analysis.figures.axes import elided, letters_in, signed
+from palpate.analysis.figures.drawn import Drawn, FigureData
+from palpate.analysis.figures.lettering import decimals_for, number, p_written
+from palpate.analysis.figures.marking import Marking
+from palpate.analysis.figures.rated import title_of
+from palpate.analysis.figures.style import INK, OKABE_ITO, PAPER, SOFT, quiet_axes
 
 if TYPE_CHECKING:
     from matplotlib.axes import Axes
 
-    from analysis.plans.answers import Row
+    from palpate.analysis.plans.answers import Row
 
 TIME = "response time"
 STEP = 10

@@ -8,13 +8,13 @@ from typing import Any, Literal
 
 import numpy as np
 
-from analysis.figures.drawn import FigureData, FigureKind, Shown
-from analysis.figures.predicted_drawing import draw
-from analysis.figures.predictions import Point, PredictionSettings, chosen, read_points
-from analysis.figures.shown_columns import in_order, pair_names, plain
-from analysis.plans.answers import Row, Selected
-from analysis.plans.idle import Idle
-from analysis.ratings.dataset import DataRefused
+from palpate.analysis.figures.drawn import FigureData, FigureKind, Shown
+from palpate.analysis.figures.predicted_drawing import draw
+from palpate.analysis.figures.predictions import Point, PredictionSettings, chosen, read_points
+from palpate.analysis.figures.shown_columns import in_order, pair_names, plain
+from palpate.analysis.plans.answers import Row, Selected
+from palpate.analysis.plans.idle import Idle
+from palpate.analysis.ratings.dataset import DataRefused
 
 __all__ = ["PREDICTED", "PredictedSettings", "data", "draw"]
 INNER, OUTER = 0.5, 1.0

@@ -12,13 +12,13 @@ from matplotlib.axes import Axes
 from matplotlib.figure import Figure
 from matplotlib.lines import Line2D
 
-from analysis.figures.drawn import Drawn, FigureData
-from analysis.figures.lettering import decimals_for, folded, number, percent, shortened
-from analysis.figures.marking import MOST, Marking
-from analysis.figures.shades import looks
-from analysis.figures.shown_columns import to_float
-from analysis.figures.style import FAINT, INK, OKABE_ITO, PAPER, SOFT
-from analysis.plans.answers import Row
+from palpate.analysis.figures.drawn import Drawn, FigureData
+from palpate.analysis.figures.lettering import decimals_for, folded, number, percent, shortened
+from palpate.analysis.figures.marking import MOST, Marking
+from palpate.analysis.figures.shades import looks
+from palpate.analysis.figures.shown_columns import to_float
+from palpate.analysis.figures.style import FAINT, INK, OKABE_ITO, PAPER, SOFT
+from palpate.analysis.plans.answers import Row
 
 OUTER_BAND, INNER_BAND, BAND_EDGE = "#dbe8f3", "#b3d0e8", "#8fb6d6"
 WIDEST_IN = 13.0

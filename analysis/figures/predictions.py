@@ -8,12 +8,12 @@ from dataclasses import dataclass, field
 
 import pandas as pd
 
-from analysis.figures.drawn import AskedFigure
-from analysis.figures.shown_columns import in_order, numbers, require
-from analysis.plans.answers import Selected
-from analysis.ratings.dataset import DataRefused, natural_key
-from analysis.ratings.person_cells import texts_of
-from protocols.wording import count
+from palpate.analysis.figures.drawn import AskedFigure
+from palpate.analysis.figures.shown_columns import in_order, numbers, require
+from palpate.analysis.plans.answers import Selected
+from palpate.analysis.ratings.dataset import DataRefused, natural_key
+from palpate.analysis.ratings.person_cells import texts_of
+from palpate.protocols.wording import count
 
 
 class PredictionSettings(AskedFigure):

@@ -11,22 +11,22 @@ from matplotlib.figure import Figure
 from matplotlib.layout_engine import ConstrainedLayoutEngine
 from matplotlib.patches import Patch, Rectangle
 
-from analysis.figures.axes import elided, letters_in, quarters, signed
-from analysis.figures.drawn import Drawn, FigureData, FigureKind, Shown
-from analysis.figures.lettering import number, widest_pt
-from analysis.figures.level_means import LevelFigure, Places, key_text, level_words, with_families
-from analysis.figures.marking import MOST, Marking
-from analysis.figures.rated import demand_attributes, on_scale, title_of
-from analysis.figures.shown_columns import require
-from analysis.figures.style import INK, OKABE_ITO, PAPER
-from analysis.ratings.person_cells import person_cells
-from protocols.wording import count, phrase
+from palpate.analysis.figures.axes import elided, letters_in, quarters, signed
+from palpate.analysis.figures.drawn import Drawn, FigureData, FigureKind, Shown
+from palpate.analysis.figures.lettering import number, widest_pt
+from palpate.analysis.figures.level_means import LevelFigure, Places, key_text, level_words, with_families
+from palpate.analysis.figures.marking import MOST, Marking
+from palpate.analysis.figures.rated import demand_attributes, on_scale, title_of
+from palpate.analysis.figures.shown_columns import require
+from palpate.analysis.figures.style import INK, OKABE_ITO, PAPER
+from palpate.analysis.ratings.person_cells import person_cells
+from palpate.protocols.wording import count, phrase
 
 if TYPE_CHECKING:
     from matplotlib.axes import Axes
 
-    from analysis.plans.answers import Row, Selected
-    from analysis.statistics.doubles import Floats
+    from palpate.analysis.plans.answers import Row, Selected
+    from palpate.analysis.statistics.doubles import Floats
 
 GOLDEN = (math.sqrt(5) - 1) / 2
 """Its multiples spread any number of dots evenly, the same way every time."""

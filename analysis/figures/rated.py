@@ -5,13 +5,13 @@ from __future__ import annotations
 from collections.abc import Mapping, Sequence
 from typing import TYPE_CHECKING, Any
 
-from analysis.figures.axes import elided, round_ends
-from analysis.figures.shown_columns import numbers
-from analysis.ratings.dataset import DataRefused
-from protocols.wording import count
+from palpate.analysis.figures.axes import elided, round_ends
+from palpate.analysis.figures.shown_columns import numbers
+from palpate.analysis.ratings.dataset import DataRefused
+from palpate.protocols.wording import count
 
 if TYPE_CHECKING:
-    from analysis.plans.answers import Row, Selected
+    from palpate.analysis.plans.answers import Row, Selected
 
 
 def attribute_words(selected: Selected) -> list[dict[str, str]]:

@@ -12,23 +12,23 @@ from matplotlib.colors import Normalize
 from matplotlib.figure import Figure
 from matplotlib.patches import Rectangle
 
-from analysis.figures.axes import elided, letters_in, quarters, signed
-from analysis.figures.drawn import AskedFigure, Drawn, FigureData, FigureKind, Shown
-from analysis.figures.lettering import letters_of, number, widest_pt
-from analysis.figures.marking import Marking
-from analysis.figures.rated import attribute_words, demand_attributes, on_scale, scale_words, title_of
-from analysis.figures.seriation import similar_order
-from analysis.figures.shades import ladder
-from analysis.figures.shown_columns import require
-from analysis.figures.style import PAPER, SOFT
-from analysis.ratings.person_cells import PersonCells, person_cells
-from protocols.study import Text
-from protocols.wording import count
+from palpate.analysis.figures.axes import elided, letters_in, quarters, signed
+from palpate.analysis.figures.drawn import AskedFigure, Drawn, FigureData, FigureKind, Shown
+from palpate.analysis.figures.lettering import letters_of, number, widest_pt
+from palpate.analysis.figures.marking import Marking
+from palpate.analysis.figures.rated import attribute_words, demand_attributes, on_scale, scale_words, title_of
+from palpate.analysis.figures.seriation import similar_order
+from palpate.analysis.figures.shades import ladder
+from palpate.analysis.figures.shown_columns import require
+from palpate.analysis.figures.style import PAPER, SOFT
+from palpate.analysis.ratings.person_cells import PersonCells, person_cells
+from palpate.protocols.study import Text
+from palpate.protocols.wording import count
 
 if TYPE_CHECKING:
     from matplotlib.axes import Axes
 
-    from analysis.plans.answers import Row, Selected
+    from palpate.analysis.plans.answers import Row, Selected
 
 HATCHED = "#aab2bb"
 TOP, GAP, BAR = 0.42, 0.3, 0.75

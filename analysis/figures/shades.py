@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from matplotlib.colors import LinearSegmentedColormap, to_hex, to_rgb
 
-from analysis.figures.style import INK, OKABE_ITO
+from palpate.analysis.figures.style import INK, OKABE_ITO
 
 LADDER = ("#f3f7fb", "#c9deee", "#8dbbdc", "#4a90c2", "#1b62a0", "#0a3a6b")
 """One hue, evenly darker: as readable in grey as in colour."""

@@ -8,13 +8,13 @@ from typing import TYPE_CHECKING, Any
 
 import pandas as pd
 
-from analysis.plans.answers import Answer, Row, Selected, Value
-from analysis.ratings.dataset import DataRefused, natural
-from analysis.statistics.column_values import numbers_of
-from protocols.did_you_mean import nearest
+from palpate.analysis.plans.answers import Answer, Row, Selected, Value
+from palpate.analysis.ratings.dataset import DataRefused, natural
+from palpate.analysis.statistics.column_values import numbers_of
+from palpate.protocols.did_you_mean import nearest
 
 if TYPE_CHECKING:
-    from analysis.figures.drawn import AskedFigure, Shown
+    from palpate.analysis.figures.drawn import AskedFigure, Shown
 
 
 def require(figure: AskedFigure, frame: pd.DataFrame, names: Iterable[str]) -> None:

@@ -6,12 +6,12 @@ import math
 from collections.abc import Iterable, Sequence
 from typing import Any
 
-from analysis.figures.drawn import AskedFigure
-from analysis.figures.lettering import p_written
-from analysis.figures.shown_columns import real
-from analysis.plans.answers import Answer, Row
-from analysis.ratings.dataset import DataRefused
-from protocols.did_you_mean import nearest
+from palpate.analysis.figures.drawn import AskedFigure
+from palpate.analysis.figures.lettering import p_written
+from palpate.analysis.figures.shown_columns import real
+from palpate.analysis.plans.answers import Answer, Row
+from palpate.analysis.ratings.dataset import DataRefused
+from palpate.protocols.did_you_mean import nearest
 
 P_COLUMNS = ("p_adjusted", "p_bonferroni", "p_holm", "p_corr", "p")
 """Where a test of pairs writes its p, the adjusted ones first."""

@@ -9,18 +9,18 @@ import numpy as np
 import pandas as pd
 from pydantic import Field
 
-from analysis.figures.drawn import AskedFigure, FigureData, FigureKind, Shown
-from analysis.figures.shown_columns import answer_of, plain, require, uniform
-from analysis.figures.significance import not_drawn_said, pair_rows, stars_said
-from analysis.figures.similarity_bars_drawing import MOST_BRACKETS, draw
-from analysis.plans.answers import Selected
-from analysis.plans.idle import Idle
-from analysis.ratings.dataset import DataRefused
-from analysis.ratings.person_cells import PersonCells, levels_of, person_cells, texts_of
-from analysis.ratings.within_intervals import WITHIN, mean_intervals
-from protocols.did_you_mean import nearest
-from protocols.study import Text
-from protocols.wording import count, phrase
+from palpate.analysis.figures.drawn import AskedFigure, FigureData, FigureKind, Shown
+from palpate.analysis.figures.shown_columns import answer_of, plain, require, uniform
+from palpate.analysis.figures.significance import not_drawn_said, pair_rows, stars_said
+from palpate.analysis.figures.similarity_bars_drawing import MOST_BRACKETS, draw
+from palpate.analysis.plans.answers import Selected
+from palpate.analysis.plans.idle import Idle
+from palpate.analysis.ratings.dataset import DataRefused
+from palpate.analysis.ratings.person_cells import PersonCells, levels_of, person_cells, texts_of
+from palpate.analysis.ratings.within_intervals import WITHIN, mean_intervals
+from palpate.protocols.did_you_mean import nearest
+from palpate.protocols.study import Text
+from palpate.protocols.wording import count, phrase
 
 __all__ = ["SIMILARITY_BARS", "SimilarityBarsSettings", "data", "draw"]
 

@@ -10,16 +10,16 @@ from matplotlib.axes import Axes
 from matplotlib.figure import Figure
 from matplotlib.patches import Patch
 
-from analysis.figures.axes import elided
-from analysis.figures.drawn import Drawn, FigureData
-from analysis.figures.lettering import decimals_for, folded, number, p_written, shortened, widest_pt
-from analysis.figures.marking import Marking
-from analysis.figures.shades import HATCHES, tint
-from analysis.figures.shown_columns import to_float
-from analysis.figures.significance import stacked
-from analysis.figures.spots import swarm
-from analysis.figures.style import INK, OKABE_ITO, PAPER, SOFT, quiet_axes
-from analysis.plans.answers import Row
+from palpate.analysis.figures.axes import elided
+from palpate.analysis.figures.drawn import Drawn, FigureData
+from palpate.analysis.figures.lettering import decimals_for, folded, number, p_written, shortened, widest_pt
+from palpate.analysis.figures.marking import Marking
+from palpate.analysis.figures.shades import HATCHES, tint
+from palpate.analysis.figures.shown_columns import to_float
+from palpate.analysis.figures.significance import stacked
+from palpate.analysis.figures.spots import swarm
+from palpate.analysis.figures.style import INK, OKABE_ITO, PAPER, SOFT, quiet_axes
+from palpate.analysis.plans.answers import Row
 
 MOST_BRACKETS = 36
 WIDE = 0.84

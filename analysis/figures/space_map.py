@@ -7,14 +7,14 @@ import re
 from collections.abc import Iterator, Sequence
 from typing import Any, Literal
 
-from analysis.figures.drawn import AskedFigure, FigureData, FigureKind, Shown
-from analysis.figures.shown_columns import answer_of, in_order, plain, real, require, uniform
-from analysis.figures.space_map_drawing import draw
-from analysis.plans.answers import Answer, Row, Selected
-from analysis.plans.idle import Idle
-from analysis.ratings.dataset import DataRefused, natural_key
-from analysis.ratings.person_cells import texts_of
-from protocols.wording import phrase
+from palpate.analysis.figures.drawn import AskedFigure, FigureData, FigureKind, Shown
+from palpate.analysis.figures.shown_columns import answer_of, in_order, plain, real, require, uniform
+from palpate.analysis.figures.space_map_drawing import draw
+from palpate.analysis.plans.answers import Answer, Row, Selected
+from palpate.analysis.plans.idle import Idle
+from palpate.analysis.ratings.dataset import DataRefused, natural_key
+from palpate.analysis.ratings.person_cells import texts_of
+from palpate.protocols.wording import phrase
 
 __all__ = ["MAP", "MapSettings", "data", "draw"]
 PLACES = ("dim", "dimension", "pc", "component")

@@ -13,14 +13,14 @@ from matplotlib.lines import Line2D
 from matplotlib.patches import Circle, Ellipse
 from matplotlib.patheffects import withStroke
 
-from analysis.figures.drawn import Drawn, FigureData
-from analysis.figures.lettering import folded, number, p_written, shortened, width_pt
-from analysis.figures.map_names import Area, placed
-from analysis.figures.marking import Marking
-from analysis.figures.shades import looks, tint
-from analysis.figures.shown_columns import to_float
-from analysis.figures.style import FAINT, INK, OKABE_ITO, PAPER, SOFT
-from analysis.plans.answers import Row
+from palpate.analysis.figures.drawn import Drawn, FigureData
+from palpate.analysis.figures.lettering import folded, number, p_written, shortened, width_pt
+from palpate.analysis.figures.map_names import Area, placed
+from palpate.analysis.figures.marking import Marking
+from palpate.analysis.figures.shades import looks, tint
+from palpate.analysis.figures.shown_columns import to_float
+from palpate.analysis.figures.style import FAINT, INK, OKABE_ITO, PAPER, SOFT
+from palpate.analysis.plans.answers import Row
 
 MAP_IN = 6.3
 """The longer side of the map."""

@@ -11,7 +11,7 @@ from functools import lru_cache
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
-from protocols.files import open_bytes, staged_files, write_text
+from palpate.protocols.files import open_bytes, staged_files, write_text
 
 if TYPE_CHECKING:
     from matplotlib.axes import Axes

@@ -11,17 +11,17 @@ from matplotlib.figure import Figure
 from matplotlib.patches import Rectangle
 from pydantic import Field
 
-from analysis.figures.drawn import AskedFigure, Drawn, FigureData, FigureKind, Shown
-from analysis.figures.lettering import broken, percent, width_pt
-from analysis.figures.marking import Marking
-from analysis.figures.shades import ink_on, ladder
-from analysis.figures.shown_columns import plain, real, the_answer, to_float
-from analysis.figures.style import INK, OKABE_ITO, PAPER, SOFT
-from analysis.figures.treemap_layout import Box, squarified
-from analysis.plans.answers import Row
-from analysis.plans.idle import Idle
-from analysis.ratings.dataset import DataRefused, natural_key
-from protocols.wording import count, phrase
+from palpate.analysis.figures.drawn import AskedFigure, Drawn, FigureData, FigureKind, Shown
+from palpate.analysis.figures.lettering import broken, percent, width_pt
+from palpate.analysis.figures.marking import Marking
+from palpate.analysis.figures.shades import ink_on, ladder
+from palpate.analysis.figures.shown_columns import plain, real, the_answer, to_float
+from palpate.analysis.figures.style import INK, OKABE_ITO, PAPER, SOFT
+from palpate.analysis.figures.treemap_layout import Box, squarified
+from palpate.analysis.plans.answers import Row
+from palpate.analysis.plans.idle import Idle
+from palpate.analysis.ratings.dataset import DataRefused, natural_key
+from palpate.protocols.wording import count, phrase
 
 INCH = 72.0
 FOOT = 24.0

@@ -7,10 +7,10 @@ from typing import TYPE_CHECKING, Any, Literal
 
 from matplotlib.figure import Figure
 
-from analysis.figures.axes import band, cut_note, lettered, level_axis, scale_axis, signed, spread
-from analysis.figures.drawn import Drawn, FigureData, FigureKind, Shown
-from analysis.figures.lettering import widest_pt
-from analysis.figures.level_means import (
+from palpate.analysis.figures.axes import band, cut_note, lettered, level_axis, scale_axis, signed, spread
+from palpate.analysis.figures.drawn import Drawn, FigureData, FigureKind, Shown
+from palpate.analysis.figures.lettering import widest_pt
+from palpate.analysis.figures.level_means import (
     Key,
     LevelFigure,
     Places,
@@ -21,16 +21,16 @@ from analysis.figures.level_means import (
     unknown,
     whisker_ends,
 )
-from analysis.figures.marking import Marking
-from analysis.figures.rated import by_category, on_scale, people_text, title_of
-from analysis.figures.shades import looks
-from analysis.figures.style import PAPER, SOFT
-from protocols.wording import phrase
+from palpate.analysis.figures.marking import Marking
+from palpate.analysis.figures.rated import by_category, on_scale, people_text, title_of
+from palpate.analysis.figures.shades import looks
+from palpate.analysis.figures.style import PAPER, SOFT
+from palpate.protocols.wording import phrase
 
 if TYPE_CHECKING:
     from matplotlib.axes import Axes
 
-    from analysis.plans.answers import Row
+    from palpate.analysis.plans.answers import Row
 
 Ends = tuple[float, float]
 WIDTH = 10.6

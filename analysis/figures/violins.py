@@ -6,15 +6,15 @@ import math
 from collections.abc import Iterator
 from typing import Any, Literal
 
-from analysis.figures.drawn import FigureData, FigureKind, Shown
-from analysis.figures.predictions import PredictionSettings, chosen, read_points
-from analysis.figures.shown_columns import in_order, numbers, pair_names, require, uniform
-from analysis.figures.spots import summary
-from analysis.figures.violins_drawing import draw
-from analysis.plans.idle import Idle
-from analysis.ratings.dataset import DataRefused, natural_key
-from analysis.ratings.person_cells import texts_of
-from protocols.wording import count
+from palpate.analysis.figures.drawn import FigureData, FigureKind, Shown
+from palpate.analysis.figures.predictions import PredictionSettings, chosen, read_points
+from palpate.analysis.figures.shown_columns import in_order, numbers, pair_names, require, uniform
+from palpate.analysis.figures.spots import summary
+from palpate.analysis.figures.violins_drawing import draw
+from palpate.analysis.plans.idle import Idle
+from palpate.analysis.ratings.dataset import DataRefused, natural_key
+from palpate.analysis.ratings.person_cells import texts_of
+from palpate.protocols.wording import count
 
 __all__ = ["VIOLINS", "ViolinSettings", "data", "draw"]
 

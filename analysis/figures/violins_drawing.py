@@ -8,13 +8,13 @@ from typing import Any
 from matplotlib.axes import Axes
 from matplotlib.figure import Figure
 
-from analysis.figures.drawn import Drawn, FigureData
-from analysis.figures.lettering import decimals_for, folded, number, shortened
-from analysis.figures.marking import MOST, Marking
-from analysis.figures.shown_columns import to_float
-from analysis.figures.spots import density, swarm
-from analysis.figures.style import FAINT, INK, OKABE_ITO, PAPER, SOFT
-from analysis.plans.answers import Row
+from palpate.analysis.figures.drawn import Drawn, FigureData
+from palpate.analysis.figures.lettering import decimals_for, folded, number, shortened
+from palpate.analysis.figures.marking import MOST, Marking
+from palpate.analysis.figures.shown_columns import to_float
+from palpate.analysis.figures.spots import density, swarm
+from palpate.analysis.figures.style import FAINT, INK, OKABE_ITO, PAPER, SOFT
+from palpate.analysis.plans.answers import Row
 
 HALF = 0.40
 """Half a violin, in rows."""

@@ -12,8 +12,8 @@ from collections.abc import Iterator, Sequence
 from dataclasses import dataclass
 from pathlib import Path
 
-from analysis.ratings.dataset import DataRefused
-from protocols.did_you_mean import nearest
+from palpate.analysis.ratings.dataset import DataRefused
+from palpate.protocols.did_you_mean import nearest
 
 DELIMITERS = (",", ";", "\t", "|")
 OFFERED = ("utf-8", "utf-16", "utf-16-be", "cp1252", "latin-1", "mac-roman", "cp949")

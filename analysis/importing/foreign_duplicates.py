@@ -6,11 +6,11 @@ import statistics
 from collections.abc import Sequence
 from dataclasses import replace
 
-from analysis.importing.dialects import SHOWN, TableRefused
-from analysis.importing.foreign_rows import ForeignRating
-from analysis.importing.map_file import ColumnMap
-from analysis.ratings.dataset import Exclusion
-from protocols.wording import count, some_lines
+from palpate.analysis.importing.dialects import SHOWN, TableRefused
+from palpate.analysis.importing.foreign_rows import ForeignRating
+from palpate.analysis.importing.map_file import ColumnMap
+from palpate.analysis.ratings.dataset import Exclusion
+from palpate.protocols.wording import count, some_lines
 
 Cell = tuple[str, ...]
 

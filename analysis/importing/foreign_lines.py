@@ -5,11 +5,11 @@ from __future__ import annotations
 from collections.abc import Iterable, Iterator, Mapping, Sequence
 from dataclasses import dataclass
 
-from analysis.importing.dialects import Row, Sheet, TableRefused
-from analysis.importing.map_file import ColumnMap, Condition
-from analysis.ratings.dataset import Exclusion
-from protocols.did_you_mean import nearest
-from protocols.wording import count
+from palpate.analysis.importing.dialects import Row, Sheet, TableRefused
+from palpate.analysis.importing.map_file import ColumnMap, Condition
+from palpate.analysis.ratings.dataset import Exclusion
+from palpate.protocols.did_you_mean import nearest
+from palpate.protocols.wording import count
 
 
 @dataclass(frozen=True)

@@ -5,14 +5,14 @@ from __future__ import annotations
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 
-from analysis.importing.dialects import SHOWN, Sheet, TableRefused
-from analysis.importing.foreign_lines import Line, choose_lines, either, lines_of, one_file_each
-from analysis.importing.map_file import ColumnMap, Source
-from analysis.importing.number_texts import Decimal, NoNumber, decimal_mark, number
-from analysis.ratings.dataset import Exclusion
-from protocols.did_you_mean import nearest
-from protocols.wording import count as counted
-from protocols.wording import some, some_lines
+from palpate.analysis.importing.dialects import SHOWN, Sheet, TableRefused
+from palpate.analysis.importing.foreign_lines import Line, choose_lines, either, lines_of, one_file_each
+from palpate.analysis.importing.map_file import ColumnMap, Source
+from palpate.analysis.importing.number_texts import Decimal, NoNumber, decimal_mark, number
+from palpate.analysis.ratings.dataset import Exclusion
+from palpate.protocols.did_you_mean import nearest
+from palpate.protocols.wording import count as counted
+from palpate.protocols.wording import some, some_lines
 
 
 @dataclass(frozen=True)
@@ -32,7 +32,7 @@ class ForeignRating:
 def ratings_of(column_map: ColumnMap, sheets: Sequence[Sheet]) -> tuple[list[ForeignRating], list[Exclusion]]:
     """All ratings in the order of the files, and a line for all rows that the map leaves out.
 
-    Raises TableRefused as `analysis.importing.tables.import_table` says.
+    Raises TableRefused as `palpate.analysis.importing.tables.import_table` says.
     """
     lines = [line for sheet in sheets for line in lines_of(column_map, sheet)]
     chosen, exclusions = choose_lines(column_map, lines)

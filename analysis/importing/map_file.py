@@ -8,13 +8,13 @@ from typing import Annotated, Any, Literal, Self
 
 from pydantic import AfterValidator, BaseModel, BeforeValidator, ConfigDict, Field, ValidationError, model_validator
 
-from analysis.ratings.column_names import RESERVED, taken_names
-from analysis.ratings.dataset import DataRefused
-from analysis.ratings.dataset import Scale as RatingScale
-from protocols.complaints import expectation
-from protocols.did_you_mean import nearest
-from protocols.wording import some_lines
-from protocols.yaml_text import Document, YamlError, load
+from palpate.analysis.ratings.column_names import RESERVED, taken_names
+from palpate.analysis.ratings.dataset import DataRefused
+from palpate.analysis.ratings.dataset import Scale as RatingScale
+from palpate.protocols.complaints import expectation
+from palpate.protocols.did_you_mean import nearest
+from palpate.protocols.wording import some_lines
+from palpate.protocols.yaml_text import Document, YamlError, load
 
 SHIPPED = Path(__file__).resolve().parent / "maps"
 MOST_SHOWN = 8

@@ -8,14 +8,14 @@ from pathlib import Path
 
 import pandas as pd
 
-from analysis.importing.dialects import Sheet, TableRefused, read_sheet
-from analysis.importing.foreign_duplicates import settle_duplicates
-from analysis.importing.foreign_rows import ForeignRating, ratings_of
-from analysis.importing.map_file import ColumnMap, MapRefused, read_map
-from analysis.ratings.dataset import Crossing, Exclusion, Input, Ratings, natural
-from protocols.did_you_mean import nearest
-from protocols.files import file_sha256
-from protocols.wording import count, some
+from palpate.analysis.importing.dialects import Sheet, TableRefused, read_sheet
+from palpate.analysis.importing.foreign_duplicates import settle_duplicates
+from palpate.analysis.importing.foreign_rows import ForeignRating, ratings_of
+from palpate.analysis.importing.map_file import ColumnMap, MapRefused, read_map
+from palpate.analysis.ratings.dataset import Crossing, Exclusion, Input, Ratings, natural
+from palpate.protocols.did_you_mean import nearest
+from palpate.protocols.files import file_sha256
+from palpate.protocols.wording import count, some
 
 __all__ = ["MapRefused", "TableRefused", "import_table"]
 

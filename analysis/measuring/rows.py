@@ -11,8 +11,8 @@ from collections.abc import Callable, Iterable, Mapping
 from dataclasses import asdict, dataclass
 from typing import Any
 
-from protocols.bench import Case
-from protocols.canonical import json_text
+from palpate.protocols.bench import Case
+from palpate.protocols.canonical import json_text
 
 Clock = Callable[[], float]
 

@@ -6,7 +6,7 @@ from collections.abc import Iterable, Sequence
 from itertools import groupby
 from typing import TYPE_CHECKING
 
-from analysis.measuring.rows import MEASURED, Row
+from palpate.analysis.measuring.rows import MEASURED, Row
 
 if TYPE_CHECKING:
     from rich.console import Console

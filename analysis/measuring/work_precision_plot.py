@@ -9,8 +9,8 @@ from collections.abc import Sequence
 from pathlib import Path
 from typing import TYPE_CHECKING
 
-from analysis.figures.style import FAINT, INK, OKABE_ITO, SOFT, drawing, save
-from analysis.measuring.rows import REFUSED, Row
+from palpate.analysis.figures.style import FAINT, INK, OKABE_ITO, SOFT, drawing, save
+from palpate.analysis.measuring.rows import REFUSED, Row
 
 if TYPE_CHECKING:
     from matplotlib.axes import Axes
@@ -107,7 +107,7 @@ def _axes(axes: Axes, span: tuple[float, float, float]) -> None:
 
 
 def _time_axis(axes: Axes) -> None:
-    from analysis.measuring.work_precision import time_text
+    from palpate.analysis.measuring.work_precision import time_text
 
     left, right = axes.get_xlim()
     powers = range(math.floor(math.log10(left)), math.ceil(math.log10(right)) + 1)

@@ -7,10 +7,10 @@ from collections.abc import Iterator, Sequence
 import numpy as np
 import pandas as pd
 
-from analysis.mixed_models.criterion import block_factor, whitened, whitening
-from analysis.mixed_models.reducing import Batch, outside
-from analysis.mixed_models.results import Fit, MixedModel
-from analysis.statistics.doubles import Floats
+from palpate.analysis.mixed_models.criterion import block_factor, whitened, whitening
+from palpate.analysis.mixed_models.reducing import Batch, outside
+from palpate.analysis.mixed_models.results import Fit, MixedModel
+from palpate.analysis.statistics.doubles import Floats
 
 
 def random_effects(model: MixedModel) -> pd.DataFrame:

@@ -9,10 +9,10 @@ from __future__ import annotations
 
 import numpy as np
 
-from analysis.mixed_models.design import Design, Effect
-from analysis.mixed_models.linear import kronecker, triangle_of
-from analysis.mixed_models.variables import Variable
-from analysis.statistics.doubles import Floats
+from palpate.analysis.mixed_models.design import Design, Effect
+from palpate.analysis.mixed_models.linear import kronecker, triangle_of
+from palpate.analysis.mixed_models.variables import Variable
+from palpate.analysis.statistics.doubles import Floats
 
 
 def type_three(design: Design, triangle: Floats) -> dict[Effect, Floats]:

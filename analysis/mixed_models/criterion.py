@@ -13,10 +13,10 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from analysis.mixed_models.linear import triangle_of
-from analysis.mixed_models.problem import Problem
-from analysis.mixed_models.reducing import Batch, Reduced, outside, outside_width
-from analysis.statistics.doubles import Floats
+from palpate.analysis.mixed_models.linear import triangle_of
+from palpate.analysis.mixed_models.problem import Problem
+from palpate.analysis.mixed_models.reducing import Batch, Reduced, outside, outside_width
+from palpate.analysis.statistics.doubles import Floats
 
 NOTHING = 2.0**-1000  # stands for a residual of zero, which has no logarithm
 

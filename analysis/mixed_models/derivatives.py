@@ -7,7 +7,7 @@ from typing import TypeAlias
 
 import numpy as np
 
-from analysis.statistics.doubles import Floats
+from palpate.analysis.statistics.doubles import Floats
 
 Vector: TypeAlias = Callable[[Floats], Floats]
 Scalar: TypeAlias = Callable[[Floats], float]

@@ -11,10 +11,10 @@ from typing import TypeAlias
 
 import numpy as np
 
-from analysis.mixed_models.linear import kronecker
-from analysis.mixed_models.variables import Rows, Variable
-from analysis.statistics.doubles import Floats
-from analysis.statistics.refusals import BadOption, UnknownColumn
+from palpate.analysis.mixed_models.linear import kronecker
+from palpate.analysis.mixed_models.variables import Rows, Variable
+from palpate.analysis.statistics.doubles import Floats
+from palpate.analysis.statistics.refusals import BadOption, UnknownColumn
 
 Effect: TypeAlias = tuple[str, ...]
 INTERCEPT = "(Intercept)"

@@ -6,8 +6,8 @@ from collections.abc import Sequence
 
 import numpy as np
 
-from analysis.mixed_models.problem import Problem
-from analysis.statistics.doubles import Floats
+from palpate.analysis.mixed_models.problem import Problem
+from palpate.analysis.statistics.doubles import Floats
 
 STEP = 65536
 

@@ -8,12 +8,12 @@ from dataclasses import dataclass
 import numpy as np
 import pandas as pd
 
-from analysis.mixed_models.design import Design, effects_of
-from analysis.mixed_models.refusals import NotIdentified
-from analysis.mixed_models.variables import Coding, Factor, factor_variable, number_variable
-from analysis.statistics.doubles import Floats
-from analysis.statistics.labels import Coded, Codes, coded
-from analysis.statistics.refusals import TooFew, UnknownColumn, listed
+from palpate.analysis.mixed_models.design import Design, effects_of
+from palpate.analysis.mixed_models.refusals import NotIdentified
+from palpate.analysis.mixed_models.variables import Coding, Factor, factor_variable, number_variable
+from palpate.analysis.statistics.doubles import Floats
+from palpate.analysis.statistics.labels import Coded, Codes, coded
+from palpate.analysis.statistics.refusals import TooFew, UnknownColumn, listed
 
 
 @dataclass(frozen=True)

@@ -10,7 +10,7 @@ from typing import Any
 import numpy as np
 import pandas as pd
 
-from analysis.mixed_models.checks import (
+from palpate.analysis.mixed_models.checks import (
     check_call,
     refuse_beyond_doubles,
     refuse_indistinguishable,
@@ -20,24 +20,30 @@ from analysis.mixed_models.checks import (
     singular_notes,
     without_random,
 )
-from analysis.mixed_models.contrasts import type_three
-from analysis.mixed_models.criterion import degrees_of_freedom, deviance, solved
-from analysis.mixed_models.design import Design, effects_of
-from analysis.mixed_models.explained import fixed_variance, mean_variances
-from analysis.mixed_models.grouping import Random, group_columns, random_effects_of
-from analysis.mixed_models.optimising import Counted, optimum
-from analysis.mixed_models.parameters import natural
-from analysis.mixed_models.problem import Problem, best_layout
-from analysis.mixed_models.reducing import Reduced, reduced
-from analysis.mixed_models.results import Fit, MixedModel
-from analysis.mixed_models.satterthwaite import uncertainty
-from analysis.mixed_models.table import Table, read_table, refuse_constant
-from analysis.mixed_models.tables import correlations_table, covariances, effects_table, fixed_table, variances_table
-from analysis.mixed_models.variables import Coding, Factor, factor_of, factor_variable, number_variable
-from analysis.statistics.cells import Missing
-from analysis.statistics.doubles import difference, scaled
-from analysis.statistics.one_thread import one_thread
-from analysis.statistics.refusals import refuse_idle, refuse_idle_levels
+from palpate.analysis.mixed_models.contrasts import type_three
+from palpate.analysis.mixed_models.criterion import degrees_of_freedom, deviance, solved
+from palpate.analysis.mixed_models.design import Design, effects_of
+from palpate.analysis.mixed_models.explained import fixed_variance, mean_variances
+from palpate.analysis.mixed_models.grouping import Random, group_columns, random_effects_of
+from palpate.analysis.mixed_models.optimising import Counted, optimum
+from palpate.analysis.mixed_models.parameters import natural
+from palpate.analysis.mixed_models.problem import Problem, best_layout
+from palpate.analysis.mixed_models.reducing import Reduced, reduced
+from palpate.analysis.mixed_models.results import Fit, MixedModel
+from palpate.analysis.mixed_models.satterthwaite import uncertainty
+from palpate.analysis.mixed_models.table import Table, read_table, refuse_constant
+from palpate.analysis.mixed_models.tables import (
+    correlations_table,
+    covariances,
+    effects_table,
+    fixed_table,
+    variances_table,
+)
+from palpate.analysis.mixed_models.variables import Coding, Factor, factor_of, factor_variable, number_variable
+from palpate.analysis.statistics.cells import Missing
+from palpate.analysis.statistics.doubles import difference, scaled
+from palpate.analysis.statistics.one_thread import one_thread
+from palpate.analysis.statistics.refusals import refuse_idle, refuse_idle_levels
 
 
 @dataclass(frozen=True)

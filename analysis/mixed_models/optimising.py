@@ -8,10 +8,10 @@ from dataclasses import dataclass
 import numpy as np
 from scipy.optimize import minimize
 
-from analysis.mixed_models.derivatives import Scalar, gradient, hessian, rough_gradient
-from analysis.mixed_models.parameters import Parameters, triangular
-from analysis.mixed_models.refusals import NotConverged
-from analysis.statistics.doubles import Floats
+from palpate.analysis.mixed_models.derivatives import Scalar, gradient, hessian, rough_gradient
+from palpate.analysis.mixed_models.parameters import Parameters, triangular
+from palpate.analysis.mixed_models.refusals import NotConverged
+from palpate.analysis.statistics.doubles import Floats
 
 SIZES = (0.0, *(10.0**k for k in range(-2, 16)))
 """Sizes of an effect, in natural units, that are tried first: up to 1e15 times the residual."""

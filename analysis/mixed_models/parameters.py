@@ -12,10 +12,10 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from analysis.mixed_models.grouping import Random
-from analysis.mixed_models.linear import triangle_of
-from analysis.mixed_models.problem import Problem
-from analysis.statistics.doubles import Floats
+from palpate.analysis.mixed_models.grouping import Random
+from palpate.analysis.mixed_models.linear import triangle_of
+from palpate.analysis.mixed_models.problem import Problem
+from palpate.analysis.statistics.doubles import Floats
 
 
 @dataclass(frozen=True)

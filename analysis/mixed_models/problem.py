@@ -7,10 +7,10 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from analysis.mixed_models.design import Design
-from analysis.mixed_models.grouping import Random
-from analysis.statistics.doubles import Floats
-from analysis.statistics.labels import Codes
+from palpate.analysis.mixed_models.design import Design
+from palpate.analysis.mixed_models.grouping import Random
+from palpate.analysis.statistics.doubles import Floats
+from palpate.analysis.statistics.labels import Codes
 
 WIDEST = 20_000
 

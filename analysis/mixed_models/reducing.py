@@ -13,11 +13,11 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from analysis.mixed_models.grouping import Random
-from analysis.mixed_models.linear import triangle_of
-from analysis.mixed_models.problem import Problem
-from analysis.statistics.doubles import Floats
-from analysis.statistics.labels import Codes
+from palpate.analysis.mixed_models.grouping import Random
+from palpate.analysis.mixed_models.linear import triangle_of
+from palpate.analysis.mixed_models.problem import Problem
+from palpate.analysis.statistics.doubles import Floats
+from palpate.analysis.statistics.labels import Codes
 
 CHUNK = 3_000_000  # doubles held at once
 LOST = 1e-12  # a direction of Z with less than this share of the largest is rounding

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from analysis.statistics.refusals import StatisticsError
+from palpate.analysis.statistics.refusals import StatisticsError
 
 
 class RankDeficient(StatisticsError):

@@ -7,11 +7,11 @@ from dataclasses import dataclass, field
 
 import pandas as pd
 
-from analysis.mixed_models.criterion import Solved
-from analysis.mixed_models.optimising import Optimum
-from analysis.mixed_models.problem import Problem
-from analysis.mixed_models.reducing import Reduced
-from analysis.mixed_models.variables import Coding
+from palpate.analysis.mixed_models.criterion import Solved
+from palpate.analysis.mixed_models.optimising import Optimum
+from palpate.analysis.mixed_models.problem import Problem
+from palpate.analysis.mixed_models.reducing import Reduced
+from palpate.analysis.mixed_models.variables import Coding
 
 
 @dataclass(frozen=True)

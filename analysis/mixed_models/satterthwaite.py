@@ -12,13 +12,13 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from analysis.mixed_models.criterion import Solved, degrees_of_freedom, solved
-from analysis.mixed_models.derivatives import jacobian
-from analysis.mixed_models.optimising import FLAT, Optimum
-from analysis.mixed_models.problem import Problem
-from analysis.mixed_models.reducing import Reduced
-from analysis.statistics.doubles import Floats
-from analysis.statistics.pvalues import f_tail
+from palpate.analysis.mixed_models.criterion import Solved, degrees_of_freedom, solved
+from palpate.analysis.mixed_models.derivatives import jacobian
+from palpate.analysis.mixed_models.optimising import FLAT, Optimum
+from palpate.analysis.mixed_models.problem import Problem
+from palpate.analysis.mixed_models.reducing import Reduced
+from palpate.analysis.statistics.doubles import Floats
+from palpate.analysis.statistics.pvalues import f_tail
 
 
 @dataclass(frozen=True)

@@ -9,11 +9,11 @@ from typing import Any
 import numpy as np
 import pandas as pd
 
-from analysis.statistics.cells import Missing, check_columns, check_options
-from analysis.statistics.column_values import numbers_of
-from analysis.statistics.doubles import Floats
-from analysis.statistics.labels import coded
-from analysis.statistics.refusals import BadValue, IncompleteCells, TooFew, listed
+from palpate.analysis.statistics.cells import Missing, check_columns, check_options
+from palpate.analysis.statistics.column_values import numbers_of
+from palpate.analysis.statistics.doubles import Floats
+from palpate.analysis.statistics.labels import coded
+from palpate.analysis.statistics.refusals import BadValue, IncompleteCells, TooFew, listed
 
 
 @dataclass(frozen=True)

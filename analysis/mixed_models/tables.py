@@ -9,11 +9,11 @@ from typing import Any
 import numpy as np
 import pandas as pd
 
-from analysis.mixed_models.design import Design, Effect
-from analysis.mixed_models.grouping import Random
-from analysis.mixed_models.satterthwaite import Uncertainty, f_test
-from analysis.statistics.doubles import Floats, rescaled
-from analysis.statistics.pvalues import p_note, t_critical, t_two_sided
+from palpate.analysis.mixed_models.design import Design, Effect
+from palpate.analysis.mixed_models.grouping import Random
+from palpate.analysis.mixed_models.satterthwaite import Uncertainty, f_test
+from palpate.analysis.statistics.doubles import Floats, rescaled
+from palpate.analysis.statistics.pvalues import p_note, t_critical, t_two_sided
 
 FIXED = ["effect", "estimate", "se", "df", "t", "p", "ci_low", "ci_high", "note"]
 EFFECTS = ["Source", "F", "ddof1", "ddof2", "p_unc", "note"]

@@ -15,10 +15,10 @@ from typing import Any, Literal, TypeAlias
 import numpy as np
 import pandas as pd
 
-from analysis.statistics.column_values import numbers_of
-from analysis.statistics.doubles import Floats, difference
-from analysis.statistics.labels import Codes, coded
-from analysis.statistics.refusals import BadOption, BadValue, TooFew, listed
+from palpate.analysis.statistics.column_values import numbers_of
+from palpate.analysis.statistics.doubles import Floats, difference
+from palpate.analysis.statistics.labels import Codes, coded
+from palpate.analysis.statistics.refusals import BadOption, BadValue, TooFew, listed
 
 Coding: TypeAlias = Literal["treatment", "sum"]
 Rows: TypeAlias = slice | Codes

@@ -9,7 +9,7 @@ import secrets
 from collections.abc import Mapping
 from dataclasses import dataclass
 
-from analysis.monitoring.watching import MonitorError
+from palpate.analysis.monitoring.watching import MonitorError
 
 SHORTEST_TOKEN = 16
 

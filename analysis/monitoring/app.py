@@ -6,9 +6,9 @@ import hashlib
 import secrets
 from typing import TYPE_CHECKING
 
-from analysis.monitoring.access import Access
-from analysis.monitoring.page import Pages
-from analysis.monitoring.watching import MonitorError, Watch
+from palpate.analysis.monitoring.access import Access
+from palpate.analysis.monitoring.page import Pages
+from palpate.analysis.monitoring.watching import MonitorError, Watch
 
 if TYPE_CHECKING:
     from flask import Flask

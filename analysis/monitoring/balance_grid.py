@@ -6,11 +6,11 @@ from collections.abc import Iterable, Mapping, Sequence
 from dataclasses import dataclass, field, replace
 from typing import Any
 
-from analysis.ratings.sample import sample_facts
-from protocols.balance import Balance, certificate
-from protocols.blinding import aliases
-from protocols.orders import rows_of
-from protocols.study import Study
+from palpate.analysis.ratings.sample import sample_facts
+from palpate.protocols.balance import Balance, certificate
+from palpate.protocols.blinding import aliases
+from palpate.protocols.orders import rows_of
+from palpate.protocols.study import Study
 
 RANK = ("complete", "running", "interrupted", "allocated", "aborted", "declined", "ineligible", "released", "withdrawn")
 """A row is shown by the first of these that one of its holders has."""

@@ -7,15 +7,15 @@ from typing import TYPE_CHECKING, Any
 
 import click
 
-from protocols.extras import demand_packages
-from protocols.wording import count
-from studies.options import JSON, LAB, echo_json, progress_bar
+from palpate.protocols.extras import demand_packages
+from palpate.protocols.wording import count
+from palpate.studies.options import JSON, LAB, echo_json, progress_bar
 
 if TYPE_CHECKING:
     import socket
 
-    from analysis.monitoring.access import Access
-    from analysis.monitoring.watching import Watch
+    from palpate.analysis.monitoring.access import Access
+    from palpate.analysis.monitoring.watching import Watch
 
 
 SERVER: dict[str, Any] = {
@@ -46,8 +46,8 @@ def monitor(lab: Path, port: int, host: str, token: str | None, once: Path | Non
       palpate monitor --lab LAB
       palpate monitor --lab LAB --once monitor.html
     """
-    from analysis.monitoring.access import access_for
-    from analysis.monitoring.watching import Watch
+    from palpate.analysis.monitoring.access import access_for
+    from palpate.analysis.monitoring.watching import Watch
 
     watch = Watch(lab)
     if once is not None or as_json:
@@ -57,8 +57,8 @@ def monitor(lab: Path, port: int, host: str, token: str | None, once: Path | Non
 
 
 def _show_once(watch: Watch, once: Path | None, as_json: bool) -> None:
-    from analysis.monitoring.data import as_data
-    from analysis.monitoring.page import Pages
+    from palpate.analysis.monitoring.data import as_data
+    from palpate.analysis.monitoring.page import Pages
 
     with progress_bar(as_json) as watch.progress:
         snapshot = watch.look()
@@ -71,8 +71,8 @@ def _show_once(watch: Watch, once: Path | None, as_json: bool) -> None:
 
 
 def _write(file: Path, page: str) -> None:
-    from analysis.monitoring.watching import MonitorError
-    from protocols.files import reason, write_text
+    from palpate.analysis.monitoring.watching import MonitorError
+    from palpate.protocols.files import reason, write_text
 
     try:
         write_text(file, page)
@@ -84,7 +84,7 @@ def _serve(watch: Watch, host: str, port: int, access: Access) -> None:
     demand_packages("palpate monitor", "flask", "waitress", hint="--once and --json work without")
     from importlib import import_module
 
-    from analysis.monitoring.app import make_app
+    from palpate.analysis.monitoring.app import make_app
 
     watch.look(0.0)  # A lab that is none is refused now, not in the page.
     with _listening(host, port) as listening:
@@ -102,7 +102,7 @@ def _listening(host: str, port: int) -> socket.socket:
     """A socket at the address. Raises MonitorError where it cannot be had."""
     import socket
 
-    from analysis.monitoring.watching import MonitorError
+    from palpate.analysis.monitoring.watching import MonitorError
 
     if not host.strip():
         raise MonitorError('--host "": an address or name of this machine is expected, as 127.0.0.1; 0.0.0.0 means all')

@@ -6,7 +6,7 @@ from collections.abc import Mapping
 from dataclasses import dataclass, field
 from typing import Any
 
-from protocols.events import NS, Event
+from palpate.protocols.events import NS, Event
 
 AGAIN = "repeated"
 DONE = ("answered", "captured")

@@ -5,10 +5,10 @@ from __future__ import annotations
 from dataclasses import asdict
 from typing import Any
 
-from analysis.monitoring.balance_grid import GroupBalance, Holder, StudyBalance
-from analysis.monitoring.sessions import Session
-from analysis.monitoring.watching import Snapshot
-from protocols.balance import Balance
+from palpate.analysis.monitoring.balance_grid import GroupBalance, Holder, StudyBalance
+from palpate.analysis.monitoring.sessions import Session
+from palpate.analysis.monitoring.watching import Snapshot
+from palpate.protocols.balance import Balance
 
 
 def as_data(snapshot: Snapshot) -> dict[str, Any]:

@@ -5,7 +5,7 @@ from __future__ import annotations
 from collections.abc import Sequence
 from dataclasses import dataclass
 
-from analysis.monitoring.balance_grid import GroupBalance, Row
+from palpate.analysis.monitoring.balance_grid import GroupBalance, Row
 
 SPARK = (120.0, 26.0)
 CELL = 9

@@ -9,13 +9,13 @@ from dataclasses import asdict, dataclass
 from pathlib import Path
 from typing import Any
 
-from analysis.monitoring.raters import Rated
-from analysis.monitoring.sessions import Note, Session
-from analysis.ratings.diagnostics import Diagnostic
-from protocols.files import write_text
-from protocols.study import Study
-from studies.environment import palpate_version
-from studies.ledger_state import FileState, file_state, last_hash
+from palpate.analysis.monitoring.raters import Rated
+from palpate.analysis.monitoring.sessions import Note, Session
+from palpate.analysis.ratings.diagnostics import Diagnostic
+from palpate.protocols.files import write_text
+from palpate.protocols.study import Study
+from palpate.studies.environment import palpate_version
+from palpate.studies.ledger_state import FileState, file_state, last_hash
 
 FILE = Path(".cache") / "monitor.jsonl"
 """A line for the version, and one for each study and finished session; it may be removed at any time."""

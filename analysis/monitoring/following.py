@@ -7,12 +7,12 @@ from contextlib import closing
 from dataclasses import dataclass
 from pathlib import Path
 
-from analysis.monitoring.course import Course
-from protocols.event_shapes import EventShapes
-from protocols.events import Event
-from studies.ledger_schema import connect_to_read, event_hash
-from studies.ledger_state import FileState, file_state
-from studies.record import Sitting, demand_shape, linked_events, read, stored_sittings
+from palpate.analysis.monitoring.course import Course
+from palpate.protocols.event_shapes import EventShapes
+from palpate.protocols.events import Event
+from palpate.studies.ledger_schema import connect_to_read, event_hash
+from palpate.studies.ledger_state import FileState, file_state
+from palpate.studies.record import Sitting, demand_shape, linked_events, read, stored_sittings
 
 
 @dataclass
@@ -34,7 +34,7 @@ class Followed:
 
 
 def follow(path: Path) -> Followed:
-    """Read a ledger whole. Raises as `studies.record.read` does, FileNotFoundError where there is none."""
+    """Read a ledger whole. Raises as `palpate.studies.record.read` does, FileNotFoundError where there is none."""
     state = file_state(path)
     record = read(path)
     course = Course()

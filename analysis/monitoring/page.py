@@ -9,14 +9,14 @@ from functools import partial
 from pathlib import Path
 from typing import Any
 
-from analysis.monitoring import drawings, words
-from analysis.monitoring.balance_grid import StudyBalance
-from analysis.monitoring.sessions import Session
-from analysis.monitoring.watching import Snapshot
-from protocols.wording import count
+from palpate.analysis.monitoring import drawings, words
+from palpate.analysis.monitoring.balance_grid import StudyBalance
+from palpate.analysis.monitoring.sessions import Session
+from palpate.analysis.monitoring.watching import Snapshot
+from palpate.protocols.wording import count
 
-TEMPLATES = Path(__file__).parent / "templates"
-HOUSE_STYLE = Path(__file__).parent.parent / "reporting" / "templates" / "report.css"
+TEMPLATES = Path(__file__).resolve().parent / "templates"
+HOUSE_STYLE = Path(__file__).resolve().parent.parent / "reporting" / "templates" / "report.css"
 SHOWN_AT_ONCE = 12
 REFRESH_S = 2
 FIRST = ("running", "interrupted")

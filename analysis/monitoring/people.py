@@ -6,9 +6,9 @@ from collections.abc import Mapping
 from dataclasses import dataclass, field, replace
 from pathlib import Path
 
-from studies.participants.allocations import Allocation, every_allocation
-from studies.participants.errors import ParticipantError
-from studies.participants.registry import find_registry, withdrawn
+from palpate.studies.participants.allocations import Allocation, every_allocation
+from palpate.studies.participants.errors import ParticipantError
+from palpate.studies.participants.registry import find_registry, withdrawn
 
 AGAIN_S = 5.0
 """The registry may lie on a server: it is not asked at every look."""

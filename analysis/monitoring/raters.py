@@ -6,10 +6,10 @@ from collections.abc import Iterator, Mapping
 from dataclasses import dataclass
 from typing import Any
 
-from analysis.monitoring.course import Course, Met
-from analysis.ratings.diagnostics import Answered, Diagnostic, diagnose
-from analysis.ratings.word_diagnostics import Worded, diagnose_words
-from protocols.plan import Plan
+from palpate.analysis.monitoring.course import Course, Met
+from palpate.analysis.ratings.diagnostics import Answered, Diagnostic, diagnose
+from palpate.analysis.ratings.word_diagnostics import Worded, diagnose_words
+from palpate.protocols.plan import Plan
 
 BINS = 21
 

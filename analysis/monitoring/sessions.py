@@ -8,12 +8,12 @@ from datetime import datetime
 from statistics import median
 from typing import Any
 
-from analysis.monitoring.course import Course
-from analysis.monitoring.following import Followed
-from analysis.monitoring.raters import Rated
-from protocols.blinding import hider
-from protocols.events import NS
-from protocols.study import Study
+from palpate.analysis.monitoring.course import Course
+from palpate.analysis.monitoring.following import Followed
+from palpate.analysis.monitoring.raters import Rated
+from palpate.protocols.blinding import hider
+from palpate.protocols.events import NS
+from palpate.protocols.study import Study
 
 LEAST_TRIALS = 3
 """Trials that must be behind the participant before the time left is estimated."""

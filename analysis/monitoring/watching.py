@@ -10,24 +10,24 @@ from pathlib import Path
 from threading import Lock
 from typing import Any
 
-from analysis.monitoring.balance_grid import Holder, StudyBalance, balance_of
-from analysis.monitoring.finished import Finished, load_finished, save_finished
-from analysis.monitoring.following import Followed, catch_up, follow
-from analysis.monitoring.people import People, people_of
-from analysis.monitoring.raters import Rated, rated
-from analysis.monitoring.sessions import Session, session_of, status_of
-from analysis.ratings.diagnostics import DiagnosticsError
-from analysis.ratings.sample import DoneSession, achieved_sample
-from protocols.canonical import digest
-from protocols.plan import Plan
-from protocols.study import Study
-from studies.collect import ledgers_in, others_in
-from studies.ledger_state import FileState, file_state, held
-from studies.options import Progress
-from studies.participants.allocations import Allocation
-from studies.record import LedgerError
-from studies.replay import plan_from_header
-from studies.workers import map_in_order, workers_for
+from palpate.analysis.monitoring.balance_grid import Holder, StudyBalance, balance_of
+from palpate.analysis.monitoring.finished import Finished, load_finished, save_finished
+from palpate.analysis.monitoring.following import Followed, catch_up, follow
+from palpate.analysis.monitoring.people import People, people_of
+from palpate.analysis.monitoring.raters import Rated, rated
+from palpate.analysis.monitoring.sessions import Session, session_of, status_of
+from palpate.analysis.ratings.diagnostics import DiagnosticsError
+from palpate.analysis.ratings.sample import DoneSession, achieved_sample
+from palpate.protocols.canonical import digest
+from palpate.protocols.plan import Plan
+from palpate.protocols.study import Study
+from palpate.studies.collect import ledgers_in, others_in
+from palpate.studies.ledger_state import FileState, file_state, held
+from palpate.studies.options import Progress
+from palpate.studies.participants.allocations import Allocation
+from palpate.studies.record import LedgerError
+from palpate.studies.replay import plan_from_header
+from palpate.studies.workers import map_in_order, workers_for
 
 
 class MonitorError(ValueError):

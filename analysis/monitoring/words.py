@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from datetime import datetime
 
-from analysis.ratings.diagnostics import Diagnostic
+from palpate.analysis.ratings.diagnostics import Diagnostic
 
 NONE = "–"
 STATUS = {

@@ -2,7 +2,7 @@
 
 Each effect is tested on the ranks of the values from which all other effects have been taken away: the residual from
 the cell's mean plus this effect's own estimate, a signed sum of means (Higgins & Tashtoush 1994; Wobbrock, Findlater,
-Gergle & Higgins 2011). The analysis of variance is the one of `analysis.statistics.mixed`.
+Gergle & Higgins 2011). The analysis of variance is the one of `palpate.analysis.statistics.mixed`.
 """
 
 from __future__ import annotations
@@ -16,12 +16,12 @@ from typing import Any, TypeAlias
 import numpy as np
 import pandas as pd
 
-from analysis.ordinal.ranks import WHOLE_END, doubled_ranks, refuse_huge
-from analysis.statistics.cells import Aggregate, Counts, Missing, cell_means
-from analysis.statistics.doubles import ROUNDING_ULPS, Floats
-from analysis.statistics.effects import Effect
-from analysis.statistics.hypotheses import SumOfSquares
-from analysis.statistics.mixed import Design, Names, gather_design, mixed_effects, refuse_unknown_type
+from palpate.analysis.ordinal.ranks import WHOLE_END, doubled_ranks, refuse_huge
+from palpate.analysis.statistics.cells import Aggregate, Counts, Missing, cell_means
+from palpate.analysis.statistics.doubles import ROUNDING_ULPS, Floats
+from palpate.analysis.statistics.effects import Effect
+from palpate.analysis.statistics.hypotheses import SumOfSquares
+from palpate.analysis.statistics.mixed import Design, Names, gather_design, mixed_effects, refuse_unknown_type
 
 Term: TypeAlias = tuple[int, ...]  # places of an effect's factors: between factors first, then within factors
 CLEAN = 1e-9  # an F of an effect that was aligned away is at most this where alignment works

@@ -11,10 +11,10 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from analysis.ordinal.links import END, Link, interval, latent_quantile
-from analysis.ordinal.ranks import Ints, Truths
-from analysis.ordinal.refusals import NotConverged
-from analysis.statistics.doubles import Floats
+from palpate.analysis.ordinal.links import END, Link, interval, latent_quantile
+from palpate.analysis.ordinal.ranks import Ints, Truths
+from palpate.analysis.ordinal.refusals import NotConverged
+from palpate.analysis.statistics.doubles import Floats
 
 MOST_STEPS = 200
 HALVINGS = 40

@@ -8,15 +8,15 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from analysis.ordinal.cumulative import Fit, Rows, fitted, rows_of, start_of
-from analysis.ordinal.links import Link
-from analysis.ordinal.ordinal_data import OrdinalData
-from analysis.ordinal.predictors import Term
-from analysis.ordinal.random_intercept import fit_intercepts
-from analysis.ordinal.refusals import NotConverged, Separated
-from analysis.ordinal.separation import escape
-from analysis.statistics.doubles import Floats
-from analysis.statistics.refusals import listed
+from palpate.analysis.ordinal.cumulative import Fit, Rows, fitted, rows_of, start_of
+from palpate.analysis.ordinal.links import Link
+from palpate.analysis.ordinal.ordinal_data import OrdinalData
+from palpate.analysis.ordinal.predictors import Term
+from palpate.analysis.ordinal.random_intercept import fit_intercepts
+from palpate.analysis.ordinal.refusals import NotConverged, Separated
+from palpate.analysis.ordinal.separation import escape
+from palpate.analysis.statistics.doubles import Floats
+from palpate.analysis.statistics.refusals import listed
 
 FLAT = 0.05  # information in some direction, in answers, below which the maximum may be at infinity
 FIRST_SD = 1.0

@@ -11,13 +11,13 @@ import numpy as np
 import pandas as pd
 from scipy.special import chdtrc
 
-from analysis.ordinal.friedman_exact import exact_tail
-from analysis.ordinal.ranks import Ints, doubled_ranks, refuse_huge, row_rounding
-from analysis.ordinal.resampling import Interval, check_interval, w_interval
-from analysis.statistics.cells import Aggregate, Cells, Missing, gather, name_list
-from analysis.statistics.pvalues import SMALLEST, f_tail, p_note
-from analysis.statistics.refusals import BadOption
-from analysis.statistics.within import refuse_too_few
+from palpate.analysis.ordinal.friedman_exact import exact_tail
+from palpate.analysis.ordinal.ranks import Ints, doubled_ranks, refuse_huge, row_rounding
+from palpate.analysis.ordinal.resampling import Interval, check_interval, w_interval
+from palpate.analysis.statistics.cells import Aggregate, Cells, Missing, gather, name_list
+from palpate.analysis.statistics.pvalues import SMALLEST, f_tail, p_note
+from palpate.analysis.statistics.refusals import BadOption
+from palpate.analysis.statistics.within import refuse_too_few
 
 NO_RANKS = "undefined: every participant gave one and the same value to all conditions"
 NO_EXACT = "exact p not computed: too many arrangements of the ranks"

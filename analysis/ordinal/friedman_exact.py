@@ -7,9 +7,9 @@ from itertools import permutations
 
 import numpy as np
 
-from analysis.ordinal.ranks import Ints
-from analysis.statistics.doubles import Floats
-from analysis.statistics.pvalues import SMALLEST
+from palpate.analysis.ordinal.ranks import Ints
+from palpate.analysis.statistics.doubles import Floats
+from palpate.analysis.statistics.pvalues import SMALLEST
 
 MOST_ARRANGEMENTS = 5040  # 7!: distinct orders of one participant's ranks
 MOST_SUMS = 1_500_000  # column sums times orders, over all participants

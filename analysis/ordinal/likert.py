@@ -10,12 +10,12 @@ from typing import Any
 import numpy as np
 import pandas as pd
 
-from analysis.ordinal.ranks import Truths, refuse_huge, rounding, same_value
-from analysis.statistics.cells import check_columns
-from analysis.statistics.column_values import numbers_of
-from analysis.statistics.doubles import Floats, deviation_ss, exact_sum
-from analysis.statistics.labels import coded
-from analysis.statistics.refusals import BadOption, BadValue, listed, shown
+from palpate.analysis.ordinal.ranks import Truths, refuse_huge, rounding, same_value
+from palpate.analysis.statistics.cells import check_columns
+from palpate.analysis.statistics.column_values import numbers_of
+from palpate.analysis.statistics.doubles import Floats, deviation_ss, exact_sum
+from palpate.analysis.statistics.labels import coded
+from palpate.analysis.statistics.refusals import BadOption, BadValue, listed, shown
 
 MOST_POINTS = 101
 

@@ -12,7 +12,7 @@ from typing import Literal, TypeAlias
 import numpy as np
 from scipy.special import log_expit, log_ndtr, ndtri
 
-from analysis.statistics.doubles import Floats
+from palpate.analysis.statistics.doubles import Floats
 
 Link: TypeAlias = Literal["logit", "probit"]
 LINKS = ("logit", "probit")

@@ -14,10 +14,10 @@ import numpy as np
 from numpy.polynomial.hermite import hermgauss
 from scipy.special import logsumexp
 
-from analysis.ordinal.cumulative import Rows
-from analysis.ordinal.links import Interval, Link, interval
-from analysis.ordinal.ranks import Ints
-from analysis.statistics.doubles import Floats
+from palpate.analysis.ordinal.cumulative import Rows
+from palpate.analysis.ordinal.links import Interval, Link, interval
+from palpate.analysis.ordinal.ranks import Ints
+from palpate.analysis.statistics.doubles import Floats
 
 MODE_STEPS = 100
 MODE_SETTLED = 1e-12

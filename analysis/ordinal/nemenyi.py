@@ -10,13 +10,13 @@ from typing import Any
 import numpy as np
 import pandas as pd
 
-from analysis.ordinal.friedman import NO_RANKS, one_factor, rank_rows, spread
-from analysis.ordinal.ranks import Ints
-from analysis.ordinal.studentized import range_quantile, range_tail
-from analysis.statistics.cells import Aggregate, Missing
-from analysis.statistics.doubles import Floats
-from analysis.statistics.pvalues import SMALLEST, adjusted
-from analysis.statistics.refusals import BadOption, shown
+from palpate.analysis.ordinal.friedman import NO_RANKS, one_factor, rank_rows, spread
+from palpate.analysis.ordinal.ranks import Ints
+from palpate.analysis.ordinal.studentized import range_quantile, range_tail
+from palpate.analysis.statistics.cells import Aggregate, Missing
+from palpate.analysis.statistics.doubles import Floats
+from palpate.analysis.statistics.pvalues import SMALLEST, adjusted
+from palpate.analysis.statistics.refusals import BadOption, shown
 
 MOST_STEPS = 50_000_000  # participants times sums times differences, for the exact test
 

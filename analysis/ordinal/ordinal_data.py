@@ -8,14 +8,14 @@ from dataclasses import dataclass
 import numpy as np
 import pandas as pd
 
-from analysis.ordinal.predictors import Asked, Orders, Term, terms_of
-from analysis.ordinal.ranks import Ints, doubled_ranks, refuse_huge, rounding
-from analysis.statistics.cells import check_columns
-from analysis.statistics.column_values import numbers_of
-from analysis.statistics.doubles import Floats
-from analysis.statistics.labels import coded
-from analysis.statistics.refusals import BadOption, BadValue, IncompleteCells, TooFew, listed
-from protocols.wording import count
+from palpate.analysis.ordinal.predictors import Asked, Orders, Term, terms_of
+from palpate.analysis.ordinal.ranks import Ints, doubled_ranks, refuse_huge, rounding
+from palpate.analysis.statistics.cells import check_columns
+from palpate.analysis.statistics.column_values import numbers_of
+from palpate.analysis.statistics.doubles import Floats
+from palpate.analysis.statistics.labels import coded
+from palpate.analysis.statistics.refusals import BadOption, BadValue, IncompleteCells, TooFew, listed
+from palpate.protocols.wording import count
 
 MOST_POINTS = 200
 ALIASED = 1e-9  # what is left of a column once the ones before it are taken out, relative

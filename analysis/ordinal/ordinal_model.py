@@ -11,14 +11,14 @@ import numpy as np
 import pandas as pd
 from scipy.special import chdtrc, ndtr, ndtri
 
-from analysis.ordinal.fitting import Fitted, fit, limit
-from analysis.ordinal.links import LINKS, Link
-from analysis.ordinal.ordinal_data import OrdinalData, ordinal_data
-from analysis.ordinal.predictors import Asked, Coding, Orders, Term
-from analysis.ordinal.refusals import NotConverged
-from analysis.ordinal.resampling import check_interval
-from analysis.statistics.pvalues import SMALLEST
-from analysis.statistics.refusals import BadOption, refuse_idle, refuse_idle_levels, shown
+from palpate.analysis.ordinal.fitting import Fitted, fit, limit
+from palpate.analysis.ordinal.links import LINKS, Link
+from palpate.analysis.ordinal.ordinal_data import OrdinalData, ordinal_data
+from palpate.analysis.ordinal.predictors import Asked, Coding, Orders, Term
+from palpate.analysis.ordinal.refusals import NotConverged
+from palpate.analysis.ordinal.resampling import check_interval
+from palpate.analysis.statistics.pvalues import SMALLEST
+from palpate.analysis.statistics.refusals import BadOption, refuse_idle, refuse_idle_levels, shown
 
 NO_SPREAD = "the participants' standard deviation is 0: answers of one participant are no more alike than others"
 

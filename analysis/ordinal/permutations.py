@@ -7,8 +7,8 @@ from __future__ import annotations
 
 import numpy as np
 
-from analysis.ordinal.ranks import Ints
-from analysis.statistics.doubles import Floats
+from palpate.analysis.ordinal.ranks import Ints
+from palpate.analysis.statistics.doubles import Floats
 
 MOST_SIGNED = 300  # pairs up to which the distribution of signed ranks is computed
 MOST_STEPS = 200_000_000  # additions up to which the distribution of a rank sum is computed

@@ -10,11 +10,11 @@ from typing import Literal, TypeAlias
 import numpy as np
 import pandas as pd
 
-from analysis.ordinal.ranks import refuse_huge
-from analysis.statistics.column_values import numbers_of
-from analysis.statistics.doubles import Floats
-from analysis.statistics.labels import coded
-from analysis.statistics.refusals import BadOption, BadValue, TooFew, UnknownColumn, listed
+from palpate.analysis.ordinal.ranks import refuse_huge
+from palpate.analysis.statistics.column_values import numbers_of
+from palpate.analysis.statistics.doubles import Floats
+from palpate.analysis.statistics.labels import coded
+from palpate.analysis.statistics.refusals import BadOption, BadValue, TooFew, UnknownColumn, listed
 
 Coding: TypeAlias = Literal["treatment", "sum"]
 Orders: TypeAlias = Mapping[str, Sequence[Hashable]]

@@ -9,11 +9,11 @@ import math
 
 import numpy as np
 
-from analysis.ordinal.cumulative import Fit, Rows
-from analysis.ordinal.links import Link
-from analysis.ordinal.marginal import Marginal, marginal_derivatives, marginal_likelihood
-from analysis.ordinal.refusals import NotConverged
-from analysis.statistics.doubles import Floats
+from palpate.analysis.ordinal.cumulative import Fit, Rows
+from palpate.analysis.ordinal.links import Link
+from palpate.analysis.ordinal.marginal import Marginal, marginal_derivatives, marginal_likelihood
+from palpate.analysis.ordinal.refusals import NotConverged
+from palpate.analysis.statistics.doubles import Floats
 
 NODES = (25, 51, 101)  # of the quadrature; more where the next count changes the likelihood
 CLOSE = 1e-8  # change of log likelihood, relative, that does not call for more nodes

@@ -6,12 +6,12 @@ import math
 
 import numpy as np
 
-from analysis.ordinal.permutations import rank_sum_chances, two_sided
-from analysis.ordinal.ranks import Ints, doubled_ranks, rounding
-from analysis.ordinal.shifts import two_sample_shift
-from analysis.ordinal.signed_ranks import NO_EXACT_MANY, RankComparison, corrected_z
-from analysis.statistics.doubles import Floats
-from analysis.statistics.pvalues import SMALLEST, p_note
+from palpate.analysis.ordinal.permutations import rank_sum_chances, two_sided
+from palpate.analysis.ordinal.ranks import Ints, doubled_ranks, rounding
+from palpate.analysis.ordinal.shifts import two_sample_shift
+from palpate.analysis.ordinal.signed_ranks import NO_EXACT_MANY, RankComparison, corrected_z
+from palpate.analysis.statistics.doubles import Floats
+from palpate.analysis.statistics.pvalues import SMALLEST, p_note
 
 
 def rank_sums(a: Floats, b: Floats, confidence: float = 0.95) -> RankComparison:

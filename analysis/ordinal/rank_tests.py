@@ -10,16 +10,16 @@ from typing import Any, TypeAlias
 import numpy as np
 import pandas as pd
 
-from analysis.ordinal.friedman import one_factor
-from analysis.ordinal.rank_sums import rank_sums
-from analysis.ordinal.ranks import refuse_huge
-from analysis.ordinal.resampling import check_interval
-from analysis.ordinal.signed_ranks import RankComparison, Zeros, signed_ranks
-from analysis.statistics.cells import Aggregate, Missing
-from analysis.statistics.groups import gather_groups
-from analysis.statistics.pairwise import ADJUSTMENTS
-from analysis.statistics.pvalues import adjusted
-from analysis.statistics.refusals import BadOption, refuse_idle, shown
+from palpate.analysis.ordinal.friedman import one_factor
+from palpate.analysis.ordinal.rank_sums import rank_sums
+from palpate.analysis.ordinal.ranks import refuse_huge
+from palpate.analysis.ordinal.resampling import check_interval
+from palpate.analysis.ordinal.signed_ranks import RankComparison, Zeros, signed_ranks
+from palpate.analysis.statistics.cells import Aggregate, Missing
+from palpate.analysis.statistics.groups import gather_groups
+from palpate.analysis.statistics.pairwise import ADJUSTMENTS
+from palpate.analysis.statistics.pvalues import adjusted
+from palpate.analysis.statistics.refusals import BadOption, refuse_idle, shown
 
 Found: TypeAlias = tuple[Hashable, Hashable, RankComparison]
 

@@ -10,8 +10,8 @@ from typing import TypeAlias
 import numpy as np
 from numpy.typing import NDArray
 
-from analysis.statistics.doubles import ROUNDING_ULPS, Floats
-from analysis.statistics.refusals import BadValue
+from palpate.analysis.statistics.doubles import ROUNDING_ULPS, Floats
+from palpate.analysis.statistics.refusals import BadValue
 
 Ints: TypeAlias = NDArray[np.int64]
 Truths: TypeAlias = NDArray[np.bool_]

@@ -7,9 +7,9 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from analysis.ordinal.ranks import Ints
-from analysis.statistics.doubles import Floats
-from analysis.statistics.refusals import BadOption, shown
+from palpate.analysis.ordinal.ranks import Ints
+from palpate.analysis.statistics.doubles import Floats
+from palpate.analysis.statistics.refusals import BadOption, shown
 
 BATCH = 2_000_000  # counts held at once
 MOST_DRAWS = 1_000_000

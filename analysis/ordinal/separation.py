@@ -10,8 +10,8 @@ from __future__ import annotations
 import numpy as np
 from scipy.optimize import linprog
 
-from analysis.ordinal.cumulative import Rows
-from analysis.statistics.doubles import Floats
+from palpate.analysis.ordinal.cumulative import Rows
+from palpate.analysis.statistics.doubles import Floats
 
 MOVED = 1e-7
 

@@ -13,8 +13,8 @@ from dataclasses import dataclass
 import numpy as np
 from scipy.special import ndtri
 
-from analysis.ordinal.permutations import MOST_SIGNED, lower_quantile, rank_sum_chances, signed_rank_chances
-from analysis.statistics.doubles import Floats
+from palpate.analysis.ordinal.permutations import MOST_SIGNED, lower_quantile, rank_sum_chances, signed_rank_chances
+from palpate.analysis.statistics.doubles import Floats
 
 MOST_MEANS = 5_000_000  # pairwise means or differences held at once
 

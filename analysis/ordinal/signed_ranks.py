@@ -9,11 +9,11 @@ from typing import Literal, TypeAlias
 import numpy as np
 from scipy.special import ndtr
 
-from analysis.ordinal.permutations import MOST_SIGNED, signed_rank_chances, two_sided
-from analysis.ordinal.ranks import Ints, Truths, doubled_ranks, rounding, same_value
-from analysis.ordinal.shifts import Shift, one_sample_shift
-from analysis.statistics.doubles import Floats
-from analysis.statistics.pvalues import SMALLEST, p_note
+from palpate.analysis.ordinal.permutations import MOST_SIGNED, signed_rank_chances, two_sided
+from palpate.analysis.ordinal.ranks import Ints, Truths, doubled_ranks, rounding, same_value
+from palpate.analysis.ordinal.shifts import Shift, one_sample_shift
+from palpate.analysis.statistics.doubles import Floats
+from palpate.analysis.statistics.pvalues import SMALLEST, p_note
 
 Zeros: TypeAlias = Literal["wilcoxon", "pratt"]
 NO_EXACT_MANY = "exact p not computed: too many values; the normal approximation stands in"

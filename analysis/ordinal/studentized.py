@@ -13,7 +13,7 @@ import numpy as np
 from scipy.optimize import brentq
 from scipy.special import log_ndtr
 
-from analysis.statistics.pvalues import SMALLEST
+from palpate.analysis.statistics.pvalues import SMALLEST
 
 STEP = 1 / 32
 REACH = 40.0  # beyond so many standard deviations a double holds no density

@@ -7,9 +7,9 @@ from dataclasses import dataclass, field
 from types import MappingProxyType
 from typing import TYPE_CHECKING, Any, Literal, TypeAlias
 
-from analysis.plans.idle import Idle
-from analysis.plans.where import Condition
-from protocols.study import Strict, Text
+from palpate.analysis.plans.idle import Idle
+from palpate.analysis.plans.where import Condition
+from palpate.protocols.study import Strict, Text
 
 if TYPE_CHECKING:
     import pandas as pd

@@ -8,13 +8,13 @@ from typing import Any
 
 import pandas as pd
 
-from analysis.plans.material import OF_A_RATING, Material
-from analysis.plans.schema import AnalysisPlan, Outlying, Rule
-from analysis.plans.where import Range, Where, first_word, kept_rows, levels_of
-from analysis.ratings.dataset import DataRefused, Exclusion
-from analysis.ratings.diagnostics import diagnose
-from analysis.reliability.sessions import answered_trials
-from protocols.did_you_mean import nearest
+from palpate.analysis.plans.material import OF_A_RATING, Material
+from palpate.analysis.plans.schema import AnalysisPlan, Outlying, Rule
+from palpate.analysis.plans.where import Range, Where, first_word, kept_rows, levels_of
+from palpate.analysis.ratings.dataset import DataRefused, Exclusion
+from palpate.analysis.ratings.diagnostics import diagnose
+from palpate.analysis.reliability.sessions import answered_trials
+from palpate.protocols.did_you_mean import nearest
 
 TRIAL = ["participant", "session", "trial"]
 

@@ -5,13 +5,13 @@ from __future__ import annotations
 from collections.abc import Mapping
 from typing import TYPE_CHECKING
 
-from protocols.lazy import load_object
+from palpate.protocols.lazy import load_object
 
 if TYPE_CHECKING:
-    from analysis.figures.drawn import FigureKind
-    from analysis.plans.answers import Kind
+    from palpate.analysis.figures.drawn import FigureKind
+    from palpate.analysis.plans.answers import Kind
 
-_ASKING = "analysis.plans.asking"
+_ASKING = "palpate.analysis.plans.asking"
 TESTS: Mapping[str, str] = {
     "anova": f"{_ASKING}.variance:ANOVA",
     "pairs": f"{_ASKING}.variance:PAIRS",
@@ -45,7 +45,7 @@ TESTS: Mapping[str, str] = {
     "thurstone": f"{_ASKING}.choices:THURSTONE",
     "psychometric": f"{_ASKING}.choices:PSYCHOMETRIC",
 }
-_FIGURES = "analysis.figures"
+_FIGURES = "palpate.analysis.figures"
 FIGURES: Mapping[str, str] = {
     "bubbles": f"{_FIGURES}.bubbles:BUBBLES",
     "means": f"{_FIGURES}.means:MEANS",

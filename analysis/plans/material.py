@@ -12,12 +12,12 @@ from typing import Any
 import pandas as pd
 from sqlalchemy import Connection, Engine, text
 
-from analysis.plans.people import People, people_of
-from analysis.ratings.collected_sessions import Choice, SessionRow
-from analysis.ratings.dataset import Exclusion, Input, Ratings
-from analysis.ratings.reading import chosen, column_name, inputs_of, left_out_sessions, query, read_ratings
-from protocols.study import Study
-from studies.model_versions import models_in
+from palpate.analysis.plans.people import People, people_of
+from palpate.analysis.ratings.collected_sessions import Choice, SessionRow
+from palpate.analysis.ratings.dataset import Exclusion, Input, Ratings
+from palpate.analysis.ratings.reading import chosen, column_name, inputs_of, left_out_sessions, query, read_ratings
+from palpate.protocols.study import Study
+from palpate.studies.model_versions import models_in
 
 OF_A_RATING = ("attribute", "value", "response_time_s", "revised")
 """The columns of a rating that its trial does not have."""

@@ -7,11 +7,11 @@ from dataclasses import dataclass, replace
 
 import pandas as pd
 
-from analysis.plans.answers import Missing, Selected
-from analysis.plans.where import Where, keeps, kept_rows
-from analysis.ratings.completeness import CellsRefused, Faults
-from analysis.ratings.design_report import Kind, Place
-from protocols.wording import count
+from palpate.analysis.plans.answers import Missing, Selected
+from palpate.analysis.plans.where import Where, keeps, kept_rows
+from palpate.analysis.ratings.completeness import CellsRefused, Faults
+from palpate.analysis.ratings.design_report import Kind, Place
+from palpate.protocols.wording import count
 
 ADVICE = "find the ratings, leave such participants out with `missing: listwise`, or choose `missing: mixed_model`"
 WHOLE_CELLS = "name columns of the stimulus or of the participant, which keep or leave a cell for everyone"

@@ -8,8 +8,8 @@ from typing import Any
 
 import pandas as pd
 
-from analysis.ratings.dataset import DataRefused
-from studies.tables import session_number
+from palpate.analysis.ratings.dataset import DataRefused
+from palpate.studies.tables import session_number
 
 SESSION = "session"
 ANSWER = "answer."

@@ -10,14 +10,14 @@ from typing import Any, TypeVar
 
 from pydantic import BaseModel, ValidationError
 
-from analysis.figures.drawn import AskedFigure
-from analysis.plans.answers import Asked
-from analysis.plans.kinds import FIGURES, TESTS, figure_kind, test_kind
-from analysis.plans.schema import AnalysisPlan
-from protocols.complaints import listed, translated
-from protocols.did_you_mean import nearest
-from protocols.problems import Problem
-from protocols.yaml_text import Document, load
+from palpate.analysis.figures.drawn import AskedFigure
+from palpate.analysis.plans.answers import Asked
+from palpate.analysis.plans.kinds import FIGURES, TESTS, figure_kind, test_kind
+from palpate.analysis.plans.schema import AnalysisPlan
+from palpate.protocols.complaints import listed, translated
+from palpate.protocols.did_you_mean import nearest
+from palpate.protocols.problems import Problem
+from palpate.protocols.yaml_text import Document, load
 
 PLAN_FILE = "analysis.yaml"
 SettingsT = TypeVar("SettingsT", bound=BaseModel)

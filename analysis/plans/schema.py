@@ -7,9 +7,9 @@ from typing import Annotated, Any, Literal, Self
 
 from pydantic import Field, model_validator
 
-from analysis.plans.answers import Missing, Normalise
-from analysis.plans.where import Condition
-from protocols.study import Name, Share, Strict, Text, Whole
+from palpate.analysis.plans.answers import Missing, Normalise
+from palpate.analysis.plans.where import Condition
+from palpate.protocols.study import Name, Share, Strict, Text, Whole
 
 Above = Annotated[float, Field(gt=0, allow_inf_nan=False)]
 

@@ -9,17 +9,17 @@ from typing import TypeAlias
 
 import pandas as pd
 
-from analysis.figures.drawn import AskedFigure
-from analysis.plans.answers import FACTORS, Asked, Normalise, Selected, Takes, columns_named
-from analysis.plans.exclusions import matching
-from analysis.plans.material import OF_A_RATING, Material
-from analysis.plans.people import SESSION, refuse_small_groups
-from analysis.plans.reading import Plan
-from analysis.plans.where import Range, Where
-from analysis.ratings.completeness import Faults, cell_faults
-from analysis.ratings.dataset import DataRefused, Ratings, natural
-from protocols.did_you_mean import nearest
-from protocols.wording import some
+from palpate.analysis.figures.drawn import AskedFigure
+from palpate.analysis.plans.answers import FACTORS, Asked, Normalise, Selected, Takes, columns_named
+from palpate.analysis.plans.exclusions import matching
+from palpate.analysis.plans.material import OF_A_RATING, Material
+from palpate.analysis.plans.people import SESSION, refuse_small_groups
+from palpate.analysis.plans.reading import Plan
+from palpate.analysis.plans.where import Range, Where
+from palpate.analysis.ratings.completeness import Faults, cell_faults
+from palpate.analysis.ratings.dataset import DataRefused, Ratings, natural
+from palpate.protocols.did_you_mean import nearest
+from palpate.protocols.wording import some
 
 ANSWER = ("participant", "session", "trial", "form", "attribute", "kind", "word")
 """What tells one answer of a session from every other."""
@@ -157,7 +157,7 @@ class Selecting:
         scale = _ends(ratings)
         if how == "none":
             return ratings.table, scale
-        from analysis.ratings.normalising import normalised
+        from palpate.analysis.ratings.normalising import normalised
 
         return normalised(ratings.table, scale, how)
 

@@ -7,13 +7,13 @@ from dataclasses import dataclass
 from itertools import product
 from typing import Any
 
-from analysis.plans.answers import Asked
-from analysis.plans.people import ANSWER, CLOSED
-from analysis.plans.where import Where, keeps, levels_of
-from analysis.ratings.reading import column_name
-from protocols.forms import Question
-from protocols.problems import Problem
-from protocols.study import Study
+from palpate.analysis.plans.answers import Asked
+from palpate.analysis.plans.people import ANSWER, CLOSED
+from palpate.analysis.plans.where import Where, keeps, levels_of
+from palpate.analysis.ratings.reading import column_name
+from palpate.protocols.forms import Question
+from palpate.protocols.problems import Problem
+from palpate.protocols.study import Study
 
 Rows = Sequence[Mapping[str, str]]
 CROSSED = {"icc", "kendall_w"}

@@ -7,7 +7,7 @@ from typing import TYPE_CHECKING, Annotated, Self, TypeAlias
 
 from pydantic import AliasChoices, Discriminator, Field, Tag, model_validator
 
-from protocols.study import Level, Number, Strict, is_number
+from palpate.protocols.study import Level, Number, Strict, is_number
 
 if TYPE_CHECKING:
     import pandas as pd

@@ -11,10 +11,10 @@ from typing import TYPE_CHECKING
 
 import click
 
-from studies.options import JSON, LAB, echo_json, progress_bar
+from palpate.studies.options import JSON, LAB, echo_json, progress_bar
 
 if TYPE_CHECKING:
-    from analysis.power.curve import Asking, Point
+    from palpate.analysis.power.curve import Asking, Point
 
 
 RUNS, QUICK_RUNS = 200, 20
@@ -79,13 +79,13 @@ def power(
 
     Example: palpate power texture_similarity --test methods --effect 0.3 --participants 4..24
     """
-    from analysis.monitoring.words import rough
-    from analysis.power.curve import Asking, estimate_s, needed, power_curve, suffices
-    from analysis.power.picture import write_curve
-    from analysis.regenerating.regenerated import find_plan
-    from analysis.reporting.sources import Wanted
-    from protocols.sample import planned_people
-    from studies.catalogue import find, read_study
+    from palpate.analysis.monitoring.words import rough
+    from palpate.analysis.power.curve import Asking, estimate_s, needed, power_curve, suffices
+    from palpate.analysis.power.picture import write_curve
+    from palpate.analysis.regenerating.regenerated import find_plan
+    from palpate.analysis.reporting.sources import Wanted
+    from palpate.protocols.sample import planned_people
+    from palpate.studies.catalogue import find, read_study
 
     file = find(study, lab)
     name, plan = find_plan(Wanted(study, lab), plan_file)
@@ -119,7 +119,7 @@ def power(
 
 def planned_verdict(points: Sequence[Point], planned: int, wanted: float) -> str:
     """Say whether the planned number of participants has the power, or why that is not known."""
-    from analysis.power.curve import suffices
+    from palpate.analysis.power.curve import suffices
 
     sample = f"the planned sample of {planned}"
     enough = suffices(points, planned, wanted)

@@ -10,21 +10,21 @@ from dataclasses import dataclass, replace
 from pathlib import Path
 from typing import Any
 
-from analysis.plans.answers import Asked
-from analysis.plans.exclusions import apply_exclusions
-from analysis.plans.kinds import test_kind
-from analysis.plans.material import Material
-from analysis.plans.reading import Plan, PlanError, read_plan
-from analysis.plans.selecting import Selecting
-from analysis.power.deciding import Decided, p_of
-from analysis.power.refusals import PowerError
-from analysis.power.simulating import people, simulated_material, with_effect
-from analysis.regenerating.regenerated import read_table
-from analysis.regenerating.running import run_tests
-from protocols.did_you_mean import nearest
-from protocols.study import Study
-from studies.catalogue import read_study
-from studies.workers import map_in_order
+from palpate.analysis.plans.answers import Asked
+from palpate.analysis.plans.exclusions import apply_exclusions
+from palpate.analysis.plans.kinds import test_kind
+from palpate.analysis.plans.material import Material
+from palpate.analysis.plans.reading import Plan, PlanError, read_plan
+from palpate.analysis.plans.selecting import Selecting
+from palpate.analysis.power.deciding import Decided, p_of
+from palpate.analysis.power.refusals import PowerError
+from palpate.analysis.power.simulating import people, simulated_material, with_effect
+from palpate.analysis.regenerating.regenerated import read_table
+from palpate.analysis.regenerating.running import run_tests
+from palpate.protocols.did_you_mean import nearest
+from palpate.protocols.study import Study
+from palpate.studies.catalogue import read_study
+from palpate.studies.workers import map_in_order
 
 Progress = Callable[[int, int, str], None]
 Clock = Callable[[], float]

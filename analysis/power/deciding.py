@@ -6,9 +6,9 @@ import math
 from collections.abc import Sequence
 from typing import NamedTuple
 
-from analysis.plans.answers import Answer, Row
-from analysis.power.refusals import PowerError
-from protocols.did_you_mean import nearest
+from palpate.analysis.plans.answers import Answer, Row
+from palpate.analysis.power.refusals import PowerError
+from palpate.protocols.did_you_mean import nearest
 
 P_COLUMNS = ("p_corr", "p_corrected", "p", "p_GG_corr", "p_unc", "p_F")
 """Where a row's p value stands, the most cautious first."""

@@ -7,10 +7,10 @@ from collections.abc import Sequence
 from dataclasses import asdict
 from pathlib import Path
 
-from analysis.figures.style import INK, OKABE_ITO, SOFT, drawing, quiet_axes, save
-from analysis.power.curve import Asking, Point
-from analysis.reporting.csv_files import csv_text
-from protocols.files import staged_files, write_text
+from palpate.analysis.figures.style import INK, OKABE_ITO, SOFT, drawing, quiet_axes, save
+from palpate.analysis.power.curve import Asking, Point
+from palpate.analysis.reporting.csv_files import csv_text
+from palpate.protocols.files import staged_files, write_text
 
 
 def write_curve(points: Sequence[Point], asking: Asking, wanted: float, folder: Path) -> list[Path]:

@@ -6,20 +6,20 @@ from collections.abc import Sequence
 from dataclasses import dataclass, field
 from pathlib import Path
 
-from analysis.plans.material import Material, Rows, material_of
-from analysis.ratings.collected_sessions import Choice, SessionRow
-from analysis.ratings.reading import Rating, assembled
-from protocols.canonical import digest
-from protocols.events import Event
-from protocols.perceiver import Perceiver
-from protocols.plan import Plan, compile_plan
-from protocols.requests import Present, Reply, Request
-from protocols.runner import run
-from protocols.study import Study
-from protocols.worlds import Done, Simulated, VirtualClock
-from studies.allocation import allocate
-from studies.lab_forms import lab_forms
-from studies.tables import Answers, answers_of
+from palpate.analysis.plans.material import Material, Rows, material_of
+from palpate.analysis.ratings.collected_sessions import Choice, SessionRow
+from palpate.analysis.ratings.reading import Rating, assembled
+from palpate.protocols.canonical import digest
+from palpate.protocols.events import Event
+from palpate.protocols.perceiver import Perceiver
+from palpate.protocols.plan import Plan, compile_plan
+from palpate.protocols.requests import Present, Reply, Request
+from palpate.protocols.runner import run
+from palpate.protocols.study import Study
+from palpate.protocols.worlds import Done, Simulated, VirtualClock
+from palpate.studies.allocation import allocate
+from palpate.studies.lab_forms import lab_forms
+from palpate.studies.tables import Answers, answers_of
 
 INTERCEPT = "intercept"
 IN_MEMORY = "kept in memory only"

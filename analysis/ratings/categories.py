@@ -9,14 +9,14 @@ from dataclasses import replace
 import numpy as np
 import pandas as pd
 
-from analysis.ratings.dataset import DataRefused
-from analysis.ratings.one_sample import NAN, OneSample, one_sample
-from analysis.ratings.person_cells import NO_LEVELS, Label, Levels, PersonCells, person_cells
-from analysis.statistics.column_values import numbers_of
-from analysis.statistics.doubles import Floats
-from analysis.statistics.refusals import listed
-from protocols.did_you_mean import nearest
-from protocols.wording import count, some
+from palpate.analysis.ratings.dataset import DataRefused
+from palpate.analysis.ratings.one_sample import NAN, OneSample, one_sample
+from palpate.analysis.ratings.person_cells import NO_LEVELS, Label, Levels, PersonCells, person_cells
+from palpate.analysis.statistics.column_values import numbers_of
+from palpate.analysis.statistics.doubles import Floats
+from palpate.analysis.statistics.refusals import listed
+from palpate.protocols.did_you_mean import nearest
+from palpate.protocols.wording import count, some
 
 
 def turned(data: pd.DataFrame, attributes: Sequence[str], scale: tuple[float, float] | None) -> pd.DataFrame:

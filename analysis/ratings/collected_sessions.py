@@ -6,9 +6,9 @@ from collections import Counter
 from collections.abc import Callable, Sequence
 from dataclasses import dataclass
 
-from analysis.ratings.dataset import DataRefused
-from protocols.did_you_mean import nearest
-from protocols.wording import count, some
+from palpate.analysis.ratings.dataset import DataRefused
+from palpate.protocols.did_you_mean import nearest
+from palpate.protocols.wording import count, some
 
 STATUSES = ("complete", "interrupted", "aborted", "declined", "ineligible", "withdrawn")
 NEVER = ("declined", "ineligible", "withdrawn")

@@ -6,10 +6,10 @@ import sys
 from collections.abc import Iterable, Mapping, Sequence
 from dataclasses import dataclass, field, replace
 
-from analysis.ratings.dataset import DataRefused, Exclusion, Ratings
-from analysis.ratings.design import check_ratings
-from analysis.ratings.design_report import Kind, Place, Problem
-from protocols.wording import count
+from palpate.analysis.ratings.dataset import DataRefused, Exclusion, Ratings
+from palpate.analysis.ratings.design import check_ratings
+from palpate.analysis.ratings.design_report import Kind, Place, Problem
+from palpate.protocols.wording import count
 
 SHOWN = 5
 ADVICE = "find the ratings, or leave such participants out with --missing listwise"

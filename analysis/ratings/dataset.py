@@ -11,8 +11,8 @@ from typing import Any
 
 import pandas as pd
 
-from analysis.ratings.column_names import RESERVED, taken_names
-from protocols.wording import some
+from palpate.analysis.ratings.column_names import RESERVED, taken_names
+from palpate.protocols.wording import some
 
 _NONE: Mapping[str, str] = MappingProxyType({})
 _NO_COUNTS: Mapping[str, int] = MappingProxyType({})

@@ -9,9 +9,9 @@ from typing import Literal
 
 import pandas as pd
 
-from analysis.ratings.dataset import DataRefused, Ratings, natural_key
-from protocols.did_you_mean import nearest
-from protocols.wording import count, some
+from palpate.analysis.ratings.dataset import DataRefused, Ratings, natural_key
+from palpate.protocols.did_you_mean import nearest
+from palpate.protocols.wording import count, some
 
 Kind = Literal["over ratings", "over participants"]
 ONE_RATING = "one rating has no spread"

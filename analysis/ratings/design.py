@@ -10,12 +10,12 @@ from math import prod
 
 import pandas as pd
 
-from analysis.ratings.dataset import Crossing, DataRefused, Ratings, Scale, natural_key
-from analysis.ratings.design_report import NOTES, DesignReport, Kind, Place, Problem, gathered
-from analysis.ratings.design_values import value_problems
-from analysis.ratings.lookalikes import lookalikes
-from protocols.wording import count
-from studies.tables import session_number
+from palpate.analysis.ratings.dataset import Crossing, DataRefused, Ratings, Scale, natural_key
+from palpate.analysis.ratings.design_report import NOTES, DesignReport, Kind, Place, Problem, gathered
+from palpate.analysis.ratings.design_values import value_problems
+from palpate.analysis.ratings.lookalikes import lookalikes
+from palpate.protocols.wording import count
+from palpate.studies.tables import session_number
 
 __all__ = ["DesignReport", "Kind", "Place", "Problem", "check_design", "check_ratings"]
 

@@ -6,7 +6,7 @@ from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, field
 from typing import Literal
 
-from protocols.wording import count
+from palpate.protocols.wording import count
 
 Kind = Literal[
     "no_rows", "unlabelled", "two_groups", "undeclared", "missing", "duplicate", "non_finite", "out_of_scale",

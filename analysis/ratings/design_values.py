@@ -8,8 +8,8 @@ from numbers import Real
 
 import pandas as pd
 
-from analysis.ratings.dataset import Scale
-from analysis.ratings.design_report import Place, Problem, gathered
+from palpate.analysis.ratings.dataset import Scale
+from palpate.analysis.ratings.design_report import Place, Problem, gathered
 
 FEWEST_TO_BE_CONSTANT = 3
 

@@ -2,7 +2,7 @@
 
 Every sign is a number beside the threshold from which it is flagged. A flag asks an experimenter to look; it excludes
 nobody. The signs and their pitfalls are reviewed by Curran (2016, J. Exp. Soc. Psychol. 66, 4-19) and compared by
-Meade & Craig (2012, Psychol. Methods 17, 437-455); for words see `analysis.ratings.word_diagnostics`.
+Meade & Craig (2012, Psychol. Methods 17, 437-455); for words see `palpate.analysis.ratings.word_diagnostics`.
 """
 
 from __future__ import annotations
@@ -14,7 +14,7 @@ from functools import lru_cache
 from itertools import groupby, pairwise
 from statistics import median, pstdev
 
-from protocols.wording import count
+from palpate.protocols.wording import count
 
 
 class DiagnosticsError(ValueError):

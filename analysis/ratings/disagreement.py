@@ -10,10 +10,10 @@ from dataclasses import dataclass
 import numpy as np
 import pandas as pd
 
-from analysis.ratings.dataset import DataRefused
-from analysis.ratings.one_sample import NAN, one_sample
-from analysis.ratings.person_cells import PersonCells, person_cells
-from analysis.statistics.doubles import Floats, scaled
+from palpate.analysis.ratings.dataset import DataRefused
+from palpate.analysis.ratings.one_sample import NAN, one_sample
+from palpate.analysis.ratings.person_cells import PersonCells, person_cells
+from palpate.analysis.statistics.doubles import Floats, scaled
 
 LEAST = 3
 """Participants that a cell needs: with one left out there must be two, or there is no variance."""

@@ -6,8 +6,8 @@ from collections.abc import Iterator, Sequence
 
 import pandas as pd
 
-from analysis.ratings.design_report import Place
-from protocols.lookalikes import looks
+from palpate.analysis.ratings.design_report import Place
+from palpate.protocols.lookalikes import looks
 
 
 def lookalikes(table: pd.DataFrame, columns: Sequence[str]) -> Iterator[Place]:

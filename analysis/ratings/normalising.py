@@ -10,13 +10,13 @@ from typing import Literal, TypeAlias, get_args
 import numpy as np
 import pandas as pd
 
-from analysis.ratings.dataset import DataRefused
-from analysis.statistics.cells import check_columns
-from analysis.statistics.column_values import numbers_of
-from analysis.statistics.doubles import ROUNDING_ULPS, Floats, centred, scaled
-from analysis.statistics.labels import Coded, coded
-from analysis.statistics.refusals import listed
-from protocols.did_you_mean import nearest
+from palpate.analysis.ratings.dataset import DataRefused
+from palpate.analysis.statistics.cells import check_columns
+from palpate.analysis.statistics.column_values import numbers_of
+from palpate.analysis.statistics.doubles import ROUNDING_ULPS, Floats, centred, scaled
+from palpate.analysis.statistics.labels import Coded, coded
+from palpate.analysis.statistics.refusals import listed
+from palpate.protocols.did_you_mean import nearest
 
 How: TypeAlias = Literal["none", "to_0_100", "to_-100_100", "z_within_participant", "range_within_participant"]
 Ends: TypeAlias = tuple[float, float]

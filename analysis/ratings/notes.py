@@ -6,9 +6,9 @@ from collections.abc import Iterable, Iterator, Sequence
 from dataclasses import replace
 from itertools import groupby
 
-from analysis.ratings.dataset import Exclusion
-from analysis.ratings.design_report import Place, Problem
-from protocols.wording import count
+from palpate.analysis.ratings.dataset import Exclusion
+from palpate.analysis.ratings.design_report import Place, Problem
+from palpate.protocols.wording import count
 
 MOST_PLACES = 20
 MOST_ALIKE = 3

@@ -8,9 +8,9 @@ from typing import NamedTuple
 
 import numpy as np
 
-from analysis.statistics.doubles import Floats, scaled
-from analysis.statistics.pvalues import p_note, t_critical, t_two_sided
-from analysis.statistics.refusals import BadOption
+from palpate.analysis.statistics.doubles import Floats, scaled
+from palpate.analysis.statistics.pvalues import p_note, t_critical, t_two_sided
+from palpate.analysis.statistics.refusals import BadOption
 
 NAN = math.nan
 

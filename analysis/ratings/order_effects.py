@@ -12,14 +12,14 @@ import numpy as np
 import pandas as pd
 from numpy.typing import NDArray
 
-from analysis.ratings.dataset import DataRefused
-from analysis.ratings.one_sample import OneSample, one_sample
-from analysis.ratings.person_cells import written
-from analysis.statistics.cells import check_columns
-from analysis.statistics.column_values import numbers_of
-from analysis.statistics.doubles import ROUNDING_ULPS, Floats
-from analysis.statistics.labels import coded
-from analysis.statistics.refusals import BadOption
+from palpate.analysis.ratings.dataset import DataRefused
+from palpate.analysis.ratings.one_sample import OneSample, one_sample
+from palpate.analysis.ratings.person_cells import written
+from palpate.analysis.statistics.cells import check_columns
+from palpate.analysis.statistics.column_values import numbers_of
+from palpate.analysis.statistics.doubles import ROUNDING_ULPS, Floats
+from palpate.analysis.statistics.labels import coded
+from palpate.analysis.statistics.refusals import BadOption
 
 Adjust: TypeAlias = Literal["stimulus", "none"]
 Codes: TypeAlias = NDArray[np.intp]

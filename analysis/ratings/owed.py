@@ -8,11 +8,11 @@ from typing import Literal
 import numpy as np
 import pandas as pd
 
-from analysis.ratings.dataset import DataRefused
-from analysis.statistics.column_values import numbers_of
-from analysis.statistics.labels import coded
-from analysis.statistics.refusals import listed
-from protocols.wording import count
+from palpate.analysis.ratings.dataset import DataRefused
+from palpate.analysis.statistics.column_values import numbers_of
+from palpate.analysis.statistics.labels import coded
+from palpate.analysis.statistics.refusals import listed
+from palpate.protocols.wording import count
 
 ITEMS = ("attribute", "stimulus")
 

@@ -11,11 +11,11 @@ from typing import Any, TypeAlias
 import numpy as np
 import pandas as pd
 
-from analysis.statistics.cells import Counts, cell_means, check_columns
-from analysis.statistics.column_values import numbers_of
-from analysis.statistics.doubles import ROUNDING_ULPS, Floats
-from analysis.statistics.labels import coded
-from analysis.statistics.refusals import BadOption, IncompleteCells, listed
+from palpate.analysis.statistics.cells import Counts, cell_means, check_columns
+from palpate.analysis.statistics.column_values import numbers_of
+from palpate.analysis.statistics.doubles import ROUNDING_ULPS, Floats
+from palpate.analysis.statistics.labels import coded
+from palpate.analysis.statistics.refusals import BadOption, IncompleteCells, listed
 
 Label: TypeAlias = tuple[str, ...]
 Levels: TypeAlias = Mapping[str, Sequence[str]]

@@ -12,15 +12,15 @@ import pandas as pd
 from sqlalchemy import Connection, Engine, text
 from sqlalchemy.exc import SQLAlchemyError
 
-from analysis.ratings.collected_sessions import Choice, SessionRow, choose_sessions
-from analysis.ratings.column_names import RESERVED
-from analysis.ratings.crossing import crossed_columns, levels_of
-from analysis.ratings.dataset import Crossing, DataRefused, Exclusion, Input, Ratings, Scale
-from analysis.ratings.sample import collected_sample
-from protocols.canonical import parse
-from protocols.did_you_mean import nearest
-from protocols.study import Study
-from studies.messages import database_reason, describe_url
+from palpate.analysis.ratings.collected_sessions import Choice, SessionRow, choose_sessions
+from palpate.analysis.ratings.column_names import RESERVED
+from palpate.analysis.ratings.crossing import crossed_columns, levels_of
+from palpate.analysis.ratings.dataset import Crossing, DataRefused, Exclusion, Input, Ratings, Scale
+from palpate.analysis.ratings.sample import collected_sample
+from palpate.protocols.canonical import parse
+from palpate.protocols.did_you_mean import nearest
+from palpate.protocols.study import Study
+from palpate.studies.messages import database_reason, describe_url
 
 __all__ = ["Crossing", "DataRefused", "Exclusion", "Input", "Ratings", "Scale", "read_ratings"]
 

@@ -8,11 +8,11 @@ from dataclasses import dataclass
 from statistics import median
 from typing import TYPE_CHECKING, Any
 
-from protocols.sample import planned_people, sample_of
-from protocols.study import Study
+from palpate.protocols.sample import planned_people, sample_of
+from palpate.protocols.study import Study
 
 if TYPE_CHECKING:
-    from analysis.ratings.collected_sessions import SessionRow
+    from palpate.analysis.ratings.collected_sessions import SessionRow
 
 
 @dataclass(frozen=True)

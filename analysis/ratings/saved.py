@@ -13,9 +13,9 @@ from typing import Any
 
 import pandas as pd
 
-from analysis.ratings.dataset import Crossing, DataRefused, Exclusion, Input, Ratings, Scale
-from protocols.canonical import json_text
-from protocols.files import UNFINISHED, staged_folder, write_bytes, write_text
+from palpate.analysis.ratings.dataset import Crossing, DataRefused, Exclusion, Input, Ratings, Scale
+from palpate.protocols.canonical import json_text
+from palpate.protocols.files import UNFINISHED, staged_folder, write_bytes, write_text
 
 FORMAT = 1
 TABLE = "ratings.csv"

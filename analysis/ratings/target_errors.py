@@ -9,15 +9,15 @@ from dataclasses import dataclass
 import numpy as np
 import pandas as pd
 
-from analysis.ratings.dataset import DataRefused
-from analysis.ratings.normalising import rescaled_values
-from analysis.ratings.one_sample import NAN, OneSample, one_sample
-from analysis.ratings.person_cells import NO_LEVELS, Levels, PersonCells, person_cells, texts_of
-from analysis.statistics.cells import check_columns
-from analysis.statistics.column_values import numbers_of
-from analysis.statistics.doubles import Floats
-from analysis.statistics.refusals import listed, refuse_idle_levels
-from protocols.did_you_mean import nearest
+from palpate.analysis.ratings.dataset import DataRefused
+from palpate.analysis.ratings.normalising import rescaled_values
+from palpate.analysis.ratings.one_sample import NAN, OneSample, one_sample
+from palpate.analysis.ratings.person_cells import NO_LEVELS, Levels, PersonCells, person_cells, texts_of
+from palpate.analysis.statistics.cells import check_columns
+from palpate.analysis.statistics.column_values import numbers_of
+from palpate.analysis.statistics.doubles import Floats
+from palpate.analysis.statistics.refusals import listed, refuse_idle_levels
+from palpate.protocols.did_you_mean import nearest
 
 Ends = tuple[float, float]
 EACH, ATTRIBUTE, CATEGORY, ALL = "attribute and end", "attribute", "category", "all"

@@ -11,13 +11,20 @@ from typing import TypeAlias
 import numpy as np
 import pandas as pd
 
-from analysis.ratings.dataset import DataRefused
-from analysis.ratings.one_sample import NAN, OneSample, columns_of, one_sample
-from analysis.ratings.person_cells import NO_LEVELS, Levels, PersonCells, complete_people, person_cells, texts_of
-from analysis.statistics.doubles import Floats, differences
-from analysis.statistics.pvalues import adjusted
-from analysis.statistics.refusals import BadOption, listed
-from protocols.did_you_mean import nearest
+from palpate.analysis.ratings.dataset import DataRefused
+from palpate.analysis.ratings.one_sample import NAN, OneSample, columns_of, one_sample
+from palpate.analysis.ratings.person_cells import (
+    NO_LEVELS,
+    Levels,
+    PersonCells,
+    complete_people,
+    person_cells,
+    texts_of,
+)
+from palpate.analysis.statistics.doubles import Floats, differences
+from palpate.analysis.statistics.pvalues import adjusted
+from palpate.analysis.statistics.refusals import BadOption, listed
+from palpate.protocols.did_you_mean import nearest
 
 Row: TypeAlias = dict[str, object]
 CORRECTIONS = {"holm": "holm", "bonferroni": "bonf", "none": "none"}

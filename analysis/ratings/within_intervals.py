@@ -10,8 +10,8 @@ from typing import Literal, NamedTuple, TypeAlias, get_args
 import numpy as np
 import pandas as pd
 
-from analysis.ratings.one_sample import check_confidence
-from analysis.ratings.person_cells import (
+from palpate.analysis.ratings.one_sample import check_confidence
+from palpate.analysis.ratings.person_cells import (
     NO_LEVELS,
     Label,
     Levels,
@@ -19,9 +19,9 @@ from analysis.ratings.person_cells import (
     complete_people,
     person_cells,
 )
-from analysis.statistics.doubles import Floats, centred, differences
-from analysis.statistics.pvalues import t_critical
-from analysis.statistics.refusals import (
+from palpate.analysis.statistics.doubles import Floats, centred, differences
+from palpate.analysis.statistics.pvalues import t_critical
+from palpate.analysis.statistics.refusals import (
     BadOption,
     DuplicatedCells,
     TooFew,

@@ -7,7 +7,7 @@ from dataclasses import dataclass
 from itertools import groupby
 from statistics import median
 
-from analysis.ratings.diagnostics import Diagnostic, Limits, none, of_run, of_seconds, of_share
+from palpate.analysis.ratings.diagnostics import Diagnostic, Limits, none, of_run, of_seconds, of_share
 
 
 @dataclass(frozen=True)

@@ -9,10 +9,10 @@ from dataclasses import dataclass
 from pathlib import Path
 from typing import Any
 
-from analysis.regenerating.files import OUTCOMES, STATISTICS
-from analysis.regenerating.headings import is_p
-from analysis.regenerating.placing import listed
-from analysis.statistics.refusals import SHOWN
+from palpate.analysis.regenerating.files import OUTCOMES, STATISTICS
+from palpate.analysis.regenerating.headings import is_p
+from palpate.analysis.regenerating.placing import listed
+from palpate.analysis.statistics.refusals import SHOWN
 
 RELATIVE, ROUNDING = 1e-9, 1e-12
 ABSENT = "(absent)"

@@ -9,13 +9,13 @@ from typing import TYPE_CHECKING, Any
 
 import click
 
-from analysis.commands import DATABASE, DIGEST, SIMULATED
-from protocols.wording import count
-from studies.options import JSON, LAB, Progress, echo_json, progress_bar
+from palpate.analysis.commands import DATABASE, DIGEST, SIMULATED
+from palpate.protocols.wording import count
+from palpate.studies.options import JSON, LAB, Progress, echo_json, progress_bar
 
 if TYPE_CHECKING:
-    from analysis.regenerating.regenerated import Regenerated
-    from analysis.reporting.sources import Wanted
+    from palpate.analysis.regenerating.regenerated import Regenerated
+    from palpate.analysis.reporting.sources import Wanted
 
 
 @click.command()
@@ -53,10 +53,10 @@ def regenerate(
 
     Example: palpate regenerate door_ratings --lab LAB; palpate regenerate door_ratings --lab LAB --check
     """
-    from analysis.regenerating.outputs import FOLDER
-    from analysis.regenerating.plan_check import check_against_study, refuse_idle_settings
-    from analysis.regenerating.regenerated import find_plan, regenerate_by
-    from analysis.reporting.sources import Wanted
+    from palpate.analysis.regenerating.outputs import FOLDER
+    from palpate.analysis.regenerating.plan_check import check_against_study, refuse_idle_settings
+    from palpate.analysis.regenerating.regenerated import find_plan, regenerate_by
+    from palpate.analysis.reporting.sources import Wanted
 
     wanted = Wanted(study, lab, url, digest, simulated=simulated)
     name, plan = find_plan(wanted, plan_file)
@@ -87,7 +87,7 @@ def _plan_told(name: str, tests: int, figures: int, path: Path, as_json: bool) -
 def _written(
     found: Regenerated, wanted: Wanted, folder: Path, figures: bool, as_json: bool, progress: Progress
 ) -> bool:
-    from analysis.regenerating.outputs import times_of, write_all
+    from palpate.analysis.regenerating.outputs import times_of, write_all
 
     paths = write_all(found, folder, times_of(found, wanted.lab), figures, progress)
     if as_json:
@@ -102,8 +102,8 @@ def _written(
 
 
 def _checked(found: Regenerated, folder: Path, as_json: bool) -> bool:
-    from analysis.regenerating.checking import differences, told
-    from analysis.regenerating.files import file_texts
+    from palpate.analysis.regenerating.checking import differences, told
+    from palpate.analysis.regenerating.files import file_texts
 
     different = differences(file_texts(found, {}), folder)
     if as_json:
@@ -117,7 +117,7 @@ def _checked(found: Regenerated, folder: Path, as_json: bool) -> bool:
 
 
 def _exact(found: Regenerated, as_json: bool) -> bool:
-    from analysis.regenerating.exact_check import RELATIVE, exact_checks
+    from palpate.analysis.regenerating.exact_check import RELATIVE, exact_checks
 
     checks = exact_checks(found.answered)
     wrong = [each for each in checks if each.difference is not None and each.difference > RELATIVE]
@@ -142,7 +142,7 @@ def _summary(found: Regenerated) -> dict[str, Any]:
 
 
 def _second_opinion(found: Regenerated) -> dict[str, Any]:
-    from analysis.crosschecking.summary import disagreements, sentence
+    from palpate.analysis.crosschecking.summary import disagreements, sentence
 
     if found.checks is None:
         return {}
@@ -158,7 +158,7 @@ def _people(found: Regenerated) -> str:
 
 def _told(found: Regenerated) -> Iterator[str]:
     """What was answered, what another package says of it, and everything that was not answered, with its reason."""
-    from analysis.crosschecking.summary import disagreements, sentence
+    from palpate.analysis.crosschecking.summary import disagreements, sentence
 
     for check in disagreements(found.checks):
         yield f"DISAGREEMENT: {check.text()}"

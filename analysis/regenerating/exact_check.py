@@ -6,10 +6,10 @@ import math
 from collections.abc import Sequence
 from dataclasses import dataclass
 
-from analysis.plans.idle import effective
-from analysis.plans.kinds import test_kind
-from analysis.regenerating.running import Answered
-from analysis.statistics.self_check import self_check
+from palpate.analysis.plans.idle import effective
+from palpate.analysis.plans.kinds import test_kind
+from palpate.analysis.regenerating.running import Answered
+from palpate.analysis.statistics.self_check import self_check
 
 RELATIVE = 1e-12
 

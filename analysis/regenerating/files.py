@@ -9,11 +9,11 @@ from typing import Any
 
 import pandas as pd
 
-from analysis.plans.answers import Answer
-from analysis.regenerating.headings import heading
-from analysis.regenerating.regenerated import Regenerated
-from analysis.regenerating.running import Answered
-from analysis.reporting.csv_files import csv_text, json_row, table_csv
+from palpate.analysis.plans.answers import Answer
+from palpate.analysis.regenerating.headings import heading
+from palpate.analysis.regenerating.regenerated import Regenerated
+from palpate.analysis.regenerating.running import Answered
+from palpate.analysis.reporting.csv_files import csv_text, json_row, table_csv
 
 STATISTICS = "statistics.json"
 OUTCOMES = "outcomes"

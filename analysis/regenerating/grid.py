@@ -7,10 +7,10 @@ from collections.abc import Collection, Iterable, Mapping, Sequence
 from dataclasses import dataclass, field, replace
 from types import MappingProxyType
 
-from analysis.plans.answers import Row, Value
-from analysis.regenerating.headings import counts, heading, is_p
-from analysis.reporting.page_table import Footnotes
-from analysis.reporting.page_text import NONE, fixed, p_cell
+from palpate.analysis.plans.answers import Row, Value
+from palpate.analysis.regenerating.headings import counts, heading, is_p
+from palpate.analysis.reporting.page_table import Footnotes
+from palpate.analysis.reporting.page_text import NONE, fixed, p_cell
 
 NO_NUMBER = "There is no such number for this row."
 LONG_TEXT = 40

@@ -4,8 +4,8 @@ from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
 
-from analysis.regenerating.documents import Titled, table_letters
-from analysis.regenerating.grid import Grid, Head
+from palpate.analysis.regenerating.documents import Titled, table_letters
+from palpate.analysis.regenerating.grid import Grid, Head
 
 PACKAGES = "booktabs,longtable,pdflscape"
 _GREEK = {

@@ -5,18 +5,18 @@ from __future__ import annotations
 from collections.abc import Callable
 from pathlib import Path
 
-from analysis.crosschecking.summary import FILE as CROSSCHECK
-from analysis.crosschecking.summary import crosscheck_json
-from analysis.regenerating.documents import titled_tables
-from analysis.regenerating.files import file_texts
-from analysis.regenerating.latex_tables import latex_text
-from analysis.regenerating.page import report_html
-from analysis.regenerating.pictured import draw_all
-from analysis.regenerating.placing import written_whole
-from analysis.regenerating.regenerated import Regenerated
-from analysis.regenerating.seconds import FILE, remembered
-from analysis.regenerating.word_tables import word_bytes
-from protocols.files import write_bytes, write_text, write_texts
+from palpate.analysis.crosschecking.summary import FILE as CROSSCHECK
+from palpate.analysis.crosschecking.summary import crosscheck_json
+from palpate.analysis.regenerating.documents import titled_tables
+from palpate.analysis.regenerating.files import file_texts
+from palpate.analysis.regenerating.latex_tables import latex_text
+from palpate.analysis.regenerating.page import report_html
+from palpate.analysis.regenerating.pictured import draw_all
+from palpate.analysis.regenerating.placing import written_whole
+from palpate.analysis.regenerating.regenerated import Regenerated
+from palpate.analysis.regenerating.seconds import FILE, remembered
+from palpate.analysis.regenerating.word_tables import word_bytes
+from palpate.protocols.files import write_bytes, write_text, write_texts
 
 Progress = Callable[[int, int, str], None]
 FOLDER = "regenerated"

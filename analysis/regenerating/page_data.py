@@ -5,12 +5,12 @@ from __future__ import annotations
 from collections.abc import Sequence
 from dataclasses import dataclass
 
-from analysis.plans.schema import AnalysisPlan
-from analysis.ratings.dataset import Exclusion
-from analysis.ratings.sample import sample_facts
-from analysis.regenerating.grid import Grid, Head, plain_grid
-from analysis.regenerating.regenerated import Regenerated
-from analysis.reporting.page_text import count
+from palpate.analysis.plans.schema import AnalysisPlan
+from palpate.analysis.ratings.dataset import Exclusion
+from palpate.analysis.ratings.sample import sample_facts
+from palpate.analysis.regenerating.grid import Grid, Head, plain_grid
+from palpate.analysis.regenerating.regenerated import Regenerated
+from palpate.analysis.reporting.page_text import count
 
 NOTHING = "nothing"
 """What a rule of the plan left out that met nothing."""

@@ -6,12 +6,12 @@ from collections.abc import Callable, Iterator, Mapping
 from dataclasses import dataclass, replace
 from pathlib import Path
 
-from analysis.figures.drawn import AskedFigure, FigureData, Mark, Shown
-from analysis.figures.style import drawing, save, svg_text
-from analysis.plans.answers import Answer
-from analysis.plans.idle import effective, idle_notes
-from analysis.plans.kinds import figure_kind
-from analysis.plans.selecting import Selecting
+from palpate.analysis.figures.drawn import AskedFigure, FigureData, Mark, Shown
+from palpate.analysis.figures.style import drawing, save, svg_text
+from palpate.analysis.plans.answers import Answer
+from palpate.analysis.plans.idle import effective, idle_notes
+from palpate.analysis.plans.kinds import figure_kind
+from palpate.analysis.plans.selecting import Selecting
 
 Progress = Callable[[int, int, str], None]
 

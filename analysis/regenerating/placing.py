@@ -7,8 +7,8 @@ from collections.abc import Collection, Iterator
 from contextlib import contextmanager, suppress
 from pathlib import Path, PurePosixPath
 
-from protocols.canonical import json_text
-from protocols.files import staged_files, write_text
+from palpate.protocols.canonical import json_text
+from palpate.protocols.files import staged_files, write_text
 
 MARK = ".palpate-regenerated.json"
 """Lies in every folder of outputs and names them."""

@@ -5,22 +5,22 @@ from __future__ import annotations
 from collections.abc import Collection, Iterator, Mapping, Sequence
 from pathlib import Path
 
-from analysis.figures.drawn import AskedFigure, FigureKind
-from analysis.plans.answers import COLUMNS, Asked, Kind, Takes, columns_named
-from analysis.plans.idle import idle_settings
-from analysis.plans.kinds import figure_kind, test_kind
-from analysis.plans.reading import Plan
-from analysis.plans.schema import Rule
-from analysis.plans.study_columns import StudyColumns, study_columns
-from analysis.plans.where import Condition, Range, first_word, levels_of
-from analysis.ratings.reading import column_name
-from analysis.ratings.saved import load_ratings
-from analysis.reporting.sources import IMPORTED, Wanted
-from protocols.did_you_mean import nearest
-from protocols.problems import Problem
-from protocols.study import Study
-from studies.catalogue import STUDY_FILE, find, names, read_study
-from studies.lab_forms import lab_forms
+from palpate.analysis.figures.drawn import AskedFigure, FigureKind
+from palpate.analysis.plans.answers import COLUMNS, Asked, Kind, Takes, columns_named
+from palpate.analysis.plans.idle import idle_settings
+from palpate.analysis.plans.kinds import figure_kind, test_kind
+from palpate.analysis.plans.reading import Plan
+from palpate.analysis.plans.schema import Rule
+from palpate.analysis.plans.study_columns import StudyColumns, study_columns
+from palpate.analysis.plans.where import Condition, Range, first_word, levels_of
+from palpate.analysis.ratings.reading import column_name
+from palpate.analysis.ratings.saved import load_ratings
+from palpate.analysis.reporting.sources import IMPORTED, Wanted
+from palpate.protocols.did_you_mean import nearest
+from palpate.protocols.problems import Problem
+from palpate.protocols.study import Study
+from palpate.studies.catalogue import STUDY_FILE, find, names, read_study
+from palpate.studies.lab_forms import lab_forms
 
 WORDS_ONLY = ("word", "kind", "category")
 OF_FORMS = ("participant", "session", "group", "attribute")

@@ -10,24 +10,24 @@ from typing import Any
 
 import pandas as pd
 
-from analysis.crosschecking.checks import CrossCheck, cross_check
-from analysis.plans.exclusions import apply_exclusions
-from analysis.plans.material import Material, imported_material, read_material
-from analysis.plans.reading import PLAN_FILE, Plan, PlanError, read_plan
-from analysis.plans.selecting import Selecting
-from analysis.ratings.dataset import Exclusion, Input
-from analysis.ratings.notes import data_notes
-from analysis.ratings.sample import collected_sample
-from analysis.ratings.saved import load_ratings
-from analysis.regenerating.pictured import Pictured, picture_data
-from analysis.regenerating.running import Answered, by_name, run_tests
-from analysis.reporting.analysed import software
-from analysis.reporting.sources import IMPORTED, Wanted, both_of, gathered, nothing_of
-from protocols.did_you_mean import nearest
-from protocols.files import file_sha256
-from studies.catalogue import STUDY_FILE, names
-from studies.collect import ledgers_in, open_database
-from studies.participants.registry import withdrawn
+from palpate.analysis.crosschecking.checks import CrossCheck, cross_check
+from palpate.analysis.plans.exclusions import apply_exclusions
+from palpate.analysis.plans.material import Material, imported_material, read_material
+from palpate.analysis.plans.reading import PLAN_FILE, Plan, PlanError, read_plan
+from palpate.analysis.plans.selecting import Selecting
+from palpate.analysis.ratings.dataset import Exclusion, Input
+from palpate.analysis.ratings.notes import data_notes
+from palpate.analysis.ratings.sample import collected_sample
+from palpate.analysis.ratings.saved import load_ratings
+from palpate.analysis.regenerating.pictured import Pictured, picture_data
+from palpate.analysis.regenerating.running import Answered, by_name, run_tests
+from palpate.analysis.reporting.analysed import software
+from palpate.analysis.reporting.sources import IMPORTED, Wanted, both_of, gathered, nothing_of
+from palpate.protocols.did_you_mean import nearest
+from palpate.protocols.files import file_sha256
+from palpate.studies.catalogue import STUDY_FILE, names
+from palpate.studies.collect import ledgers_in, open_database
+from palpate.studies.participants.registry import withdrawn
 
 MOST_LETTERS = 300
 """Of what qualifies the data, beside a refusal."""

@@ -9,12 +9,12 @@ from dataclasses import dataclass, field, replace
 
 import pandas as pd
 
-from analysis.plans.answers import COLUMNS, Answer, Asked, Kind, Selected, columns_named
-from analysis.plans.idle import effective, idle_notes
-from analysis.plans.kinds import test_kind
-from analysis.plans.missing import MissingTold, handled
-from analysis.plans.selecting import Selecting
-from analysis.statistics.one_thread import one_thread
+from palpate.analysis.plans.answers import COLUMNS, Answer, Asked, Kind, Selected, columns_named
+from palpate.analysis.plans.idle import effective, idle_notes
+from palpate.analysis.plans.kinds import test_kind
+from palpate.analysis.plans.missing import MissingTold, handled
+from palpate.analysis.plans.selecting import Selecting
+from palpate.analysis.statistics.one_thread import one_thread
 
 Progress = Callable[[int, int, str], None]
 Clock = Callable[[], float]

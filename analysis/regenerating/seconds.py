@@ -11,10 +11,10 @@ import math
 from pathlib import Path
 from typing import Any
 
-from analysis.regenerating.regenerated import Regenerated
-from analysis.regenerating.running import Answered
-from protocols.canonical import json_text
-from protocols.files import write_text
+from palpate.analysis.regenerating.regenerated import Regenerated
+from palpate.analysis.regenerating.running import Answered
+from palpate.protocols.canonical import json_text
+from palpate.protocols.files import write_text
 
 FILE = "seconds.json"
 

@@ -6,10 +6,10 @@ from collections.abc import Collection, Mapping, Sequence
 from dataclasses import replace
 from itertools import groupby
 
-from analysis.plans.answers import Row
-from analysis.regenerating.grid import Grid, value_grid
-from analysis.regenerating.headings import kind_told
-from analysis.regenerating.running import Answered
+from palpate.analysis.plans.answers import Row
+from palpate.analysis.regenerating.grid import Grid, value_grid
+from palpate.analysis.regenerating.headings import kind_told
+from palpate.analysis.regenerating.running import Answered
 
 MOST_ROWS = 2000
 """A page that holds more rows of one test than this is no longer read; the CSV has them all."""

@@ -9,8 +9,8 @@ from collections.abc import Sequence
 from typing import TYPE_CHECKING
 from xml.sax.saxutils import escape
 
-from analysis.regenerating.documents import Titled, table_letters
-from analysis.regenerating.grid import Grid
+from palpate.analysis.regenerating.documents import Titled, table_letters
+from palpate.analysis.regenerating.grid import Grid
 
 if TYPE_CHECKING:
     from docx.document import Document

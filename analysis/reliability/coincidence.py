@@ -13,14 +13,14 @@ from typing import Literal, TypeAlias
 import numpy as np
 import pandas as pd
 
-from analysis.reliability.crossed import crossed
-from analysis.reliability.disagreement import LEVELS, disagreement_of
-from analysis.reliability.intraclass import demand_confidence
-from analysis.reliability.resampling import demand_draws, generator, percentile, refuse_without_draws, weights
-from analysis.statistics.cells import Aggregate, check_columns
-from analysis.statistics.doubles import Floats
-from analysis.statistics.labels import coded
-from analysis.statistics.refusals import BadOption, TooFew, shown
+from palpate.analysis.reliability.crossed import crossed
+from palpate.analysis.reliability.disagreement import LEVELS, disagreement_of
+from palpate.analysis.reliability.intraclass import demand_confidence
+from palpate.analysis.reliability.resampling import demand_draws, generator, percentile, refuse_without_draws, weights
+from palpate.analysis.statistics.cells import Aggregate, check_columns
+from palpate.analysis.statistics.doubles import Floats
+from palpate.analysis.statistics.labels import coded
+from palpate.analysis.statistics.refusals import BadOption, TooFew, shown
 
 Level: TypeAlias = Literal["nominal", "ordinal", "interval", "ratio"]
 

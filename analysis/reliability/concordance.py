@@ -9,14 +9,14 @@ from typing import Literal, TypeAlias
 import numpy as np
 import pandas as pd
 
-from analysis.ordinal.friedman_exact import exact_tail
-from analysis.ordinal.ranks import Ints, doubled_ranks, refuse_huge, row_rounding
-from analysis.reliability.concordance_p import chi2_tail, permutation_p
-from analysis.reliability.crossed import crossed, refuse_few
-from analysis.reliability.intraclass import GAPS, Missing
-from analysis.statistics.cells import Aggregate
-from analysis.statistics.doubles import Floats
-from analysis.statistics.refusals import BadOption, refuse_idle, shown
+from palpate.analysis.ordinal.friedman_exact import exact_tail
+from palpate.analysis.ordinal.ranks import Ints, doubled_ranks, refuse_huge, row_rounding
+from palpate.analysis.reliability.concordance_p import chi2_tail, permutation_p
+from palpate.analysis.reliability.crossed import crossed, refuse_few
+from palpate.analysis.reliability.intraclass import GAPS, Missing
+from palpate.analysis.statistics.cells import Aggregate
+from palpate.analysis.statistics.doubles import Floats
+from palpate.analysis.statistics.refusals import BadOption, refuse_idle, shown
 
 PKind: TypeAlias = Literal["auto", "exact", "permutation", "chi2"]
 DRAWS = 10_000

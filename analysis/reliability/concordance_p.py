@@ -7,9 +7,9 @@ import math
 import numpy as np
 from scipy.special import gammaincc
 
-from analysis.ordinal.ranks import Ints
-from analysis.reliability.resampling import generator
-from analysis.statistics.pvalues import SMALLEST
+from palpate.analysis.ordinal.ranks import Ints
+from palpate.analysis.reliability.resampling import generator
+from palpate.analysis.statistics.pvalues import SMALLEST
 
 
 def chi2_tail(statistic: float, df: int) -> float:

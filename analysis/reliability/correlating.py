@@ -7,9 +7,9 @@ from typing import NamedTuple
 
 import numpy as np
 
-from analysis.reliability.quantiles import normal_upper
-from analysis.statistics.doubles import ROUNDING, Floats, centred, differences, row_sums, scaled, sum_of_squares
-from analysis.statistics.pvalues import t_two_sided
+from palpate.analysis.reliability.quantiles import normal_upper
+from palpate.analysis.statistics.doubles import ROUNDING, Floats, centred, differences, row_sums, scaled, sum_of_squares
+from palpate.analysis.statistics.pvalues import t_two_sided
 
 
 class Correlation(NamedTuple):

@@ -11,11 +11,11 @@ import numpy as np
 import pandas as pd
 from numpy.typing import NDArray
 
-from analysis.statistics.cells import Aggregate, cell_means, check_columns, check_options, name_list
-from analysis.statistics.column_values import numbers_of
-from analysis.statistics.doubles import Floats
-from analysis.statistics.labels import Coded, coded
-from analysis.statistics.refusals import BadOption, DuplicatedCells, IncompleteCells, TooFew, listed, shown
+from palpate.analysis.statistics.cells import Aggregate, cell_means, check_columns, check_options, name_list
+from palpate.analysis.statistics.column_values import numbers_of
+from palpate.analysis.statistics.doubles import Floats
+from palpate.analysis.statistics.labels import Coded, coded
+from palpate.analysis.statistics.refusals import BadOption, DuplicatedCells, IncompleteCells, TooFew, listed, shown
 
 Gaps: TypeAlias = Literal["raise", "drop_rows", "drop_columns", "keep"]
 Codes: TypeAlias = NDArray[np.intp]

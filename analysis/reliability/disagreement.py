@@ -11,9 +11,9 @@ from typing import TypeAlias
 
 import numpy as np
 
-from analysis.ordinal.ranks import refuse_huge, rounding, same_value
-from analysis.statistics.doubles import ROUNDING, Floats, scaled
-from analysis.statistics.refusals import BadValue
+from palpate.analysis.ordinal.ranks import refuse_huge, rounding, same_value
+from palpate.analysis.statistics.doubles import ROUNDING, Floats, scaled
+from palpate.analysis.statistics.refusals import BadValue
 
 Weighted: TypeAlias = Callable[[Floats], Floats]
 """From weights (draws, units) to one alpha for each draw, NaN where no two values differ."""

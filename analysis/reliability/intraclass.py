@@ -8,13 +8,13 @@ from typing import Literal, NamedTuple, TypeAlias
 
 import pandas as pd
 
-from analysis.reliability.crossed import crossed, refuse_few
-from analysis.reliability.quantiles import f_upper
-from analysis.reliability.two_way import MeanSquares, mean_squares
-from analysis.statistics.cells import Aggregate
-from analysis.statistics.doubles import Floats
-from analysis.statistics.pvalues import f_tail, p_note
-from analysis.statistics.refusals import BadOption, shown
+from palpate.analysis.reliability.crossed import crossed, refuse_few
+from palpate.analysis.reliability.quantiles import f_upper
+from palpate.analysis.reliability.two_way import MeanSquares, mean_squares
+from palpate.analysis.statistics.cells import Aggregate
+from palpate.analysis.statistics.doubles import Floats
+from palpate.analysis.statistics.pvalues import f_tail, p_note
+from palpate.analysis.statistics.refusals import BadOption, shown
 
 Missing: TypeAlias = Literal["raise", "drop_targets", "drop_raters"]
 GAPS = {"raise": "raise", "drop_targets": "drop_rows", "drop_raters": "drop_columns"}

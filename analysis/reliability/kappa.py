@@ -8,9 +8,9 @@ from typing import NamedTuple
 
 import numpy as np
 
-from analysis.statistics.doubles import Floats
-from analysis.statistics.pvalues import SMALLEST
-from analysis.statistics.refusals import BadValue, TooFew
+from palpate.analysis.statistics.doubles import Floats
+from palpate.analysis.statistics.pvalues import SMALLEST
+from palpate.analysis.statistics.refusals import BadValue, TooFew
 
 
 class Kappa(NamedTuple):

@@ -9,10 +9,10 @@ from typing import NamedTuple
 import numpy as np
 import pandas as pd
 
-from analysis.reliability.correlating import pearson
-from analysis.reliability.crossed import crossed, refuse_few
-from analysis.statistics.cells import Aggregate
-from analysis.statistics.doubles import Floats, deviation_ss, rescaled, scaled
+from palpate.analysis.reliability.correlating import pearson
+from palpate.analysis.reliability.crossed import crossed, refuse_few
+from palpate.analysis.statistics.cells import Aggregate
+from palpate.analysis.statistics.doubles import Floats, deviation_ss, rescaled, scaled
 
 
 class RaterSign(NamedTuple):

@@ -11,17 +11,17 @@ import numpy as np
 import pandas as pd
 from scipy.special import chdtri
 
-from analysis.reliability.correlating import pearson
-from analysis.reliability.crossed import combined
-from analysis.reliability.intraclass import demand_confidence, iccs
-from analysis.reliability.quantiles import normal_upper
-from analysis.statistics.cells import check_columns, name_list
-from analysis.statistics.column_values import numbers_of
-from analysis.statistics.doubles import ROUNDING, Floats, deviation_ss, difference, rescaled, scaled
-from analysis.statistics.labels import Coded, Codes
-from analysis.statistics.pvalues import t_critical
-from analysis.statistics.refusals import DuplicatedCells, TooFew, listed
-from protocols.wording import count
+from palpate.analysis.reliability.correlating import pearson
+from palpate.analysis.reliability.crossed import combined
+from palpate.analysis.reliability.intraclass import demand_confidence, iccs
+from palpate.analysis.reliability.quantiles import normal_upper
+from palpate.analysis.statistics.cells import check_columns, name_list
+from palpate.analysis.statistics.column_values import numbers_of
+from palpate.analysis.statistics.doubles import ROUNDING, Floats, deviation_ss, difference, rescaled, scaled
+from palpate.analysis.statistics.labels import Coded, Codes
+from palpate.analysis.statistics.pvalues import t_critical
+from palpate.analysis.statistics.refusals import DuplicatedCells, TooFew, listed
+from palpate.protocols.wording import count
 
 NO_INTERVAL = "no interval is computed for this measure"
 

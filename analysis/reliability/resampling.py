@@ -13,8 +13,8 @@ from typing import Literal, TypeAlias
 import numpy as np
 from scipy.special import ndtr, ndtri
 
-from analysis.statistics.doubles import Floats
-from analysis.statistics.refusals import BadOption, refuse_idle, shown
+from palpate.analysis.statistics.doubles import Floats
+from palpate.analysis.statistics.refusals import BadOption, refuse_idle, shown
 
 Interval: TypeAlias = Literal["percentile", "bca"]
 INTERVALS = ("percentile", "bca")

@@ -1,4 +1,4 @@
-"""The signs of how each session was answered (`analysis.ratings.diagnostics`), and who is compared with whom."""
+"""How each session was answered (`palpate.analysis.ratings.diagnostics`), and who is compared with whom."""
 
 from __future__ import annotations
 
@@ -8,8 +8,8 @@ from typing import Any
 
 import pandas as pd
 
-from analysis.ratings.diagnostics import Answered, diagnose
-from analysis.statistics.labels import ordered
+from palpate.analysis.ratings.diagnostics import Answered, diagnose
+from palpate.analysis.statistics.labels import ordered
 
 HEAD = ("participant", "session", "sign", "value", "unit", "n", "threshold", "flagged", "note")
 

@@ -9,9 +9,9 @@ from typing import Any, TypeAlias
 import numpy as np
 import pandas as pd
 
-from analysis.ratings.dataset import DataRefused
-from analysis.statistics.apa import number
-from protocols.did_you_mean import nearest
+from palpate.analysis.ratings.dataset import DataRefused
+from palpate.analysis.statistics.apa import number
+from palpate.protocols.did_you_mean import nearest
 
 Plain: TypeAlias = float | int | str | bool | None
 

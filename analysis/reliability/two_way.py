@@ -4,8 +4,8 @@ from __future__ import annotations
 
 from dataclasses import dataclass
 
-from analysis.statistics.doubles import ROUNDING, Floats, Pair, differences, scaled
-from analysis.statistics.within import component
+from palpate.analysis.statistics.doubles import ROUNDING, Floats, Pair, differences, scaled
+from palpate.analysis.statistics.within import component
 
 
 @dataclass(frozen=True)

@@ -7,12 +7,12 @@ from dataclasses import dataclass
 
 import pandas as pd
 
-from analysis.ratings.dataset import Ratings
-from analysis.ratings.describe import describe
-from analysis.ratings.design import check_ratings
-from analysis.ratings.design_report import DesignReport
-from analysis.reporting.pictures import level_means
-from analysis.reporting.study_statistics import Progress, Row, StudyStatistics, Test, study_statistics
+from palpate.analysis.ratings.dataset import Ratings
+from palpate.analysis.ratings.describe import describe
+from palpate.analysis.ratings.design import check_ratings
+from palpate.analysis.ratings.design_report import DesignReport
+from palpate.analysis.reporting.pictures import level_means
+from palpate.analysis.reporting.study_statistics import Progress, Row, StudyStatistics, Test, study_statistics
 
 GREENHOUSE_GEISSER = "Greenhouse-Geisser"
 

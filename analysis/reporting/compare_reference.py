@@ -10,14 +10,14 @@ from itertools import groupby
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
-from analysis.ratings.dataset import DataRefused
-from analysis.reporting.study_statistics import Row, Test
-from protocols.did_you_mean import nearest
+from palpate.analysis.ratings.dataset import DataRefused
+from palpate.analysis.reporting.study_statistics import Row, Test
+from palpate.protocols.did_you_mean import nearest
 
 if TYPE_CHECKING:
     from rich.table import Table
 
-SHIPPED = Path(__file__).parent.parent / "reference" / "r_reference.json"
+SHIPPED = Path(__file__).resolve().parent.parent / "reference" / "r_reference.json"
 SHIPPED_KEYS = {"sk2011": "sk2011_2way"}
 TOLERANCE = 1e-9
 """The largest relative error that still counts as agreement; R itself is within 2e-13 of the exact values."""

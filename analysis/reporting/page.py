@@ -5,15 +5,22 @@ from __future__ import annotations
 from collections.abc import Iterator
 from dataclasses import dataclass
 
-from analysis.ratings.notes import data_notes
-from analysis.reporting import page_data
-from analysis.reporting.analysed import Analysed, software
-from analysis.reporting.page_methods import methods
-from analysis.reporting.page_table import Column, Table, number, table
-from analysis.reporting.page_tests import PairsTable, VarianceTable, comparisons, pairs_words, refusals, variance_tables
-from analysis.reporting.page_text import NONE, fixed, phrase
-from analysis.reporting.pictures import shown_factors
-from analysis.reporting.sentences import headlines
+from palpate.analysis.ratings.notes import data_notes
+from palpate.analysis.reporting import page_data
+from palpate.analysis.reporting.analysed import Analysed, software
+from palpate.analysis.reporting.page_methods import methods
+from palpate.analysis.reporting.page_table import Column, Table, number, table
+from palpate.analysis.reporting.page_tests import (
+    PairsTable,
+    VarianceTable,
+    comparisons,
+    pairs_words,
+    refusals,
+    variance_tables,
+)
+from palpate.analysis.reporting.page_text import NONE, fixed, phrase
+from palpate.analysis.reporting.pictures import shown_factors
+from palpate.analysis.reporting.sentences import headlines
 
 
 @dataclass(frozen=True)

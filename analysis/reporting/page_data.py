@@ -4,12 +4,12 @@ from __future__ import annotations
 
 from collections.abc import Iterator
 
-from analysis.ratings.dataset import Exclusion, Ratings
-from analysis.ratings.sample import sample_facts
-from analysis.reporting.analysed import Analysed
-from analysis.reporting.page_table import Column, Table, number, table, words
-from analysis.reporting.page_text import count, fixed
-from protocols.wording import some
+from palpate.analysis.ratings.dataset import Exclusion, Ratings
+from palpate.analysis.ratings.sample import sample_facts
+from palpate.analysis.reporting.analysed import Analysed
+from palpate.analysis.reporting.page_table import Column, Table, number, table, words
+from palpate.analysis.reporting.page_text import count, fixed
+from palpate.protocols.wording import some
 
 MOST_SEEDS = 6
 

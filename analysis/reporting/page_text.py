@@ -4,8 +4,8 @@ from __future__ import annotations
 
 import math
 
-from analysis.statistics.apa import number, p_value
-from protocols.wording import count, phrase
+from palpate.analysis.statistics.apa import number, p_value
+from palpate.protocols.wording import count, phrase
 
 __all__ = ["NONE", "count", "degrees", "fixed", "p_cell", "phrase", "share"]
 

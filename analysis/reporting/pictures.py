@@ -9,10 +9,10 @@ from typing import Any
 
 import pandas as pd
 
-from analysis.figures.drawn import Drawn, FigureData, Shown
-from analysis.plans.selecting import all_ratings
-from analysis.ratings.dataset import Ratings
-from analysis.ratings.describe import describe
+from palpate.analysis.figures.drawn import Drawn, FigureData, Shown
+from palpate.analysis.plans.selecting import all_ratings
+from palpate.analysis.ratings.dataset import Ratings
+from palpate.analysis.ratings.describe import describe
 
 
 @dataclass(frozen=True)
@@ -43,8 +43,8 @@ def pictures(ratings: Ratings) -> Iterator[Picture]:
     The trends are drawn without whiskers: those of the means are in the figure before. Raises DataRefused where a level
     belongs to two families.
     """
-    from analysis.figures.means import MEANS, Means
-    from analysis.figures.trends import TRENDS, Trends
+    from palpate.analysis.figures.means import MEANS, Means
+    from palpate.analysis.figures.trends import TRENDS, Trends
 
     factors = shown_factors(ratings)
     if not factors:

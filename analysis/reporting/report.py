@@ -7,15 +7,15 @@ from dataclasses import dataclass
 from pathlib import Path
 from typing import Any
 
-from analysis.figures.style import drawing, inline_svg, save, svg_text
-from analysis.reporting.analysed import Analysed
-from analysis.reporting.page import level_table, page_of
-from analysis.reporting.page_table import Table
-from analysis.reporting.pictures import pictures
-from analysis.reporting.templates import environment
-from protocols.files import staged_files, write_text
+from palpate.analysis.figures.style import drawing, inline_svg, save, svg_text
+from palpate.analysis.reporting.analysed import Analysed
+from palpate.analysis.reporting.page import level_table, page_of
+from palpate.analysis.reporting.page_table import Table
+from palpate.analysis.reporting.pictures import pictures
+from palpate.analysis.reporting.templates import environment
+from palpate.protocols.files import staged_files, write_text
 
-TEMPLATES = Path(__file__).parent / "templates"
+TEMPLATES = Path(__file__).resolve().parent / "templates"
 
 
 @dataclass(frozen=True)

@@ -8,13 +8,13 @@ from dataclasses import asdict
 from pathlib import Path
 from typing import Any
 
-from analysis.ratings.notes import data_notes
-from analysis.reporting.analysed import Analysed, correction, reported_p, software
-from analysis.reporting.csv_files import csv_text, records
-from analysis.reporting.pictures import shown_factors
-from analysis.reporting.study_statistics import Row, Test
-from protocols.canonical import json_text
-from protocols.files import write_texts
+from palpate.analysis.ratings.notes import data_notes
+from palpate.analysis.reporting.analysed import Analysed, correction, reported_p, software
+from palpate.analysis.reporting.csv_files import csv_text, records
+from palpate.analysis.reporting.pictures import shown_factors
+from palpate.analysis.reporting.study_statistics import Row, Test
+from palpate.protocols.canonical import json_text
+from palpate.protocols.files import write_texts
 
 METHODS = {
     "crossed": "repeated-measures analysis of variance",

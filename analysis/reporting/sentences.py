@@ -5,9 +5,9 @@ from __future__ import annotations
 import math
 from collections.abc import Iterator
 
-from analysis.reporting.analysed import Analysed
-from analysis.reporting.study_statistics import Row, Test
-from analysis.statistics.apa import apa_f, apa_t
+from palpate.analysis.reporting.analysed import Analysed
+from palpate.analysis.reporting.study_statistics import Row, Test
+from palpate.analysis.statistics.apa import apa_f, apa_t
 
 NOT_TESTED = "not tested; the reason stands below"
 

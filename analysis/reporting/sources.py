@@ -10,14 +10,14 @@ from typing import Literal
 
 from sqlalchemy import Engine, text
 
-from analysis.ratings.completeness import without_incomplete
-from analysis.ratings.dataset import DataRefused, Ratings
-from analysis.ratings.reading import read_ratings
-from analysis.ratings.saved import load_ratings
-from protocols.did_you_mean import nearest
-from protocols.files import UNFINISHED
-from studies.collect import fill, ledgers_in, open_database, scratch_database
-from studies.participants.registry import withdrawn
+from palpate.analysis.ratings.completeness import without_incomplete
+from palpate.analysis.ratings.dataset import DataRefused, Ratings
+from palpate.analysis.ratings.reading import read_ratings
+from palpate.analysis.ratings.saved import load_ratings
+from palpate.protocols.did_you_mean import nearest
+from palpate.protocols.files import UNFINISHED
+from palpate.studies.collect import fill, ledgers_in, open_database, scratch_database
+from palpate.studies.participants.registry import withdrawn
 
 Missing = Literal["refuse", "listwise"]
 Progress = Callable[[int, int, str], None]

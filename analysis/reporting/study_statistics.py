@@ -9,14 +9,14 @@ from typing import Any, Literal
 
 import pandas as pd
 
-from analysis.ratings.completeness import Faults, cell_faults
-from analysis.ratings.dataset import DataRefused, Ratings, natural
-from analysis.statistics.between import anova
-from analysis.statistics.pair_order import pairs_in_order
-from analysis.statistics.pairwise import pairwise_tests
-from analysis.statistics.pvalues import adjusted
-from analysis.statistics.within import rm_anova
-from protocols.wording import count, phrase
+from palpate.analysis.ratings.completeness import Faults, cell_faults
+from palpate.analysis.ratings.dataset import DataRefused, Ratings, natural
+from palpate.analysis.statistics.between import anova
+from palpate.analysis.statistics.pair_order import pairs_in_order
+from palpate.analysis.statistics.pairwise import pairwise_tests
+from palpate.analysis.statistics.pvalues import adjusted
+from palpate.analysis.statistics.within import rm_anova
+from palpate.protocols.wording import count, phrase
 
 Kind = Literal["crossed", "pooled", "between", "pairs"]
 Progress = Callable[[int, int, str], None]

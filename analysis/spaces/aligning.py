@@ -6,7 +6,7 @@ from typing import NamedTuple
 
 import numpy as np
 
-from analysis.statistics.doubles import Floats
+from palpate.analysis.statistics.doubles import Floats
 
 
 class Aligned(NamedTuple):

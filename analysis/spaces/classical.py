@@ -8,11 +8,11 @@ import numpy as np
 import pandas as pd
 from scipy.linalg import eigh
 
-from analysis.spaces.dissimilarities import Dissimilarities
-from analysis.spaces.matrices import frame_of, in_units
-from analysis.spaces.orienting import principal
-from analysis.statistics.doubles import Floats, scaled
-from analysis.statistics.refusals import BadOption, shown
+from palpate.analysis.spaces.dissimilarities import Dissimilarities
+from palpate.analysis.spaces.matrices import frame_of, in_units
+from palpate.analysis.spaces.orienting import principal
+from palpate.analysis.statistics.doubles import Floats, scaled
+from palpate.analysis.statistics.refusals import BadOption, shown
 
 EQUAL = 1e-8
 

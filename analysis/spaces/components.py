@@ -9,10 +9,10 @@ from typing import Literal, TypeAlias
 import numpy as np
 import pandas as pd
 
-from analysis.spaces.matrices import Matrix, centred, frame_of, in_units, matrix_of, varies
-from analysis.spaces.orienting import signs
-from analysis.statistics.doubles import Floats, rescaled, scaled
-from analysis.statistics.refusals import BadOption, BadValue, TooFew, listed, shown
+from palpate.analysis.spaces.matrices import Matrix, centred, frame_of, in_units, matrix_of, varies
+from palpate.analysis.spaces.orienting import signs
+from palpate.analysis.statistics.doubles import Floats, rescaled, scaled
+from palpate.analysis.statistics.refusals import BadOption, BadValue, TooFew, listed, shown
 
 Kind: TypeAlias = Literal["covariance", "correlation"]
 EQUAL = 1e-8

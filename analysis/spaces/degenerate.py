@@ -7,9 +7,9 @@ from collections.abc import Hashable
 import numpy as np
 from scipy.spatial.distance import pdist
 
-from analysis.spaces.isotone import Order
-from analysis.statistics.doubles import Floats
-from analysis.statistics.refusals import listed
+from palpate.analysis.spaces.isotone import Order
+from palpate.analysis.statistics.doubles import Floats
+from palpate.analysis.statistics.refusals import listed
 
 COLLAPSED = 1e-3  # of the root mean square distance from the centroid
 STEP = 1e-3  # of the largest disparity: smaller ones belong to the same step

@@ -4,11 +4,11 @@ from __future__ import annotations
 
 import numpy as np
 
-from analysis.spaces.classical import torgerson
-from analysis.spaces.isotone import Order, disparities, stress_1
-from analysis.spaces.orienting import unit_size
-from analysis.spaces.quasi_newton import descended, settled
-from analysis.statistics.doubles import Floats
+from palpate.analysis.spaces.classical import torgerson
+from palpate.analysis.spaces.isotone import Order, disparities, stress_1
+from palpate.analysis.spaces.orienting import unit_size
+from palpate.analysis.spaces.quasi_newton import descended, settled
+from palpate.analysis.statistics.doubles import Floats
 
 MAJORISED, POLISHED = 40, 300
 

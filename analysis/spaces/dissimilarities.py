@@ -10,14 +10,22 @@ import numpy as np
 import pandas as pd
 from scipy.spatial.distance import pdist, squareform
 
-from analysis.spaces.matrices import Matrix, matrix_of, varies
-from analysis.spaces.profiles import Profiles
-from analysis.spaces.resampling import Given
-from analysis.statistics.cells import Counts, cell_means, check_columns
-from analysis.statistics.column_values import numbers_of
-from analysis.statistics.doubles import Floats
-from analysis.statistics.labels import Coded, coded
-from analysis.statistics.refusals import BadOption, BadValue, DuplicatedCells, IncompleteCells, TooFew, listed, shown
+from palpate.analysis.spaces.matrices import Matrix, matrix_of, varies
+from palpate.analysis.spaces.profiles import Profiles
+from palpate.analysis.spaces.resampling import Given
+from palpate.analysis.statistics.cells import Counts, cell_means, check_columns
+from palpate.analysis.statistics.column_values import numbers_of
+from palpate.analysis.statistics.doubles import Floats
+from palpate.analysis.statistics.labels import Coded, coded
+from palpate.analysis.statistics.refusals import (
+    BadOption,
+    BadValue,
+    DuplicatedCells,
+    IncompleteCells,
+    TooFew,
+    listed,
+    shown,
+)
 
 Meaning: TypeAlias = Literal["dissimilarity", "similarity"]
 LEAST = 3

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from numpy.random import PCG64, Generator, SeedSequence
 
-from analysis.statistics.refusals import BadOption, shown
+from palpate.analysis.statistics.refusals import BadOption, shown
 
 LEAST_DRAWS = 19  # the smallest p of fewer random draws lies above .05
 

@@ -9,7 +9,7 @@ import numpy as np
 from numpy.typing import NDArray
 from scipy.optimize import isotonic_regression
 
-from analysis.statistics.doubles import Floats
+from palpate.analysis.statistics.doubles import Floats
 
 Ties: TypeAlias = Literal["primary", "secondary"]
 TIED = 1e-12

@@ -8,12 +8,12 @@ import numpy as np
 import pandas as pd
 from scipy.spatial.distance import squareform
 
-from analysis.spaces.descent import classical_start, improved
-from analysis.spaces.dissimilarities import Dissimilarities
-from analysis.spaces.draws import check_draws, p_of_draws, stream
-from analysis.spaces.isotone import Ties, order_of
-from analysis.spaces.nonmetric import NonMetric, checked_order, nonmetric_mds
-from analysis.statistics.doubles import Floats
+from palpate.analysis.spaces.descent import classical_start, improved
+from palpate.analysis.spaces.dissimilarities import Dissimilarities
+from palpate.analysis.spaces.draws import check_draws, p_of_draws, stream
+from palpate.analysis.spaces.isotone import Ties, order_of
+from palpate.analysis.spaces.nonmetric import NonMetric, checked_order, nonmetric_mds
+from palpate.analysis.statistics.doubles import Floats
 
 ENOUGH = 40  # steps: the last digits of a stress do not matter beside its spread over shuffles
 

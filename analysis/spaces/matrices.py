@@ -9,10 +9,10 @@ from typing import Any
 import numpy as np
 import pandas as pd
 
-from analysis.statistics.column_values import numbers_of
-from analysis.statistics.doubles import ROUNDING, Floats
-from analysis.statistics.labels import coded
-from analysis.statistics.refusals import BadValue, DuplicatedCells, UnknownColumn, listed
+from palpate.analysis.statistics.column_values import numbers_of
+from palpate.analysis.statistics.doubles import ROUNDING, Floats
+from palpate.analysis.statistics.labels import coded
+from palpate.analysis.statistics.refusals import BadValue, DuplicatedCells, UnknownColumn, listed
 
 
 @dataclass(frozen=True)

@@ -8,16 +8,16 @@ import numpy as np
 import pandas as pd
 from scipy.spatial.distance import pdist, squareform
 
-from analysis.spaces.classical import check_dimensions
-from analysis.spaces.degenerate import degeneracies, too_few_points
-from analysis.spaces.dissimilarities import Dissimilarities
-from analysis.spaces.draws import stream
-from analysis.spaces.isotone import Order, Ties, disparities, order_of
-from analysis.spaces.matrices import frame_of
-from analysis.spaces.orienting import principal, unit_size
-from analysis.spaces.searching import Searched, searched
-from analysis.statistics.doubles import Floats
-from analysis.statistics.refusals import BadOption, refuse_idle, shown
+from palpate.analysis.spaces.classical import check_dimensions
+from palpate.analysis.spaces.degenerate import degeneracies, too_few_points
+from palpate.analysis.spaces.dissimilarities import Dissimilarities
+from palpate.analysis.spaces.draws import stream
+from palpate.analysis.spaces.isotone import Order, Ties, disparities, order_of
+from palpate.analysis.spaces.matrices import frame_of
+from palpate.analysis.spaces.orienting import principal, unit_size
+from palpate.analysis.spaces.searching import Searched, searched
+from palpate.analysis.statistics.doubles import Floats
+from palpate.analysis.statistics.refusals import BadOption, refuse_idle, shown
 
 HOPS_PER_START = 3
 EXACT = 1e-4

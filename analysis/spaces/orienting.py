@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import numpy as np
 
-from analysis.statistics.doubles import Floats
+from palpate.analysis.statistics.doubles import Floats
 
 NEAR = 1e-9
 """Sizes closer than this (relative) count as equal where a sign is chosen, so that rounding never chooses it."""

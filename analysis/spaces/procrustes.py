@@ -11,11 +11,11 @@ import numpy as np
 import pandas as pd
 from numpy.random import Generator
 
-from analysis.spaces.aligning import aligned, correlations, normed
-from analysis.spaces.draws import check_draws, p_of_draws, stream
-from analysis.spaces.matrices import Matrix, centred, frame_of, matrix_of, varies
-from analysis.statistics.doubles import Floats
-from analysis.statistics.refusals import BadValue, IncompleteCells, TooFew, listed, refuse_idle
+from palpate.analysis.spaces.aligning import aligned, correlations, normed
+from palpate.analysis.spaces.draws import check_draws, p_of_draws, stream
+from palpate.analysis.spaces.matrices import Matrix, centred, frame_of, matrix_of, varies
+from palpate.analysis.statistics.doubles import Floats
+from palpate.analysis.statistics.refusals import BadValue, IncompleteCells, TooFew, listed, refuse_idle
 
 BATCH = 500
 NEAR = 1e-12

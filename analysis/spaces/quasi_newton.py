@@ -12,7 +12,7 @@ from typing import TypeAlias
 
 import numpy as np
 
-from analysis.statistics.doubles import Floats
+from palpate.analysis.statistics.doubles import Floats
 
 Objective: TypeAlias = Callable[[Floats], tuple[float, Floats]]
 MEMORY = 8

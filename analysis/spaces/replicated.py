@@ -10,16 +10,16 @@ import numpy as np
 import pandas as pd
 from scipy.spatial.distance import squareform
 
-from analysis.spaces.aligning import aligned
-from analysis.spaces.classical import torgerson
-from analysis.spaces.descent import at_rest, improved
-from analysis.spaces.dissimilarities import Dissimilarities
-from analysis.spaces.draws import check_draws, check_share, stream
-from analysis.spaces.isotone import Ties, order_of
-from analysis.spaces.matrices import matrix_of
-from analysis.spaces.resampling import resampled
-from analysis.statistics.doubles import Floats
-from analysis.statistics.refusals import BadOption, TooFew, refuse_idle
+from palpate.analysis.spaces.aligning import aligned
+from palpate.analysis.spaces.classical import torgerson
+from palpate.analysis.spaces.descent import at_rest, improved
+from palpate.analysis.spaces.dissimilarities import Dissimilarities
+from palpate.analysis.spaces.draws import check_draws, check_share, stream
+from palpate.analysis.spaces.isotone import Ties, order_of
+from palpate.analysis.spaces.matrices import matrix_of
+from palpate.analysis.spaces.resampling import resampled
+from palpate.analysis.statistics.doubles import Floats
+from palpate.analysis.statistics.refusals import BadOption, TooFew, refuse_idle
 
 Method: TypeAlias = Literal["classical", "nonmetric"]
 ROUNDS = 10

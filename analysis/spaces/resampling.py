@@ -7,8 +7,8 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.random import Generator
 
-from analysis.statistics.doubles import Floats
-from analysis.statistics.refusals import IncompleteCells, TooFew
+from palpate.analysis.statistics.doubles import Floats
+from palpate.analysis.statistics.refusals import IncompleteCells, TooFew
 
 TRIES = 50
 

@@ -9,13 +9,13 @@ import numpy as np
 import pandas as pd
 from numpy.random import Generator
 
-from analysis.spaces.components import Kind, prepared
-from analysis.spaces.draws import check_draws, check_share, p_of_draws, stream
-from analysis.spaces.matrices import Matrix, in_units, matrix_of
-from analysis.spaces.profiles import Profiles
-from analysis.spaces.resampling import resampled
-from analysis.statistics.doubles import Floats
-from analysis.statistics.refusals import BadOption, shown
+from palpate.analysis.spaces.components import Kind, prepared
+from palpate.analysis.spaces.draws import check_draws, check_share, p_of_draws, stream
+from palpate.analysis.spaces.matrices import Matrix, in_units, matrix_of
+from palpate.analysis.spaces.profiles import Profiles
+from palpate.analysis.spaces.resampling import resampled
+from palpate.analysis.statistics.doubles import Floats
+from palpate.analysis.statistics.refusals import BadOption, shown
 
 Reference: TypeAlias = Literal["normal", "permuted"]
 BATCH = 200

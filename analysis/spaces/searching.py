@@ -7,10 +7,10 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.random import Generator
 
-from analysis.spaces.descent import at_rest, classical_start, improved
-from analysis.spaces.isotone import Order
-from analysis.spaces.orienting import principal, unit_size
-from analysis.statistics.doubles import Floats
+from palpate.analysis.spaces.descent import at_rest, classical_start, improved
+from palpate.analysis.spaces.isotone import Order
+from palpate.analysis.spaces.orienting import principal, unit_size
+from palpate.analysis.statistics.doubles import Floats
 
 REFINED, SETTLING = 3000, 500
 LOWER = 1e-9

@@ -10,11 +10,11 @@ import numpy as np
 import pandas as pd
 from numpy.random import Generator
 
-from analysis.spaces.draws import check_draws, p_of_draws, stream
-from analysis.spaces.matrices import Matrix, centred, matrix_of, varies
-from analysis.statistics.doubles import Floats
-from analysis.statistics.pvalues import f_tail
-from analysis.statistics.refusals import IncompleteCells, TooFew, listed, refuse_idle
+from palpate.analysis.spaces.draws import check_draws, p_of_draws, stream
+from palpate.analysis.spaces.matrices import Matrix, centred, matrix_of, varies
+from palpate.analysis.statistics.doubles import Floats
+from palpate.analysis.statistics.pvalues import f_tail
+from palpate.analysis.statistics.refusals import IncompleteCells, TooFew, listed, refuse_idle
 
 BATCH = 500
 NEAR = 1e-12

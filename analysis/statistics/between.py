@@ -9,11 +9,11 @@ from fractions import Fraction
 import numpy as np
 import pandas as pd
 
-from analysis.statistics.cells import Aggregate, Missing
-from analysis.statistics.doubles import ROUNDING, Floats, deviation_ss, exact_sum, rescaled, scaled
-from analysis.statistics.groups import gather_groups
-from analysis.statistics.pvalues import f_tail
-from analysis.statistics.within import range_notes, share, undefined_f
+from palpate.analysis.statistics.cells import Aggregate, Missing
+from palpate.analysis.statistics.doubles import ROUNDING, Floats, deviation_ss, exact_sum, rescaled, scaled
+from palpate.analysis.statistics.groups import gather_groups
+from palpate.analysis.statistics.pvalues import f_tail
+from palpate.analysis.statistics.within import range_notes, share, undefined_f
 
 
 def anova(

@@ -12,10 +12,10 @@ import numpy as np
 import pandas as pd
 from numpy.typing import NDArray
 
-from analysis.statistics.column_values import numbers_of
-from analysis.statistics.doubles import Floats, scaled
-from analysis.statistics.labels import Coded, coded
-from analysis.statistics.refusals import (
+from palpate.analysis.statistics.column_values import numbers_of
+from palpate.analysis.statistics.doubles import Floats, scaled
+from palpate.analysis.statistics.labels import Coded, coded
+from palpate.analysis.statistics.refusals import (
     BadOption,
     BadValue,
     DuplicatedCells,

@@ -11,8 +11,8 @@ from typing import Any
 import numpy as np
 import pandas as pd
 
-from analysis.statistics.doubles import Floats
-from analysis.statistics.refusals import BadValue, listed
+from palpate.analysis.statistics.doubles import Floats
+from palpate.analysis.statistics.refusals import BadValue, listed
 
 INTEGERS_END = 2**53  # from here on a double does not hold every integer
 

@@ -9,7 +9,7 @@ from typing import NamedTuple
 
 import numpy as np
 
-from analysis.statistics.doubles import (
+from palpate.analysis.statistics.doubles import (
     ROUNDING_ULPS,
     Floats,
     centred,

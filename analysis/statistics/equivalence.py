@@ -9,11 +9,11 @@ from numbers import Real
 
 import pandas as pd
 
-from analysis.statistics.cells import Aggregate, Missing
-from analysis.statistics.comparisons import Comparison
-from analysis.statistics.pairwise import Compared, compared
-from analysis.statistics.pvalues import p_note, t_critical, t_upper
-from analysis.statistics.refusals import BadOption, shown
+from palpate.analysis.statistics.cells import Aggregate, Missing
+from palpate.analysis.statistics.comparisons import Comparison
+from palpate.analysis.statistics.pairwise import Compared, compared
+from palpate.analysis.statistics.pvalues import p_note, t_critical, t_upper
+from palpate.analysis.statistics.refusals import BadOption, shown
 
 
 @dataclass(frozen=True)

@@ -8,8 +8,8 @@ from typing import Any, Literal, TypeAlias
 
 import pandas as pd
 
-from analysis.statistics.noncentral import NONE, f_noncentrality
-from analysis.statistics.refusals import BadOption, UnknownColumn, refuse_idle, shown
+from palpate.analysis.statistics.noncentral import NONE, f_noncentrality
+from palpate.analysis.statistics.refusals import BadOption, UnknownColumn, refuse_idle, shown
 
 Corrected: TypeAlias = Literal["GG", "HF", "none"]
 EPSILONS = {"GG": "eps", "HF": "eps_HF"}

@@ -9,8 +9,8 @@ from itertools import product
 
 import numpy as np
 
-from analysis.statistics.doubles import Floats
-from analysis.statistics.exact import (
+from palpate.analysis.statistics.doubles import Floats
+from palpate.analysis.statistics.exact import (
     ExactEffect,
     exact_epsilon,
     exact_ratio,
@@ -18,9 +18,9 @@ from analysis.statistics.exact import (
     part_ss,
     summed_part,
 )
-from analysis.statistics.group_sums import GroupSums, forms_of
-from analysis.statistics.hypotheses import SumOfSquares, Whole, subsets
-from analysis.statistics.mixed import Design
+from palpate.analysis.statistics.group_sums import GroupSums, forms_of
+from palpate.analysis.statistics.hypotheses import SumOfSquares, Whole, subsets
+from palpate.analysis.statistics.mixed import Design
 
 
 def exact_mixed(design: Design, kind: SumOfSquares) -> list[ExactEffect]:

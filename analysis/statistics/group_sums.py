@@ -8,9 +8,9 @@ from fractions import Fraction
 
 import numpy as np
 
-from analysis.statistics.doubles import Floats, exact_sum
-from analysis.statistics.hypotheses import Effect, Form, Projection, SumOfSquares, Whole, form, subsets
-from analysis.statistics.memberships import Membership
+from palpate.analysis.statistics.doubles import Floats, exact_sum
+from palpate.analysis.statistics.hypotheses import Effect, Form, Projection, SumOfSquares, Whole, form, subsets
+from palpate.analysis.statistics.memberships import Membership
 
 
 @dataclass(frozen=True)

@@ -9,7 +9,7 @@ from typing import Any
 import numpy as np
 import pandas as pd
 
-from analysis.statistics.cells import (
+from palpate.analysis.statistics.cells import (
     Aggregate,
     Counts,
     Missing,
@@ -18,10 +18,10 @@ from analysis.statistics.cells import (
     check_options,
     name_list,
 )
-from analysis.statistics.column_values import numbers_of
-from analysis.statistics.doubles import Floats
-from analysis.statistics.labels import Coded, coded
-from analysis.statistics.refusals import (
+from palpate.analysis.statistics.column_values import numbers_of
+from palpate.analysis.statistics.doubles import Floats
+from palpate.analysis.statistics.labels import Coded, coded
+from palpate.analysis.statistics.refusals import (
     NO_SUBJECT,
     BadOption,
     DuplicatedCells,
@@ -30,7 +30,7 @@ from analysis.statistics.refusals import (
     listed,
     refuse_idle,
 )
-from protocols.wording import count
+from palpate.protocols.wording import count
 
 
 @dataclass(frozen=True)

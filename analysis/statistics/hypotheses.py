@@ -24,7 +24,7 @@ from typing import Any, Literal, TypeAlias
 import numpy as np
 from numpy.typing import NDArray
 
-from analysis.statistics.doubles import Floats
+from palpate.analysis.statistics.doubles import Floats
 
 SumOfSquares: TypeAlias = Literal["II", "III"]
 Whole: TypeAlias = NDArray[Any]  # of Python integers, which have no end

@@ -14,7 +14,7 @@ import pandas as pd
 from numpy.typing import NDArray
 from pandas.api.types import infer_dtype, is_scalar
 
-from analysis.statistics.refusals import BadValue, listed
+from palpate.analysis.statistics.refusals import BadValue, listed
 
 Codes: TypeAlias = NDArray[np.intp]
 

@@ -10,9 +10,9 @@ from itertools import product
 import numpy as np
 import pandas as pd
 
-from analysis.statistics.cells import Cells, Counts
-from analysis.statistics.labels import coded
-from analysis.statistics.refusals import DuplicatedCells, TooFew, listed
+from palpate.analysis.statistics.cells import Cells, Counts
+from palpate.analysis.statistics.labels import coded
+from palpate.analysis.statistics.refusals import DuplicatedCells, TooFew, listed
 
 
 @dataclass(frozen=True)

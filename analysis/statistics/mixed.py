@@ -13,15 +13,23 @@ from dataclasses import dataclass, replace
 import numpy as np
 import pandas as pd
 
-from analysis.statistics.cells import Aggregate, Cells, Missing, check_columns, gather_all, name_list
-from analysis.statistics.doubles import ROUNDING, Floats, differences, rescaled, scaled
-from analysis.statistics.effects import Effect, effects_table
-from analysis.statistics.group_sums import GroupSums, group_sums
-from analysis.statistics.hypotheses import SumOfSquares, subsets
-from analysis.statistics.memberships import Membership, membership
-from analysis.statistics.pvalues import f_tail
-from analysis.statistics.refusals import NO_SUBJECT, BadOption, TooFew, UnknownColumn, listed, refuse_idle, shown
-from analysis.statistics.within import (
+from palpate.analysis.statistics.cells import Aggregate, Cells, Missing, check_columns, gather_all, name_list
+from palpate.analysis.statistics.doubles import ROUNDING, Floats, differences, rescaled, scaled
+from palpate.analysis.statistics.effects import Effect, effects_table
+from palpate.analysis.statistics.group_sums import GroupSums, group_sums
+from palpate.analysis.statistics.hypotheses import SumOfSquares, subsets
+from palpate.analysis.statistics.memberships import Membership, membership
+from palpate.analysis.statistics.pvalues import f_tail
+from palpate.analysis.statistics.refusals import (
+    NO_SUBJECT,
+    BadOption,
+    TooFew,
+    UnknownColumn,
+    listed,
+    refuse_idle,
+    shown,
+)
+from palpate.analysis.statistics.within import (
     component,
     greenhouse_geisser,
     huynh_feldt,

@@ -16,7 +16,7 @@ import numpy as np
 from scipy.optimize import brentq
 from scipy.special import betainc, chdtr, chdtri, gammaln, ncfdtr, ndtr, xlogy
 
-from analysis.statistics.doubles import Floats
+from palpate.analysis.statistics.doubles import Floats
 
 Limits: TypeAlias = tuple[float, float]
 NONE: Limits = (math.nan, math.nan)

@@ -9,14 +9,14 @@ from typing import Any, TypeAlias
 
 import pandas as pd
 
-from analysis.statistics.cells import Aggregate, Cells, Missing, gather, name_list
-from analysis.statistics.comparisons import Comparison, paired, unpaired
-from analysis.statistics.eta_intervals import checked_confidence
-from analysis.statistics.groups import gather_groups
-from analysis.statistics.pvalues import adjusted, p_note, t_critical, t_two_sided
-from analysis.statistics.refusals import BadOption, refuse_idle, shown
-from analysis.statistics.standardised import dz_interval, hedges_interval
-from analysis.statistics.within import refuse_too_few
+from palpate.analysis.statistics.cells import Aggregate, Cells, Missing, gather, name_list
+from palpate.analysis.statistics.comparisons import Comparison, paired, unpaired
+from palpate.analysis.statistics.eta_intervals import checked_confidence
+from palpate.analysis.statistics.groups import gather_groups
+from palpate.analysis.statistics.pvalues import adjusted, p_note, t_critical, t_two_sided
+from palpate.analysis.statistics.refusals import BadOption, refuse_idle, shown
+from palpate.analysis.statistics.standardised import dz_interval, hedges_interval
+from palpate.analysis.statistics.within import refuse_too_few
 
 Names: TypeAlias = Hashable | Iterable[Hashable] | None
 ADJUSTMENTS = {"none": "none", "bonf": "bonf", "bonferroni": "bonf", "holm": "holm"}

@@ -10,9 +10,9 @@ from typing import Any
 
 import pandas as pd
 
-from analysis.statistics.refusals import StatisticsError
+from palpate.analysis.statistics.refusals import StatisticsError
 
-FOLDER = Path(__file__).parent.parent / "reference"
+FOLDER = Path(__file__).resolve().parent.parent / "reference"
 NUMBERS = ("y", "days")
 
 

@@ -9,13 +9,13 @@ from typing import Any
 
 import pandas as pd
 
-from analysis.statistics.cells import Aggregate, Missing
-from analysis.statistics.effects import Effect
-from analysis.statistics.exact import ExactEffect
-from analysis.statistics.exact_mixed import exact_mixed
-from analysis.statistics.group_sums import forms_of
-from analysis.statistics.hypotheses import EXACT_GROUPS, SumOfSquares
-from analysis.statistics.mixed import Design, Names, gather_design, mixed_effects, refuse_unknown_type
+from palpate.analysis.statistics.cells import Aggregate, Missing
+from palpate.analysis.statistics.effects import Effect
+from palpate.analysis.statistics.exact import ExactEffect
+from palpate.analysis.statistics.exact_mixed import exact_mixed
+from palpate.analysis.statistics.group_sums import forms_of
+from palpate.analysis.statistics.hypotheses import EXACT_GROUPS, SumOfSquares
+from palpate.analysis.statistics.mixed import Design, Names, gather_design, mixed_effects, refuse_unknown_type
 
 MOST_VALUES = 20_000
 NUMBERS = ("ss", "ss_error", "f", "eps", "np2", "ng2")

@@ -10,10 +10,10 @@ import numpy as np
 import pandas as pd
 from scipy.special import chdtrc
 
-from analysis.statistics.cells import Aggregate, Missing
-from analysis.statistics.doubles import scaled
-from analysis.statistics.mixed import Design, Names, Stratum, gather_design, strata
-from analysis.statistics.pvalues import SMALLEST, p_note
+from palpate.analysis.statistics.cells import Aggregate, Missing
+from palpate.analysis.statistics.doubles import scaled
+from palpate.analysis.statistics.mixed import Design, Names, Stratum, gather_design, strata
+from palpate.analysis.statistics.pvalues import SMALLEST, p_note
 
 COLUMNS = ("Source", "d", "W", "chi2", "ddof", "p", "p_anderson", "note")
 

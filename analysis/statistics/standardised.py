@@ -4,8 +4,8 @@ from __future__ import annotations
 
 import math
 
-from analysis.statistics.eta_intervals import checked_confidence
-from analysis.statistics.noncentral import Limits, t_noncentrality
+from palpate.analysis.statistics.eta_intervals import checked_confidence
+from palpate.analysis.statistics.noncentral import Limits, t_noncentrality
 
 
 def dz_interval(dz: float, n: int, *, confidence: float = 0.95) -> Limits:

@@ -13,8 +13,8 @@ from itertools import combinations
 
 import pandas as pd
 
-from analysis.statistics.cells import Aggregate, Cells, Missing, gather
-from analysis.statistics.doubles import (
+from palpate.analysis.statistics.cells import Aggregate, Cells, Missing, gather
+from palpate.analysis.statistics.doubles import (
     ROUNDING,
     Floats,
     Pair,
@@ -25,9 +25,9 @@ from analysis.statistics.doubles import (
     scaled,
     sum_of_squares,
 )
-from analysis.statistics.effects import Effect, effects_table
-from analysis.statistics.pvalues import f_tail, p_note
-from analysis.statistics.refusals import TooFew, UnknownColumn, listed
+from palpate.analysis.statistics.effects import Effect, effects_table
+from palpate.analysis.statistics.pvalues import f_tail, p_note
+from palpate.analysis.statistics.refusals import TooFew, UnknownColumn, listed
 
 
 def rm_anova(

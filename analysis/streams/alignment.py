@@ -8,13 +8,13 @@ from typing import Any
 
 import numpy as np
 
-from analysis.aligning.aligned import LONGEST_GAP_S, Aligned, Hole, align, grid_points
-from analysis.aligning.errors import HAND_HZ, leak, sine_error
-from analysis.aligning.hinge import Hinge, fit_hinge
-from analysis.aligning.methods import Method
-from analysis.aligning.refusals import AlignError, Array
-from analysis.streams.recorded import Stream, StreamError
-from analysis.streams.speeds import AXES, NO_SPEED, Moving, SpeedWanted, moving
+from palpate.analysis.aligning.aligned import LONGEST_GAP_S, Aligned, Hole, align, grid_points
+from palpate.analysis.aligning.errors import HAND_HZ, leak, sine_error
+from palpate.analysis.aligning.hinge import Hinge, fit_hinge
+from palpate.analysis.aligning.methods import Method
+from palpate.analysis.aligning.refusals import AlignError, Array
+from palpate.analysis.streams.recorded import Stream, StreamError
+from palpate.analysis.streams.speeds import AXES, NO_SPEED, Moving, SpeedWanted, moving
 
 ANGLE = "angle_deg"
 MANY_HOLES = 200

@@ -8,11 +8,11 @@ from typing import TYPE_CHECKING, Any
 
 import click
 
-from protocols.wording import some
-from studies.options import JSON, echo_json
+from palpate.protocols.wording import some
+from palpate.studies.options import JSON, echo_json
 
 if TYPE_CHECKING:
-    from analysis.streams.alignment import Wanted
+    from palpate.analysis.streams.alignment import Wanted
 
 LEDGER = click.Path(path_type=Path)
 OUT = click.Path(path_type=Path)
@@ -52,8 +52,8 @@ def list_command(ledger: tuple[Path, ...], trial: int | None, as_json: bool) -> 
     Example:
       palpate streams LAB/sessions/texture_capture_P001_s1.sqlite --trial 2
     """
-    from analysis.streams.listing import listed
-    from studies.record import read
+    from palpate.analysis.streams.listing import listed
+    from palpate.studies.record import read
 
     rows = [listed(read(path), trial) for path in _ledgers(ledger)]
     if as_json:
@@ -99,8 +99,8 @@ def export_command(ledger: Path, trial: int | None, out: Path, raw: bool, as_jso
       palpate doors normalise door.csv --zero --out K8_g0.csv \\
         --angle-column door_angle_angle --force-column door_force_force
     """
-    from analysis.streams.exporter import Chosen, export
-    from studies.record import read
+    from palpate.analysis.streams.exporter import Chosen, export
+    from palpate.studies.record import read
 
     chosen = Chosen(trial, how["attempt"], how["act"], how["hinge"], how["by_stamps"])
     _demand_speed_told_apart(how, raw)
@@ -120,10 +120,10 @@ def _demand_speed_told_apart(how: dict[str, Any], raw: bool) -> None:
 
 
 def _wanted(how: dict[str, Any]) -> Wanted:
-    from analysis.aligning.aligned import LONGEST_GAP_S
-    from analysis.aligning.methods import method_named
-    from analysis.streams.alignment import Wanted
-    from analysis.streams.speeds import WINDOW, SpeedWanted
+    from palpate.analysis.aligning.aligned import LONGEST_GAP_S
+    from palpate.analysis.aligning.methods import method_named
+    from palpate.analysis.streams.alignment import Wanted
+    from palpate.analysis.streams.speeds import WINDOW, SpeedWanted
 
     default, single = "bandlimited", {}
     for part in how["method"].split(","):
@@ -155,7 +155,7 @@ def _ledgers(paths: Sequence[Path]) -> list[Path]:
 
 
 def _show(row: dict[str, Any]) -> None:
-    from analysis.streams.listing import lines_of
+    from palpate.analysis.streams.listing import lines_of
 
     click.secho(f"{row['session']}  {row['ledger']}", bold=True)
     for line in lines_of(row["streams"]) or ["no streams"]:

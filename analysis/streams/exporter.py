@@ -7,13 +7,13 @@ from dataclasses import dataclass, replace
 from pathlib import Path
 from typing import Any
 
-from analysis.streams.alignment import Wanted, align_streams
-from analysis.streams.exporting import ledger_account, write_aligned, write_raw
-from analysis.streams.reading import Attempt, attempts_of, counting, streams_in, streams_of
-from analysis.streams.recorded import Stream, StreamError
-from protocols.files import staged_files
-from protocols.wording import count
-from studies.record import Record
+from palpate.analysis.streams.alignment import Wanted, align_streams
+from palpate.analysis.streams.exporting import ledger_account, write_aligned, write_raw
+from palpate.analysis.streams.reading import Attempt, attempts_of, counting, streams_in, streams_of
+from palpate.analysis.streams.recorded import Stream, StreamError
+from palpate.protocols.files import staged_files
+from palpate.protocols.wording import count
+from palpate.studies.record import Record
 
 
 @dataclass(frozen=True)

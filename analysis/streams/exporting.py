@@ -9,13 +9,13 @@ from typing import Any
 
 import numpy as np
 
-from analysis.aligning.refusals import Array
-from analysis.streams.alignment import Together, described
-from analysis.streams.reading import Attempt
-from analysis.streams.recorded import Stream
-from protocols.canonical import json_text
-from protocols.files import file_sha256, open_text, write_text
-from studies.record import Record
+from palpate.analysis.aligning.refusals import Array
+from palpate.analysis.streams.alignment import Together, described
+from palpate.analysis.streams.reading import Attempt
+from palpate.analysis.streams.recorded import Stream
+from palpate.protocols.canonical import json_text
+from palpate.protocols.files import file_sha256, open_text, write_text
+from palpate.studies.record import Record
 
 DIGITS = 9
 """A float32 comes back from so many."""

@@ -5,11 +5,11 @@ from __future__ import annotations
 from collections.abc import Iterable, Sequence
 from typing import Any
 
-from analysis.streams.alignment import described
-from analysis.streams.reading import Attempt, attempts_of, counting, streams_in
-from analysis.streams.recorded import StreamError
-from studies.record import Record
-from studies.tables import session_name
+from palpate.analysis.streams.alignment import described
+from palpate.analysis.streams.reading import Attempt, attempts_of, counting, streams_in
+from palpate.analysis.streams.recorded import StreamError
+from palpate.studies.record import Record
+from palpate.studies.tables import session_name
 
 Row = dict[str, Any]
 TEXTS = ("stimulus", "stream", "unit", "clock", "calibration")

@@ -7,10 +7,10 @@ from dataclasses import dataclass, field
 from itertools import pairwise
 from typing import Any
 
-from analysis.streams.recorded import Gap, Stream, StreamError
-from protocols.events import Event
-from protocols.requests import Samples
-from studies.record import Record
+from palpate.analysis.streams.recorded import Gap, Stream, StreamError
+from palpate.protocols.events import Event
+from palpate.protocols.requests import Samples
+from palpate.studies.record import Record
 
 KEPT = ("captured", "answered")
 """How a trial ends whose recordings count; one that was repeated, left or faulted is listed and not used."""

@@ -6,10 +6,10 @@ from pathlib import Path
 
 import numpy as np
 
-from analysis.aligning.errors import HAND_HZ, sine_error
-from analysis.aligning.methods import METHODS
 from benchmarks.alignment.truth import GRID_HZ, KINDS
-from protocols.files import open_bytes
+from palpate.analysis.aligning.errors import HAND_HZ, sine_error
+from palpate.analysis.aligning.methods import METHODS
+from palpate.protocols.files import open_bytes
 
 COLOURS = {
     "hold": "#999999", "nearest": "#56b4e9", "linear": "#e69f00", "pchip": "#009e73", "cubic": "#0072b2",

@@ -5,7 +5,7 @@ from __future__ import annotations
 from collections.abc import Iterator
 
 from benchmarks.attributes import methods, picture_features, touch, touch_features
-from protocols.bench import Case
+from palpate.protocols.bench import Case
 
 
 def cases(quick: bool) -> Iterator[Case]:

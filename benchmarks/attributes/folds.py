@@ -12,12 +12,12 @@ from pathlib import Path
 import numpy as np
 
 from benchmarks.attributes.material import WHOLE, WHOLE_PICTURES, WHOLE_SEGMENTS, made_up
-from modeling.attributes.judging_entries import PROPOSED, Own
-from modeling.attributes.judging_whole import Judged, Wanted, judge
-from modeling.attributes.material import Material
-from modeling.attributes.methods import Method
-from modeling.training.jobs_cluster import local_cluster
-from protocols.bench import Case
+from palpate.modeling.attributes.judging_entries import PROPOSED, Own
+from palpate.modeling.attributes.judging_whole import Judged, Wanted, judge
+from palpate.modeling.attributes.material import Material
+from palpate.modeling.attributes.methods import Method
+from palpate.modeling.training.jobs_cluster import local_cluster
+from palpate.protocols.bench import Case
 
 AREA = "textures"
 WORKERS = 2

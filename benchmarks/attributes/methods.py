@@ -15,17 +15,17 @@ from typing import Any, cast
 
 from benchmarks.attributes.folds import AREA, named, whole_folds
 from benchmarks.attributes.material import WHOLE_PICTURES, WHOLE_SEGMENTS, made_up
-from modeling.attributes.evaluation_tables import Row, features_of, method_rows
-from modeling.attributes.folds import all_of_them
-from modeling.attributes.judging_entries import Own
-from modeling.attributes.judging_jobs import Entry
-from modeling.attributes.judging_run import learning, summed_up
-from modeling.attributes.judging_whole import Judged, Wanted, judge
-from modeling.attributes.material import Array, Material, Texture
-from modeling.attributes.methods import Method
-from modeling.attributes.model_file import AttributeModel, Kept, read_model, write_model
-from modeling.training.threads import limited
-from protocols.bench import Case
+from palpate.modeling.attributes.evaluation_tables import Row, features_of, method_rows
+from palpate.modeling.attributes.folds import all_of_them
+from palpate.modeling.attributes.judging_entries import Own
+from palpate.modeling.attributes.judging_jobs import Entry
+from palpate.modeling.attributes.judging_run import learning, summed_up
+from palpate.modeling.attributes.judging_whole import Judged, Wanted, judge
+from palpate.modeling.attributes.material import Array, Material, Texture
+from palpate.modeling.attributes.methods import Method
+from palpate.modeling.attributes.model_file import AttributeModel, Kept, read_model, write_model
+from palpate.modeling.training.threads import limited
+from palpate.protocols.bench import Case
 
 QUICK_TEXTURES, TEXTURES, SEGMENTS, PICTURES = 8, 16, 24, 4
 LEFT_OUT = 8
@@ -55,7 +55,7 @@ def cases(
     quick: bool, methods: Mapping[str, Method] | None = None, own: Own | None = None, workers: int | None = None
 ) -> Iterator[Case]:
     """Every figure of this area: eight textures left out, or, if `quick`, five, and few epochs for the networks."""
-    from modeling.attributes.registry import METHODS, OWN_FEATURES
+    from palpate.modeling.attributes.registry import METHODS, OWN_FEATURES
 
     every, features = METHODS if methods is None else methods, OWN_FEATURES if own is None else own
     with tempfile.TemporaryDirectory() as folder:

@@ -7,9 +7,9 @@ from collections.abc import Callable, Iterator
 import numpy as np
 from numpy.typing import NDArray
 
-from analysis.features.glcm import ANGLES, DISTANCES, LEVELS, glcm, levels
-from analysis.features.pictures import SIDE, Gray
-from protocols.bench import Case
+from palpate.analysis.features.glcm import ANGLES, DISTANCES, LEVELS, glcm, levels
+from palpate.analysis.features.pictures import SIDE, Gray
+from palpate.protocols.bench import Case
 
 AREA = "features of pictures"
 QUICK_SIDE = 224

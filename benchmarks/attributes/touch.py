@@ -11,13 +11,13 @@ from functools import partial
 
 import numpy as np
 
-from analysis.features.tactile import touch_features
-from analysis.features.touch import RATE_HZ, TRIM_S, Touch
-from modeling.attributes.tones import SENSORS_HZ, felt_at, tones
-from modeling.attributes.touching import filtering, touch_of
-from modeling.textures.preparing import Touched
-from modeling.training.jobs import run_jobs
-from protocols.bench import Case
+from palpate.analysis.features.tactile import touch_features
+from palpate.analysis.features.touch import RATE_HZ, TRIM_S, Touch
+from palpate.modeling.attributes.tones import SENSORS_HZ, felt_at, tones
+from palpate.modeling.attributes.touching import filtering, touch_of
+from palpate.modeling.textures.preparing import Touched
+from palpate.modeling.training.jobs import run_jobs
+from palpate.protocols.bench import Case
 
 AREA = "features of touch"
 SECONDS, QUICK_SECONDS = 60.0, 10.0

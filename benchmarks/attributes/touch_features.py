@@ -6,15 +6,15 @@ from collections.abc import Callable, Iterator
 
 import numpy as np
 
-from analysis.features.hand import hand
-from analysis.features.mfcc import COEFFICIENTS, FRAME, frames, mfcc
-from analysis.features.segments import SEGMENT, segments
-from analysis.features.spectra import FLOOR, spectrum
-from analysis.features.tactile import touch_features
-from analysis.features.touch import RATE_HZ, Array, Stretch, Touch
-from analysis.features.wavelets import wavelets
-from protocols.bench import Case
-from studies.one_axis import dft321, one_axis
+from palpate.analysis.features.hand import hand
+from palpate.analysis.features.mfcc import COEFFICIENTS, FRAME, frames, mfcc
+from palpate.analysis.features.segments import SEGMENT, segments
+from palpate.analysis.features.spectra import FLOOR, spectrum
+from palpate.analysis.features.tactile import touch_features
+from palpate.analysis.features.touch import RATE_HZ, Array, Stretch, Touch
+from palpate.analysis.features.wavelets import wavelets
+from palpate.protocols.bench import Case
+from palpate.studies.one_axis import dft321, one_axis
 
 AREA = "features of touch"
 SECONDS, QUICK_SECONDS = 60.0, 10.0

@@ -5,8 +5,8 @@ from __future__ import annotations
 from collections.abc import Iterator
 
 from benchmarks.doors import designer_window, keyswitch, live_door, models
-from devices.door.side import DoorSide
-from protocols.bench import Case
+from palpate.devices.door.side import DoorSide
+from palpate.protocols.bench import Case
 
 
 def cases(quick: bool) -> Iterator[Case]:

@@ -15,16 +15,16 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
-from devices.author.making import Array, Maker, maker_for
-from devices.author.work import History, Setting, Work, neutral
-from devices.door.grid import MAX_ANGLE_DEG, POINTS, POINTS_PER_DEG
-from devices.window.calibration import Calibration
-from devices.window.geometry import Box
-from devices.window.plot import Axes, axes_for, line_mask
-from protocols.bench import Case
+from palpate.devices.author.making import Array, Maker, maker_for
+from palpate.devices.author.work import History, Setting, Work, neutral
+from palpate.devices.door.grid import MAX_ANGLE_DEG, POINTS, POINTS_PER_DEG
+from palpate.devices.window.calibration import Calibration
+from palpate.devices.window.geometry import Box
+from palpate.devices.window.plot import Axes, axes_for, line_mask
+from palpate.protocols.bench import Case
 
 if TYPE_CHECKING:
-    from devices.author.screen import AuthorScreen
+    from palpate.devices.author.screen import AuthorScreen
 
 SIZES = ((1280, 720), (1920, 1080))
 PX_PER_MM = 3.78
@@ -67,12 +67,12 @@ def painted_s(maker: Maker, size: tuple[int, int], count: int, seed: int = 1) ->
 
 def screen_of(maker: Maker, size: tuple[int, int]) -> AuthorScreen:
     """The sliders, every wish in the middle."""
-    from devices.author.board import Board
-    from devices.author.screen import AuthorScreen
-    from devices.author.words import author_texts
-    from devices.window.fonts import find_fonts
-    from devices.window.geometry import Metrics
-    from devices.window.screen import Page
+    from palpate.devices.author.board import Board
+    from palpate.devices.author.screen import AuthorScreen
+    from palpate.devices.author.words import author_texts
+    from palpate.devices.window.fonts import find_fonts
+    from palpate.devices.window.geometry import Metrics
+    from palpate.devices.window.screen import Page
 
     page = Page(Metrics(*size, PX_PER_MM), author_texts(), find_fonts())
     return AuthorScreen(page, Board(page, maker), History(Work(neutral(len(maker.attributes)))))
@@ -83,7 +83,7 @@ def timed_moves(
     clock: Callable[[], float] = time.perf_counter,
 ) -> Array:  # fmt: skip
     """Every slider in turn is dragged to random places; each place is a new door. Seconds of each move."""
-    from devices.window.inputs import Moved, Pressed, Released
+    from palpate.devices.window.inputs import Moved, Pressed, Released
 
     chance, taken = np.random.Generator(np.random.PCG64(seed)), np.empty(count)
     sliders = [screen.board.slider(screen.work, number) for number in range(len(screen.work.a.wish))]
@@ -145,7 +145,7 @@ def main(width: int, height: int, count: int, seed: int = 1) -> None:
     """Open the window, move its sliders, and print the seconds that each move took to be drawn and flipped."""
     from PIL import Image
 
-    from devices.window.shell import open_shell
+    from palpate.devices.window.shell import open_shell
 
     screen, image = screen_of(maker_for(None), (width, height)), Image.new("RGB", (width, height))
     with closing(open_shell(Calibration((width, height), PX_PER_MM, 0, "never: a virtual display"), 0, True)) as shell:

@@ -9,7 +9,7 @@ from benchmarks.keyswitch.comparing import KIND, RECONSTRUCTION, Part, Row, outc
 from benchmarks.keyswitch.curves import Curves, measured
 from benchmarks.keyswitch.outcome import Outcome
 from benchmarks.keyswitch.settings import QUICK, REDUCED, Size
-from protocols.bench import Case
+from palpate.protocols.bench import Case
 
 AREA = "key switches"
 TITLES = {RECONSTRUCTION: "a curve from a code", KIND: "linear, tactile or clicky"}

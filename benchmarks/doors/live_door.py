@@ -10,18 +10,18 @@ from functools import cache, partial
 import numpy as np
 
 from benchmarks.serial_lines import VirtualLine
-from devices.door.designer import Designer, designer_for
-from devices.door.firmware.controller import Firmware
-from devices.door.firmware.twin_plant import TwinPlant
-from devices.door.firmware.wire import Wire
-from devices.door.link import dialogue
-from devices.door.link.limits import HANDLE_RADIUS_M, Limits, change_for_door, profile_for_door
-from devices.door.link.link import Link
-from devices.door.live import LiveDoor
-from devices.door.making import NEUTRAL, Array
-from devices.door.plant.rendering import FASTEST_NM_S, PASSAGE_TICKS
-from devices.door.playable import bounded
-from protocols.bench import Case
+from palpate.devices.door.designer import Designer, designer_for
+from palpate.devices.door.firmware.controller import Firmware
+from palpate.devices.door.firmware.twin_plant import TwinPlant
+from palpate.devices.door.firmware.wire import Wire
+from palpate.devices.door.link import dialogue
+from palpate.devices.door.link.limits import HANDLE_RADIUS_M, Limits, change_for_door, profile_for_door
+from palpate.devices.door.link.link import Link
+from palpate.devices.door.live import LiveDoor
+from palpate.devices.door.making import NEUTRAL, Array
+from palpate.devices.door.plant.rendering import FASTEST_NM_S, PASSAGE_TICKS
+from palpate.devices.door.playable import bounded
+from palpate.protocols.bench import Case
 
 AREA, BAUD, END_DEG = "doors", 1_000_000, 62.0
 MOVES, QUICK_MOVES = 200, 30

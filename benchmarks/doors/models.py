@@ -16,18 +16,18 @@ from pathlib import Path
 
 import numpy as np
 
-from modeling.doors.ceiling import Ceiling, noise_ceiling
-from modeling.doors.corners import corners
-from modeling.doors.data import Array
-from modeling.doors.evaluating import Judged, Wanted, context_for, judge
-from modeling.doors.evaluating_floors import floors
-from modeling.doors.evaluation_overall import attainable, loop_rows, method_rows
-from modeling.doors.evaluation_tables import Row
-from modeling.doors.rated import Rated
-from modeling.doors.registry import DEFAULT, THESIS, Direction
-from modeling.doors.side import DoorSide, Runs
-from modeling.doors.simulated import simulated_ratings
-from protocols.bench import Case
+from palpate.modeling.doors.ceiling import Ceiling, noise_ceiling
+from palpate.modeling.doors.corners import corners
+from palpate.modeling.doors.data import Array
+from palpate.modeling.doors.evaluating import Judged, Wanted, context_for, judge
+from palpate.modeling.doors.evaluating_floors import floors
+from palpate.modeling.doors.evaluation_overall import attainable, loop_rows, method_rows
+from palpate.modeling.doors.evaluation_tables import Row
+from palpate.modeling.doors.rated import Rated
+from palpate.modeling.doors.registry import DEFAULT, THESIS, Direction
+from palpate.modeling.doors.side import DoorSide, Runs
+from palpate.modeling.doors.simulated import simulated_ratings
+from palpate.protocols.bench import Case
 
 AREA = "doors"
 QUICK_FOLDS, FOLDS = 2, 5

@@ -19,10 +19,10 @@ from benchmarks.keyswitch.networks import classifier
 from benchmarks.keyswitch.outcome import Fitted
 from benchmarks.keyswitch.reconstructing import answered, centring_of, settings_of
 from benchmarks.keyswitch.settings import Size
-from modeling.training.loop import train
-from modeling.training.progress import Report
-from modeling.training.seeding import seeded
-from modeling.training.sources import Pairs, pairs
+from palpate.modeling.training.loop import train
+from palpate.modeling.training.progress import Report
+from palpate.modeling.training.seeding import seeded
+from palpate.modeling.training.sources import Pairs, pairs
 
 PENALTIES = tuple(float(10**k) for k in np.linspace(-3, 3, 13))
 WEIGHTS = "balanced"

@@ -15,8 +15,8 @@ from benchmarks.keyswitch import classifying, reconstructing
 from benchmarks.keyswitch.curves import Array, CurveError, Curves, Indices, measured
 from benchmarks.keyswitch.outcome import Outcome, timed
 from benchmarks.keyswitch.settings import Size
-from modeling.training.jobs import run_jobs
-from modeling.training.progress import Clock, Report, silent
+from palpate.modeling.training.jobs import run_jobs
+from palpate.modeling.training.progress import Clock, Report, silent
 
 RECONSTRUCTION, KIND = "reconstruction", "kind"
 

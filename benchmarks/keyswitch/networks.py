@@ -5,7 +5,7 @@ from __future__ import annotations
 from torch import Tensor, nn
 
 from benchmarks.keyswitch.curves import POINTS
-from modeling.doors.networks import LATENT, RESTORED, ForceToPerception, decoder, encoder
+from palpate.modeling.doors.networks import LATENT, RESTORED, ForceToPerception, decoder, encoder
 
 
 class Reconstruction(nn.Module):

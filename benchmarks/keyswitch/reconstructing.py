@@ -13,11 +13,11 @@ from benchmarks.keyswitch.curves import Array, CurveError
 from benchmarks.keyswitch.networks import Reconstruction
 from benchmarks.keyswitch.outcome import Fitted
 from benchmarks.keyswitch.settings import Size
-from modeling.training.loop import train
-from modeling.training.progress import Report
-from modeling.training.seeding import seeded, training_state
-from modeling.training.settings import Settings
-from modeling.training.sources import pairs
+from palpate.modeling.training.loop import train
+from palpate.modeling.training.progress import Report
+from palpate.modeling.training.seeding import seeded, training_state
+from palpate.modeling.training.settings import Settings
+from palpate.modeling.training.sources import pairs
 
 
 def mean_curve(train_rows: Array, _code: int, _size: Size, _report: Report) -> Fitted:

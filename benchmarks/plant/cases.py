@@ -13,11 +13,11 @@ from benchmarks.plant.playback import Playback, as_torque, play
 from benchmarks.plant.problems import Problem, problems, solve, worst_rad
 from benchmarks.plant.rendered_stop import Wall, by_semi_implicit_euler, heavy, light, stiffest
 from benchmarks.plant.rendered_stop import by_default as arm_by_default
-from devices.door.plant.hand import constant_velocity, human
-from devices.door.plant.machine import Machine
-from devices.door.plant.parameters import PlantError
-from devices.door.twin import read_profile
-from protocols.bench import Case
+from palpate.devices.door.plant.hand import constant_velocity, human
+from palpate.devices.door.plant.machine import Machine
+from palpate.devices.door.plant.parameters import PlantError
+from palpate.devices.door.twin import read_profile
+from palpate.protocols.bench import Case
 
 AREA = "plant"
 OURS = "palpate, implicit"

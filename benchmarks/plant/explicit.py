@@ -6,9 +6,9 @@ import math
 from collections.abc import Callable
 
 from benchmarks.plant.problems import SAMPLE_S, Problem
-from devices.door.plant.detents import torque_and_slope
-from devices.door.plant.drives import Drives
-from devices.door.plant.moreau import Setting, implicit_euler
+from palpate.devices.door.plant.detents import torque_and_slope
+from palpate.devices.door.plant.drives import Drives
+from palpate.devices.door.plant.moreau import Setting, implicit_euler
 
 FAR_RAD = 1e6
 """An angle beyond this is a solution that diverged."""

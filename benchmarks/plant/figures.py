@@ -11,7 +11,7 @@ import numpy as np
 
 from benchmarks.plant.playback import play
 from benchmarks.plant.rendered_stop import Wall, by_default, heavy, light, stiffest
-from protocols.files import open_bytes
+from palpate.protocols.files import open_bytes
 
 INK, SOFT, GREY = "#1a1a1a", "#5c5c5c", "#d9d9d9"
 COLOURS = ("#0072b2", "#d55e00", "#009e73")

@@ -9,9 +9,9 @@ from itertools import product
 
 from benchmarks.plant.explicit import FAR_RAD, Law, Stepper
 from benchmarks.plant.problems import Command, Problem
-from devices.door.plant.dynamics import Dynamics
-from devices.door.plant.hand import push
-from devices.door.plant.parameters import TICK_S, Arm, Brake, Parameters
+from palpate.devices.door.plant.dynamics import Dynamics
+from palpate.devices.door.plant.hand import push
+from palpate.devices.door.plant.parameters import TICK_S, Arm, Brake, Parameters
 
 STIFFNESS_Nm_rad = (1e2, 1e3, 1e4, 1e5, 1e6, 1e7, 1e8)
 INERTIA_kg_m2 = (0.01, 0.1, 1.0, 5.0, 20.0)

@@ -7,9 +7,9 @@ from bisect import bisect_right
 from collections.abc import Sequence
 from dataclasses import dataclass, replace
 
-from devices.door.plant.dynamics import Dynamics
-from devices.door.plant.hand import Hand, constant_velocity, human, impedance
-from devices.door.plant.parameters import Arm, Brake, Motor, Parameters
+from palpate.devices.door.plant.dynamics import Dynamics
+from palpate.devices.door.plant.hand import Hand, constant_velocity, human, impedance
+from palpate.devices.door.plant.parameters import Arm, Brake, Motor, Parameters
 
 SAMPLE_S = 0.02
 """Solutions are compared this often; every step size divides it."""

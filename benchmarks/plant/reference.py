@@ -15,7 +15,7 @@ from scipy.integrate import solve_ivp
 from scipy.optimize import brentq
 
 from benchmarks.plant.problems import SAMPLE_S, Problem
-from devices.door.plant.parameters import PlantError
+from palpate.devices.door.plant.parameters import PlantError
 
 GRAIN_S = 5e-4
 """A resting arm is looked at this often; its breaking away is then located."""

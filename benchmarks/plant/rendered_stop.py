@@ -10,9 +10,9 @@ import math
 from collections.abc import Callable
 from dataclasses import dataclass
 
-from devices.door.plant.dynamics import Dynamics
-from devices.door.plant.hand import push
-from devices.door.plant.parameters import TICK_S, Arm, Brake, Parameters
+from palpate.devices.door.plant.dynamics import Dynamics
+from palpate.devices.door.plant.hand import push
+from palpate.devices.door.plant.parameters import TICK_S, Arm, Brake, Parameters
 
 DEPTH_RAD = 1e-3
 """A constant torque presses the arm so deep into the rendered stop, so that it is felt on both sides of its rest."""

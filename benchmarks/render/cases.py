@@ -18,15 +18,15 @@ from numpy.typing import NDArray
 
 from benchmarks.render.extremes import Extremes, run_extremes
 from benchmarks.render.model import measured_card
-from devices.models.fastest import Runs, fastest
-from devices.models.file import read_model
-from devices.models.runtime import Model
-from devices.render.hand_simulated import simulated_hand
-from devices.render.job import Job, Sounds
-from devices.render.process import Rendering
-from devices.render.voice import open_voice
-from protocols.bench import Case
-from protocols.model_card import Card
+from palpate.devices.models.fastest import Runs, fastest
+from palpate.devices.models.file import read_model
+from palpate.devices.models.runtime import Model
+from palpate.devices.render.hand_simulated import simulated_hand
+from palpate.devices.render.job import Job, Sounds
+from palpate.devices.render.process import Rendering
+from palpate.devices.render.voice import open_voice
+from palpate.protocols.bench import Case
+from palpate.protocols.model_card import Card
 
 PACED_S, PACED_QUICK_S = 60.0, 3.0
 MINUTES, MINUTES_QUICK = 10.0, 0.1

@@ -8,9 +8,9 @@ from pathlib import Path
 import numpy as np
 from safetensors.numpy import save
 
-from devices.render.found import DEFAULT_METHOD, available
-from protocols.files import write_bytes, write_text
-from protocols.model_card import Card, Dense, Port, Texture, Weights
+from palpate.devices.render.found import DEFAULT_METHOD, available
+from palpate.protocols.files import write_bytes, write_text
+from palpate.protocols.model_card import Card, Dense, Port, Texture, Weights
 
 WINDOW = 20
 RADIUS, HERTZ = 0.95, 150.0

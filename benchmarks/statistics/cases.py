@@ -19,7 +19,7 @@ from benchmarks.statistics.inputs import (
     wide_input,
 )
 from benchmarks.statistics.methods import BETWEEN, EXACT, ORDINARY, REPORTED, Method, Numbers
-from protocols.bench import Case
+from palpate.protocols.bench import Case
 
 AREA = "statistics"
 PARTS = (mixed_models, ordinal, reliability, spaces, choices, regenerating)

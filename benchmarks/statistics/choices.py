@@ -13,14 +13,14 @@ from typing import Any, TypeAlias
 import numpy as np
 import pandas as pd
 
-from analysis.choices.bradley_terry import bradley_terry
-from analysis.choices.intervals import profile_interval, resampled_answers
-from analysis.choices.posterior import posterior
-from analysis.choices.psychometric import Psychometric, fit_psychometric
-from analysis.choices.thurstone import thurstone
-from analysis.statistics.doubles import Floats
-from analysis.statistics.refusals import StatisticsError
-from protocols.bench import Case
+from palpate.analysis.choices.bradley_terry import bradley_terry
+from palpate.analysis.choices.intervals import profile_interval, resampled_answers
+from palpate.analysis.choices.posterior import posterior
+from palpate.analysis.choices.psychometric import Psychometric, fit_psychometric
+from palpate.analysis.choices.thurstone import thurstone
+from palpate.analysis.statistics.doubles import Floats
+from palpate.analysis.statistics.refusals import StatisticsError
+from palpate.protocols.bench import Case
 
 AREA, OURS = "statistics", "palpate"
 TRUTH = Path(__file__).with_name("choices_truth.json")

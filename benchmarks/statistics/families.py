@@ -10,17 +10,17 @@ from typing import Any, TypeAlias
 import numpy as np
 import pandas as pd
 
-from analysis.crosschecking import packages
-from analysis.statistics.doubles import Floats
-from analysis.statistics.equivalence import equivalence_tests
-from analysis.statistics.mixed import mixed_anova
-from analysis.statistics.pairwise import pairwise_tests
-from analysis.statistics.references import reference_table, reference_values
-from analysis.statistics.self_check import self_check
-from analysis.statistics.sphericity import mauchly_tests
-from analysis.statistics.within import rm_anova
 from benchmarks.statistics.inputs import extended_answer, long_table, random_cells
-from protocols.bench import Case
+from palpate.analysis.crosschecking import packages
+from palpate.analysis.statistics.doubles import Floats
+from palpate.analysis.statistics.equivalence import equivalence_tests
+from palpate.analysis.statistics.mixed import mixed_anova
+from palpate.analysis.statistics.pairwise import pairwise_tests
+from palpate.analysis.statistics.references import reference_table, reference_values
+from palpate.analysis.statistics.self_check import self_check
+from palpate.analysis.statistics.sphericity import mauchly_tests
+from palpate.analysis.statistics.within import rm_anova
+from palpate.protocols.bench import Case
 
 AREA = "statistics"
 OURS, PINGOUIN = "palpate", "pingouin"

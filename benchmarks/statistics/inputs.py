@@ -10,11 +10,11 @@ from typing import Any, TypeAlias
 import numpy as np
 import pandas as pd
 
-from analysis.statistics.cells import Aggregate, gather
-from analysis.statistics.doubles import Floats
-from analysis.statistics.exact import exact_within
-from analysis.statistics.pvalues import f_tail
-from analysis.statistics.references import (
+from palpate.analysis.statistics.cells import Aggregate, gather
+from palpate.analysis.statistics.doubles import Floats
+from palpate.analysis.statistics.exact import exact_within
+from palpate.analysis.statistics.pvalues import f_tail
+from palpate.analysis.statistics.references import (
     edge_cases,
     edge_table,
     nist_table,

@@ -10,12 +10,12 @@ from typing import Any, TypeAlias
 
 import pandas as pd
 
-from analysis.crosschecking import packages
-from analysis.statistics.between import anova
-from analysis.statistics.exact import ExactEffect, exact_within
-from analysis.statistics.refusals import StatisticsError
-from analysis.statistics.within import rm_anova
 from benchmarks.statistics.inputs import Input
+from palpate.analysis.crosschecking import packages
+from palpate.analysis.statistics.between import anova
+from palpate.analysis.statistics.exact import ExactEffect, exact_within
+from palpate.analysis.statistics.refusals import StatisticsError
+from palpate.analysis.statistics.within import rm_anova
 
 Numbers: TypeAlias = dict[tuple[str, str], float]
 """What a method answers, by (effect, kind of number); empty where it refuses by name."""

@@ -13,10 +13,10 @@ from typing import Any, TypeAlias
 import numpy as np
 import pandas as pd
 
-from analysis.mixed_models.model import mixed_model
-from analysis.statistics.references import reference_table, reference_values
-from analysis.statistics.refusals import StatisticsError
-from protocols.bench import Case
+from palpate.analysis.mixed_models.model import mixed_model
+from palpate.analysis.statistics.references import reference_table, reference_values
+from palpate.analysis.statistics.refusals import StatisticsError
+from palpate.protocols.bench import Case
 
 Numbers: TypeAlias = tuple[list[float], list[float]]
 """Fixed effects and variances (those of the random effects, then the residual's)."""

@@ -11,12 +11,6 @@ from typing import Any, TypeAlias
 import numpy as np
 import pandas as pd
 
-from analysis.crosschecking import packages
-from analysis.ordinal.friedman import friedman
-from analysis.ordinal.ordinal_model import ordinal_model
-from analysis.ordinal.rank_tests import wilcoxon_tests
-from analysis.ordinal.studentized import range_tail
-from analysis.statistics.refusals import StatisticsError
 from benchmarks.statistics.ordinal_truth import (
     FRIEDMAN,
     RANGES,
@@ -27,7 +21,13 @@ from benchmarks.statistics.ordinal_truth import (
     separated_table,
     wine_table,
 )
-from protocols.bench import Case
+from palpate.analysis.crosschecking import packages
+from palpate.analysis.ordinal.friedman import friedman
+from palpate.analysis.ordinal.ordinal_model import ordinal_model
+from palpate.analysis.ordinal.rank_tests import wilcoxon_tests
+from palpate.analysis.ordinal.studentized import range_tail
+from palpate.analysis.statistics.refusals import StatisticsError
+from palpate.protocols.bench import Case
 
 AREA = "statistics"
 Numbers: TypeAlias = Mapping[str, float]

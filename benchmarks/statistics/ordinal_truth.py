@@ -12,9 +12,9 @@ import numpy as np
 import pandas as pd
 from scipy.special import chdtrc
 
-from analysis.statistics.cells import gather
-from analysis.statistics.doubles import Floats
-from analysis.statistics.references import reference_table
+from palpate.analysis.statistics.cells import gather
+from palpate.analysis.statistics.doubles import Floats
+from palpate.analysis.statistics.references import reference_table
 
 DIGITS = 12  # decimals to which the values of these tables were written
 

@@ -9,7 +9,7 @@ from collections.abc import Iterator
 from dataclasses import dataclass
 from pathlib import Path
 
-from protocols.bench import Case
+from palpate.protocols.bench import Case
 
 AREA = "statistics"
 STUDY = "door_ratings"

@@ -12,15 +12,15 @@ from typing import Any, TypeAlias
 import numpy as np
 import pandas as pd
 
-from analysis.crosschecking import packages
-from analysis.reliability.coincidence import krippendorff
-from analysis.reliability.concordance import concordance
-from analysis.reliability.consistency import cronbach_alpha
-from analysis.reliability.intraclass import icc
-from analysis.reliability.kappa import fleiss_kappa
-from analysis.statistics.doubles import Floats
-from analysis.statistics.references import reference_table, reference_values
-from protocols.bench import Case
+from palpate.analysis.crosschecking import packages
+from palpate.analysis.reliability.coincidence import krippendorff
+from palpate.analysis.reliability.concordance import concordance
+from palpate.analysis.reliability.consistency import cronbach_alpha
+from palpate.analysis.reliability.intraclass import icc
+from palpate.analysis.reliability.kappa import fleiss_kappa
+from palpate.analysis.statistics.doubles import Floats
+from palpate.analysis.statistics.references import reference_table, reference_values
+from palpate.protocols.bench import Case
 
 AREA = "statistics"
 Numbers: TypeAlias = Mapping[str, float]

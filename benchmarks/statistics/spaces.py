@@ -15,14 +15,14 @@ import numpy as np
 import pandas as pd
 from scipy.spatial import procrustes as scipy_procrustes
 
-from analysis.spaces.classical import classical_mds
-from analysis.spaces.components import pca
-from analysis.spaces.dissimilarities import Dissimilarities, dissimilarities_of
-from analysis.spaces.nonmetric import nonmetric_mds
-from analysis.spaces.procrustes import procrustes
-from analysis.statistics.doubles import Floats
-from analysis.statistics.references import reference_table
-from protocols.bench import Case
+from palpate.analysis.spaces.classical import classical_mds
+from palpate.analysis.spaces.components import pca
+from palpate.analysis.spaces.dissimilarities import Dissimilarities, dissimilarities_of
+from palpate.analysis.spaces.nonmetric import nonmetric_mds
+from palpate.analysis.spaces.procrustes import procrustes
+from palpate.analysis.statistics.doubles import Floats
+from palpate.analysis.statistics.references import reference_table
+from palpate.protocols.bench import Case
 
 AREA, OURS = "statistics", "palpate"
 TRUTH = Path(__file__).with_name("spaces_truth.json")

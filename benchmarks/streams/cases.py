@@ -14,10 +14,10 @@ from pathlib import Path
 from tempfile import TemporaryDirectory
 from typing import Any
 
-from devices.streams.drift import ClockFit
-from protocols.bench import Case
-from protocols.clocks import fit_clock
-from protocols.events import NS
+from palpate.devices.streams.drift import ClockFit
+from palpate.protocols.bench import Case
+from palpate.protocols.clocks import fit_clock
+from palpate.protocols.events import NS
 
 STREAM_S, STREAM_QUICK_S = 600.0, 20.0
 DELAY_S, DELAY_QUICK_S = 240.0, 20.0
@@ -64,7 +64,7 @@ def kept(ledger: Path) -> dict[str, int]:
     import numpy as np
 
     from benchmarks.streams.recordings import RAMP
-    from studies.record import read
+    from palpate.studies.record import read
 
     right: dict[str, int] = {}
     for event in read(ledger).events:

@@ -9,9 +9,9 @@ from typing import Any
 
 import numpy as np
 
-from devices.scene import Scene
-from devices.signals import Block, Health, NowNs, Signal
-from protocols.events import NS
+from palpate.devices.scene import Scene
+from palpate.devices.signals import Block, Health, NowNs, Signal
+from palpate.protocols.events import NS
 
 KINDS = (
     ("vibration", ("x", "y", "z"), 3000.0),

@@ -18,18 +18,18 @@ from typing import Any
 import numpy as np
 
 from benchmarks.streams.recordings import KINDS, MadeUp
-from devices.desk import Desk, Pages, Prompt
-from devices.signals import Block, NowNs, Records
-from devices.streams.capture import Capture
-from devices.streams.recording import CHUNK_S, ROOM_S, Recording
-from protocols.events import NS, Event
-from protocols.plan import ParticipantRow, Plan, compile_plan
-from protocols.requests import Aside, Came, Chunk, Present, Reply, Samples, Sense
-from protocols.study import Study
-from studies.live import LiveWorld, Station, clock_from
-from studies.rig import Rig, RigPlan
-from studies.session import start
-from studies.windowless import Windowless
+from palpate.devices.desk import Desk, Pages, Prompt
+from palpate.devices.signals import Block, NowNs, Records
+from palpate.devices.streams.capture import Capture
+from palpate.devices.streams.recording import CHUNK_S, ROOM_S, Recording
+from palpate.protocols.events import NS, Event
+from palpate.protocols.plan import ParticipantRow, Plan, compile_plan
+from palpate.protocols.requests import Aside, Came, Chunk, Present, Reply, Samples, Sense
+from palpate.protocols.study import Study
+from palpate.studies.live import LiveWorld, Station, clock_from
+from palpate.studies.rig import Rig, RigPlan
+from palpate.studies.session import start
+from palpate.studies.windowless import Windowless
 
 TURN_S = 0.01
 """The writer looks as often whether there is anything to write; a window does at every frame."""

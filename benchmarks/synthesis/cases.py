@@ -7,9 +7,9 @@ from collections.abc import Iterator
 from benchmarks.synthesis import free_running as hands
 from benchmarks.synthesis import steps, training
 from benchmarks.synthesis.runtimes import other_runtimes
-from devices.render.found import SHIPPED, available
-from protocols.bench import Case
-from studies.texture_side import RigTextures
+from palpate.devices.render.found import SHIPPED, available
+from palpate.protocols.bench import Case
+from palpate.studies.texture_side import RigTextures
 
 
 def cases(quick: bool) -> Iterator[Case]:

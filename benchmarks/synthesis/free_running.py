@@ -9,10 +9,10 @@ from dataclasses import dataclass, field
 from functools import partial
 from pathlib import Path
 
-from modeling.textures.judging import CYCLE, ENVELOPE, GFC, LEVEL, Numbers, ceiling, judged
-from modeling.textures.judging_drive import explored
-from modeling.textures.side import TextureSide
-from protocols.bench import Case
+from palpate.modeling.textures.judging import CYCLE, ENVELOPE, GFC, LEVEL, Numbers, ceiling, judged
+from palpate.modeling.textures.judging_drive import explored
+from palpate.modeling.textures.side import TextureSide
+from palpate.protocols.bench import Case
 
 AREA = "free running"
 AGAIN, METHODS = "another realisation", ("foten_generative", "ar")

@@ -13,10 +13,10 @@ from typing import Any, Generic, Protocol, TypeVar
 import numpy as np
 from numpy.typing import NDArray
 
-from modeling.textures.recording import TextureDataError
-from protocols import model_card as steps_of
-from protocols import signal_steps as signals_of
-from protocols.model_card import Step
+from palpate.modeling.textures.recording import TextureDataError
+from palpate.protocols import model_card as steps_of
+from palpate.protocols import signal_steps as signals_of
+from palpate.protocols.model_card import Step
 
 Numbers = NDArray[np.float32]
 Tensors = Mapping[str, NDArray[Any]]

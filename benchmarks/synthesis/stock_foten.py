@@ -11,13 +11,13 @@ from torch.autograd import backward
 from torch.optim import Adam
 from torch.utils.data import DataLoader, TensorDataset
 
-from modeling.textures.foten import SETTINGS
-from modeling.textures.foten_layers import DROPOUT, HEADS, HIDDEN, WIDTH, positions
-from modeling.textures.foten_network import LAYERS
-from modeling.textures.fourier import HEADS as SPECTRUM_HEADS
-from modeling.textures.fourier import WIDTH as SPECTRUM_WIDTH
-from modeling.textures.heads import UNITS, huber
-from modeling.training.sources import Pairs
+from palpate.modeling.textures.foten import SETTINGS
+from palpate.modeling.textures.foten_layers import DROPOUT, HEADS, HIDDEN, WIDTH, positions
+from palpate.modeling.textures.foten_network import LAYERS
+from palpate.modeling.textures.fourier import HEADS as SPECTRUM_HEADS
+from palpate.modeling.textures.fourier import WIDTH as SPECTRUM_WIDTH
+from palpate.modeling.textures.heads import UNITS, huber
+from palpate.modeling.training.sources import Pairs
 
 DELTA = 1.6
 

@@ -16,20 +16,20 @@ import numpy as np
 import torch
 
 from benchmarks.synthesis.stock_foten import DELTA, train_plainly
-from modeling.textures.cosine import cosine
-from modeling.textures.fitting import Rows, answers, rows_of
-from modeling.textures.foten import SETTINGS
-from modeling.textures.foten_network import WINDOW, Foten
-from modeling.textures.heads import huber
-from modeling.textures.methods import Learning
-from modeling.textures.recording import Recording
-from modeling.textures.side import TextureSide
-from modeling.textures.simulated import captured
-from modeling.textures.splitting import split
-from modeling.training.loop import Optimise, adam, train
-from modeling.training.seeding import seeded, training_state
-from modeling.training.settings import Settings
-from protocols.bench import Case
+from palpate.modeling.textures.cosine import cosine
+from palpate.modeling.textures.fitting import Rows, answers, rows_of
+from palpate.modeling.textures.foten import SETTINGS
+from palpate.modeling.textures.foten_network import WINDOW, Foten
+from palpate.modeling.textures.heads import huber
+from palpate.modeling.textures.methods import Learning
+from palpate.modeling.textures.recording import Recording
+from palpate.modeling.textures.side import TextureSide
+from palpate.modeling.textures.simulated import captured
+from palpate.modeling.textures.splitting import split
+from palpate.modeling.training.loop import Optimise, adam, train
+from palpate.modeling.training.seeding import seeded, training_state
+from palpate.modeling.training.settings import Settings
+from palpate.protocols.bench import Case
 
 AREA = "training textures"
 TEXTURE = "textured_rubber"

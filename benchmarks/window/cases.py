@@ -17,7 +17,7 @@ from benchmarks.window.display import missing, virtual_display
 from benchmarks.window.hand import Hand
 from benchmarks.window.screens import cases as window_cases
 from benchmarks.window.stagehand import Stage, process_on
-from protocols.bench import Case
+from palpate.protocols.bench import Case
 
 SIZE, PX_PER_MM = (1920, 1080), 3.6
 ANSWERS, ANSWERS_QUICK = 400, 200

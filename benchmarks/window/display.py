@@ -10,7 +10,7 @@ from collections.abc import Iterator
 from contextlib import contextmanager
 from importlib.util import find_spec
 
-from devices.window.geometry import WindowError
+from palpate.devices.window.geometry import WindowError
 
 STARTS_WITHIN_S = 30.0
 ENDS_WITHIN_S = 10.0

@@ -8,9 +8,9 @@ from dataclasses import dataclass, field
 from typing import Any
 
 from benchmarks.window.hand import Hand
-from devices.window.geometry import Box
-from protocols.forms import Sliders
-from protocols.study import Attribute, Scale
+from palpate.devices.window.geometry import Box
+from palpate.protocols.forms import Sliders
+from palpate.protocols.study import Attribute, Scale
 
 ROWS = 7
 STEPS = 20

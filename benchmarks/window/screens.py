@@ -15,12 +15,12 @@ from benchmarks.window.gestures import FORM, Gestures
 from benchmarks.window.hand import Hand
 from benchmarks.window.stage import Setting
 from benchmarks.window.stagehand import Stage, stage_on
-from devices.window.calibration import NOMINAL_MM, Calibration
-from devices.window.geometry import Placed
-from protocols.bench import Case
-from protocols.forms import Sliders
-from protocols.requests import Ask
-from protocols.study import Order, Scale, Stimulus, Study
+from palpate.devices.window.calibration import NOMINAL_MM, Calibration
+from palpate.devices.window.geometry import Placed
+from palpate.protocols.bench import Case
+from palpate.protocols.forms import Sliders
+from palpate.protocols.requests import Ask
+from palpate.protocols.study import Order, Scale, Stimulus, Study
 
 MONITORS = ((1280, 720, 3.6), (1920, 1080, 3.6), (2560, 1440, 4.3), (3840, 2160, 7.0))
 """Width and height in pixels, pixels per millimetre."""

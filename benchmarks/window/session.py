@@ -13,16 +13,16 @@ from typing import IO
 
 from benchmarks.window.link import Link, send
 from benchmarks.window.stage import RemoteDesk
-from devices.window.calibration import Calibration
-from devices.window.presenter import Presenter
-from devices.window.presenter_window import WindowPresenter, open_presenter
-from protocols.events import Event
-from protocols.plan import compile_plan
-from protocols.requests import Came, Present, Reply, Request, Sense
-from studies.allocation import allocate
-from studies.catalogue import SHIPPED, read_study
-from studies.rig import Rig, RigPlan
-from studies.session import start
+from palpate.devices.window.calibration import Calibration
+from palpate.devices.window.presenter import Presenter
+from palpate.devices.window.presenter_window import WindowPresenter, open_presenter
+from palpate.protocols.events import Event
+from palpate.protocols.plan import compile_plan
+from palpate.protocols.requests import Came, Present, Reply, Request, Sense
+from palpate.studies.allocation import allocate
+from palpate.studies.catalogue import SHIPPED, read_study
+from palpate.studies.rig import Rig, RigPlan
+from palpate.studies.session import start
 
 STUDY = "door_ratings"
 

@@ -14,13 +14,13 @@ from pathlib import Path
 from typing import IO, Any
 
 from benchmarks.window.link import Link, Message, send
-from devices.desk import Prompt
-from devices.window.calibration import Calibration
-from devices.window.presenter import Presenter
-from devices.window.presenter_window import WindowPresenter, open_presenter
-from protocols.plan import Plan
-from protocols.requests import Aside
-from protocols.study import Study
+from palpate.devices.desk import Prompt
+from palpate.devices.window.calibration import Calibration
+from palpate.devices.window.presenter import Presenter
+from palpate.devices.window.presenter_window import WindowPresenter, open_presenter
+from palpate.protocols.plan import Plan
+from palpate.protocols.requests import Aside
+from palpate.protocols.study import Study
 
 LOOKS_AFTER = 2
 """Turns of the window that pass before a look is taken: what was done before it was asked for is then painted."""

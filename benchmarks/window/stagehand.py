@@ -14,7 +14,7 @@ from typing import IO, Any
 
 from benchmarks.window.link import Link, Message, send
 from benchmarks.window.stage import Setting
-from devices.window.geometry import Placed, WindowError
+from palpate.devices.window.geometry import Placed, WindowError
 
 PATIENCE_S = 60.0
 ROOT = Path(__file__).resolve().parents[2]

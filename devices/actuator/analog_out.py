@@ -11,10 +11,10 @@ from typing import Any
 
 import numpy as np
 
-from devices.actuator.queue import RAMP, RATE_HZ, Array
-from devices.daq.ni_errors import GONE, INPUTS, NO_DRIVER, RESERVED, code_of, first_line, quietly
-from devices.signals import DeviceError, DeviceFault
-from devices.sound.output import DRAIN_S, Fill
+from palpate.devices.actuator.queue import RAMP, RATE_HZ, Array
+from palpate.devices.daq.ni_errors import GONE, INPUTS, NO_DRIVER, RESERVED, code_of, first_line, quietly
+from palpate.devices.signals import DeviceError, DeviceFault
+from palpate.devices.sound.output import DRAIN_S, Fill
 
 EMPTY = {
     -200290: "GEN_STOPPED_TO_PREVENT_REGEN_OF_OLD_SAMPLES",

@@ -7,10 +7,10 @@ from typing import Annotated, Literal, Self
 
 from pydantic import Field, ValidationError, model_validator
 
-from devices.rig.settings import Date, Finite, Positive, Strict
-from devices.signals import DeviceError
-from protocols.canonical import digest, json_text
-from protocols.files import reason, write_text
+from palpate.devices.rig.settings import Date, Finite, Positive, Strict
+from palpate.devices.signals import DeviceError
+from palpate.protocols.canonical import digest, json_text
+from palpate.protocols.files import reason, write_text
 
 Numbers = Annotated[list[Finite], Field(min_length=1, max_length=100_000)]
 

@@ -6,8 +6,8 @@ from dataclasses import dataclass, field
 
 import numpy as np
 
-from devices.actuator.calibration import Calibration
-from devices.actuator.queue import Array
+from palpate.devices.actuator.calibration import Calibration
+from palpate.devices.actuator.queue import Array
 
 
 @dataclass

@@ -8,17 +8,17 @@ from dataclasses import dataclass, field
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
-from devices.actuator.settings import Settings
-from devices.signals import DeviceFault, Health, Signal
+from palpate.devices.actuator.settings import Settings
+from palpate.devices.signals import DeviceFault, Health, Signal
 
 if TYPE_CHECKING:
     from numpy.typing import ArrayLike
 
-    from devices.actuator.calibration import Calibration
-    from devices.actuator.compensation import Compensation
-    from devices.actuator.limits import Limiter
-    from devices.actuator.queue import Array, Queue
-    from devices.sound.output import Output
+    from palpate.devices.actuator.calibration import Calibration
+    from palpate.devices.actuator.compensation import Compensation
+    from palpate.devices.actuator.limits import Limiter
+    from palpate.devices.actuator.queue import Array, Queue
+    from palpate.devices.sound.output import Output
 
 RATE_HZ = 1000
 
@@ -58,8 +58,8 @@ class VoiceCoil:
 
     def open(self) -> None:
         """Read the calibration and find the output; nothing is played. Raises DeviceError."""
-        from devices.actuator.calibration import load
-        from devices.actuator.compensation import Compensation
+        from palpate.devices.actuator.calibration import load
+        from palpate.devices.actuator.compensation import Compensation
 
         if self.calibration_file is not None:
             self.calibration = load(self.calibration_file)
@@ -161,9 +161,9 @@ class VoiceCoil:
 
 def make(name: str, settings: Settings, folder: Path, elapsed_s: Callable[[], float] = time.monotonic) -> VoiceCoil:
     """The voice coil of that name; opens nothing. A calibration's name is that of a file in `folder`."""
-    from devices.actuator.limits import Limiter
-    from devices.actuator.outputs import output_of
-    from devices.actuator.queue import Queue
+    from palpate.devices.actuator.limits import Limiter
+    from palpate.devices.actuator.outputs import output_of
+    from palpate.devices.actuator.queue import Queue
 
     ahead = settings.ahead_ms * RATE_HZ // 1000
     limiter = Limiter(settings.peak_V, settings.rms_V, settings.thermal_s)

@@ -7,7 +7,7 @@ from typing import Literal
 
 import numpy as np
 
-from devices.actuator.queue import RATE_HZ, Array
+from palpate.devices.actuator.queue import RATE_HZ, Array
 
 Kind = Literal["multisine", "sweep"]
 PERIOD = RATE_HZ

@@ -8,15 +8,15 @@ from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
-from devices.actuator.calibration import Calibration
-from devices.actuator.excitation import Kind, excitation
-from devices.actuator.inverse import Inverse, Wish, invert
-from devices.actuator.queue import RATE_HZ, Array
-from devices.actuator.response import Response, ResponseError, demand_coherence, demand_signal, estimate
-from devices.signals import Block, DeviceFault, NowNs, Sensor
+from palpate.devices.actuator.calibration import Calibration
+from palpate.devices.actuator.excitation import Kind, excitation
+from palpate.devices.actuator.inverse import Inverse, Wish, invert
+from palpate.devices.actuator.queue import RATE_HZ, Array
+from palpate.devices.actuator.response import Response, ResponseError, demand_coherence, demand_signal, estimate
+from palpate.devices.signals import Block, DeviceFault, NowNs, Sensor
 
 if TYPE_CHECKING:
-    from devices.actuator.device import VoiceCoil
+    from palpate.devices.actuator.device import VoiceCoil
 
 PlayAndRecord = Callable[[Array], tuple[Array, int]]
 """Plays volts at 1 kHz and gives the acceleration (m/s^2) recorded meanwhile, and its rate."""

@@ -6,8 +6,8 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from devices.actuator.queue import RATE_HZ, Array
-from devices.actuator.response import Complex, Response, ResponseError
+from palpate.devices.actuator.queue import RATE_HZ, Array
+from palpate.devices.actuator.response import Complex, Response, ResponseError
 
 TAPS = 256
 GRID = 4096

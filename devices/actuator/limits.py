@@ -7,7 +7,7 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from devices.actuator.queue import RATE_HZ, Array
+from palpate.devices.actuator.queue import RATE_HZ, Array
 
 EASE = 0.75
 """Share of the thermal limit from which on the output is turned down."""

@@ -9,15 +9,15 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
-from devices.actuator.analog_out import AnalogOut
-from devices.actuator.queue import RATE_HZ, Array
-from devices.actuator.resonance import Shaken
-from devices.actuator.upsample import DELAY_S, Upsampler
-from devices.sound.card import Card
-from devices.sound.output import Fill, Output, Tape
+from palpate.devices.actuator.analog_out import AnalogOut
+from palpate.devices.actuator.queue import RATE_HZ, Array
+from palpate.devices.actuator.resonance import Shaken
+from palpate.devices.actuator.upsample import DELAY_S, Upsampler
+from palpate.devices.sound.card import Card
+from palpate.devices.sound.output import Fill, Output, Tape
 
 if TYPE_CHECKING:
-    from devices.actuator.settings import Settings
+    from palpate.devices.actuator.settings import Settings
 
 KEPT_S = 20
 """How much a twin remembers."""

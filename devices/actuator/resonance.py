@@ -6,7 +6,7 @@ from dataclasses import dataclass, field
 
 import numpy as np
 
-from devices.actuator.queue import RATE_HZ, Array
+from palpate.devices.actuator.queue import RATE_HZ, Array
 
 
 @dataclass(frozen=True)

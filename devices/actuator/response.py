@@ -7,9 +7,9 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import NDArray
 
-from devices.actuator.excitation import HIGHEST_HZ, LOWEST_HZ, PERIOD, Excitation
-from devices.actuator.queue import RATE_HZ, Array
-from devices.signals import DeviceError
+from palpate.devices.actuator.excitation import HIGHEST_HZ, LOWEST_HZ, PERIOD, Excitation
+from palpate.devices.actuator.queue import RATE_HZ, Array
+from palpate.devices.signals import DeviceError
 
 Complex = NDArray[np.complex128]
 FEWEST = 4

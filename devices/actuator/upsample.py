@@ -8,7 +8,7 @@ from dataclasses import dataclass, field
 
 import numpy as np
 
-from devices.actuator.queue import RATE_HZ, Array
+from palpate.devices.actuator.queue import RATE_HZ, Array
 
 REACH = 20
 """Samples at 1 kHz that each output sample is made of."""

@@ -8,19 +8,19 @@ from functools import cached_property
 
 import numpy as np
 
-from devices.author.elements import FEELS, SIDES, Felt, Pane, Upright
-from devices.author.layout import LEFT_BUTTONS, Layout, buttons, lay_out
-from devices.author.making import MOST_SMOOTHING_DEG, Made, Maker
-from devices.author.plotting import Hand, Plotter
-from devices.author.typeset import NUMBER_STEPS, TITLE_STEPS, WORD_STEPS, Typesetter
-from devices.author.words import what_is_off, word
-from devices.author.work import Setting, Work
-from devices.window.geometry import Box
-from devices.window.paint import ALERT, INK, QUIET
-from devices.window.paint_text import Laid
-from devices.window.screen import Page
-from devices.window.screens.elements import Element, Label, rounding
-from devices.window.screens.targets import Button, Track
+from palpate.devices.author.elements import FEELS, SIDES, Felt, Pane, Upright
+from palpate.devices.author.layout import LEFT_BUTTONS, Layout, buttons, lay_out
+from palpate.devices.author.making import MOST_SMOOTHING_DEG, Made, Maker
+from palpate.devices.author.plotting import Hand, Plotter
+from palpate.devices.author.typeset import NUMBER_STEPS, TITLE_STEPS, WORD_STEPS, Typesetter
+from palpate.devices.author.words import what_is_off, word
+from palpate.devices.author.work import Setting, Work
+from palpate.devices.window.geometry import Box
+from palpate.devices.window.paint import ALERT, INK, QUIET
+from palpate.devices.window.paint_text import Laid
+from palpate.devices.window.screen import Page
+from palpate.devices.window.screens.elements import Element, Label, rounding
+from palpate.devices.window.screens.targets import Button, Track
 
 KEPT = 50
 """Doors that are kept."""

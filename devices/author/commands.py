@@ -6,9 +6,9 @@ from pathlib import Path
 
 import click
 
-from devices.options import LAB
-from devices.rig.options import RIG
-from devices.window.options import size_px
+from palpate.devices.options import LAB
+from palpate.devices.rig.options import RIG
+from palpate.devices.window.options import size_px
 
 
 @click.command()
@@ -35,7 +35,7 @@ def author(
     """
     if twins and rig_file is not None:
         raise click.UsageError("--rig names a door to open, and with --twins none is: leave one out")
-    from devices.author.making import maker_for
-    from devices.author.open import Options, run_window
+    from palpate.devices.author.making import maker_for
+    from palpate.devices.author.open import Options, run_window
 
     run_window(maker_for(lab, model), Options(lab, twins, rig_file, language, screen, windowed))

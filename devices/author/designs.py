@@ -8,12 +8,12 @@ from typing import Annotated, Any, Literal
 
 from pydantic import BaseModel, ConfigDict, Field, ValidationError
 
-from devices.author.making import MOST_SMOOTHING_DEG, Made, Maker
-from devices.author.work import Setting, Work
-from devices.door.grid import FORCE_DECIMALS, POINTS
-from devices.door.stimuli import profile_text
-from protocols.canonical import json_text
-from protocols.files import write_text
+from palpate.devices.author.making import MOST_SMOOTHING_DEG, Made, Maker
+from palpate.devices.author.work import Setting, Work
+from palpate.devices.door.grid import FORCE_DECIMALS, POINTS
+from palpate.devices.door.stimuli import profile_text
+from palpate.protocols.canonical import json_text
+from palpate.protocols.files import write_text
 
 FOLDER = "designs"
 KEPT, BEFORE = ".autosave.json", ".autosave-before.json"

@@ -6,15 +6,15 @@ from collections.abc import Iterator
 from dataclasses import dataclass
 from typing import TYPE_CHECKING
 
-from devices.window.geometry import Box, Placed
-from devices.window.paint import ACCENT, CARD, HAIR, INK, TINT, Colour, plain
-from devices.window.screens.elements import Card, Element, hair, rounding
-from devices.window.screens.targets import Button, Target
+from palpate.devices.window.geometry import Box, Placed
+from palpate.devices.window.paint import ACCENT, CARD, HAIR, INK, TINT, Colour, plain
+from palpate.devices.window.screens.elements import Card, Element, hair, rounding
+from palpate.devices.window.screens.targets import Button, Target
 
 if TYPE_CHECKING:
     from PIL import Image
 
-    from devices.window.screen import Page
+    from palpate.devices.window.screen import Page
 
 FEELS: Colour = (150, 74, 0)
 """Amber: how a door should feel by the model; 6:1 on a white card."""

@@ -1,6 +1,6 @@
 """What the window needs of whatever makes a door from wishes."""
 
-from devices.door.making import HIGHEST, LOWEST, NEUTRAL, Array, Made, Maker, maker_for
+from palpate.devices.door.making import HIGHEST, LOWEST, NEUTRAL, Array, Made, Maker, maker_for
 
 __all__ = ["HIGHEST", "LOWEST", "MOST_SMOOTHING_DEG", "NEUTRAL", "Array", "Made", "Maker", "maker_for"]
 

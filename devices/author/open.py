@@ -8,16 +8,16 @@ from dataclasses import dataclass
 from pathlib import Path
 from typing import TYPE_CHECKING
 
-from devices.author.designs import DesignError, designs_folder
-from devices.author.making import Maker
-from devices.author.words import author_texts
-from devices.window.at_hand import calibration_at_hand
-from devices.window.calibration import Calibration
+from palpate.devices.author.designs import DesignError, designs_folder
+from palpate.devices.author.making import Maker
+from palpate.devices.author.words import author_texts
+from palpate.devices.window.at_hand import calibration_at_hand
+from palpate.devices.window.calibration import Calibration
 
 if TYPE_CHECKING:
-    from devices.author.room import Room
-    from devices.door.link.simulator import DoorSimulator
-    from devices.window.shell import Shell
+    from palpate.devices.author.room import Room
+    from palpate.devices.door.link.simulator import DoorSimulator
+    from palpate.devices.window.shell import Shell
 
 LOCK = ".author.lock"
 
@@ -36,7 +36,7 @@ class Options:
 
 def run_window(maker: Maker, options: Options) -> None:
     """Show the window until it is closed. Raises WindowError, DesignError, RigFileError."""
-    from devices.window.shell import open_shell
+    from palpate.devices.window.shell import open_shell
 
     calibration = calibration_at_hand(options.lab, options.screen, options.windowed)
     door, why = _door(options)
@@ -62,11 +62,11 @@ def room_on(
 
     from PIL import Image
 
-    from devices.author.playing import Player
-    from devices.author.room import Room
-    from devices.window.fonts import find_fonts
-    from devices.window.hangul import needed
-    from devices.window.screen import Page
+    from palpate.devices.author.playing import Player
+    from palpate.devices.author.room import Room
+    from palpate.devices.window.fonts import find_fonts
+    from palpate.devices.window.hangul import needed
+    from palpate.devices.window.screen import Page
 
     page = Page(calibration.metrics, author_texts(options.language), find_fonts(options.language),
                 hangul=needed(options.language, sys.platform))  # fmt: skip
@@ -78,11 +78,11 @@ def room_on(
 
 def _door(options: Options) -> tuple[DoorSimulator | None, str]:
     """The door to play on, not opened yet; None, and why, where the station has none. Raises RigFileError."""
-    from devices.rig.file import read_rig, rig_path
-    from devices.rig.kinds import made
+    from palpate.devices.rig.file import read_rig, rig_path
+    from palpate.devices.rig.kinds import made
 
     if options.twins:
-        from devices.door.link.device import Settings, make
+        from palpate.devices.door.link.device import Settings, make
 
         return make("door", Settings(kind="door", driver="twin"), options.lab), ""
     path = options.rig or rig_path(options.lab)
@@ -91,7 +91,7 @@ def _door(options: Options) -> tuple[DoorSimulator | None, str]:
     file = read_rig(path)
     name = file.names_for("door_generator")[0]
     device = made(file.kind(name), name, file.devices[name], file.path.parent)
-    from devices.door.link.simulator import DoorSimulator
+    from palpate.devices.door.link.simulator import DoorSimulator
 
     return (device, "") if isinstance(device, DoorSimulator) else (None, f"{path}: {name} is no door")
 

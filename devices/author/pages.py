@@ -5,19 +5,19 @@ from __future__ import annotations
 from collections.abc import Callable, Iterator, Sequence
 from typing import Any
 
-from devices.author.designs import LONGEST_NAME, name_problem
-from devices.window.geometry import Box
-from devices.window.inputs import Key, Pressed
-from devices.window.paint_text import LEADING
-from devices.window.screen import Page
-from devices.window.screens.base import Base
-from devices.window.screens.cards import dealt
-from devices.window.screens.elements import Element
-from devices.window.screens.frame import HINT_STEPS, Choice, Frame, fitted
-from devices.window.screens.reading import paged
-from devices.window.screens.targets import Button
-from devices.window.screens.writing import FieldOn, with_hangul
-from protocols.requests import Reply
+from palpate.devices.author.designs import LONGEST_NAME, name_problem
+from palpate.devices.window.geometry import Box
+from palpate.devices.window.inputs import Key, Pressed
+from palpate.devices.window.paint_text import LEADING
+from palpate.devices.window.screen import Page
+from palpate.devices.window.screens.base import Base
+from palpate.devices.window.screens.cards import dealt
+from palpate.devices.window.screens.elements import Element
+from palpate.devices.window.screens.frame import HINT_STEPS, Choice, Frame, fitted
+from palpate.devices.window.screens.reading import paged
+from palpate.devices.window.screens.targets import Button
+from palpate.devices.window.screens.writing import FieldOn, with_hangul
+from palpate.protocols.requests import Reply
 
 NAME = "name"
 ROWS = 8

@@ -10,15 +10,15 @@ from dataclasses import dataclass, field
 from threading import Thread
 from typing import Any, Protocol
 
-from devices.desk import Desk, Prompt
-from devices.door.link.limits import ProfileRefused
-from devices.door.link.showing import Changes
-from devices.door.link.simulator import DoorSimulator
-from devices.door.link.telemetry import CHANNELS
-from devices.signals import DeviceError, DeviceFault, NowNs
-from protocols.plan import Trial
-from protocols.requests import Aside, Chunk, Fault, Present, Reply
-from protocols.study import Stimulus
+from palpate.devices.desk import Desk, Prompt
+from palpate.devices.door.link.limits import ProfileRefused
+from palpate.devices.door.link.showing import Changes
+from palpate.devices.door.link.simulator import DoorSimulator
+from palpate.devices.door.link.telemetry import CHANNELS
+from palpate.devices.signals import DeviceError, DeviceFault, NowNs
+from palpate.protocols.plan import Trial
+from palpate.protocols.requests import Aside, Chunk, Fault, Present, Reply
+from palpate.protocols.study import Stimulus
 
 ROW = struct.Struct(f"<{len(CHANNELS)}f")
 ANGLE, TORQUE = CHANNELS.index("angle"), CHANNELS.index("torque")

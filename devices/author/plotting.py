@@ -6,17 +6,17 @@ from collections.abc import Iterator
 from dataclasses import dataclass, field
 from functools import cached_property
 
-from devices.author.elements import BAND_MARK, FEELS, SIDES, Chip, Dot, Swatch
-from devices.author.layout import Layout
-from devices.author.making import Array
-from devices.author.rated import rated_range
-from devices.author.typeset import SMALL_STEPS, Typesetter
-from devices.author.work import Letter, Work
-from devices.window.geometry import Box
-from devices.window.paint import INK, QUIET, Colour
-from devices.window.plot import Axes, Masks, axes_for
-from devices.window.screens.elements import Element
-from devices.window.screens.profile import Curve, Ground
+from palpate.devices.author.elements import BAND_MARK, FEELS, SIDES, Chip, Dot, Swatch
+from palpate.devices.author.layout import Layout
+from palpate.devices.author.making import Array
+from palpate.devices.author.rated import rated_range
+from palpate.devices.author.typeset import SMALL_STEPS, Typesetter
+from palpate.devices.author.work import Letter, Work
+from palpate.devices.window.geometry import Box
+from palpate.devices.window.paint import INK, QUIET, Colour
+from palpate.devices.window.plot import Axes, Masks, axes_for
+from palpate.devices.window.screens.elements import Element
+from palpate.devices.window.screens.profile import Curve, Ground
 
 Hand = tuple[float, float]
 """Where the door is while it plays: angle in degrees, force in newtons."""

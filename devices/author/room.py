@@ -7,18 +7,18 @@ from dataclasses import dataclass, field, replace
 from pathlib import Path
 from typing import TYPE_CHECKING
 
-from devices.author import designs
-from devices.author.board import Board
-from devices.author.designs import DesignError
-from devices.author.making import Maker
-from devices.author.pages import Aside, HelpScreen, NameScreen, OpenScreen, RecoverScreen
-from devices.author.playing import Player
-from devices.author.screen import Act, AuthorScreen
-from devices.author.work import History, Setting, Work, neutral
-from devices.door.live import LiveDoor
-from devices.window.loop import Scene
-from devices.window.screen import Page
-from devices.window.shell import Shell
+from palpate.devices.author import designs
+from palpate.devices.author.board import Board
+from palpate.devices.author.designs import DesignError
+from palpate.devices.author.making import Maker
+from palpate.devices.author.pages import Aside, HelpScreen, NameScreen, OpenScreen, RecoverScreen
+from palpate.devices.author.playing import Player
+from palpate.devices.author.screen import Act, AuthorScreen
+from palpate.devices.author.work import History, Setting, Work, neutral
+from palpate.devices.door.live import LiveDoor
+from palpate.devices.window.loop import Scene
+from palpate.devices.window.screen import Page
+from palpate.devices.window.shell import Shell
 
 if TYPE_CHECKING:
     from PIL import Image

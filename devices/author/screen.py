@@ -6,16 +6,16 @@ from collections.abc import Iterable
 from dataclasses import replace
 from typing import Literal, cast
 
-from devices.author.board import Board, Told
-from devices.author.elements import Upright
-from devices.author.making import HIGHEST, LOWEST, MOST_SMOOTHING_DEG
-from devices.author.work import History, Letter, Setting, Work, neutral
-from devices.window.inputs import Key, Moved, Pressed, Released
-from devices.window.screen import Page
-from devices.window.screens.base import Base
-from devices.window.screens.elements import Element
-from devices.window.screens.frame import Frame
-from devices.window.screens.targets import Track
+from palpate.devices.author.board import Board, Told
+from palpate.devices.author.elements import Upright
+from palpate.devices.author.making import HIGHEST, LOWEST, MOST_SMOOTHING_DEG
+from palpate.devices.author.work import History, Letter, Setting, Work, neutral
+from palpate.devices.window.inputs import Key, Moved, Pressed, Released
+from palpate.devices.window.screen import Page
+from palpate.devices.window.screens.base import Base
+from palpate.devices.window.screens.elements import Element
+from palpate.devices.window.screens.frame import Frame
+from palpate.devices.window.screens.targets import Track
 
 Act = Literal["play", "save", "open", "export", "help", "close"]
 ACTS: tuple[Act, ...] = ("play", "save", "open", "export", "help", "close")

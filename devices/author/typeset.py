@@ -5,12 +5,12 @@ from __future__ import annotations
 from collections.abc import Sequence
 from dataclasses import dataclass, field
 
-from devices.window.geometry import Box
-from devices.window.paint import INK, Colour
-from devices.window.paint_text import BLANK, Align, Laid
-from devices.window.screen import Page
-from devices.window.screens.elements import Label
-from devices.window.screens.frame import first_fit, fitted
+from palpate.devices.window.geometry import Box
+from palpate.devices.window.paint import INK, Colour
+from palpate.devices.window.paint_text import BLANK, Align, Laid
+from palpate.devices.window.screen import Page
+from palpate.devices.window.screens.elements import Label
+from palpate.devices.window.screens.frame import first_fit, fitted
 
 LABEL_STEPS = (5.0, 4.6, 4.2, 3.8)
 NUMBER_STEPS = (5.4, 5.0, 4.6)

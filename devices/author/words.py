@@ -4,10 +4,10 @@ from __future__ import annotations
 
 from pathlib import Path
 
-from devices.author.making import NEUTRAL, Array, Maker
-from devices.window.texts import MASTER, Texts, window_texts
+from palpate.devices.author.making import NEUTRAL, Array, Maker
+from palpate.devices.window.texts import MASTER, Texts, window_texts
 
-FOLDER = Path(__file__).parent / "texts"
+FOLDER = Path(__file__).resolve().parent / "texts"
 NAMED_OFF, NOTICED = 3, 10.0
 """So many of the wishes that cannot be had are named at most: those missed by more than people just notice."""
 

@@ -6,7 +6,7 @@ from collections.abc import Hashable
 from dataclasses import dataclass, field, replace
 from typing import Literal
 
-from devices.author.making import HIGHEST, LOWEST, MOST_SMOOTHING_DEG, NEUTRAL
+from palpate.devices.author.making import HIGHEST, LOWEST, MOST_SMOOTHING_DEG, NEUTRAL
 
 Letter = Literal["A", "B"]
 MOST_STEPS = 1000

@@ -9,16 +9,16 @@ from typing import TYPE_CHECKING, Annotated, Any, Literal, Self
 
 from pydantic import Field, model_validator
 
-from devices.acts import Act, going_on
-from devices.desk import Desk, Pages, Prompt
-from devices.mending import Mending
-from devices.rig.settings import Date, Strict
-from devices.signals import DeviceFault, Health, NowNs, Signal
-from protocols.events import NS
-from protocols.requests import Aside, Came, Reply, Sense
+from palpate.devices.acts import Act, going_on
+from palpate.devices.desk import Desk, Pages, Prompt
+from palpate.devices.mending import Mending
+from palpate.devices.rig.settings import Date, Strict
+from palpate.devices.signals import DeviceFault, Health, NowNs, Signal
+from palpate.protocols.events import NS
+from palpate.protocols.requests import Aside, Came, Reply, Sense
 
 if TYPE_CHECKING:
-    from devices.camera.sources import Arrived, Folder, PicturesOf, Simulated
+    from palpate.devices.camera.sources import Arrived, Folder, PicturesOf, Simulated
 
 Suffix = Annotated[str, Field(pattern=r"^\.[a-z0-9]+$")]
 LightName = Annotated[str, Field(min_length=1, max_length=60)]
@@ -124,7 +124,7 @@ class Camera:
 
     def health(self, seconds: float) -> Health:  # noqa: ARG002 - a folder is looked at once
         """Whether the folder can be read."""
-        from devices.signals import DeviceError
+        from palpate.devices.signals import DeviceError
 
         kept = "LAB/pictures" if self.settings.pictures is None else str(self.pictures)
         facts = {"lights": str(self.settings.count), "kept in": kept}
@@ -201,8 +201,8 @@ class Camera:
         return Prompt(f"{said}: take the picture. Confirm only where no more come.")
 
     def _take(self, request: Sense, arrived: Arrived) -> None:
-        from devices.camera.keeping import keep
-        from devices.camera.look import Incomplete, Limits, look
+        from palpate.devices.camera.keeping import keep
+        from palpate.devices.camera.look import Incomplete, Limits, look
 
         chosen = self.settings
         light = self._wanted()
@@ -252,7 +252,7 @@ def make(name: str, settings: Settings, folder: Path) -> Camera:
 
     Pictures are kept beside the rig file until `keep_in` says which lab they are for.
     """
-    from devices.camera.sources import Folder, Simulated
+    from palpate.devices.camera.sources import Folder, Simulated
 
     source: Folder | Simulated = Simulated(name)
     if settings.driver == "folder":

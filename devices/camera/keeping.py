@@ -5,9 +5,9 @@ from __future__ import annotations
 import re
 from pathlib import Path
 
-from devices.signals import DeviceFault
-from protocols.canonical import digest
-from protocols.files import reason, write_bytes
+from palpate.devices.signals import DeviceFault
+from palpate.protocols.canonical import digest
+from palpate.protocols.files import reason, write_bytes
 
 
 def keep(device: str, pictures: Path, stimulus: str, light: int, sha256: str, name: str, data: bytes) -> str:

@@ -8,8 +8,8 @@ from dataclasses import dataclass, field
 from pathlib import Path
 from typing import Literal, Protocol
 
-from devices.signals import DeviceError, DeviceFault
-from protocols.requests import Sense
+from palpate.devices.signals import DeviceError, DeviceFault
+from palpate.protocols.requests import Sense
 
 LOOK_S = 0.2
 """How often the folder is looked at."""

@@ -7,13 +7,13 @@ from typing import TYPE_CHECKING, Annotated, Literal, Self
 
 from pydantic import Field, model_validator
 
-from devices.rig.settings import Date, Finite, Positive, Strict
-from devices.signals import Signal
+from palpate.devices.rig.settings import Date, Finite, Positive, Strict
+from palpate.devices.signals import Signal
 
 if TYPE_CHECKING:
-    from devices.daq.acquire import Daq, Wiring
-    from devices.daq.adxl335 import Scaling
-    from devices.daq.sensor import DaqSensor
+    from palpate.devices.daq.acquire import Daq, Wiring
+    from palpate.devices.daq.adxl335 import Scaling
+    from palpate.devices.daq.sensor import DaqSensor
 
 Three = tuple[Positive, Positive, Positive]
 
@@ -54,10 +54,10 @@ class Settings(Strict):
 
 def make(name: str, settings: Settings, folder: Path) -> DaqSensor:  # noqa: ARG001 - every kind is made alike
     """The device; nothing is opened. Raises DeviceError where its inputs are not three."""
-    from devices.daq.acquire import Wiring, demand_channels
-    from devices.daq.adxl335 import Accelerometer
-    from devices.daq.sensor import DaqSensor
-    from devices.daq.watch import Watch
+    from palpate.devices.daq.acquire import Wiring, demand_channels
+    from palpate.devices.daq.adxl335 import Accelerometer
+    from palpate.devices.daq.sensor import DaqSensor
+    from palpate.devices.daq.watch import Watch
 
     low, high = settings.range_V
     channels = demand_channels(settings.channels, 3, name, "one for each axis")
@@ -73,7 +73,7 @@ def make(name: str, settings: Settings, folder: Path) -> DaqSensor:  # noqa: ARG
 def _scaling(settings: Settings) -> Scaling:
     import numpy as np
 
-    from devices.daq.adxl335 import Scaling
+    from palpate.devices.daq.adxl335 import Scaling
 
     found = Scaling(np.array(settings.sensitivity_V_per_g), np.array(settings.zero_g_V), settings.scaled_at_V)
     return found.at(settings.supply_V)
@@ -88,11 +88,11 @@ def _signal(settings: Settings) -> Signal:
 
 def _daq(name: str, settings: Settings, wiring: Wiring, scaling: Scaling) -> Daq:
     if settings.driver == "nidaqmx":
-        from devices.daq.ni import NiDaq
+        from palpate.devices.daq.ni import NiDaq
 
         return NiDaq(name, wiring)
-    from devices.daq.adxl335 import acceleration_volts
-    from devices.daq.twin import TwinDaq
+    from palpate.devices.daq.adxl335 import acceleration_volts
+    from palpate.devices.daq.twin import TwinDaq
 
     ideal = acceleration_volts(scaling, settings.bandwidth_hz)
     return TwinDaq(name, wiring, ideal, settings.noise_V, (settings.seed,))

@@ -11,11 +11,11 @@ from typing import TYPE_CHECKING, Literal, Protocol
 import numpy as np
 from numpy.typing import NDArray
 
-from devices.signals import DeviceError, NowNs
-from protocols.events import NS
+from palpate.devices.signals import DeviceError, NowNs
+from palpate.protocols.events import NS
 
 if TYPE_CHECKING:
-    from devices.scene import Scene
+    from palpate.devices.scene import Scene
 
 Volts = NDArray[np.float64]
 """Readings of shape (n, channels)."""

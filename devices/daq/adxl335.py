@@ -14,14 +14,14 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
-from devices.daq.twin import PIECE, Ideal
-from devices.daq.watch import Watch
-from devices.scene import GRAVITY_M_S2
-from devices.signals import DeviceError, DeviceFault, Reading, Signal
-from protocols.wording import count
+from palpate.devices.daq.twin import PIECE, Ideal
+from palpate.devices.daq.watch import Watch
+from palpate.devices.scene import GRAVITY_M_S2
+from palpate.devices.signals import DeviceError, DeviceFault, Reading, Signal
+from palpate.protocols.wording import count
 
 if TYPE_CHECKING:
-    from devices.scene import Scene
+    from palpate.devices.scene import Scene
 
 Array = NDArray[np.float64]
 AXES = ("x", "y", "z")

@@ -16,8 +16,8 @@ from pathlib import Path
 from xml.etree.ElementTree import Element, TreeBuilder
 from xml.parsers import expat
 
-from devices.signals import DeviceError
-from protocols.wording import some
+from palpate.devices.signals import DeviceError
+from palpate.protocols.wording import some
 
 AXES = ("Fx", "Fy", "Fz", "Tx", "Ty", "Tz")
 LARGEST = 1 << 20

@@ -7,17 +7,17 @@ from typing import TYPE_CHECKING, Annotated, Any, Literal
 
 from pydantic import Field
 
-from devices.rig.settings import Date, Finite, Strict
-from devices.signals import DeviceError, Signal
+from palpate.devices.rig.settings import Date, Finite, Strict
+from palpate.devices.signals import DeviceError, Signal
 
 if TYPE_CHECKING:
-    from devices.daq.acquire import Daq, Wiring
-    from devices.daq.cal_file import CalFile
-    from devices.daq.gauges import Gauges
-    from devices.daq.sensor import DaqSensor
-    from devices.daq.wrench import Array, Slopes
+    from palpate.devices.daq.acquire import Daq, Wiring
+    from palpate.devices.daq.cal_file import CalFile
+    from palpate.devices.daq.gauges import Gauges
+    from palpate.devices.daq.sensor import DaqSensor
+    from palpate.devices.daq.wrench import Array, Slopes
 
-SAMPLE = Path(__file__).parent / "sample.cal"
+SAMPLE = Path(__file__).resolve().parent / "sample.cal"
 """What a twin measures with where no calibration file is named: a sensor that does not exist."""
 CHANNELS = ("Fx", "Fy", "Fz", "Tx", "Ty", "Tz")
 Share = Annotated[float, Field(gt=0, le=1)]
@@ -71,8 +71,8 @@ def make(name: str, settings: Settings, folder: Path) -> DaqSensor:
     Raises:
         DeviceError: a calibration file that is missing or cannot be used, or inputs that are not six (and one).
     """
-    from devices.daq.cal_file import read_cal_file
-    from devices.daq.sensor import DaqSensor
+    from palpate.devices.daq.cal_file import read_cal_file
+    from palpate.devices.daq.sensor import DaqSensor
 
     path = _calibration_path(name, settings, folder)
     file = read_cal_file(path)
@@ -91,7 +91,7 @@ def _calibration_path(name: str, settings: Settings, folder: Path) -> Path:
 
 
 def _wiring(name: str, settings: Settings, file: CalFile) -> Wiring:
-    from devices.daq.acquire import Wiring, demand_channels
+    from palpate.devices.daq.acquire import Wiring, demand_channels
 
     channels = demand_channels(settings.channels, 6, name, "one for each gauge")
     if settings.thermistor is not None:
@@ -100,9 +100,9 @@ def _wiring(name: str, settings: Settings, file: CalFile) -> Wiring:
 
 
 def _gauges(name: str, settings: Settings, file: CalFile, wiring: Wiring, path: Path) -> Gauges:
-    from devices.daq.gauges import UNITS, Gauges
-    from devices.daq.watch import Watch
-    from devices.daq.wrench import calibration
+    from palpate.devices.daq.gauges import UNITS, Gauges
+    from palpate.devices.daq.watch import Watch
+    from palpate.devices.daq.wrench import calibration
 
     found = calibration(file, str(path))
     number = f"{file.body} {file.part} {file.serial}, {file.date or 'no date'}, sha256 {file.sha256[:12]}"
@@ -123,7 +123,7 @@ def _gauges(name: str, settings: Settings, file: CalFile, wiring: Wiring, path: 
 def _framed(frame: Frame, matrix: Array) -> Array:
     from math import radians
 
-    from devices.daq.wrench import moved
+    from palpate.devices.daq.wrench import moved
 
     distance = [each / 1000 for each in (frame.dx_mm, frame.dy_mm, frame.dz_mm)]
     return moved(distance, [radians(each) for each in (frame.rx_deg, frame.ry_deg, frame.rz_deg)]) @ matrix
@@ -133,7 +133,7 @@ def _slopes(name: str, thermistor: Thermistor | None, file: CalFile, path: Path)
     """The settings' slopes before the file's. Raises DeviceError where a thermistor is wired to no slopes."""
     import numpy as np
 
-    from devices.daq.wrench import Slopes
+    from palpate.devices.daq.wrench import Slopes
 
     if thermistor is None:
         return None
@@ -165,11 +165,11 @@ def _told(settings: Settings, file: CalFile, path: Path) -> dict[str, Any]:
 
 def _daq(name: str, settings: Settings, wiring: Wiring, gauges: Gauges) -> Daq:
     if settings.driver == "nidaqmx":
-        from devices.daq.ni import NiDaq
+        from palpate.devices.daq.ni import NiDaq
 
         return NiDaq(name, wiring)
-    from devices.daq.gauges import gauge_volts
-    from devices.daq.twin import TwinDaq
+    from palpate.devices.daq.gauges import gauge_volts
+    from palpate.devices.daq.twin import TwinDaq
 
     ideal = gauge_volts(gauges.matrix, gauges.slopes)
     return TwinDaq(name, wiring, ideal, settings.noise_V, (settings.seed,))

@@ -10,15 +10,15 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 from numpy.typing import NDArray
 
-from devices.daq.cal_file import AXES
-from devices.daq.twin import PIECE, Ideal
-from devices.daq.watch import Watch
-from devices.daq.wrench import Array, Calibration, Slopes, compensated, wrench
-from devices.signals import DeviceError, DeviceFault, Reading, Signal
-from protocols.wording import count
+from palpate.devices.daq.cal_file import AXES
+from palpate.devices.daq.twin import PIECE, Ideal
+from palpate.devices.daq.watch import Watch
+from palpate.devices.daq.wrench import Array, Calibration, Slopes, compensated, wrench
+from palpate.devices.signals import DeviceError, DeviceFault, Reading, Signal
+from palpate.protocols.wording import count
 
 if TYPE_CHECKING:
-    from devices.scene import Scene
+    from palpate.devices.scene import Scene
 
 GAUGES = 6
 UNITS = ("N", "N", "N", "N m", "N m", "N m")

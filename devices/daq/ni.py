@@ -9,12 +9,12 @@ from typing import TYPE_CHECKING, Any, NoReturn
 
 import numpy as np
 
-from devices.daq.acquire import Pace, Taken, Volts, Wiring
-from devices.daq.ni_errors import NO_DRIVER, NOT_YET, OVERWRITTEN, code_of, failed, quietly, refused
-from devices.signals import DeviceError
+from palpate.devices.daq.acquire import Pace, Taken, Volts, Wiring
+from palpate.devices.daq.ni_errors import NO_DRIVER, NOT_YET, OVERWRITTEN, code_of, failed, quietly, refused
+from palpate.devices.signals import DeviceError
 
 if TYPE_CHECKING:
-    from devices.scene import Scene
+    from palpate.devices.scene import Scene
 
 TOLD_S = 0.005
 """A read waits for about so much, so that it is not woken for every sample."""

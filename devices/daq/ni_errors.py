@@ -7,7 +7,7 @@ from __future__ import annotations
 
 from collections.abc import Callable
 
-from devices.signals import DeviceError, DeviceFault
+from palpate.devices.signals import DeviceError, DeviceFault
 
 OVERWRITTEN = -200279
 """SAMPLES_NO_LONGER_AVAILABLE: unread samples were overwritten; sampling goes on, and the loss can be counted."""

@@ -11,14 +11,14 @@ from typing import TYPE_CHECKING, Any, Protocol
 
 import numpy as np
 
-from devices.daq.acquire import Daq, Pace, Volts
-from devices.health import WAIT_S, sensed
-from devices.signals import Block, DeviceError, DeviceFault, Health, NowNs, Reading, Signal
-from protocols.events import NS
-from protocols.wording import count
+from palpate.devices.daq.acquire import Daq, Pace, Volts
+from palpate.devices.health import WAIT_S, sensed
+from palpate.devices.signals import Block, DeviceError, DeviceFault, Health, NowNs, Reading, Signal
+from palpate.protocols.events import NS
+from palpate.protocols.wording import count
 
 if TYPE_CHECKING:
-    from devices.scene import Scene
+    from palpate.devices.scene import Scene
 
 SILENT_S = 0.5
 """Without a sample for so long, a sensor that samples steadily is silent."""

@@ -14,13 +14,13 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
-from devices.daq.acquire import Daq, Pace, Taken, Volts, Wiring
-from devices.daq.ni import NiDaq
-from devices.daq.sensor import DaqSensor
-from devices.signals import DeviceError, DeviceFault
+from palpate.devices.daq.acquire import Daq, Pace, Taken, Volts, Wiring
+from palpate.devices.daq.ni import NiDaq
+from palpate.devices.daq.sensor import DaqSensor
+from palpate.devices.signals import DeviceError, DeviceFault
 
 if TYPE_CHECKING:
-    from devices.scene import Scene
+    from palpate.devices.scene import Scene
 
 WHOLE = 1e-6
 """How near to a whole number the ratio of two rates must lie."""

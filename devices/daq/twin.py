@@ -13,14 +13,14 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
-from devices.daq.acquire import Pace, Taken, Volts, Wiring
-from devices.noise import QUANTILES
-from devices.signals import DeviceError
-from protocols.canonical import canonical
-from protocols.keyed import Key
+from palpate.devices.daq.acquire import Pace, Taken, Volts, Wiring
+from palpate.devices.noise import QUANTILES
+from palpate.devices.signals import DeviceError
+from palpate.protocols.canonical import canonical
+from palpate.protocols.keyed import Key
 
 if TYPE_CHECKING:
-    from devices.scene import Scene
+    from palpate.devices.scene import Scene
 
 BITS = 16
 """Of the converter, as in the card of thesis 4.3.1 (USB-6351)."""

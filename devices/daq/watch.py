@@ -8,8 +8,8 @@ from dataclasses import dataclass, field
 import numpy as np
 from numpy.typing import NDArray
 
-from devices.daq.acquire import Volts
-from devices.signals import DeviceFault
+from palpate.devices.daq.acquire import Volts
+from palpate.devices.signals import DeviceFault
 
 EDGE = 0.005
 """The outermost share of the range that counts as its end: the last 0.5 %."""

@@ -12,9 +12,9 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import NDArray
 
-from devices.daq.cal_file import AXES, CalFile
-from devices.scene import GRAVITY_M_S2
-from devices.signals import DeviceError
+from palpate.devices.daq.cal_file import AXES, CalFile
+from palpate.devices.scene import GRAVITY_M_S2
+from palpate.devices.signals import DeviceError
 
 Array = NDArray[np.float64]
 POUND_N, INCH_M = 4.4482216152605, 0.0254

@@ -14,9 +14,9 @@ from functools import partial
 import numpy as np
 from numpy.typing import NDArray
 
-from devices.door.features import as_profile, landmarks, plateau_after_second_peak, require_cycles
-from devices.door.grid import FORCE_DECIMALS, POINTS_PER_DEG, STUDY_SEED, DoorDataError
-from devices.door.shaping import add_cycles, ease, move_knots, raise_span, set_peak, straighten
+from palpate.devices.door.features import as_profile, landmarks, plateau_after_second_peak, require_cycles
+from palpate.devices.door.grid import FORCE_DECIMALS, POINTS_PER_DEG, STUDY_SEED, DoorDataError
+from palpate.devices.door.shaping import add_cycles, ease, move_knots, raise_span, set_peak, straighten
 
 Array = NDArray[np.float64]
 

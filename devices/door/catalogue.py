@@ -6,11 +6,11 @@ from dataclasses import dataclass, fields
 from pathlib import Path
 from typing import Any
 
-from devices.door.grid import DoorDataError
-from devices.door.mechanics import CheckFeature, Door, check_ranges
-from protocols.wording import some
+from palpate.devices.door.grid import DoorDataError
+from palpate.devices.door.mechanics import CheckFeature, Door, check_ranges
+from palpate.protocols.wording import some
 
-DOORS_FILE = Path(__file__).with_name("doors.yaml")
+DOORS_FILE = Path(__file__).resolve().with_name("doors.yaml")
 CHECK_FIELDS = tuple(field.name for field in fields(CheckFeature))
 DOOR_FIELDS = tuple(field.name for field in fields(Door))
 

@@ -9,12 +9,12 @@ from typing import TYPE_CHECKING, Any
 
 import click
 
-from devices.door.grid import STUDY_SEED, DoorDataError
-from protocols.canonical import json_text
-from protocols.wording import count
+from palpate.devices.door.grid import STUDY_SEED, DoorDataError
+from palpate.protocols.canonical import json_text
+from palpate.protocols.wording import count
 
 if TYPE_CHECKING:
-    from devices.door.profiles import NormalisedProfile
+    from palpate.devices.door.profiles import NormalisedProfile
 
 FILE = click.Path(exists=True, dir_okay=False, path_type=Path)
 OUT = click.Path(path_type=Path)
@@ -67,9 +67,9 @@ def normalise_command(
     """
     import numpy as np
 
-    from devices.door.profiles import normalise
-    from devices.door.stimuli import profile_text
-    from protocols.files import write_text
+    from palpate.devices.door.profiles import normalise
+    from palpate.devices.door.stimuli import profile_text
+    from palpate.protocols.files import write_text
 
     angle, force = _read(recording, angle_file, angle_column, force_column, time_column)
     angle = np.degrees(angle) if radians else np.asarray(angle)
@@ -94,10 +94,10 @@ def simulate_command(labels: tuple[str, ...], every: bool, parameters: Path | No
     Example:
       palpate doors simulate --door G90 --door K8 --out profiles/
     """
-    from devices.door.catalogue import DOORS_FILE, find_door, read_catalogue
-    from devices.door.mechanics import simulate
-    from devices.door.stimuli import profile_text
-    from protocols.files import write_texts
+    from palpate.devices.door.catalogue import DOORS_FILE, find_door, read_catalogue
+    from palpate.devices.door.mechanics import simulate
+    from palpate.devices.door.stimuli import profile_text
+    from palpate.protocols.files import write_texts
 
     catalogue = read_catalogue(parameters or DOORS_FILE)
     if bool(labels) == every:
@@ -121,10 +121,10 @@ def augment_command(source: Path, out: Path, seed: int, as_json: bool) -> None:
     """
     import numpy as np
 
-    from devices.door.augment import VARIANTS, augment
-    from devices.door.stimuli import profile_text
-    from devices.door.twin import read_profile
-    from protocols.files import write_texts
+    from palpate.devices.door.augment import VARIANTS, augment
+    from palpate.devices.door.stimuli import profile_text
+    from palpate.devices.door.twin import read_profile
+    from palpate.protocols.files import write_texts
 
     texts: dict[str, str] = {}
     for path in _profiles_in(source):
@@ -177,14 +177,14 @@ def make_command(
 
 def _shipped() -> tuple[str, ...]:
     """Return the shipped studies whose stimuli are made here."""
-    from devices.door.sets import SETS
+    from palpate.devices.door.sets import SETS
 
     return ("door_ratings", *SETS)
 
 
 def _stimulus_folder(text: str) -> Path:
     """Return the folder, or that of the shipped study of this name. Raises DoorDataError where there is none."""
-    from devices.door.stimuli import STUDIES
+    from palpate.devices.door.stimuli import STUDIES
 
     if Path(text).is_dir():
         return Path(text)
@@ -199,7 +199,7 @@ def _makers(
     study: str, measured: Path | None, seed: int
 ) -> tuple[Callable[[Path], list[Path]], Callable[[Path], list[str]]]:
     """What writes a study's stimuli into a folder, and what compares a folder with them."""
-    from devices.door import sets, stimuli
+    from palpate.devices.door import sets, stimuli
 
     if study == "door_ratings":
         recording = measured or stimuli.MEASURED_FILE
@@ -238,7 +238,7 @@ def draw_command(
       palpate doors draw door_ratings --features --out features
       palpate doors draw door_ratings --opening BC3=bc3.csv --opening K8=k8.csv --out openings
     """
-    from devices.door.draw import draw, draw_features, draw_openings
+    from palpate.devices.door.draw import draw, draw_features, draw_openings
 
     if features and openings:
         raise click.UsageError("--features and --opening are two pictures: give one of them")
@@ -261,8 +261,8 @@ def _opening(text: str) -> tuple[str, Path]:
 
 def _read(recording: Path, angle_file: Path | None, angle: str, force: str, time: str) -> tuple[Any, Any]:
     """Angle and force, one value each a row, from one file or from two with a time column each."""
-    from devices.door.profiles import upsample_angle
-    from devices.door.recording import read_columns
+    from palpate.devices.door.profiles import upsample_angle
+    from palpate.devices.door.recording import read_columns
 
     if angle_file is None:
         columns = read_columns(recording, (angle, force)).values

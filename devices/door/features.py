@@ -7,7 +7,7 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import NDArray
 
-from devices.door.grid import POINTS, POINTS_PER_DEG, DoorDataError, motion_end
+from palpate.devices.door.grid import POINTS, POINTS_PER_DEG, DoorDataError, motion_end
 
 Array = NDArray[np.float64]
 

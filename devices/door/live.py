@@ -7,7 +7,7 @@ from collections.abc import Callable, Sequence
 from dataclasses import dataclass, field, replace
 from typing import Generic, TypeVar
 
-from protocols.events import NS
+from palpate.protocols.events import NS
 
 RATE_HZ = 20
 PERIOD_NS = NS // RATE_HZ
@@ -33,7 +33,7 @@ class Change(Generic[W]):
 
 @dataclass
 class LiveDoor(Generic[W]):
-    """The profile that follows the wishes; see devices.door.link.showing.Changes.
+    """The profile that follows the wishes; see palpate.devices.door.link.showing.Changes.
 
     `wish` gives what is set now, `force_N` makes a door of it, `begun_with` is what the door plays already.
     `missed` counts the ticks of 50 ms that passed while something else kept the program.

@@ -10,7 +10,7 @@ from typing import Any, Protocol
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
-from devices.door.grid import FORCE_DECIMALS
+from palpate.devices.door.grid import FORCE_DECIMALS
 
 Array = NDArray[np.float64]
 
@@ -18,7 +18,7 @@ LOWEST, NEUTRAL, HIGHEST = 0.0, 50.0, 100.0
 
 
 class Made(Protocol):
-    """A door made from wishes; see devices.door.designer.Designed."""
+    """A door made from wishes; see palpate.devices.door.designer.Designed."""
 
     @property
     def force_N(self) -> Array:
@@ -38,7 +38,7 @@ class Made(Protocol):
 
 
 class Maker(Protocol):
-    """What makes doors; see devices.door.designer.Designer."""
+    """What makes doors; see palpate.devices.door.designer.Designer."""
 
     @property
     def attributes(self) -> Sequence[str]:
@@ -78,6 +78,6 @@ def maker_for(lab: Path | None, model: str | None = None) -> Maker:
 
     `model` names another force model of either, or its card. Raises ModelFileError on one that cannot be had.
     """
-    from devices.door.designer import designer_for
+    from palpate.devices.door.designer import designer_for
 
     return designer_for(lab, model)

@@ -12,8 +12,8 @@ from dataclasses import dataclass, fields
 import numpy as np
 from numpy.typing import NDArray
 
-from devices.door.grid import MAX_ANGLE_DEG, POINTS, DoorDataError, grid_angle_deg
-from devices.scene import GRAVITY_M_S2
+from palpate.devices.door.grid import MAX_ANGLE_DEG, POINTS, DoorDataError, grid_angle_deg
+from palpate.devices.scene import GRAVITY_M_S2
 
 Array = NDArray[np.float64]
 NO_PLAY_DEG = 1e-6

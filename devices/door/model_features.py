@@ -13,10 +13,10 @@ from itertools import pairwise
 import numpy as np
 from numpy.typing import NDArray
 
-from devices.door.features import Landmarks, as_profile, columns, landmarks_and_felt, plateau_of
-from devices.door.grid import POINTS_PER_DEG, DoorDataError
-from devices.door.profiles import demand_force
-from protocols.did_you_mean import nearest
+from palpate.devices.door.features import Landmarks, as_profile, columns, landmarks_and_felt, plateau_of
+from palpate.devices.door.grid import POINTS_PER_DEG, DoorDataError
+from palpate.devices.door.profiles import demand_force
+from palpate.protocols.did_you_mean import nearest
 
 Array = NDArray[np.float64]
 

@@ -8,10 +8,10 @@ from itertools import count
 import numpy as np
 from numpy.typing import NDArray
 
-from devices.door.grid import DoorDataError
-from devices.door.opening import RATE_HZ, opened_once
-from devices.scene import GRAVITY_M_S2, PIECE_S
-from protocols.keyed import Key, uniform
+from palpate.devices.door.grid import DoorDataError
+from palpate.devices.door.opening import RATE_HZ, opened_once
+from palpate.devices.scene import GRAVITY_M_S2, PIECE_S
+from palpate.protocols.keyed import Key, uniform
 
 Numbers = NDArray[np.float64]
 RADIUS_M = 0.95
@@ -25,7 +25,7 @@ RATES_HZ = (1.0, 100_000.0)
 
 
 class OpeningScene:
-    """A hand opens the door of a profile once in `seconds`, as `devices.door.opening` has it.
+    """A hand opens the door of a profile once in `seconds`, as `palpate.devices.door.opening` has it.
 
     The key decides the hand. Axes: z up; at the closed door, x the way that the handle is pulled, y from the hinge to
     the handle. The force sensor turns with the door, the tracker does not.

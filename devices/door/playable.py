@@ -5,7 +5,7 @@ from __future__ import annotations
 import numpy as np
 from numpy.typing import NDArray
 
-from devices.door.grid import POINTS, POINTS_PER_DEG
+from palpate.devices.door.grid import POINTS, POINTS_PER_DEG
 
 Array = NDArray[np.float64]
 

@@ -9,12 +9,12 @@ from typing import TYPE_CHECKING
 import numpy as np
 from numpy.typing import NDArray
 
-from devices.door.features import as_profile, describe
-from devices.door.model_features import FEATURES, features
-from devices.door.playable import LIMIT_N, STEEPEST_N_DEG, bounded
+from palpate.devices.door.features import as_profile, describe
+from palpate.devices.door.model_features import FEATURES, features
+from palpate.devices.door.playable import LIMIT_N, STEEPEST_N_DEG, bounded
 
 if TYPE_CHECKING:
-    from devices.models.runtime import Model
+    from palpate.devices.models.runtime import Model
 
 Array = NDArray[np.float64]
 
@@ -45,8 +45,8 @@ class DoorSide:
 
     def refusal(self, force_N: Array) -> str | None:
         """Why the door simulator, as its twin is set up, would refuse to play this profile (621,), or None."""
-        from devices.door.link.device import Settings, make
-        from devices.door.link.limits import ProfileRefused
+        from palpate.devices.door.link.device import Settings, make
+        from palpate.devices.door.link.limits import ProfileRefused
 
         door = make("door", Settings(kind="door", driver="twin"), Path())
         try:
@@ -57,6 +57,6 @@ class DoorSide:
 
     def load(self, card: Path) -> Model:
         """A model from its card. Raises ModelFileError for a damaged or foreign file."""
-        from devices.models.file import read_model
+        from palpate.devices.models.file import read_model
 
         return read_model(card)

@@ -8,21 +8,21 @@ from pathlib import Path
 import numpy as np
 from numpy.typing import NDArray
 
-from devices.door.augment import VARIANTS, augment
-from devices.door.catalogue import read_catalogue
-from devices.door.features import describe
-from devices.door.grid import FORCE_DECIMALS, POINTS, STUDY_SEED, DoorDataError, grid_angle_deg
-from devices.door.mechanics import simulate
-from devices.door.profiles import normalise
-from devices.door.recording import read_columns
-from devices.door.twin import HEADER
-from protocols.files import write_texts
+from palpate.devices.door.augment import VARIANTS, augment
+from palpate.devices.door.catalogue import read_catalogue
+from palpate.devices.door.features import describe
+from palpate.devices.door.grid import FORCE_DECIMALS, POINTS, STUDY_SEED, DoorDataError, grid_angle_deg
+from palpate.devices.door.mechanics import simulate
+from palpate.devices.door.profiles import normalise
+from palpate.devices.door.recording import read_columns
+from palpate.devices.door.twin import HEADER
+from palpate.protocols.files import write_texts
 
 Array = NDArray[np.float64]
 
 MEASURED_LABEL = "BC3"
 """The place of the measured door in the thesis' design; the other five places are the catalogue's."""
-STUDIES = Path(__file__).parents[2] / "studies"
+STUDIES = Path(__file__).resolve().parents[2] / "studies"
 """The shipped studies."""
 MEASURED_FILE = STUDIES / "door_ratings" / "measured" / "haptune_actual.csv"
 IDENTITY = ("id", "car", "variant", "augmentation", "source", "file")

@@ -11,9 +11,9 @@ from collections.abc import Iterator, Sequence
 from dataclasses import dataclass
 from pathlib import Path
 
-from devices.blocks import interleaved
-from devices.door.grid import MAX_ANGLE_DEG, POINTS, POINTS_PER_DEG, DoorDataError, grid_angle_deg
-from protocols.wording import some
+from palpate.devices.blocks import interleaved
+from palpate.devices.door.grid import MAX_ANGLE_DEG, POINTS, POINTS_PER_DEG, DoorDataError, grid_angle_deg
+from palpate.protocols.wording import some
 
 HEADER = ("angle_deg", "force_N")
 LONGEST = 1_000_000

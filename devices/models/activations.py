@@ -7,8 +7,8 @@ from dataclasses import replace
 
 import numpy as np
 
-from devices.models.form import At, Built, Form, Kept, Values
-from protocols.model_card import Activation
+from palpate.devices.models.form import At, Built, Form, Kept, Values
+from palpate.protocols.model_card import Activation
 
 SLOPE = 0.2
 """Of a leaky relu below zero."""

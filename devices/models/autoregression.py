@@ -6,10 +6,10 @@ from collections.abc import Callable
 
 import numpy as np
 
-from devices.models.form import LARGEST, At, Built, Form, Kept, Values
-from devices.models.layers import sides
-from devices.models.triangles import Triangles
-from protocols.signal_steps import Autoregression
+from palpate.devices.models.form import LARGEST, At, Built, Form, Kept, Values
+from palpate.devices.models.layers import sides
+from palpate.devices.models.triangles import Triangles
+from palpate.protocols.signal_steps import Autoregression
 
 
 def autoregression(step: Autoregression, form: Form, at: At) -> Built:

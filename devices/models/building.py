@@ -8,7 +8,7 @@ from typing import Any
 
 import numpy as np
 
-from devices.models import (
+from palpate.devices.models import (
     activations,
     autoregression,
     kept_values,
@@ -18,12 +18,12 @@ from devices.models import (
     recurrence,
     sequence_layers,
 )
-from devices.models.errors import ModelFileError
-from devices.models.form import LARGEST, At, Built, Form, Kept, Run, Values
-from protocols import model_card as steps_of
-from protocols import signal_steps
-from protocols.model_card import Conv, Dense, Mean, Residual, Step, Upsample
-from protocols.signal_steps import Attention, Norm
+from palpate.devices.models.errors import ModelFileError
+from palpate.devices.models.form import LARGEST, At, Built, Form, Kept, Run, Values
+from palpate.protocols import model_card as steps_of
+from palpate.protocols import signal_steps
+from palpate.protocols.model_card import Conv, Dense, Mean, Residual, Step, Upsample
+from palpate.protocols.signal_steps import Attention, Norm
 
 __all__ = ["Form", "Run", "built"]
 

@@ -9,12 +9,12 @@ from typing import TYPE_CHECKING, Any
 
 import click
 
-from devices.options import JSON, LAB
-from protocols.shell_command import shell_command
+from palpate.devices.options import JSON, LAB
+from palpate.protocols.shell_command import shell_command
 
 if TYPE_CHECKING:
-    from devices.models.comparing import Inputs
-    from devices.models.runtime import Model
+    from palpate.devices.models.comparing import Inputs
+    from palpate.devices.models.runtime import Model
 
 FILE = click.Path(exists=True, dir_okay=False, path_type=Path)
 recording_option = click.option(
@@ -42,8 +42,8 @@ def list_command(lab: Path, as_json: bool) -> None:
 
     Where a lab has a model of a shipped one's name, the lab's is used.
     """
-    from devices.models.finding import FOLDER, listed
-    from devices.models.tables import aligned, list_row
+    from palpate.devices.models.finding import FOLDER, listed
+    from palpate.devices.models.tables import aligned, list_row
 
     rows = [list_row(each) for each in listed(lab)]
     if as_json:
@@ -69,9 +69,9 @@ def card_command(name: str, lab: Path, as_json: bool) -> None:
     Example:
       palpate models card door-perception --lab LAB
     """
-    from devices.models.file import read_model
-    from devices.models.finding import find_model
-    from devices.models.words import card_words
+    from palpate.devices.models.file import read_model
+    from palpate.devices.models.finding import find_model
+    from palpate.devices.models.words import card_words
 
     path = find_model(name, lab)
     model = read_model(path)
@@ -98,8 +98,8 @@ def compare_command(names: tuple[str, ...], files: tuple[Path, ...], lab: Path, 
       palpate models compare door-perception other.json --lab LAB
       palpate models compare texture-cloth-foten_generative texture-cloth-ar --lab LAB
     """
-    from devices.models.comparing import apart, milliseconds, require_alike
-    from devices.models.tables import apart_words, metrics_words
+    from palpate.devices.models.comparing import apart, milliseconds, require_alike
+    from palpate.devices.models.tables import apart_words, metrics_words
 
     if len(names) < 2:
         raise click.UsageError("two models or more are compared; `palpate models list` shows those there are")
@@ -161,9 +161,9 @@ def predict(
 
 
 def _felt(asked: Model, files: Sequence[Path], recording: bool, zero: bool, as_json: bool) -> None:
-    from devices.models.answers import as_told, heading, in_words, rated
-    from devices.models.errors import in_file
-    from devices.models.given import profile_of
+    from palpate.devices.models.answers import as_told, heading, in_words, rated
+    from palpate.devices.models.errors import in_file
+    from palpate.devices.models.given import profile_of
 
     if gone := [path for path in files if not path.is_file()]:
         raise click.UsageError(f"there is no profile file {str(gone[0])!r}")
@@ -182,10 +182,10 @@ def _felt(asked: Model, files: Sequence[Path], recording: bool, zero: bool, as_j
 
 
 def _made(asked: Model, given: Sequence[str], to: Path | None, as_json: bool) -> None:
-    from devices.door.side import DoorSide
-    from devices.door.stimuli import profile_text
-    from devices.models.given import wish_of
-    from protocols.files import write_text
+    from palpate.devices.door.side import DoorSide
+    from palpate.devices.door.stimuli import profile_text
+    from palpate.devices.models.given import wish_of
+    from palpate.protocols.files import write_text
 
     if not given:
         raise click.UsageError(f"what is wished for? Give --wish NAME=VALUE; {', '.join(asked.card.takes.names)}")
@@ -205,8 +205,8 @@ def _made(asked: Model, given: Sequence[str], to: Path | None, as_json: bool) ->
 
 
 def _read(name: str, lab: Path) -> Model:
-    from devices.models.file import read_model
-    from devices.models.finding import find_model
+    from palpate.devices.models.file import read_model
+    from palpate.devices.models.finding import find_model
 
     return read_model(find_model(name, lab))
 
@@ -215,9 +215,9 @@ def _inputs(models: Sequence[Model], files: Sequence[Path]) -> Inputs:
     """What is asked of all models that are compared."""
     import numpy as np
 
-    from devices.models.comparing import STUDY, Inputs, wishes
-    from devices.models.comparing_textures import DRIVE, WINDOW, texture_drives, texture_windows
-    from devices.models.given import profile_of
+    from palpate.devices.models.comparing import STUDY, Inputs, wishes
+    from palpate.devices.models.comparing_textures import DRIVE, WINDOW, texture_drives, texture_windows
+    from palpate.devices.models.given import profile_of
 
     kind = models[0].card.takes.kind
     if files and kind != "force_profile":
@@ -237,6 +237,6 @@ def _inputs(models: Sequence[Model], files: Sequence[Path]) -> Inputs:
 
 
 def _echo(value: Any) -> None:
-    from protocols.canonical import canonical
+    from palpate.protocols.canonical import canonical
 
     click.echo(canonical(value).decode())

@@ -10,16 +10,16 @@ from pathlib import Path
 import numpy as np
 from numpy.typing import NDArray
 
-from devices.models.comparing_textures import DRIVE, WINDOW, require_one_texture, rows_for
-from devices.models.errors import ModelInputError
-from devices.models.fastest import fastest
-from devices.models.given import NEUTRAL, TOP
-from devices.models.runtime import Model
-from protocols.model_card import Port
+from palpate.devices.models.comparing_textures import DRIVE, WINDOW, require_one_texture, rows_for
+from palpate.devices.models.errors import ModelInputError
+from palpate.devices.models.fastest import fastest
+from palpate.devices.models.given import NEUTRAL, TOP
+from palpate.devices.models.runtime import Model
+from palpate.protocols.model_card import Port
 
 Array = NDArray[np.float64]
 
-STUDY = Path(__file__).parents[2] / "studies" / "door_ratings" / "profiles"
+STUDY = Path(__file__).resolve().parents[2] / "studies" / "door_ratings" / "profiles"
 """The profiles that models of a feeling are compared on, if no others are given."""
 ASIDE = (10.0, 90.0)
 """The wishes that models of a profile are compared on: one attribute at these, the others at 50 (thesis 5.7.1)."""

@@ -7,9 +7,9 @@ from collections.abc import Sequence
 import numpy as np
 from numpy.typing import NDArray
 
-from devices.models.errors import ModelInputError
-from devices.models.runtime import Model
-from protocols.model_card import Texture
+from palpate.devices.models.errors import ModelInputError
+from palpate.devices.models.runtime import Model
+from palpate.protocols.model_card import Texture
 
 Array = NDArray[np.float64]
 

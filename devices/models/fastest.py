@@ -8,9 +8,9 @@ from typing import Protocol
 import numpy as np
 from numpy.typing import NDArray
 
-from devices.models.errors import ModelInputError
-from devices.models.runtime import Model
-from protocols.model_card import Card
+from palpate.devices.models.errors import ModelInputError
+from palpate.devices.models.runtime import Model
+from palpate.protocols.model_card import Card
 
 Array = NDArray[np.float64]
 TRIED = 12
@@ -59,9 +59,9 @@ def fastest(model: Model, instructions: str | None = None) -> Runs:
     names one of the kernel's instruction sets; None: the first that this processor has. Every call opens a workspace
     of its own.
     """
-    from devices.models.native.library import KernelMissing, library
-    from devices.models.native.opened import Native
-    from devices.models.native.values import NotCompiled
+    from palpate.devices.models.native.library import KernelMissing, library
+    from palpate.devices.models.native.opened import Native
+    from palpate.devices.models.native.values import NotCompiled
 
     try:
         kernel = library()

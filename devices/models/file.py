@@ -7,11 +7,11 @@ from typing import Any
 
 from pydantic import ValidationError
 
-from devices.models.errors import ModelFileError, reading
-from devices.models.runtime import Model
-from devices.models.tensors import read_tensors
-from protocols.canonical import canonical, parse
-from protocols.model_card import FORMAT, Card, complaint
+from palpate.devices.models.errors import ModelFileError, reading
+from palpate.devices.models.runtime import Model
+from palpate.devices.models.tensors import read_tensors
+from palpate.protocols.canonical import canonical, parse
+from palpate.protocols.model_card import FORMAT, Card, complaint
 
 __all__ = ["CARD_SUFFIX", "Model", "ModelFileError", "read_card", "read_model"]
 
@@ -35,7 +35,7 @@ def read_model(card: Path | str) -> Model:
     """
     path = Path(card)
     if path.suffix.lower() == HATT_SUFFIX:
-        from devices.models.hatt import read_hatt
+        from palpate.devices.models.hatt import read_hatt
 
         return read_hatt(path)
     found = read_card(path)

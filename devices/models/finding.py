@@ -7,14 +7,14 @@ from collections.abc import Iterator
 from dataclasses import dataclass
 from pathlib import Path
 
-from devices.models.errors import ModelFileError
-from devices.models.file import CARD_SUFFIX, CODE, read_card
-from devices.models.tensors import require_size, weights_file
-from protocols.did_you_mean import nearest
-from protocols.model_card import Card
+from palpate.devices.models.errors import ModelFileError
+from palpate.devices.models.file import CARD_SUFFIX, CODE, read_card
+from palpate.devices.models.tensors import require_size, weights_file
+from palpate.protocols.did_you_mean import nearest
+from palpate.protocols.model_card import Card
 
-SHIPPED = Path(__file__).parents[1] / "door" / "made"
-TEXTURES = Path(__file__).parents[1] / "render" / "made"
+SHIPPED = Path(__file__).resolve().parents[1] / "door" / "made"
+TEXTURES = Path(__file__).resolve().parents[1] / "render" / "made"
 FOLDER = "models"
 OTHERS = {
     "palpate-attributes/1": "how textures feel, from features of touch and sight: read by `palpate textures index`"

@@ -10,7 +10,7 @@ from typing import Any, TypeAlias
 import numpy as np
 from numpy.typing import NDArray
 
-from devices.models.errors import ModelFileError
+from palpate.devices.models.errors import ModelFileError
 
 Values: TypeAlias = NDArray[Any]
 Kept: TypeAlias = dict[str, Values]

@@ -17,12 +17,12 @@ from typing import Any, TypeAlias
 import numpy as np
 from numpy.typing import NDArray
 
-from devices.models.autoregression import predictor_of
-from devices.models.errors import ModelFileError
-from devices.models.hatt_file import Array, Hatt, read_hatt_file
-from devices.models.runtime import Model
-from protocols.model_card import Activation, Affine, Card, Port, Reshape, Step, Texture, Weights
-from protocols.signal_steps import Autoregression, Join, Keep, Part, Recall
+from palpate.devices.models.autoregression import predictor_of
+from palpate.devices.models.errors import ModelFileError
+from palpate.devices.models.hatt_file import Array, Hatt, read_hatt_file
+from palpate.devices.models.runtime import Model
+from palpate.protocols.model_card import Activation, Affine, Card, Port, Reshape, Step, Texture, Weights
+from palpate.protocols.signal_steps import Autoregression, Join, Keep, Part, Recall
 
 RADIUS = 0.998
 """No pole of what runs lies further out, whatever speed and force are."""

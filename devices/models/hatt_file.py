@@ -15,7 +15,7 @@ from xml.etree import ElementTree
 import numpy as np
 from numpy.typing import NDArray
 
-from devices.models.errors import ModelFileError, reading
+from palpate.devices.models.errors import ModelFileError, reading
 
 Array = NDArray[np.float64]
 

@@ -6,9 +6,9 @@ from dataclasses import replace
 
 import numpy as np
 
-from devices.models.form import LARGEST, At, Built, Form, Kept, Values
-from devices.models.layers import sides
-from protocols.signal_steps import Add, Cartesian, Join, Keep, Part, Polar, Recall, Turn
+from palpate.devices.models.form import LARGEST, At, Built, Form, Kept, Values
+from palpate.devices.models.layers import sides
+from palpate.protocols.signal_steps import Add, Cartesian, Join, Keep, Part, Polar, Recall, Turn
 
 
 def keep(step: Keep, form: Form, at: At) -> Built:

@@ -7,8 +7,8 @@ from dataclasses import replace
 import numpy as np
 from numpy.lib.stride_tricks import as_strided
 
-from devices.models.form import LARGEST, At, Built, Form, Kept, Run, Values, flattened
-from protocols.model_card import Affine, Clip, Conv, Dense, MaxPool, Reshape, Upsample
+from palpate.devices.models.form import LARGEST, At, Built, Form, Kept, Run, Values, flattened
+from palpate.protocols.model_card import Affine, Clip, Conv, Dense, MaxPool, Reshape, Upsample
 
 
 def affine(step: Affine, form: Form, at: At) -> Built:

@@ -4,8 +4,8 @@ from __future__ import annotations
 
 import numpy as np
 
-from devices.models.form import LARGEST, At, Built, Form, Kept, Values, flattened, missing_where_not_finite
-from protocols.model_card import Forest, Kernel, Nearest
+from palpate.devices.models.form import LARGEST, At, Built, Form, Kept, Values, flattened, missing_where_not_finite
+from palpate.protocols.model_card import Forest, Kernel, Nearest
 
 
 def kernel(step: Kernel, form: Form, at: At) -> Built:

@@ -4,16 +4,16 @@ from __future__ import annotations
 
 import numpy as np
 
-from devices.door.grid import POINTS, DoorDataError
-from devices.models.errors import ModelInputError
-from devices.models.form import At, Built, Form, Kept, Values
-from protocols.model_card import DoorFeatures, Playable
+from palpate.devices.door.grid import POINTS, DoorDataError
+from palpate.devices.models.errors import ModelInputError
+from palpate.devices.models.form import At, Built, Form, Kept, Values
+from palpate.protocols.model_card import DoorFeatures, Playable
 
 
 def door_features(step: DoorFeatures, form: Form, at: At) -> Built:
     """The engineered features that the card names. A name that is unknown here is refused."""
-    from devices.door.model_features import FEATURES, features
-    from protocols.did_you_mean import nearest
+    from palpate.devices.door.model_features import FEATURES, features
+    from palpate.protocols.did_you_mean import nearest
 
     _require_profile(form, at)
     if unknown := [name for name in step.names if name not in FEATURES]:
@@ -32,7 +32,7 @@ def door_features(step: DoorFeatures, form: Form, at: At) -> Built:
 
 def playable(step: Playable, form: Form, at: At) -> Built:
     """Every profile within the limits."""
-    from devices.door.playable import bounded
+    from palpate.devices.door.playable import bounded
 
     _require_profile(form, at)
 

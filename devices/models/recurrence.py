@@ -4,9 +4,9 @@ from __future__ import annotations
 
 import numpy as np
 
-from devices.models.form import LARGEST, At, Built, Form, Kept, Values
-from devices.models.layers import rows_of, sides
-from protocols.signal_steps import Lstm
+from palpate.devices.models.form import LARGEST, At, Built, Form, Kept, Values
+from palpate.devices.models.layers import rows_of, sides
+from palpate.protocols.signal_steps import Lstm
 
 
 def lstm(step: Lstm, form: Form, at: At) -> Built:

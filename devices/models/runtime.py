@@ -9,9 +9,9 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
-from devices.models.building import Form, Run, built
-from devices.models.errors import ModelFileError, ModelInputError
-from protocols.model_card import Card, Port
+from palpate.devices.models.building import Form, Run, built
+from palpate.devices.models.errors import ModelFileError, ModelInputError
+from palpate.protocols.model_card import Card, Port
 
 Array = NDArray[np.float64]
 

@@ -8,11 +8,11 @@ from typing import Any
 
 import numpy as np
 
-from devices.models.activations import soft
-from devices.models.form import LARGEST, At, Built, Form, Kept, Run, Values
-from devices.models.layers import rows_of, sides
-from protocols.model_card import Conv
-from protocols.signal_steps import Attention, Norm
+from palpate.devices.models.activations import soft
+from palpate.devices.models.form import LARGEST, At, Built, Form, Kept, Run, Values
+from palpate.devices.models.layers import rows_of, sides
+from palpate.protocols.model_card import Conv
+from palpate.protocols.signal_steps import Attention, Norm
 
 
 def norm(step: Norm, form: Form, at: At) -> Built:

@@ -4,9 +4,9 @@ from __future__ import annotations
 
 from collections.abc import Mapping
 
-from devices.models.form import Values
-from protocols.model_card import Step
-from protocols.signal_steps import (
+from palpate.devices.models.form import Values
+from palpate.protocols.model_card import Step
+from palpate.protocols.signal_steps import (
     Add,
     Attention,
     Autoregression,

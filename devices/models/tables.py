@@ -6,11 +6,11 @@ from collections.abc import Sequence
 from datetime import UTC, datetime
 from typing import Any
 
-from devices.models.comparing import Apart
-from devices.models.finding import Listed
-from devices.models.runtime import Model
-from devices.models.words import direction, size_words
-from protocols.model_card import Card, Port
+from palpate.devices.models.comparing import Apart
+from palpate.devices.models.finding import Listed
+from palpate.devices.models.runtime import Model
+from palpate.devices.models.words import direction, size_words
+from palpate.protocols.model_card import Card, Port
 
 ERRORS = ("mae", "loop_fresh", "loop_judge", "waveform_mae")
 """The metrics that stand for a model in the list, the first that there is."""

@@ -10,8 +10,8 @@ from typing import Any, TypeAlias
 import numpy as np
 from numpy.typing import NDArray
 
-from devices.models.errors import ModelFileError, reading
-from protocols.model_card import Card, Weights, card_tensors
+from palpate.devices.models.errors import ModelFileError, reading
+from palpate.protocols.model_card import Card, Weights, card_tensors
 
 Tensors: TypeAlias = Mapping[str, NDArray[Any]]
 

@@ -6,7 +6,7 @@ from dataclasses import dataclass, field
 
 import numpy as np
 
-from devices.models.form import Values
+from palpate.devices.models.form import Values
 
 FLAT = 1e-12
 """A triangle whose area is at most this much of the square around all points has none."""

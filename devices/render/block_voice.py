@@ -7,11 +7,11 @@ import math
 import numpy as np
 from numpy.typing import NDArray
 
-from devices.models.errors import ModelInputError
-from devices.models.fastest import Runs
-from devices.render.errors import RenderError
-from devices.render.normals import Normals
-from protocols.model_card import Card, Texture
+from palpate.devices.models.errors import ModelInputError
+from palpate.devices.models.fastest import Runs
+from palpate.devices.render.errors import RenderError
+from palpate.devices.render.normals import Normals
+from palpate.protocols.model_card import Card, Texture
 
 Array = NDArray[np.float64]
 LARGEST_LOG = 40.0

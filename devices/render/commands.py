@@ -9,14 +9,14 @@ from typing import TYPE_CHECKING
 import click
 from click.core import ParameterSource
 
-from devices.options import JSON, LAB
-from devices.render.found import DEFAULT_METHOD
-from devices.rig.options import RIG
-from devices.window.options import size_px
+from palpate.devices.options import JSON, LAB
+from palpate.devices.render.found import DEFAULT_METHOD
+from palpate.devices.rig.options import RIG
+from palpate.devices.window.options import size_px
 
 if TYPE_CHECKING:
-    from devices.render.headless import Played
-    from devices.render.job import Sounds
+    from palpate.devices.render.headless import Played
+    from palpate.devices.render.job import Sounds
 
 
 @click.command()
@@ -61,17 +61,17 @@ def render(
     _require_together(hand is not None, paced)
     if twins and rig_file is not None:
         raise click.UsageError("--rig names devices to open, and with --twins none are: leave one out")
-    from devices.render.found import card_for
+    from palpate.devices.render.found import card_for
 
     card = card_for(texture, method, lab)
     if hand is None:
-        from devices.render.asked import Asked
+        from palpate.devices.render.asked import Asked
 
         asked = Asked(lab, texture, method, card, seed, not mean, accept_missed, ahead, real_time, rig_file, twins,
                       language, screen, windowed)  # fmt: skip
-        import_module("devices.render.window.open").run_window(asked)
+        import_module("palpate.devices.render.window.open").run_window(asked)
         return
-    from devices.render.job import Sounds
+    from palpate.devices.render.job import Sounds
 
     played = _played(
         Sounds(card, seed, not mean, accept_missed), hand, seconds, out, paced, (rig_file, ahead, real_time)
@@ -82,7 +82,7 @@ def render(
 def _played(
     sounds: Sounds, hand: str, seconds: float | None, out: Path | None, paced: bool, how: tuple[Path | None, int, bool]
 ) -> Played:
-    from devices.render import headless
+    from palpate.devices.render import headless
 
     if out is not None:
         headless.require_out(out)
@@ -115,9 +115,9 @@ def _given(*names: str) -> str:
 
 
 def _tell(played: Played, texture: str, method: str, out: Path | None, as_json: bool) -> None:
-    from devices.render.headless import level_m_s2
-    from devices.render.words import in_words
-    from protocols.canonical import canonical
+    from palpate.devices.render.headless import level_m_s2
+    from palpate.devices.render.words import in_words
+    from palpate.protocols.canonical import canonical
 
     level, seconds = level_m_s2(played.signals), played.signals.shape[1] / 1000
     if as_json:

@@ -5,10 +5,10 @@ from __future__ import annotations
 from collections.abc import Iterator
 from pathlib import Path
 
-from devices.render.errors import RenderError
-from protocols.did_you_mean import nearest
+from palpate.devices.render.errors import RenderError
+from palpate.protocols.did_you_mean import nearest
 
-SHIPPED = Path(__file__).parent / "made"
+SHIPPED = Path(__file__).resolve().parent / "made"
 FOLDER = "models"
 PREFIX, SUFFIX = "texture-", ".json"
 DEFAULT_METHOD = "foten_generative"

@@ -4,9 +4,9 @@ from __future__ import annotations
 
 import math
 
-from devices.render.gate import GAINS, RAMP
-from devices.render.range import Range
-from devices.render.sounding import Sounding
+from palpate.devices.render.gate import GAINS, RAMP
+from palpate.devices.render.range import Range
+from palpate.devices.render.sounding import Sounding
 
 MEMORY_MS = 16
 """Time constant of the level and of the mean."""

@@ -12,14 +12,14 @@ from pathlib import Path
 import numpy as np
 from numpy.typing import NDArray
 
-from devices.render.errors import RenderError
-from devices.render.hands import RATE_HZ, Scripted
-from devices.signals import DeviceFault
-from devices.tablet.pipeline import Shape, Stylus
-from devices.tablet.recorded import COLUMNS as REPORTED
-from devices.tablet.recorded import read_reports
-from devices.tablet.reports import REFUSED, Guard, Report
-from protocols.wording import count, some
+from palpate.devices.render.errors import RenderError
+from palpate.devices.render.hands import RATE_HZ, Scripted
+from palpate.devices.signals import DeviceFault
+from palpate.devices.tablet.pipeline import Shape, Stylus
+from palpate.devices.tablet.recorded import COLUMNS as REPORTED
+from palpate.devices.tablet.recorded import read_reports
+from palpate.devices.tablet.reports import REFUSED, Guard, Report
+from palpate.protocols.wording import count, some
 
 Array = NDArray[np.float64]
 FELT = ("t_s", "speed_mm_s", "force_N")

@@ -11,17 +11,17 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
-from devices.render.deadlines import Deadlines
-from devices.render.errors import RenderError
-from devices.render.hand_files import read_hand
-from devices.render.hand_simulated import simulated_hand
-from devices.render.hands import RATE_HZ, Scripted
-from devices.render.job import Job, Sounds
-from devices.render.opened import told
-from devices.render.process import Rendering
-from devices.render.voice import opened_voice
-from protocols.files import open_bytes
-from protocols.wording import count
+from palpate.devices.render.deadlines import Deadlines
+from palpate.devices.render.errors import RenderError
+from palpate.devices.render.hand_files import read_hand
+from palpate.devices.render.hand_simulated import simulated_hand
+from palpate.devices.render.hands import RATE_HZ, Scripted
+from palpate.devices.render.job import Job, Sounds
+from palpate.devices.render.opened import told
+from palpate.devices.render.process import Rendering
+from palpate.devices.render.voice import opened_voice
+from palpate.protocols.files import open_bytes
+from palpate.protocols.wording import count
 
 Array = NDArray[np.float64]
 SIMULATED = "simulated"

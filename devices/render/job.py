@@ -5,9 +5,9 @@ from __future__ import annotations
 from dataclasses import dataclass
 from pathlib import Path
 
-from devices.render.hands import Scripted
-from devices.tablet.pipeline import Shape
-from devices.tablet.reports import Report
+from palpate.devices.render.hands import Scripted
+from palpate.devices.tablet.pipeline import Shape
+from palpate.devices.tablet.reports import Report
 
 
 @dataclass(frozen=True)

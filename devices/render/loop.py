@@ -6,10 +6,10 @@ from collections.abc import Callable
 from dataclasses import dataclass, field
 from typing import Protocol
 
-from devices.render.deadlines import Deadlines
-from devices.render.hands import Hand
-from devices.render.pace import Pace
-from devices.render.sinks import Sink
+from palpate.devices.render.deadlines import Deadlines
+from palpate.devices.render.hands import Hand
+from palpate.devices.render.pace import Pace
+from palpate.devices.render.sinks import Sink
 
 STEP_NS = 1_000_000
 NEVER = 2**62

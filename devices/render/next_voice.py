@@ -7,9 +7,9 @@ import math
 import numpy as np
 from numpy.typing import NDArray
 
-from devices.models.errors import ModelInputError
-from devices.models.fastest import Runs
-from devices.render.normals import Normals
+from palpate.devices.models.errors import ModelInputError
+from palpate.devices.models.fastest import Runs
+from palpate.devices.render.normals import Normals
 
 Array = NDArray[np.float64]
 LEAST_LOG_SD = -30.0

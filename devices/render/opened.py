@@ -9,20 +9,20 @@ from dataclasses import dataclass, field
 from pathlib import Path
 from typing import Any
 
-from devices.actuator.device import VoiceCoil, make
-from devices.actuator.settings import Settings
-from devices.render.errors import RenderError
-from devices.render.hands import Hand, OnTablet, Pushed, Scripted
-from devices.render.job import Job, Sounds
-from devices.render.loop import Loop
-from devices.render.pace import AtOnce, Pace, Wall
-from devices.render.sinks import MOST_AHEAD, Coil, on_coil
-from devices.render.stages import Renderer
-from devices.render.trace import Trace
-from devices.render.voice import Voice, opened_voice
-from devices.rig.file import read_rig
-from devices.rig.opened import open_rig
-from devices.tablet.device import Tablet
+from palpate.devices.actuator.device import VoiceCoil, make
+from palpate.devices.actuator.settings import Settings
+from palpate.devices.render.errors import RenderError
+from palpate.devices.render.hands import Hand, OnTablet, Pushed, Scripted
+from palpate.devices.render.job import Job, Sounds
+from palpate.devices.render.loop import Loop
+from palpate.devices.render.pace import AtOnce, Pace, Wall
+from palpate.devices.render.sinks import MOST_AHEAD, Coil, on_coil
+from palpate.devices.render.stages import Renderer
+from palpate.devices.render.trace import Trace
+from palpate.devices.render.voice import Voice, opened_voice
+from palpate.devices.rig.file import read_rig
+from palpate.devices.rig.opened import open_rig
+from palpate.devices.tablet.device import Tablet
 
 NEED = "texture_renderer"
 WARM_MS = 50

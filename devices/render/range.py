@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from dataclasses import dataclass
 
-from protocols.model_card import Texture
+from palpate.protocols.model_card import Texture
 
 WIDER = 0.1
 """A model is asked beyond the speeds and forces of its training by so much of their span, and no further."""

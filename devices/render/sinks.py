@@ -8,10 +8,10 @@ from typing import Any, Protocol
 
 import numpy as np
 
-from devices.actuator.device import VoiceCoil
-from devices.actuator.outputs import Felt
-from devices.render.errors import RenderError
-from protocols.shell_command import shell_command
+from palpate.devices.actuator.device import VoiceCoil
+from palpate.devices.actuator.outputs import Felt
+from palpate.devices.render.errors import RenderError
+from palpate.protocols.shell_command import shell_command
 
 WHEN_LATE = "the last sample, dying away with a time constant of 2 ms"
 """What devices/actuator/queue.py plays where a sample is missing."""

@@ -8,9 +8,9 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
-from devices.render.normals import Normals
-from devices.render.range import Range
-from protocols.model_card import Texture
+from palpate.devices.render.normals import Normals
+from palpate.devices.render.range import Range
+from palpate.protocols.model_card import Texture
 
 Array = NDArray[np.float64]
 START_SPEED_MM_S, START_FORCE_N = 45.0, 0.8

@@ -9,12 +9,12 @@ from pathlib import Path
 import numpy as np
 from numpy.typing import NDArray
 
-from devices.models.fastest import Runs, fastest
-from devices.models.file import read_model
-from devices.models.runtime import Model
-from devices.render.errors import RenderError
-from devices.render.voice import open_voice
-from protocols.model_card import Card
+from palpate.devices.models.fastest import Runs, fastest
+from palpate.devices.models.file import read_model
+from palpate.devices.models.runtime import Model
+from palpate.devices.render.errors import RenderError
+from palpate.devices.render.voice import open_voice
+from palpate.protocols.model_card import Card
 
 Array = NDArray[np.float64]
 WARM = 50

@@ -9,21 +9,21 @@ from pathlib import Path
 import numpy as np
 from numpy.typing import NDArray
 
-from devices.models.fastest import Runs, fastest
-from devices.models.file import read_model
-from devices.models.runtime import Model
-from devices.render.block_voice import Blocks
-from devices.render.errors import RenderError
-from devices.render.gate import GAINS, RAMP, Gate
-from devices.render.guard import Guard
-from devices.render.job import Sounds
-from devices.render.next_voice import Next
-from devices.render.normals import Normals
-from devices.render.range import Range
-from devices.render.sense import Sense
-from devices.render.sounding import Sounding
-from devices.render.start import start_of
-from protocols.model_card import Card, Texture
+from palpate.devices.models.fastest import Runs, fastest
+from palpate.devices.models.file import read_model
+from palpate.devices.models.runtime import Model
+from palpate.devices.render.block_voice import Blocks
+from palpate.devices.render.errors import RenderError
+from palpate.devices.render.gate import GAINS, RAMP, Gate
+from palpate.devices.render.guard import Guard
+from palpate.devices.render.job import Sounds
+from palpate.devices.render.next_voice import Next
+from palpate.devices.render.normals import Normals
+from palpate.devices.render.range import Range
+from palpate.devices.render.sense import Sense
+from palpate.devices.render.sounding import Sounding
+from palpate.devices.render.start import start_of
+from palpate.protocols.model_card import Card, Texture
 
 Array = NDArray[np.float64]
 RATE_HZ = 1000.0

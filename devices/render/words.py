@@ -5,7 +5,7 @@ from __future__ import annotations
 from collections.abc import Iterator, Mapping
 from typing import Any
 
-from protocols.wording import count
+from palpate.protocols.wording import count
 
 WORDS = {
     "held": "sensor values that none could be: the last good ones stood in",

@@ -7,7 +7,7 @@ from dataclasses import dataclass, field
 from typing import TYPE_CHECKING, Any
 
 if TYPE_CHECKING:
-    from devices.rig.file import RigFile
+    from palpate.devices.rig.file import RigFile
 
 Ask = Callable[[str], None]
 """Asks the experimenter to do something, and comes back once it is done."""

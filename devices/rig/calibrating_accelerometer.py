@@ -8,14 +8,14 @@ from dataclasses import dataclass, field
 
 import numpy as np
 
-from devices.daq.adxl335 import AXES, NOISY_G, POSITIONS, Accelerometer, Scaling, SixPositions, calibrate
-from devices.daq.sensor import DaqSensor
-from devices.health import WAIT_S, samples
-from devices.rig.calibrating import Found, Job, Unfit
-from devices.rig.calibrating_bench import Hastened, Lying
-from devices.rig.opened import one_opened
-from devices.scene import GRAVITY_M_S2, Array
-from devices.signals import Block, DeviceError, NowNs
+from palpate.devices.daq.adxl335 import AXES, NOISY_G, POSITIONS, Accelerometer, Scaling, SixPositions, calibrate
+from palpate.devices.daq.sensor import DaqSensor
+from palpate.devices.health import WAIT_S, samples
+from palpate.devices.rig.calibrating import Found, Job, Unfit
+from palpate.devices.rig.calibrating_bench import Hastened, Lying
+from palpate.devices.rig.opened import one_opened
+from palpate.devices.scene import GRAVITY_M_S2, Array
+from palpate.devices.signals import Block, DeviceError, NowNs
 
 SECONDS = 2.0
 FEWEST = 100

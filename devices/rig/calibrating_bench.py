@@ -8,13 +8,13 @@ from itertools import repeat
 
 import numpy as np
 
-from devices.actuator.device import VoiceCoil
-from devices.actuator.outputs import Felt
-from devices.actuator.queue import RATE_HZ
-from devices.daq.sensor import DaqSensor
-from devices.scene import GRAVITY_M_S2, Array
-from devices.signals import Block, DeviceError
-from protocols.events import NS
+from palpate.devices.actuator.device import VoiceCoil
+from palpate.devices.actuator.outputs import Felt
+from palpate.devices.actuator.queue import RATE_HZ
+from palpate.devices.daq.sensor import DaqSensor
+from palpate.devices.scene import GRAVITY_M_S2, Array
+from palpate.devices.signals import Block, DeviceError
+from palpate.protocols.events import NS
 
 PIECE = 512
 

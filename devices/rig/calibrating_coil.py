@@ -10,21 +10,21 @@ from typing import Any
 
 import numpy as np
 
-from devices.actuator.calibration import save
-from devices.actuator.device import VoiceCoil
-from devices.actuator.identify import Identified, PlayAndRecord, Shaking, identify, through
-from devices.actuator.queue import Array
-from devices.actuator.response import CLIPPED_SHARE, FEWEST, ResponseError
-from devices.actuator.settings import Settings
-from devices.daq.adxl335 import Accelerometer
-from devices.daq.sensor import DaqSensor
-from devices.rig.calibrating import Found, Job, Unfit
-from devices.rig.calibrating_bench import fastened
-from devices.rig.file import RigFile
-from devices.rig.opened import OpenRig, open_rig
-from devices.signals import DeviceError
-from protocols.did_you_mean import nearest
-from protocols.wording import count
+from palpate.devices.actuator.calibration import save
+from palpate.devices.actuator.device import VoiceCoil
+from palpate.devices.actuator.identify import Identified, PlayAndRecord, Shaking, identify, through
+from palpate.devices.actuator.queue import Array
+from palpate.devices.actuator.response import CLIPPED_SHARE, FEWEST, ResponseError
+from palpate.devices.actuator.settings import Settings
+from palpate.devices.daq.adxl335 import Accelerometer
+from palpate.devices.daq.sensor import DaqSensor
+from palpate.devices.rig.calibrating import Found, Job, Unfit
+from palpate.devices.rig.calibrating_bench import fastened
+from palpate.devices.rig.file import RigFile
+from palpate.devices.rig.opened import OpenRig, open_rig
+from palpate.devices.signals import DeviceError
+from palpate.protocols.did_you_mean import nearest
+from palpate.protocols.wording import count
 
 SECONDS = 8
 LOUDEST_V = 0.5

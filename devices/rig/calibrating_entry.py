@@ -8,10 +8,10 @@ from typing import Any
 
 import yaml
 
-from devices.rig.calibrating import as_yaml
-from devices.rig.file import RigFileError, read_rig
-from protocols.files import write_bytes
-from protocols.yaml_text import load
+from palpate.devices.rig.calibrating import as_yaml
+from palpate.devices.rig.file import RigFileError, read_rig
+from palpate.protocols.files import write_bytes
+from palpate.protocols.yaml_text import load
 
 Span = tuple[int, int, str]
 """Characters from a place up to another, and what stands there instead."""

@@ -5,9 +5,9 @@ from __future__ import annotations
 from collections.abc import Iterator
 from pathlib import Path
 
-from devices.rig.calibrating import Found
-from devices.signals import DeviceError
-from devices.tablet.force import Fit, fit_force, read_pairs
+from palpate.devices.rig.calibrating import Found
+from palpate.devices.signals import DeviceError
+from palpate.devices.tablet.force import Fit, fit_force, read_pairs
 
 DIGITS = 5
 
@@ -29,7 +29,7 @@ def calibrated(pairs: Path, date: str, figure: Path | None = None) -> Found:
     }  # fmt: skip
     told = list(_told(fit))
     if figure is not None:
-        from devices.tablet.draw import draw_force
+        from palpate.devices.tablet.draw import draw_force
 
         told += [f"drawn: {path}" for path in draw_force(pressures, forces_N, fit.force, figure)]
     return Found({"force": curve, "calibrated": date}, tuple(told), figures)

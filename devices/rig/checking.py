@@ -2,9 +2,9 @@
 
 from __future__ import annotations
 
-from devices.rig.file import RigFile
-from devices.rig.opened import one_opened
-from devices.signals import DeviceError, DeviceFault, Health
+from palpate.devices.rig.file import RigFile
+from palpate.devices.rig.opened import one_opened
+from palpate.devices.signals import DeviceError, DeviceFault, Health
 
 
 def checked(file: RigFile, name: str, seconds: float) -> Health:

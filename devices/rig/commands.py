@@ -7,16 +7,16 @@ from typing import TYPE_CHECKING, Any
 
 import click
 
-from devices.options import JSON, LAB
-from devices.rig.commands_calibrate import calibrate
-from devices.rig.options import RIG
-from protocols.canonical import json_text
-from protocols.shell_command import shell_command
-from protocols.wording import count
+from palpate.devices.options import JSON, LAB
+from palpate.devices.rig.commands_calibrate import calibrate
+from palpate.devices.rig.options import RIG
+from palpate.protocols.canonical import json_text
+from palpate.protocols.shell_command import shell_command
+from palpate.protocols.wording import count
 
 if TYPE_CHECKING:
-    from devices.rig.file import RigFile
-    from devices.signals import Health
+    from palpate.devices.rig.file import RigFile
+    from palpate.devices.signals import Health
 
 
 @click.group()
@@ -51,8 +51,8 @@ def check(device: tuple[str, ...], lab: Path, rig_file: Path | None, seconds: fl
     Example:
       palpate rig check force --seconds 5 --lab LAB
     """
-    from devices.rig.checking import checked
-    from devices.rig.file import read_rig, rig_path
+    from palpate.devices.rig.checking import checked
+    from palpate.devices.rig.file import read_rig, rig_path
 
     file = read_rig(rig_file or rig_path(lab))
     _demand_known(file, device)
@@ -66,7 +66,7 @@ def check(device: tuple[str, ...], lab: Path, rig_file: Path | None, seconds: fl
 
 
 def _demand_known(file: RigFile, names: tuple[str, ...]) -> None:
-    from protocols.did_you_mean import nearest
+    from palpate.protocols.did_you_mean import nearest
 
     for name in names:
         if name not in file.devices:
@@ -102,7 +102,7 @@ def _echo_json(data: Any) -> None:
 
 
 def _table(file: RigFile, found: dict[str, Health]) -> None:
-    from devices.rig.told import told
+    from palpate.devices.rig.told import told
 
     click.echo(f"{file.path}: {file.name}")
     for name, health in found.items():
@@ -126,13 +126,13 @@ def simulate(lab: Path, out: Path | None, force: bool) -> None:
       palpate rig simulate --lab LAB
       palpate record texture_capture --participant P001 --lab LAB
     """
-    from devices.rig.file import read_rig, rig_path
-    from protocols.files import write_bytes
+    from palpate.devices.rig.file import read_rig, rig_path
+    from palpate.protocols.files import write_bytes
 
     file = out or rig_path(lab)
     if file.exists() and not force:
         raise click.UsageError(f"{file} is there already; give another --out, or --force to write over it")
-    write_bytes(file, Path(__file__).with_name("twins.yaml").read_bytes())
+    write_bytes(file, Path(__file__).resolve().with_name("twins.yaml").read_bytes())
     named = read_rig(file)
     check = shell_command("rig", "check", "--rig", file)
     click.echo(f"wrote {file}: {count(len(named.devices), 'twin')}; see them at work: {check}")
@@ -147,9 +147,9 @@ def kinds(kind: str | None) -> None:
     Example:
       palpate rig kinds force_torque
     """
-    from devices.rig.kinds import KINDS, TAKES, settings_of
-    from devices.rig.meanings import settings_of_kind
-    from protocols.did_you_mean import nearest
+    from palpate.devices.rig.kinds import KINDS, TAKES, settings_of
+    from palpate.devices.rig.meanings import settings_of_kind
+    from palpate.protocols.did_you_mean import nearest
 
     if kind is None:
         for name in KINDS:

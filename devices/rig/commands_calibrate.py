@@ -10,14 +10,14 @@ from typing import TYPE_CHECKING, Any
 
 import click
 
-from devices.options import JSON, LAB
-from devices.rig.options import RIG
-from protocols.canonical import json_text
-from protocols.shell_command import shell_command
+from palpate.devices.options import JSON, LAB
+from palpate.devices.rig.options import RIG
+from palpate.protocols.canonical import json_text
+from palpate.protocols.shell_command import shell_command
 
 if TYPE_CHECKING:
-    from devices.rig.calibrating import Found, Job
-    from devices.rig.file import RigFile
+    from palpate.devices.rig.calibrating import Found, Job
+    from palpate.devices.rig.file import RigFile
 
 TAKES = {
     "accelerometer": {"seconds", "yes"},
@@ -63,8 +63,8 @@ def calibrate(
       palpate rig calibrate actuator --with vibration --lab LAB
       palpate rig calibrate stylus --pairs pairs.csv --figure force --write --lab LAB
     """
-    from devices.rig.calibrating import Job
-    from devices.rig.file import read_rig, rig_path
+    from palpate.devices.rig.calibrating import Job
+    from palpate.devices.rig.file import read_rig, rig_path
 
     file = read_rig(rig_file or rig_path(lab))
     _demand(file, device, given)
@@ -73,7 +73,7 @@ def calibrate(
     if not as_json:
         _tell(file, device, found, write)
     if write:
-        from devices.rig.calibrating_entry import put
+        from palpate.devices.rig.calibrating_entry import put
 
         put(file.path, device, found.settings)
     if as_json:
@@ -84,8 +84,8 @@ def calibrate(
 
 def _demand(file: RigFile, device: str, given: dict[str, Any]) -> None:
     """Refuse a device that is not there or is calibrated elsewhere, and options that say nothing of its kind."""
-    from devices.rig.calibrating import ELSEWHERE
-    from protocols.did_you_mean import nearest
+    from palpate.devices.rig.calibrating import ELSEWHERE
+    from palpate.protocols.did_you_mean import nearest
 
     if device not in file.devices:
         raise click.UsageError(f"{file.path} names no device {device!r}; {nearest(device, list(file.devices))}")
@@ -112,8 +112,8 @@ def _may_skip(file: RigFile, device: str) -> bool:
 
 def _measured(job: Job, given: dict[str, Any]) -> Found:
     """What calibrating gives; exit code 1 where it gives nothing."""
-    from devices.rig.calibrating import Unfit
-    from devices.signals import DeviceFault
+    from palpate.devices.rig.calibrating import Unfit
+    from palpate.devices.signals import DeviceFault
 
     try:
         return _by_kind(job, given)
@@ -125,14 +125,14 @@ def _measured(job: Job, given: dict[str, Any]) -> Found:
 def _by_kind(job: Job, given: dict[str, Any]) -> Found:
     kind = job.file.kind(job.name)
     if kind == "tablet":
-        from devices.rig import calibrating_tablet
+        from palpate.devices.rig import calibrating_tablet
 
         return calibrating_tablet.calibrated(given["pairs"], job.date, given["figure"])
     if kind == "voice_coil":
-        from devices.rig import calibrating_coil
+        from palpate.devices.rig import calibrating_coil
 
         return calibrating_coil.calibrated(job, given["sensor"], given["level"], given["seconds"], given["force"])
-    from devices.rig import calibrating_accelerometer
+    from palpate.devices.rig import calibrating_accelerometer
 
     return calibrating_accelerometer.calibrated(job, given["seconds"] or calibrating_accelerometer.SECONDS)
 
@@ -159,7 +159,7 @@ def _asker(yes: bool, may_skip: bool) -> Callable[[str], None]:
 
 
 def _tell(file: RigFile, device: str, found: Found, write: bool) -> None:
-    from devices.rig.calibrating_entry import in_braces, pasted
+    from palpate.devices.rig.calibrating_entry import in_braces, pasted
 
     twin = ", twin" if file.is_twin(device) else ""
     click.echo(f"{device} ({file.kind(device).replace('_', ' ')}{twin}):")

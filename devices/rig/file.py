@@ -9,15 +9,15 @@ from typing import Any
 
 from pydantic import ValidationError
 
-from devices.rig.kinds import KINDS, TAKES, settings_of
-from devices.rig.settings import Strict
-from devices.signals import DeviceError
-from devices.stations import station_folder
-from protocols.complaints import listed, translated
-from protocols.did_you_mean import nearest
-from protocols.files import file_sha256
-from protocols.problems import Problem
-from protocols.yaml_text import Document, YamlError, load
+from palpate.devices.rig.kinds import KINDS, TAKES, settings_of
+from palpate.devices.rig.settings import Strict
+from palpate.devices.signals import DeviceError
+from palpate.devices.stations import station_folder
+from palpate.protocols.complaints import listed, translated
+from palpate.protocols.did_you_mean import nearest
+from palpate.protocols.files import file_sha256
+from palpate.protocols.problems import Problem
+from palpate.protocols.yaml_text import Document, YamlError, load
 
 SIMULATE = "palpate rig simulate"
 KEYS = ("rig", "devices", "needs")

@@ -7,19 +7,19 @@ from importlib import import_module
 from pathlib import Path
 from typing import Any
 
-from devices.rig.settings import Strict
-from devices.signals import Device
+from palpate.devices.rig.settings import Strict
+from palpate.devices.signals import Device
 
 KINDS: Mapping[str, str] = {
-    "door": "devices.door.link.device",
-    "force_torque": "devices.daq.force_torque",
-    "accelerometer": "devices.daq.accelerometer",
-    "tracker": "devices.tracker.device",
-    "tablet": "devices.tablet.device",
-    "voice_coil": "devices.actuator.device",
-    "masking_noise": "devices.sound.device",
-    "camera": "devices.camera.device",
-    "stage": "devices.stage.device",
+    "door": "palpate.devices.door.link.device",
+    "force_torque": "palpate.devices.daq.force_torque",
+    "accelerometer": "palpate.devices.daq.accelerometer",
+    "tracker": "palpate.devices.tracker.device",
+    "tablet": "palpate.devices.tablet.device",
+    "voice_coil": "palpate.devices.actuator.device",
+    "masking_noise": "palpate.devices.sound.device",
+    "camera": "palpate.devices.camera.device",
+    "stage": "palpate.devices.stage.device",
 }
 """Each kind and its module, which has `Settings` and `make`; only those that a rig names are imported."""
 

@@ -8,10 +8,10 @@ from pathlib import Path
 from types import UnionType
 from typing import Annotated, Any, Literal, Union, get_args, get_origin
 
-from devices.rig.settings import Date, Strict
-from protocols.yaml_text import load
+from palpate.devices.rig.settings import Date, Strict
+from palpate.protocols.yaml_text import load
 
-MEANINGS = Path(__file__).with_name("meanings.yaml")
+MEANINGS = Path(__file__).resolve().with_name("meanings.yaml")
 
 
 @dataclass(frozen=True)

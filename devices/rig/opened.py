@@ -7,9 +7,9 @@ from contextlib import ExitStack, contextmanager
 from dataclasses import dataclass
 from typing import Any
 
-from devices.rig.file import RigFile
-from devices.rig.kinds import made
-from devices.signals import Device
+from palpate.devices.rig.file import RigFile
+from palpate.devices.rig.kinds import made
+from palpate.devices.signals import Device
 
 SHARE = {"force_torque", "accelerometer"}
 """Kinds that may lie on one card, which then samples for all of them."""
@@ -49,7 +49,7 @@ def open_rig(file: RigFile, names: Sequence[str]) -> OpenRig:
     """Open these devices. Raises DeviceError where one cannot be had; those opened before are closed then."""
     devices = {name: made(file.kind(name), name, file.devices[name], file.path.parent) for name in names}
     if SHARE & {file.kind(name) for name in names}:
-        from devices.daq.shared import share_cards
+        from palpate.devices.daq.shared import share_cards
 
         share_cards(devices.values())
     with ExitStack() as opened:

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Iterator
 
-from devices.signals import Health, Reading
+from palpate.devices.signals import Health, Reading
 
 
 def told(health: Health) -> Iterator[str]:

@@ -9,8 +9,8 @@ from collections.abc import Callable, Mapping
 from dataclasses import dataclass, field
 from typing import Any
 
-from devices.signals import DeviceError, DeviceFault
-from devices.sound.output import DRAIN_S, Array, Fill
+from palpate.devices.signals import DeviceError, DeviceFault
+from palpate.devices.sound.output import DRAIN_S, Array, Fill
 
 SILENT_S = 1.0
 """A card that has asked for nothing for so long has stopped without a word."""

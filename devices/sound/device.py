@@ -10,12 +10,12 @@ from typing import TYPE_CHECKING, Annotated, Any, Literal, Self
 
 from pydantic import Field, model_validator
 
-from devices.rig.settings import Date, Strict
-from devices.signals import DeviceError, Health, Signal
+from palpate.devices.rig.settings import Date, Strict
+from palpate.devices.signals import DeviceError, Health, Signal
 
 if TYPE_CHECKING:
-    from devices.sound.noise import Player
-    from devices.sound.output import Array, Output
+    from palpate.devices.sound.noise import Player
+    from palpate.devices.sound.output import Array, Output
 
 LOUDEST_DBFS, LOUDEST_UNMEASURED_DBFS, LOUDEST_DB_SPL = -12.0, -30.0, 80.0
 """Noise peaks about 15 dB above its level, so -12 dBFS never clips. 80 dB SPL is allowed for 40 hours a week (WHO, ITU
@@ -71,7 +71,7 @@ class Settings(Strict):
     @property
     def db_a(self) -> float:
         """The A-weighted level at the ear, where it was measured; else NaN."""
-        from devices.sound.noise import a_weighted_db
+        from palpate.devices.sound.noise import a_weighted_db
 
         return self.spoken_db_spl + a_weighted_db(self.colour, self.rate_hz)
 
@@ -92,7 +92,7 @@ class MaskingNoise:
 
     def open(self) -> None:
         """Find the output and make the loop; nothing sounds yet."""
-        from devices.sound.noise import Player, loop, rms_of
+        from palpate.devices.sound.noise import Player, loop, rms_of
 
         self.output.open()
         made = loop(self.settings.colour, self.settings.rate_hz, self.settings.seed)
@@ -166,11 +166,11 @@ class MaskingNoise:
 
 def make(name: str, settings: Settings, folder: Path, elapsed_s: Callable[[], float] = time.monotonic) -> MaskingNoise:  # noqa: ARG001
     """The player of that name; opens nothing."""
-    from devices.sound.output import Tape
+    from palpate.devices.sound.output import Tape
 
     if settings.driver == "twin":
         heard: Callable[[Array], None] = lambda _samples: None  # noqa: E731
         return MaskingNoise(name, settings, Tape(settings.rate_hz, elapsed_s, heard, most_s=1.0))
-    from devices.sound.card import Card
+    from palpate.devices.sound.card import Card
 
     return MaskingNoise(name, settings, Card(name, settings.device, settings.rate_hz, settings.channels, "high"))

@@ -4,11 +4,11 @@ from __future__ import annotations
 
 from dataclasses import dataclass, field
 
-from devices.desk import Desk, Pages
-from devices.mending import Mending
-from devices.signals import DeviceError, DeviceFault, NowNs, Presents
-from devices.sound.device import MaskingNoise
-from protocols.requests import Aside, Came, Present, Reply
+from palpate.devices.desk import Desk, Pages
+from palpate.devices.mending import Mending
+from palpate.devices.signals import DeviceError, DeviceFault, NowNs, Presents
+from palpate.devices.sound.device import MaskingNoise
+from palpate.protocols.requests import Aside, Came, Present, Reply
 
 
 @dataclass

@@ -11,7 +11,7 @@ from typing import Protocol
 import numpy as np
 from numpy.typing import NDArray
 
-from devices.signals import DeviceFault
+from palpate.devices.signals import DeviceFault
 
 Array = NDArray[np.float64]
 Fill = Callable[[int], Array]

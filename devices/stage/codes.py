@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Iterable, Mapping
 
-from protocols.study import Stimulus
+from palpate.protocols.study import Stimulus
 
 COLUMN = "barcode"
 """Column of a stimulus table that holds a sample's code; without one, the id is the code."""

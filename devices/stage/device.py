@@ -9,18 +9,18 @@ from typing import TYPE_CHECKING, Annotated, Any, Literal, Self
 
 from pydantic import Field, model_validator
 
-from devices.acts import Act, going_on
-from devices.desk import Desk, Pages, Prompt
-from devices.mending import Mending
-from devices.rig.settings import Date, Strict
-from devices.samples import HandMounted
-from devices.signals import DeviceError, DeviceFault, Health, NowNs, Signal
-from devices.stage.codes import codes_of, plain, refusal
-from protocols.requests import Aside, Came, Present, Reply
-from protocols.study import Stimulus
+from palpate.devices.acts import Act, going_on
+from palpate.devices.desk import Desk, Pages, Prompt
+from palpate.devices.mending import Mending
+from palpate.devices.rig.settings import Date, Strict
+from palpate.devices.samples import HandMounted
+from palpate.devices.signals import DeviceError, DeviceFault, Health, NowNs, Signal
+from palpate.devices.stage.codes import codes_of, plain, refusal
+from palpate.protocols.requests import Aside, Came, Present, Reply
+from palpate.protocols.study import Stimulus
 
 if TYPE_CHECKING:
-    from devices.stage.scanner import Scanner
+    from palpate.devices.stage.scanner import Scanner
 
 
 class Settings(Strict):
@@ -205,6 +205,6 @@ def make(name: str, settings: Settings, folder: Path) -> Stage:  # noqa: ARG001 
     """The stage of that name; opens nothing."""
     if settings.driver != "barcode" or settings.port is None:
         return Stage(name, settings)
-    from devices.stage.scanner import Scanner
+    from palpate.devices.stage.scanner import Scanner
 
     return Stage(name, settings, Scanner(name, settings.port, settings.baud))

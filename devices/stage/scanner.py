@@ -7,7 +7,7 @@ import os
 from dataclasses import dataclass, field
 from typing import Any
 
-from devices.signals import DeviceError, DeviceFault
+from palpate.devices.signals import DeviceError, DeviceFault
 
 LONGEST = 256
 """Bytes of a code; what is longer is no code, and is dropped up to the end of its line."""

@@ -6,15 +6,15 @@ from collections.abc import Callable, Collection, Mapping
 from contextlib import suppress
 from dataclasses import dataclass, field
 
-from devices.desk import Desk, Pages
-from devices.mending import Mending
-from devices.scene import Scene
-from devices.signals import DeviceFault, NowNs, Sensor
-from devices.streams.recording import CHUNK_S, ROOM_S, Recording
-from devices.streams.telling import told, untold
-from devices.suspend import suspended_ns
-from protocols.events import NS
-from protocols.requests import Aside, Came, Fault, Reply, Sense
+from palpate.devices.desk import Desk, Pages
+from palpate.devices.mending import Mending
+from palpate.devices.scene import Scene
+from palpate.devices.signals import DeviceFault, NowNs, Sensor
+from palpate.devices.streams.recording import CHUNK_S, ROOM_S, Recording
+from palpate.devices.streams.telling import told, untold
+from palpate.devices.suspend import suspended_ns
+from palpate.protocols.events import NS
+from palpate.protocols.requests import Aside, Came, Fault, Reply, Sense
 
 RECORDING, WAITING = "recording", "changing_sample"
 BROKEN_OFF = "a pause broke the recording off"

@@ -2,7 +2,8 @@
 
 The earliest arrivals lie along a line, all others above it. Memory is bounded however long it runs: the device's time
 is cut into at most 32 bins, each keeping its earliest arrival; where they are used up, every two become one. The line
-closest under these is the clock, by the same fit that analysis makes of the recorded arrivals (protocols.clocks).
+closest under these is the clock, by the same fit that analysis makes of the recorded arrivals
+(palpate.protocols.clocks).
 """
 
 from __future__ import annotations
@@ -10,8 +11,8 @@ from __future__ import annotations
 import math
 from dataclasses import dataclass, field
 
-from protocols.clocks import Clock, ClockError, Point, fit_clock
-from protocols.events import NS
+from palpate.protocols.clocks import Clock, ClockError, Point, fit_clock
+from palpate.protocols.events import NS
 
 BINS = 32
 """So many are merged into half as many; 17 to 32 serve the fit of a recording that is not very short."""

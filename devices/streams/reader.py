@@ -6,9 +6,9 @@ import threading
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, field
 
-from devices.signals import Block, DeviceError, DeviceFault, NowNs, Sensor
-from devices.streams.ring import Ring
-from protocols.files import reason
+from palpate.devices.signals import Block, DeviceError, DeviceFault, NowNs, Sensor
+from palpate.devices.streams.ring import Ring
+from palpate.protocols.files import reason
 
 READ_S = 0.05
 """What a read may wait: so long after the end was asked for, the thread is gone at the latest."""

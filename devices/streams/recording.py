@@ -9,13 +9,13 @@ from contextlib import ExitStack, suppress
 from dataclasses import dataclass, field
 from typing import Any
 
-from devices.signals import DeviceError, DeviceFault, NowNs, Sensor, Signal
-from devices.streams.reader import Reader
-from devices.streams.ring import BLOCK_BYTES, Ring
-from devices.streams.stream import SILENT_S, SILENT_SAMPLES, Stream
-from devices.suspend import SuspendWatch, suspended_ns
-from protocols.events import NS
-from protocols.requests import Chunk, Samples
+from palpate.devices.signals import DeviceError, DeviceFault, NowNs, Sensor, Signal
+from palpate.devices.streams.reader import Reader
+from palpate.devices.streams.ring import BLOCK_BYTES, Ring
+from palpate.devices.streams.stream import SILENT_S, SILENT_SAMPLES, Stream
+from palpate.devices.suspend import SuspendWatch, suspended_ns
+from palpate.protocols.events import NS
+from palpate.protocols.requests import Chunk, Samples
 
 CHUNK_S = 0.5
 ROOM_S = 30.0

@@ -10,7 +10,7 @@ from __future__ import annotations
 from collections import deque
 from dataclasses import dataclass, field, replace
 
-from devices.signals import Block
+from palpate.devices.signals import Block
 
 BLOCK_BYTES = 320
 """What a block takes beside its data, about: so many tiny blocks cannot fill the memory either."""

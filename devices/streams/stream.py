@@ -7,12 +7,12 @@ from collections.abc import Sequence
 from dataclasses import dataclass, field
 from typing import Any
 
-from devices.signals import Block, DeviceFault, Signal
-from devices.streams.drift import ClockFit
-from devices.streams.levels import Level, level
-from devices.streams.ring import NO_ROOM, Ring
-from protocols.events import NS
-from protocols.requests import Samples
+from palpate.devices.signals import Block, DeviceFault, Signal
+from palpate.devices.streams.drift import ClockFit
+from palpate.devices.streams.levels import Level, level
+from palpate.devices.streams.ring import NO_ROOM, Ring
+from palpate.protocols.events import NS
+from palpate.protocols.requests import Samples
 
 PIECE_BYTES = 256 * 1024
 """Samples are put together so much at a time: a longer copy would hold the interpreter, and with it the readers."""

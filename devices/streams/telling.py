@@ -5,7 +5,7 @@ from __future__ import annotations
 from collections.abc import Mapping
 from math import hypot
 
-from devices.streams.stream import Stream
+from palpate.devices.streams.stream import Stream
 
 
 def told(streams: Mapping[str, Stream]) -> dict[str, str]:

@@ -4,10 +4,10 @@ from __future__ import annotations
 
 import numpy as np
 
-from devices.surfaces.fields import Field, lattice, self_affine
-from devices.surfaces.relief import Relief
-from devices.surfaces.table import Surface
-from protocols.keyed import Key
+from palpate.devices.surfaces.fields import Field, lattice, self_affine
+from palpate.devices.surfaces.relief import Relief
+from palpate.devices.surfaces.table import Surface
+from palpate.protocols.keyed import Key
 
 RING_MM = 7.0
 """Distance of a board's growth rings, about."""

@@ -8,8 +8,8 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from devices.surfaces.fields import PIXELS, SIZE_MM, Field, chance, shares
-from protocols.keyed import Key
+from palpate.devices.surfaces.fields import PIXELS, SIZE_MM, Field, chance, shares
+from palpate.protocols.keyed import Key
 
 
 @dataclass(frozen=True)

@@ -6,8 +6,8 @@ import math
 from collections.abc import Mapping
 from dataclasses import replace
 
-from devices.surfaces.estimates import Estimate, estimate_of
-from devices.surfaces.table import SPANS, Surface, read_surfaces
+from palpate.devices.surfaces.estimates import Estimate, estimate_of
+from palpate.devices.surfaces.table import SPANS, Surface, read_surfaces
 
 BUMPS_UM = 8.0
 """RMS height of the large bumps per point of bumpiness (0 to 100)."""

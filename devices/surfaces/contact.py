@@ -20,7 +20,7 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import NDArray
 
-from devices.surfaces.table import Surface
+from palpate.devices.surfaces.table import Surface
 
 Numbers = NDArray[np.float64]
 INTERNAL_HZ = 10_000.0

@@ -6,7 +6,7 @@ import math
 from collections.abc import Mapping
 from dataclasses import dataclass, fields
 
-from devices.surfaces.table import SurfaceDataError
+from palpate.devices.surfaces.table import SurfaceDataError
 
 PREFIX = "sim_"
 AVERAGE = "50"

@@ -12,7 +12,7 @@ import numpy as np
 import scipy.fft
 from numpy.typing import NDArray
 
-from protocols.keyed import Key, keyed_bits
+from palpate.protocols.keyed import Key, keyed_bits
 
 Field = NDArray[np.float32]
 SIZE_MM = 100.0

@@ -9,7 +9,7 @@ from typing import Protocol
 import numpy as np
 from numpy.typing import NDArray
 
-from protocols.keyed import Key, uniform
+from palpate.protocols.keyed import Key, uniform
 
 Numbers = NDArray[np.float64]
 REACH_MM = 42.0

@@ -7,10 +7,10 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from devices.surfaces.cells import cells, grains, heaps, hollows, strands
-from devices.surfaces.fields import SIZE_MM, Field, felted, lattice
-from devices.surfaces.table import Surface
-from protocols.keyed import Key
+from palpate.devices.surfaces.cells import cells, grains, heaps, hollows, strands
+from palpate.devices.surfaces.fields import SIZE_MM, Field, felted, lattice
+from palpate.devices.surfaces.table import Surface
+from palpate.protocols.keyed import Key
 
 WIRE = 0.36
 """Width of a mesh's wire, in pitches."""

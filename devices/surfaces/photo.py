@@ -14,13 +14,13 @@ from pathlib import Path
 import numpy as np
 from numpy.typing import NDArray
 
-from devices.surfaces.albedo import albedo
-from devices.surfaces.fields import SIZE_MM, Field, chance, shares
-from devices.surfaces.relief import Relief
-from devices.surfaces.shading import hollowness, shadow, slopes
-from devices.surfaces.table import Surface, SurfaceDataError
-from protocols.files import open_bytes
-from protocols.keyed import Key, uniform
+from palpate.devices.surfaces.albedo import albedo
+from palpate.devices.surfaces.fields import SIZE_MM, Field, chance, shares
+from palpate.devices.surfaces.relief import Relief
+from palpate.devices.surfaces.shading import hollowness, shadow, slopes
+from palpate.devices.surfaces.table import Surface, SurfaceDataError
+from palpate.protocols.files import open_bytes
+from palpate.protocols.keyed import Key, uniform
 
 LIGHTS = 10
 PENUMBRA_DEG = 4.0

@@ -6,10 +6,10 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from devices.surfaces.fields import PIXELS, Field, narrow, self_affine
-from devices.surfaces.patterns import patterned
-from devices.surfaces.table import Surface
-from protocols.keyed import Key
+from palpate.devices.surfaces.fields import PIXELS, Field, narrow, self_affine
+from palpate.devices.surfaces.patterns import patterned
+from palpate.devices.surfaces.table import Surface
+from palpate.protocols.keyed import Key
 
 
 @dataclass(frozen=True)

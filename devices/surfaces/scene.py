@@ -8,16 +8,16 @@ from itertools import count
 import numpy as np
 from numpy.typing import NDArray
 
-from devices.scene import PIECE_S
-from devices.surfaces.act import KEPT, Act, Batch
-from devices.surfaces.body import SWAYS, torque
-from devices.surfaces.contact import INTERNAL_HZ, law
-from devices.surfaces.hand import Hand, free_hand, slow_wave
-from devices.surfaces.rates import at_rate
-from devices.surfaces.relief import relief
-from devices.surfaces.table import Surface, SurfaceDataError
-from devices.surfaces.tip import Ground, ground
-from protocols.keyed import Key
+from palpate.devices.scene import PIECE_S
+from palpate.devices.surfaces.act import KEPT, Act, Batch
+from palpate.devices.surfaces.body import SWAYS, torque
+from palpate.devices.surfaces.contact import INTERNAL_HZ, law
+from palpate.devices.surfaces.hand import Hand, free_hand, slow_wave
+from palpate.devices.surfaces.rates import at_rate
+from palpate.devices.surfaces.relief import relief
+from palpate.devices.surfaces.table import Surface, SurfaceDataError
+from palpate.devices.surfaces.tip import Ground, ground
+from palpate.protocols.keyed import Key
 
 Numbers = NDArray[np.float64]
 LONGEST_S = 86_400.0
@@ -31,7 +31,8 @@ def ground_of(texture: Surface) -> Ground:
 
 
 class SurfaceScene:
-    """One exploration of a surface, as `devices.scene.Scene` wants it. The id decides the relief, the key the hand.
+    """One exploration of a surface, as `palpate.devices.scene.Scene` wants it. The id decides the relief,
+    the key the hand.
 
     All sensors see one hand and one contact, computed at 10 kHz in batches of 6.4 s whenever one is asked for, and
     band-limited below 2 kHz. `kept` batches are kept; one that was dropped is computed again, the same. After

@@ -7,7 +7,7 @@ import math
 import numpy as np
 from scipy.ndimage import gaussian_filter
 
-from devices.surfaces.fields import SIZE_MM, Field
+from palpate.devices.surfaces.fields import SIZE_MM, Field
 
 REACH_MM = 6.0
 """Longest shadow that is looked for."""

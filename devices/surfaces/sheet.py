@@ -7,11 +7,11 @@ from pathlib import Path
 
 import numpy as np
 
-from devices.surfaces.fields import PIXELS
-from devices.surfaces.photo import Image, light, photograph
-from devices.surfaces.relief import relief
-from devices.surfaces.table import Surface
-from protocols.files import open_bytes
+from palpate.devices.surfaces.fields import PIXELS
+from palpate.devices.surfaces.photo import Image, light, photograph
+from palpate.devices.surfaces.relief import relief
+from palpate.devices.surfaces.table import Surface
+from palpate.protocols.files import open_bytes
 
 THUMB, ACROSS, CAPTION = 300, 10, 22
 

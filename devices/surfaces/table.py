@@ -9,9 +9,9 @@ from collections.abc import Iterator, Mapping
 from dataclasses import dataclass, fields
 from pathlib import Path
 
-from protocols.wording import some
+from palpate.protocols.wording import some
 
-SHIPPED = Path(__file__).with_name("textures.csv")
+SHIPPED = Path(__file__).resolve().with_name("textures.csv")
 PATTERNS = (
     "none", "ribs", "plain", "twill", "mesh", "studs", "knurl", "grit", "foam", "leather", "loops", "pile", "blades",
     "fibres", "pores",

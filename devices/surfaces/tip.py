@@ -9,7 +9,7 @@ import numpy as np
 from numpy.typing import NDArray
 from scipy.ndimage import gaussian_filter, map_coordinates, spline_filter
 
-from devices.surfaces.fields import SIZE_MM, Field
+from palpate.devices.surfaces.fields import SIZE_MM, Field
 
 RADIUS_MM = 1.0
 """The tool's steel tip measures 2.0 mm across (thesis 3.4.1)."""

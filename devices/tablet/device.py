@@ -12,20 +12,20 @@ from typing import TYPE_CHECKING, Annotated, Any, Literal, TypeVar
 
 from pydantic import Field
 
-from devices.blocks import interleaved
-from devices.rig.settings import Date, Finite, Positive, Strict
-from devices.signals import Block, DeviceError, DeviceFault, Health, NowNs, Signal
-from devices.tablet.evdev_file import EventFile
-from devices.tablet.evdev_kernel import Axis
-from devices.tablet.force import Force
-from devices.tablet.pipeline import Shape, Stylus, Upsampling
-from devices.tablet.pyglet_window import PygletTablet
-from devices.tablet.recorded import PlayedReports
-from devices.tablet.reports import REFUSED, Batch, Elapsed, Guard, Report, Source, since
-from devices.tablet.twin import TwinTablet
+from palpate.devices.blocks import interleaved
+from palpate.devices.rig.settings import Date, Finite, Positive, Strict
+from palpate.devices.signals import Block, DeviceError, DeviceFault, Health, NowNs, Signal
+from palpate.devices.tablet.evdev_file import EventFile
+from palpate.devices.tablet.evdev_kernel import Axis
+from palpate.devices.tablet.force import Force
+from palpate.devices.tablet.pipeline import Shape, Stylus, Upsampling
+from palpate.devices.tablet.pyglet_window import PygletTablet
+from palpate.devices.tablet.recorded import PlayedReports
+from palpate.devices.tablet.reports import REFUSED, Batch, Elapsed, Guard, Report, Source, since
+from palpate.devices.tablet.twin import TwinTablet
 
 if TYPE_CHECKING:
-    from devices.scene import Scene
+    from palpate.devices.scene import Scene
 
 TICK_HZ = 1000
 MOST = 1000
@@ -216,7 +216,7 @@ class Tablet:
 
     def health(self, seconds: float) -> Health:
         """Read it: how often the stylus reports, and whether reports had to be refused."""
-        from devices.health import sensed
+        from palpate.devices.health import sensed
 
         facts, calibrated = dict(self.facts or {}), self.settings.calibrated
         try:

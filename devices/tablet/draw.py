@@ -6,8 +6,8 @@ from collections.abc import Sequence
 from pathlib import Path
 from typing import Any
 
-from devices.picture import COLOURS, INK, SOFT, drawing, write_picture
-from devices.tablet.force import Force
+from palpate.devices.picture import COLOURS, INK, SOFT, drawing, write_picture
+from palpate.devices.tablet.force import Force
 
 STEPS = 200
 THESIS = Force()

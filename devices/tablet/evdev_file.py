@@ -13,9 +13,9 @@ from pathlib import Path
 from threading import Lock
 from typing import TYPE_CHECKING
 
-from devices.signals import DeviceError, DeviceFault
-from devices.tablet.evdev import ABS_PRESSURE, ABS_X, ABS_Y, RECORD, Assembler, Raw
-from devices.tablet.evdev_kernel import (
+from palpate.devices.signals import DeviceError, DeviceFault
+from palpate.devices.tablet.evdev import ABS_PRESSURE, ABS_X, ABS_Y, RECORD, Assembler, Raw
+from palpate.devices.tablet.evdev_kernel import (
     Axis,
     Ioctl,
     axis_of,
@@ -25,10 +25,10 @@ from devices.tablet.evdev_kernel import (
     state_of,
     timed_monotonic,
 )  # fmt: skip
-from devices.tablet.reports import Batch, Elapsed, Report
+from palpate.devices.tablet.reports import Batch, Elapsed, Report
 
 if TYPE_CHECKING:
-    from devices.scene import Scene
+    from palpate.devices.scene import Scene
 
 RECORDS = 64
 NAMES = {ABS_X: "x", ABS_Y: "y", ABS_PRESSURE: "pressure"}

@@ -8,7 +8,7 @@ from dataclasses import dataclass
 from importlib import import_module
 from pathlib import Path
 
-from devices.tablet.evdev import ABS_PRESSURE, ABS_X, ABS_Y, BTN_TOOL_PEN, BTN_TOUCH, EV_ABS, State
+from palpate.devices.tablet.evdev import ABS_PRESSURE, ABS_X, ABS_Y, BTN_TOOL_PEN, BTN_TOUCH, EV_ABS, State
 
 ABSINFO = struct.Struct("<6i")
 """value, minimum, maximum, fuzz, flat, resolution (units per mm for x and y)."""

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import math
 
-from devices.signals import DeviceError
+from palpate.devices.signals import DeviceError
 
 
 class Lowpass:

@@ -8,7 +8,7 @@ from collections.abc import Sequence
 from dataclasses import dataclass
 from pathlib import Path
 
-from devices.signals import DeviceError
+from palpate.devices.signals import DeviceError
 
 FEWEST = 4
 STEEPEST = 50.0

@@ -10,10 +10,10 @@ import math
 from dataclasses import dataclass, field
 from typing import Literal
 
-from devices.signals import DeviceError
-from devices.tablet.filters import Lowpass, delay_s
-from devices.tablet.force import Force
-from devices.tablet.reports import Report
+from palpate.devices.signals import DeviceError
+from palpate.devices.tablet.filters import Lowpass, delay_s
+from palpate.devices.tablet.force import Force
+from palpate.devices.tablet.reports import Report
 
 NEAR_S = 0.001
 """Reports that come closer than this were bunched on their way: a speed between them would be nonsense."""

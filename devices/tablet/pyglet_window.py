@@ -14,11 +14,11 @@ from dataclasses import dataclass, field
 from importlib import import_module
 from typing import TYPE_CHECKING, Any
 
-from devices.signals import DeviceError, DeviceFault
-from devices.tablet.reports import Batch, Elapsed, Report
+from palpate.devices.signals import DeviceError, DeviceFault
+from palpate.devices.tablet.reports import Batch, Elapsed, Report
 
 if TYPE_CHECKING:
-    from devices.scene import Scene
+    from palpate.devices.scene import Scene
 
 KEPT = 4096
 """Reports that wait for a reader at most; beyond them the oldest are dropped, and counted."""

@@ -11,11 +11,11 @@ from pathlib import Path
 from threading import Event
 from typing import TYPE_CHECKING
 
-from devices.signals import DeviceError
-from devices.tablet.reports import Batch, Elapsed, Report
+from palpate.devices.signals import DeviceError
+from palpate.devices.tablet.reports import Batch, Elapsed, Report
 
 if TYPE_CHECKING:
-    from devices.scene import Scene
+    from palpate.devices.scene import Scene
 
 COLUMNS = ("t_s", "x_mm", "y_mm", "pressure")
 MOST = 256

@@ -8,11 +8,11 @@ from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass, field
 from typing import TYPE_CHECKING, NamedTuple, Protocol
 
-from devices.signals import DeviceFault, NowNs
-from protocols.events import NS
+from palpate.devices.signals import DeviceFault, NowNs
+from palpate.protocols.events import NS
 
 if TYPE_CHECKING:
-    from devices.scene import Scene
+    from palpate.devices.scene import Scene
 
 Elapsed = Callable[[], float]
 """Seconds since sampling was started."""

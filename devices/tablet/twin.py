@@ -9,12 +9,12 @@ from itertools import chain, count, pairwise
 from threading import Event
 from typing import TYPE_CHECKING
 
-from devices.noise import gaussians
-from devices.tablet.force import Force
-from devices.tablet.reports import Batch, Elapsed, Report
+from palpate.devices.noise import gaussians
+from palpate.devices.tablet.force import Force
+from palpate.devices.tablet.reports import Batch, Elapsed, Report
 
 if TYPE_CHECKING:
-    from devices.scene import Array, Scene
+    from palpate.devices.scene import Array, Scene
 
 TRUTH_HZ = 1000.0
 MOST = 256

@@ -10,20 +10,20 @@ from typing import TYPE_CHECKING, Annotated, Any, Literal
 
 from pydantic import Field
 
-from devices.blocks import interleaved
-from devices.rig.settings import Date, Positive, Strict
-from devices.signals import Block, DeviceError, DeviceFault, Health, NowNs, Signal
-from devices.tracker.lsl import LslStream
-from devices.tracker.numbering import Numbering
-from devices.tracker.recorded import Played
-from devices.tracker.source import Batch, Elapsed, Opened, Source, since
-from devices.tracker.tally import Tally
-from devices.tracker.twin import Twin
-from devices.tracker.watch import Watch
-from protocols.events import NS
+from palpate.devices.blocks import interleaved
+from palpate.devices.rig.settings import Date, Positive, Strict
+from palpate.devices.signals import Block, DeviceError, DeviceFault, Health, NowNs, Signal
+from palpate.devices.tracker.lsl import LslStream
+from palpate.devices.tracker.numbering import Numbering
+from palpate.devices.tracker.recorded import Played
+from palpate.devices.tracker.source import Batch, Elapsed, Opened, Source, since
+from palpate.devices.tracker.tally import Tally
+from palpate.devices.tracker.twin import Twin
+from palpate.devices.tracker.watch import Watch
+from palpate.protocols.events import NS
 
 if TYPE_CHECKING:
-    from devices.scene import Scene
+    from palpate.devices.scene import Scene
 
 NotNegative = Annotated[float, Field(ge=0, allow_inf_nan=False)]
 Channel = str | Annotated[int, Field(ge=0)]
@@ -167,7 +167,7 @@ class Tracker:
 
     def health(self, seconds: float) -> Health:
         """Read it at rest: the rate that it really has, how much of the time the marker is seen, its noise."""
-        from devices.health import sensed
+        from palpate.devices.health import sensed
 
         calibrated = self.settings.calibrated
         facts = {} if self.opened is None else self.opened.facts

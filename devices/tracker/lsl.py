@@ -10,14 +10,14 @@ from importlib import import_module
 from threading import Lock
 from typing import TYPE_CHECKING, Any
 
-from devices.signals import DeviceError, DeviceFault, NowNs
-from devices.tracker.lsl_map import Map, mapped
-from devices.tracker.source import Batch, Elapsed, Opened
-from protocols.events import NS
-from protocols.wording import count
+from palpate.devices.signals import DeviceError, DeviceFault, NowNs
+from palpate.devices.tracker.lsl_map import Map, mapped
+from palpate.devices.tracker.source import Batch, Elapsed, Opened
+from palpate.protocols.events import NS
+from palpate.protocols.wording import count
 
 if TYPE_CHECKING:
-    from devices.scene import Scene
+    from palpate.devices.scene import Scene
 
 BUFFER_S = 30
 """How much the library keeps for a reader that is late; what is older is dropped and shows as missing samples."""

@@ -7,8 +7,8 @@ import re
 from collections.abc import Sequence
 from dataclasses import dataclass
 
-from devices.signals import DeviceError
-from devices.tracker.source import Row
+from palpate.devices.signals import DeviceError
+from palpate.devices.tracker.source import Row
 
 MM_PER = {
     "m": 1000.0, "meter": 1000.0, "meters": 1000.0, "metre": 1000.0, "metres": 1000.0,

@@ -11,9 +11,9 @@ from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 from pathlib import Path
 
-from devices.signals import DeviceError
-from devices.tracker.source import Row
-from protocols.wording import some
+from palpate.devices.signals import DeviceError
+from palpate.devices.tracker.source import Row
+from palpate.protocols.wording import some
 
 UNITS = {"meters": "m", "centimeters": "cm", "millimeters": "mm"}
 KINDS = ("Marker", "Rigid Body", "Rigid Body Marker")

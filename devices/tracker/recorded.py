@@ -12,13 +12,13 @@ from statistics import median
 from threading import Event
 from typing import TYPE_CHECKING
 
-from devices.signals import DeviceError, DeviceFault, NowNs
-from devices.tracker.motive import is_motive, read_motive
-from devices.tracker.source import Batch, Elapsed, Opened, Row, awaited
-from protocols.wording import count
+from palpate.devices.signals import DeviceError, DeviceFault, NowNs
+from palpate.devices.tracker.motive import is_motive, read_motive
+from palpate.devices.tracker.source import Batch, Elapsed, Opened, Row, awaited
+from palpate.protocols.wording import count
 
 if TYPE_CHECKING:
-    from devices.scene import Scene
+    from palpate.devices.scene import Scene
 
 MM = {"mm": 1.0, "cm": 10.0, "m": 1000.0}
 COLUMNS = ("t_s", "x", "y", "z")

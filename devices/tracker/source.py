@@ -8,11 +8,11 @@ from dataclasses import dataclass, field
 from threading import Event
 from typing import TYPE_CHECKING, Protocol
 
-from devices.signals import NowNs
-from protocols.events import NS
+from palpate.devices.signals import NowNs
+from palpate.protocols.events import NS
 
 if TYPE_CHECKING:
-    from devices.scene import Scene
+    from palpate.devices.scene import Scene
 
 Elapsed = Callable[[], float]
 """Seconds since sampling was started."""

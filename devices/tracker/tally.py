@@ -7,8 +7,8 @@ from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 from typing import ClassVar
 
-from devices.tracker.source import Batch
-from devices.tracker.watch import HIDDEN
+from palpate.devices.tracker.source import Batch
+from palpate.devices.tracker.watch import HIDDEN
 
 
 @dataclass

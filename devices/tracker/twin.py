@@ -11,12 +11,12 @@ from itertools import chain
 from threading import Event
 from typing import TYPE_CHECKING
 
-from devices.noise import gaussians
-from devices.signals import DeviceFault, NowNs
-from devices.tracker.source import Batch, Elapsed, Opened, Row, awaited
+from palpate.devices.noise import gaussians
+from palpate.devices.signals import DeviceFault, NowNs
+from palpate.devices.tracker.source import Batch, Elapsed, Opened, Row, awaited
 
 if TYPE_CHECKING:
-    from devices.scene import Scene
+    from palpate.devices.scene import Scene
 
 REST_MM = (120.0, 80.0, 400.0)
 """Where a marker lies that nothing happens to."""

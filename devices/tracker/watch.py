@@ -6,7 +6,7 @@ import math
 from collections import Counter
 from dataclasses import dataclass, field
 
-from devices.tracker.source import Row
+from palpate.devices.tracker.source import Row
 
 NAN = math.nan
 HIDDEN = {

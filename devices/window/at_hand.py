@@ -5,7 +5,7 @@ from __future__ import annotations
 from dataclasses import replace
 from pathlib import Path
 
-from devices.window.calibration import Calibration, read_calibration, station_file
+from palpate.devices.window.calibration import Calibration, read_calibration, station_file
 
 NEVER = "never: not measured"
 
@@ -15,9 +15,9 @@ def calibration_at_hand(lab: Path, screen: int | None, windowed: tuple[int, int]
     if station_file(lab).is_file():
         found = read_calibration(lab)
         return found if windowed is None else replace(found, size_px=windowed)
-    from devices.window.commands_calibrate import USUAL_PX_PER_MM
-    from devices.window.shell import screen_sizes
-    from devices.window.shell_checks import demand_screen
+    from palpate.devices.window.commands_calibrate import USUAL_PX_PER_MM
+    from palpate.devices.window.shell import screen_sizes
+    from palpate.devices.window.shell_checks import demand_screen
 
     sizes, chosen = screen_sizes(), screen or 0
     demand_screen(sizes, chosen, None)

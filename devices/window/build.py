@@ -5,19 +5,19 @@ from __future__ import annotations
 from collections.abc import Callable, Iterable, Mapping
 from typing import Any
 
-from devices.window.screen import Page, Screen
-from devices.window.screens.anchor import AnchorScreen
-from devices.window.screens.authoring import AuthoringScreen
-from devices.window.screens.demographics import DemographicsScreen, EligibilityScreen
-from devices.window.screens.interview import InterviewScreen
-from devices.window.screens.lexicon import LexiconScreen
-from devices.window.screens.likert import LikertScreen
-from devices.window.screens.pages import MessageScreen, RestScreen, RulerScreen
-from devices.window.screens.reading import ConsentScreen, InstructionScreen
-from devices.window.screens.similarity import SimilarityScreen
-from devices.window.screens.sliders import SliderScreen
-from devices.window.screens.words import WordScreen
-from protocols.forms import (
+from palpate.devices.window.screen import Page, Screen
+from palpate.devices.window.screens.anchor import AnchorScreen
+from palpate.devices.window.screens.authoring import AuthoringScreen
+from palpate.devices.window.screens.demographics import DemographicsScreen, EligibilityScreen
+from palpate.devices.window.screens.interview import InterviewScreen
+from palpate.devices.window.screens.lexicon import LexiconScreen
+from palpate.devices.window.screens.likert import LikertScreen
+from palpate.devices.window.screens.pages import MessageScreen, RestScreen, RulerScreen
+from palpate.devices.window.screens.reading import ConsentScreen, InstructionScreen
+from palpate.devices.window.screens.similarity import SimilarityScreen
+from palpate.devices.window.screens.sliders import SliderScreen
+from palpate.devices.window.screens.words import WordScreen
+from palpate.protocols.forms import (
     AnchorForm,
     Consent,
     Demographics,
@@ -29,7 +29,7 @@ from protocols.forms import (
     Sliders,
     Words,
 )
-from protocols.requests import Ask, Confirm, Instruct, Present, Rest
+from palpate.protocols.requests import Ask, Confirm, Instruct, Present, Rest
 
 __all__ = ["Page", "demand_shown", "page_for", "screen_for"]
 
@@ -86,7 +86,7 @@ def _form(ask: Ask, page: Page, t0_ns: int) -> Screen:
 
 
 def _live(ask: Ask, form: Sliders, page: Page, t0_ns: int, playing: bool) -> Screen:
-    from devices.window.screens.live_authoring import LiveAuthoringScreen
+    from palpate.devices.window.screens.live_authoring import LiveAuthoringScreen
 
     return LiveAuthoringScreen(ask, form, page, t0_ns, playing)
 

@@ -8,12 +8,12 @@ from dataclasses import asdict, dataclass
 from pathlib import Path
 from typing import Any
 
-from devices.stations import station_folder
-from devices.window.geometry import Metrics, WindowError
-from protocols.did_you_mean import nearest
-from protocols.files import write_text
-from protocols.shell_command import shell_command
-from protocols.yaml_text import Document, load
+from palpate.devices.stations import station_folder
+from palpate.devices.window.geometry import Metrics, WindowError
+from palpate.protocols.did_you_mean import nearest
+from palpate.protocols.files import write_text
+from palpate.protocols.shell_command import shell_command
+from palpate.protocols.yaml_text import Document, load
 
 NOMINAL_MM = 127.0
 """The length that is drawn and measured: that of the thesis' slider."""

@@ -6,8 +6,8 @@ from pathlib import Path
 
 import click
 
-from devices.options import LAB
-from devices.window.options import size_px
+from palpate.devices.options import LAB
+from palpate.devices.window.options import size_px
 
 LANGUAGE = click.option("--language", default="en", show_default=True, help="The language of the screens.")
 
@@ -45,8 +45,8 @@ def calibrate(
     Example:
       palpate window calibrate --lab LAB --width-mm 531
     """
-    from devices.window.calibration import write_calibration
-    from devices.window.commands_calibrate import calibrated, told
+    from palpate.devices.window.calibration import write_calibration
+    from palpate.devices.window.commands_calibrate import calibrated, told
 
     found = calibrated(screen, language, width_mm, measured, windowed)
     click.echo(f"{told(found)}\nsaved {write_calibration(lab, found)}; every session begins with the ruler once more")
@@ -64,11 +64,11 @@ def check(lab: Path, as_json: bool) -> None:
     Example:
       palpate window check --lab LAB
     """
-    from devices.window.commands_check import findings, told
+    from palpate.devices.window.commands_check import findings, told
 
     found = findings(lab)
     if as_json:
-        from protocols.canonical import canonical
+        from palpate.protocols.canonical import canonical
 
         click.echo(canonical(found).decode())
     else:
@@ -88,7 +88,7 @@ def screens(language: str, out: Path, size: tuple[int, int]) -> None:
     Example:
       palpate window screens --out pictures --size 1920x1080 --language ko
     """
-    from devices.window.pictures import pictures
+    from palpate.devices.window.pictures import pictures
 
     for path in pictures(out, size, language):
         click.echo(str(path))

@@ -9,14 +9,14 @@ from typing import TYPE_CHECKING
 
 import click
 
-from devices.window.calibration import NOMINAL_MM, TOLERANCE_MM, Calibration, density_from
-from devices.window.commands_terminal import Lines
-from devices.window.geometry import WindowError
-from devices.window.shell_checks import demand_screen
+from palpate.devices.window.calibration import NOMINAL_MM, TOLERANCE_MM, Calibration, density_from
+from palpate.devices.window.commands_terminal import Lines
+from palpate.devices.window.geometry import WindowError
+from palpate.devices.window.shell_checks import demand_screen
 
 if TYPE_CHECKING:
-    from devices.window.loop import Scene
-    from devices.window.shell import Shell
+    from palpate.devices.window.loop import Scene
+    from palpate.devices.window.shell import Shell
 
 USUAL_PX_PER_MM = 96 / 25.4
 """The density that systems take a screen to have when they know no better."""
@@ -33,7 +33,7 @@ def calibrated(
     first = _guess(screen, width_mm, windowed)
     if measured is not None:
         return replace(first, px_per_mm=density_from(first.metrics.mm(NOMINAL_MM), measured))
-    from devices.window.shell import open_shell
+    from palpate.devices.window.shell import open_shell
 
     with closing(open_shell(first, screen, fullscreen=windowed is None)) as shell:
         return _read_until_right(shell, first, language)
@@ -47,7 +47,7 @@ def told(calibration: Calibration) -> str:
 
 
 def _guess(screen: int, width_mm: float | None, windowed: tuple[int, int] | None) -> Calibration:
-    from devices.window.shell import screen_sizes
+    from palpate.devices.window.shell import screen_sizes
 
     sizes = screen_sizes()
     demand_screen(sizes, screen, None)
@@ -88,12 +88,12 @@ def _reading(shell: Shell, calibration: Calibration, language: str, lines: Lines
 def _scene(shell: Shell, calibration: Calibration, language: str) -> Scene:
     from PIL import Image
 
-    from devices.window.build import screen_for
-    from devices.window.fonts import find_fonts
-    from devices.window.loop import Scene
-    from devices.window.screen import Page
-    from devices.window.texts import load_texts
-    from protocols.requests import Confirm
+    from palpate.devices.window.build import screen_for
+    from palpate.devices.window.fonts import find_fonts
+    from palpate.devices.window.loop import Scene
+    from palpate.devices.window.screen import Page
+    from palpate.devices.window.texts import load_texts
+    from palpate.protocols.requests import Confirm
 
     page = Page(calibration.metrics, load_texts(language), find_fonts(language))
     return Scene(screen_for(Confirm("calibration"), page, 0), shell, Image.new("RGB", calibration.size_px, "white"))

@@ -5,11 +5,11 @@ from __future__ import annotations
 from pathlib import Path
 from typing import Any
 
-from devices.window.calibration import Calibration, read_calibration, station_file
-from devices.window.commands_calibrate import told as calibration_told
-from devices.window.geometry import WindowError
-from devices.window.shell_checks import demand_screen, demand_unscaled
-from protocols.yaml_text import YamlError
+from palpate.devices.window.calibration import Calibration, read_calibration, station_file
+from palpate.devices.window.commands_calibrate import told as calibration_told
+from palpate.devices.window.geometry import WindowError
+from palpate.devices.window.shell_checks import demand_screen, demand_unscaled
+from palpate.protocols.yaml_text import YamlError
 
 SAMPLES = {"Latin": "Aéß", "Hangul": "가힣", "Devanagari": "कि", "Greek": "αω", "Cyrillic": "Яж", "Han": "漢"}
 """Characters that tell whether a script can be written."""
@@ -56,7 +56,7 @@ def _calibration(lab: Path, problems: list[str]) -> Calibration | None:
 
 
 def _sizes(problems: list[str]) -> list[tuple[int, int]] | None:
-    from devices.window.shell import screen_sizes
+    from palpate.devices.window.shell import screen_sizes
 
     try:
         demand_unscaled(1.0)
@@ -75,7 +75,7 @@ def _fits(calibration: Calibration, sizes: list[tuple[int, int]], problems: list
 
 def _fonts(problems: list[str]) -> dict[str, str | None]:
     """Which file writes each script."""
-    from devices.window.fonts import find_fonts
+    from palpate.devices.window.fonts import find_fonts
 
     try:
         fonts = find_fonts()
@@ -87,6 +87,6 @@ def _fonts(problems: list[str]) -> dict[str, str | None]:
 
 
 def _languages() -> list[str]:
-    from devices.window.texts import languages
+    from palpate.devices.window.texts import languages
 
     return list(languages())

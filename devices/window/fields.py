@@ -5,8 +5,8 @@ from __future__ import annotations
 import unicodedata
 from dataclasses import dataclass
 
-from devices.window.fonts import Fonts
-from protocols.forms import LONGEST_WORD, MOST_WORDS
+from palpate.devices.window.fonts import Fonts
+from palpate.protocols.forms import LONGEST_WORD, MOST_WORDS
 
 JOINERS = "\u200c\u200d"
 PLACEHOLDER = "□"

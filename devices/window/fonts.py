@@ -8,11 +8,11 @@ from dataclasses import dataclass, field
 from pathlib import Path
 from typing import TYPE_CHECKING, Any, TypeVar
 
-from devices.window.fonts_cmap import Coverage, NotAFont, coverage
-from devices.window.fonts_files import BOLD, REGULAR, font_files, in_order
-from devices.window.fonts_scripts import is_complex, packages_for
-from devices.window.geometry import WindowError
-from protocols.wording import some
+from palpate.devices.window.fonts_cmap import Coverage, NotAFont, coverage
+from palpate.devices.window.fonts_files import BOLD, REGULAR, font_files, in_order
+from palpate.devices.window.fonts_scripts import is_complex, packages_for
+from palpate.devices.window.geometry import WindowError
+from palpate.protocols.wording import some
 
 if TYPE_CHECKING:
     from PIL import Image

@@ -5,13 +5,13 @@ from __future__ import annotations
 from dataclasses import dataclass, field, replace
 from typing import TYPE_CHECKING
 
-from devices.window.inputs import Input, Moved, Pressed, Released
-from devices.window.screen import Screen
+from palpate.devices.window.inputs import Input, Moved, Pressed, Released
+from palpate.devices.window.screen import Screen
 
 if TYPE_CHECKING:
     from PIL import Image
 
-    from devices.window.shell import Shell
+    from palpate.devices.window.shell import Shell
 
 TURN_S = 0.005
 """How long to wait between two looks at the window and the desk, where nothing happens."""

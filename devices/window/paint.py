@@ -5,7 +5,7 @@ from __future__ import annotations
 from dataclasses import dataclass, field
 from typing import TYPE_CHECKING
 
-from devices.window.geometry import Box
+from palpate.devices.window.geometry import Box
 
 if TYPE_CHECKING:
     from PIL import Image

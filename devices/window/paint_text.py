@@ -8,9 +8,9 @@ from collections.abc import Iterator, Sequence
 from dataclasses import dataclass
 from typing import TYPE_CHECKING, Literal
 
-from devices.window.fonts import Fonts, Run
-from devices.window.geometry import Box
-from devices.window.paint import Colour
+from palpate.devices.window.fonts import Fonts, Run
+from palpate.devices.window.geometry import Box
+from palpate.devices.window.paint import Colour
 
 if TYPE_CHECKING:
     from PIL import Image

@@ -6,17 +6,17 @@ from collections.abc import Mapping, Sequence
 from pathlib import Path
 from typing import TYPE_CHECKING
 
-from devices.window.build import page_for, screen_for
-from devices.window.fonts import find_fonts
-from devices.window.geometry import Metrics
-from devices.window.inputs import Typed
-from devices.window.screen import Page, Screen
-from devices.window.screens.specimen_words import Wording, wording
-from devices.window.screens.specimens import TRIALS, Specimen, specimens
-from devices.window.texts import load_texts
-from protocols.files import open_bytes, staged_files
-from protocols.forms import Sliders
-from protocols.requests import Ask
+from palpate.devices.window.build import page_for, screen_for
+from palpate.devices.window.fonts import find_fonts
+from palpate.devices.window.geometry import Metrics
+from palpate.devices.window.inputs import Typed
+from palpate.devices.window.screen import Page, Screen
+from palpate.devices.window.screens.specimen_words import Wording, wording
+from palpate.devices.window.screens.specimens import TRIALS, Specimen, specimens
+from palpate.devices.window.texts import load_texts
+from palpate.protocols.files import open_bytes, staged_files
+from palpate.protocols.forms import Sliders
+from palpate.protocols.requests import Ask
 
 if TYPE_CHECKING:
     from PIL import Image
@@ -45,7 +45,7 @@ def specimen_page(metrics: Metrics, language: str = "en", words: Wording | None 
 
 def _specimen_door(setting: Mapping[str, float]) -> Sequence[float]:
     """The shipped models' door for a setting, by the order of its values: specimens have words of any language."""
-    from devices.door.making import maker_for
+    from palpate.devices.door.making import maker_for
 
     forces: list[float] = maker_for(None).design(list(setting.values())).force_N.tolist()
     return forces

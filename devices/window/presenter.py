@@ -5,8 +5,8 @@ from __future__ import annotations
 from collections.abc import Callable, Mapping, Sequence
 from typing import Any, Protocol
 
-from devices.desk import Desk
-from protocols.requests import Aside, Ask, Confirm, Instruct, Present, Reply, Rest
+from palpate.devices.desk import Desk
+from palpate.protocols.requests import Aside, Ask, Confirm, Instruct, Present, Reply, Rest
 
 Shown = Ask | Instruct | Rest | Confirm | Present
 PAUSE, END = "pause", "end"

@@ -8,17 +8,17 @@ from importlib.metadata import PackageNotFoundError, version
 from pathlib import Path
 from typing import Any
 
-from devices.window.build import demand_shown
-from devices.window.calibration import Calibration
-from devices.window.fonts import find_fonts
-from devices.window.hangul import needed
-from devices.window.screen import SLIDER_MM, Page
-from devices.window.texts import load_texts
-from devices.window.texts_study import load_study_texts, study_texts
-from protocols.canonical import digest
-from protocols.forms import Form
-from protocols.plan import Plan
-from protocols.study import Study
+from palpate.devices.window.build import demand_shown
+from palpate.devices.window.calibration import Calibration
+from palpate.devices.window.fonts import find_fonts
+from palpate.devices.window.hangul import needed
+from palpate.devices.window.screen import SLIDER_MM, Page
+from palpate.devices.window.texts import load_texts
+from palpate.devices.window.texts_study import load_study_texts, study_texts
+from palpate.protocols.canonical import digest
+from palpate.protocols.forms import Form
+from palpate.protocols.plan import Plan
+from palpate.protocols.study import Study
 
 INSTRUCTIONS = "instructions"
 

@@ -7,18 +7,18 @@ from dataclasses import dataclass, field, replace
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
-from devices.desk import Desk, Prompt, confirmed
-from devices.window.build import RESTING, page_for, screen_for
-from devices.window.calibration import NOMINAL_MM, TOLERANCE_MM, Calibration, demand_reading
-from devices.window.loop import Scene
-from devices.window.presenter import END, PAUSE, Presenter, Shown
-from devices.window.presenter_page import describe, prepare
-from devices.window.screen import Page, Screen
-from devices.window.shell import Shell, open_shell
-from protocols.events import NS
-from protocols.plan import Plan
-from protocols.requests import Aside, Ask, Confirm, Instruct, Present, Reply
-from protocols.study import Study
+from palpate.devices.desk import Desk, Prompt, confirmed
+from palpate.devices.window.build import RESTING, page_for, screen_for
+from palpate.devices.window.calibration import NOMINAL_MM, TOLERANCE_MM, Calibration, demand_reading
+from palpate.devices.window.loop import Scene
+from palpate.devices.window.presenter import END, PAUSE, Presenter, Shown
+from palpate.devices.window.presenter_page import describe, prepare
+from palpate.devices.window.screen import Page, Screen
+from palpate.devices.window.shell import Shell, open_shell
+from palpate.protocols.events import NS
+from palpate.protocols.plan import Plan
+from palpate.protocols.requests import Aside, Ask, Confirm, Instruct, Present, Reply
+from palpate.protocols.study import Study
 
 if TYPE_CHECKING:
     from PIL import Image
@@ -30,7 +30,7 @@ END_S, END_AT_DESK_S = 6.0, 60.0
 
 @dataclass
 class WindowPresenter:
-    """The presenter of a shell; see devices.window.presenter.Presenter.
+    """The presenter of a shell; see palpate.devices.window.presenter.Presenter.
 
     `on` is the scene that is seen. The request's scene is kept while something else is shown in between, the pause
     page above all; it is forgotten with its answer.

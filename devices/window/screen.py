@@ -6,12 +6,12 @@ from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass, field
 from typing import TYPE_CHECKING, Any, Protocol
 
-from devices.window.fonts import Fonts
-from devices.window.geometry import Box, Metrics, Placed
-from devices.window.inputs import Input
-from devices.window.paint import Shapes
-from devices.window.texts import Texts
-from protocols.requests import Reply
+from palpate.devices.window.fonts import Fonts
+from palpate.devices.window.geometry import Box, Metrics, Placed
+from palpate.devices.window.inputs import Input
+from palpate.devices.window.paint import Shapes
+from palpate.devices.window.texts import Texts
+from palpate.protocols.requests import Reply
 
 if TYPE_CHECKING:
     from PIL import Image

@@ -13,17 +13,17 @@ from dataclasses import dataclass, field
 from functools import reduce
 from typing import TYPE_CHECKING, Any, Protocol
 
-from devices.window.calibration import Calibration
-from devices.window.geometry import Box, WindowError
-from devices.window.inputs import Input
-from devices.window.shell_checks import demand_display, demand_screen, demand_unscaled
-from devices.window.shell_ears import Ears
-from devices.window.shell_front import Copy, copier
+from palpate.devices.window.calibration import Calibration
+from palpate.devices.window.geometry import Box, WindowError
+from palpate.devices.window.inputs import Input
+from palpate.devices.window.shell_checks import demand_display, demand_screen, demand_unscaled
+from palpate.devices.window.shell_ears import Ears
+from palpate.devices.window.shell_front import Copy, copier
 
 if TYPE_CHECKING:
     from PIL import Image
 
-    from devices.window.shell_texture import Texture
+    from palpate.devices.window.shell_texture import Texture
 
 TITLE = "Palpate"
 VIEWING_CM = 60.0
@@ -170,8 +170,8 @@ def open_shell(calibration: Calibration, screen: int, fullscreen: bool) -> Psych
 
 def _furnished(window: Any, pyglet: Any, calibration: Calibration) -> PsychopyShell:
     """The opened window with its texture and ears, checked against the calibration."""
-    from devices.window.shell_keys import keys_of
-    from devices.window.shell_texture import Texture
+    from palpate.devices.window.shell_keys import keys_of
+    from palpate.devices.window.shell_texture import Texture
 
     handle, size = window.winHandle, calibration.size_px
     demand_unscaled(handle.get_pixel_ratio())

@@ -6,9 +6,9 @@ import os
 import sys
 from collections.abc import Sequence
 
-from devices.window.calibration import Calibration
-from devices.window.geometry import WindowError
-from protocols.extras import ExtraMissing, demand_packages
+from palpate.devices.window.calibration import Calibration
+from palpate.devices.window.geometry import WindowError
+from palpate.protocols.extras import ExtraMissing, demand_packages
 
 WINDOWS_DPI = 96
 

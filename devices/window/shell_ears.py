@@ -6,7 +6,7 @@ from collections.abc import Callable, Mapping
 from dataclasses import dataclass, field
 from typing import Any, Literal
 
-from devices.window.inputs import Input, Key, KeyName, Moved, Pressed, Released, Typed
+from palpate.devices.window.inputs import Input, Key, KeyName, Moved, Pressed, Released, Typed
 
 LEFT, SHIFT = 1, 1
 """Pyglet's numbers for the left button and the shift key."""

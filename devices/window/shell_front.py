@@ -5,7 +5,7 @@ from __future__ import annotations
 from collections.abc import Callable
 from typing import Any
 
-from devices.window.geometry import Box
+from palpate.devices.window.geometry import Box
 
 SOFTWARE = ("llvmpipe", "softpipe", "swrast", "software rasterizer")
 """What the renderers call themselves that draw with the processor."""

@@ -6,8 +6,8 @@ import sys
 from collections.abc import Mapping
 from typing import Any
 
-from devices.window.inputs import KeyName
-from devices.window.shell_ears import Keys
+from palpate.devices.window.inputs import KeyName
+from palpate.devices.window.shell_ears import Keys
 
 X_SYMBOLS: dict[int, KeyName] = {0xFF09: "tab", 0xFF31: "hangul"}
 """X11's symbols of Tab and of a Korean keyboard's Hangul key."""

@@ -5,7 +5,7 @@ from __future__ import annotations
 from collections.abc import Iterable
 from typing import TYPE_CHECKING, Any
 
-from devices.window.geometry import Box, WindowError
+from palpate.devices.window.geometry import Box, WindowError
 
 if TYPE_CHECKING:
     from PIL import Image

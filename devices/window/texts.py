@@ -8,11 +8,11 @@ from pathlib import Path
 from string import Formatter
 from typing import Any
 
-from devices.window.geometry import WindowError
-from protocols.did_you_mean import nearest
-from protocols.yaml_text import YamlError, load
+from palpate.devices.window.geometry import WindowError
+from palpate.protocols.did_you_mean import nearest
+from palpate.protocols.yaml_text import YamlError, load
 
-SHIPPED = Path(__file__).parent / "texts"
+SHIPPED = Path(__file__).resolve().parent / "texts"
 MASTER = "en"
 """The language whose keys and placeholders every other one must have."""
 

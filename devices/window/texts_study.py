@@ -9,10 +9,10 @@ from __future__ import annotations
 from collections.abc import Iterator, Mapping
 from pathlib import Path
 
-from devices.window.geometry import WindowError
-from devices.window.texts import MASTER, read_words
-from protocols.did_you_mean import nearest
-from protocols.study import Study
+from palpate.devices.window.geometry import WindowError
+from palpate.devices.window.texts import MASTER, read_words
+from palpate.protocols.did_you_mean import nearest
+from palpate.protocols.study import Study
 
 NAMED = ("title", "instructions")
 

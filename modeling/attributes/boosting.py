@@ -10,11 +10,11 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
-from modeling.attributes.learnable import textures_of
-from modeling.attributes.material import Array, Texture
-from modeling.attributes.methods import Learning, Method
-from modeling.attributes.whole import Whole, whole_of
-from modeling.trees import Trees, trees_of
+from palpate.modeling.attributes.learnable import textures_of
+from palpate.modeling.attributes.material import Array, Texture
+from palpate.modeling.attributes.methods import Learning, Method
+from palpate.modeling.attributes.whole import Whole, whole_of
+from palpate.modeling.trees import Trees, trees_of
 
 TREES, DEPTH, RATE = 200, 2, 0.05
 COLUMNS = 0.1

@@ -6,21 +6,21 @@ from collections.abc import Iterator, Sequence
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
-from analysis.figures.drawn import FigureKind, Shown
-from analysis.figures.style import INK, OKABE_ITO, SOFT, drawing, save
-from modeling.attributes import evaluation_words as words
-from modeling.attributes.evaluation_figures_time import time_figures
-from modeling.attributes.evaluation_tables import Row, attribute_rows, method_rows, names_of, prediction_rows
-from modeling.attributes.judging_default import choice
-from modeling.attributes.judging_entries import PROPOSED
-from modeling.attributes.judging_jobs import MAIN, Entry
-from modeling.attributes.judging_whole import Judged
-from modeling.report.drawn import Pictured, drawn_figure
+from palpate.analysis.figures.drawn import FigureKind, Shown
+from palpate.analysis.figures.style import INK, OKABE_ITO, SOFT, drawing, save
+from palpate.modeling.attributes import evaluation_words as words
+from palpate.modeling.attributes.evaluation_figures_time import time_figures
+from palpate.modeling.attributes.evaluation_tables import Row, attribute_rows, method_rows, names_of, prediction_rows
+from palpate.modeling.attributes.judging_default import choice
+from palpate.modeling.attributes.judging_entries import PROPOSED
+from palpate.modeling.attributes.judging_jobs import MAIN, Entry
+from palpate.modeling.attributes.judging_whole import Judged
+from palpate.modeling.report.drawn import Pictured, drawn_figure
 
 if TYPE_CHECKING:
     from matplotlib.axes import Axes
 
-    from modeling.training.history import Epoch
+    from palpate.modeling.training.history import Epoch
 
 UNIT = "-100 to 100"
 MOST = 8
@@ -84,7 +84,7 @@ def _panel(axes: Axes, rows: Sequence[Row], attribute: str) -> None:
 
 def _against(found: Judged, rows: Sequence[Row], method: str, title: str, name: str, folder: Path) -> Pictured:
     """Figure 3.8 as predicted against rated, with 90 % intervals."""
-    from analysis.figures.predicted import PREDICTED
+    from palpate.analysis.figures.predicted import PREDICTED
 
     wide = {row["attribute"]: row["half_width"] for row in attribute_rows(found) if row["method"] == method}
     told = [_with_interval(row, wide[row["attribute"]]) for row in rows]
@@ -105,7 +105,7 @@ def _with_interval(row: Row, wide: float | None) -> Row:
 
 def _by_class(found: Judged, method: str, title: str, name: str, folder: Path) -> Pictured:
     """Figure 3.9: the MAE of each class, 0 to 100."""
-    from analysis.figures.class_heatmap import CLASS_HEATMAP
+    from palpate.analysis.figures.class_heatmap import CLASS_HEATMAP
 
     rows = [{"stimulus": row["texture"], "class": row["class"].replace("_", " "), "attribute": row["attribute"],
              "actual": row["rated"], "predicted": row["predicted"]}
@@ -118,7 +118,7 @@ def _shown(kind: FigureKind, asked: dict[str, Any], rows: Sequence[Row], found: 
     """A figure of an analysis plan, from rows of ours."""
     import pandas as pd
 
-    from analysis.plans.answers import Selected
+    from palpate.analysis.plans.answers import Selected
 
     table = pd.DataFrame(list(rows))
     levels = {"attribute": tuple(names_of(found)), "class": tuple(dict.fromkeys(table["class"]))}
@@ -132,7 +132,7 @@ def _shown(kind: FigureKind, asked: dict[str, Any], rows: Sequence[Row], found: 
 
 def _curves(found: Judged, folder: Path) -> Iterator[Pictured]:
     """The learning curves of every method that is trained in epochs, a line for each texture left out."""
-    from modeling.training.learning_curve import learning_curve
+    from palpate.modeling.training.learning_curve import learning_curve
 
     for entry in found.of(MAIN):
         if histories := _histories(found, entry):
@@ -143,7 +143,7 @@ def _curves(found: Judged, folder: Path) -> Iterator[Pictured]:
 
 
 def _histories(found: Judged, entry: Entry) -> dict[str, Sequence[Epoch]]:
-    from modeling.training.curves import history_in
+    from palpate.modeling.training.curves import history_in
 
     own = {f"without {done.job.test}": history_in(done.arrays) for done in found.done(entry)[:MOST] if not done.refused}
     return {name: told for name, told in own.items() if told}

@@ -6,10 +6,10 @@ from collections.abc import Iterator, Sequence
 from pathlib import Path
 from typing import TYPE_CHECKING
 
-from analysis.figures.style import INK, OKABE_ITO, drawing
-from modeling.attributes import evaluation_words as words
-from modeling.attributes.evaluation_tables import Row
-from modeling.report.drawn import Pictured, drawn_figure
+from palpate.analysis.figures.style import INK, OKABE_ITO, drawing
+from palpate.modeling.attributes import evaluation_words as words
+from palpate.modeling.attributes.evaluation_tables import Row
+from palpate.modeling.report.drawn import Pictured, drawn_figure
 
 if TYPE_CHECKING:
     from matplotlib.axes import Axes

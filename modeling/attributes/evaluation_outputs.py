@@ -7,9 +7,9 @@ from functools import partial
 from pathlib import Path
 from typing import Any
 
-from analysis.reporting.csv_files import json_row
-from modeling.attributes.evaluation_report import choice_of, reached
-from modeling.attributes.evaluation_tables import (
+from palpate.analysis.reporting.csv_files import json_row
+from palpate.modeling.attributes.evaluation_report import choice_of, reached
+from palpate.modeling.attributes.evaluation_tables import (
     Row,
     attribute_rows,
     class_rows,
@@ -19,15 +19,15 @@ from modeling.attributes.evaluation_tables import (
     prediction_rows,
     table_rows,
 )
-from modeling.attributes.judging_default import DEFAULT, RULE, Choice
-from modeling.attributes.judging_entries import FEELING, SEEING
-from modeling.attributes.judging_material import digest_of
-from modeling.attributes.judging_whole import Judged, usable
-from modeling.attributes.lacking import senses
-from modeling.attributes.material import Material
-from modeling.doors.intervals import COVERAGE
-from modeling.files.evaluation_folder import read_results, write_evaluation
-from modeling.training.run_card import versions
+from palpate.modeling.attributes.judging_default import DEFAULT, RULE, Choice
+from palpate.modeling.attributes.judging_entries import FEELING, SEEING
+from palpate.modeling.attributes.judging_material import digest_of
+from palpate.modeling.attributes.judging_whole import Judged, usable
+from palpate.modeling.attributes.lacking import senses
+from palpate.modeling.attributes.material import Material
+from palpate.modeling.doors.intervals import COVERAGE
+from palpate.modeling.files.evaluation_folder import read_results, write_evaluation
+from palpate.modeling.training.run_card import versions
 
 NAME, KEPT = "attributes", ".jobs"
 LONG = ("learning_curves", "predictions")
@@ -103,9 +103,9 @@ def write_all(
 ) -> list[Path]:
     """Write everything and give the paths, the report last; what an earlier evaluation wrote here and this one does
     not is removed, nothing else is touched."""
-    from modeling.attributes.evaluation_figures import figures
-    from modeling.attributes.evaluation_report import report_html
-    from modeling.report.drawn import Pictured
+    from palpate.modeling.attributes.evaluation_figures import figures
+    from palpate.modeling.attributes.evaluation_report import report_html
+    from palpate.modeling.report.drawn import Pictured
 
     def draw(place: Path) -> list[Pictured]:
         report("drawing")

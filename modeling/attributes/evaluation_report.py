@@ -4,21 +4,21 @@ from __future__ import annotations
 
 from collections.abc import Sequence
 
-from modeling.attributes import evaluation_words as words
-from modeling.attributes.evaluation_sections import (
+from palpate.modeling.attributes import evaluation_words as words
+from palpate.modeling.attributes.evaluation_sections import (
     features_section,
     methods_section,
     provenance,
     textures_section,
     time_section,
 )
-from modeling.attributes.evaluation_tables import method_rows
-from modeling.attributes.judging_default import RULE, Choice, choice, fusion
-from modeling.attributes.judging_whole import Judged
-from modeling.attributes.lacking import lacking
-from modeling.report.blocks import Block, Points, Section
-from modeling.report.drawn import Pictured
-from modeling.report.page import Page, page_html
+from palpate.modeling.attributes.evaluation_tables import method_rows
+from palpate.modeling.attributes.judging_default import RULE, Choice, choice, fusion
+from palpate.modeling.attributes.judging_whole import Judged
+from palpate.modeling.attributes.lacking import lacking
+from palpate.modeling.report.blocks import Block, Points, Section
+from palpate.modeling.report.drawn import Pictured
+from palpate.modeling.report.page import Page, page_html
 
 
 def report_html(found: Judged, pictured: Sequence[Pictured] = ()) -> str:

@@ -4,8 +4,8 @@ from __future__ import annotations
 
 from collections.abc import Sequence
 
-from modeling.attributes import evaluation_words as words
-from modeling.attributes.evaluation_tables import (
+from palpate.modeling.attributes import evaluation_words as words
+from palpate.modeling.attributes.evaluation_tables import (
     Row,
     attribute_rows,
     class_rows,
@@ -14,14 +14,14 @@ from modeling.attributes.evaluation_tables import (
     names_of,
     table_rows,
 )
-from modeling.attributes.evaluation_thesis import Which, number_of
-from modeling.attributes.judging_default import Choice
-from modeling.attributes.judging_whole import Judged
-from modeling.report.blocks import Block, Column, Heading, Section, Words, in_seconds, table
-from modeling.report.drawn import Pictured
-from modeling.report.pictures import chosen as pictures
-from modeling.report.pictures import figure_block
-from modeling.training.run_card import versions
+from palpate.modeling.attributes.evaluation_thesis import Which, number_of
+from palpate.modeling.attributes.judging_default import Choice
+from palpate.modeling.attributes.judging_whole import Judged
+from palpate.modeling.report.blocks import Block, Column, Heading, Section, Words, in_seconds, table
+from palpate.modeling.report.drawn import Pictured
+from palpate.modeling.report.pictures import chosen as pictures
+from palpate.modeling.report.pictures import figure_block
+from palpate.modeling.training.run_card import versions
 
 OVERALL = (
     Column("title", "method"),

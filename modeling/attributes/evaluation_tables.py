@@ -8,16 +8,16 @@ from typing import Any
 
 import numpy as np
 
-from modeling.attributes.evaluation_thesis import SAID, Which, printed
-from modeling.attributes.feature_times import steps_of
-from modeling.attributes.judging_entries import PROPOSED
-from modeling.attributes.judging_jobs import KINDS, MAIN, SAME, Entry, Job
-from modeling.attributes.judging_run import named
-from modeling.attributes.judging_whole import Judged
-from modeling.attributes.material import Material
-from modeling.attributes.scores import Difference, Errors, by_class, difference, errors
-from modeling.doors.intervals import COVERAGE, half_widths, needed, nested_coverage
-from modeling.training.history import COLUMNS
+from palpate.modeling.attributes.evaluation_thesis import SAID, Which, printed
+from palpate.modeling.attributes.feature_times import steps_of
+from palpate.modeling.attributes.judging_entries import PROPOSED
+from palpate.modeling.attributes.judging_jobs import KINDS, MAIN, SAME, Entry, Job
+from palpate.modeling.attributes.judging_run import named
+from palpate.modeling.attributes.judging_whole import Judged
+from palpate.modeling.attributes.material import Material
+from palpate.modeling.attributes.scores import Difference, Errors, by_class, difference, errors
+from palpate.modeling.doors.intervals import COVERAGE, half_widths, needed, nested_coverage
+from palpate.modeling.training.history import COLUMNS
 
 Row = dict[str, Any]
 PRETRAINED = "pre-trained"

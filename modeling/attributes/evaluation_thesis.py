@@ -6,9 +6,9 @@ from collections.abc import Mapping, Sequence
 from pathlib import Path
 from typing import Any, Literal
 
-from modeling.report.printed import printed_numbers
+from palpate.modeling.report.printed import printed_numbers
 
-FILE = Path(__file__).parent / "thesis_numbers.yaml"
+FILE = Path(__file__).resolve().parent / "thesis_numbers.yaml"
 SAID = "thesis"
 Which = Literal["mae", "rmse", "same_features", "kinds"]
 

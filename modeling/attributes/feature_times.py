@@ -8,7 +8,7 @@ from collections.abc import Callable, Collection, Iterator
 
 import numpy as np
 
-from modeling.attributes.material import SIGHT_KINDS, TOUCH_KINDS
+from palpate.modeling.attributes.material import SIGHT_KINDS, TOUCH_KINDS
 
 Clock = Callable[[], float]
 SECONDS, PICTURES = 60.0, 10
@@ -29,7 +29,7 @@ def feature_seconds(kinds: Collection[str], clock: Clock = time.perf_counter) ->
     Each is made twice and the second counts. ResNet-50 is asked about one batch of patches; the others of the ten
     pictures are taken to be like it.
     """
-    from modeling.training.threads import limited
+    from palpate.modeling.training.threads import limited
 
     wanted, found = steps_of(kinds), {}
     with limited(1):
@@ -44,13 +44,13 @@ def feature_seconds(kinds: Collection[str], clock: Clock = time.perf_counter) ->
 
 def _of_touch() -> Iterator[tuple[str, Callable[[], object], float]]:
     """A step, what does it, and how often that is needed for one texture."""
-    from analysis.features.hand import hand
-    from analysis.features.mfcc import mfcc
-    from analysis.features.segments import segments
-    from analysis.features.spectra import spectrum
-    from analysis.features.wavelets import wavelets
-    from modeling.attributes.tones import tones
-    from modeling.attributes.touching import touch_of
+    from palpate.analysis.features.hand import hand
+    from palpate.analysis.features.mfcc import mfcc
+    from palpate.analysis.features.segments import segments
+    from palpate.analysis.features.spectra import spectrum
+    from palpate.analysis.features.wavelets import wavelets
+    from palpate.modeling.attributes.tones import tones
+    from palpate.modeling.attributes.touching import touch_of
 
     touched = tones(SECONDS)
     cut = segments(touch_of("made up", [touched])[0])
@@ -62,15 +62,15 @@ def _of_touch() -> Iterator[tuple[str, Callable[[], object], float]]:
 
 
 def _of_sight(wanted: Collection[str]) -> Iterator[tuple[str, Callable[[], object], float]]:
-    from analysis.features.glcm import glcm
-    from analysis.features.pictures import Looking, patches, square
+    from palpate.analysis.features.glcm import glcm
+    from palpate.analysis.features.pictures import Looking, patches, square
 
     photo = _photo()
     picture = square(photo, "made up").values
     yield PICTURE, lambda: square(photo, "made up"), float(PICTURES)
     yield "glcm", lambda: glcm(picture), float(PICTURES)
     if "resnet" in wanted:
-        from modeling.attributes.resnet import BATCH, folded, loaded, pool_of_patches, random_state
+        from palpate.modeling.attributes.resnet import BATCH, folded, loaded, pool_of_patches, random_state
 
         network, cut = folded(loaded(random_state(0))), patches(picture, Looking())
         yield "resnet", lambda: pool_of_patches(network, cut[:BATCH]), PICTURES * len(cut) / BATCH
@@ -80,7 +80,7 @@ def _photo() -> bytes:
     """A JPEG file of noise."""
     from PIL import Image
 
-    from analysis.features.pictures import SIDE
+    from palpate.analysis.features.pictures import SIDE
 
     pixels = np.random.Generator(np.random.PCG64(0)).integers(0, 256, (SIDE, SIDE, 3), dtype=np.uint8)
     file = io.BytesIO()

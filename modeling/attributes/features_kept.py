@@ -14,8 +14,8 @@ from typing import Any, TypeAlias
 
 import numpy as np
 
-from modeling.attributes.material import MaterialError, Rows
-from modeling.files.finished import put_down, taken_up
+from palpate.modeling.attributes.material import MaterialError, Rows
+from palpate.modeling.files.finished import put_down, taken_up
 
 FOLDER = "features"
 """Of a lab."""

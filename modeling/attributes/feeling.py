@@ -7,13 +7,13 @@ from dataclasses import dataclass
 from pathlib import Path
 from typing import Protocol
 
-from modeling.attributes.features_kept import Entry, keep, kept, key_of
-from modeling.attributes.material import RECORDINGS_LEFT_OUT
-from modeling.attributes.reading_touch import FeltRows
-from modeling.textures.recording import TextureDataError
-from modeling.training.jobs import run_jobs
-from modeling.training.progress import Report, silent
-from protocols.code_digest import code_digest, module_of
+from palpate.modeling.attributes.features_kept import Entry, keep, kept, key_of
+from palpate.modeling.attributes.material import RECORDINGS_LEFT_OUT
+from palpate.modeling.attributes.reading_touch import FeltRows
+from palpate.modeling.textures.recording import TextureDataError
+from palpate.modeling.training.jobs import run_jobs
+from palpate.modeling.training.progress import Report, silent
+from palpate.protocols.code_digest import code_digest, module_of
 
 PACKAGES = ("librosa", "numpy", "pywavelets", "scipy")
 """What makes these rows beside our own code; an entry of other versions is not used."""
@@ -77,7 +77,7 @@ def felt_rows(
 
 
 def _key(texture: Recording) -> str:
-    code = code_digest(module_of(texture), "modeling.attributes.feeling")
+    code = code_digest(module_of(texture), "palpate.modeling.attributes.feeling")
     return key_of({"recorded": texture.key}, (code,), PACKAGES)
 
 

@@ -8,9 +8,9 @@ from hashlib import sha256
 
 import numpy as np
 
-from modeling.attributes.folds_groups import groups_of
-from modeling.attributes.material import Material, MaterialError
-from protocols.wording import some
+from palpate.modeling.attributes.folds_groups import groups_of
+from palpate.modeling.attributes.material import Material, MaterialError
+from palpate.protocols.wording import some
 
 HELD = 0.1
 """The share of the training side that a network watches to stop early."""

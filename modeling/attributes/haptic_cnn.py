@@ -7,25 +7,25 @@ from typing import TYPE_CHECKING, Any
 
 from numpy.typing import NDArray
 
-from modeling.attributes.methods import Learning, Method
-from modeling.attributes.row_plans import CONVOLVED, Plan
+from palpate.modeling.attributes.methods import Learning, Method
+from palpate.modeling.attributes.row_plans import CONVOLVED, Plan
 
 if TYPE_CHECKING:
-    from modeling.attributes.row_networks import FittedRows
+    from palpate.modeling.attributes.row_networks import FittedRows
 
 PLAN = Plan("haptic_cnn", ("sight",), shows=10, settings=CONVOLVED)
 
 
 def fit(learning: Learning) -> FittedRows:
     """Train it; see `row_networks.fit_rows`."""
-    from modeling.attributes.row_networks import fit_rows
+    from palpate.modeling.attributes.row_networks import fit_rows
 
     return fit_rows(learning, PLAN)
 
 
 def restored(tensors: Mapping[str, NDArray[Any]], told: Mapping[str, Any]) -> FittedRows:
     """What `FittedRows.saved` gave, fitted again."""
-    from modeling.attributes.row_networks import restored_rows
+    from palpate.modeling.attributes.row_networks import restored_rows
 
     return restored_rows(PLAN, tensors, told)
 

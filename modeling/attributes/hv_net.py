@@ -7,8 +7,8 @@ from typing import NamedTuple
 import torch
 from torch import Tensor, nn
 
-from modeling.attributes.material import MaterialError
-from modeling.attributes.row_conv import RowConv, greater_of_two
+from palpate.modeling.attributes.material import MaterialError
+from palpate.modeling.attributes.row_conv import RowConv, greater_of_two
 
 FILTERS = (256, 256, 128, 64, 32)
 KERNELS = (4, 4, 3, 3, 3)

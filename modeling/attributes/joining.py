@@ -6,13 +6,13 @@ from collections.abc import Iterator, Mapping, Sequence
 from dataclasses import dataclass, field
 from typing import TYPE_CHECKING
 
-from modeling.attributes.material import NOT_PHOTOGRAPHED, NOT_RECORDED, Texture
-from modeling.attributes.reading_pictures import Photographed
-from modeling.attributes.reading_ratings import RatedTextures
-from modeling.attributes.seeing import Seen
+from palpate.modeling.attributes.material import NOT_PHOTOGRAPHED, NOT_RECORDED, Texture
+from palpate.modeling.attributes.reading_pictures import Photographed
+from palpate.modeling.attributes.reading_ratings import RatedTextures
+from palpate.modeling.attributes.seeing import Seen
 
 if TYPE_CHECKING:
-    from modeling.attributes.reading_touch import FeltRows
+    from palpate.modeling.attributes.reading_touch import FeltRows
 
 LABEL, CATEGORY = "label", "class"
 """Columns of a stimulus table."""

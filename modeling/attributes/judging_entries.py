@@ -4,9 +4,9 @@ from __future__ import annotations
 
 from collections.abc import Iterable, Mapping, Sequence
 
-from modeling.attributes.judging_jobs import KINDS, MAIN, SAME, Entry
-from modeling.attributes.material import SIGHT, TOUCH
-from modeling.attributes.methods import Method
+from palpate.modeling.attributes.judging_jobs import KINDS, MAIN, SAME, Entry
+from palpate.modeling.attributes.material import SIGHT, TOUCH
+from palpate.modeling.attributes.methods import Method
 
 PROPOSED = "visuo_tactile"
 SEEING, FEELING = "hv_net", "ht_net"

@@ -10,9 +10,9 @@ from typing import Any
 
 from numpy.typing import NDArray
 
-from modeling.attributes.folds import Fold
-from modeling.attributes.material import Array, Pair
-from modeling.attributes.methods import Method
+from palpate.modeling.attributes.folds import Fold
+from palpate.modeling.attributes.material import Array, Pair
+from palpate.modeling.attributes.methods import Method
 
 Clock = Callable[[], float]
 MAIN, SAME, KINDS = "methods", "same features", "kinds"

@@ -10,10 +10,10 @@ from typing import Any
 
 from numpy.typing import NDArray
 
-from modeling.attributes.judging_jobs import Context, Done, Job
-from modeling.files.finished import put_down, taken_up
-from modeling.training.run_card import versions
-from protocols.code_digest import code_digest, module_of
+from palpate.modeling.attributes.judging_jobs import Context, Done, Job
+from palpate.modeling.files.finished import put_down, taken_up
+from palpate.modeling.training.run_card import versions
+from palpate.protocols.code_digest import code_digest, module_of
 
 
 def key(job: Job, context: Context) -> str:
@@ -31,7 +31,7 @@ def key(job: Job, context: Context) -> str:
         "seed": context.seed,
         "settings": {name: str(value) for name, value in sorted(context.settings.items())},
         "versions": _versions(),
-        "code": code_digest(module_of(method.fit), "modeling.attributes.judging_run"),
+        "code": code_digest(module_of(method.fit), "palpate.modeling.attributes.judging_run"),
     }
     return hashlib.sha256(json.dumps(told, sort_keys=True).encode()).hexdigest()[:32]
 

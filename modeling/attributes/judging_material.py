@@ -12,8 +12,8 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
-from modeling.attributes.material import Material, MaterialError, Pair, Rated, Texture
-from protocols.files import write_bytes
+from palpate.modeling.attributes.material import Material, MaterialError, Pair, Rated, Texture
+from palpate.protocols.files import write_bytes
 
 FOLDER = "material"
 MODALITIES = ("touch", "sight", "variants")

@@ -11,15 +11,15 @@ from typing import Any
 
 import numpy as np
 
-from modeling.attributes.folds import LEAST, leave_one_texture_out, some_of
-from modeling.attributes.judging_entries import ON_REQUEST, Own, entries
-from modeling.attributes.judging_jobs import MAIN, Clock, Context, Done, Entry, Job
-from modeling.attributes.judging_kept import keep, load
-from modeling.attributes.judging_material import digest_of, parts_of, stored
-from modeling.attributes.judging_run import named, run
-from modeling.attributes.lacking import has_rows, senses, why_of
-from modeling.attributes.material import Array, Material, MaterialError, ratings_of
-from modeling.attributes.methods import Method
+from palpate.modeling.attributes.folds import LEAST, leave_one_texture_out, some_of
+from palpate.modeling.attributes.judging_entries import ON_REQUEST, Own, entries
+from palpate.modeling.attributes.judging_jobs import MAIN, Clock, Context, Done, Entry, Job
+from palpate.modeling.attributes.judging_kept import keep, load
+from palpate.modeling.attributes.judging_material import digest_of, parts_of, stored
+from palpate.modeling.attributes.judging_run import named, run
+from palpate.modeling.attributes.lacking import has_rows, senses, why_of
+from palpate.modeling.attributes.material import Array, Material, MaterialError, ratings_of
+from palpate.modeling.attributes.methods import Method
 
 Report = Callable[[str], None]
 QUICK_TEXTURES = 5
@@ -179,7 +179,7 @@ def demand_known(names: Sequence[str], methods: Mapping[str, Method]) -> None:
     """Raises MaterialError for a method that is none."""
     unknown = [name for name in names if name not in methods]
     if unknown:
-        from protocols.did_you_mean import nearest
+        from palpate.protocols.did_you_mean import nearest
 
         raise MaterialError(f"no method {unknown[0]!r}; {nearest(unknown[0], methods)}")
 
@@ -208,7 +208,7 @@ def judge(
 
 def _computed(jobs: Sequence[Job], context: Context, wanted: Wanted, report: Report) -> dict[Job, Done]:
     """What is trained in epochs goes first, so that no core is left with a long one at the end."""
-    from modeling.training.jobs import run_jobs
+    from palpate.modeling.training.jobs import run_jobs
 
     if not jobs:
         return {}

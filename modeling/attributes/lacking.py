@@ -5,7 +5,7 @@ from __future__ import annotations
 import re
 from collections.abc import Iterator, Mapping, Sequence
 
-from modeling.attributes.material import (
+from palpate.modeling.attributes.material import (
     NOT_PHOTOGRAPHED,
     NOT_RECORDED,
     PICTURE_LEFT_OUT,

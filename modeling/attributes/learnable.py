@@ -8,10 +8,10 @@ from dataclasses import replace
 import numpy as np
 from numpy.typing import NDArray
 
-from modeling.attributes.folds_groups import groups_of
-from modeling.attributes.material import Array, MaterialError, Modality, Rows, Texture, ratings_of
-from modeling.attributes.methods import Learning
-from protocols.wording import count
+from palpate.modeling.attributes.folds_groups import groups_of
+from palpate.modeling.attributes.material import Array, MaterialError, Modality, Rows, Texture, ratings_of
+from palpate.modeling.attributes.methods import Learning
+from palpate.protocols.wording import count
 
 INNER_FOLDS = 5
 Indices = NDArray[np.int64]

@@ -8,9 +8,9 @@ from typing import Any
 
 from numpy.typing import NDArray
 
-from modeling.attributes.learnable import textures_of
-from modeling.attributes.material import Array, Texture
-from modeling.attributes.methods import Learning, Method
+from palpate.modeling.attributes.learnable import textures_of
+from palpate.modeling.attributes.material import Array, Texture
+from palpate.modeling.attributes.methods import Learning, Method
 
 
 @dataclass(frozen=True)

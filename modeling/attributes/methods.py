@@ -6,7 +6,7 @@ from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass, field
 from typing import Any, Protocol
 
-from modeling.attributes.material import SIGHT, TOUCH, Array, MaterialError, Modality, Pair, Texture
+from palpate.modeling.attributes.material import SIGHT, TOUCH, Array, MaterialError, Modality, Pair, Texture
 
 BOTH: frozenset[Modality] = frozenset(("touch", "sight"))
 
@@ -31,7 +31,8 @@ class Learning:
 
 
 class Fitted(Protocol):
-    """A fitted method. One that was trained in epochs also has `trained` (modeling.training.loop.Trained); one that is
+    """A fitted method. One that was trained in epochs also has `trained`
+    (palpate.modeling.training.loop.Trained); one that is
     faster with many textures at once has `predict_all`, from textures to a list of what `predict` says or raises."""
 
     def predict(self, texture: Texture) -> Array:

@@ -15,12 +15,12 @@ import numpy as np
 from numpy.typing import NDArray
 from pydantic import Field, ValidationError
 
-from modeling.attributes.material import Array, MaterialError, Pair, Texture
-from modeling.attributes.methods import Fitted, Method, predictions
-from modeling.files.replacing import NUMBERS, replace_model
-from protocols.canonical import NotCanonical, canonical, digest, json_text, parse
-from protocols.model_card import Interval, Weights, complaint
-from protocols.strict import Strict
+from palpate.modeling.attributes.material import Array, MaterialError, Pair, Texture
+from palpate.modeling.attributes.methods import Fitted, Method, predictions
+from palpate.modeling.files.replacing import NUMBERS, replace_model
+from palpate.protocols.canonical import NotCanonical, canonical, digest, json_text, parse
+from palpate.protocols.model_card import Interval, Weights, complaint
+from palpate.protocols.strict import Strict
 
 FORMAT = "palpate-attributes/1"
 NAME = "texture-attributes"
@@ -207,7 +207,7 @@ def _restored(path: Path, card: Card, arrays: Arrays, methods: Mapping[str, Meth
 
 
 def _methods() -> Mapping[str, Method]:
-    from modeling.attributes.registry import METHODS
+    from palpate.modeling.attributes.registry import METHODS
 
     return METHODS
 

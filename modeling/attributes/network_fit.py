@@ -12,18 +12,18 @@ import torch
 from numpy.typing import NDArray
 from torch import Tensor
 
-from modeling.attributes.learnable import textures_of
-from modeling.attributes.material import Array, MaterialError, Modality, Texture, ratings_of
-from modeling.attributes.methods import Learning
-from modeling.attributes.network_rows import Look, Shown, Target, drawn, look_of, shown, spread_out, target_of
-from modeling.attributes.network_saved import arrays_of, load_into, looks_in, target_in, told_of
-from modeling.attributes.visuo_tactile import VisuoTactile, rmse
-from modeling.textures.cosine import cosine
-from modeling.training.asked import wished_settings
-from modeling.training.loop import Trained, adam, train
-from modeling.training.seeding import seeded, training_state
-from modeling.training.settings import Settings
-from modeling.training.sources import Made
+from palpate.modeling.attributes.learnable import textures_of
+from palpate.modeling.attributes.material import Array, MaterialError, Modality, Texture, ratings_of
+from palpate.modeling.attributes.methods import Learning
+from palpate.modeling.attributes.network_rows import Look, Shown, Target, drawn, look_of, shown, spread_out, target_of
+from palpate.modeling.attributes.network_saved import arrays_of, load_into, looks_in, target_in, told_of
+from palpate.modeling.attributes.visuo_tactile import VisuoTactile, rmse
+from palpate.modeling.textures.cosine import cosine
+from palpate.modeling.training.asked import wished_settings
+from palpate.modeling.training.loop import Trained, adam, train
+from palpate.modeling.training.seeding import seeded, training_state
+from palpate.modeling.training.settings import Settings
+from palpate.modeling.training.sources import Made
 
 SETTINGS = Settings(epochs=30, batch=2, learning_rate=5e-4, plateau_patience=None, stop_patience=10, every_epochs=5)
 """The thesis has at most 200 epochs, which would take a fold ten to twenty minutes; in 30 the rate falls along a cosine

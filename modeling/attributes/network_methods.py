@@ -13,11 +13,11 @@ from typing import TYPE_CHECKING, Any
 
 from numpy.typing import NDArray
 
-from modeling.attributes.material import Modality
-from modeling.attributes.methods import BOTH, Learning, Method
+from palpate.modeling.attributes.material import Modality
+from palpate.modeling.attributes.methods import BOTH, Learning, Method
 
 if TYPE_CHECKING:
-    from modeling.attributes.network_fit import FittedNetwork
+    from palpate.modeling.attributes.network_fit import FittedNetwork
 
 SEEING: frozenset[Modality] = frozenset({"sight"})
 FEELING: frozenset[Modality] = frozenset({"touch"})
@@ -25,14 +25,14 @@ FEELING: frozenset[Modality] = frozenset({"touch"})
 
 def fit(learning: Learning, sees: frozenset[Modality], literal: bool = False) -> FittedNetwork:
     """Train it; see `network_fit.fit`."""
-    from modeling.attributes.network_fit import fit as fit_network
+    from palpate.modeling.attributes.network_fit import fit as fit_network
 
     return fit_network(learning, sees, literal)
 
 
 def restored(arrays: Mapping[str, NDArray[Any]], told: Mapping[str, Any]) -> FittedNetwork:
     """What `FittedNetwork.saved` gave, to be asked again."""
-    from modeling.attributes.network_fit import restored as restored_network
+    from palpate.modeling.attributes.network_fit import restored as restored_network
 
     return restored_network(arrays, told)
 

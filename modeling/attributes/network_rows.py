@@ -11,8 +11,8 @@ import torch
 from numpy.typing import NDArray
 from torch import Tensor
 
-from modeling.attributes.material import Array, MaterialError, Modality, Texture, ratings_of
-from modeling.training.sources import Given, Made, digest_of
+from palpate.modeling.attributes.material import Array, MaterialError, Modality, Texture, ratings_of
+from palpate.modeling.training.sources import Given, Made, digest_of
 
 STEPS, PLACES = 10, 4
 """How a segment's 40 frames are laid out: ten steps of 50 ms, four frames side by side in each."""

@@ -10,7 +10,7 @@ import torch
 from numpy.typing import NDArray
 from torch import nn
 
-from modeling.attributes.network_rows import Look, Target
+from palpate.modeling.attributes.network_rows import Look, Target
 
 NETWORK = "network."
 Arrays = Mapping[str, NDArray[Any]]

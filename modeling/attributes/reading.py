@@ -7,22 +7,22 @@ from dataclasses import dataclass, replace
 from pathlib import Path
 from typing import TYPE_CHECKING
 
-from modeling.attributes.features_kept import FOLDER
-from modeling.attributes.folds import some_of
-from modeling.attributes.joining import CATEGORY, Parts, joined
-from modeling.attributes.lacking import NOTHING
-from modeling.attributes.material import FEW_READ, HURRIED, Material, MaterialError, Texture
-from modeling.attributes.reading_pictures import STUDY as PHOTOS
-from modeling.attributes.reading_pictures import Photographed, photographed
-from modeling.attributes.reading_ratings import STUDY as RATINGS
-from modeling.attributes.reading_ratings import RatedTextures, read_ratings
-from modeling.attributes.resnet_weights import weights_from
-from modeling.attributes.seeing import Album, Seen, Sight, in_a_hurry, seen, sight_with
-from modeling.training.progress import Report, silent
-from studies.collect import ledgers_in
+from palpate.modeling.attributes.features_kept import FOLDER
+from palpate.modeling.attributes.folds import some_of
+from palpate.modeling.attributes.joining import CATEGORY, Parts, joined
+from palpate.modeling.attributes.lacking import NOTHING
+from palpate.modeling.attributes.material import FEW_READ, HURRIED, Material, MaterialError, Texture
+from palpate.modeling.attributes.reading_pictures import STUDY as PHOTOS
+from palpate.modeling.attributes.reading_pictures import Photographed, photographed
+from palpate.modeling.attributes.reading_ratings import STUDY as RATINGS
+from palpate.modeling.attributes.reading_ratings import RatedTextures, read_ratings
+from palpate.modeling.attributes.resnet_weights import weights_from
+from palpate.modeling.attributes.seeing import Album, Seen, Sight, in_a_hurry, seen, sight_with
+from palpate.modeling.training.progress import Report, silent
+from palpate.studies.collect import ledgers_in
 
 if TYPE_CHECKING:
-    from modeling.attributes.reading_touch import FeltRows, Recorded
+    from palpate.modeling.attributes.reading_touch import FeltRows, Recorded
 
 CAPTURE = "texture_capture"
 MOST_IN_A_HURRY = 15
@@ -85,7 +85,7 @@ class _Run:
     def felt(self, captured: Sequence[Recorded]) -> dict[str, FeltRows]:
         if not captured:
             return {}
-        from modeling.attributes.feeling import felt_rows
+        from palpate.modeling.attributes.feeling import felt_rows
 
         rows = felt_rows(captured, self.folder, self.workers, self.report)
         return {each.id: each for each in rows}
@@ -95,8 +95,8 @@ def _captured(lab: Path, study: str, simulated: bool | None) -> tuple[tuple[Reco
     """What the lab's sessions captured, and why nothing was felt."""
     if not ledgers_in(lab, study):
         return (), (f"no session of {study}: {NOTHING['recording']}",)
-    from modeling.attributes.reading_touch import recorded
-    from modeling.textures.reading_ledgers import NoCapture
+    from palpate.modeling.attributes.reading_touch import recorded
+    from palpate.modeling.textures.reading_ledgers import NoCapture
 
     try:
         return recorded(lab, study=study, simulated=simulated), ()

@@ -9,9 +9,9 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from modeling.attributes.material import MaterialError, Pair, Rated
-from protocols.did_you_mean import nearest
-from protocols.wording import some
+from palpate.modeling.attributes.material import MaterialError, Pair, Rated
+from palpate.protocols.did_you_mean import nearest
+from palpate.protocols.wording import some
 
 TOP = 100.0
 RATERS = "raters"

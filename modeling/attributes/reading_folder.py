@@ -10,21 +10,29 @@ from dataclasses import dataclass, replace
 from pathlib import Path
 from typing import TYPE_CHECKING
 
-from modeling.attributes.features_kept import FOLDER
-from modeling.attributes.joining import untouched
-from modeling.attributes.material import HURRIED, NOT_PHOTOGRAPHED, Material, MaterialError, Pair, Rated, Texture
-from modeling.attributes.reading_columns import Columns, columns_of, rated_in
-from modeling.attributes.reading_pictures import picture_sha256
-from modeling.attributes.reading_ratings import attributes_of
-from modeling.attributes.resnet_weights import weights_from
-from modeling.attributes.seeing import Album, Picture, Seen, in_a_hurry, seen, sight_with
-from modeling.textures.table_columns import separator_of
-from modeling.training.progress import Report, silent
-from protocols.wording import count
+from palpate.modeling.attributes.features_kept import FOLDER
+from palpate.modeling.attributes.joining import untouched
+from palpate.modeling.attributes.material import (
+    HURRIED,
+    NOT_PHOTOGRAPHED,
+    Material,
+    MaterialError,
+    Pair,
+    Rated,
+    Texture,
+)
+from palpate.modeling.attributes.reading_columns import Columns, columns_of, rated_in
+from palpate.modeling.attributes.reading_pictures import picture_sha256
+from palpate.modeling.attributes.reading_ratings import attributes_of
+from palpate.modeling.attributes.resnet_weights import weights_from
+from palpate.modeling.attributes.seeing import Album, Picture, Seen, in_a_hurry, seen, sight_with
+from palpate.modeling.textures.table_columns import separator_of
+from palpate.modeling.training.progress import Report, silent
+from palpate.protocols.wording import count
 
 if TYPE_CHECKING:
-    from modeling.attributes.reading_recordings import Recordings
-    from modeling.attributes.reading_touch import FeltRows
+    from palpate.modeling.attributes.reading_recordings import Recordings
+    from palpate.modeling.attributes.reading_touch import FeltRows
 
 SUFFIXES = (".jpg", ".jpeg", ".png", ".tif", ".tiff", ".webp", ".bmp")
 SCALE = (0.0, 100.0)
@@ -149,8 +157,8 @@ def _felt(
     """What was felt, by texture, and notes on recordings of none of them."""
     if recordings is None:
         return {}, ()
-    from modeling.attributes.feeling import felt_rows
-    from modeling.attributes.reading_recordings import filed
+    from palpate.modeling.attributes.feeling import felt_rows
+    from palpate.modeling.attributes.reading_recordings import filed
 
     found, notes = filed(recordings, {line.id: (line.label, line.category) for line in lines}, table)
     rows = felt_rows(found, None if lab is None else lab / FOLDER, workers, report)

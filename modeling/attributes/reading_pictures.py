@@ -7,14 +7,14 @@ from dataclasses import dataclass
 from pathlib import Path
 from typing import Any
 
-from analysis.streams.reading import KEPT, attempts_of
-from modeling.attributes.material import MaterialError
-from modeling.attributes.seeing import Album, Picture
-from protocols.files import file_sha256
-from studies.begun import by_twins, left_out, wanted_kind
-from studies.collect import ledgers_in
-from studies.participants.registry import withdrawn
-from studies.record import LedgerError, Record, read
+from palpate.analysis.streams.reading import KEPT, attempts_of
+from palpate.modeling.attributes.material import MaterialError
+from palpate.modeling.attributes.seeing import Album, Picture
+from palpate.protocols.files import file_sha256
+from palpate.studies.begun import by_twins, left_out, wanted_kind
+from palpate.studies.collect import ledgers_in
+from palpate.studies.participants.registry import withdrawn
+from palpate.studies.record import LedgerError, Record, read
 
 STUDY = "texture_photos"
 PICTURES = "pictures"

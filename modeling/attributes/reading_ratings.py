@@ -9,13 +9,13 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
-from modeling.attributes.material import MaterialError, Pair, Rated
+from palpate.modeling.attributes.material import MaterialError, Pair, Rated
 
 if TYPE_CHECKING:
     import pandas as pd
 
-    from analysis.plans.material import Material as Answers
-    from analysis.ratings.dataset import Ratings
+    from palpate.analysis.plans.material import Material as Answers
+    from palpate.analysis.ratings.dataset import Ratings
 
 STUDY = "texture_ratings"
 TOP = 100.0
@@ -45,7 +45,7 @@ def read_ratings(lab: Path, study: str = STUDY, simulated: bool | None = None) -
     and nothing is rated. Raises MaterialError on ratings off their scale, and what reading raises (DataRefused,
     PlanError, StudyError, LedgerError: all ValueErrors).
     """
-    from modeling.doors.lab_material import lab_material
+    from palpate.modeling.doors.lab_material import lab_material
 
     if not _has(lab, study):
         return RatedTextures(attributes_of(lab, study), notes=(f"{lab}: no session of {study}: no texture is rated",))
@@ -58,21 +58,21 @@ def read_ratings(lab: Path, study: str = STUDY, simulated: bool | None = None) -
 
 def _has(lab: Path, study: str) -> bool:
     """Whether there is anything to read: session files, an imported table, or the study in the collected database."""
-    from analysis.reporting.sources import IMPORTED
-    from studies.collect import ledgers_in
+    from palpate.analysis.reporting.sources import IMPORTED
+    from palpate.studies.collect import ledgers_in
 
     return bool(ledgers_in(lab, study)) or (lab / IMPORTED / study).is_dir() or _collected(lab, study)
 
 
 def _collected(lab: Path, study: str) -> bool:
-    from modeling.doors.lab_material import COLLECTED
+    from palpate.modeling.doors.lab_material import COLLECTED
 
     path = lab / COLLECTED
     if not path.is_file():
         return False
     from sqlalchemy import text
 
-    from studies.collect import open_database
+    from palpate.studies.collect import open_database
 
     engine = open_database(f"sqlite:///{path}", lab=lab)
     try:
@@ -85,7 +85,7 @@ def _collected(lab: Path, study: str) -> bool:
 
 def attributes_of(lab: Path | None, study: str = STUDY) -> tuple[Pair, ...]:
     """The pairs that a study rates, in its order; a shipped study needs no lab. Raises StudyError on another."""
-    from studies.catalogue import SHIPPED, STUDY_FILE, find, read_study
+    from palpate.studies.catalogue import SHIPPED, STUDY_FILE, find, read_study
 
     file = SHIPPED / study / STUDY_FILE if lab is None else find(study, lab)
     return tuple(Pair(each.low, each.high) for each in read_study(file).study.attributes)

@@ -11,15 +11,15 @@ from dataclasses import dataclass
 from pathlib import Path
 from typing import TypeAlias
 
-from modeling.attributes.reading_touch import FeltRows, felt_of, rows_from
-from modeling.attributes.touching import filtering
-from modeling.textures import reading_cluster, reading_hatt, reading_tables
-from modeling.textures.preparing import Filtering, Touched
-from modeling.textures.reading_cluster import Slide
-from modeling.textures.reading_tables import Held
-from modeling.textures.recording import TextureDataError, TooShort
-from protocols.files import file_sha256
-from protocols.wording import some
+from palpate.modeling.attributes.reading_touch import FeltRows, felt_of, rows_from
+from palpate.modeling.attributes.touching import filtering
+from palpate.modeling.textures import reading_cluster, reading_hatt, reading_tables
+from palpate.modeling.textures.preparing import Filtering, Touched
+from palpate.modeling.textures.reading_cluster import Slide
+from palpate.modeling.textures.reading_tables import Held
+from palpate.modeling.textures.recording import TextureDataError, TooShort
+from palpate.protocols.files import file_sha256
+from palpate.protocols.wording import some
 
 
 @dataclass(frozen=True)

@@ -14,12 +14,12 @@ from pathlib import Path
 import numpy as np
 from numpy.typing import NDArray
 
-from analysis.features.tactile import touch_features
-from analysis.features.touch import Touch
-from modeling.attributes.touching import filtering, touch_of
-from modeling.textures.preparing import UP, Filtering, Touched
-from modeling.textures.reading_ledgers import SIMULATED, STUDY, Capture, captures_by_texture, touched_in
-from studies.ledger_schema import event_hash
+from palpate.analysis.features.tactile import touch_features
+from palpate.analysis.features.touch import Touch
+from palpate.modeling.attributes.touching import filtering, touch_of
+from palpate.modeling.textures.preparing import UP, Filtering, Touched
+from palpate.modeling.textures.reading_ledgers import SIMULATED, STUDY, Capture, captures_by_texture, touched_in
+from palpate.studies.ledger_schema import event_hash
 
 STREAMS = ("tool_acceleration", "tool_force", "tool_position")
 
@@ -152,7 +152,7 @@ def rows_from(found: Felt) -> FeltRows:
 
 
 def rows_of(texture: Recorded) -> FeltRows:
-    """`Recorded.rows` as a job for `modeling.training.jobs.run_jobs`: small, whatever was recorded."""
+    """`Recorded.rows` as a job for `palpate.modeling.training.jobs.run_jobs`: small, whatever was recorded."""
     return texture.rows()
 
 

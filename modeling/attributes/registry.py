@@ -4,27 +4,27 @@ from __future__ import annotations
 
 from collections.abc import Mapping
 
-from modeling.attributes.judging_entries import PROPOSED
-from modeling.attributes.material import SIGHT, TOUCH, MaterialError
-from modeling.attributes.methods import Method
-from protocols.lazy import LazyTable
+from palpate.modeling.attributes.judging_entries import PROPOSED
+from palpate.modeling.attributes.material import SIGHT, TOUCH, MaterialError
+from palpate.modeling.attributes.methods import Method
+from palpate.protocols.lazy import LazyTable
 
 __all__ = ["METHODS", "OWN_FEATURES", "PROPOSED", "method_named"]
 
 METHODS: Mapping[str, Method] = LazyTable(
     {
-        "visuo_tactile": "modeling.attributes.network_methods:VISUO_TACTILE",
-        "visuo_tactile_thesis": "modeling.attributes.network_methods:VISUO_TACTILE_THESIS",
-        "hv_net": "modeling.attributes.network_methods:HV_NET",
-        "ht_net": "modeling.attributes.network_methods:HT_NET",
-        "ann": "modeling.attributes.ann:ANN",
-        "vision_cnn": "modeling.attributes.vision_cnn:VISION_CNN",
-        "haptic_cnn": "modeling.attributes.haptic_cnn:HAPTIC_CNN",
-        "tactile_cnn_lstm": "modeling.attributes.tactile_cnn_lstm:TACTILE_CNN_LSTM",
-        "tactile_svm": "modeling.attributes.tactile_svm:TACTILE_SVM",
-        "ridge": "modeling.attributes.ridge:RIDGE",
-        "boosting": "modeling.attributes.boosting:BOOSTING",
-        "mean": "modeling.attributes.mean:MEAN",
+        "visuo_tactile": "palpate.modeling.attributes.network_methods:VISUO_TACTILE",
+        "visuo_tactile_thesis": "palpate.modeling.attributes.network_methods:VISUO_TACTILE_THESIS",
+        "hv_net": "palpate.modeling.attributes.network_methods:HV_NET",
+        "ht_net": "palpate.modeling.attributes.network_methods:HT_NET",
+        "ann": "palpate.modeling.attributes.ann:ANN",
+        "vision_cnn": "palpate.modeling.attributes.vision_cnn:VISION_CNN",
+        "haptic_cnn": "palpate.modeling.attributes.haptic_cnn:HAPTIC_CNN",
+        "tactile_cnn_lstm": "palpate.modeling.attributes.tactile_cnn_lstm:TACTILE_CNN_LSTM",
+        "tactile_svm": "palpate.modeling.attributes.tactile_svm:TACTILE_SVM",
+        "ridge": "palpate.modeling.attributes.ridge:RIDGE",
+        "boosting": "palpate.modeling.attributes.boosting:BOOSTING",
+        "mean": "palpate.modeling.attributes.mean:MEAN",
     }
 )
 OWN_FEATURES: Mapping[str, tuple[tuple[str, ...], tuple[str, ...]]] = {
@@ -56,7 +56,7 @@ OWN_FEATURES: Mapping[str, tuple[tuple[str, ...], tuple[str, ...]]] = {
 def method_named(name: str) -> Method:
     """The method of this name. Raises MaterialError with the nearest known name."""
     if name not in METHODS:
-        from protocols.did_you_mean import nearest
+        from palpate.protocols.did_you_mean import nearest
 
         raise MaterialError(f"no way of predicting attributes is called {name!r}; {nearest(name, METHODS)}")
     return METHODS[name]

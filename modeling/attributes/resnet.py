@@ -15,8 +15,8 @@ from numpy.typing import NDArray
 from torch import Tensor, nn
 from torch.nn.utils.fusion import fuse_conv_bn_eval
 
-from analysis.features.pictures import Gray
-from modeling.training.seeding import seeded
+from palpate.analysis.features.pictures import Gray
+from palpate.modeling.training.seeding import seeded
 
 FEATURES, CLASSES = 2048, 1000
 BLOCKS = (3, 4, 6, 3)

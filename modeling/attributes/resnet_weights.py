@@ -8,8 +8,8 @@ from dataclasses import dataclass
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
-from modeling.attributes.material import MaterialError
-from protocols.files import file_sha256
+from palpate.modeling.attributes.material import MaterialError
+from palpate.protocols.files import file_sha256
 
 if TYPE_CHECKING:
     from torch import Tensor
@@ -46,7 +46,7 @@ class Weights:
     def state(self) -> dict[str, Tensor]:
         """The weights, by torchvision's names. Raises MaterialError on a file that has changed or cannot be used."""
         if self.path is None:
-            from modeling.attributes.resnet import random_state
+            from palpate.modeling.attributes.resnet import random_state
 
             return random_state(self.seed)
         return read_weights(self.path, self.sha256)
@@ -129,7 +129,7 @@ def _fitting(state: Any, refused: Callable[[str], MaterialError]) -> Iterator[tu
     """Each entry that the network has, checked, in its order."""
     import torch
 
-    from modeling.attributes.resnet import ResNet50
+    from palpate.modeling.attributes.resnet import ResNet50
 
     with torch.device("meta"):
         wanted = ResNet50().state_dict()

@@ -12,18 +12,18 @@ from numpy.typing import NDArray
 from torch import Tensor, nn
 from torch.nn import functional
 
-from modeling.attributes.baseline_networks import NETWORKS
-from modeling.attributes.learnable import textures_of
-from modeling.attributes.material import Array, MaterialError, Modality, Texture, ratings_of
-from modeling.attributes.methods import Learning
-from modeling.attributes.network_rows import Look, Target, look_of, target_of
-from modeling.attributes.network_saved import arrays_of, load_into, looks_in, target_in, told_of
-from modeling.attributes.row_plans import Plan
-from modeling.attributes.row_stacks import Stack, drawn, everything, examples, stack_of
-from modeling.training.asked import wished_settings
-from modeling.training.loop import Trained, train
-from modeling.training.seeding import seeded, training_state
-from modeling.training.sources import Made, answer_of
+from palpate.modeling.attributes.baseline_networks import NETWORKS
+from palpate.modeling.attributes.learnable import textures_of
+from palpate.modeling.attributes.material import Array, MaterialError, Modality, Texture, ratings_of
+from palpate.modeling.attributes.methods import Learning
+from palpate.modeling.attributes.network_rows import Look, Target, look_of, target_of
+from palpate.modeling.attributes.network_saved import arrays_of, load_into, looks_in, target_in, told_of
+from palpate.modeling.attributes.row_plans import Plan
+from palpate.modeling.attributes.row_stacks import Stack, drawn, everything, examples, stack_of
+from palpate.modeling.training.asked import wished_settings
+from palpate.modeling.training.loop import Trained, train
+from palpate.modeling.training.seeding import seeded, training_state
+from palpate.modeling.training.sources import Made, answer_of
 
 ASKED = ("epochs", "batch", "threads", "checkpoint", "learning_rate", "stop_patience")
 """The settings of `Learning.settings` that go to the training as they are."""

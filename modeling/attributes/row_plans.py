@@ -4,8 +4,8 @@ from __future__ import annotations
 
 from dataclasses import dataclass, replace
 
-from modeling.attributes.material import Modality
-from modeling.training.settings import Settings
+from palpate.modeling.attributes.material import Modality
+from palpate.modeling.training.settings import Settings
 
 SETTINGS = Settings(epochs=200, batch=32, learning_rate=1e-3, plateau_patience=None, stop_patience=10, every_epochs=10)
 """Epochs, Adam and patience of thesis 3.5.3; batch and rate are ours (the rate is that of Adam in Keras)."""

@@ -8,7 +8,7 @@ from dataclasses import dataclass
 import torch
 from torch import Tensor
 
-from modeling.training.sources import Given, Made, digest_of
+from palpate.modeling.training.sources import Given, Made, digest_of
 
 
 @dataclass(frozen=True)

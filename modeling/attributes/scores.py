@@ -8,8 +8,8 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from modeling.attributes.material import Array, MaterialError
-from modeling.doors.shares import JND
+from palpate.modeling.attributes.material import Array, MaterialError
+from palpate.modeling.doors.shares import JND
 
 CONFIDENCE = 0.95
 LEAST_PAIRS = 3
@@ -98,7 +98,7 @@ def difference(
     n = len(sums)
     if n < LEAST_PAIRS:
         return Difference(mean, None, None, n)
-    from analysis.statistics.pvalues import t_critical
+    from palpate.analysis.statistics.pvalues import t_critical
 
     error = math.sqrt(n / (n - 1) * float((sums**2).sum())) / len(off)
     reach = t_critical(n - 1, 1 - (1 - confidence) / max(1, compared)) * error

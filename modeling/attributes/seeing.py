@@ -10,19 +10,19 @@ from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
-from analysis.features.augmenting import NOISE_SD, chance_of, varied
-from analysis.features.glcm import glcm
-from analysis.features.pictures import Gray, Looking, PictureError, Square, patches, square
-from modeling.attributes.features_kept import Entry, keep, kept, key_of
-from modeling.attributes.material import PICTURE_LEFT_OUT, SIGHT_KINDS, MaterialError, Rows
-from modeling.attributes.resnet_weights import Weights
-from modeling.training.jobs import run_jobs
-from modeling.training.progress import Report, silent
-from modeling.training.refusals import JobError
-from protocols.code_digest import code_digest
+from palpate.analysis.features.augmenting import NOISE_SD, chance_of, varied
+from palpate.analysis.features.glcm import glcm
+from palpate.analysis.features.pictures import Gray, Looking, PictureError, Square, patches, square
+from palpate.modeling.attributes.features_kept import Entry, keep, kept, key_of
+from palpate.modeling.attributes.material import PICTURE_LEFT_OUT, SIGHT_KINDS, MaterialError, Rows
+from palpate.modeling.attributes.resnet_weights import Weights
+from palpate.modeling.training.jobs import run_jobs
+from palpate.modeling.training.progress import Report, silent
+from palpate.modeling.training.refusals import JobError
+from palpate.protocols.code_digest import code_digest
 
 if TYPE_CHECKING:
-    from modeling.attributes.resnet import ResNet50
+    from palpate.modeling.attributes.resnet import ResNet50
 
 PACKAGES = ("numpy", "pillow", "scikit-image", "scipy", "torch")
 """What makes these rows beside our own code; an entry of other versions is not used."""
@@ -91,7 +91,7 @@ class Sight:
         chance = (self.noise_sd, self.seed, version) if version else ()
         looking, weights = self.at(version), self.weights.key
         decides = {"sha256": picture.sha256, "looking": looking, "weights": weights, "chance": chance}
-        return key_of(decides, (code_digest("modeling.attributes.seeing"),), PACKAGES)
+        return key_of(decides, (code_digest("palpate.modeling.attributes.seeing"),), PACKAGES)
 
 
 @dataclass(frozen=True)
@@ -171,7 +171,7 @@ def _looked(job: _Look) -> dict[str, Entry]:
 
 
 def _network(weights: Weights) -> ResNet50:
-    from modeling.attributes.resnet import folded, loaded
+    from palpate.modeling.attributes.resnet import folded, loaded
 
     return folded(loaded(weights.state()))
 
@@ -208,7 +208,7 @@ def _version(found: Square, picture: Picture, version: int, how: Sight) -> Gray:
 
 
 def _rows(values: Gray, looking: Looking, network: ResNet50) -> dict[str, Rows]:
-    from modeling.attributes.resnet import pool_of_patches
+    from palpate.modeling.attributes.resnet import pool_of_patches
 
     return {"resnet": pool_of_patches(network, patches(values, looking)), "glcm": glcm(values)}
 

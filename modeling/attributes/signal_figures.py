@@ -9,15 +9,15 @@ from typing import TYPE_CHECKING, Any, TypeAlias
 
 import numpy as np
 
-from analysis.features.segments import CONTACT_N, SEGMENT, SEGMENT_S, contact, segments
-from analysis.features.touch import RATE_HZ, Array, Touch
-from analysis.figures.style import FAINT, INK, OKABE_ITO, SOFT, drawing, quiet_axes, save
-from analysis.reporting.csv_files import csv_text
-from modeling.attributes.reading_touch import recorded
-from modeling.attributes.touching import filtering, touch_of
-from modeling.textures.preparing import UP, Touched
-from modeling.textures.reading_ledgers import SIMULATED, touched_in
-from protocols.files import staged_files, write_text
+from palpate.analysis.features.segments import CONTACT_N, SEGMENT, SEGMENT_S, contact, segments
+from palpate.analysis.features.touch import RATE_HZ, Array, Touch
+from palpate.analysis.figures.style import FAINT, INK, OKABE_ITO, SOFT, drawing, quiet_axes, save
+from palpate.analysis.reporting.csv_files import csv_text
+from palpate.modeling.attributes.reading_touch import recorded
+from palpate.modeling.attributes.touching import filtering, touch_of
+from palpate.modeling.textures.preparing import UP, Touched
+from palpate.modeling.textures.reading_ledgers import SIMULATED, touched_in
+from palpate.protocols.files import staged_files, write_text
 
 if TYPE_CHECKING:
     from matplotlib.axes import Axes

@@ -6,12 +6,12 @@ from collections.abc import Iterable, Iterator, Sequence
 
 import numpy as np
 
-from analysis.features.segments import CONTACT_N, SEGMENT, SEGMENT_S, contact
-from analysis.features.touch import BAND_HZ, RATE_HZ, TRIM_S, FeatureError, Stretch, Touch
-from modeling.textures.plausible import demand_level, steady
-from modeling.textures.preparing import Filtering, Touched, filtered
-from modeling.textures.rates import FASTEST_HZ, SLOWEST_HZ, Sampled
-from modeling.textures.recording import TextureDataError, TooShort
+from palpate.analysis.features.segments import CONTACT_N, SEGMENT, SEGMENT_S, contact
+from palpate.analysis.features.touch import BAND_HZ, RATE_HZ, TRIM_S, FeatureError, Stretch, Touch
+from palpate.modeling.textures.plausible import demand_level, steady
+from palpate.modeling.textures.preparing import Filtering, Touched, filtered
+from palpate.modeling.textures.rates import FASTEST_HZ, SLOWEST_HZ, Sampled
+from palpate.modeling.textures.recording import TextureDataError, TooShort
 
 APART = 0.05
 """The share by which a signal may last longer or shorter than force: sensors do not start and stop together."""

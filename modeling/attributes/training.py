@@ -7,20 +7,20 @@ from dataclasses import dataclass, replace
 from pathlib import Path
 from typing import Any, cast
 
-from modeling.attributes.evaluation_report import banners
-from modeling.attributes.evaluation_tables import RANDOM, method_rows, resnet_of, title_of
-from modeling.attributes.folds import all_of_them
-from modeling.attributes.judging_entries import Own
-from modeling.attributes.judging_jobs import Clock, Entry
-from modeling.attributes.judging_run import learning
-from modeling.attributes.judging_whole import Judged, Wanted, judge
-from modeling.attributes.material import FEW_READ, HURRIED, Material, MaterialError
-from modeling.attributes.methods import Fitted, Learning, Method
-from modeling.attributes.model_file import NAME, Kept, ModelFileError, read_card, write_model
-from modeling.doors.intervals import COVERAGE, half_widths, needed
-from modeling.training.run_card import run_card
-from protocols.model_card import Interval
-from protocols.wording import count
+from palpate.modeling.attributes.evaluation_report import banners
+from palpate.modeling.attributes.evaluation_tables import RANDOM, method_rows, resnet_of, title_of
+from palpate.modeling.attributes.folds import all_of_them
+from palpate.modeling.attributes.judging_entries import Own
+from palpate.modeling.attributes.judging_jobs import Clock, Entry
+from palpate.modeling.attributes.judging_run import learning
+from palpate.modeling.attributes.judging_whole import Judged, Wanted, judge
+from palpate.modeling.attributes.material import FEW_READ, HURRIED, Material, MaterialError
+from palpate.modeling.attributes.methods import Fitted, Learning, Method
+from palpate.modeling.attributes.model_file import NAME, Kept, ModelFileError, read_card, write_model
+from palpate.modeling.doors.intervals import COVERAGE, half_widths, needed
+from palpate.modeling.training.run_card import run_card
+from palpate.protocols.model_card import Interval
+from palpate.protocols.wording import count
 
 Report = Callable[[str], None]
 METRICS = ("mae", "rmse", "within_jnd", "coverage")
@@ -101,7 +101,7 @@ def _given(judged: Judged, entry: Entry) -> Learning:
 
 def _fitted(method: Method, given: Learning, clock: Clock) -> tuple[Fitted, float]:
     """The method fitted to what it is given, and how long that took."""
-    from modeling.training.threads import limited
+    from palpate.modeling.training.threads import limited
 
     start = clock()
     with limited(1):
@@ -166,13 +166,13 @@ def _history(fitted: Fitted, folder: Path, last: bool) -> tuple[Path, ...]:
 
     `last`: nothing was watched, so the last epoch is the one that was kept.
     """
-    from modeling.training.history import remove_history, write_history
+    from palpate.modeling.training.history import remove_history, write_history
 
     remove_history(folder, NAME)
     history = getattr(getattr(fitted, "trained", None), "history", ())
     if not history:
         return ()
-    from modeling.training.learning_curve import save_learning_curve
+    from palpate.modeling.training.learning_curve import save_learning_curve
 
     table = write_history(history, folder / f"{NAME}.history.csv")
     return (table, *save_learning_curve({"": history}, folder, f"{NAME}.history", last))

@@ -9,9 +9,9 @@ import torch
 from torch import Tensor, nn
 from torch.nn import functional
 
-from modeling.attributes.ht_net import HTNet
-from modeling.attributes.hv_net import DENSE, HVNet, dense
-from modeling.attributes.material import MaterialError
+from palpate.modeling.attributes.ht_net import HTNet
+from palpate.modeling.attributes.hv_net import DENSE, HVNet, dense
+from palpate.modeling.attributes.material import MaterialError
 
 EMBEDDED = DENSE[-1]
 HIDDEN = (128, 128)

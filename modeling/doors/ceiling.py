@@ -10,10 +10,10 @@ from typing import Literal
 import numpy as np
 from numpy.typing import NDArray
 
-from modeling.doors.data import Array, Indices, ModelDataError
-from modeling.doors.rated import Individual, Rated
-from modeling.doors.scaling import Scaling, scaling_of
-from protocols.keyed import keyed_bits
+from palpate.modeling.doors.data import Array, Indices, ModelDataError
+from palpate.modeling.doors.rated import Individual, Rated
+from palpate.modeling.doors.scaling import Scaling, scaling_of
+from palpate.protocols.keyed import keyed_bits
 
 SPLITS = 1000
 ROUNDING = 1e-12

@@ -10,7 +10,7 @@ from collections.abc import Callable
 
 import numpy as np
 
-from modeling.doors.data import POINTS_PER_DEG, Array
+from palpate.modeling.doors.data import POINTS_PER_DEG, Array
 
 Change = Callable[[Array, float, np.random.Generator], Array]
 

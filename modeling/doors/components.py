@@ -6,7 +6,7 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from modeling.doors.data import Array
+from palpate.modeling.doors.data import Array
 
 NEGLIGIBLE = 1e-9
 """A component whose singular value is below this share of the greatest force is rounding."""

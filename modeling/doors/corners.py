@@ -8,11 +8,11 @@ from itertools import product
 
 import numpy as np
 
-from modeling.doors.data import Array
-from modeling.doors.methods import Fitted
-from modeling.doors.plausibility import Plausibility, judged_all
-from modeling.doors.scaling import TOP
-from modeling.doors.side import DoorSide
+from palpate.modeling.doors.data import Array
+from palpate.modeling.doors.methods import Fitted
+from palpate.modeling.doors.plausibility import Plausibility, judged_all
+from palpate.modeling.doors.scaling import TOP
+from palpate.modeling.doors.side import DoorSide
 
 MIDDLE = TOP / 2
 TOLERANCE = 10.0

@@ -9,17 +9,17 @@ from functools import partial
 from pathlib import Path
 from typing import Any
 
-from modeling.doors.data import DoorData
-from modeling.doors.evaluating_gathered import Gathered, by_method
-from modeling.doors.evaluating_jobs import ALL, LEAKY, WHOLE, Clock, Context, Done, Job
-from modeling.doors.evaluating_kept import forget_checkpoints, keep, load
-from modeling.doors.evaluating_run import run, with_below
-from modeling.doors.folding import KINDS, Fold, Kinds, folds
-from modeling.doors.methods import Method
-from modeling.doors.registry import DEFAULT, ON_REQUEST, SLOW, Direction
-from modeling.doors.scaling import scaling_of
-from modeling.doors.side import DoorSide
-from modeling.doors.training_variants import with_variants
+from palpate.modeling.doors.data import DoorData
+from palpate.modeling.doors.evaluating_gathered import Gathered, by_method
+from palpate.modeling.doors.evaluating_jobs import ALL, LEAKY, WHOLE, Clock, Context, Done, Job
+from palpate.modeling.doors.evaluating_kept import forget_checkpoints, keep, load
+from palpate.modeling.doors.evaluating_run import run, with_below
+from palpate.modeling.doors.folding import KINDS, Fold, Kinds, folds
+from palpate.modeling.doors.methods import Method
+from palpate.modeling.doors.registry import DEFAULT, ON_REQUEST, SLOW, Direction
+from palpate.modeling.doors.scaling import scaling_of
+from palpate.modeling.doors.side import DoorSide
+from palpate.modeling.doors.training_variants import with_variants
 
 FOLDS, QUICK_FOLDS = 5, 3
 QUICKLY: Mapping[str, Any] = {"quick": True}
@@ -149,7 +149,7 @@ def judge(context: Context, wanted: Wanted, report: Report = lambda _line: None)
 
     A job that was finished in an earlier, equal evaluation is taken from `wanted.kept`.
     """
-    from modeling.training.jobs import run_jobs
+    from palpate.modeling.training.jobs import run_jobs
 
     start = context.clock()
     waves = plan(context, wanted)

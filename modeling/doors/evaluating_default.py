@@ -6,7 +6,7 @@ from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 from typing import Any
 
-from modeling.doors.registry import NO_FILE, THESIS
+from palpate.modeling.doors.registry import NO_FILE, THESIS
 
 ALLOWED = 0.05
 """The network may be this much worse than the best baseline before that is said in plain words."""

@@ -8,13 +8,13 @@ from pathlib import Path
 
 import numpy as np
 
-from modeling.doors.data import POINTS, Array
-from modeling.doors.evaluating_jobs import Clock, Context, Job
-from modeling.doors.methods import Fitted
-from modeling.doors.preparing import WISH, furthest_N
-from modeling.doors.registry import Direction
-from modeling.doors.side import Runs
-from protocols.model_card import Port
+from palpate.modeling.doors.data import POINTS, Array
+from palpate.modeling.doors.evaluating_jobs import Clock, Context, Job
+from palpate.modeling.doors.methods import Fitted
+from palpate.modeling.doors.preparing import WISH, furthest_N
+from palpate.modeling.doors.registry import Direction
+from palpate.modeling.doors.side import Runs
+from palpate.protocols.model_card import Port
 
 ENOUGH_S, LEAST, MOST = 0.3, 5, 400
 """Single answers are timed until this much has been timed, at least and at most so many."""
@@ -66,7 +66,7 @@ def as_file(context: Context, model: Fitted, job: Job, given: Array) -> dict[str
 
 
 def _measured(context: Context, model: Fitted, job: Job, given: Array, folder: Path) -> dict[str, float]:
-    from modeling.files.writing import write_model
+    from palpate.modeling.files.writing import write_model
 
     takes, gives = ports(context, job.direction)
     name = f"{job.direction}-{job.method}"

@@ -6,8 +6,8 @@ from typing import Any
 
 import numpy as np
 
-from modeling.doors.data import Array
-from modeling.doors.evaluating_jobs import Context, data_of
+from palpate.modeling.doors.data import Array
+from palpate.modeling.doors.evaluating_jobs import Context, data_of
 
 Row = dict[str, Any]
 

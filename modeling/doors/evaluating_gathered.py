@@ -7,10 +7,10 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from modeling.doors.data import Array, DoorData, Indices
-from modeling.doors.evaluating_jobs import Context, Done, data_of
-from modeling.doors.registry import Direction
-from modeling.doors.scaling import TOP
+from palpate.modeling.doors.data import Array, DoorData, Indices
+from palpate.modeling.doors.evaluating_jobs import Context, Done, data_of
+from palpate.modeling.doors.registry import Direction
+from palpate.modeling.doors.scaling import TOP
 
 
 @dataclass(frozen=True)

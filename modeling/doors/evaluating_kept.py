@@ -14,18 +14,18 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
-from modeling.doors.evaluating_jobs import Context, Done, Job
-from modeling.doors.side import DoorSide
-from modeling.files.finished import put_down, taken_up
-from modeling.training.run_card import versions
-from protocols.code_digest import code_digest, module_of
+from palpate.modeling.doors.evaluating_jobs import Context, Done, Job
+from palpate.modeling.doors.side import DoorSide
+from palpate.modeling.files.finished import put_down, taken_up
+from palpate.modeling.training.run_card import versions
+from palpate.protocols.code_digest import code_digest, module_of
 
 CHECKPOINTS = "checkpoints"
 
 
 def code(side: DoorSide) -> str:
     """SHA-256 over all that a job's result depends on, every method and the rig's side included."""
-    return code_digest("modeling.doors.evaluating_run", module_of(side), registries=True)
+    return code_digest("palpate.modeling.doors.evaluating_run", module_of(side), registries=True)
 
 
 def key(job: Job, context: Context) -> str:

@@ -8,19 +8,19 @@ from typing import Any
 
 import numpy as np
 
-from modeling.doors.data import Array
-from modeling.doors.evaluating_gathered import Gathered
-from modeling.doors.evaluating_jobs import Context, Job
-from modeling.doors.evaluating_made import perceivers_for
-from modeling.doors.evaluating_run import trained
-from modeling.doors.folding import Fold
-from modeling.doors.intervals import half_widths
-from modeling.doors.measured import measured_doors
-from modeling.doors.methods import Fitted
-from modeling.doors.plausibility import against
-from modeling.doors.registry import Direction
-from modeling.doors.scaling import TOP
-from modeling.doors.sources import near_groups
+from palpate.modeling.doors.data import Array
+from palpate.modeling.doors.evaluating_gathered import Gathered
+from palpate.modeling.doors.evaluating_jobs import Context, Job
+from palpate.modeling.doors.evaluating_made import perceivers_for
+from palpate.modeling.doors.evaluating_run import trained
+from palpate.modeling.doors.folding import Fold
+from palpate.modeling.doors.intervals import half_widths
+from palpate.modeling.doors.measured import measured_doors
+from palpate.modeling.doors.methods import Fitted
+from palpate.modeling.doors.plausibility import against
+from palpate.modeling.doors.registry import Direction
+from palpate.modeling.doors.scaling import TOP
+from palpate.modeling.doors.sources import near_groups
 
 SPLIT = "without the measured door"
 

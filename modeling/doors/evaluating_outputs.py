@@ -6,12 +6,12 @@ from collections.abc import Callable
 from functools import partial
 from pathlib import Path
 
-from modeling.doors.data import DoorData
-from modeling.doors.evaluating_whole import Evaluation
-from modeling.doors.evaluation_results import as_json, tables
-from modeling.doors.folding import Kinds
-from modeling.doors.registry import DEFAULT, NO_FILE, Direction, methods_of
-from modeling.files.evaluation_folder import read_results, write_evaluation
+from palpate.modeling.doors.data import DoorData
+from palpate.modeling.doors.evaluating_whole import Evaluation
+from palpate.modeling.doors.evaluation_results import as_json, tables
+from palpate.modeling.doors.folding import Kinds
+from palpate.modeling.doors.registry import DEFAULT, NO_FILE, Direction, methods_of
+from palpate.modeling.files.evaluation_folder import read_results, write_evaluation
 
 KEPT = ".jobs"
 
@@ -32,9 +32,9 @@ def write_all(
 ) -> list[Path]:
     """Write everything and give the paths, the report last; what an earlier evaluation wrote here and this one does
     not is removed, nothing else is touched."""
-    from modeling.doors.evaluation_figures import figures
-    from modeling.doors.evaluation_report import report_html
-    from modeling.report.drawn import Pictured
+    from palpate.modeling.doors.evaluation_figures import figures
+    from palpate.modeling.doors.evaluation_report import report_html
+    from palpate.modeling.report.drawn import Pictured
 
     def draw(place: Path) -> list[Pictured]:
         report("drawing")

@@ -10,13 +10,13 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
-from modeling.doors.data import ModelDataError
-from modeling.doors.evaluating_files import as_file
-from modeling.doors.evaluating_jobs import WHOLE, Context, Done, Job, data_of, learning
-from modeling.doors.evaluating_kept import checkpoint, forget_checkpoints, keep, load
-from modeling.doors.evaluating_made import at_the_ends, made
-from modeling.doors.methods import Fitted
-from modeling.training.curves import curve_of
+from palpate.modeling.doors.data import ModelDataError
+from palpate.modeling.doors.evaluating_files import as_file
+from palpate.modeling.doors.evaluating_jobs import WHOLE, Context, Done, Job, data_of, learning
+from palpate.modeling.doors.evaluating_kept import checkpoint, forget_checkpoints, keep, load
+from palpate.modeling.doors.evaluating_made import at_the_ends, made
+from palpate.modeling.doors.methods import Fitted
+from palpate.modeling.training.curves import curve_of
 
 Arrays = dict[str, NDArray[Any]]
 

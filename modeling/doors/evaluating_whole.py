@@ -6,16 +6,16 @@ from collections.abc import Callable
 from dataclasses import dataclass
 from typing import Any
 
-from modeling.doors.ceiling import Ceiling, noise_ceiling
-from modeling.doors.data import DoorData, ModelDataError
-from modeling.doors.evaluating import Judged, Wanted, context_for, judge
-from modeling.doors.evaluating_default import Choice, forward_choice, inverse_choice
-from modeling.doors.evaluating_floors import floors
-from modeling.doors.evaluating_measured import Recovered, measured
-from modeling.doors.evaluation_overall import method_rows
-from modeling.doors.rated import Individual, Rated
-from modeling.doors.registry import Direction
-from modeling.doors.side import DoorSide
+from palpate.modeling.doors.ceiling import Ceiling, noise_ceiling
+from palpate.modeling.doors.data import DoorData, ModelDataError
+from palpate.modeling.doors.evaluating import Judged, Wanted, context_for, judge
+from palpate.modeling.doors.evaluating_default import Choice, forward_choice, inverse_choice
+from palpate.modeling.doors.evaluating_floors import floors
+from palpate.modeling.doors.evaluating_measured import Recovered, measured
+from palpate.modeling.doors.evaluation_overall import method_rows
+from palpate.modeling.doors.rated import Individual, Rated
+from palpate.modeling.doors.registry import Direction
+from palpate.modeling.doors.side import DoorSide
 
 Row = dict[str, Any]
 

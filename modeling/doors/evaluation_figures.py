@@ -7,19 +7,19 @@ from collections.abc import Iterator, Mapping, Sequence
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
-from analysis.figures.drawn import FigureKind, Shown
-from analysis.figures.style import drawing, save
-from modeling.doors.evaluating_gathered import Gathered
-from modeling.doors.evaluating_whole import Evaluation
-from modeling.doors.evaluation_overall import widths
-from modeling.doors.evaluation_profiles import made_profiles, measured_door
-from modeling.doors.evaluation_results import curve_rows
-from modeling.doors.evaluation_tables import prediction_rows, waveform_error_rows
-from modeling.doors.evaluation_words import CURVES, WORK_PRECISION
-from modeling.report.drawn import Pictured, drawn_figure
+from palpate.analysis.figures.drawn import FigureKind, Shown
+from palpate.analysis.figures.style import drawing, save
+from palpate.modeling.doors.evaluating_gathered import Gathered
+from palpate.modeling.doors.evaluating_whole import Evaluation
+from palpate.modeling.doors.evaluation_overall import widths
+from palpate.modeling.doors.evaluation_profiles import made_profiles, measured_door
+from palpate.modeling.doors.evaluation_results import curve_rows
+from palpate.modeling.doors.evaluation_tables import prediction_rows, waveform_error_rows
+from palpate.modeling.doors.evaluation_words import CURVES, WORK_PRECISION
+from palpate.modeling.report.drawn import Pictured, drawn_figure
 
 if TYPE_CHECKING:
-    from modeling.training.history import Epoch
+    from palpate.modeling.training.history import Epoch
 
 UNIT = "0 to 100"
 
@@ -49,7 +49,7 @@ def _of(methods: Sequence[Gathered], name: str) -> Gathered | None:
 
 def _predicted(found: Gathered, folder: Path) -> Iterator[Pictured]:
     """Figures 5.12 and 5.13: by door and by attribute."""
-    from analysis.figures.predicted import PREDICTED
+    from palpate.analysis.figures.predicted import PREDICTED
 
     rows = prediction_rows(found, widths(found))
     for name, panels, colour in (("figure_5_12", "door", "attribute"), ("figure_5_13", "attribute", "door")):
@@ -61,7 +61,7 @@ def _predicted(found: Gathered, folder: Path) -> Iterator[Pictured]:
 
 def _violins(found: Gathered, folder: Path) -> Pictured:
     """Figure 5.14: the waveform's MAE by door."""
-    from analysis.figures.violins import VIOLINS
+    from palpate.analysis.figures.violins import VIOLINS
 
     title = "Waveform error of made profiles by door"
     asked = {
@@ -89,7 +89,7 @@ def _selected(rows: Sequence[Mapping[str, Any]], found: Gathered) -> Any:
     """The rows as a figure of a plan gets them, with the levels in the data's order."""
     import pandas as pd
 
-    from analysis.plans.answers import Selected
+    from palpate.analysis.plans.answers import Selected
 
     table = pd.DataFrame([dict(row) for row in rows])
     data = found.data
@@ -101,7 +101,7 @@ def _selected(rows: Sequence[Mapping[str, Any]], found: Gathered) -> Any:
 
 def _work_precision(found: Evaluation, folder: Path) -> Iterator[Pictured]:
     """Error against the time of training and of an answer, a figure for each direction."""
-    from analysis.measuring.work_precision_plot import work_precision_figure
+    from palpate.analysis.measuring.work_precision_plot import work_precision_figure
 
     panels = {
         "forward": (found.forward, "mae", "From force to feeling", "MAE, 0 to 100"),
@@ -121,7 +121,7 @@ def _work_precision(found: Evaluation, folder: Path) -> Iterator[Pictured]:
 def _timed_rows(
     of: Sequence[Mapping[str, Any]], error: str, seconds: str, unit: float, named: tuple[str, str]
 ) -> list[Any]:
-    from analysis.measuring.rows import MEASURED, Row
+    from palpate.analysis.measuring.rows import MEASURED, Row
 
     case, kind = named
     return [
@@ -133,7 +133,7 @@ def _timed_rows(
 
 def _curves(found: Evaluation, folder: Path) -> Iterator[Pictured]:
     """The learning curves of every method that is trained in epochs, a line for each fold."""
-    from modeling.training.learning_curve import learning_curve
+    from palpate.modeling.training.learning_curve import learning_curve
 
     for each in (*found.judged.methods("forward"), *found.judged.methods("inverse")):
         if histories := _histories(each):
@@ -145,7 +145,7 @@ def _curves(found: Evaluation, folder: Path) -> Iterator[Pictured]:
 
 
 def _histories(found: Gathered) -> dict[str, list[Epoch]]:
-    from modeling.training.history import Epoch
+    from palpate.modeling.training.history import Epoch
 
     histories: dict[str, list[Epoch]] = {}
     for row in curve_rows(found):

@@ -4,17 +4,17 @@ from __future__ import annotations
 
 from collections.abc import Sequence
 
-from modeling.doors import evaluation_words as words
-from modeling.doors.evaluating_gathered import Gathered
-from modeling.doors.evaluating_whole import Evaluation
-from modeling.doors.evaluation_results import ceiling_rows, splits_forward
-from modeling.doors.evaluation_tables import AVERAGE, Row, cell_rows, thesis_rows, variant_rows
-from modeling.doors.evaluation_thesis import printed
-from modeling.doors.intervals import COVERAGE
-from modeling.doors.registry import THESIS
-from modeling.report.blocks import Block, Column, Heading, Section, Table, Words, table
-from modeling.report.drawn import Pictured
-from modeling.report.pictures import chosen, figure_block
+from palpate.modeling.doors import evaluation_words as words
+from palpate.modeling.doors.evaluating_gathered import Gathered
+from palpate.modeling.doors.evaluating_whole import Evaluation
+from palpate.modeling.doors.evaluation_results import ceiling_rows, splits_forward
+from palpate.modeling.doors.evaluation_tables import AVERAGE, Row, cell_rows, thesis_rows, variant_rows
+from palpate.modeling.doors.evaluation_thesis import printed
+from palpate.modeling.doors.intervals import COVERAGE
+from palpate.modeling.doors.registry import THESIS
+from palpate.modeling.report.blocks import Block, Column, Heading, Section, Table, Words, table
+from palpate.modeling.report.drawn import Pictured
+from palpate.modeling.report.pictures import chosen, figure_block
 
 TABLES = (("mae", "5.3", "MAE", "2"), ("rmse", "5.4", "RMSE", "2"), ("r2", "5.5", "R²", "3"))
 ERRORS = (

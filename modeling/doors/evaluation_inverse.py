@@ -4,18 +4,18 @@ from __future__ import annotations
 
 from collections.abc import Sequence
 
-from modeling.doors import evaluation_words as words
-from modeling.doors.evaluating_gathered import Gathered
-from modeling.doors.evaluating_whole import Evaluation
-from modeling.doors.evaluation_forward import with_refusals
-from modeling.doors.evaluation_overall import attainable, loop_rows
-from modeling.doors.evaluation_results import corner_rows, plausible_row, slider_rows, splits_inverse
-from modeling.doors.evaluation_tables import OVERALL, Row, waveform_rows
-from modeling.doors.evaluation_thesis import printed_waveforms
-from modeling.doors.registry import THESIS
-from modeling.report.blocks import Block, Column, Heading, Section, Table, Words, table
-from modeling.report.drawn import Pictured
-from modeling.report.pictures import chosen, figure_block
+from palpate.modeling.doors import evaluation_words as words
+from palpate.modeling.doors.evaluating_gathered import Gathered
+from palpate.modeling.doors.evaluating_whole import Evaluation
+from palpate.modeling.doors.evaluation_forward import with_refusals
+from palpate.modeling.doors.evaluation_overall import attainable, loop_rows
+from palpate.modeling.doors.evaluation_results import corner_rows, plausible_row, slider_rows, splits_inverse
+from palpate.modeling.doors.evaluation_tables import OVERALL, Row, waveform_rows
+from palpate.modeling.doors.evaluation_thesis import printed_waveforms
+from palpate.modeling.doors.registry import THESIS
+from palpate.modeling.report.blocks import Block, Column, Heading, Section, Table, Words, table
+from palpate.modeling.report.drawn import Pictured
+from palpate.modeling.report.pictures import chosen, figure_block
 
 ERRORS = (
     Column("title", "method"),

@@ -8,17 +8,17 @@ from typing import Any, TypeAlias
 import numpy as np
 from numpy.typing import NDArray
 
-from modeling.doors.corners import TOLERANCE
-from modeling.doors.data import Array, ModelDataError
-from modeling.doors.evaluating import Judged
-from modeling.doors.evaluating_gathered import Gathered
-from modeling.doors.evaluating_scores import mae, r2, rmse
-from modeling.doors.evaluation_tables import Row, waveform_errors
-from modeling.doors.intervals import COVERAGE, half_widths, nested_coverage
-from modeling.doors.methods import Method
-from modeling.doors.registry import Direction
-from modeling.doors.scaling import TOP
-from modeling.doors.shares import share_within, share_within_sd
+from palpate.modeling.doors.corners import TOLERANCE
+from palpate.modeling.doors.data import Array, ModelDataError
+from palpate.modeling.doors.evaluating import Judged
+from palpate.modeling.doors.evaluating_gathered import Gathered
+from palpate.modeling.doors.evaluating_scores import mae, r2, rmse
+from palpate.modeling.doors.evaluation_tables import Row, waveform_errors
+from palpate.modeling.doors.intervals import COVERAGE, half_widths, nested_coverage
+from palpate.modeling.doors.methods import Method
+from palpate.modeling.doors.registry import Direction
+from palpate.modeling.doors.scaling import TOP
+from palpate.modeling.doors.shares import share_within, share_within_sd
 
 Mask: TypeAlias = NDArray[np.bool_]
 BY = ("judge", "fresh", "felt")

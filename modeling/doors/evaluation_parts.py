@@ -4,11 +4,11 @@ from __future__ import annotations
 
 from collections.abc import Sequence
 
-from modeling.doors import evaluation_words as words
-from modeling.doors.evaluating_measured import Recovered
-from modeling.doors.evaluating_whole import Evaluation
-from modeling.doors.evaluation_tables import Row
-from modeling.report.blocks import (
+from palpate.modeling.doors import evaluation_words as words
+from palpate.modeling.doors.evaluating_measured import Recovered
+from palpate.modeling.doors.evaluating_whole import Evaluation
+from palpate.modeling.doors.evaluation_tables import Row
+from palpate.modeling.report.blocks import (
     NONE,
     Block,
     Column,
@@ -20,9 +20,9 @@ from modeling.report.blocks import (
     table,
     written,
 )
-from modeling.report.drawn import Pictured
-from modeling.report.pictures import chosen, figure_block
-from modeling.training.run_card import versions
+from palpate.modeling.report.drawn import Pictured
+from palpate.modeling.report.pictures import chosen, figure_block
+from palpate.modeling.training.run_card import versions
 
 TARGETS = {"mae": 3.5, "rmse": 5.0, "r2": 0.85, "loop": 5.0, "waveform": 1.0}
 """What the project set out to reach, on 0..100 and percent."""

@@ -8,15 +8,15 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
-from analysis.figures.style import FAINT, INK, OKABE_ITO, SOFT, drawing, quiet_axes
-from modeling.doors.data import POINTS, POINTS_PER_DEG, Array
-from modeling.doors.evaluating_gathered import Gathered
-from modeling.doors.evaluating_scores import by_level
-from modeling.doors.evaluating_whole import Evaluation
-from modeling.doors.evaluation_tables import waveform_errors
-from modeling.doors.evaluation_words import PROFILES
-from modeling.doors.registry import THESIS
-from modeling.report.drawn import Pictured, drawn_figure
+from palpate.analysis.figures.style import FAINT, INK, OKABE_ITO, SOFT, drawing, quiet_axes
+from palpate.modeling.doors.data import POINTS, POINTS_PER_DEG, Array
+from palpate.modeling.doors.evaluating_gathered import Gathered
+from palpate.modeling.doors.evaluating_scores import by_level
+from palpate.modeling.doors.evaluating_whole import Evaluation
+from palpate.modeling.doors.evaluation_tables import waveform_errors
+from palpate.modeling.doors.evaluation_words import PROFILES
+from palpate.modeling.doors.registry import THESIS
+from palpate.modeling.report.drawn import Pictured, drawn_figure
 
 if TYPE_CHECKING:
     from matplotlib.axes import Axes
@@ -63,7 +63,7 @@ def _told(each: Gathered, row: int) -> str:
 
 def measured_door(found: Evaluation, folder: Path) -> Pictured:
     """The measured door and its edits, each beside the profile that its predicted ratings come back to."""
-    from modeling.doors.evaluation_parts import profile_name
+    from palpate.modeling.doors.evaluation_parts import profile_name
 
     panels: list[tuple[str, list[Line]]] = [
         (

@@ -5,15 +5,15 @@ from __future__ import annotations
 from collections.abc import Iterable
 from typing import Any
 
-from analysis.reporting.csv_files import json_row
-from modeling.doors.ceiling import Ceiling
-from modeling.doors.evaluating_gathered import Gathered
-from modeling.doors.evaluating_kept import code
-from modeling.doors.evaluating_measured import measured_rows
-from modeling.doors.evaluating_scores import mae, r2, rmse
-from modeling.doors.evaluating_whole import Evaluation
-from modeling.doors.evaluation_overall import attainable, loop_rows, widths
-from modeling.doors.evaluation_tables import (
+from palpate.analysis.reporting.csv_files import json_row
+from palpate.modeling.doors.ceiling import Ceiling
+from palpate.modeling.doors.evaluating_gathered import Gathered
+from palpate.modeling.doors.evaluating_kept import code
+from palpate.modeling.doors.evaluating_measured import measured_rows
+from palpate.modeling.doors.evaluating_scores import mae, r2, rmse
+from palpate.modeling.doors.evaluating_whole import Evaluation
+from palpate.modeling.doors.evaluation_overall import attainable, loop_rows, widths
+from palpate.modeling.doors.evaluation_tables import (
     OVERALL,
     Row,
     cells_table,
@@ -23,7 +23,7 @@ from modeling.doors.evaluation_tables import (
     waveform_rows,
     waveform_table,
 )
-from modeling.training.run_card import versions
+from palpate.modeling.training.run_card import versions
 
 PLAUSIBLE = ("greatest_N", "steepest_N_deg", "work_J_m", "distance_N", "beyond")
 

@@ -7,10 +7,10 @@ from typing import Any
 
 import numpy as np
 
-from modeling.doors.data import Array
-from modeling.doors.evaluating_gathered import Gathered
-from modeling.doors.evaluating_scores import by_level, mae, r2, rmse
-from modeling.doors.evaluation_thesis import SAID, printed, printed_waveforms
+from palpate.modeling.doors.data import Array
+from palpate.modeling.doors.evaluating_gathered import Gathered
+from palpate.modeling.doors.evaluating_scores import by_level, mae, r2, rmse
+from palpate.modeling.doors.evaluation_thesis import SAID, printed, printed_waveforms
 
 Row = dict[str, Any]
 Measure = Callable[[Array, Array], float | None]

@@ -7,9 +7,9 @@ from dataclasses import dataclass
 from pathlib import Path
 from typing import Any
 
-from modeling.report.printed import printed_numbers
+from palpate.modeling.report.printed import printed_numbers
 
-FILE = Path(__file__).parent / "thesis_numbers.yaml"
+FILE = Path(__file__).resolve().parent / "thesis_numbers.yaml"
 SAID = "thesis (private data, other people)"
 Cells = Mapping[tuple[str, str], float]
 

@@ -9,12 +9,12 @@ import numpy as np
 from numpy.typing import NDArray
 from torch import Tensor, nn
 
-from modeling.doors.data import POINTS, ModelDataError
-from modeling.doors.network_parts import Rescale
-from modeling.doors.networks import ATTRIBUTES, LATENT, ForceToPerception, PerceptionToForce
-from modeling.files.exported import Exported
-from modeling.layers import ResidualBlock
-from protocols.model_card import Activation, Affine, Conv, Dense, MaxPool, Reshape, Residual, Step, Upsample
+from palpate.modeling.doors.data import POINTS, ModelDataError
+from palpate.modeling.doors.network_parts import Rescale
+from palpate.modeling.doors.networks import ATTRIBUTES, LATENT, ForceToPerception, PerceptionToForce
+from palpate.modeling.files.exported import Exported
+from palpate.modeling.layers import ResidualBlock
+from palpate.protocols.model_card import Activation, Affine, Conv, Dense, MaxPool, Reshape, Residual, Step, Upsample
 
 Pieces = Iterator[tuple[Step, Mapping[str, Tensor]]]
 

@@ -5,12 +5,12 @@ from __future__ import annotations
 from collections.abc import Mapping
 from dataclasses import dataclass
 
-from modeling.columns import Standard, standard_of
-from modeling.doors.data import Array
-from modeling.doors.methods import Learning
-from modeling.doors.preparing import Rows, checked_forces, furthest_N
-from modeling.doors.side import DoorSide
-from protocols.model_card import Affine, DoorFeatures, Step
+from palpate.modeling.columns import Standard, standard_of
+from palpate.modeling.doors.data import Array
+from palpate.modeling.doors.methods import Learning
+from palpate.modeling.doors.preparing import Rows, checked_forces, furthest_N
+from palpate.modeling.doors.side import DoorSide
+from palpate.protocols.model_card import Affine, DoorFeatures, Step
 
 
 @dataclass(frozen=True)

@@ -9,12 +9,12 @@ from typing import Literal
 import numpy as np
 from numpy.typing import NDArray
 
-from modeling.doors.balancing import balanced
-from modeling.doors.data import DoorData, Indices, ModelDataError
-from modeling.doors.sources import source_groups
-from protocols.did_you_mean import nearest
-from protocols.keyed import shuffled
-from protocols.wording import count
+from palpate.modeling.doors.balancing import balanced
+from palpate.modeling.doors.data import DoorData, Indices, ModelDataError
+from palpate.modeling.doors.sources import source_groups
+from palpate.protocols.did_you_mean import nearest
+from palpate.protocols.keyed import shuffled
+from palpate.protocols.wording import count
 
 Kinds = Literal["grouped", "leave_one_door_out", "leaky"]
 KINDS: tuple[Kinds, ...] = ("grouped", "leave_one_door_out", "leaky")

@@ -4,13 +4,13 @@ from __future__ import annotations
 
 from dataclasses import dataclass
 
-from modeling.doors.data import Array
-from modeling.doors.featured import Featured, featured
-from modeling.doors.methods import Learning, Method
-from modeling.doors.preparing import rows_of
-from modeling.files.exported import Exported
-from modeling.trees import Trees, trees_of
-from protocols import model_card
+from palpate.modeling.doors.data import Array
+from palpate.modeling.doors.featured import Featured, featured
+from palpate.modeling.doors.methods import Learning, Method
+from palpate.modeling.doors.preparing import rows_of
+from palpate.modeling.files.exported import Exported
+from palpate.modeling.trees import Trees, trees_of
+from palpate.protocols import model_card
 
 TREES = 100
 """300 are no better here (docs/reference/door-models.md)."""

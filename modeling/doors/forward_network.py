@@ -8,17 +8,17 @@ from dataclasses import dataclass, replace
 from torch import Tensor, nn
 from torch.nn import functional
 
-from modeling.doors.data import Array
-from modeling.doors.exporting_network import exported_network
-from modeling.doors.methods import Learning, Method
-from modeling.doors.network_parts import Rescale, answers, settings_for, training_rows
-from modeling.doors.networks import ForceToPerception
-from modeling.doors.preparing import Rows, checked_forces, furthest_N
-from modeling.files.exported import Exported
-from modeling.training.loop import Trained, train
-from modeling.training.seeding import seeded
-from modeling.training.settings import Settings
-from modeling.training.sources import Pairs, pairs
+from palpate.modeling.doors.data import Array
+from palpate.modeling.doors.exporting_network import exported_network
+from palpate.modeling.doors.methods import Learning, Method
+from palpate.modeling.doors.network_parts import Rescale, answers, settings_for, training_rows
+from palpate.modeling.doors.networks import ForceToPerception
+from palpate.modeling.doors.preparing import Rows, checked_forces, furthest_N
+from palpate.modeling.files.exported import Exported
+from palpate.modeling.training.loop import Trained, train
+from palpate.modeling.training.seeding import seeded
+from palpate.modeling.training.settings import Settings
+from palpate.modeling.training.sources import Pairs, pairs
 
 DELTA = 2.0
 """Where equation 5.4 turns from square to straight, on 0..100."""

@@ -8,13 +8,13 @@ from dataclasses import dataclass
 import numpy as np
 from scipy.optimize import minimize_scalar
 
-from modeling.columns import standard_of
-from modeling.doors.data import Array
-from modeling.doors.featured import Featured, featured
-from modeling.doors.methods import Learning, Method
-from modeling.doors.preparing import on_one_thread, rows_of
-from modeling.files.exported import Exported
-from protocols.model_card import Affine, Kernel
+from palpate.modeling.columns import standard_of
+from palpate.modeling.doors.data import Array
+from palpate.modeling.doors.featured import Featured, featured
+from palpate.modeling.doors.methods import Learning, Method
+from palpate.modeling.doors.preparing import on_one_thread, rows_of
+from palpate.modeling.files.exported import Exported
+from palpate.protocols.model_card import Affine, Kernel
 
 LENGTHS: Array = np.logspace(-1, 2, 31)
 """Lengths that are tried, in multiples of the square root of the number of features."""

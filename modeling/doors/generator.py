@@ -18,17 +18,17 @@ from numpy.random import PCG64, SeedSequence
 from numpy.random import Generator as Chance
 from numpy.typing import NDArray
 
-from modeling.doors import generator_networks as networks
-from modeling.doors.data import Array, ModelDataError
-from modeling.doors.generator_networks import Generator, How, Layers, Size, fresh
-from modeling.doors.generator_shapes import Code, code_of, opened, plausible
-from modeling.doors.generator_teacher import Teacher, foreign_to
-from modeling.doors.methods import Learning, Method
-from modeling.doors.preparing import checked_wishes, on_one_thread, rows_of
-from modeling.doors.scaling import TOP
-from modeling.doors.side import DoorSide
-from modeling.files.exported import Exported
-from protocols.model_card import Activation, Affine, Clip, Dense, Playable
+from palpate.modeling.doors import generator_networks as networks
+from palpate.modeling.doors.data import Array, ModelDataError
+from palpate.modeling.doors.generator_networks import Generator, How, Layers, Size, fresh
+from palpate.modeling.doors.generator_shapes import Code, code_of, opened, plausible
+from palpate.modeling.doors.generator_teacher import Teacher, foreign_to
+from palpate.modeling.doors.methods import Learning, Method
+from palpate.modeling.doors.preparing import checked_wishes, on_one_thread, rows_of
+from palpate.modeling.doors.scaling import TOP
+from palpate.modeling.doors.side import DoorSide
+from palpate.modeling.files.exported import Exported
+from palpate.protocols.model_card import Activation, Affine, Clip, Dense, Playable
 
 STRAY = 0.3
 """SD by which half of the generator's own codes are moved before they are rated: the student sees around them."""

@@ -7,8 +7,8 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.random import Generator
 
-from modeling.doors.data import POINTS, POINTS_PER_DEG, Array, ModelDataError
-from modeling.doors.side import DoorSide
+from palpate.modeling.doors.data import POINTS, POINTS_PER_DEG, Array, ModelDataError
+from palpate.modeling.doors.side import DoorSide
 
 MIXED = 3
 """At most so many measured profiles are mixed."""

@@ -6,11 +6,11 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from modeling.columns import Standard, standard_of
-from modeling.doors.data import Array
-from modeling.doors.generator_shapes import Code
-from modeling.doors.methods import Fitted
-from modeling.doors.side import DoorSide
+from palpate.modeling.columns import Standard, standard_of
+from palpate.modeling.doors.data import Array
+from palpate.modeling.doors.generator_shapes import Code
+from palpate.modeling.doors.methods import Fitted
+from palpate.modeling.doors.side import DoorSide
 
 SHRINK = 0.1
 """Added to the variance of every standardised feature, so that 72 doors tell about forty of them."""

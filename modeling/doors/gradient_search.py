@@ -16,14 +16,14 @@ import torch
 from numpy.random import PCG64, Generator, SeedSequence
 from torch import Tensor, nn
 
-from modeling.doors.components import Components, components_of
-from modeling.doors.data import Array, ModelDataError
-from modeling.doors.forward_network import FeltThrough
-from modeling.doors.methods import Learning, Method
-from modeling.doors.preparing import Rows, checked_wishes, on_one_thread, rows_of
-from modeling.doors.side import DoorSide
-from modeling.files.exported import Exported
-from modeling.training.seeding import training_state
+from palpate.modeling.doors.components import Components, components_of
+from palpate.modeling.doors.data import Array, ModelDataError
+from palpate.modeling.doors.forward_network import FeltThrough
+from palpate.modeling.doors.methods import Learning, Method
+from palpate.modeling.doors.preparing import Rows, checked_wishes, on_one_thread, rows_of
+from palpate.modeling.doors.side import DoorSide
+from palpate.modeling.files.exported import Exported
+from palpate.modeling.training.seeding import training_state
 
 RATING_SD = 3.0
 """On 0..100: about what the mean of twenty raters scatters by."""

@@ -13,9 +13,9 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import NDArray
 
-from modeling.doors.data import Array, ModelDataError
-from modeling.doors.methods import as_rows
-from protocols.model_card import Interval
+from palpate.modeling.doors.data import Array, ModelDataError
+from palpate.modeling.doors.methods import as_rows
+from palpate.protocols.model_card import Interval
 
 COVERAGE = 0.9
 LEAST_SD = 0.1

@@ -10,21 +10,21 @@ import torch
 from torch import nn
 from torch.nn.functional import mse_loss
 
-from modeling.doors.data import POINTS, Array, ModelDataError
-from modeling.doors.exporting_network import exported_network
-from modeling.doors.forward_network import FeltThrough
-from modeling.doors.methods import Learning, Method
-from modeling.doors.network_parts import Rescale, answers, settings_for, training_rows
-from modeling.doors.networks import ATTRIBUTES, ForceToPerception, PerceptionToForce
-from modeling.doors.preparing import Rows, checked_wishes
-from modeling.doors.scaling import TOP, Scaling
-from modeling.doors.side import DoorSide
-from modeling.files.exported import Exported
-from modeling.training.loop import Trained, train
-from modeling.training.seeding import seeded, training_state
-from modeling.training.settings import Settings
-from modeling.training.sources import Pairs, pairs
-from protocols.model_card import Affine, Playable
+from palpate.modeling.doors.data import POINTS, Array, ModelDataError
+from palpate.modeling.doors.exporting_network import exported_network
+from palpate.modeling.doors.forward_network import FeltThrough
+from palpate.modeling.doors.methods import Learning, Method
+from palpate.modeling.doors.network_parts import Rescale, answers, settings_for, training_rows
+from palpate.modeling.doors.networks import ATTRIBUTES, ForceToPerception, PerceptionToForce
+from palpate.modeling.doors.preparing import Rows, checked_wishes
+from palpate.modeling.doors.scaling import TOP, Scaling
+from palpate.modeling.doors.side import DoorSide
+from palpate.modeling.files.exported import Exported
+from palpate.modeling.training.loop import Trained, train
+from palpate.modeling.training.seeding import seeded, training_state
+from palpate.modeling.training.settings import Settings
+from palpate.modeling.training.sources import Pairs, pairs
+from palpate.protocols.model_card import Affine, Playable
 
 SETTINGS = Settings(
     epochs=200, batch=8, learning_rate=1e-4, least_rate=1e-6, plateau_patience=None, stop_patience=6, every_epochs=10

@@ -5,14 +5,14 @@ from __future__ import annotations
 from dataclasses import replace
 from pathlib import Path
 
-from analysis.plans.exclusions import apply_exclusions
-from analysis.plans.material import Material
-from analysis.plans.reading import PLAN_FILE, Plan, PlanError, read_plan
-from analysis.regenerating.regenerated import whole_material
-from analysis.reporting.sources import IMPORTED, Wanted
-from modeling.doors.data import ModelDataError
-from studies.catalogue import find, names
-from studies.collect import ledgers_in
+from palpate.analysis.plans.exclusions import apply_exclusions
+from palpate.analysis.plans.material import Material
+from palpate.analysis.plans.reading import PLAN_FILE, Plan, PlanError, read_plan
+from palpate.analysis.regenerating.regenerated import whole_material
+from palpate.analysis.reporting.sources import IMPORTED, Wanted
+from palpate.modeling.doors.data import ModelDataError
+from palpate.studies.catalogue import find, names
+from palpate.studies.collect import ledgers_in
 
 COLLECTED = "lab.sqlite"
 """Where `palpate collect` gathers a lab's sessions."""

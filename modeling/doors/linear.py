@@ -7,11 +7,11 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from modeling.doors.data import Array, Indices
-from modeling.doors.preparing import inner_folds
-from modeling.files.exported import Exported
-from modeling.linear_path import PENALTIES, Path, inner_errors, path_of
-from protocols.model_card import Dense
+from palpate.modeling.doors.data import Array, Indices
+from palpate.modeling.doors.preparing import inner_folds
+from palpate.modeling.files.exported import Exported
+from palpate.modeling.linear_path import PENALTIES, Path, inner_errors, path_of
+from palpate.protocols.model_card import Dense
 
 __all__ = ["PENALTIES", "Linear", "Path", "best_penalty", "path_of"]
 
@@ -25,7 +25,7 @@ class Linear:
     check: Callable[[Array], Array]
 
     def predict(self, given: Array) -> Array:
-        """(n, in) to (n, out); see `modeling.doors.methods.Fitted`."""
+        """(n, in) to (n, out); see `palpate.modeling.doors.methods.Fitted`."""
         return self.check(given) @ self.weight.T + self.bias
 
     def exported(self) -> Exported:

@@ -4,10 +4,10 @@ from __future__ import annotations
 
 from dataclasses import dataclass
 
-from modeling.doors.data import POINTS, Array, ModelDataError
-from modeling.doors.methods import Fitted, as_rows
-from modeling.doors.perceivers import Perceivers
-from modeling.doors.scaling import Scaling
+from palpate.modeling.doors.data import POINTS, Array, ModelDataError
+from palpate.modeling.doors.methods import Fitted, as_rows
+from palpate.modeling.doors.perceivers import Perceivers
+from palpate.modeling.doors.scaling import Scaling
 
 
 @dataclass(frozen=True)

@@ -4,9 +4,9 @@ from __future__ import annotations
 
 from pathlib import Path
 
-from modeling.doors.data import Array
-from modeling.doors.profile_files import read_profile
-from studies.catalogue import SHIPPED
+from palpate.modeling.doors.data import Array
+from palpate.modeling.doors.profile_files import read_profile
+from palpate.studies.catalogue import SHIPPED
 
 STUDY = SHIPPED / "door_ratings"
 FILES = {

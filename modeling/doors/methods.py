@@ -8,10 +8,10 @@ from typing import Any, Protocol
 
 import numpy as np
 
-from modeling.doors.data import Array, DoorData, ModelDataError
-from modeling.doors.scaling import Scaling
-from modeling.doors.side import DoorSide
-from modeling.files.exported import Exported
+from palpate.modeling.doors.data import Array, DoorData, ModelDataError
+from palpate.modeling.doors.scaling import Scaling
+from palpate.modeling.doors.side import DoorSide
+from palpate.modeling.files.exported import Exported
 
 
 class Fitted(Protocol):

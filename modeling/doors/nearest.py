@@ -6,11 +6,11 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from modeling.doors.data import Array
-from modeling.doors.methods import Learning, Method
-from modeling.doors.preparing import checked_wishes, rows_of
-from modeling.files.exported import Exported
-from protocols import model_card
+from palpate.modeling.doors.data import Array
+from palpate.modeling.doors.methods import Learning, Method
+from palpate.modeling.doors.preparing import checked_wishes, rows_of
+from palpate.modeling.files.exported import Exported
+from palpate.protocols import model_card
 
 
 @dataclass(frozen=True)

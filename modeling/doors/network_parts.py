@@ -9,12 +9,12 @@ import numpy as np
 import torch
 from torch import Tensor, nn
 
-from modeling.columns import CONSTANT
-from modeling.doors.data import Array, ModelDataError
-from modeling.doors.methods import Learning
-from modeling.doors.preparing import Rows, rows_of
-from modeling.training.asked import answers_of, wished_settings
-from modeling.training.settings import Settings
+from palpate.modeling.columns import CONSTANT
+from palpate.modeling.doors.data import Array, ModelDataError
+from palpate.modeling.doors.methods import Learning
+from palpate.modeling.doors.preparing import Rows, rows_of
+from palpate.modeling.training.asked import answers_of, wished_settings
+from palpate.modeling.training.settings import Settings
 
 AT_ONCE = 64
 """Rows that a network answers at a time: enough for speed, little enough for memory."""

@@ -7,15 +7,15 @@ from functools import partial
 
 import numpy as np
 
-from modeling.columns import standard_of
-from modeling.doors.components import components_of
-from modeling.doors.data import Array, Indices
-from modeling.doors.linear import PENALTIES, Linear, path_of
-from modeling.doors.methods import Learning, Method
-from modeling.doors.preparing import Rows, checked_wishes, inner_folds, on_one_thread, rows_of
-from modeling.doors.side import DoorSide
-from modeling.files.exported import Exported
-from protocols.model_card import Playable
+from palpate.modeling.columns import standard_of
+from palpate.modeling.doors.components import components_of
+from palpate.modeling.doors.data import Array, Indices
+from palpate.modeling.doors.linear import PENALTIES, Linear, path_of
+from palpate.modeling.doors.methods import Learning, Method
+from palpate.modeling.doors.preparing import Rows, checked_wishes, inner_folds, on_one_thread, rows_of
+from palpate.modeling.doors.side import DoorSide
+from palpate.modeling.files.exported import Exported
+from palpate.protocols.model_card import Playable
 
 COMPONENTS = (1, 2, 3, 4, 5, 6, 7, 10, 15, 20)
 

@@ -6,11 +6,11 @@ from functools import partial
 
 import numpy as np
 
-from modeling.doors.components import components_of
-from modeling.doors.data import Array, Indices
-from modeling.doors.linear import PENALTIES, Linear, path_of
-from modeling.doors.methods import Learning, Method
-from modeling.doors.preparing import Rows, checked_forces, furthest_N, inner_folds, on_one_thread, rows_of
+from palpate.modeling.doors.components import components_of
+from palpate.modeling.doors.data import Array, Indices
+from palpate.modeling.doors.linear import PENALTIES, Linear, path_of
+from palpate.modeling.doors.methods import Learning, Method
+from palpate.modeling.doors.preparing import Rows, checked_forces, furthest_N, inner_folds, on_one_thread, rows_of
 
 COMPONENTS = (1, 2, 3, 5, 7, 10, 15, 20, 30, 40)
 

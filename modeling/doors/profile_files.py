@@ -11,8 +11,8 @@ from pathlib import Path
 
 import numpy as np
 
-from modeling.doors.data import POINTS, POINTS_PER_DEG, Array, ModelDataError
-from protocols.wording import some
+from palpate.modeling.doors.data import POINTS, POINTS_PER_DEG, Array, ModelDataError
+from palpate.protocols.wording import some
 
 HEADER = ("angle_deg", "force_N")
 

@@ -10,9 +10,9 @@ import numpy as np
 import pandas as pd
 from numpy.typing import NDArray
 
-from modeling.doors.data import POINTS, Array, DoorData, Indices, ModelDataError
-from modeling.doors.sources import near_groups
-from protocols.wording import some
+from palpate.modeling.doors.data import POINTS, Array, DoorData, Indices, ModelDataError
+from palpate.modeling.doors.sources import near_groups
+from palpate.protocols.wording import some
 
 Mask = NDArray[np.bool_]
 SHOWN = 5

@@ -7,14 +7,14 @@ from collections.abc import Mapping, Sequence
 from pathlib import Path
 from typing import TYPE_CHECKING
 
-from modeling.doors.data import DoorData, ModelDataError
-from modeling.doors.profile_files import read_profile
-from modeling.doors.rated import Asked, Rated, Shown, rated_of
+from palpate.modeling.doors.data import DoorData, ModelDataError
+from palpate.modeling.doors.profile_files import read_profile
+from palpate.modeling.doors.rated import Asked, Rated, Shown, rated_of
 
 if TYPE_CHECKING:
-    from analysis.plans.material import Material
-    from analysis.ratings.dataset import Ratings
-    from protocols.study import Stimulus
+    from palpate.analysis.plans.material import Material
+    from palpate.analysis.ratings.dataset import Ratings
+    from palpate.protocols.study import Stimulus
 
 FILE, VARIANT = "file", "variant"
 DOOR = ("door", "car")
@@ -42,7 +42,7 @@ def rated_in_lab(
     url: str | None = None, rated_only: bool = False,
 ) -> Rated:  # fmt: skip
     """As `read_lab`, with each person's own ratings beside the means."""
-    from modeling.doors.lab_material import lab_material
+    from palpate.modeling.doors.lab_material import lab_material
 
     material, folder = lab_material(lab, study, digest=digest, url=url, simulated=simulated)
     return rated_material(material, folder, rated_only=rated_only)

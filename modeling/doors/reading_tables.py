@@ -11,12 +11,12 @@ from pathlib import Path
 
 import numpy as np
 
-from modeling.doors.data import Array, DoorData, ModelDataError
-from modeling.doors.profile_files import read_profile
-from modeling.doors.rated import demand_learnable, merged_sources
-from protocols.did_you_mean import nearest
-from protocols.files import file_sha256
-from protocols.wording import count, some
+from palpate.modeling.doors.data import Array, DoorData, ModelDataError
+from palpate.modeling.doors.profile_files import read_profile
+from palpate.modeling.doors.rated import demand_learnable, merged_sources
+from palpate.protocols.did_you_mean import nearest
+from palpate.protocols.files import file_sha256
+from palpate.protocols.wording import count, some
 
 NEEDED = ("id", "door", "variant", "file")
 OPTIONAL = ("source", "group", "raters")
@@ -78,7 +78,7 @@ def read_table(
 
 def shipped_attributes() -> dict[str, str]:
     """The low words and antonyms of the shipped study door_ratings, in its order (thesis Table 5.2)."""
-    from studies.catalogue import SHIPPED, STUDY_FILE, read_study
+    from palpate.studies.catalogue import SHIPPED, STUDY_FILE, read_study
 
     study = read_study(SHIPPED / "door_ratings" / STUDY_FILE).study
     return {each.name: each.high for each in study.attributes}

@@ -5,32 +5,32 @@ from __future__ import annotations
 from collections.abc import Mapping
 from typing import Literal
 
-from modeling.doors.data import ModelDataError
-from modeling.doors.methods import Method
-from protocols.lazy import LazyTable
+from palpate.modeling.doors.data import ModelDataError
+from palpate.modeling.doors.methods import Method
+from palpate.protocols.lazy import LazyTable
 
 Direction = Literal["forward", "inverse"]
 
 
 FORWARD: Mapping[str, Method] = LazyTable(
     {
-        "mean": "modeling.doors.constant:MEAN",
-        "ridge": "modeling.doors.ridge:RIDGE",
-        "forest": "modeling.doors.forest:FOREST",
-        "pca_ridge": "modeling.doors.pca_ridge:PCA_RIDGE",
-        "gaussian_process": "modeling.doors.gaussian_process:GAUSSIAN_PROCESS",
-        "mlp": "modeling.doors.mlp:MLP",
-        "network": "modeling.doors.forward_network:NETWORK",
-        "network_thesis": "modeling.doors.forward_network:NETWORK_THESIS",
+        "mean": "palpate.modeling.doors.constant:MEAN",
+        "ridge": "palpate.modeling.doors.ridge:RIDGE",
+        "forest": "palpate.modeling.doors.forest:FOREST",
+        "pca_ridge": "palpate.modeling.doors.pca_ridge:PCA_RIDGE",
+        "gaussian_process": "palpate.modeling.doors.gaussian_process:GAUSSIAN_PROCESS",
+        "mlp": "palpate.modeling.doors.mlp:MLP",
+        "network": "palpate.modeling.doors.forward_network:NETWORK",
+        "network_thesis": "palpate.modeling.doors.forward_network:NETWORK_THESIS",
     },
 )
 INVERSE: Mapping[str, Method] = LazyTable(
     {
-        "nearest": "modeling.doors.nearest:NEAREST",
-        "pca_regression": "modeling.doors.pca_regression:PCA_REGRESSION",
-        "search": "modeling.doors.gradient_search:SEARCH",
-        "network": "modeling.doors.inverse_network:INVERSE_NETWORK",
-        "generator": "modeling.doors.generator:GENERATOR",
+        "nearest": "palpate.modeling.doors.nearest:NEAREST",
+        "pca_regression": "palpate.modeling.doors.pca_regression:PCA_REGRESSION",
+        "search": "palpate.modeling.doors.gradient_search:SEARCH",
+        "network": "palpate.modeling.doors.inverse_network:INVERSE_NETWORK",
+        "generator": "palpate.modeling.doors.generator:GENERATOR",
     },
 )
 THESIS = "network"
@@ -63,7 +63,7 @@ def method_named(direction: Direction, name: str) -> Method:
     """The method of this name. Raises ModelDataError with the nearest known name."""
     known = methods_of(direction)
     if name not in known:
-        from protocols.did_you_mean import nearest
+        from palpate.protocols.did_you_mean import nearest
 
         raise ModelDataError(f"no {direction} method {name!r}; {nearest(name, known)}")
     return known[name]

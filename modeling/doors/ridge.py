@@ -4,13 +4,13 @@ from __future__ import annotations
 
 from dataclasses import dataclass
 
-from modeling.doors.data import Array
-from modeling.doors.featured import Featured, featured
-from modeling.doors.linear import best_penalty, path_of
-from modeling.doors.methods import Learning, Method
-from modeling.doors.preparing import on_one_thread, rows_of
-from modeling.files.exported import Exported
-from protocols.model_card import Dense
+from palpate.modeling.doors.data import Array
+from palpate.modeling.doors.featured import Featured, featured
+from palpate.modeling.doors.linear import best_penalty, path_of
+from palpate.modeling.doors.methods import Learning, Method
+from palpate.modeling.doors.preparing import on_one_thread, rows_of
+from palpate.modeling.files.exported import Exported
+from palpate.protocols.model_card import Dense
 
 
 @dataclass(frozen=True)

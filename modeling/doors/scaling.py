@@ -6,7 +6,7 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from modeling.doors.data import Array, DoorData, ModelDataError
+from palpate.modeling.doors.data import Array, DoorData, ModelDataError
 
 TOP = 100.0
 

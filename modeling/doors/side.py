@@ -6,7 +6,7 @@ from collections.abc import Callable, Mapping, Sequence
 from pathlib import Path
 from typing import Protocol
 
-from modeling.doors.data import Array
+from palpate.modeling.doors.data import Array
 
 
 class Runs(Protocol):
@@ -17,7 +17,7 @@ class Runs(Protocol):
 
 
 class DoorSide(Protocol):
-    """The rig's side of doors; `devices.door.side.DoorSide` is the one that there is. It pickles by name."""
+    """The rig's side of doors; `palpate.devices.door.side.DoorSide` is the one that there is. It pickles by name."""
 
     @property
     def feature_names(self) -> Sequence[str]:

@@ -4,8 +4,8 @@ from __future__ import annotations
 
 from pathlib import Path
 
-from modeling.doors.data import DoorData, ModelDataError
-from modeling.doors.rated import Rated
+from palpate.modeling.doors.data import DoorData, ModelDataError
+from palpate.modeling.doors.rated import Rated
 
 LEAST_PEOPLE = 2
 """A study of two groups shows everybody only its group's doors."""
@@ -22,10 +22,10 @@ def simulated_data(people: int = 40, seed: int = 1, study: Path | None = None) -
 
 def simulated_ratings(people: int = 40, seed: int = 1, study: Path | None = None) -> Rated:
     """As `simulated_data`, with each person's own ratings beside the means."""
-    from analysis.power.simulating import people as pseudonyms
-    from analysis.power.simulating import simulated_material
-    from modeling.doors.reading import rated_material
-    from studies.catalogue import SHIPPED, STUDY_FILE, read_study
+    from palpate.analysis.power.simulating import people as pseudonyms
+    from palpate.analysis.power.simulating import simulated_material
+    from palpate.modeling.doors.reading import rated_material
+    from palpate.studies.catalogue import SHIPPED, STUDY_FILE, read_study
 
     if people < LEAST_PEOPLE:
         raise ModelDataError(f"{people} simulated people: at least {LEAST_PEOPLE} are needed, one for each group")

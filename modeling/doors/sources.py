@@ -6,7 +6,7 @@ from collections.abc import Hashable, Iterable, Sequence
 
 import numpy as np
 
-from modeling.doors.data import Array, DoorData, Indices
+from palpate.modeling.doors.data import Array, DoorData, Indices
 
 SAME_N = 0.1
 """Profiles that differ by no more than this anywhere are one. It lies far above the rounding of a file (0.0001 N) and

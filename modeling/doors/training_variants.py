@@ -12,10 +12,10 @@ from dataclasses import dataclass, replace
 
 import numpy as np
 
-from modeling.doors import changing
-from modeling.doors.changing import Change
-from modeling.doors.data import Array, DoorData, ModelDataError
-from protocols.keyed import keyed_bits
+from palpate.modeling.doors import changing
+from palpate.modeling.doors.changing import Change
+from palpate.modeling.doors.data import Array, DoorData, ModelDataError
+from palpate.protocols.keyed import keyed_bits
 
 MARK = "~"
 """Between a stimulus and its change in the name of a training variant: BC3_g0~noise."""

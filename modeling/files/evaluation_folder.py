@@ -7,9 +7,9 @@ from collections.abc import Callable, Mapping, Sequence
 from pathlib import Path
 from typing import Any, Protocol, TypeVar
 
-from analysis.regenerating.files import readable_json
-from analysis.reporting.csv_files import csv_text, json_row
-from protocols.files import staged_files, write_text, write_texts
+from palpate.analysis.regenerating.files import readable_json
+from palpate.analysis.reporting.csv_files import csv_text, json_row
+from palpate.protocols.files import staged_files, write_text, write_texts
 
 RESULTS, REPORT = "evaluation.json", "report.html"
 

@@ -8,7 +8,7 @@ from typing import Any
 
 from numpy.typing import NDArray
 
-from protocols.model_card import Step
+from palpate.protocols.model_card import Step
 
 
 @dataclass(frozen=True)

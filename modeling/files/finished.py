@@ -10,8 +10,8 @@ from typing import Any, TypeVar
 import numpy as np
 from numpy.typing import NDArray
 
-from protocols.canonical import json_text
-from protocols.files import open_bytes, write_text
+from palpate.protocols.canonical import json_text
+from palpate.protocols.files import open_bytes, write_text
 
 Result = TypeVar("Result")
 Arrays = Mapping[str, NDArray[Any]]

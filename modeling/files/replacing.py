@@ -6,7 +6,7 @@ from collections.abc import Callable
 from contextlib import suppress
 from pathlib import Path
 
-from protocols.files import staged_files, write_bytes
+from palpate.protocols.files import staged_files, write_bytes
 
 NUMBERS = ".safetensors"
 

@@ -9,15 +9,15 @@ from typing import TYPE_CHECKING
 
 import click
 
-from modeling.library.asking import Wish
-from modeling.library.entries import Entry, Kind, Library
-from modeling.library.files import place_of, read_library
-from modeling.library.finding import chosen
-from modeling.library.shown import SURE, table
-from protocols.wording import count
+from palpate.modeling.library.asking import Wish
+from palpate.modeling.library.entries import Entry, Kind, Library
+from palpate.modeling.library.files import place_of, read_library
+from palpate.modeling.library.finding import chosen
+from palpate.modeling.library.shown import SURE, table
+from palpate.protocols.wording import count
 
 if TYPE_CHECKING:
-    from modeling.library.lab import Indexed
+    from palpate.modeling.library.lab import Indexed
 
 WIDTH = 130
 """Of a table that no terminal shows."""
@@ -77,11 +77,11 @@ class Opened:
     def demand(self, sheet: Path | None, plane: Path | None = None) -> None:
         """Raise LibraryError, before anything is computed or written, for a picture that could not be written."""
         if sheet is not None:
-            from modeling.library.sheet import demand_writable as demand_sheet
+            from palpate.modeling.library.sheet import demand_writable as demand_sheet
 
             demand_sheet(sheet)
         if plane is not None:
-            from modeling.library.map import demand_writable as demand_map
+            from palpate.modeling.library.map import demand_writable as demand_map
 
             demand_map(plane)
 
@@ -89,7 +89,7 @@ class Opened:
         """Write a contact sheet, where one is wanted."""
         if path is None or not entries:
             return []
-        from modeling.library.sheet import pictures_of, sheet, tiles_of, write_sheet
+        from palpate.modeling.library.sheet import pictures_of, sheet, tiles_of, write_sheet
 
         foot = "simulated" if self.library.simulated else ""
         tiles = tiles_of(entries, self.library, beside.wishes, self.asked.kind, beside.texts)
@@ -100,7 +100,7 @@ class Opened:
         """Write the map with these marked, where one is wanted."""
         if path is None:
             return []
-        from modeling.library.map import map_data, write_map
+        from palpate.modeling.library.map import map_data, write_map
 
         return write_map(path, map_data(self.entries, self.library, self.asked.kind), found)
 

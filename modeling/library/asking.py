@@ -9,10 +9,10 @@ from functools import reduce
 from itertools import groupby
 from typing import TypeVar
 
-from modeling.library.entries import LibraryError
-from modeling.library.ranges import Soft, both, trapezoid, turned
-from modeling.library.refusing import not_expected
-from modeling.library.terms import Phrase, Vocabulary, Word, known_words
+from palpate.modeling.library.entries import LibraryError
+from palpate.modeling.library.ranges import Soft, both, trapezoid, turned
+from palpate.modeling.library.refusing import not_expected
+from palpate.modeling.library.terms import Phrase, Vocabulary, Word, known_words
 
 TOKEN = re.compile(r"[0-9]+(?:\.[0-9]+)?|[^\W\d_]+(?:[-'’][^\W\d_]+)*|>=|<=|\.\.+|\S")
 SEPARATORS = frozenset((",", ";", ".", "and", "but", "yet", "also", "with", "&"))

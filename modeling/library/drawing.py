@@ -6,9 +6,9 @@ from collections.abc import Sequence
 from dataclasses import dataclass
 from typing import TYPE_CHECKING
 
-from analysis.figures.style import FAINT, INK, PAPER, SOFT
-from modeling.library.entries import Z90, Felt
-from modeling.library.lettering import Pen
+from palpate.analysis.figures.style import FAINT, INK, PAPER, SOFT
+from palpate.modeling.library.entries import Z90, Felt
+from palpate.modeling.library.lettering import Pen
 
 if TYPE_CHECKING:
     from PIL.ImageDraw import ImageDraw

@@ -6,7 +6,7 @@ from typing import Annotated, Literal, Self
 
 from pydantic import Field, model_validator
 
-from protocols.strict import Strict
+from palpate.protocols.strict import Strict
 
 FORMAT = "palpate-library/1"
 Kind = Literal["rated", "predicted"]

@@ -5,9 +5,9 @@ from __future__ import annotations
 from collections.abc import Sequence
 from dataclasses import dataclass
 
-from modeling.library.asking import Wish
-from modeling.library.entries import Entry, Kind
-from modeling.library.finding import find, fitting
+from palpate.modeling.library.asking import Wish
+from palpate.modeling.library.entries import Entry, Kind
+from palpate.modeling.library.finding import find, fitting
 
 
 @dataclass(frozen=True)

@@ -7,10 +7,10 @@ from typing import Any
 
 from pydantic import ValidationError
 
-from modeling.library.entries import FORMAT, Library, LibraryError
-from modeling.library.writing import write_whole
-from protocols.canonical import digest, parse
-from protocols.model_card import complaint
+from palpate.modeling.library.entries import FORMAT, Library, LibraryError
+from palpate.modeling.library.writing import write_whole
+from palpate.protocols.canonical import digest, parse
+from palpate.protocols.model_card import complaint
 
 FOLDER, INDEX = "library", "index.json"
 AGAIN = "`palpate textures index` makes it anew from the lab's ratings and recordings."
@@ -86,7 +86,7 @@ def _other_format(path: Path, found: str) -> LibraryError:
 
 def _text(library: Library) -> str:
     """JSON in which the plain values of a texture stand on one line."""
-    from analysis.regenerating.files import readable_json
+    from palpate.analysis.regenerating.files import readable_json
 
     told = library.model_dump(mode="json")
     return readable_json({**told, "digest": digest(told)}) + "\n"

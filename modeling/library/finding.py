@@ -6,11 +6,11 @@ import math
 from collections.abc import Sequence
 from dataclasses import dataclass
 
-from modeling.library.asking import Wish, combined, wishes_in
-from modeling.library.entries import Entry, Kind, Library, LibraryError, belief, felt, known
-from modeling.library.terms import vocabulary
-from protocols.did_you_mean import nearest
-from protocols.wording import some
+from palpate.modeling.library.asking import Wish, combined, wishes_in
+from palpate.modeling.library.entries import Entry, Kind, Library, LibraryError, belief, felt, known
+from palpate.modeling.library.terms import vocabulary
+from palpate.protocols.did_you_mean import nearest
+from palpate.protocols.wording import some
 
 FITS = 0.005
 """Below this share a texture does not fit at all."""

@@ -6,12 +6,12 @@ from collections.abc import Callable
 from dataclasses import dataclass, replace
 from pathlib import Path
 
-from modeling.library.entries import LibraryError
-from modeling.library.files import earlier_in, place_of, write_library
-from modeling.library.indexing import Told, gone, library_of
-from modeling.library.pictures import Pictures, told_lacking
-from modeling.library.sources import Wanted, first_pictures, material_of, model_of, predictor_of, rating_sources
-from modeling.library.thumbnails import NoPicture, drop, keep
+from palpate.modeling.library.entries import LibraryError
+from palpate.modeling.library.files import earlier_in, place_of, write_library
+from palpate.modeling.library.indexing import Told, gone, library_of
+from palpate.modeling.library.pictures import Pictures, told_lacking
+from palpate.modeling.library.sources import Wanted, first_pictures, material_of, model_of, predictor_of, rating_sources
+from palpate.modeling.library.thumbnails import NoPicture, drop, keep
 
 Report = Callable[[str], None]
 

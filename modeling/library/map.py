@@ -8,11 +8,11 @@ from typing import TYPE_CHECKING, Any
 
 from matplotlib.patches import Circle
 
-from analysis.figures.bubbles import SPACE, draw
-from analysis.figures.drawn import Drawn, FigureData
-from analysis.figures.style import INK, PAPER, SOFT, drawing, save
-from modeling.library.entries import Entry, Kind, Library, LibraryError, felt
-from modeling.library.writing import demand_folder
+from palpate.analysis.figures.bubbles import SPACE, draw
+from palpate.analysis.figures.drawn import Drawn, FigureData
+from palpate.analysis.figures.style import INK, PAPER, SOFT, drawing, save
+from palpate.modeling.library.entries import Entry, Kind, Library, LibraryError, felt
+from palpate.modeling.library.writing import demand_folder
 
 if TYPE_CHECKING:
     from matplotlib.axes import Axes

@@ -6,9 +6,9 @@ import math
 from collections.abc import Sequence
 from dataclasses import dataclass
 
-from modeling.doors.shares import JND
-from modeling.library.entries import Entry, Kind, belief, felt
-from modeling.library.ranges import normal
+from palpate.modeling.doors.shares import JND
+from palpate.modeling.library.entries import Entry, Kind, belief, felt
+from palpate.modeling.library.ranges import normal
 
 
 @dataclass(frozen=True)

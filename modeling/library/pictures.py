@@ -8,11 +8,11 @@ from dataclasses import dataclass, field
 from pathlib import Path
 from typing import Any
 
-from modeling.attributes import reading_pictures
-from modeling.attributes.material import MaterialError
-from modeling.attributes.reading_folder import is_picture
-from modeling.library.entries import LibraryError
-from protocols.wording import some
+from palpate.modeling.attributes import reading_pictures
+from palpate.modeling.attributes.material import MaterialError
+from palpate.modeling.attributes.reading_folder import is_picture
+from palpate.modeling.library.entries import LibraryError
+from palpate.protocols.wording import some
 
 NUMBER = re.compile(r"[_\-. ](\d+)")
 """What may stand behind a texture's name: the number of its picture."""

@@ -4,10 +4,10 @@ from __future__ import annotations
 
 from pathlib import Path
 
-from modeling.attributes.material import Material, Texture
-from modeling.attributes.reading_folder import rated_lines
-from modeling.attributes.reading_ratings import attributes_of
-from protocols.files import file_sha256
+from palpate.modeling.attributes.material import Material, Texture
+from palpate.modeling.attributes.reading_folder import rated_lines
+from palpate.modeling.attributes.reading_ratings import attributes_of
+from palpate.protocols.files import file_sha256
 
 
 def read_rated(folder: Path, table: Path | None = None, scale: tuple[float, float] | None = None) -> Material:

@@ -4,9 +4,9 @@ from __future__ import annotations
 
 from collections.abc import Iterator, Sequence
 
-from modeling.library.entries import LibraryError
-from modeling.library.terms import Phrase, Vocabulary, known_words
-from protocols.did_you_mean import nearest
+from palpate.modeling.library.entries import LibraryError
+from palpate.modeling.library.terms import Phrase, Vocabulary, known_words
+from palpate.protocols.did_you_mean import nearest
 
 COMPARING = {"more": "very", "most": "extremely", "less": "not very", "least": "not at all"}
 """Words that compare, and what says something like it of a texture by itself."""

@@ -8,9 +8,9 @@ from io import BytesIO
 from pathlib import Path
 from typing import TYPE_CHECKING
 
-from analysis.figures.style import INK, PAPER, SOFT
-from modeling.library.asking import Wish, combined
-from modeling.library.drawing import (
+from palpate.analysis.figures.style import INK, PAPER, SOFT
+from palpate.modeling.library.asking import Wish, combined
+from palpate.modeling.library.drawing import (
     FINE,
     GAP,
     WIDE,
@@ -21,9 +21,9 @@ from modeling.library.drawing import (
     height_of,
     mark_value,
 )
-from modeling.library.entries import KINDS, Entry, Felt, Kind, Library, LibraryError, felt
-from modeling.library.lettering import Pen
-from modeling.library.writing import demand_folder, write_whole
+from palpate.modeling.library.entries import KINDS, Entry, Felt, Kind, Library, LibraryError, felt
+from palpate.modeling.library.lettering import Pen
+from palpate.modeling.library.writing import demand_folder, write_whole
 
 if TYPE_CHECKING:
     from PIL.Image import Image

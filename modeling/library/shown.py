@@ -5,13 +5,13 @@ from __future__ import annotations
 from collections.abc import Iterable, Mapping, Sequence
 from typing import TYPE_CHECKING, Any
 
-from modeling.library.asking import Wish
-from modeling.library.entries import KINDS, Z90, Entry, Felt, Kind, Library, felt
-from modeling.library.finding import Found
-from modeling.library.terms import in_words, vocabulary
+from palpate.modeling.library.asking import Wish
+from palpate.modeling.library.entries import KINDS, Z90, Entry, Felt, Kind, Library, felt
+from palpate.modeling.library.finding import Found
+from palpate.modeling.library.terms import in_words, vocabulary
 
 if TYPE_CHECKING:
-    from modeling.library.nearest import Near
+    from palpate.modeling.library.nearest import Near
 
 SURE = "± holds 90 of 100: the mean of all people where they rated, what they would say where it is predicted."
 

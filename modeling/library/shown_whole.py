@@ -6,10 +6,10 @@ from collections.abc import Iterator, Sequence
 from pathlib import Path
 from typing import Any
 
-from modeling.library.entries import KINDS, Z90, Entry, Kind, Library, felt, known
-from modeling.library.nearest import near
-from modeling.library.shown import description, plain_entry
-from protocols.wording import count
+from palpate.modeling.library.entries import KINDS, Z90, Entry, Kind, Library, felt, known
+from palpate.modeling.library.nearest import near
+from palpate.modeling.library.shown import description, plain_entry
+from palpate.protocols.wording import count
 
 LIKE = 3
 

@@ -9,20 +9,20 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
-from modeling.attributes.material import Material, Texture
-from modeling.attributes.model_file import NAME, AttributeModel, Card, read_model
-from modeling.attributes.reading_folder import table_in
-from modeling.attributes.reading_ratings import STUDY, RatedTextures, read_ratings
-from modeling.library.entries import NOTHING_KNOWN, Z90, LibraryError, Source
-from modeling.library.indexing import Predictor
-from modeling.library.pictures import Pictures, pictures_in, pictures_taken
-from modeling.library.rated_folder import read_rated
-from protocols.files import file_sha256
-from studies.collect import ledgers_in
-from studies.record import read_header
+from palpate.modeling.attributes.material import Material, Texture
+from palpate.modeling.attributes.model_file import NAME, AttributeModel, Card, read_model
+from palpate.modeling.attributes.reading_folder import table_in
+from palpate.modeling.attributes.reading_ratings import STUDY, RatedTextures, read_ratings
+from palpate.modeling.library.entries import NOTHING_KNOWN, Z90, LibraryError, Source
+from palpate.modeling.library.indexing import Predictor
+from palpate.modeling.library.pictures import Pictures, pictures_in, pictures_taken
+from palpate.modeling.library.rated_folder import read_rated
+from palpate.protocols.files import file_sha256
+from palpate.studies.collect import ledgers_in
+from palpate.studies.record import read_header
 
 if TYPE_CHECKING:
-    from modeling.attributes.reading_recordings import Recordings
+    from palpate.modeling.attributes.reading_recordings import Recordings
 
 Report = Callable[[str], None]
 
@@ -86,7 +86,7 @@ def material_of(wanted: Wanted, model: AttributeModel | None, report: Report) ->
 
 
 def _of_sessions(wanted: Wanted, card: Card, report: Report) -> Material:
-    from modeling.attributes.reading import read_material
+    from palpate.modeling.attributes.reading import read_material
 
     report("making features")
     return read_material(
@@ -102,7 +102,7 @@ def _of_folder(wanted: Wanted, folder: Path, model: AttributeModel | None, repor
     if model is None or not (model.card.sight or felt):
         report("reading ratings")
         return read_rated(folder, wanted.ratings, wanted.scale)
-    from modeling.attributes.reading_folder import read_folder
+    from palpate.modeling.attributes.reading_folder import read_folder
 
     report("making features")
     return read_folder(
@@ -142,8 +142,8 @@ def rating_sources(wanted: Wanted) -> Iterator[Source]:
 
 def _rated_files(wanted: Wanted) -> list[Path]:
     """Of session files those that a rating was taken from: not one that was interrupted, left out or withdrawn."""
-    from analysis.reporting.sources import IMPORTED
-    from modeling.doors.lab_material import COLLECTED, lab_material
+    from palpate.analysis.reporting.sources import IMPORTED
+    from palpate.modeling.doors.lab_material import COLLECTED, lab_material
 
     imported = sorted(each for each in (wanted.lab / IMPORTED / wanted.study).glob("*") if each.is_file())
     sessions = ledgers_in(wanted.lab, wanted.study)

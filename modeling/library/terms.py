@@ -8,9 +8,9 @@ from functools import cache
 from pathlib import Path
 from typing import Any
 
-from modeling.library.ranges import Soft, trapezoid, turned
+from palpate.modeling.library.ranges import Soft, trapezoid, turned
 
-FILE = Path(__file__).with_name("terms.yaml")
+FILE = Path(__file__).resolve().with_name("terms.yaml")
 Phrase = tuple[str, ...]
 TELLING = ("extremely", "very", "", "slightly")
 """The degrees that a texture is described with, the strongest first."""

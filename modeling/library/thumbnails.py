@@ -9,8 +9,8 @@ from io import BytesIO
 from pathlib import Path
 from typing import TYPE_CHECKING
 
-from modeling.library.entries import LibraryError
-from modeling.library.writing import write_whole
+from palpate.modeling.library.entries import LibraryError
+from palpate.modeling.library.writing import write_whole
 
 if TYPE_CHECKING:
     from PIL.Image import Image

@@ -5,8 +5,8 @@ from __future__ import annotations
 import os
 from pathlib import Path
 
-from modeling.library.entries import LibraryError
-from protocols.files import reason, write_bytes
+from palpate.modeling.library.entries import LibraryError
+from palpate.protocols.files import reason, write_bytes
 
 
 def demand_folder(path: Path) -> None:

@@ -7,8 +7,8 @@ from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass, field
 from typing import Any, ClassVar
 
-from analysis.regenerating.grid import Grid, Head
-from analysis.regenerating.page_words import Caption
+from palpate.analysis.regenerating.grid import Grid, Head
+from palpate.analysis.regenerating.page_words import Caption
 
 NONE = "–"
 Row = Mapping[str, Any]

@@ -6,8 +6,8 @@ from dataclasses import dataclass
 from pathlib import Path
 from typing import TYPE_CHECKING
 
-from analysis.figures.drawn import Mark
-from analysis.figures.style import save
+from palpate.analysis.figures.drawn import Mark
+from palpate.analysis.figures.style import save
 
 if TYPE_CHECKING:
     from matplotlib.figure import Figure

@@ -8,9 +8,9 @@ from collections.abc import Sequence
 from dataclasses import dataclass
 from pathlib import Path
 
-from modeling.report.blocks import Section
+from palpate.modeling.report.blocks import Section
 
-HERE = Path(__file__).parent
+HERE = Path(__file__).resolve().parent
 MOST_COLUMNS = 40
 
 
@@ -29,8 +29,8 @@ def page_html(page: Page) -> str:
     """The whole page. Every name in it is escaped."""
     from markupsafe import Markup
 
-    from analysis.figures.interactive import script
-    from analysis.reporting import templates
+    from palpate.analysis.figures.interactive import script
+    from palpate.analysis.reporting import templates
 
     code = script()
     return (

@@ -4,11 +4,11 @@ from __future__ import annotations
 
 from collections.abc import Sequence
 
-from analysis.figures.interactive import figure_markup
-from analysis.figures.style import inline_svg
-from analysis.regenerating.page_words import caption
-from modeling.report.blocks import Picture
-from modeling.report.drawn import Pictured
+from palpate.analysis.figures.interactive import figure_markup
+from palpate.analysis.figures.style import inline_svg
+from palpate.analysis.regenerating.page_words import caption
+from palpate.modeling.report.blocks import Picture
+from palpate.modeling.report.drawn import Pictured
 
 
 def figure_block(each: Pictured, numbered: str = "") -> Picture:

@@ -9,16 +9,16 @@ from itertools import pairwise
 import numpy as np
 from scipy.cluster.hierarchy import fcluster, ward
 
-from modeling.files.exported import Exported
-from modeling.textures.ar_filters import burg, damped_within, expanded, filters_of, frequencies_of, power_gain
-from modeling.textures.ar_levels import levelled
-from modeling.textures.ar_places import PER, Mesh, meshed
-from modeling.textures.ar_segments import Stretch, segmented
-from modeling.textures.methods import Learning, Method
-from modeling.textures.recording import CHANNELS, Array, TextureDataError
-from protocols.model_card import Affine, Reshape
-from protocols.signal_steps import Autoregression
-from protocols.wording import count
+from palpate.modeling.files.exported import Exported
+from palpate.modeling.textures.ar_filters import burg, damped_within, expanded, filters_of, frequencies_of, power_gain
+from palpate.modeling.textures.ar_levels import levelled
+from palpate.modeling.textures.ar_places import PER, Mesh, meshed
+from palpate.modeling.textures.ar_segments import Stretch, segmented
+from palpate.modeling.textures.methods import Learning, Method
+from palpate.modeling.textures.recording import CHANNELS, Array, TextureDataError
+from palpate.protocols.model_card import Affine, Reshape
+from palpate.protocols.signal_steps import Autoregression
+from palpate.protocols.wording import count
 
 WINDOW = 30
 RADIUS = 0.998

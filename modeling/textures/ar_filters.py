@@ -9,7 +9,7 @@ from collections.abc import Sequence
 
 import numpy as np
 
-from modeling.textures.recording import Array
+from palpate.modeling.textures.recording import Array
 
 FURTHEST = 0.999
 """No pole of what is exported lies beyond this radius, wherever speed and force are (`ar_export.damping`)."""

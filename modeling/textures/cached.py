@@ -9,16 +9,16 @@ from pathlib import Path
 
 import numpy as np
 
-from modeling.textures.joined import Joined
-from modeling.textures.recording import Recording
-from protocols.canonical import json_text
-from protocols.code_digest import code_digest
-from protocols.files import file_sha256, open_bytes, write_text
+from palpate.modeling.textures.joined import Joined
+from palpate.modeling.textures.recording import Recording
+from palpate.protocols.canonical import json_text
+from palpate.protocols.code_digest import code_digest
+from palpate.protocols.files import file_sha256, open_bytes, write_text
 
 
 def content_key(*decides: object) -> str:
     """16 hexadecimal digits that change with what decides a recording: what is given, and the code that makes it."""
-    told = [code_digest("modeling.textures.simulated"), *(str(each) for each in decides)]
+    told = [code_digest("palpate.modeling.textures.simulated"), *(str(each) for each in decides)]
     return hashlib.sha256(json.dumps(told).encode()).hexdigest()[:16]
 
 

@@ -8,7 +8,7 @@ from typing import Any
 from torch import nn
 from torch.optim import Adam, Optimizer
 
-from modeling.training.loop import Optimise
+from palpate.modeling.training.loop import Optimise
 
 WARM = 0.05
 """The share of all steps over which the rate rises."""

@@ -13,19 +13,19 @@ from collections.abc import Mapping
 import torch
 from torch import Tensor, nn
 
-from modeling.textures.exporting_foten import Pieces, pieces
-from modeling.textures.exporting_informer import attending
-from modeling.textures.fitting import FittedWindows, fit_windows
-from modeling.textures.heads import loss_named
-from modeling.textures.informer_layers import ProbSparse
-from modeling.textures.lasting import for_length
-from modeling.textures.methods import Learning, Method
-from modeling.textures.recording import TextureDataError
-from modeling.textures.shapes import shaped
-from modeling.training.clipping import clipped
-from modeling.training.settings import Settings
-from protocols.model_card import Activation
-from protocols.signal_steps import Add, Join, Keep, Lstm, Part, Recall
+from palpate.modeling.textures.exporting_foten import Pieces, pieces
+from palpate.modeling.textures.exporting_informer import attending
+from palpate.modeling.textures.fitting import FittedWindows, fit_windows
+from palpate.modeling.textures.heads import loss_named
+from palpate.modeling.textures.informer_layers import ProbSparse
+from palpate.modeling.textures.lasting import for_length
+from palpate.modeling.textures.methods import Learning, Method
+from palpate.modeling.textures.recording import TextureDataError
+from palpate.modeling.textures.shapes import shaped
+from palpate.modeling.training.clipping import clipped
+from palpate.modeling.training.settings import Settings
+from palpate.protocols.model_card import Activation
+from palpate.protocols.signal_steps import Add, Join, Keep, Lstm, Part, Recall
 
 WINDOW = 40
 CHANNELS, HIDDEN, UNITS = 32, 32, 64

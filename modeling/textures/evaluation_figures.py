@@ -8,25 +8,25 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
-from analysis.figures.style import INK, OKABE_ITO, SOFT, drawing
-from modeling.report.drawn import Pictured, drawn_figure
-from modeling.textures import evaluation_words as words
-from modeling.textures.evaluation_figures_free import free_figures
-from modeling.textures.evaluation_figures_time import time_figures
-from modeling.textures.evaluation_panels import keyed, named, panels, spectrum
-from modeling.textures.evaluation_tables import FIRST, WARM_UP, Row, figure_4_5, start_of, warm_up_rows
-from modeling.textures.judging_jobs import Fit, Play
-from modeling.textures.judging_whole import Judged
-from modeling.textures.metrics import SMOOTHED
-from modeling.textures.recording import Array
-from modeling.textures.registry import DEFAULT, THESIS
-from modeling.training.curves import history_in
+from palpate.analysis.figures.style import INK, OKABE_ITO, SOFT, drawing
+from palpate.modeling.report.drawn import Pictured, drawn_figure
+from palpate.modeling.textures import evaluation_words as words
+from palpate.modeling.textures.evaluation_figures_free import free_figures
+from palpate.modeling.textures.evaluation_figures_time import time_figures
+from palpate.modeling.textures.evaluation_panels import keyed, named, panels, spectrum
+from palpate.modeling.textures.evaluation_tables import FIRST, WARM_UP, Row, figure_4_5, start_of, warm_up_rows
+from palpate.modeling.textures.judging_jobs import Fit, Play
+from palpate.modeling.textures.judging_whole import Judged
+from palpate.modeling.textures.metrics import SMOOTHED
+from palpate.modeling.textures.recording import Array
+from palpate.modeling.textures.registry import DEFAULT, THESIS
+from palpate.modeling.training.curves import history_in
 
 if TYPE_CHECKING:
     from matplotlib.axes import Axes
     from matplotlib.figure import Figure
 
-    from modeling.training.history import Epoch
+    from palpate.modeling.training.history import Epoch
 
 CURVED = (DEFAULT, THESIS)
 
@@ -152,7 +152,7 @@ def _told(found: Judged, method: str) -> dict[str, tuple[Array, Array]]:
 
 def _curves(found: Judged, folder: Path) -> Iterator[Pictured]:
     """The learning curves of ours and of the thesis' method, a line for each texture."""
-    from modeling.training.learning_curve import learning_curve
+    from palpate.modeling.training.learning_curve import learning_curve
 
     for method in CURVED:
         if histories := _histories(found, method):

@@ -9,17 +9,17 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
-from analysis.figures.style import INK, OKABE_ITO, SOFT, drawing
-from modeling.report.drawn import Pictured, drawn_figure
-from modeling.textures import evaluation_words as words
-from modeling.textures.evaluation_panels import Draw, keyed, named, panels, spectrum
-from modeling.textures.evaluation_tables import TRUTH
-from modeling.textures.judging_drive import FAINTEST_N, SLOWEST_MM_S, Drive
-from modeling.textures.judging_jobs import Fit, Play
-from modeling.textures.judging_whole import Judged
-from modeling.textures.metrics_running import ENVELOPE_MS, envelope
-from modeling.textures.recording import RATE_HZ, Array
-from modeling.textures.registry import BASELINE, DEFAULT, THESIS
+from palpate.analysis.figures.style import INK, OKABE_ITO, SOFT, drawing
+from palpate.modeling.report.drawn import Pictured, drawn_figure
+from palpate.modeling.textures import evaluation_words as words
+from palpate.modeling.textures.evaluation_panels import Draw, keyed, named, panels, spectrum
+from palpate.modeling.textures.evaluation_tables import TRUTH
+from palpate.modeling.textures.judging_drive import FAINTEST_N, SLOWEST_MM_S, Drive
+from palpate.modeling.textures.judging_jobs import Fit, Play
+from palpate.modeling.textures.judging_whole import Judged
+from palpate.modeling.textures.metrics_running import ENVELOPE_MS, envelope
+from palpate.modeling.textures.recording import RATE_HZ, Array
+from palpate.modeling.textures.registry import BASELINE, DEFAULT, THESIS
 
 if TYPE_CHECKING:
     from matplotlib.axes import Axes

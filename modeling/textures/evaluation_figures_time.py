@@ -6,12 +6,12 @@ from collections.abc import Iterator
 from pathlib import Path
 from typing import TYPE_CHECKING
 
-from analysis.figures.style import INK, OKABE_ITO, drawing
-from modeling.report.drawn import Pictured, drawn_figure
-from modeling.textures import evaluation_words as words
-from modeling.textures.evaluation_panels import named
-from modeling.textures.evaluation_tables import Row, method_rows
-from modeling.textures.judging_whole import Judged
+from palpate.analysis.figures.style import INK, OKABE_ITO, drawing
+from palpate.modeling.report.drawn import Pictured, drawn_figure
+from palpate.modeling.textures import evaluation_words as words
+from palpate.modeling.textures.evaluation_panels import named
+from palpate.modeling.textures.evaluation_tables import Row, method_rows
+from palpate.modeling.textures.judging_whole import Judged
 
 if TYPE_CHECKING:
     from matplotlib.axes import Axes

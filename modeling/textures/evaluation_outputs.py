@@ -7,10 +7,10 @@ from functools import partial
 from pathlib import Path
 from typing import Any
 
-from analysis.reporting.csv_files import json_row
-from modeling.files.evaluation_folder import read_results, write_evaluation
-from modeling.textures.evaluation_report import choice_of
-from modeling.textures.evaluation_tables import (
+from palpate.analysis.reporting.csv_files import json_row
+from palpate.modeling.files.evaluation_folder import read_results, write_evaluation
+from palpate.modeling.textures.evaluation_report import choice_of
+from palpate.modeling.textures.evaluation_tables import (
     Row,
     curve_rows,
     figure_4_5,
@@ -23,12 +23,12 @@ from modeling.textures.evaluation_tables import (
     texture_rows,
     warm_up_rows,
 )
-from modeling.textures.judging_default import RULE
-from modeling.textures.judging_kept import recording_digest
-from modeling.textures.judging_whole import Judged
-from modeling.textures.recording import Recording
-from modeling.textures.registry import DEFAULT, METHODS
-from modeling.training.run_card import versions
+from palpate.modeling.textures.judging_default import RULE
+from palpate.modeling.textures.judging_kept import recording_digest
+from palpate.modeling.textures.judging_whole import Judged
+from palpate.modeling.textures.recording import Recording
+from palpate.modeling.textures.registry import DEFAULT, METHODS
+from palpate.modeling.training.run_card import versions
 
 KEPT = ".jobs"
 LONG = ("learning_curves",)
@@ -94,9 +94,9 @@ def write_all(
 ) -> list[Path]:
     """Write everything and give the paths, the report last; what an earlier evaluation wrote here and this one does
     not is removed, nothing else is touched."""
-    from modeling.report.drawn import Pictured
-    from modeling.textures.evaluation_figures import figures
-    from modeling.textures.evaluation_report import report_html
+    from palpate.modeling.report.drawn import Pictured
+    from palpate.modeling.textures.evaluation_figures import figures
+    from palpate.modeling.textures.evaluation_report import report_html
 
     def draw(place: Path) -> list[Pictured]:
         report("drawing")

@@ -7,9 +7,9 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
-from analysis.figures.style import SOFT, quiet_axes
-from modeling.textures.metrics import density
-from modeling.textures.recording import Array
+from palpate.analysis.figures.style import SOFT, quiet_axes
+from palpate.modeling.textures.metrics import density
+from palpate.modeling.textures.recording import Array
 
 if TYPE_CHECKING:
     from matplotlib.axes import Axes

@@ -4,11 +4,11 @@ from __future__ import annotations
 
 from collections.abc import Callable, Iterable, Sequence
 
-from modeling.textures.evaluation_tables import Row, least, most, texture_rows
-from modeling.textures.judging import CYCLE, ENVELOPE, GFC, LEVEL
-from modeling.textures.judging_default import better
-from modeling.textures.judging_whole import Judged
-from modeling.textures.registry import BASELINE, DEFAULT, THESIS
+from palpate.modeling.textures.evaluation_tables import Row, least, most, texture_rows
+from palpate.modeling.textures.judging import CYCLE, ENVELOPE, GFC, LEVEL
+from palpate.modeling.textures.judging_default import better
+from palpate.modeling.textures.judging_whole import Judged
+from palpate.modeling.textures.registry import BASELINE, DEFAULT, THESIS
 
 BEATEN = 4
 """Of six textures: on so many the generative network is to be nearer to the truth than the baseline."""

@@ -5,16 +5,16 @@ from __future__ import annotations
 import hashlib
 from collections.abc import Sequence
 
-from modeling.report.blocks import Block, Points, Section
-from modeling.report.drawn import Pictured
-from modeling.report.page import Page, page_html
-from modeling.textures import evaluation_words as words
-from modeling.textures.evaluation_reached import reached
-from modeling.textures.evaluation_sections import free_section, provenance, step_section, time_section
-from modeling.textures.evaluation_tables import method_rows, texture_rows
-from modeling.textures.judging_default import RULE, Choice, choice
-from modeling.textures.judging_kept import recording_digest
-from modeling.textures.judging_whole import Judged
+from palpate.modeling.report.blocks import Block, Points, Section
+from palpate.modeling.report.drawn import Pictured
+from palpate.modeling.report.page import Page, page_html
+from palpate.modeling.textures import evaluation_words as words
+from palpate.modeling.textures.evaluation_reached import reached
+from palpate.modeling.textures.evaluation_sections import free_section, provenance, step_section, time_section
+from palpate.modeling.textures.evaluation_tables import method_rows, texture_rows
+from palpate.modeling.textures.judging_default import RULE, Choice, choice
+from palpate.modeling.textures.judging_kept import recording_digest
+from palpate.modeling.textures.judging_whole import Judged
 
 
 def report_html(found: Judged, pictured: Sequence[Pictured] = ()) -> str:

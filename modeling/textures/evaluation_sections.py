@@ -4,12 +4,12 @@ from __future__ import annotations
 
 from collections.abc import Sequence
 
-from modeling.report.blocks import Block, Column, Heading, Section, Words, in_seconds, table
-from modeling.report.drawn import Pictured
-from modeling.report.pictures import chosen as pictures
-from modeling.report.pictures import figure_block
-from modeling.textures import evaluation_words as words
-from modeling.textures.evaluation_tables import (
+from palpate.modeling.report.blocks import Block, Column, Heading, Section, Words, in_seconds, table
+from palpate.modeling.report.drawn import Pictured
+from palpate.modeling.report.pictures import chosen as pictures
+from palpate.modeling.report.pictures import figure_block
+from palpate.modeling.textures import evaluation_words as words
+from palpate.modeling.textures.evaluation_tables import (
     Row,
     free_rows,
     grid_rows,
@@ -19,11 +19,11 @@ from modeling.textures.evaluation_tables import (
     table_4_3,
     texture_rows,
 )
-from modeling.textures.judging import LIMITS
-from modeling.textures.judging_default import Choice
-from modeling.textures.judging_whole import Judged
-from modeling.textures.registry import METHODS
-from modeling.training.run_card import versions
+from palpate.modeling.textures.judging import LIMITS
+from palpate.modeling.textures.judging_default import Choice
+from palpate.modeling.textures.judging_whole import Judged
+from palpate.modeling.textures.registry import METHODS
+from palpate.modeling.training.run_card import versions
 
 OVERALL = (
     Column("title", "method"),

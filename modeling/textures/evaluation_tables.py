@@ -7,15 +7,15 @@ from typing import Any
 
 import numpy as np
 
-from modeling.textures.evaluation_thesis import SAID, printed_errors, printed_times, printed_variant
-from modeling.textures.judging import beyond
-from modeling.textures.judging_drive import FAINTEST_N, SLOWEST_MM_S, Drive
-from modeling.textures.judging_jobs import Done, Fit, Play
-from modeling.textures.judging_whole import Judged
-from modeling.textures.metrics import mean_of
-from modeling.textures.recording import Array
-from modeling.textures.registry import THESIS
-from modeling.training.curves import history_in
+from palpate.modeling.textures.evaluation_thesis import SAID, printed_errors, printed_times, printed_variant
+from palpate.modeling.textures.judging import beyond
+from palpate.modeling.textures.judging_drive import FAINTEST_N, SLOWEST_MM_S, Drive
+from palpate.modeling.textures.judging_jobs import Done, Fit, Play
+from palpate.modeling.textures.judging_whole import Judged
+from palpate.modeling.textures.metrics import mean_of
+from palpate.modeling.textures.recording import Array
+from palpate.modeling.textures.registry import THESIS
+from palpate.modeling.training.curves import history_in
 
 Row = dict[str, Any]
 STEP = ("mae", "mae_m_s2", "gfc", "explained", "test_samples")

@@ -15,17 +15,17 @@ import torch
 from numpy.typing import NDArray
 from torch import Tensor, nn
 
-from modeling.files.exported import Exported
-from modeling.textures.foten_layers import Dropout, Embedding, EncoderLayer
-from modeling.textures.foten_network import Foten
-from modeling.textures.fourier import FourierBlock, SpectrumEncoder
-from modeling.textures.heads import LEAST_LOG_SD, Spread
-from modeling.textures.matching import Matched
-from modeling.textures.recording import Scale, TextureDataError
-from modeling.textures.spectral_features import MelBlock, WaveletBlock
-from modeling.training.asked import answers_of
-from protocols.model_card import Activation, Affine, Conv, Dense, Reshape, Step
-from protocols.signal_steps import Add, Attention, Cartesian, Join, Keep, Norm, Part, Polar, Recall
+from palpate.modeling.files.exported import Exported
+from palpate.modeling.textures.foten_layers import Dropout, Embedding, EncoderLayer
+from palpate.modeling.textures.foten_network import Foten
+from palpate.modeling.textures.fourier import FourierBlock, SpectrumEncoder
+from palpate.modeling.textures.heads import LEAST_LOG_SD, Spread
+from palpate.modeling.textures.matching import Matched
+from palpate.modeling.textures.recording import Scale, TextureDataError
+from palpate.modeling.textures.spectral_features import MelBlock, WaveletBlock
+from palpate.modeling.training.asked import answers_of
+from palpate.protocols.model_card import Activation, Affine, Conv, Dense, Reshape, Step
+from palpate.protocols.signal_steps import Add, Attention, Cartesian, Join, Keep, Norm, Part, Polar, Recall
 
 Pieces = Iterator[tuple[Step, Mapping[str, Tensor]]]
 """Steps, each with the tensors that it names."""

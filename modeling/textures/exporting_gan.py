@@ -4,13 +4,13 @@ from __future__ import annotations
 
 import numpy as np
 
-from modeling.files.exported import Exported
-from modeling.textures.exporting_foten import Pieces, pieces
-from modeling.textures.exporting_informer import attended  # noqa: F401 - convolutions are registered there
-from modeling.textures.gan_networks import BOUND, CHANNELS, NOISE, Generator
-from modeling.textures.gan_scale import SpectraScale
-from protocols.model_card import Activation, Affine, Reshape, Step, Upsample
-from protocols.signal_steps import Turn
+from palpate.modeling.files.exported import Exported
+from palpate.modeling.textures.exporting_foten import Pieces, pieces
+from palpate.modeling.textures.exporting_informer import attended  # noqa: F401 - convolutions are registered there
+from palpate.modeling.textures.gan_networks import BOUND, CHANNELS, NOISE, Generator
+from palpate.modeling.textures.gan_scale import SpectraScale
+from palpate.protocols.model_card import Activation, Affine, Reshape, Step, Upsample
+from palpate.protocols.signal_steps import Turn
 
 
 def exported_generator(network: Generator, scale: SpectraScale) -> Exported:

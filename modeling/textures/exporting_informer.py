@@ -7,11 +7,11 @@ from typing import Any
 import torch
 from torch import nn
 
-from modeling.textures.exporting_foten import Pieces, each_place, pieces
-from modeling.textures.informer_layers import Attended, Distilled, Embedded, Forward, ProbSparse
-from modeling.textures.recording import TextureDataError
-from protocols.model_card import Activation, Affine, Conv, MaxPool
-from protocols.signal_steps import Add, Attention, Keep
+from palpate.modeling.textures.exporting_foten import Pieces, each_place, pieces
+from palpate.modeling.textures.informer_layers import Attended, Distilled, Embedded, Forward, ProbSparse
+from palpate.modeling.textures.recording import TextureDataError
+from palpate.protocols.model_card import Activation, Affine, Conv, MaxPool
+from palpate.protocols.signal_steps import Add, Attention, Keep
 
 
 def attending(layer: ProbSparse, name: str, memory: str | None = None) -> Pieces:

@@ -14,19 +14,19 @@ import numpy as np
 import torch
 from torch import Tensor, nn
 
-from modeling.files.exported import Exported
-from modeling.textures.cosine import cosine
-from modeling.textures.methods import Learning
-from modeling.textures.recording import Array, Scale, TextureDataError
-from modeling.textures.resting import with_rest
-from modeling.textures.windows import scale_of, windows
-from modeling.training.asked import answers_of, wished_settings
-from modeling.training.loop import Optimise, Trained, adam
-from modeling.training.loop import train as train_network
-from modeling.training.seeding import seeded
-from modeling.training.settings import Settings
-from modeling.training.sources import Given, Made, Pairs, Source, pairs
-from modeling.training.stepping import Loss
+from palpate.modeling.files.exported import Exported
+from palpate.modeling.textures.cosine import cosine
+from palpate.modeling.textures.methods import Learning
+from palpate.modeling.textures.recording import Array, Scale, TextureDataError
+from palpate.modeling.textures.resting import with_rest
+from palpate.modeling.textures.windows import scale_of, windows
+from palpate.modeling.training.asked import answers_of, wished_settings
+from palpate.modeling.training.loop import Optimise, Trained, adam
+from palpate.modeling.training.loop import train as train_network
+from palpate.modeling.training.seeding import seeded
+from palpate.modeling.training.settings import Settings
+from palpate.modeling.training.sources import Given, Made, Pairs, Source, pairs
+from palpate.modeling.training.stepping import Loss
 
 AT_ONCE = 512
 """Windows that a network answers at a time."""
@@ -86,7 +86,7 @@ class FittedWindows:
 
     def exported(self) -> Exported:
         """The network as steps from a texture window to one number (mean), or two (mean, log SD)."""
-        from modeling.textures.exporting_foten import exported_windows
+        from palpate.modeling.textures.exporting_foten import exported_windows
 
         return exported_windows(self.network, self.scale, self.window)
 

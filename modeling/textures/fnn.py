@@ -13,16 +13,16 @@ import torch
 from scipy.signal import firwin
 from torch import Tensor, nn
 
-from modeling.textures.exporting_foten import Pieces, fixed, pieces
-from modeling.textures.fitting import FittedWindows, fit_windows
-from modeling.textures.heads import loss_named
-from modeling.textures.lasting import for_length
-from modeling.textures.methods import Learning, Method
-from modeling.textures.recording import RATE_HZ, Array
-from modeling.textures.shapes import shaped
-from modeling.training.settings import Settings
-from protocols.model_card import Activation, Reshape
-from protocols.signal_steps import Add, Join, Keep, Part, Recall
+from palpate.modeling.textures.exporting_foten import Pieces, fixed, pieces
+from palpate.modeling.textures.fitting import FittedWindows, fit_windows
+from palpate.modeling.textures.heads import loss_named
+from palpate.modeling.textures.lasting import for_length
+from palpate.modeling.textures.methods import Learning, Method
+from palpate.modeling.textures.recording import RATE_HZ, Array
+from palpate.modeling.textures.shapes import shaped
+from palpate.modeling.training.settings import Settings
+from palpate.protocols.model_card import Activation, Reshape
+from palpate.protocols.signal_steps import Add, Join, Keep, Part, Recall
 
 WINDOW = 30
 BORDERS_HZ = (100.0, 250.0)

@@ -7,14 +7,14 @@ from collections.abc import Iterator
 from dataclasses import replace
 from functools import partial
 
-from modeling.textures.fitting import Diet, FittedWindows, fit_windows
-from modeling.textures.foten_layers import DROPOUT
-from modeling.textures.foten_network import WINDOW, Foten
-from modeling.textures.fourier import FourierBlock
-from modeling.textures.heads import loss_named, nll
-from modeling.textures.matching import MOST_GAIN, QUICK_ROUNDS, ROUNDS, Matched, match
-from modeling.textures.methods import Learning, Method
-from modeling.training.settings import Settings
+from palpate.modeling.textures.fitting import Diet, FittedWindows, fit_windows
+from palpate.modeling.textures.foten_layers import DROPOUT
+from palpate.modeling.textures.foten_network import WINDOW, Foten
+from palpate.modeling.textures.fourier import FourierBlock
+from palpate.modeling.textures.heads import loss_named, nll
+from palpate.modeling.textures.matching import MOST_GAIN, QUICK_ROUNDS, ROUNDS, Matched, match
+from palpate.modeling.textures.methods import Learning, Method
+from palpate.modeling.training.settings import Settings
 
 GENERATIVE_WINDOW = 30
 """In 20 ms there is no whole period of what is felt below 50 Hz."""

@@ -7,10 +7,10 @@ from collections.abc import Callable
 import torch
 from torch import Tensor, nn
 
-from modeling.textures.foten_layers import DROPOUT, WIDTH, Dropout, Embedding, Encoder
-from modeling.textures.fourier import FourierBlock
-from modeling.textures.heads import head
-from modeling.textures.recording import CHANNELS, TextureDataError
+from palpate.modeling.textures.foten_layers import DROPOUT, WIDTH, Dropout, Embedding, Encoder
+from palpate.modeling.textures.fourier import FourierBlock
+from palpate.modeling.textures.heads import head
+from palpate.modeling.textures.recording import CHANNELS, TextureDataError
 
 Spectral = Callable[[int, float], nn.Module]
 """A window's length and a dropout to a block from (batch, window) to the same shape."""

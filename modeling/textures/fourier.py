@@ -7,7 +7,7 @@ import math
 import torch
 from torch import Tensor, nn
 
-from modeling.textures.foten_layers import DROPOUT, HIDDEN, Embedding, Encoder
+from palpate.modeling.textures.foten_layers import DROPOUT, HIDDEN, Embedding, Encoder
 
 WIDTH, HEADS = 16, 4
 """Of the encoders of magnitude and phase; the thesis does not say."""

@@ -19,20 +19,20 @@ import numpy as np
 import torch
 from torch import Tensor
 
-from modeling.files.exported import Exported
-from modeling.textures.fitting import settings_for
-from modeling.textures.gan_networks import NOISE, Critic, Generator
-from modeling.textures.gan_scale import SpectraScale, spectra_scale
-from modeling.textures.lasting import for_length
-from modeling.textures.methods import Learning, Method
-from modeling.textures.recording import Array, TextureDataError
-from modeling.textures.spectrograms import FAINTEST, Frames, Spectra, spectra
-from modeling.textures.windows import Stretches, samples_of
-from modeling.training.adversarial import Adversarial, Adversaries, energy_distance, two_adams
-from modeling.training.loop import Trained, train
-from modeling.training.seeding import seeded, training_state
-from modeling.training.settings import Settings
-from modeling.training.sources import Given, Made, Pairs, Source, pairs
+from palpate.modeling.files.exported import Exported
+from palpate.modeling.textures.fitting import settings_for
+from palpate.modeling.textures.gan_networks import NOISE, Critic, Generator
+from palpate.modeling.textures.gan_scale import SpectraScale, spectra_scale
+from palpate.modeling.textures.lasting import for_length
+from palpate.modeling.textures.methods import Learning, Method
+from palpate.modeling.textures.recording import Array, TextureDataError
+from palpate.modeling.textures.spectrograms import FAINTEST, Frames, Spectra, spectra
+from palpate.modeling.textures.windows import Stretches, samples_of
+from palpate.modeling.training.adversarial import Adversarial, Adversaries, energy_distance, two_adams
+from palpate.modeling.training.loop import Trained, train
+from palpate.modeling.training.seeding import seeded, training_state
+from palpate.modeling.training.settings import Settings
+from palpate.modeling.training.sources import Given, Made, Pairs, Source, pairs
 
 SIZE, PARTS, FRAMES = 56, 4, 4
 """Samples of a frame (thesis table 4.3), hops in a frame, frames in a block."""
@@ -78,7 +78,7 @@ class FittedGan:
 
     def exported(self) -> Exported:
         """Steps from speed, force and noise (66) to log magnitudes (bins, frames) in C order."""
-        from modeling.textures.exporting_gan import exported_generator
+        from palpate.modeling.textures.exporting_gan import exported_generator
 
         return exported_generator(cast(Generator, self.network.generator), self.scale)
 

@@ -6,8 +6,8 @@ import torch
 from torch import Tensor, nn
 from torch.nn import functional
 
-from modeling.textures.shapes import shaped
-from modeling.textures.spectrograms import Frames
+from palpate.modeling.textures.shapes import shaped
+from palpate.modeling.textures.spectrograms import Frames
 
 NOISE = 64
 """Numbers drawn for each block: about as many as a block of 98 samples has degrees of freedom."""

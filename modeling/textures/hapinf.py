@@ -14,18 +14,18 @@ import math
 import torch
 from torch import Tensor, nn
 
-from modeling.textures.exporting_foten import Pieces, fixed, pieces
-from modeling.textures.exporting_informer import attended
-from modeling.textures.fitting import FittedWindows, fit_windows
-from modeling.textures.heads import loss_named
-from modeling.textures.informer_layers import Attended, Distilled, Embedded, Forward, ProbSparse
-from modeling.textures.lasting import for_length
-from modeling.textures.methods import Learning, Method
-from modeling.textures.recording import TextureDataError
-from modeling.textures.shapes import shaped
-from modeling.training.settings import Settings
-from protocols.model_card import Reshape
-from protocols.signal_steps import Keep, Part, Recall
+from palpate.modeling.textures.exporting_foten import Pieces, fixed, pieces
+from palpate.modeling.textures.exporting_informer import attended
+from palpate.modeling.textures.fitting import FittedWindows, fit_windows
+from palpate.modeling.textures.heads import loss_named
+from palpate.modeling.textures.informer_layers import Attended, Distilled, Embedded, Forward, ProbSparse
+from palpate.modeling.textures.lasting import for_length
+from palpate.modeling.textures.methods import Learning, Method
+from palpate.modeling.textures.recording import TextureDataError
+from palpate.modeling.textures.shapes import shaped
+from palpate.modeling.training.settings import Settings
+from palpate.protocols.model_card import Reshape
+from palpate.protocols.signal_steps import Keep, Part, Recall
 
 WINDOW = 10
 WIDTH, HEADS, HIDDEN = 64, 4, 128

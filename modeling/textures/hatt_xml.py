@@ -10,7 +10,7 @@ from xml.etree import ElementTree
 
 import numpy as np
 
-from modeling.textures.recording import Array, TextureDataError
+from palpate.modeling.textures.recording import Array, TextureDataError
 
 LARGEST = 256 * 1024**2
 """Bytes of a file; ten seconds of every signal at 10 kHz take some 30 million."""

@@ -9,9 +9,9 @@ import torch
 from torch import Tensor, nn
 from torch.nn import functional
 
-from modeling.textures.foten_layers import Dropout
-from modeling.textures.recording import TextureDataError
-from modeling.training.stepping import Loss
+from palpate.modeling.textures.foten_layers import Dropout
+from palpate.modeling.textures.recording import TextureDataError
+from palpate.modeling.training.stepping import Loss
 
 UNITS = (256, 64)
 """Thesis 4.4.5: the two dense layers before the last one."""

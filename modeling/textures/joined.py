@@ -8,7 +8,7 @@ from itertools import pairwise
 
 import numpy as np
 
-from modeling.textures.recording import Array, Recording
+from palpate.modeling.textures.recording import Array, Recording
 
 
 @dataclass(frozen=True)

@@ -7,7 +7,7 @@ from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 from typing import Any
 
-from modeling.textures.registry import BASELINE, DEFAULT
+from palpate.modeling.textures.registry import BASELINE, DEFAULT
 
 Row = Mapping[str, Any]
 RULE = (

@@ -9,11 +9,11 @@ from typing import Literal
 import numpy as np
 from numpy.typing import NDArray
 
-from modeling.textures.joined import pieces_of
-from modeling.textures.metrics_running import CYCLE, cycle
-from modeling.textures.recording import RATE_HZ, Array, Parts, Recording, TextureDataError
-from modeling.textures.side import TextureSide
-from modeling.textures.windows import Stretches, samples_of
+from palpate.modeling.textures.joined import pieces_of
+from palpate.modeling.textures.metrics_running import CYCLE, cycle
+from palpate.modeling.textures.recording import RATE_HZ, Array, Parts, Recording, TextureDataError
+from palpate.modeling.textures.side import TextureSide
+from palpate.modeling.textures.windows import Stretches, samples_of
 
 LEAST_S = 2.0
 """A test part below this says too little of level and spectrum: the whole recording's hand is taken then."""

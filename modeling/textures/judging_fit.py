@@ -8,14 +8,14 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
-from modeling.textures.judging_jobs import Context, Done, Fit
-from modeling.textures.judging_kept import checkpoint, model_folder
-from modeling.textures.methods import Fitted, Learning
-from modeling.textures.metrics import explained, gfc, mae
-from modeling.textures.outputs import write_texture
-from modeling.textures.recording import Array, Parts, Recording, TextureDataError
-from modeling.textures.windows import samples_of, windows
-from modeling.training.curves import curve_of
+from palpate.modeling.textures.judging_jobs import Context, Done, Fit
+from palpate.modeling.textures.judging_kept import checkpoint, model_folder
+from palpate.modeling.textures.methods import Fitted, Learning
+from palpate.modeling.textures.metrics import explained, gfc, mae
+from palpate.modeling.textures.outputs import write_texture
+from palpate.modeling.textures.recording import Array, Parts, Recording, TextureDataError
+from palpate.modeling.textures.windows import samples_of, windows
+from palpate.modeling.training.curves import curve_of
 
 LONGEST = 40
 """So many samples at the start of each test stretch are no one's to predict: all windows end with the same samples."""

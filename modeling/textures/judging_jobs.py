@@ -10,10 +10,10 @@ from typing import Any
 
 from numpy.typing import NDArray
 
-from modeling.textures.methods import Method
-from modeling.textures.recording import Array, Parts, Recording
-from modeling.textures.registry import METHODS
-from modeling.textures.side import TextureSide
+from palpate.modeling.textures.methods import Method
+from palpate.modeling.textures.recording import Array, Parts, Recording
+from palpate.modeling.textures.registry import METHODS
+from palpate.modeling.textures.side import TextureSide
 
 Clock = Callable[[], float]
 SECONDS, QUICK_SECONDS = 60.0, 10.0

@@ -13,13 +13,13 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
-from modeling.files.finished import put_down, taken_up
-from modeling.textures.judging_jobs import Context, Done, Explore, Fit, Job
-from modeling.textures.recording import Recording
-from modeling.textures.side import side_digest
-from modeling.training.run_card import versions
-from protocols.code_digest import code_digest, module_of
-from protocols.files import file_sha256
+from palpate.modeling.files.finished import put_down, taken_up
+from palpate.modeling.textures.judging_jobs import Context, Done, Explore, Fit, Job
+from palpate.modeling.textures.recording import Recording
+from palpate.modeling.textures.side import side_digest
+from palpate.modeling.training.run_card import versions
+from palpate.protocols.code_digest import code_digest, module_of
+from palpate.protocols.files import file_sha256
 
 CHECKPOINTS, MODELS = "checkpoints", "models"
 
@@ -35,7 +35,7 @@ def _decides(job: Job, context: Context) -> dict[str, Any]:
         side = type(context.side)
         return {
             "explore": [job.texture, context.seconds, f"{side.__module__}.{side.__qualname__}"],
-            "code": [code_digest("modeling.textures.judging_drive"), side_digest(context.side)],
+            "code": [code_digest("palpate.modeling.textures.judging_drive"), side_digest(context.side)],
         }
     if isinstance(job, Fit):
         method = context.methods[job.method]
@@ -44,13 +44,13 @@ def _decides(job: Job, context: Context) -> dict[str, Any]:
             "data": recording_digest(context.recordings[job.texture]),
             "parts": repr(context.parts[job.texture]),
             "settings": {name: str(value) for name, value in sorted(context.settings.items())},
-            "code": code_digest(module_of(method.fit), "modeling.textures.judging_fit"),
+            "code": code_digest(module_of(method.fit), "palpate.modeling.textures.judging_fit"),
             "player": side_digest(context.side) if method.kind == "block" else "",
         }
     return {
         "play": [key(job.fit, context), job.sampled, context.seconds, context.explore],
         "drive": key(Explore(job.fit.texture), context) if context.explore else "",
-        "code": [code_digest("modeling.textures.judging"), side_digest(context.side)],
+        "code": [code_digest("palpate.modeling.textures.judging"), side_digest(context.side)],
     }
 
 

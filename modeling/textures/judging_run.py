@@ -8,11 +8,11 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
-from modeling.textures.judging_drive import Drive, explored, from_recording
-from modeling.textures.judging_fit import fitted
-from modeling.textures.judging_jobs import Context, Done, Explore, Fit, Job, Play
-from modeling.textures.judging_kept import forget_checkpoints, keep, load
-from modeling.textures.recording import TextureDataError
+from palpate.modeling.textures.judging_drive import Drive, explored, from_recording
+from palpate.modeling.textures.judging_fit import fitted
+from palpate.modeling.textures.judging_jobs import Context, Done, Explore, Fit, Job, Play
+from palpate.modeling.textures.judging_kept import forget_checkpoints, keep, load
+from palpate.modeling.textures.recording import TextureDataError
 
 Arrays = dict[str, NDArray[Any]]
 HEARD = ("speed", "force", "truth", "again")
@@ -62,9 +62,9 @@ def drive_for(texture: str, context: Context) -> Drive:
 
 
 def _played(job: Play, context: Context) -> Done:
-    from modeling.textures.judging import judged
-    from modeling.textures.metrics import density
-    from modeling.textures.metrics_running import envelope
+    from palpate.modeling.textures.judging import judged
+    from palpate.modeling.textures.metrics import density
+    from palpate.modeling.textures.metrics_running import envelope
 
     model = run(job.fit, context)
     if model.refused or model.card is None:

@@ -9,21 +9,21 @@ from functools import partial
 from pathlib import Path
 from typing import Any
 
-from modeling.textures.judging import ceiling, truth_of
-from modeling.textures.judging_drive import Drive
-from modeling.textures.judging_jobs import QUICK_SECONDS, SECONDS, Clock, Context, Done, Explore, Fit, Job, Play
-from modeling.textures.judging_kept import forget_checkpoints, keep, load
-from modeling.textures.judging_run import drive_for, run
-from modeling.textures.methods import Method
-from modeling.textures.recording import Parts, Recording, TextureDataError
-from modeling.textures.registry import DEFAULT, METHODS, ON_REQUEST, demand_known
-from modeling.textures.side import TextureSide
-from modeling.textures.splitting import split, told
-from modeling.textures.windows import LENGTHS
+from palpate.modeling.textures.judging import ceiling, truth_of
+from palpate.modeling.textures.judging_drive import Drive
+from palpate.modeling.textures.judging_jobs import QUICK_SECONDS, SECONDS, Clock, Context, Done, Explore, Fit, Job, Play
+from palpate.modeling.textures.judging_kept import forget_checkpoints, keep, load
+from palpate.modeling.textures.judging_run import drive_for, run
+from palpate.modeling.textures.methods import Method
+from palpate.modeling.textures.recording import Parts, Recording, TextureDataError
+from palpate.modeling.textures.registry import DEFAULT, METHODS, ON_REQUEST, demand_known
+from palpate.modeling.textures.side import TextureSide
+from palpate.modeling.textures.splitting import split, told
+from palpate.modeling.textures.windows import LENGTHS
 
 Report = Callable[[str], None]
 LOSSES = ("mae", "mse", "huber-1.2", "huber-1.6", "huber-2.0")
-"""Figure 4.5 (the names are those of modeling.textures.heads)."""
+"""Figure 4.5 (the names are those of palpate.modeling.textures.heads)."""
 STEPS, QUICK_STEPS = 2000, 200
 SLOW = ("dstn", "hapinf", "gan", "foten", "foten_thesis", "foten_generative", "ten", "ten_mfcc", "ten_wavelet")
 """What takes minutes to train goes first, so that no core is left with a long one at the end."""
@@ -157,7 +157,7 @@ def finished(
 
 
 def _wave(jobs: Sequence[Job], context: Context, wanted: Wanted, report: Report) -> dict[Job, Done]:
-    from modeling.training.jobs import run_jobs
+    from palpate.modeling.training.jobs import run_jobs
 
     if not jobs:
         return {}

@@ -4,8 +4,8 @@ from __future__ import annotations
 
 from dataclasses import replace
 
-from modeling.textures.methods import Learning
-from modeling.training.settings import Settings
+from palpate.modeling.textures.methods import Learning
+from palpate.modeling.training.settings import Settings
 
 SAMPLES = 14_000
 """The training part of 20 s (thesis 4.3.3), for which a method's epochs are meant."""

@@ -8,7 +8,7 @@ from collections.abc import Iterator
 import numpy as np
 from numpy.typing import NDArray
 
-from modeling.textures.recording import Array
+from palpate.modeling.textures.recording import Array
 
 Complex = NDArray[np.complex128]
 

@@ -17,13 +17,13 @@ from numpy.typing import NDArray
 from scipy.linalg import solve_toeplitz
 from torch import Tensor, nn
 
-from modeling.textures.judging_drive import sounds
-from modeling.textures.matching_felt import correction
-from modeling.textures.metrics import SMOOTHED, level_ratio
-from modeling.textures.metrics_felt import felt_distance
-from modeling.textures.recording import Array, Parts, Recording, Scale
-from modeling.textures.windows import Stretches
-from modeling.training.seeding import training_state
+from palpate.modeling.textures.judging_drive import sounds
+from palpate.modeling.textures.matching_felt import correction
+from palpate.modeling.textures.metrics import SMOOTHED, level_ratio
+from palpate.modeling.textures.metrics_felt import felt_distance
+from palpate.modeling.textures.recording import Array, Parts, Recording, Scale
+from palpate.modeling.textures.windows import Stretches
+from palpate.modeling.training.seeding import training_state
 
 ROUNDS, QUICK_ROUNDS, DRAWS = 8, 1, 6
 """Corrections that are tried, one after another; runs of each, with random numbers of their own."""

@@ -6,10 +6,10 @@ import numpy as np
 from numpy.typing import NDArray
 from scipy.optimize import least_squares
 
-from modeling.textures.metrics import density
-from modeling.textures.metrics_felt import third_octaves
-from modeling.textures.recording import RATE_HZ, Array
-from protocols.vibration_threshold import BANDS_HZ, threshold_m_s2
+from palpate.modeling.textures.metrics import density
+from palpate.modeling.textures.metrics_felt import third_octaves
+from palpate.modeling.textures.recording import RATE_HZ, Array
+from palpate.protocols.vibration_threshold import BANDS_HZ, threshold_m_s2
 
 KEPT = 0.3
 """How much an RMS change of the spectrum by 1 dB counts beside a third octave that is 1 dB off: what is not felt to

@@ -6,8 +6,8 @@ from collections.abc import Callable, Mapping
 from dataclasses import dataclass, field
 from typing import Any, Literal, Protocol
 
-from modeling.files.exported import Exported
-from modeling.textures.recording import Array, Parts, Recording
+from palpate.modeling.files.exported import Exported
+from palpate.modeling.textures.recording import Array, Parts, Recording
 
 
 @dataclass(frozen=True)
@@ -27,7 +27,8 @@ class Learning:
 
 
 class Fitted(Protocol):
-    """A fitted method. One that was trained in epochs also has `trained` (modeling.training.loop.Trained); one whose
+    """A fitted method. One that was trained in epochs also has `trained`
+    (palpate.modeling.training.loop.Trained); one whose
     training has an aim of its own also has `missed`, a sentence for each aim that it missed."""
 
     @property

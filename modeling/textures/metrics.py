@@ -6,7 +6,7 @@ from collections.abc import Iterable, Iterator
 
 import numpy as np
 
-from modeling.textures.recording import RATE_HZ, Array, TextureDataError
+from palpate.modeling.textures.recording import RATE_HZ, Array, TextureDataError
 
 SMOOTHED = 256
 """Samples of the Hann windows whose spectra are averaged: 3.9 Hz apart, an equivalent noise bandwidth of 5.9 Hz."""

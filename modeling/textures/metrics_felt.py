@@ -6,9 +6,9 @@ import math
 
 import numpy as np
 
-from modeling.textures.metrics import density
-from modeling.textures.recording import Array
-from protocols.vibration_threshold import BANDS_HZ, band_edges_hz, threshold_m_s2
+from palpate.modeling.textures.metrics import density
+from palpate.modeling.textures.recording import Array
+from palpate.protocols.vibration_threshold import BANDS_HZ, band_edges_hz, threshold_m_s2
 
 
 def felt_levels(signal: Array) -> Array:

@@ -4,8 +4,8 @@ from __future__ import annotations
 
 import numpy as np
 
-from modeling.textures.metrics import level
-from modeling.textures.recording import RATE_HZ, Array, TextureDataError
+from palpate.modeling.textures.metrics import level
+from palpate.modeling.textures.recording import RATE_HZ, Array, TextureDataError
 
 ENVELOPE_MS = 250
 """RMS in consecutive windows of so many milliseconds."""

@@ -11,11 +11,11 @@ from typing import Any, Protocol, cast
 
 import numpy as np
 
-from modeling.textures.methods import Fitted, Method
-from modeling.textures.recording import RATE_HZ, Array, Parts, Recording, TextureDataError
-from modeling.textures.side import TextureSide
-from modeling.textures.windows import samples_of
-from protocols.model_card import Port, Texture
+from palpate.modeling.textures.methods import Fitted, Method
+from palpate.modeling.textures.recording import RATE_HZ, Array, Parts, Recording, TextureDataError
+from palpate.modeling.textures.side import TextureSide
+from palpate.modeling.textures.windows import samples_of
+from palpate.protocols.model_card import Port, Texture
 
 START_SPEED_MM_S, START_FORCE_N = 45.0, 0.8
 """What hands begin with (thesis 4.5.1; 45 m/s there is a misprint)."""
@@ -57,7 +57,7 @@ def write_texture(
     where a model gives spectra, a touch begins without. Raises ModelWritingError for what cannot be written,
     TextureDataError for a training part without samples, and what the side raises.
     """
-    from modeling.files.writing import write_model
+    from palpate.modeling.files.writing import write_model
 
     takes, gives = ports(fitted, method)
     exported = fitted.exported()

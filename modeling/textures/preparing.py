@@ -8,14 +8,14 @@ from dataclasses import dataclass, replace
 import numpy as np
 from numpy.typing import NDArray
 
-from analysis.features.touch import Stretch
-from modeling.textures.hum import before_filter, without_hum
-from modeling.textures.joined import joined
-from modeling.textures.plausible import TOLD, clipped_share, demand_alive, demand_plausible, oddities
-from modeling.textures.rates import Sampled, along, on_grid, speed_from
-from modeling.textures.recording import RATE_HZ, Array, Recording, TextureDataError, TooShort
-from studies.one_axis import FRAME_S, one_axis
-from studies.texture_signals import BAND_HZ, HAND_HZ, band_pass, has_upper_edge, low_pass
+from palpate.analysis.features.touch import Stretch
+from palpate.modeling.textures.hum import before_filter, without_hum
+from palpate.modeling.textures.joined import joined
+from palpate.modeling.textures.plausible import TOLD, clipped_share, demand_alive, demand_plausible, oddities
+from palpate.modeling.textures.rates import Sampled, along, on_grid, speed_from
+from palpate.modeling.textures.recording import RATE_HZ, Array, Recording, TextureDataError, TooShort
+from palpate.studies.one_axis import FRAME_S, one_axis
+from palpate.studies.texture_signals import BAND_HZ, HAND_HZ, band_pass, has_upper_edge, low_pass
 
 SHORTEST_S = 0.3
 """A piece between two holes that is shorter is left out: its filters' ends would be most of it."""

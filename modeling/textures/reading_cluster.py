@@ -13,14 +13,14 @@ from pathlib import Path
 
 import numpy as np
 
-from modeling.textures.preparing import Touched, prepared
-from modeling.textures.rates import Sampled
-from modeling.textures.recording import Array, Recording, TextureDataError
-from modeling.textures.table_columns import read_columns
-from modeling.textures.units import G_M_S2
-from protocols.did_you_mean import nearest
-from protocols.files import file_sha256
-from protocols.wording import count, some
+from palpate.modeling.textures.preparing import Touched, prepared
+from palpate.modeling.textures.rates import Sampled
+from palpate.modeling.textures.recording import Array, Recording, TextureDataError
+from palpate.modeling.textures.table_columns import read_columns
+from palpate.modeling.textures.units import G_M_S2
+from palpate.protocols.did_you_mean import nearest
+from palpate.protocols.files import file_sha256
+from palpate.protocols.wording import count, some
 
 NAME = re.compile(r"(?P<texture>\d+)_(?P<direction>\d+)_(?P<velocity>\d+)_(?P<force>\d+)_(?P<repeat>\d+)")
 """texture id, direction (degrees, clockwise), velocity (mm/s), force (mN), repeat."""

@@ -12,12 +12,12 @@ from pathlib import Path
 
 import numpy as np
 
-from modeling.textures.hatt_xml import Document, read_document
-from modeling.textures.preparing import UP, Touched, prepared
-from modeling.textures.rates import Sampled, evenly, projected, speed_from
-from modeling.textures.recording import Array, Recording, TextureDataError
-from modeling.textures.units import PLAIN, scale_of_unit
-from protocols.files import file_sha256
+from palpate.modeling.textures.hatt_xml import Document, read_document
+from palpate.modeling.textures.preparing import UP, Touched, prepared
+from palpate.modeling.textures.rates import Sampled, evenly, projected, speed_from
+from palpate.modeling.textures.recording import Array, Recording, TextureDataError
+from palpate.modeling.textures.units import PLAIN, scale_of_unit
+from palpate.protocols.files import file_sha256
 
 RATE_HZ = 10_000.0
 """What the toolkit recorded at, where a file does not say."""

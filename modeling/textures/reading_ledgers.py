@@ -8,19 +8,19 @@ from pathlib import Path
 
 import numpy as np
 
-from analysis.streams.reading import Attempt, attempts_of, counting, streams_in
-from analysis.streams.recorded import Stream, StreamError
-from modeling.textures.preparing import UP, Touched, prepared
-from modeling.textures.rates import Sampled
-from modeling.textures.recording import Array, Recording, TextureDataError
-from modeling.textures.units import scale_of_unit
-from protocols.did_you_mean import nearest
-from protocols.files import file_sha256
-from protocols.wording import some
-from studies.begun import by_twins, left_out, wanted_kind
-from studies.collect import ledgers_in
-from studies.participants.registry import withdrawn
-from studies.record import LedgerError, Record, read, read_header
+from palpate.analysis.streams.reading import Attempt, attempts_of, counting, streams_in
+from palpate.analysis.streams.recorded import Stream, StreamError
+from palpate.modeling.textures.preparing import UP, Touched, prepared
+from palpate.modeling.textures.rates import Sampled
+from palpate.modeling.textures.recording import Array, Recording, TextureDataError
+from palpate.modeling.textures.units import scale_of_unit
+from palpate.protocols.did_you_mean import nearest
+from palpate.protocols.files import file_sha256
+from palpate.protocols.wording import some
+from palpate.studies.begun import by_twins, left_out, wanted_kind
+from palpate.studies.collect import ledgers_in
+from palpate.studies.participants.registry import withdrawn
+from palpate.studies.record import LedgerError, Record, read, read_header
 
 STUDY = "texture_capture"
 AXES = ("x", "y", "z")

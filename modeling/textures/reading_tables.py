@@ -8,11 +8,11 @@ from pathlib import Path
 
 import numpy as np
 
-from modeling.textures.preparing import UP, Touched, prepared
-from modeling.textures.rates import Sampled
-from modeling.textures.recording import Array, Recording, TextureDataError
-from modeling.textures.table_columns import Column, Table, read_columns
-from protocols.files import file_sha256
+from palpate.modeling.textures.preparing import UP, Touched, prepared
+from palpate.modeling.textures.rates import Sampled
+from palpate.modeling.textures.recording import Array, Recording, TextureDataError
+from palpate.modeling.textures.table_columns import Column, Table, read_columns
+from palpate.protocols.files import file_sha256
 
 KINDS = (".csv", ".tsv", ".txt")
 CHANNELS = {

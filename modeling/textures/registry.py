@@ -4,23 +4,23 @@ from __future__ import annotations
 
 from collections.abc import Mapping
 
-from modeling.textures.methods import Method
-from modeling.textures.recording import TextureDataError
-from protocols.lazy import LazyTable
+from palpate.modeling.textures.methods import Method
+from palpate.modeling.textures.recording import TextureDataError
+from palpate.protocols.lazy import LazyTable
 
 METHODS: Mapping[str, Method] = LazyTable(
     {
-        "ar": "modeling.textures.ar:AR",
-        "fnn": "modeling.textures.fnn:FNN",
-        "gan": "modeling.textures.gan:GAN",
-        "dstn": "modeling.textures.dstn:DSTN",
-        "hapinf": "modeling.textures.hapinf:HAPINF",
-        "foten": "modeling.textures.foten:FOTEN",
-        "foten_thesis": "modeling.textures.foten:FOTEN_THESIS",
-        "foten_generative": "modeling.textures.foten:FOTEN_GENERATIVE",
-        "ten": "modeling.textures.ten:TEN",
-        "ten_mfcc": "modeling.textures.ten:TEN_MFCC",
-        "ten_wavelet": "modeling.textures.ten:TEN_WAVELET",
+        "ar": "palpate.modeling.textures.ar:AR",
+        "fnn": "palpate.modeling.textures.fnn:FNN",
+        "gan": "palpate.modeling.textures.gan:GAN",
+        "dstn": "palpate.modeling.textures.dstn:DSTN",
+        "hapinf": "palpate.modeling.textures.hapinf:HAPINF",
+        "foten": "palpate.modeling.textures.foten:FOTEN",
+        "foten_thesis": "palpate.modeling.textures.foten:FOTEN_THESIS",
+        "foten_generative": "palpate.modeling.textures.foten:FOTEN_GENERATIVE",
+        "ten": "palpate.modeling.textures.ten:TEN",
+        "ten_mfcc": "palpate.modeling.textures.ten:TEN_MFCC",
+        "ten_wavelet": "palpate.modeling.textures.ten:TEN_WAVELET",
     }
 )
 """Table 4.1's rivals first, then the thesis' network, as it is read commonly and to the letter, and ours, then the
@@ -45,6 +45,6 @@ def demand_known(names: tuple[str, ...]) -> None:
     """Raises TextureDataError for a name that is no method's; nothing is imported for it."""
     for name in names:
         if name not in METHODS:
-            from protocols.did_you_mean import nearest
+            from palpate.protocols.did_you_mean import nearest
 
             raise TextureDataError(f"there is no texture method {name!r}; {nearest(name, METHODS)}")

@@ -7,8 +7,8 @@ import torch
 from numpy.random import PCG64, Generator, SeedSequence
 from torch import Tensor
 
-from modeling.textures.recording import Scale
-from modeling.training.sources import Pairs
+from palpate.modeling.textures.recording import Scale
+from palpate.modeling.training.sources import Pairs
 
 LEVEL = 0.006
 """The SD of what follows at rest, in SDs of the acceleration: -44 dB. Less would outweigh all other rows."""

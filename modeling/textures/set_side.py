@@ -40,7 +40,7 @@ class SetSession(Protocol):
 
 
 class TextureSetSide(Protocol):
-    """Makes sets of simulated textures; `studies.texture_set.TextureSet` is the one that there is."""
+    """Makes sets of simulated textures; `palpate.studies.texture_set.TextureSet` is the one that there is."""
 
     def make(
         self, lab: Path, report: Callable[[str], None], *, textures: tuple[str, ...] = (), seconds: float | None = None,

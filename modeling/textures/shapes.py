@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from torch import Tensor
 
-from modeling.textures.recording import TextureDataError
+from palpate.modeling.textures.recording import TextureDataError
 
 
 def shaped(x: Tensor, *sides: int) -> Tensor:

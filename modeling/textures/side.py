@@ -6,12 +6,12 @@ from collections.abc import Callable, Mapping
 from pathlib import Path
 from typing import Protocol
 
-from modeling.textures.recording import Array
-from protocols.code_digest import code_digest, module_of
+from palpate.modeling.textures.recording import Array
+from palpate.protocols.code_digest import code_digest, module_of
 
 
 class TextureSide(Protocol):
-    """The rig's side of textures; `studies.texture_side.RigTextures` is the one that there is. It pickles by name."""
+    """The rig's side of textures; `palpate.studies.texture_side.RigTextures` is the only one. It pickles by name."""
 
     def captured(self, texture: str, seconds: float, seed: int) -> Mapping[str, tuple[float, Array]]:
         """A free exploration of a simulated surface through the twins of the tool's sensors, as a session records it.

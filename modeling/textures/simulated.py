@@ -9,11 +9,11 @@ from pathlib import Path
 
 import numpy as np
 
-from modeling.textures.cached import content_key, read_cached, write_cached
-from modeling.textures.preparing import Touched, prepared
-from modeling.textures.rates import Sampled, evenly
-from modeling.textures.recording import Array, Recording, TextureDataError
-from modeling.textures.side import TextureSide, side_digest
+from palpate.modeling.textures.cached import content_key, read_cached, write_cached
+from palpate.modeling.textures.preparing import Touched, prepared
+from palpate.modeling.textures.rates import Sampled, evenly
+from palpate.modeling.textures.recording import Array, Recording, TextureDataError
+from palpate.modeling.textures.side import TextureSide, side_digest
 
 SIX = ("textured_rubber", "artificial_grass", "steel_mesh", "cloth", "cardboard", "plastic_mesh")
 """The textures that are rendered (thesis 4.3.2)."""

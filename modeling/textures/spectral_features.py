@@ -10,8 +10,8 @@ import math
 import torch
 from torch import Tensor, nn
 
-from modeling.textures.fourier import SpectrumEncoder
-from modeling.textures.recording import RATE_HZ
+from palpate.modeling.textures.fourier import SpectrumEncoder
+from palpate.modeling.textures.recording import RATE_HZ
 
 BANDS, COEFFICIENTS = 16, 13
 FLOOR = 1e-6

@@ -9,8 +9,8 @@ import numpy as np
 from numpy.lib.stride_tricks import sliding_window_view
 from numpy.typing import NDArray
 
-from modeling.textures.recording import Array, Recording, TextureDataError
-from modeling.textures.windows import Stretches
+from palpate.modeling.textures.recording import Array, Recording, TextureDataError
+from palpate.modeling.textures.windows import Stretches
 
 FAINTEST = 1e-3
 """Magnitudes below this share of the texture's own level count as this: the log of silence has no end."""

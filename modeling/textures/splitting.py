@@ -13,8 +13,8 @@ from itertools import pairwise
 import numpy as np
 from numpy.typing import NDArray
 
-from modeling.textures.joined import pieces_of
-from modeling.textures.recording import Array, Parts, Recording, TextureDataError
+from palpate.modeling.textures.joined import pieces_of
+from palpate.modeling.textures.recording import Array, Parts, Recording, TextureDataError
 
 Labels = NDArray[np.int64]
 

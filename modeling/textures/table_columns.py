@@ -11,9 +11,9 @@ from pathlib import Path
 import numpy as np
 from numpy.typing import NDArray
 
-from modeling.textures.recording import Array, TextureDataError
-from modeling.textures.table_headers import Heading, headings
-from modeling.textures.units import PLAIN
+from palpate.modeling.textures.recording import Array, TextureDataError
+from palpate.modeling.textures.table_headers import Heading, headings
+from palpate.modeling.textures.units import PLAIN
 
 COMMENT = "#%"
 """A line that begins so is none of the table's; but the last one above a table without a header is its header."""

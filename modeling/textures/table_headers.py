@@ -6,8 +6,8 @@ import re
 from collections.abc import Sequence
 from dataclasses import dataclass
 
-from modeling.textures.recording import TextureDataError
-from modeling.textures.units import PLAIN, known_scale, scale_of_unit
+from palpate.modeling.textures.recording import TextureDataError
+from palpate.modeling.textures.units import PLAIN, known_scale, scale_of_unit
 
 NAMES = (
     (re.compile("t|time|timestamp"), "time", "time"),

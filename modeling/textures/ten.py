@@ -4,12 +4,12 @@ from __future__ import annotations
 
 from collections.abc import Callable
 
-from modeling.textures.fitting import FittedWindows, fit_windows
-from modeling.textures.foten import SETTINGS
-from modeling.textures.foten_network import Foten, Spectral
-from modeling.textures.heads import loss_named
-from modeling.textures.methods import Learning, Method
-from modeling.textures.spectral_features import MelBlock, WaveletBlock
+from palpate.modeling.textures.fitting import FittedWindows, fit_windows
+from palpate.modeling.textures.foten import SETTINGS
+from palpate.modeling.textures.foten_network import Foten, Spectral
+from palpate.modeling.textures.heads import loss_named
+from palpate.modeling.textures.methods import Learning, Method
+from palpate.modeling.textures.spectral_features import MelBlock, WaveletBlock
 
 
 def _variant(spectral: Spectral | None, window: int, loss: str) -> Callable[[Learning], FittedWindows]:

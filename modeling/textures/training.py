@@ -8,16 +8,16 @@ from dataclasses import dataclass
 from pathlib import Path
 from typing import Any
 
-from modeling.textures.judging_jobs import Context, Done, Fit, Play
-from modeling.textures.judging_kept import recording_digest
-from modeling.textures.judging_run import drive_for
-from modeling.textures.judging_whole import Wanted, context_for, finished
-from modeling.textures.methods import Method
-from modeling.textures.recording import Recording, TextureDataError
-from modeling.textures.registry import METHODS
-from modeling.textures.side import TextureSide
-from modeling.training.curves import history_in
-from modeling.training.run_card import run_card
+from palpate.modeling.textures.judging_jobs import Context, Done, Fit, Play
+from palpate.modeling.textures.judging_kept import recording_digest
+from palpate.modeling.textures.judging_run import drive_for
+from palpate.modeling.textures.judging_whole import Wanted, context_for, finished
+from palpate.modeling.textures.methods import Method
+from palpate.modeling.textures.recording import Recording, TextureDataError
+from palpate.modeling.textures.registry import METHODS
+from palpate.modeling.textures.side import TextureSide
+from palpate.modeling.training.curves import history_in
+from palpate.modeling.training.run_card import run_card
 
 Report = Callable[[str], None]
 ONE_STEP = ("mae", "mae_m_s2", "gfc", "explained")
@@ -74,9 +74,9 @@ def _write(fit: Fit, fitted: Done, played: Done, context: Context, folder: Path)
     """Write the evaluated model again, its card with its metrics and what they were measured on."""
     from safetensors.numpy import load_file
 
-    from modeling.files.exported import Exported
-    from modeling.files.writing import write_model
-    from protocols.model_card import Card
+    from palpate.modeling.files.exported import Exported
+    from palpate.modeling.files.writing import write_model
+    from palpate.protocols.model_card import Card
 
     if fitted.card is None:
         raise TextureDataError(f"{fit.name}: there is no file of it.")
@@ -124,13 +124,13 @@ def _notes(played: Done, context: Context) -> tuple[str, ...]:
 
 def _history(fitted: Done, card: Path) -> tuple[Path, ...]:
     """The epochs as a table and as a picture; those of an older model of this name are removed."""
-    from modeling.training.history import remove_history, write_history
+    from palpate.modeling.training.history import remove_history, write_history
 
     remove_history(card.parent, card.stem)
     history = history_in(fitted.arrays)
     if not history:
         return ()
-    from modeling.training.learning_curve import save_learning_curve
+    from palpate.modeling.training.learning_curve import save_learning_curve
 
     table = write_history(history, card.with_name(f"{card.stem}.history.csv"))
     return (table, *save_learning_curve({"": history}, card.parent, f"{card.stem}.history"))

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import re
 
-from modeling.textures.recording import TextureDataError
+from palpate.modeling.textures.recording import TextureDataError
 
 G_M_S2 = 9.80665
 UNITS: dict[str, dict[str, float]] = {

@@ -16,11 +16,11 @@ from torch.autograd import backward
 from torch.nn import functional
 from torch.optim import Adam, Optimizer
 
-from modeling.training.refusals import TrainingError
-from modeling.training.seeding import batch_chance, order
-from modeling.training.settings import Settings
-from modeling.training.sources import Source
-from modeling.training.stepping import Loss, batches, number, refuse_gradient
+from palpate.modeling.training.refusals import TrainingError
+from palpate.modeling.training.seeding import batch_chance, order
+from palpate.modeling.training.settings import Settings
+from palpate.modeling.training.sources import Source
+from palpate.modeling.training.stepping import Loss, batches, number, refuse_gradient
 
 
 class Adversaries(nn.Module):

@@ -11,8 +11,8 @@ import torch
 from numpy.typing import NDArray
 from torch import nn
 
-from modeling.training.seeding import training_state
-from modeling.training.settings import Settings
+from palpate.modeling.training.seeding import training_state
+from palpate.modeling.training.settings import Settings
 
 
 def wished_settings(

@@ -9,8 +9,8 @@ from torch import nn
 from torch.nn.utils import clip_grad_norm_
 from torch.optim import Adam, Optimizer
 
-from modeling.training.loop import Optimise
-from modeling.training.refusals import TrainingError
+from palpate.modeling.training.loop import Optimise
+from palpate.modeling.training.refusals import TrainingError
 
 
 class ClippedAdam(Adam):

@@ -9,7 +9,7 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
-from modeling.training.history import COLUMNS, Epoch
+from palpate.modeling.training.history import COLUMNS, Epoch
 
 PREFIX = "curve_"
 

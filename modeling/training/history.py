@@ -9,8 +9,8 @@ from dataclasses import asdict, astuple, dataclass, fields
 from pathlib import Path
 from typing import Any
 
-from modeling.training.refusals import TrainingError
-from protocols.files import write_text
+from palpate.modeling.training.refusals import TrainingError
+from palpate.protocols.files import write_text
 
 
 @dataclass(frozen=True)

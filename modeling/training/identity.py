@@ -8,11 +8,11 @@ import torch
 from torch import nn
 from torch.optim import Optimizer
 
-from modeling.training.seeding import batch_chance
-from modeling.training.settings import Settings
-from modeling.training.sources import Source, answer_of, digest_of
-from modeling.training.stepping import Loss
-from protocols.canonical import digest
+from palpate.modeling.training.seeding import batch_chance
+from palpate.modeling.training.settings import Settings
+from palpate.modeling.training.sources import Source, answer_of, digest_of
+from palpate.modeling.training.stepping import Loss
+from palpate.protocols.canonical import digest
 
 
 def identity_of(

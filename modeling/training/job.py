@@ -7,8 +7,8 @@ from collections.abc import Callable
 from dataclasses import dataclass
 from typing import Any
 
-from modeling.training.refusals import JobBroken, JobError
-from modeling.training.threads import limited
+from palpate.modeling.training.refusals import JobBroken, JobError
+from palpate.modeling.training.threads import limited
 
 LONGEST = 80
 

@@ -10,9 +10,9 @@ import time
 from collections.abc import Callable, Sequence
 from typing import TypeVar
 
-from modeling.training.job import Job, done, named
-from modeling.training.progress import Clock, Pace, Report, lasting, silent
-from modeling.training.refusals import JobError
+from palpate.modeling.training.job import Job, done, named
+from palpate.modeling.training.progress import Clock, Pace, Report, lasting, silent
+from palpate.modeling.training.refusals import JobError
 
 Given = TypeVar("Given")
 Result = TypeVar("Result")
@@ -61,11 +61,11 @@ def _cores() -> int:
 
 def _way(workers: int, cluster: str | None) -> Callable[[list[Job], Callable[[Job, Result], None], Report], None]:
     if cluster is not None:
-        from modeling.training.jobs_cluster import on_cluster
+        from palpate.modeling.training.jobs_cluster import on_cluster
 
         return lambda tasks, took, report: on_cluster(cluster, tasks, took, report)
     if workers > 1:
-        from modeling.training.jobs_local import on_cores
+        from palpate.modeling.training.jobs_local import on_cores
 
         return lambda tasks, took, report: on_cores(workers, tasks, took, report)
     return _here

@@ -7,11 +7,11 @@ from contextlib import contextmanager
 from pathlib import Path
 from typing import Any
 
-from modeling.training.job import Job, attempted, opened
-from modeling.training.memory import keep_freed
-from modeling.training.progress import Report
-from modeling.training.refusals import JobBroken, JobError
-from modeling.training.run_card import versions
+from palpate.modeling.training.job import Job, attempted, opened
+from palpate.modeling.training.memory import keep_freed
+from palpate.modeling.training.progress import Report
+from palpate.modeling.training.refusals import JobBroken, JobError
+from palpate.modeling.training.run_card import versions
 
 PATIENCE_S = 30
 LACKING = "A cluster needs the extra `cluster`: pip install 'palpate[cluster]'."

@@ -7,9 +7,9 @@ from collections.abc import Callable, Generator
 from concurrent.futures.process import BrokenProcessPool
 from typing import Any
 
-from modeling.training.job import Job, attempted, opened
-from modeling.training.progress import Report
-from modeling.training.refusals import JobBroken
+from palpate.modeling.training.job import Job, attempted, opened
+from palpate.modeling.training.progress import Report
+from palpate.modeling.training.refusals import JobBroken
 
 ATTEMPTS = 3
 

@@ -6,8 +6,8 @@ from collections.abc import Iterable, Mapping, Sequence
 from pathlib import Path
 from typing import TYPE_CHECKING
 
-from analysis.figures.style import INK, OKABE_ITO, PAPER, SOFT, drawing, quiet_axes, save
-from modeling.training.history import Epoch
+from palpate.analysis.figures.style import INK, OKABE_ITO, PAPER, SOFT, drawing, quiet_axes, save
+from palpate.modeling.training.history import Epoch
 
 if TYPE_CHECKING:
     from matplotlib.axes import Axes

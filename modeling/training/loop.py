@@ -10,18 +10,18 @@ from typing import Any, TypeAlias
 from torch import nn
 from torch.optim import Adam, Optimizer
 
-from modeling.training.checkpoints import read_latest, write_checkpoint
-from modeling.training.history import Epoch
-from modeling.training.identity import identity_of
-from modeling.training.progress import Clock, Pace, Report, lasting, silent
-from modeling.training.refusals import TrainingError
-from modeling.training.resuming import State, kept, put_back, refuse_longer, refuse_other
-from modeling.training.schedule import Course, course_of
-from modeling.training.seeding import training_state
-from modeling.training.settings import Settings
-from modeling.training.sources import Source
-from modeling.training.stepping import Loss, mean_loss, train_epoch
-from modeling.training.weights import copied, finite, restore, trainable
+from palpate.modeling.training.checkpoints import read_latest, write_checkpoint
+from palpate.modeling.training.history import Epoch
+from palpate.modeling.training.identity import identity_of
+from palpate.modeling.training.progress import Clock, Pace, Report, lasting, silent
+from palpate.modeling.training.refusals import TrainingError
+from palpate.modeling.training.resuming import State, kept, put_back, refuse_longer, refuse_other
+from palpate.modeling.training.schedule import Course, course_of
+from palpate.modeling.training.seeding import training_state
+from palpate.modeling.training.settings import Settings
+from palpate.modeling.training.sources import Source
+from palpate.modeling.training.stepping import Loss, mean_loss, train_epoch
+from palpate.modeling.training.weights import copied, finite, restore, trainable
 
 Optimise: TypeAlias = Callable[[list[nn.Parameter], float], Optimizer]
 """The parameters and the first learning rate to an optimiser."""

@@ -10,13 +10,13 @@ import torch
 from torch import Tensor, nn
 from torch.optim import Optimizer
 
-from modeling.training.checkpoints import Kept
-from modeling.training.history import Epoch
-from modeling.training.refusals import CheckpointError
-from modeling.training.schedule import course_of
-from modeling.training.settings import Settings
-from modeling.training.weights import Weights, copied, restore
-from protocols.canonical import difference
+from palpate.modeling.training.checkpoints import Kept
+from palpate.modeling.training.history import Epoch
+from palpate.modeling.training.refusals import CheckpointError
+from palpate.modeling.training.schedule import course_of
+from palpate.modeling.training.settings import Settings
+from palpate.modeling.training.weights import Weights, copied, restore
+from palpate.protocols.canonical import difference
 
 _NOW, _BEST, _OPTIMISER, _DROPOUT = "now.", "best.", "optimiser.", "dropout"
 

@@ -9,7 +9,7 @@ from importlib.metadata import PackageNotFoundError, version
 from pathlib import Path
 from typing import Any
 
-from protocols.canonical import digest
+from palpate.protocols.canonical import digest
 
 PACKAGES = ("palpate", "numpy", "scipy", "torch", "scikit-learn")
 BESIDE = ("librosa", "scikit-image", "pywavelets", "pillow")

@@ -6,7 +6,7 @@ import math
 from collections.abc import Iterable
 from dataclasses import dataclass, replace
 
-from modeling.training.settings import Settings
+from palpate.modeling.training.settings import Settings
 
 THRESHOLD = 1e-4
 """The share by which a loss must fall to count as an improvement of the plateau, as torch's schedule has it."""

@@ -7,7 +7,7 @@ from dataclasses import asdict, dataclass
 from pathlib import Path
 from typing import Any
 
-from modeling.training.refusals import TrainingError
+from palpate.modeling.training.refusals import TrainingError
 
 _NOT_OF_THE_RESULT = ("epochs", "checkpoint", "every_epochs", "stop_patience")
 """Where a training ends and how often it is kept decide nothing about an epoch that both have."""

@@ -12,7 +12,7 @@ import torch
 from numpy.typing import ArrayLike
 from torch import Tensor
 
-from modeling.training.refusals import TrainingError
+from palpate.modeling.training.refusals import TrainingError
 
 Given: TypeAlias = Tensor | tuple[Tensor, ...]
 """What a network takes or should answer; a tuple for a network of several inputs, or a loss of several targets."""

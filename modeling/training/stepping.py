@@ -11,11 +11,11 @@ from torch import Tensor, nn
 from torch.autograd import backward
 from torch.optim import Optimizer
 
-from modeling.training.refusals import TrainingError
-from modeling.training.seeding import batch_chance, order
-from modeling.training.settings import Settings
-from modeling.training.sources import Source, answer_of
-from modeling.training.weights import finite
+from palpate.modeling.training.refusals import TrainingError
+from palpate.modeling.training.seeding import batch_chance, order
+from palpate.modeling.training.settings import Settings
+from palpate.modeling.training.sources import Source, answer_of
+from palpate.modeling.training.weights import finite
 
 Loss: TypeAlias = Callable[[Any, Any], Tensor]
 """The network's answer and the target to one number, the mean over the rows of a batch."""

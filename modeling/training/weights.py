@@ -9,7 +9,7 @@ import torch
 from torch import Tensor, nn
 from torch.nn.utils import get_total_norm
 
-from modeling.training.refusals import TrainingError
+from palpate.modeling.training.refusals import TrainingError
 
 Weights = Mapping[str, Tensor]
 

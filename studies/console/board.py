@@ -6,10 +6,10 @@ from collections.abc import Mapping
 from dataclasses import dataclass, field, replace
 from typing import Any
 
-from devices.samples import TELLING
-from protocols.blinding import hider
-from protocols.events import NS, Event
-from protocols.plan import Plan, Trial
+from palpate.devices.samples import TELLING
+from palpate.protocols.blinding import hider
+from palpate.protocols.events import NS, Event
+from palpate.protocols.plan import Plan, Trial
 
 REMEMBERED = 6
 """How many of the last remarks stay on the board."""

@@ -5,8 +5,8 @@ from __future__ import annotations
 from dataclasses import dataclass
 from typing import Literal
 
-from devices.desk import Prompt
-from studies.console.orders import LONGEST_NOTE, Order, OrderError, number_of, worded
+from palpate.devices.desk import Prompt
+from palpate.studies.console.orders import LONGEST_NOTE, Order, OrderError, number_of, worded
 
 ENTER, ESCAPE, BACKSPACE = ("\r", "\n"), "\x1b", ("\x7f", "\x08")
 SINGLE = {

@@ -206,6 +206,6 @@ def listen(stream: TextIO | None) -> Source:
         return WindowsListener(stream)
     if not os.isatty(fd):
         return Listener(fd, by_line=True)
-    from studies.console.terminal import single_keys
+    from palpate.studies.console.terminal import single_keys
 
     return Listener(fd, by_line=False, restore=single_keys(fd))

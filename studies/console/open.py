@@ -5,11 +5,11 @@ from __future__ import annotations
 from collections.abc import Callable
 from typing import TextIO
 
-from protocols.plan import Plan
-from studies.console.listening import Silence, listen
-from studies.console.plain import Plain
-from studies.console.seat import Seat
-from studies.console.view import Display
+from palpate.protocols.plan import Plan
+from palpate.studies.console.listening import Silence, listen
+from palpate.studies.console.plain import Plain
+from palpate.studies.console.seat import Seat
+from palpate.studies.console.view import Display
 
 
 def open_seat(plan: Plan, now_ns: Callable[[], int], heard: TextIO | None, told: TextIO) -> Seat:
@@ -31,6 +31,6 @@ def open_seat(plan: Plan, now_ns: Callable[[], int], heard: TextIO | None, told:
 def _display(told: TextIO, now_ns: Callable[[], int]) -> Display:
     if not told.isatty():
         return Plain(told)
-    from studies.console.painter import Painter
+    from palpate.studies.console.painter import Painter
 
     return Painter(told, now_ns)

@@ -6,7 +6,7 @@ import math
 from dataclasses import dataclass
 from typing import Literal
 
-from protocols.did_you_mean import nearest
+from palpate.protocols.did_you_mean import nearest
 
 Do = Literal["confirm", "number", "note", "pause", "go on", "repeat", "repeat last", "abort", "quit", "help", "scan"]
 WITH_TEXT: tuple[Do, ...] = ("note", "abort", "scan")

@@ -12,12 +12,12 @@ from rich.progress_bar import ProgressBar
 from rich.table import Table
 from rich.text import Text
 
-from devices.samples import described
-from protocols.events import NS
-from studies.console.board import Board
-from studies.console.entry import KEYS, Entry
-from studies.console.view import View
-from studies.console.words import about, clock, doing, how_to_answer, standing
+from palpate.devices.samples import described
+from palpate.protocols.events import NS
+from palpate.studies.console.board import Board
+from palpate.studies.console.entry import KEYS, Entry
+from palpate.studies.console.view import View
+from palpate.studies.console.words import about, clock, doing, how_to_answer, standing
 
 HELP = (
     ("Enter", "the demand is done: the sample is in place, the number is typed"),

@@ -14,8 +14,8 @@ from rich.control import Control
 from rich.screen import Screen
 from rich.segment import ControlType
 
-from studies.console.page import entry_line, page
-from studies.console.view import View
+from palpate.studies.console.page import entry_line, page
+from palpate.studies.console.view import View
 
 BETWEEN_PAGES_S = 0.25
 """The page is drawn no more often; the line being typed alone is, as it is typed."""

@@ -7,7 +7,7 @@ from dataclasses import dataclass, field
 from queue import SimpleQueue
 from typing import TextIO
 
-from studies.console.view import View
+from palpate.studies.console.view import View
 
 
 @dataclass

@@ -5,8 +5,8 @@ from __future__ import annotations
 from collections.abc import Sequence
 from itertools import pairwise
 
-from studies.console.entry import ENTER
-from studies.console.listening import Heard
+from palpate.studies.console.entry import ENTER
+from palpate.studies.console.listening import Heard
 
 BURST_S = 0.05
 """Longest pause between two keys of a burst; hands take 80 ms and more."""

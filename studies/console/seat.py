@@ -9,20 +9,20 @@ from contextlib import ExitStack
 from dataclasses import dataclass, field, replace
 from typing import Any
 
-from devices.desk import Prompt
-from devices.samples import TELLING
-from protocols.blinding import hider
-from protocols.events import Event
-from protocols.plan import Plan
-from protocols.requests import Aside
-from studies.console.board import Board, after
-from studies.console.entry import IDLE, press
-from studies.console.listening import Heard, Source
-from studies.console.orders import LINES, Order, OrderError, order_of
-from studies.console.scans import burst
-from studies.console.view import Display, View
-from studies.console.words import doing, how_to_answer, line, where
-from studies.interrupts import Interrupted
+from palpate.devices.desk import Prompt
+from palpate.devices.samples import TELLING
+from palpate.protocols.blinding import hider
+from palpate.protocols.events import Event
+from palpate.protocols.plan import Plan
+from palpate.protocols.requests import Aside
+from palpate.studies.console.board import Board, after
+from palpate.studies.console.entry import IDLE, press
+from palpate.studies.console.listening import Heard, Source
+from palpate.studies.console.orders import LINES, Order, OrderError, order_of
+from palpate.studies.console.scans import burst
+from palpate.studies.console.view import Display, View
+from palpate.studies.console.words import doing, how_to_answer, line, where
+from palpate.studies.interrupts import Interrupted
 
 REACTION_S = 0.3
 """A key that comes sooner after a demand or a trial's start was meant for what stood there before."""
@@ -32,7 +32,7 @@ STILL_HEEDED = ("confirm", "number", "help", "quit")
 
 @dataclass
 class Seat:
-    """A Desk (devices.desk) at a source of orders and a display; only the main thread touches it.
+    """A Desk (palpate.devices.desk) at a source of orders and a display; only the main thread touches it.
 
     Orders are heeded one by one as they came. Keys that nothing waits for are refused with a hint; a line that answers
     waits for its demand, and later lines wait behind it, so that a whole session can be scripted.

@@ -6,9 +6,9 @@ from collections.abc import Mapping
 from dataclasses import dataclass, field
 from typing import Any, Protocol
 
-from devices.desk import Prompt
-from studies.console.board import Board
-from studies.console.entry import IDLE, Entry
+from palpate.devices.desk import Prompt
+from palpate.studies.console.board import Board
+from palpate.studies.console.entry import IDLE, Entry
 
 
 @dataclass(frozen=True)

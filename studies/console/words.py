@@ -5,10 +5,10 @@ from __future__ import annotations
 from collections.abc import Mapping
 from typing import Any
 
-from devices.desk import Prompt
-from devices.samples import described
-from protocols.events import NS, Event
-from studies.console.board import Board
+from palpate.devices.desk import Prompt
+from palpate.devices.samples import described
+from palpate.protocols.events import NS, Event
+from palpate.studies.console.board import Board
 
 ANSWERING = {
     "sliders": "rating {n} attribute(s)",

@@ -7,14 +7,14 @@ from pathlib import Path
 
 from sqlalchemy import Connection
 
-from protocols.plan import ParticipantRow
-from protocols.study import Study
-from studies.participants.allocations import allocation_of, keep
-from studies.participants.errors import ParticipantError
-from studies.participants.lab import demand_lab
-from studies.participants.people import demand_known, status_of, unknown
-from studies.participants.registry import Registry, find_registry, note, reading, write
-from studies.participants.rows import allocate_row, release, release_command
+from palpate.protocols.plan import ParticipantRow
+from palpate.protocols.study import Study
+from palpate.studies.participants.allocations import allocation_of, keep
+from palpate.studies.participants.errors import ParticipantError
+from palpate.studies.participants.lab import demand_lab
+from palpate.studies.participants.people import demand_known, status_of, unknown
+from palpate.studies.participants.registry import Registry, find_registry, note, reading, write
+from palpate.studies.participants.rows import allocate_row, release, release_command
 
 
 def admit(

@@ -7,8 +7,8 @@ from dataclasses import dataclass, field
 from pathlib import Path
 from typing import Any
 
-from studies.collect import ledgers_in
-from studies.record import LedgerError, Record, read
+from palpate.studies.collect import ledgers_in
+from palpate.studies.record import LedgerError, Record, read
 
 FORM = "demographics"
 

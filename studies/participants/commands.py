@@ -7,10 +7,10 @@ from typing import Any
 
 import click
 
-from protocols.shell_command import shell_command
-from protocols.wording import count
-from studies.options import JSON, LAB, echo_json
-from studies.participants.commands_rows import allocate, balance, overlap, release
+from palpate.protocols.shell_command import shell_command
+from palpate.protocols.wording import count
+from palpate.studies.options import JSON, LAB, echo_json
+from palpate.studies.participants.commands_rows import allocate, balance, overlap, release
 
 
 @click.command(short_help="Make a folder a lab.")
@@ -24,7 +24,7 @@ def init(lab: Path) -> None:
     Example:
       palpate init mylab
     """
-    from studies.participants.making import make_lab
+    from palpate.studies.participants.making import make_lab
 
     done = make_lab(lab)
     click.echo(f"{lab} is a lab now: {', '.join(done.made)}")
@@ -60,11 +60,11 @@ def add(
     Example:
       palpate participants add --name "Kim Hana" --contact hana@example.org --consented 2026-03-31 --lab LAB
     """
-    from protocols.files import holding_interrupts
-    from studies.participants.identities import Identity, demand_good, demand_private, identify
-    from studies.participants.lab import demand_lab
-    from studies.participants.people import add as enter
-    from studies.participants.registry import open_registry
+    from palpate.protocols.files import holding_interrupts
+    from palpate.studies.participants.identities import Identity, demand_good, demand_private, identify
+    from palpate.studies.participants.lab import demand_lab
+    from palpate.studies.participants.people import add as enter
+    from palpate.studies.participants.registry import open_registry
 
     demand_lab(lab)
     identity = Identity(name, contact, consented, note)
@@ -96,9 +96,9 @@ def identify_(
     Example:
       palpate participants identify P003 --contact new@example.org --lab LAB
     """
-    from studies.participants.identities import Identity, identify
-    from studies.participants.people import demand_known
-    from studies.participants.registry import open_registry
+    from palpate.studies.participants.identities import Identity, identify
+    from palpate.studies.participants.people import demand_known
+    from palpate.studies.participants.registry import open_registry
 
     identity = Identity(name, contact, consented, note)
     if not identity.told():
@@ -120,10 +120,10 @@ def list_(study: str | None, with_names: bool, lab: Path, as_json: bool) -> None
     Example:
       palpate participants list --study door_ratings --lab LAB
     """
-    from studies.catalogue import find
-    from studies.participants.identities import identities
-    from studies.participants.listing import lines, listed
-    from studies.participants.registry import open_registry
+    from palpate.studies.catalogue import find
+    from palpate.studies.participants.identities import identities
+    from palpate.studies.participants.listing import lines, listed
+    from palpate.studies.participants.registry import open_registry
 
     if with_names and as_json:
         raise click.UsageError("--identities is for the screen: names go into no JSON; leave one of the two out")
@@ -151,8 +151,8 @@ def withdraw(participant: str, why: str, lab: Path, as_json: bool) -> None:
     Example:
       palpate participants withdraw P003 --why "on request, by mail" --lab LAB
     """
-    from studies.participants.registry import open_registry
-    from studies.participants.withdrawal import withdraw as take_out
+    from palpate.studies.participants.registry import open_registry
+    from palpate.studies.participants.withdrawal import withdraw as take_out
 
     done = take_out(_registry(lab, open_registry), participant, why)
     if as_json:
@@ -183,8 +183,8 @@ def export(simulated: bool, lab: Path, as_json: bool) -> None:
     Example:
       palpate participants export --lab LAB
     """
-    from studies.participants.export import export as write_out
-    from studies.participants.registry import open_registry
+    from palpate.studies.participants.export import export as write_out
+    from palpate.studies.participants.registry import open_registry
 
     done = write_out(_registry(lab, open_registry), simulated)
     if as_json:
@@ -214,7 +214,7 @@ def _show_export(done: Any) -> None:
 
 
 def _registry(lab: Path, opened: Any) -> Any:
-    from studies.participants.lab import demand_lab
+    from palpate.studies.participants.lab import demand_lab
 
     demand_lab(lab)
     return opened(lab)

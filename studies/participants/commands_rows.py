@@ -7,12 +7,12 @@ from typing import TYPE_CHECKING, Any
 
 import click
 
-from studies.options import JSON, LAB, echo_json
+from palpate.studies.options import JSON, LAB, echo_json
 
 if TYPE_CHECKING:
-    from protocols.study import Study
-    from studies.participants.registry import Registry
-    from studies.participants.standing import GroupStanding
+    from palpate.protocols.study import Study
+    from palpate.studies.participants.registry import Registry
+    from palpate.studies.participants.standing import GroupStanding
 
 
 @click.command(short_help="Allocate a row of a study.")
@@ -34,8 +34,8 @@ def allocate(
     Example:
       palpate participants allocate door_ratings P041 --replaces P003 --lab LAB
     """
-    from studies.participants.allocations import place_told
-    from studies.participants.rows import allocate_row
+    from palpate.studies.participants.allocations import place_told
+    from palpate.studies.participants.rows import allocate_row
 
     declared, registry = _opened(study, lab)
     who = allocate_row(registry, declared, participant, group, row, replaces)
@@ -58,8 +58,8 @@ def release(study: str, participant: str, why: str, lab: Path, as_json: bool) ->
     Example:
       palpate participants release door_ratings P003 --why "did not come back" --lab LAB
     """
-    from studies.participants.identities import demand_nameless
-    from studies.participants.rows import release as give_up
+    from palpate.studies.participants.identities import demand_nameless
+    from palpate.studies.participants.rows import release as give_up
 
     declared, registry = _opened(study, lab)
     demand_nameless(lab, participant, why)
@@ -82,7 +82,7 @@ def balance(study: str, seed: int, lab: Path, as_json: bool) -> None:
     Example:
       palpate participants balance door_ratings --lab LAB
     """
-    from studies.participants.standing import overlaps, standing
+    from palpate.studies.participants.standing import overlaps, standing
 
     declared, registry = _opened(study, lab)
     groups, shared = standing(registry, declared, seed), overlaps(registry, declared.study)
@@ -108,7 +108,7 @@ def overlap(study: str, lab: Path, as_json: bool) -> None:
     Example:
       palpate participants overlap door_ratings --lab LAB
     """
-    from studies.participants.standing import overlaps
+    from palpate.studies.participants.standing import overlaps
 
     declared, registry = _opened(study, lab)
     found = overlaps(registry, declared.study)
@@ -122,16 +122,16 @@ def overlap(study: str, lab: Path, as_json: bool) -> None:
 
 
 def _opened(study: str, lab: Path) -> tuple[Study, Registry]:
-    from studies.catalogue import find, read_study
-    from studies.participants.lab import demand_lab
-    from studies.participants.registry import open_registry
+    from palpate.studies.catalogue import find, read_study
+    from palpate.studies.participants.lab import demand_lab
+    from palpate.studies.participants.registry import open_registry
 
     demand_lab(lab)
     return read_study(find(study, lab)).study, open_registry(lab)
 
 
 def _show_group(found: GroupStanding) -> None:
-    from studies.commands import balance_lines
+    from palpate.studies.commands import balance_lines
 
     name = "all" if found.group is None else found.group
     nobody = [f"group {name}: nobody holds a row yet."]
@@ -146,7 +146,7 @@ def _show_group(found: GroupStanding) -> None:
 
 
 def _group_data(found: GroupStanding) -> dict[str, Any]:
-    from studies.commands import balance_data
+    from palpate.studies.commands import balance_data
 
     data = balance_data(found.certificates)
     counts = ("sequences", "balanced", "position_range", "carry_over_range", "sessions")

@@ -5,8 +5,8 @@ from __future__ import annotations
 import re
 from pathlib import Path
 
-from studies.participants.errors import ParticipantError
-from studies.participants.lab import TEMPLATE
+from palpate.studies.participants.errors import ParticipantError
+from palpate.studies.participants.lab import TEMPLATE
 
 ON_PAPER = "<!-- on paper only -->"
 _BLANK = re.compile(r"\[([^\[\]]{2,})\](?![(\[]|: *<?https?:)")

@@ -9,14 +9,14 @@ from typing import Any
 
 from sqlalchemy import select
 
-from studies.participants import schema
-from studies.participants.allocations import every_allocation
-from studies.participants.answers import Answers, demographics
-from studies.participants.errors import ParticipantError
-from studies.participants.people_table import KEY, TABLE, Row, bids_id, drop_row, read_table, write_table
-from studies.participants.questions import question
-from studies.participants.registry import Registry, reading
-from studies.participants.sidecar import columns, sidecar_file
+from palpate.studies.participants import schema
+from palpate.studies.participants.allocations import every_allocation
+from palpate.studies.participants.answers import Answers, demographics
+from palpate.studies.participants.errors import ParticipantError
+from palpate.studies.participants.people_table import KEY, TABLE, Row, bids_id, drop_row, read_table, write_table
+from palpate.studies.participants.questions import question
+from palpate.studies.participants.registry import Registry, reading
+from palpate.studies.participants.sidecar import columns, sidecar_file
 
 STUDIES = "studies"
 _OLDEST = 89

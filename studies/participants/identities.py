@@ -32,10 +32,10 @@ from sqlalchemy import (
 )
 from sqlalchemy.exc import SQLAlchemyError
 
-from protocols.files import make_folder, write_text
-from studies.ledger_schema import DURABLE
-from studies.messages import database_reason
-from studies.participants.errors import ParticipantError
+from palpate.protocols.files import make_folder, write_text
+from palpate.studies.ledger_schema import DURABLE
+from palpate.studies.messages import database_reason
+from palpate.studies.participants.errors import ParticipantError
 
 metadata = MetaData()
 table = Table(

@@ -5,10 +5,10 @@ from __future__ import annotations
 from dataclasses import dataclass
 from pathlib import Path
 
-from protocols.did_you_mean import nearest
-from protocols.shell_command import shell_command
-from protocols.yaml_text import load
-from studies.participants.errors import ParticipantError
+from palpate.protocols.did_you_mean import nearest
+from palpate.protocols.shell_command import shell_command
+from palpate.protocols.yaml_text import load
+from palpate.studies.participants.errors import ParticipantError
 
 TEMPLATE = Path(__file__).resolve().parents[2] / "participants_template"
 """Beside the rooms, in a checkout and where Palpate is installed."""

@@ -7,13 +7,13 @@ from typing import Any
 
 from sqlalchemy import select
 
-from protocols.wording import count
-from studies.participants import schema
-from studies.participants.allocations import Allocation, every_allocation
-from studies.participants.identities import Identity
-from studies.participants.pseudonyms import in_sessions
-from studies.participants.registry import Registry, reading
-from studies.participants.withdrawal import sessions_by_participant
+from palpate.protocols.wording import count
+from palpate.studies.participants import schema
+from palpate.studies.participants.allocations import Allocation, every_allocation
+from palpate.studies.participants.identities import Identity
+from palpate.studies.participants.pseudonyms import in_sessions
+from palpate.studies.participants.registry import Registry, reading
+from palpate.studies.participants.withdrawal import sessions_by_participant
 
 Row = dict[str, Any]
 

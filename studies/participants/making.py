@@ -5,11 +5,11 @@ from __future__ import annotations
 from dataclasses import dataclass
 from pathlib import Path
 
-from protocols.files import UNFINISHED, staged_files, write_bytes
-from protocols.wording import some
-from studies.participants.consent import unfilled
-from studies.participants.errors import ParticipantError
-from studies.participants.lab import SETTINGS, SIDECAR, TEMPLATE
+from palpate.protocols.files import UNFINISHED, staged_files, write_bytes
+from palpate.protocols.wording import some
+from palpate.studies.participants.consent import unfilled
+from palpate.studies.participants.errors import ParticipantError
+from palpate.studies.participants.lab import SETTINGS, SIDECAR, TEMPLATE
 
 FOLDERS = ("sessions", "studies")
 _OF_A_LAB = {*FOLDERS, SETTINGS, "analysis", "imported", "lab.sqlite", "bench"}

@@ -6,13 +6,13 @@ from pathlib import Path
 
 from sqlalchemy import Connection, insert, select
 
-from protocols.lookalikes import looks
-from protocols.shell_command import shell_command
-from studies.environment import wall_time
-from studies.participants import schema
-from studies.participants.errors import ParticipantError
-from studies.participants.pseudonyms import demand_pseudonym, in_sessions, next_pseudonym
-from studies.participants.registry import Registry, note, reading, write
+from palpate.protocols.lookalikes import looks
+from palpate.protocols.shell_command import shell_command
+from palpate.studies.environment import wall_time
+from palpate.studies.participants import schema
+from palpate.studies.participants.errors import ParticipantError
+from palpate.studies.participants.pseudonyms import demand_pseudonym, in_sessions, next_pseudonym
+from palpate.studies.participants.registry import Registry, note, reading, write
 
 people = schema.participants
 

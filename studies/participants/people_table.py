@@ -5,10 +5,10 @@ from __future__ import annotations
 from collections.abc import Iterable, Mapping, Sequence
 from pathlib import Path
 
-from protocols.files import write_text
-from protocols.wording import some
-from studies.participants.errors import ParticipantError
-from studies.participants.sidecar import identifying
+from palpate.protocols.files import write_text
+from palpate.protocols.wording import some
+from palpate.studies.participants.errors import ParticipantError
+from palpate.studies.participants.sidecar import identifying
 
 TABLE = "participants.tsv"
 KEY = "participant_id"

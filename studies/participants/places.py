@@ -7,8 +7,8 @@ from dataclasses import dataclass
 from itertools import count
 from pathlib import Path
 
-from studies.participants.allocations import Allocation
-from studies.squares import rows_taken
+from palpate.studies.participants.allocations import Allocation
+from palpate.studies.squares import rows_taken
 
 Place = tuple[str | None, int]
 Recorded = Mapping[str, Place]

@@ -6,8 +6,8 @@ import re
 from collections.abc import Iterable
 from pathlib import Path
 
-from protocols.lookalikes import looks
-from studies.participants.errors import ParticipantError
+from palpate.protocols.lookalikes import looks
+from palpate.studies.participants.errors import ParticipantError
 
 _PSEUDONYM = re.compile(r"^[A-Za-z][A-Za-z0-9]{0,14}[0-9]$")
 _OF_SESSION = re.compile(r"_([A-Za-z0-9]+)_s[0-9]+\.sqlite$")

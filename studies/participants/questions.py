@@ -5,9 +5,9 @@ from __future__ import annotations
 from pathlib import Path
 from typing import Any, Literal
 
-from protocols.forms import Question
-from studies.participants.errors import ParticipantError
-from studies.participants.sidecar import columns, level_label, sidecar_file
+from palpate.protocols.forms import Question
+from palpate.studies.participants.errors import ParticipantError
+from palpate.studies.participants.sidecar import columns, level_label, sidecar_file
 
 
 def questions(lab: Path | None, language: str = "en") -> tuple[Question, ...]:

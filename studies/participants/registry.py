@@ -15,14 +15,14 @@ from typing import Any, TypeVar
 from sqlalchemy import URL, Connection, Engine, NullPool, create_engine, event, insert, inspect, make_url, select
 from sqlalchemy.exc import ArgumentError, IntegrityError, SQLAlchemyError
 
-from protocols.canonical import canonical
-from protocols.files import make_folder
-from studies.environment import wall_time
-from studies.ledger_schema import DURABLE
-from studies.messages import database_reason, describe_url
-from studies.participants import schema
-from studies.participants.errors import ParticipantError
-from studies.participants.lab import SETTINGS, settings
+from palpate.protocols.canonical import canonical
+from palpate.protocols.files import make_folder
+from palpate.studies.environment import wall_time
+from palpate.studies.ledger_schema import DURABLE
+from palpate.studies.messages import database_reason, describe_url
+from palpate.studies.participants import schema
+from palpate.studies.participants.errors import ParticipantError
+from palpate.studies.participants.lab import SETTINGS, settings
 
 T = TypeVar("T")
 TRIES = 20

@@ -6,15 +6,15 @@ from dataclasses import dataclass, replace
 
 from sqlalchemy import Connection
 
-from protocols.did_you_mean import nearest
-from protocols.plan import LARGEST_ROW, ParticipantRow
-from protocols.shell_command import shell_command
-from protocols.study import Study
-from studies.participants.allocations import Allocation, allocation_of, allocations_of, keep, place_told
-from studies.participants.errors import ParticipantError
-from studies.participants.people import demand_active
-from studies.participants.places import Place, Places, Recorded, emptiest, places, recorded_rows
-from studies.participants.registry import Registry, gone, note, write
+from palpate.protocols.did_you_mean import nearest
+from palpate.protocols.plan import LARGEST_ROW, ParticipantRow
+from palpate.protocols.shell_command import shell_command
+from palpate.protocols.study import Study
+from palpate.studies.participants.allocations import Allocation, allocation_of, allocations_of, keep, place_told
+from palpate.studies.participants.errors import ParticipantError
+from palpate.studies.participants.people import demand_active
+from palpate.studies.participants.places import Place, Places, Recorded, emptiest, places, recorded_rows
+from palpate.studies.participants.registry import Registry, gone, note, write
 
 
 @dataclass(frozen=True)

@@ -11,8 +11,8 @@ from itertools import pairwise
 from pathlib import Path
 from typing import Any
 
-from studies.participants.errors import ParticipantError
-from studies.participants.lab import SIDECAR, TEMPLATE
+from palpate.studies.participants.errors import ParticipantError
+from palpate.studies.participants.lab import SIDECAR, TEMPLATE
 
 IDENTIFYING = frozenset(
     word

@@ -7,21 +7,22 @@ from collections.abc import Mapping
 from dataclasses import dataclass
 from pathlib import Path
 
-from protocols.balance import Balance, certificates
-from protocols.plan import ParticipantRow
-from protocols.study import Study
-from studies.begun import begun_in
-from studies.collect import ledgers_in
-from studies.participants.allocations import Allocation, every_allocation
-from studies.participants.places import Places, places, recorded_rows
-from studies.participants.registry import Registry, withdrawn
+from palpate.protocols.balance import Balance, certificates
+from palpate.protocols.plan import ParticipantRow
+from palpate.protocols.study import Study
+from palpate.studies.begun import begun_in
+from palpate.studies.collect import ledgers_in
+from palpate.studies.participants.allocations import Allocation, every_allocation
+from palpate.studies.participants.places import Places, places, recorded_rows
+from palpate.studies.participants.registry import Registry, withdrawn
 
 
 @dataclass(frozen=True)
 class GroupStanding:
     """One group: its certificates, its rows with their holders, rows given up, and the row the next one gets.
 
-    `certificates` are those of `protocols.balance.certificates`: of all sessions, then of each where there are several.
+    `certificates` are those of `palpate.protocols.balance.certificates`: of all sessions,
+    then of each where there are several.
     """
 
     group: str | None

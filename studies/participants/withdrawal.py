@@ -7,17 +7,17 @@ from pathlib import Path
 
 from sqlalchemy import Connection, select, update
 
-from protocols.plan import ParticipantRow
-from studies.begun import begun_in
-from studies.collect import ledgers_in
-from studies.participants import schema
-from studies.participants.allocations import Allocation, allocation_of
-from studies.participants.errors import ParticipantError
-from studies.participants.export import forget
-from studies.participants.identities import demand_nameless, erase
-from studies.participants.people import status_of, unknown
-from studies.participants.registry import Registry, note, write
-from studies.participants.rows import give_up
+from palpate.protocols.plan import ParticipantRow
+from palpate.studies.begun import begun_in
+from palpate.studies.collect import ledgers_in
+from palpate.studies.participants import schema
+from palpate.studies.participants.allocations import Allocation, allocation_of
+from palpate.studies.participants.errors import ParticipantError
+from palpate.studies.participants.export import forget
+from palpate.studies.participants.identities import demand_nameless, erase
+from palpate.studies.participants.people import status_of, unknown
+from palpate.studies.participants.registry import Registry, note, write
+from palpate.studies.participants.rows import give_up
 
 
 @dataclass(frozen=True)

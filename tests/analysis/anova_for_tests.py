@@ -7,7 +7,7 @@ import pandas as pd
 import pytest
 from numpy.typing import NDArray
 
-from analysis import StatisticsError, rm_anova
+from palpate.analysis import StatisticsError, rm_anova
 
 NAMES = {  # reference name -> our column
     "SS": "SS",

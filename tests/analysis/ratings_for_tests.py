@@ -10,8 +10,8 @@ import pandas as pd
 from sqlalchemy import Engine, create_engine, insert
 from sqlalchemy.pool import StaticPool
 
-from analysis.ratings.dataset import Ratings
-from studies import collected_schema as schema
+from palpate.analysis.ratings.dataset import Ratings
+from palpate.studies import collected_schema as schema
 
 STUDY = "doors"
 CARS = {"1": ("BC3", "FORD"), "2": ("K3", "K8")}

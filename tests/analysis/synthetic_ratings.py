@@ -7,7 +7,7 @@ from dataclasses import replace
 
 import pandas as pd
 
-from analysis.ratings.dataset import Crossing, Exclusion, Input, Ratings, Scale
+from palpate.analysis.ratings.dataset import Crossing, Exclusion, Input, Ratings, Scale
 
 PAIRS = {
     "Easy-to-pull": ("Hard-to-pull", "physical"),

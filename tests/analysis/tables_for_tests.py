@@ -9,8 +9,8 @@ from dataclasses import dataclass, field, replace
 from pathlib import Path
 from typing import Any, Literal
 
-from analysis.importing.tables import import_table
-from analysis.ratings.dataset import Ratings
+from palpate.analysis.importing.tables import import_table
+from palpate.analysis.ratings.dataset import Ratings
 
 COLUMNS = {
     "participant": "who",

@@ -15,10 +15,16 @@ from typing import Any
 
 import pytest
 
-import palpate
-from analysis.ratings.dataset import DataRefused
-from analysis.reporting.compare_reference import SHIPPED, Compared, compare_with_reference, fitting_test, read_reference
-from analysis.reporting.study_statistics import study_statistics
+from palpate import command_line
+from palpate.analysis.ratings.dataset import DataRefused
+from palpate.analysis.reporting.compare_reference import (
+    SHIPPED,
+    Compared,
+    compare_with_reference,
+    fitting_test,
+    read_reference,
+)
+from palpate.analysis.reporting.study_statistics import study_statistics
 from tests.analysis.synthetic_ratings import door_ratings, reasoning
 
 MAP = SHIPPED.parents[1] / "importing" / "maps" / "sk2011.yaml"
@@ -29,7 +35,7 @@ def told(*arguments: object) -> tuple[int, str, str]:
     """Run the command line: exit code, output, errors."""
     out, err = io.StringIO(), io.StringIO()
     with contextlib.redirect_stdout(out), contextlib.redirect_stderr(err), pytest.raises(SystemExit) as ended:
-        palpate.main([str(each) for each in arguments])
+        command_line.main([str(each) for each in arguments])
     return int(ended.value.code or 0), out.getvalue(), err.getvalue()
 
 
@@ -160,7 +166,7 @@ def test_import_lists_what_it_took_and_may_replace(lab: Path) -> None:
 
 def test_help_is_fast_and_imports_no_pandas() -> None:
     script = (
-        "import sys, analysis.commands, palpate\n"
+        "import sys, palpate.analysis.commands, palpate.command_line\n"
         "heavy = {'pandas', 'numpy', 'scipy', 'matplotlib', 'sqlalchemy', 'rich', 'jinja2'}\n"
         "print(sorted(heavy & set(sys.modules)))"
     )

@@ -4,11 +4,12 @@ from __future__ import annotations
 
 import subprocess
 import sys
+from importlib import import_module
 
 import pytest
 
 from benchmarks.statistics.cases import PARTS, cases, worst_error
-from protocols.bench import Case
+from palpate.protocols.bench import Case
 
 TITLES = {
     *("ANOVA against R", "ANOVA, extreme tables", "p to report", "one-way ANOVA, NIST sets"),
@@ -56,16 +57,15 @@ def test_worst_error_tells_refusals_from_wrong_numbers() -> None:
 
 
 def test_the_room_and_its_sentences_import_no_numbers() -> None:
-    code = (
-        "import sys, analysis, analysis.statistics.apa; print(sorted({'numpy', 'pandas', 'scipy'} & set(sys.modules)))"
-    )
+    code = "import sys, palpate.analysis.statistics.apa; print(sorted({'numpy', 'pandas', 'scipy'} & set(sys.modules)))"
     done = subprocess.run([sys.executable, "-c", code], capture_output=True, text=True, check=True)
     assert done.stdout.strip() == "[]"
 
 
 def test_public_calls_stay_functions_after_everything_is_imported() -> None:
-    import analysis
-    import analysis.statistics.pairwise
+    from palpate import analysis
+
+    import_module("palpate.analysis.statistics.pairwise")
 
     for name in ("rm_anova", "anova", "pairwise_tests", "apa_f", "apa_p", "apa_t"):
         assert callable(getattr(analysis, name))
@@ -73,6 +73,6 @@ def test_public_calls_stay_functions_after_everything_is_imported() -> None:
 
 
 def test_statistics_do_not_load_scipy_stats() -> None:
-    code = "import sys; from analysis import rm_anova; print('scipy.stats' in sys.modules)"
+    code = "import sys; from palpate.analysis import rm_anova; print('scipy.stats' in sys.modules)"
     done = subprocess.run([sys.executable, "-c", code], capture_output=True, text=True, check=True)
     assert done.stdout.strip() == "False"

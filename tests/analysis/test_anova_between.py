@@ -8,9 +8,9 @@ import numpy as np
 import pandas as pd
 import pytest
 
-from analysis import anova
-from analysis.statistics.exact import exact_one_way
-from analysis.statistics.references import nist_table, nist_values
+from palpate.analysis import anova
+from palpate.analysis.statistics.exact import exact_one_way
+from palpate.analysis.statistics.references import nist_table, nist_values
 from tests.analysis.anova_for_tests import relative_error
 
 NIST = nist_values()

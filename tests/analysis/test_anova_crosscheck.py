@@ -6,8 +6,8 @@ import numpy as np
 import pandas as pd
 import pytest
 
-from analysis import anova, pairwise_tests, rm_anova
-from analysis.crosschecking import packages
+from palpate.analysis import anova, pairwise_tests, rm_anova
+from palpate.analysis.crosschecking import packages
 from tests.analysis.anova_for_tests import long_table
 
 SHAPES = [(12, 4), (9, 2), (20, 7), (10, 2, 3), (8, 3, 4)]

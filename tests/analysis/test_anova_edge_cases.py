@@ -7,12 +7,12 @@ import math
 import numpy as np
 import pytest
 
-from analysis import anova, apa_f, pairwise_tests, rm_anova
-from analysis.statistics.doubles import Floats
-from analysis.statistics.exact import exact_one_way, exact_within
-from analysis.statistics.pvalues import f_tail
-from analysis.statistics.references import edge_cases, edge_table, reference_values
-from analysis.statistics.refusals import TooFew
+from palpate.analysis import anova, apa_f, pairwise_tests, rm_anova
+from palpate.analysis.statistics.doubles import Floats
+from palpate.analysis.statistics.exact import exact_one_way, exact_within
+from palpate.analysis.statistics.pvalues import f_tail
+from palpate.analysis.statistics.references import edge_cases, edge_table, reference_values
+from palpate.analysis.statistics.refusals import TooFew
 from tests.analysis.anova_for_tests import NAMES, long_table, relative_error
 
 EXACT = reference_values("edge_cases_exact")

@@ -9,8 +9,8 @@ import numpy as np
 import pandas as pd
 import pytest
 
-from analysis import anova, pairwise_tests
-from analysis.statistics.refusals import BadValue
+from palpate.analysis import anova, pairwise_tests
+from palpate.analysis.statistics.refusals import BadValue
 from tests.analysis.anova_for_tests import long_table, rated_table, tell
 
 

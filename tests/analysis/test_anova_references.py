@@ -8,9 +8,9 @@ import numpy as np
 import pandas as pd
 import pytest
 
-from analysis import rm_anova
-from analysis.statistics.exact import exact_within
-from analysis.statistics.references import reference_table, reference_values
+from palpate.analysis import rm_anova
+from palpate.analysis.statistics.exact import exact_within
+from palpate.analysis.statistics.references import reference_table, reference_values
 from tests.analysis.anova_for_tests import NAMES, long_table, relative_error
 
 R = reference_values("r_reference")

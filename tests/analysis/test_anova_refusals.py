@@ -6,8 +6,15 @@ import numpy as np
 import pandas as pd
 import pytest
 
-from analysis import anova, pairwise_tests, rm_anova
-from analysis.statistics.refusals import BadOption, BadValue, DuplicatedCells, IncompleteCells, TooFew, UnknownColumn
+from palpate.analysis import anova, pairwise_tests, rm_anova
+from palpate.analysis.statistics.refusals import (
+    BadOption,
+    BadValue,
+    DuplicatedCells,
+    IncompleteCells,
+    TooFew,
+    UnknownColumn,
+)
 from tests.analysis.anova_for_tests import rated_table, same, tell
 
 

@@ -9,8 +9,8 @@ import numpy as np
 import pandas as pd
 import pytest
 
-from analysis import rm_anova
-from analysis.statistics.refusals import BadValue
+from palpate.analysis import rm_anova
+from palpate.analysis.statistics.refusals import BadValue
 from tests.analysis.anova_for_tests import rated_table, same, tell
 
 

@@ -7,9 +7,9 @@ import math
 import numpy as np
 import pytest
 
-from analysis import anova, apa_f, apa_p, apa_t, pairwise_tests, rm_anova
-from analysis.statistics.apa import NoSuchOption, number, p_value
-from analysis.statistics.references import edge_table, reference_table
+from palpate.analysis import anova, apa_f, apa_p, apa_t, pairwise_tests, rm_anova
+from palpate.analysis.statistics.apa import NoSuchOption, number, p_value
+from palpate.analysis.statistics.references import edge_table, reference_table
 
 
 @pytest.mark.parametrize(

@@ -9,8 +9,8 @@ import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
-from analysis.ratings.dataset import LARGEST, DataRefused
-from analysis.ratings.describe import ONE_PARTICIPANT, ONE_RATING, describe, participant_means
+from palpate.analysis.ratings.dataset import LARGEST, DataRefused
+from palpate.analysis.ratings.describe import ONE_PARTICIPANT, ONE_RATING, describe, participant_means
 from tests.analysis.ratings_for_tests import small_ratings
 from tests.examples import examples
 

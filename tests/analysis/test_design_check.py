@@ -11,8 +11,8 @@ import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
-from analysis.ratings.dataset import Crossing, DataRefused, Scale
-from analysis.ratings.design import check_design, check_ratings
+from palpate.analysis.ratings.dataset import Crossing, DataRefused, Scale
+from palpate.analysis.ratings.design import check_design, check_ratings
 from tests.analysis.ratings_for_tests import small_ratings
 from tests.examples import examples
 

@@ -6,8 +6,8 @@ from pathlib import Path
 
 import pytest
 
-from analysis.ratings.design import check_ratings
-from analysis.ratings.design_report import Place, Problem
+from palpate.analysis.ratings.design import check_ratings
+from palpate.analysis.ratings.design_report import Place, Problem
 from tests.analysis.ratings_for_tests import small_ratings
 from tests.analysis.tables_for_tests import imported
 

@@ -7,8 +7,8 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
-from analysis.ratings.diagnostics import Answered, DiagnosticsError, Limits, diagnose
-from analysis.ratings.word_diagnostics import Worded, diagnose_words
+from palpate.analysis.ratings.diagnostics import Answered, DiagnosticsError, Limits, diagnose
+from palpate.analysis.ratings.word_diagnostics import Worded, diagnose_words
 
 
 def trial(number, values, seconds=7.0, stimulus=None, practice=False):

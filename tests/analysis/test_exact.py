@@ -8,9 +8,9 @@ from typing import Any
 
 import pytest
 
-from analysis.statistics.cells import gather
-from analysis.statistics.exact import exact_one_way, exact_within
-from analysis.statistics.references import (
+from palpate.analysis.statistics.cells import gather
+from palpate.analysis.statistics.exact import exact_one_way, exact_within
+from palpate.analysis.statistics.references import (
     edge_cases,
     edge_table,
     nist_table,

@@ -13,12 +13,12 @@ from hypothesis import strategies as st
 from matplotlib.axes import Axes
 from matplotlib.figure import Figure
 
-from analysis.figures.axes import spread
-from analysis.figures.level_means import Places
-from analysis.figures.style import drawing, inline_svg, save, svg_text
-from analysis.ratings.dataset import DataRefused, Ratings
-from analysis.ratings.describe import describe
-from analysis.reporting.pictures import Picture, pictures
+from palpate.analysis.figures.axes import spread
+from palpate.analysis.figures.level_means import Places
+from palpate.analysis.figures.style import drawing, inline_svg, save, svg_text
+from palpate.analysis.ratings.dataset import DataRefused, Ratings
+from palpate.analysis.ratings.describe import describe
+from palpate.analysis.reporting.pictures import Picture, pictures
 from tests.analysis.synthetic_ratings import door_ratings, reasoning, renamed
 
 

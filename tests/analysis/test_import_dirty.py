@@ -10,9 +10,9 @@ import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
-from analysis.importing.dialects import TableRefused, read_sheet
-from analysis.importing.number_texts import NoNumber, number
-from analysis.ratings.saved import load_ratings, save_ratings
+from palpate.analysis.importing.dialects import TableRefused, read_sheet
+from palpate.analysis.importing.number_texts import NoNumber, number
+from palpate.analysis.ratings.saved import load_ratings, save_ratings
 from tests.analysis.tables_for_tests import Foreign, Record, imported
 from tests.examples import examples
 

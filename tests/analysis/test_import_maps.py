@@ -6,10 +6,10 @@ from pathlib import Path
 
 import pytest
 
-from analysis.importing.map_file import MapRefused, read_map
-from analysis.importing.tables import import_table
-from analysis.ratings.describe import describe
-from analysis.ratings.design import check_ratings
+from palpate.analysis.importing.map_file import MapRefused, read_map
+from palpate.analysis.importing.tables import import_table
+from palpate.analysis.ratings.describe import describe
+from palpate.analysis.ratings.design import check_ratings
 
 MAPS = Path(__file__).parents[2] / "analysis" / "importing" / "maps"
 

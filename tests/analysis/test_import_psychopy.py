@@ -8,11 +8,11 @@ from pathlib import Path
 
 import pytest
 
-from analysis.importing.dialects import TableRefused
-from analysis.importing.tables import import_table
-from analysis.ratings.dataset import Exclusion, Ratings
-from analysis.ratings.describe import participant_means
-from analysis.ratings.design import check_ratings
+from palpate.analysis.importing.dialects import TableRefused
+from palpate.analysis.importing.tables import import_table
+from palpate.analysis.ratings.dataset import Exclusion, Ratings
+from palpate.analysis.ratings.describe import participant_means
+from palpate.analysis.ratings.design import check_ratings
 
 DATA = Path(__file__).parent / "data" / "psychopy"
 MAP = Path(__file__).parents[2] / "analysis" / "importing" / "maps" / "psychopy_hussey2018.yaml"

@@ -7,11 +7,11 @@ from typing import Any
 
 import pytest
 
-from analysis.importing.dialects import TableRefused
-from analysis.importing.map_file import MapRefused, read_map
-from analysis.importing.tables import import_table
-from analysis.ratings.dataset import Crossing, Exclusion, Scale
-from analysis.ratings.design import check_ratings
+from palpate.analysis.importing.dialects import TableRefused
+from palpate.analysis.importing.map_file import MapRefused, read_map
+from palpate.analysis.importing.tables import import_table
+from palpate.analysis.ratings.dataset import Crossing, Exclusion, Scale
+from palpate.analysis.ratings.design import check_ratings
 from tests.analysis.tables_for_tests import COLUMNS, Foreign, imported, write_map
 
 CLEAN = "who,item,car,score\nP1,soft,K3,1\nP1,soft,K8,2\nP2,soft,K3,3\nP2,soft,K8,4\n"

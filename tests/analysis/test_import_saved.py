@@ -11,8 +11,8 @@ import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
-from analysis.ratings.dataset import LARGEST, Crossing, DataRefused, Exclusion, Input, Ratings, Scale
-from analysis.ratings.saved import load_ratings, save_ratings
+from palpate.analysis.ratings.dataset import LARGEST, Crossing, DataRefused, Exclusion, Input, Ratings, Scale
+from palpate.analysis.ratings.saved import load_ratings, save_ratings
 from tests.analysis.ratings_for_tests import add_session, add_study, database, definition, small_ratings, stimuli_of
 from tests.examples import examples
 
@@ -38,7 +38,7 @@ def test_everything_comes_back(tmp_path: Path) -> None:
 
 
 def test_a_study_from_ledgers_comes_back_too(tmp_path: Path) -> None:
-    from analysis.ratings.reading import read_ratings
+    from palpate.analysis.ratings.reading import read_ratings
 
     engine = database()
     add_study(engine, "d1", definition())

@@ -12,10 +12,10 @@ from typing import Any
 import pytest
 from rich.console import Console
 
-from analysis.measuring.rows import MOST_RUNS, Row, as_json, measure, run_bench
-from analysis.measuring.work_precision import error_text, print_table, ratio_to_ours, time_text
-from analysis.measuring.work_precision_plot import save_plots
-from protocols.bench import Case
+from palpate.analysis.measuring.rows import MOST_RUNS, Row, as_json, measure, run_bench
+from palpate.analysis.measuring.work_precision import error_text, print_table, ratio_to_ours, time_text
+from palpate.analysis.measuring.work_precision_plot import save_plots
+from palpate.protocols.bench import Case
 
 
 class FakeClock:

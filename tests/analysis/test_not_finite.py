@@ -7,11 +7,11 @@ from math import inf, nan
 
 import pytest
 
-import palpate
-from analysis.exporting.cells import write_csv
-from analysis.exporting.tabular import Column, Table
-from analysis.reporting.csv_files import NotFinite, csv_text
-from protocols.canonical import NotCanonical, json_text
+from palpate import command_line
+from palpate.analysis.exporting.cells import write_csv
+from palpate.analysis.exporting.tabular import Column, Table
+from palpate.analysis.reporting.csv_files import NotFinite, csv_text
+from palpate.protocols.canonical import NotCanonical, json_text
 
 MAP = """
 name: hard
@@ -58,7 +58,7 @@ def hard_lab(folder, value, people):
 
 def run(capsys, *words):
     with pytest.raises(SystemExit) as ended:
-        palpate.main([str(word) for word in words])
+        command_line.main([str(word) for word in words])
     return ended.value.code or 0, *capsys.readouterr()
 
 

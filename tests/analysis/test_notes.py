@@ -6,11 +6,11 @@ from dataclasses import replace
 import pytest
 from click.testing import CliRunner
 
-from analysis.commands import analyse
-from analysis.ratings.dataset import DataRefused, Exclusion, Scale
-from analysis.ratings.notes import data_notes, exclusion_lines
-from analysis.regenerating.commands import regenerate
-from analysis.reporting.csv_files import csv_text, without_formula
+from palpate.analysis.commands import analyse
+from palpate.analysis.ratings.dataset import DataRefused, Exclusion, Scale
+from palpate.analysis.ratings.notes import data_notes, exclusion_lines
+from palpate.analysis.regenerating.commands import regenerate
+from palpate.analysis.reporting.csv_files import csv_text, without_formula
 from tests.analysis.ratings_for_tests import small_ratings
 
 ALIKE = "1 set of labels that look alike and count as different:\n  participant: '001' and '1'"
@@ -23,7 +23,7 @@ def rows(people=("001", "1", "2", "3"), values=range(1, 99)):
 
 @pytest.fixture
 def lab(tmp_path):
-    from analysis.ratings.saved import save_ratings
+    from palpate.analysis.ratings.saved import save_ratings
 
     save_ratings(small_ratings(rows()), tmp_path / "imported" / "small")
     (tmp_path / "studies" / "small").mkdir(parents=True)

@@ -17,10 +17,10 @@ import numpy as np
 import pandas as pd
 import pytest
 
-import analysis
-from analysis.spaces.dissimilarities import dissimilarities_of, profile_distances
-from analysis.spaces.profiles import gather_profiles
-from analysis.statistics.refusals import BadOption
+from palpate import analysis
+from palpate.analysis.spaces.dissimilarities import dissimilarities_of, profile_distances
+from palpate.analysis.spaces.profiles import gather_profiles
+from palpate.analysis.statistics.refusals import BadOption
 
 Call = dict[str, Any]
 

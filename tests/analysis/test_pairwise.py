@@ -8,10 +8,10 @@ import numpy as np
 import pandas as pd
 import pytest
 
-from analysis import apa_t, pairwise_tests
-from analysis.statistics.pvalues import adjusted
-from analysis.statistics.references import reference_table, reference_values
-from analysis.statistics.refusals import BadOption, DuplicatedCells, IncompleteCells
+from palpate.analysis import apa_t, pairwise_tests
+from palpate.analysis.statistics.pvalues import adjusted
+from palpate.analysis.statistics.references import reference_table, reference_values
+from palpate.analysis.statistics.refusals import BadOption, DuplicatedCells, IncompleteCells
 from tests.analysis.anova_for_tests import long_table, relative_error
 
 R = reference_values("r_reference")

@@ -6,7 +6,7 @@ from pathlib import Path
 
 import pytest
 
-import analysis
+from palpate import analysis
 
 HERE = Path(analysis.__file__).parent
 
@@ -23,5 +23,5 @@ def test_a_name_that_is_not_there_is_refused():
 
 
 def test_importing_the_room_imports_nothing_heavy():
-    code = "import analysis, sys; print([n for n in ('numpy', 'pandas', 'scipy', 'matplotlib') if n in sys.modules])"
+    code = "import palpate.analysis, sys; print(sorted({'numpy', 'pandas', 'scipy', 'matplotlib'} & set(sys.modules)))"
     assert subprocess.run([sys.executable, "-c", code], capture_output=True, text=True, check=True).stdout == "[]\n"

@@ -7,10 +7,10 @@ from typing import Any
 import pytest
 from sqlalchemy import Engine, create_engine, text
 
-from analysis.ratings.dataset import DataRefused, Exclusion, Scale
-from analysis.ratings.describe import describe
-from analysis.ratings.design import check_ratings
-from analysis.ratings.reading import read_ratings
+from palpate.analysis.ratings.dataset import DataRefused, Exclusion, Scale
+from palpate.analysis.ratings.describe import describe
+from palpate.analysis.ratings.design import check_ratings
+from palpate.analysis.ratings.reading import read_ratings
 from tests.analysis.ratings_for_tests import add_session, add_study, database, definition, stimuli_of, value_of
 
 

@@ -13,16 +13,16 @@ from typing import Any
 import pandas as pd
 import pytest
 
-import palpate
-from analysis.ratings.completeness import cell_faults, without_incomplete
-from analysis.ratings.dataset import Crossing, DataRefused, Exclusion, Ratings
-from analysis.ratings.design import check_ratings
-from analysis.ratings.reading import read_ratings
-from analysis.reporting.analysed import analyse_ratings
-from analysis.reporting.page_tests import comparisons, refusals
-from analysis.reporting.report import report_html
-from analysis.reporting.results import statistics_json
-from analysis.reporting.study_statistics import questions_of, study_statistics
+from palpate import command_line
+from palpate.analysis.ratings.completeness import cell_faults, without_incomplete
+from palpate.analysis.ratings.dataset import Crossing, DataRefused, Exclusion, Ratings
+from palpate.analysis.ratings.design import check_ratings
+from palpate.analysis.ratings.reading import read_ratings
+from palpate.analysis.reporting.analysed import analyse_ratings
+from palpate.analysis.reporting.page_tests import comparisons, refusals
+from palpate.analysis.reporting.report import report_html
+from palpate.analysis.reporting.results import statistics_json
+from palpate.analysis.reporting.study_statistics import questions_of, study_statistics
 from tests.analysis.ratings_for_tests import add_session, add_study, database, definition, small_ratings, stimuli_of
 from tests.analysis.synthetic_ratings import door_ratings, reasoning
 
@@ -195,7 +195,7 @@ def test_a_factor_that_the_study_leaves_out_is_averaged_over_only_where_it_is_co
 def told(*arguments: object) -> tuple[int, str]:
     out = io.StringIO()
     with contextlib.redirect_stdout(out), pytest.raises(SystemExit) as ended:
-        palpate.main([str(each) for each in arguments])
+        command_line.main([str(each) for each in arguments])
     return int(ended.value.code or 0), out.getvalue()
 
 
@@ -252,5 +252,5 @@ def test_listwise_on_the_command_line_leaves_the_participant_out(interrupted: tu
 def test_an_unknown_way_with_missing_cells_is_the_users_mistake() -> None:
     err = io.StringIO()
     with contextlib.redirect_stderr(err), pytest.raises(SystemExit) as ended:
-        palpate.main(["report", "door_ratings", "--missing", "mean"])
+        command_line.main(["report", "door_ratings", "--missing", "mean"])
     assert ended.value.code == 2 and "'refuse', 'listwise'" in err.getvalue()

@@ -7,9 +7,9 @@ from statistics import fmean
 import numpy as np
 import pytest
 
-from analysis import rm_anova
-from analysis.statistics.eta_intervals import eta_squared_interval
-from analysis.statistics.pvalues import f_tail
+from palpate.analysis import rm_anova
+from palpate.analysis.statistics.eta_intervals import eta_squared_interval
+from palpate.analysis.statistics.pvalues import f_tail
 from tests.analysis.anova_for_tests import long_table
 
 F, DF1, DF2, PRINTED_ETA = 64.97, 3, 33, 0.8077

@@ -4,14 +4,14 @@ from __future__ import annotations
 
 import pytest
 
-from analysis.exporting.exported import Choices, export
-from analysis.exporting.tabular import ExportRefused
-from analysis.regenerating.regenerated import regenerate
-from analysis.reporting.sources import Wanted, read_source
-from studies.collect import collect, open_database
-from studies.participants.people import add as enter
-from studies.participants.registry import open_registry
-from studies.participants.withdrawal import withdraw
+from palpate.analysis.exporting.exported import Choices, export
+from palpate.analysis.exporting.tabular import ExportRefused
+from palpate.analysis.regenerating.regenerated import regenerate
+from palpate.analysis.reporting.sources import Wanted, read_source
+from palpate.studies.collect import collect, open_database
+from palpate.studies.participants.people import add as enter
+from palpate.studies.participants.registry import open_registry
+from palpate.studies.participants.withdrawal import withdraw
 from tests.analysis.exporting.labs import RECORDED, rewritten
 
 PLAN = """
@@ -52,7 +52,9 @@ def test_analyses_and_reports_hold_nobody_who_withdrew(wanted):
 
 
 def test_a_regenerated_study_holds_nobody_who_withdrew(wanted, lab, monkeypatch):
-    monkeypatch.setattr("analysis.regenerating.regenerated.names", lambda _: {"doors_small": lab / "study.yaml"})
+    monkeypatch.setattr(
+        "palpate.analysis.regenerating.regenerated.names", lambda _: {"doors_small": lab / "study.yaml"}
+    )
     found = regenerate(wanted, lab / "analysis.yaml")
     assert found.material.participants == ("P001", "P003", "P004")
     assert "P002" not in set(found.answered[0].rows["participant"])

@@ -8,8 +8,8 @@ import numpy as np
 import pytest
 
 from benchmarks import actuator, camera, profiles, sound
-from devices.actuator.resonance import Coil
-from devices.sound.noise import rms_of
+from palpate.devices.actuator.resonance import Coil
+from palpate.devices.sound.noise import rms_of
 
 BENCHES = (actuator, profiles, sound, camera)
 

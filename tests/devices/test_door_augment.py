@@ -9,11 +9,11 @@ import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
-from devices.door.augment import VARIANTS, augment
-from devices.door.features import describe, landmarks, peaks_of, plateau_after_second_peak
-from devices.door.grid import POINTS, DoorDataError
-from devices.door.shaping import add_cycles, move_knots, raise_span, set_peak
-from devices.door.stimuli import originals
+from palpate.devices.door.augment import VARIANTS, augment
+from palpate.devices.door.features import describe, landmarks, peaks_of, plateau_after_second_peak
+from palpate.devices.door.grid import POINTS, DoorDataError
+from palpate.devices.door.shaping import add_cycles, move_knots, raise_span, set_peak
+from palpate.devices.door.stimuli import originals
 from tests.examples import examples
 
 MOST_EXTRA_STEP_N = 4.0

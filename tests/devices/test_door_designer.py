@@ -8,14 +8,14 @@ import sys
 import numpy as np
 import pytest
 
-from devices.door.designer import Designer, designer_for, smoothed
-from devices.door.grid import DoorDataError
-from devices.door.playable import LIMIT_N, STEEPEST_N_DEG
-from devices.models.errors import ModelFileError
-from devices.models.file import read_model
-from modeling.files.exported import Exported
-from modeling.files.writing import write_model
-from protocols.model_card import Affine, Clip, Dense, Playable, Port
+from palpate.devices.door.designer import Designer, designer_for, smoothed
+from palpate.devices.door.grid import DoorDataError
+from palpate.devices.door.playable import LIMIT_N, STEEPEST_N_DEG
+from palpate.devices.models.errors import ModelFileError
+from palpate.devices.models.file import read_model
+from palpate.modeling.files.exported import Exported
+from palpate.modeling.files.writing import write_model
+from palpate.protocols.model_card import Affine, Clip, Dense, Playable, Port
 
 NAMES, ANTONYMS = ("Light", "Soft"), ("Heavy", "Hard")
 ANGLE = np.arange(621) / 10
@@ -166,7 +166,7 @@ def test_models_that_do_not_belong_together_are_refused(lab):
 
 
 def test_a_rig_needs_neither_torch_nor_modeling():
-    asked = "import sys, devices.door.designer; print([m for m in sys.modules if m.split('.')[0] in %r])"
+    asked = "import sys, palpate.devices.door.designer; print([m for m in sys.modules if m.split('.')[0] in %r])"
     names = ("torch", "sklearn", "joblib", "scipy", "pandas", "modeling")
     ran = subprocess.run(
         [sys.executable, "-c", asked % (names,)], capture_output=True, text=True, timeout=60, check=True

@@ -8,8 +8,8 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 from scipy.signal import find_peaks
 
-from devices.door.features import describe, landmarks, peaks_of, plateau_after_second_peak
-from devices.door.grid import POINTS, DoorDataError, grid_index, motion_end
+from palpate.devices.door.features import describe, landmarks, peaks_of, plateau_after_second_peak
+from palpate.devices.door.grid import POINTS, DoorDataError, grid_index, motion_end
 from tests.examples import examples
 
 

@@ -9,10 +9,10 @@ import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
-from devices.door.catalogue import DOORS_FILE, find_door, read_catalogue
-from devices.door.features import landmarks, plateau_after_second_peak
-from devices.door.grid import POINTS, DoorDataError
-from devices.door.mechanics import (
+from palpate.devices.door.catalogue import DOORS_FILE, find_door, read_catalogue
+from palpate.devices.door.features import landmarks, plateau_after_second_peak
+from palpate.devices.door.grid import POINTS, DoorDataError
+from palpate.devices.door.mechanics import (
     CHECK_RANGES,
     RANGES,
     CheckFeature,
@@ -26,8 +26,8 @@ from devices.door.mechanics import (
     simulate,
     stop_force,
 )
-from devices.door.recording import read_columns
-from devices.door.stimuli import MEASURED_FILE
+from palpate.devices.door.recording import read_columns
+from palpate.devices.door.stimuli import MEASURED_FILE
 from tests.examples import examples
 
 K8 = read_catalogue()["K8"].door

@@ -8,9 +8,9 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 from hypothesis.extra.numpy import arrays
 
-from devices.door.features import describe
-from devices.door.grid import POINTS, DoorDataError
-from devices.door.model_features import FEATURES, all_features, features
+from palpate.devices.door.features import describe
+from palpate.devices.door.grid import POINTS, DoorDataError
+from palpate.devices.door.model_features import FEATURES, all_features, features
 from tests.examples import examples
 
 

@@ -11,13 +11,13 @@ from click.testing import CliRunner
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
-from devices.door.catalogue import read_catalogue
-from devices.door.commands import doors
-from devices.door.grid import POINTS, DoorDataError
-from devices.door.mechanics import hand_force, simulate
-from devices.door.profiles import normalise, upsample_angle
-from devices.door.recording import read_columns
-from devices.door.twin import read_profile
+from palpate.devices.door.catalogue import read_catalogue
+from palpate.devices.door.commands import doors
+from palpate.devices.door.grid import POINTS, DoorDataError
+from palpate.devices.door.mechanics import hand_force, simulate
+from palpate.devices.door.profiles import normalise, upsample_angle
+from palpate.devices.door.recording import read_columns
+from palpate.devices.door.twin import read_profile
 from tests.examples import examples
 
 DATA = Path(__file__).parent / "door_data"
@@ -251,7 +251,7 @@ def test_the_command_reads_radians_and_a_separate_angle_recording(tmp_path) -> N
 
 
 def test_a_force_that_no_door_has_is_refused_as_it_is_by_predict():
-    from devices.door.model_features import features
+    from palpate.devices.door.model_features import features
 
     angle = [i / 10 for i in range(621)]
     for call in (lambda: normalise(angle, [1e308, -1e308, *[0.0] * 619]), lambda: features(np.full(621, 1e308))):

@@ -6,11 +6,11 @@ import numpy as np
 import pytest
 from click.testing import CliRunner
 
-from devices.door.commands import doors
-from devices.door.grid import DoorDataError
-from devices.door.opening import RATE_HZ, opened_once
-from devices.door.twin import read_profile
-from studies.catalogue import SHIPPED
+from palpate.devices.door.commands import doors
+from palpate.devices.door.grid import DoorDataError
+from palpate.devices.door.opening import RATE_HZ, opened_once
+from palpate.devices.door.twin import read_profile
+from palpate.studies.catalogue import SHIPPED
 
 CARS = ("BC3", "FORD", "G90", "K3", "K8", "MQ4")
 

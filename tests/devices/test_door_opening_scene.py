@@ -5,13 +5,13 @@ from pathlib import Path
 import numpy as np
 import pytest
 
-from devices.daq.force_torque import Settings, make
-from devices.daq.gauges import gauge_volts
-from devices.door.grid import DoorDataError
-from devices.door.opening import RATE_HZ, opened_once
-from devices.door.opening_scene import ASIDE, OpeningScene
-from devices.door.twin import read_profile
-from studies.catalogue import SHIPPED
+from palpate.devices.daq.force_torque import Settings, make
+from palpate.devices.daq.gauges import gauge_volts
+from palpate.devices.door.grid import DoorDataError
+from palpate.devices.door.opening import RATE_HZ, opened_once
+from palpate.devices.door.opening_scene import ASIDE, OpeningScene
+from palpate.devices.door.twin import read_profile
+from palpate.studies.catalogue import SHIPPED
 
 K8 = read_profile(SHIPPED / "door_capture" / "profiles" / "K8.csv")
 

@@ -7,10 +7,10 @@ import numpy as np
 import pytest
 from click.testing import CliRunner
 
-from devices.door.commands import doors
-from devices.door.draw import feature_rows, opening_rows
-from devices.door.grid import DoorDataError
-from devices.picture import PictureError
+from palpate.devices.door.commands import doors
+from palpate.devices.door.draw import feature_rows, opening_rows
+from palpate.devices.door.grid import DoorDataError
+from palpate.devices.picture import PictureError
 
 STUDY = Path("studies/door_ratings")
 

@@ -6,12 +6,12 @@ import numpy as np
 import pytest
 from click.testing import CliRunner
 
-from devices.door.commands import doors
-from devices.door.grid import DoorDataError
-from devices.door.making import Doors, maker_for
-from devices.door.playable import LIMIT_N, STEEPEST_N_DEG
-from devices.door.sets import differences, make
-from studies.catalogue import SHIPPED
+from palpate.devices.door.commands import doors
+from palpate.devices.door.grid import DoorDataError
+from palpate.devices.door.making import Doors, maker_for
+from palpate.devices.door.playable import LIMIT_N, STEEPEST_N_DEG
+from palpate.devices.door.sets import differences, make
+from palpate.studies.catalogue import SHIPPED
 
 MADE = ("door_adjectives", "door_capture", "door_matching")
 

@@ -7,11 +7,11 @@ import pickle
 import numpy as np
 import pytest
 
-from devices.door.features import describe
-from devices.door.grid import DoorDataError
-from devices.door.model_features import FEATURES
-from devices.door.playable import LIMIT_N, STEEPEST_N_DEG, bounded, hardest
-from devices.door.side import DoorSide
+from palpate.devices.door.features import describe
+from palpate.devices.door.grid import DoorDataError
+from palpate.devices.door.model_features import FEATURES
+from palpate.devices.door.playable import LIMIT_N, STEEPEST_N_DEG, bounded, hardest
+from palpate.devices.door.side import DoorSide
 from tests.devices.models.cards import feeling
 
 RANDOM = np.random.Generator(np.random.PCG64(11))

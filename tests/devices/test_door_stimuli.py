@@ -11,10 +11,10 @@ import numpy as np
 import pytest
 from click.testing import CliRunner, Result
 
-from devices.door.commands import doors
-from devices.door.features import describe
-from devices.door.grid import DoorDataError
-from devices.door.twin import read_profile
+from palpate.devices.door.commands import doors
+from palpate.devices.door.features import describe
+from palpate.devices.door.grid import DoorDataError
+from palpate.devices.door.twin import read_profile
 
 STUDY = Path(__file__).parents[2] / "studies" / "door_ratings"
 

@@ -12,8 +12,8 @@ import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
-from devices.door.grid import POINTS, DoorDataError
-from devices.door.twin import open_door, read_profile
+from palpate.devices.door.grid import POINTS, DoorDataError
+from palpate.devices.door.twin import open_door, read_profile
 from tests.examples import examples
 
 STRAIGHT = tuple(index / 20 for index in range(POINTS))
@@ -126,7 +126,7 @@ def test_a_short_or_binary_profile_file_is_refused(tmp_path) -> None:
         read_profile(path)
 
 
-@pytest.mark.parametrize("module", ["devices.door.twin", "devices.door.commands"])
+@pytest.mark.parametrize("module", ["palpate.devices.door.twin", "palpate.devices.door.commands"])
 def test_neither_the_twin_nor_the_command_table_imports_numpy(module) -> None:
     check = (
         f"import sys, {module}; print(sorted({{'numpy', 'scipy', 'pandas', 'matplotlib', 'yaml'}} & set(sys.modules)))"

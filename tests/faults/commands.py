@@ -13,7 +13,7 @@ from pathlib import Path
 import click
 from PIL import Image
 
-import palpate
+from palpate import command_line
 
 ROOT = Path(__file__).parents[2]
 RECORDED = ROOT / "tests" / "recorded"
@@ -93,8 +93,10 @@ WRITES_NOTHING = (
 
 def commands() -> dict[str, click.Command]:
     """Return every command of the command table by its whole name."""
-    context = click.Context(palpate.cli)
-    return dict(found for verb in palpate.VERBS for found in _walk(verb, palpate.cli.get_command(context, verb)))
+    context = click.Context(command_line.cli)
+    return dict(
+        found for verb in command_line.VERBS for found in _walk(verb, command_line.cli.get_command(context, verb))
+    )
 
 
 def _walk(name: str, command: click.Command | None) -> Iterator[tuple[str, click.Command]]:
@@ -160,5 +162,5 @@ def make_models(folder: Path) -> None:
 
 def call(*words: str) -> None:
     """Run a command line that must succeed."""
-    if (code := palpate._status(list(words))) != 0:
+    if (code := command_line._status(list(words))) != 0:
         raise AssertionError(f"{' '.join(words)}: {code}")

@@ -15,8 +15,8 @@ from importlib import import_module
 from pathlib import Path
 from tempfile import TemporaryDirectory
 
-import palpate
-from protocols.files import UNFINISHED
+from palpate import command_line
+from palpate.protocols.files import UNFINISHED
 from tests.faults.commands import (
     DRIVEN,
     LEFT_OUT,
@@ -182,7 +182,7 @@ def _drive(name: str, fault: str | None, base: Path, place: Path, turn: int = 0)
 
 
 def _run_in(name: str, fault: str | None, place: Path, turn: int) -> tuple[Ended, Tree]:
-    ended = run_with(fault, place, partial(palpate._status, arguments(name)), turn)
+    ended = run_with(fault, place, partial(command_line._status, arguments(name)), turn)
     (place / FILLER).unlink(missing_ok=True)
     return ended, tree_of(place)
 

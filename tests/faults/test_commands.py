@@ -75,7 +75,7 @@ def test_commands_on_textures_and_models_leave_whole_files(names, capfd):
 
 def test_a_full_standard_output_is_a_message():
     with Path("/dev/full").open("w") as full:
-        words = [sys.executable, "-m", "palpate_entry", "studies"]
+        words = [sys.executable, "-m", "palpate", "studies"]
         ended = subprocess.run(words, cwd=ROOT, stdout=full, stderr=subprocess.PIPE, text=True, check=False)
     assert (ended.returncode, ended.stderr) == (2, "Error: the standard output: no space left on the device\n")
 
@@ -97,9 +97,9 @@ for instant in map(int, sys.argv[1:]):
         os.dup2(write, 2), os.dup2(os.open(os.devnull, os.O_WRONLY), 1)
         signal.signal(signal.SIGINT, signal.default_int_handler)
         sys.argv = ["palpate", "studies"]
-        import palpate_entry
+        from palpate import __main__ as console
         interrupt_at(instant)
-        palpate_entry.main()
+        console.main()
     os.close(write)
     status = os.waitstatus_to_exitcode(os.waitpid(child, 0)[1])
     print(instant, status, os.read(read, 9999).decode().replace(chr(10), "|"), flush=True)

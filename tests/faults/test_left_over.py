@@ -5,8 +5,8 @@ import shutil
 
 import pytest
 
-import palpate
-from protocols.files import UNFINISHED
+from palpate import command_line
+from palpate.protocols.files import UNFINISHED
 from tests.faults.commands import make_lab
 
 READING = (
@@ -47,7 +47,7 @@ def test_what_a_killed_writer_left_changes_no_answer(labs, monkeypatch, capsys):
         answers.append([])
         for line in READING:
             capsys.readouterr()
-            code = palpate._status(line.split())
+            code = command_line._status(line.split())
             text = re.sub(r"\d+\.\d+|[\d,]+ times as fast", "", "".join(capsys.readouterr()).replace(str(folder), ""))
             answers[-1].append((line, code, text))
     for before, after in zip(*answers, strict=True):

@@ -10,7 +10,7 @@ import pytest
 import yaml
 from sqlalchemy import create_engine, text
 
-from studies.messages import describe_error, hide_passwords
+from palpate.studies.messages import describe_error, hide_passwords
 
 pytestmark = pytest.mark.needs("linux")
 URLS = (

@@ -1,4 +1,4 @@
-"""Product code writes files through `protocols.files` and nothing else; every exception is listed with its reason."""
+"""Product code writes files through `palpate.protocols.files` and nothing else; exceptions are listed with reasons."""
 
 import ast
 from functools import cache
@@ -91,7 +91,7 @@ def saves_a_picture(name, call):
 @cache
 def every_call():
     """(file, line, name, call) of every call in the product."""
-    tops = [ROOT / room for room in (*PACKAGES, "palpate.py", "palpate_entry.py")]
+    tops = [ROOT / room for room in (*PACKAGES, "palpate")]
     files = [file for top in tops for file in (sorted(top.rglob("*.py")) if top.is_dir() else [top])]
     return [(file.relative_to(ROOT).as_posix(), *call) for file in files for call in calls(file)]
 
@@ -99,7 +99,7 @@ def every_call():
 def test_json_with_numbers_that_are_not_finite_is_refused_by_one_function():
     found = {file for file, _, name, node in every_call()
              if name in {"dump", "dumps"} and ast.unparse(node.func).startswith("json.")}  # fmt: skip
-    assert found == set(JSON_ELSEWHERE), "use protocols.canonical.json_text, or list it with the reason"
+    assert found == set(JSON_ELSEWHERE), "use palpate.protocols.canonical.json_text, or list it with the reason"
 
 
 def test_every_file_is_written_by_the_one_writer():
@@ -110,14 +110,14 @@ def test_every_file_is_written_by_the_one_writer():
             used.add(excepted)
             if excepted is None:
                 found.append(f"{file}:{line}: {name}")
-    assert found == [], "write it with protocols.files, or list it in EXCEPTIONS with the reason"
+    assert found == [], "write it with palpate.protocols.files, or list it in EXCEPTIONS with the reason"
     assert used - {None} == set(EXCEPTIONS), "an exception that is no longer needed"
 
 
 def test_nothing_in_protocols_but_the_writer_itself_touches_files():
     users = [
         file.name for file in sorted((ROOT / "protocols").glob("*.py"))
-        if any(isinstance(node, ast.ImportFrom) and node.module == "protocols.files"
+        if any(isinstance(node, ast.ImportFrom) and node.module == "palpate.protocols.files"
                for node in ast.walk(ast.parse(file.read_text("utf-8"))))
     ]  # fmt: skip
     assert users == []

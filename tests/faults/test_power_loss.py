@@ -11,17 +11,17 @@ from tempfile import TemporaryDirectory
 import pytest
 from sqlalchemy import event, select
 
-import palpate
-import studies.ledger
-import studies.session
-from protocols.files import staged_files, staged_folder, write_text
-from studies.ledger import Ledger
-from studies.participants import schema
-from studies.participants.allocations import allocations_of
-from studies.participants.identities import identities, store
-from studies.participants.registry import find_registry, gone, reading
-from studies.record import read
-from studies.session import ledger_path, resume, start
+import palpate.studies.ledger
+import palpate.studies.session
+from palpate import command_line
+from palpate.protocols.files import staged_files, staged_folder, write_text
+from palpate.studies.ledger import Ledger
+from palpate.studies.participants import schema
+from palpate.studies.participants.allocations import allocations_of
+from palpate.studies.participants.identities import identities, store
+from palpate.studies.participants.registry import find_registry, gone, reading
+from palpate.studies.record import read
+from palpate.studies.session import ledger_path, resume, start
 from tests.faults.disk import Disk, Mark, Names, Truncate, record
 from tests.faults.machine import MEMORY
 from tests.studies import nursery
@@ -61,7 +61,7 @@ def cuts(recording, count, seed, place):
 
 def acknowledging(mark):
     """In a child: mark each event once it is appended, for then the runner goes on."""
-    append, create = Ledger.append, studies.session.create
+    append, create = Ledger.append, palpate.studies.session.create
 
     def marked(act, name):
         def acted(*args):
@@ -71,7 +71,7 @@ def acknowledging(mark):
         return acted
 
     Ledger.append = marked(append, lambda _ledger, happened: str(happened.seq))
-    studies.session.create = marked(create, lambda *_: "0")
+    palpate.studies.session.create = marked(create, lambda *_: "0")
 
 
 def fate(lab, acknowledged, over, whole):
@@ -124,14 +124,14 @@ def test_a_killed_session_that_is_resumed_survives_a_cut_with_its_log_and_its_ch
 
     def session(mark):
         acknowledging(mark)
-        make = studies.ledger.engine_to_write
+        make = palpate.studies.ledger.engine_to_write
 
         def with_small_log(path):
             engine = make(path)
             event.listen(engine, "connect", lambda connection, _: connection.execute("PRAGMA wal_autocheckpoint=20"))
             return engine
 
-        studies.ledger.engine_to_write = with_small_log
+        palpate.studies.ledger.engine_to_write = with_small_log
         resume(path, RIG)
         mark(OVER)
 
@@ -159,7 +159,7 @@ def test_what_is_known_of_people_survives_a_cut_and_who_withdrew_stays_erased(me
     def commands(mark):
         os.chdir(place)
         for number, words in enumerate(COMMANDS):
-            if palpate._status(list(words)) != 0:
+            if command_line._status(list(words)) != 0:
                 raise AssertionError(words)
             mark(str(number))
 

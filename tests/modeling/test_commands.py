@@ -6,12 +6,12 @@ from pathlib import Path
 import pytest
 from click.testing import CliRunner
 
-import palpate
-from devices.door.side import DoorSide
-from modeling.commands import evaluate, train
-from modeling.files.evaluation_folder import RESULTS
-from palpate import Sides
-from studies.catalogue import SHIPPED
+from palpate import command_line
+from palpate.command_line import Sides
+from palpate.devices.door.side import DoorSide
+from palpate.modeling.commands import evaluate, train
+from palpate.modeling.files.evaluation_folder import RESULTS
+from palpate.studies.catalogue import SHIPPED
 from tests.modeling.doors.evaluated_small import small_data
 
 pytestmark = pytest.mark.needs("torch")
@@ -40,7 +40,7 @@ def done(command, *arguments):
 def told(arguments, capsys):
     """What the front door says of a mistake, and its exit code."""
     with pytest.raises(SystemExit) as ended:
-        palpate.main([str(each) for each in arguments])
+        command_line.main([str(each) for each in arguments])
     return ended.value.code, capsys.readouterr().err
 
 
@@ -74,7 +74,7 @@ def test_train_writes_two_models_that_the_rig_reads_with_metrics_interval_and_ru
 
 
 def small_digest(table):
-    from modeling.doors.reading_tables import read_table
+    from palpate.modeling.doors.reading_tables import read_table
 
     return read_table(table).digest
 
@@ -114,7 +114,7 @@ def test_an_interrupted_command_says_how_to_go_on(table, tmp_path, monkeypatch):
     def stop(*_args, **_more):
         raise KeyboardInterrupt
 
-    monkeypatch.setattr("modeling.doors.evaluating_whole.evaluate", stop)
+    monkeypatch.setattr("palpate.modeling.doors.evaluating_whole.evaluate", stop)
     arguments = ["doors", "--data", str(table), "--lab", str(tmp_path)]
     result = CliRunner().invoke(evaluate, arguments, obj=Sides())
     assert result.exit_code == 130
@@ -124,7 +124,7 @@ def test_an_interrupted_command_says_how_to_go_on(table, tmp_path, monkeypatch):
 def test_help_imports_neither_torch_nor_sklearn():
     import subprocess
 
-    code = ("import sys; from click.testing import CliRunner; from modeling.commands import train, evaluate;"
+    code = ("import sys; from click.testing import CliRunner; from palpate.modeling.commands import train, evaluate;"
             "[CliRunner().invoke(c, ['doors', '--help']) for c in (train, evaluate)];"
             "sys.exit(bool({'torch', 'sklearn', 'joblib', 'pandas', 'scipy'} & set(sys.modules)))")  # fmt: skip
     root = Path(__file__).resolve().parents[2]

@@ -6,13 +6,13 @@ import numpy as np
 import pytest
 from click.testing import CliRunner
 
-from modeling import commands_attributes
-from modeling.attributes.material import MaterialError
-from modeling.attributes.model_file import ModelFileError, read_model
-from modeling.commands import evaluate, train
-from modeling.commands_library import textures
-from modeling.training import jobs_cluster
-from modeling.training.refusals import JobError
+from palpate.modeling import commands_attributes
+from palpate.modeling.attributes.material import MaterialError
+from palpate.modeling.attributes.model_file import ModelFileError, read_model
+from palpate.modeling.commands import evaluate, train
+from palpate.modeling.commands_library import textures
+from palpate.modeling.training import jobs_cluster
+from palpate.modeling.training.refusals import JobError
 from tests.modeling.attributes.made_material import made_material
 from tests.modeling.attributes.made_recordings import rated, table
 
@@ -29,7 +29,9 @@ def made(monkeypatch):
         return made_material(12, noise=0.3)
 
     monkeypatch.setattr(commands_attributes, "material_for", material)
-    monkeypatch.setattr("modeling.attributes.feature_times.feature_seconds", lambda kinds: dict.fromkeys(kinds, 0.1))
+    monkeypatch.setattr(
+        "palpate.modeling.attributes.feature_times.feature_seconds", lambda kinds: dict.fromkeys(kinds, 0.1)
+    )
     return seen
 
 
@@ -65,7 +67,7 @@ def test_training_says_which_method_it_takes_and_why(made, tmp_path, monkeypatch
     """A quick evaluation does not decide, and is not passed over in silence either."""
     asked = ("--lab", tmp_path, "--workers", 1)
     few = ("--methods", "ridge,mean", "--no-ablations", "--no-figures")
-    monkeypatch.setattr("modeling.attributes.evaluation_outputs.DEFAULT", "mean")
+    monkeypatch.setattr("palpate.modeling.attributes.evaluation_outputs.DEFAULT", "mean")
     told = done(train, *asked).stdout
     assert told.startswith("training mean: the shipped default, for this lab has no evaluation that can be read.")
     done(evaluate, *asked, *few, "--quick")
@@ -125,7 +127,7 @@ def test_a_quick_run_reads_fifteen_textures_drawn_by_the_seed(monkeypatch, tmp_p
         asked.update(given)
         raise MaterialError("enough.")
 
-    monkeypatch.setattr("modeling.attributes.reading.read_material", read)
+    monkeypatch.setattr("palpate.modeling.attributes.reading.read_material", read)
     result = CliRunner().invoke(evaluate, ["attributes", "--lab", str(tmp_path), "--seed", "7", *quick])
     assert "enough." in str(result.exception) + result.output
     assert (asked["most"], asked["seed"], asked["quick"]) == (most, 7, bool(quick))
@@ -182,7 +184,7 @@ def test_no_method_at_all_is_refused(made, tmp_path, names):
 @pytest.mark.parametrize("group", [train, evaluate])
 def test_a_cluster_that_is_not_there_is_refused_before_features_are_made(tmp_path, monkeypatch, group):
     read = []
-    monkeypatch.setattr("modeling.attributes.reading.read_material", lambda *_, **__: read.append(1))
+    monkeypatch.setattr("palpate.modeling.attributes.reading.read_material", lambda *_, **__: read.append(1))
     monkeypatch.setattr(jobs_cluster, "PATIENCE_S", 0.5)
     with pytest.raises(JobError, match="no Dask scheduler at tcp://127.0.0.1:9"):
         done(group, "--lab", tmp_path, "--cluster", "tcp://127.0.0.1:9")
@@ -270,7 +272,7 @@ def test_real_or_simulated_sessions_of_the_lab_are_taken_as_it_is_asked(tmp_path
         asked.append(options["simulated"])
         return made_material(12, noise=0.3)
 
-    monkeypatch.setattr("modeling.attributes.reading.read_material", read)
+    monkeypatch.setattr("palpate.modeling.attributes.reading.read_material", read)
     for sessions in ((), ("--sessions", "real"), ("--sessions", "simulated")):
         done(train, "--lab", tmp_path, "--workers", 1, "--method", "mean", *sessions)
     assert asked == [None, False, True]

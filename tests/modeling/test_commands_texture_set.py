@@ -7,9 +7,9 @@ from pathlib import Path
 import pytest
 from click.testing import CliRunner
 
-from modeling.commands_texture_set import simulate
-from modeling.commands_textures import evaluate_textures
-from modeling.textures.recording import TextureDataError
+from palpate.modeling.commands_texture_set import simulate
+from palpate.modeling.commands_textures import evaluate_textures
+from palpate.modeling.textures.recording import TextureDataError
 
 
 @dataclass

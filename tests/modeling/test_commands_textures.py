@@ -4,10 +4,10 @@ import numpy as np
 import pytest
 from click.testing import CliRunner
 
-from devices.models.file import read_model
-from modeling.commands_textures import evaluate_textures, train_textures
-from modeling.textures.recording import TextureDataError
-from studies.texture_side import RigTextures
+from palpate.devices.models.file import read_model
+from palpate.modeling.commands_textures import evaluate_textures, train_textures
+from palpate.modeling.textures.recording import TextureDataError
+from palpate.studies.texture_side import RigTextures
 from tests.modeling.textures.made_up_recording import recording
 
 pytestmark = pytest.mark.needs("torch")

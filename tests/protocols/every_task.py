@@ -1,8 +1,8 @@
 """One small study for each task."""
 
-from protocols.forms import LabForms, Question
-from protocols.plan import ParticipantRow, compile_plan
-from protocols.study import Study
+from palpate.protocols.forms import LabForms, Question
+from palpate.protocols.plan import ParticipantRow, compile_plan
+from palpate.protocols.study import Study
 from tests.protocols.studies_for_tests import toy
 
 WORDS = ["rough", "smooth", "sticky", "cold", "warm", "soft"]

@@ -4,8 +4,8 @@ from __future__ import annotations
 
 from typing import Any
 
-from protocols.plan import ParticipantRow, Plan, compile_plan
-from protocols.study import Study
+from palpate.protocols.plan import ParticipantRow, Plan, compile_plan
+from palpate.protocols.study import Study
 
 
 def toy(**changes: Any) -> Study:

@@ -4,15 +4,15 @@ from statistics import pstdev
 
 import pytest
 
-from protocols.consistency import inconsistencies
-from protocols.forms import AnchorForm
-from protocols.perceiver import Perceiver
-from protocols.plan import ParticipantRow, compile_plan
-from protocols.requests import Ask, Fault, Present, Reply, ReplyError
-from protocols.runner import run
-from protocols.study import Study
-from protocols.worlds import Recorded, Simulated, VirtualClock
-from studies.tables import answers_of
+from palpate.protocols.consistency import inconsistencies
+from palpate.protocols.forms import AnchorForm
+from palpate.protocols.perceiver import Perceiver
+from palpate.protocols.plan import ParticipantRow, compile_plan
+from palpate.protocols.requests import Ask, Fault, Present, Reply, ReplyError
+from palpate.protocols.runner import run
+from palpate.protocols.study import Study
+from palpate.protocols.worlds import Recorded, Simulated, VirtualClock
+from palpate.studies.tables import answers_of
 from tests.protocols.every_task import LAB, plan_of, study_of
 from tests.protocols.test_every_task import device, ran, simulated
 from tests.protocols.worlds_for_tests import Kept

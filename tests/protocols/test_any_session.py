@@ -4,11 +4,11 @@ import random
 
 import pytest
 
-from protocols.answering import answer
-from protocols.perceiver import Perceiver
-from protocols.requests import Aside, Ask, Present, Reply, Samples, Sense
-from protocols.runner import run
-from protocols.worlds import Recorded
+from palpate.protocols.answering import answer
+from palpate.protocols.perceiver import Perceiver
+from palpate.protocols.requests import Aside, Ask, Present, Reply, Samples, Sense
+from palpate.protocols.runner import run
+from palpate.protocols.worlds import Recorded
 from tests.protocols.every_task import PARTS, plan_of
 from tests.protocols.worlds_for_tests import Kept
 

@@ -2,9 +2,9 @@
 
 import pytest
 
-from protocols.requests import Aside, Ask, Present, ReplyError
-from protocols.runner import run
-from protocols.worlds import EndOfRecord, Recorded
+from palpate.protocols.requests import Aside, Ask, Present, ReplyError
+from palpate.protocols.runner import run
+from palpate.protocols.worlds import EndOfRecord, Recorded
 from tests.protocols.studies_for_tests import toy_plan
 from tests.protocols.worlds_for_tests import Interrupting, Kept
 

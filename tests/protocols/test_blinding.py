@@ -2,7 +2,7 @@
 
 import pytest
 
-from protocols.blinding import aliases, hider
+from palpate.protocols.blinding import aliases, hider
 from tests.protocols.studies_for_tests import toy
 
 STIMULI = [

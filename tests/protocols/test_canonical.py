@@ -6,7 +6,7 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
-from protocols.canonical import NotCanonical, canonical, difference, digest, parse
+from palpate.protocols.canonical import NotCanonical, canonical, difference, digest, parse
 
 
 class Whole(IntEnum):

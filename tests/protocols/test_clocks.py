@@ -9,7 +9,7 @@ import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
-from protocols.clocks import TOLERANCE_PPM, ClockError, fit_clock, nominal_clock
+from palpate.protocols.clocks import TOLERANCE_PPM, ClockError, fit_clock, nominal_clock
 from tests.examples import examples
 
 

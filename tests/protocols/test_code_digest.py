@@ -6,13 +6,13 @@ import importlib
 
 import pytest
 
-from protocols import code_digest as module
-from protocols.code_digest import ROOT, code_digest, files_digest, imported_by, module_of, sources_in
+from palpate.protocols import code_digest as module
+from palpate.protocols.code_digest import ROOT, code_digest, files_digest, imported_by, module_of, sources_in
 
 MADE = {
     "__init__": "",
     "asked": "import made.direct\nif TYPE_CHECKING:\n    from made.typed import T\n"
-    "def f():\n    from made import within\nLATER = 'studies.workers:run'\n",
+    "def f():\n    from made import within\nLATER = 'palpate.studies.workers:run'\n",
     "direct": "from made.below import x",
     "below": "x = 1",
     "within": "y = 1",
@@ -64,14 +64,14 @@ def test_an_edit_elsewhere_does_not(made, name):
 
 
 def test_what_a_string_names_counts_only_where_registries_do(made):
-    assert "studies.workers" not in imported_by("made.asked")
-    assert "studies.workers" in imported_by("made.asked", registries=True)
+    assert "palpate.studies.workers" not in imported_by("made.asked")
+    assert "palpate.studies.workers" in imported_by("made.asked", registries=True)
     assert digest("made.asked") != digest("made.asked", registries=True)
 
 
 def test_what_is_not_there_is_named(made, tmp_path):
-    with pytest.raises(LookupError, match="no module 'modeling.textures.renamed'"):
-        digest("modeling.textures.renamed")
+    with pytest.raises(LookupError, match="no module 'palpate.modeling.textures.renamed'"):
+        digest("palpate.modeling.textures.renamed")
     with pytest.raises(LookupError, match="no module 'nowhere'"):
         digest("nowhere")
     with pytest.raises(LookupError, match="studies/renamed.csv: no such file"):
@@ -87,7 +87,7 @@ def test_the_paths_count_as_well_as_the_contents(tmp_path):
     (tmp_path / "a").write_text("1")
     (tmp_path / "b").write_text("1")
     assert files_digest([tmp_path / "a"]) != files_digest([tmp_path / "b"])
-    assert files_digest([ROOT / "palpate.py"]) != files_digest([])
+    assert files_digest([ROOT / "setup.py"]) != files_digest([])
 
 
 @pytest.mark.parametrize("line", ["from .below import x", "from . import below", "from made import below"])
@@ -103,7 +103,7 @@ def test_relative_imports_are_followed_as_well(made, line):
 def test_a_partial_is_of_the_module_of_its_function():
     from functools import partial
 
-    assert module_of(partial(partial(sources_in), ROOT)) == module_of(sources_in) == "protocols.code_digest"
+    assert module_of(partial(partial(sources_in), ROOT)) == module_of(sources_in) == "palpate.protocols.code_digest"
     assert module_of(ROOT) == type(ROOT).__module__
 
 
@@ -111,25 +111,52 @@ def test_a_partial_is_of_the_module_of_its_function():
     ("asked", "there", "not_there"),
     [
         (
-            {"modules": ("studies.texture_side",), "registries": True},
-            {"devices.daq.force_torque", "devices.models.native.library", "devices.surfaces.hand", "protocols.keyed"},
-            {"studies.session", "devices.window.presenter", "devices.render.commands"},
+            {"modules": ("palpate.studies.texture_side",), "registries": True},
+            {
+                "palpate.devices.daq.force_torque",
+                "palpate.devices.models.native.library",
+                "palpate.devices.surfaces.hand",
+                "palpate.protocols.keyed",
+            },
+            {"palpate.studies.session", "palpate.devices.window.presenter", "palpate.devices.render.commands"},
         ),
         (
-            {"modules": ("modeling.doors.evaluating_run", "devices.door.side"), "registries": True},
-            {"devices.door.features", "modeling.doors.ridge", "modeling.training.loop", "analysis.statistics"},
-            {"modeling.doors.evaluation_report", "modeling.commands", "modeling.textures.foten"},
+            {"modules": ("palpate.modeling.doors.evaluating_run", "palpate.devices.door.side"), "registries": True},
+            {
+                "palpate.devices.door.features",
+                "palpate.modeling.doors.ridge",
+                "palpate.modeling.training.loop",
+                "palpate.analysis.statistics",
+            },
+            {
+                "palpate.modeling.doors.evaluation_report",
+                "palpate.modeling.commands",
+                "palpate.modeling.textures.foten",
+            },
         ),
         (
-            {"modules": ("modeling.attributes.network_methods", "modeling.attributes.judging_run")},
-            {"modeling.attributes.visuo_tactile", "modeling.attributes.material", "modeling.training.loop"},
-            {"modeling.attributes.tactile_svm", "modeling.attributes.registry"},
+            {"modules": ("palpate.modeling.attributes.network_methods", "palpate.modeling.attributes.judging_run")},
+            {
+                "palpate.modeling.attributes.visuo_tactile",
+                "palpate.modeling.attributes.material",
+                "palpate.modeling.training.loop",
+            },
+            {"palpate.modeling.attributes.tactile_svm", "palpate.modeling.attributes.registry"},
         ),
-        ({"modules": ("modeling.attributes.seeing",)}, {"modeling.attributes.resnet", "analysis.features.glcm"}, set()),
         (
-            {"modules": ("modeling.attributes.feeling", "modeling.attributes.reading_touch")},
-            {"analysis.features.mfcc", "analysis.streams.reading", "studies.stored_samples", "studies.record"},
-            {"modeling.attributes.registry"},
+            {"modules": ("palpate.modeling.attributes.seeing",)},
+            {"palpate.modeling.attributes.resnet", "palpate.analysis.features.glcm"},
+            set(),
+        ),
+        (
+            {"modules": ("palpate.modeling.attributes.feeling", "palpate.modeling.attributes.reading_touch")},
+            {
+                "palpate.analysis.features.mfcc",
+                "palpate.analysis.streams.reading",
+                "palpate.studies.stored_samples",
+                "palpate.studies.record",
+            },
+            {"palpate.modeling.attributes.registry"},
         ),
     ],
 )

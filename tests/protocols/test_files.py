@@ -6,7 +6,7 @@ from pathlib import Path
 
 import pytest
 
-from protocols.files import UNFINISHED, open_text, staged_files, staged_folder, write_bytes, write_text
+from palpate.protocols.files import UNFINISHED, open_text, staged_files, staged_folder, write_bytes, write_text
 
 pytestmark = pytest.mark.needs("linux")
 

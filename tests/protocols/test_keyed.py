@@ -5,7 +5,7 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
-from protocols.keyed import keyed_bits, normal, shuffled, uniform
+from palpate.protocols.keyed import keyed_bits, normal, shuffled, uniform
 
 
 def test_draws_are_the_same_on_every_machine():

@@ -5,7 +5,7 @@ from __future__ import annotations
 import pytest
 from pydantic import ValidationError
 
-from protocols.model_card import (
+from palpate.protocols.model_card import (
     Activation,
     Affine,
     Card,

@@ -5,8 +5,8 @@ from pathlib import Path
 
 import pytest
 
-from protocols.balance import certificate
-from protocols.orders import latin_row, rows_of, square, williams_row
+from palpate.protocols.balance import certificate
+from palpate.protocols.orders import latin_row, rows_of, square, williams_row
 
 CROSSDES = json.loads((Path(__file__).parent / "data" / "williams_crossdes.json").read_text())["designs"]
 

@@ -4,11 +4,11 @@ import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
-from protocols.answering import answer
-from protocols.perceiver import Perceiver, z_scores
-from protocols.plan import ParticipantRow, compile_plan
-from protocols.requests import Ask
-from protocols.study import Scale
+from palpate.protocols.answering import answer
+from palpate.protocols.perceiver import Perceiver, z_scores
+from palpate.protocols.plan import ParticipantRow, compile_plan
+from palpate.protocols.requests import Ask
+from palpate.protocols.study import Scale
 from tests.examples import examples
 from tests.protocols.studies_for_tests import toy
 

@@ -7,9 +7,9 @@ import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
-from protocols.balance import certificate
-from protocols.orders import rows_of
-from protocols.plan import ParticipantRow, PlanError, compile_plan, main_order
+from palpate.protocols.balance import certificate
+from palpate.protocols.orders import rows_of
+from palpate.protocols.plan import ParticipantRow, PlanError, compile_plan, main_order
 from tests.examples import examples
 from tests.protocols.studies_for_tests import toy, toy_plan
 

@@ -1,8 +1,8 @@
 import pytest
 
-from protocols.reading import StudyError, study_from
-from protocols.study import Scale, Study
-from protocols.yaml_text import load
+from palpate.protocols.reading import StudyError, study_from
+from palpate.protocols.study import Scale, Study
+from palpate.protocols.yaml_text import load
 
 GOOD = """\
 study: toy

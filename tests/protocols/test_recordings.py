@@ -2,12 +2,12 @@
 
 import pytest
 
-from protocols.answering import answer
-from protocols.events import Event
-from protocols.perceiver import Perceiver
-from protocols.requests import Ask, Chunk, Fault, Present, Reply, ReplyError, Samples
-from protocols.runner import run
-from protocols.worlds import EndOfRecord, Recorded
+from palpate.protocols.answering import answer
+from palpate.protocols.events import Event
+from palpate.protocols.perceiver import Perceiver
+from palpate.protocols.requests import Ask, Chunk, Fault, Present, Reply, ReplyError, Samples
+from palpate.protocols.runner import run
+from palpate.protocols.worlds import EndOfRecord, Recorded
 from tests.protocols.every_task import plan_of
 from tests.protocols.studies_for_tests import toy_plan
 from tests.protocols.worlds_for_tests import Interrupting, Kept

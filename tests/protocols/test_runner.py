@@ -2,12 +2,12 @@ from typing import get_args
 
 import pytest
 
-from protocols.perceiver import Perceiver
-from protocols.requests import Ask, Present, Reply, ReplyError, Samples, Sense
-from protocols.runner import run
-from protocols.study import Study
-from protocols.tasks import TASKS
-from protocols.worlds import Divergence, Done, EndOfRecord, Recorded, Simulated, VirtualClock
+from palpate.protocols.perceiver import Perceiver
+from palpate.protocols.requests import Ask, Present, Reply, ReplyError, Samples, Sense
+from palpate.protocols.runner import run
+from palpate.protocols.study import Study
+from palpate.protocols.tasks import TASKS
+from palpate.protocols.worlds import Divergence, Done, EndOfRecord, Recorded, Simulated, VirtualClock
 from tests.protocols.studies_for_tests import toy_plan
 from tests.protocols.worlds_for_tests import BACK, Kept, Scripted, rated
 
@@ -184,7 +184,7 @@ def test_a_record_that_lacks_a_reply_diverges():
 def test_a_difference_in_time_alone_is_seen():
     from dataclasses import replace
 
-    from protocols.worlds import demand_equal
+    from palpate.protocols.worlds import demand_equal
 
     event = recorded(*FOUR)[3]
     with pytest.raises(Divergence, match="event 3"):

@@ -4,12 +4,12 @@ import statistics
 
 import pytest
 
-from protocols.answering import answer
-from protocols.balance import certificates
-from protocols.perceiver import Perceiver
-from protocols.plan import ParticipantRow, compile_plan
-from protocols.requests import Ask
-from protocols.sample import describe_sample, sample_of
+from palpate.protocols.answering import answer
+from palpate.protocols.balance import certificates
+from palpate.protocols.perceiver import Perceiver
+from palpate.protocols.plan import ParticipantRow, compile_plan
+from palpate.protocols.requests import Ask
+from palpate.protocols.sample import describe_sample, sample_of
 from tests.protocols.studies_for_tests import toy
 
 

@@ -1,4 +1,4 @@
-from protocols.wording import count, some, some_lines
+from palpate.protocols.wording import count, some, some_lines
 
 
 def test_one_thing_is_in_the_singular_and_thousands_are_set_apart():

@@ -1,6 +1,6 @@
 import pytest
 
-from protocols.yaml_text import LARGEST_BYTES, YamlError, load
+from palpate.protocols.yaml_text import LARGEST_BYTES, YamlError, load
 
 
 def test_values_and_their_lines():

@@ -6,8 +6,8 @@ from collections.abc import Callable, Iterator, Mapping
 from dataclasses import dataclass, field
 from typing import Any
 
-from protocols.events import Event
-from protocols.requests import Ask, Reply, Request
+from palpate.protocols.events import Event
+from palpate.protocols.requests import Ask, Reply, Request
 
 
 @dataclass

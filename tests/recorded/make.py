@@ -9,11 +9,11 @@ import shutil
 import tempfile
 from pathlib import Path
 
-from protocols.plan import compile_plan
-from studies.allocation import allocate
-from studies.catalogue import read_study
-from studies.rig import simulated
-from studies.session import resume, start
+from palpate.protocols.plan import compile_plan
+from palpate.studies.allocation import allocate
+from palpate.studies.catalogue import read_study
+from palpate.studies.rig import simulated
+from palpate.studies.session import resume, start
 from tests.studies.labs import stopping
 
 HERE = Path(__file__).resolve().parent

@@ -16,20 +16,20 @@ import tempfile
 from dataclasses import dataclass, replace
 from pathlib import Path
 
-from devices.models.file import read_model
-from devices.models.given import profile_of, wish_of
-from devices.render.voice import play
-from modeling.attributes.model_file import read_model as read_attributes
-from modeling.attributes.registry import METHODS
-from modeling.attributes.training import train_attributes
-from protocols.events import Event, World
-from protocols.plan import Plan
-from protocols.requests import Reply, Request
-from studies.catalogue import SHIPPED, read_study
-from studies.launch import plans_of
-from studies.record import read
-from studies.rig import Rig, RigPlan, simulated
-from studies.session import ledger_path, start
+from palpate.devices.models.file import read_model
+from palpate.devices.models.given import profile_of, wish_of
+from palpate.devices.render.voice import play
+from palpate.modeling.attributes.model_file import read_model as read_attributes
+from palpate.modeling.attributes.registry import METHODS
+from palpate.modeling.attributes.training import train_attributes
+from palpate.protocols.events import Event, World
+from palpate.protocols.plan import Plan
+from palpate.protocols.requests import Reply, Request
+from palpate.studies.catalogue import SHIPPED, read_study
+from palpate.studies.launch import plans_of
+from palpate.studies.record import read
+from palpate.studies.rig import Rig, RigPlan, simulated
+from palpate.studies.session import ledger_path, start
 from tests.modeling.attributes import judged_attributes
 from tests.studies.small_textures import TEXTURES, write_all
 from tools.half_precision import halved

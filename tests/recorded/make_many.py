@@ -10,16 +10,16 @@ import sys
 import tempfile
 from pathlib import Path
 
-from analysis.regenerating.files import file_texts
-from analysis.regenerating.regenerated import regenerate
-from analysis.reporting.sources import Wanted
-from protocols.files import write_texts
-from protocols.plan import compile_plan
-from studies.allocation import allocate
-from studies.catalogue import SHIPPED, read_study
-from studies.lab_forms import lab_forms
-from studies.rig import simulated
-from studies.session import start
+from palpate.analysis.regenerating.files import file_texts
+from palpate.analysis.regenerating.regenerated import regenerate
+from palpate.analysis.reporting.sources import Wanted
+from palpate.protocols.files import write_texts
+from palpate.protocols.plan import compile_plan
+from palpate.studies.allocation import allocate
+from palpate.studies.catalogue import SHIPPED, read_study
+from palpate.studies.lab_forms import lab_forms
+from palpate.studies.rig import simulated
+from palpate.studies.session import start
 
 HERE = Path(__file__).resolve().parent
 MANY = HERE / "many"

@@ -19,10 +19,10 @@ from dataclasses import dataclass, replace
 from pathlib import Path
 from typing import Any
 
-from protocols.plan import Plan
-from protocols.requests import Aside, Ask, Reply, Request
-from studies.rig import Rig, RigPlan, simulated
-from studies.session import resume, start
+from palpate.protocols.plan import Plan
+from palpate.protocols.requests import Aside, Ask, Reply, Request
+from palpate.studies.rig import Rig, RigPlan, simulated
+from palpate.studies.session import resume, start
 from tests.studies.labs import stopping
 from tests.studies.ten import TEN, found_study, plan_for
 

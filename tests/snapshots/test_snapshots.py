@@ -17,7 +17,7 @@ from pathlib import Path
 
 import pytest
 
-import palpate
+from palpate import command_line
 
 HERE = Path(__file__).parent
 FROZEN = HERE.parent / "recorded" / "frozen"
@@ -144,7 +144,7 @@ def help_pages():
     return json.loads(done.stdout)
 
 
-@pytest.mark.parametrize("verb", palpate.VERBS)
+@pytest.mark.parametrize("verb", command_line.VERBS)
 def test_the_help_of_every_command_says_what_it_said(verb, help_pages):
     pages = [page for name, page in help_pages.items() if name.split()[0] == verb]
     compare(f"help/{verb}", "\n\n\n".join(pages) + "\n")
@@ -156,11 +156,11 @@ def test_commands_print_what_they_printed(name, tmp_path, monkeypatch, capsys):
     shutil.copytree(FROZEN, tmp_path, dirs_exist_ok=True, ignore=shutil.ignore_patterns("README.md", "expected.json"))
     (tmp_path / "lab").rename("LAB")
     if name not in {"collect", "replay", "resume", "run"}:
-        palpate._status(["collect", "--rebuild", "--lab", "LAB"])
+        command_line._status(["collect", "--rebuild", "--lab", "LAB"])
         capsys.readouterr()
     said = []
     for line in RUNS[name]:
-        status = palpate._status(shlex.split(line))
+        status = command_line._status(shlex.split(line))
         out, err = capsys.readouterr()
         said += [
             f"$ palpate {line}",

@@ -7,13 +7,13 @@ from dataclasses import dataclass, replace
 from pathlib import Path
 from typing import Any
 
-from protocols.plan import Plan
-from protocols.requests import Reply, Request
-from studies import session
-from studies.interrupts import Interrupted
-from studies.ledger import take_up
-from studies.record import Record, read
-from studies.rig import Rig, RigPlan, simulated
+from palpate.protocols.plan import Plan
+from palpate.protocols.requests import Reply, Request
+from palpate.studies import session
+from palpate.studies.interrupts import Interrupted
+from palpate.studies.ledger import take_up
+from palpate.studies.record import Record, read
+from palpate.studies.rig import Rig, RigPlan, simulated
 from tests.protocols.studies_for_tests import toy_plan
 
 LIVELY = {"simulation": {"latents": {"Soft": {"size": 4.0}}, "revise_rate": 0.2, "lapse_rate": 0.2}}

@@ -7,9 +7,9 @@ holds them, per SD of a column over the fourteen profiles, and the figures of th
 
 from statistics import mean, pstdev
 
-from protocols.perceiver import Perceiver
-from protocols.plan import ParticipantRow, compile_plan
-from studies.catalogue import SHIPPED, read_study
+from palpate.protocols.perceiver import Perceiver
+from palpate.protocols.plan import ParticipantRow, compile_plan
+from palpate.studies.catalogue import SHIPPED, read_study
 
 DECIMALS = 2
 LOW, HIGH = 10, 90
@@ -25,8 +25,8 @@ def column(found, name):
 
 def expected():
     """attribute -> column (or intercept) -> weight."""
-    from devices.models.file import read_card
-    from devices.models.finding import SHIPPED as MODELS
+    from palpate.devices.models.file import read_card
+    from palpate.devices.models.finding import SHIPPED as MODELS
 
     ratings, matching = study("door_ratings"), study("door_matching")
     low, high = read_card(MODELS / "door-force.json").takes.scale
@@ -56,7 +56,7 @@ def felt():
 
 def off_what_is_felt():
     """How far what the models predict for the fourteen lies from that, on average, 0..100."""
-    from devices.door.making import NEUTRAL, maker_for
+    from palpate.devices.door.making import NEUTRAL, maker_for
 
     maker, off = maker_for(None), []
     for (attribute, target), known in felt().items():

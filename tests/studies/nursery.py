@@ -14,11 +14,11 @@ import time
 from collections.abc import Callable, Mapping, Sequence
 from pathlib import Path
 
-from protocols.plan import ParticipantRow, Plan, compile_plan
-from protocols.study import Study
-from studies import catalogue
-from studies.rig import RigPlan, simulated
-from studies.session import ledger_path, resume, start
+from palpate.protocols.plan import ParticipantRow, Plan, compile_plan
+from palpate.protocols.study import Study
+from palpate.studies import catalogue
+from palpate.studies.rig import RigPlan, simulated
+from palpate.studies.session import ledger_path, resume, start
 from tests.needs import has_seccomp
 
 SHORT = {"1": {"car": ["BC3", "FORD"]}, "2": {"car": ["K3"]}}

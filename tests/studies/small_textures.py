@@ -9,8 +9,8 @@ from pathlib import Path
 import numpy as np
 from safetensors.numpy import save
 
-from protocols.model_card import Card, Dense, Port, Texture, Weights
-from studies.played_textures import read_felt
+from palpate.protocols.model_card import Card, Dense, Port, Texture, Weights
+from palpate.studies.played_textures import read_felt
 from tools.similarity_table import FOLDER, TEXTURES
 
 M = 20

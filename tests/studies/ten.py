@@ -2,9 +2,9 @@
 
 from __future__ import annotations
 
-from protocols.plan import Plan, compile_plan
-from studies.allocation import allocate
-from studies.catalogue import SHIPPED, Found, read_study
+from palpate.protocols.plan import Plan, compile_plan
+from palpate.studies.allocation import allocate
+from palpate.studies.catalogue import SHIPPED, Found, read_study
 from tests.protocols.every_task import LAB
 
 TEN = (

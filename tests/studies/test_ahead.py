@@ -4,11 +4,11 @@ import os
 
 import pytest
 
-from protocols.plan import ParticipantRow, compile_plan
-from protocols.requests import Sense
-from studies.ahead import Ahead
-from studies.catalogue import SHIPPED, read_study
-from studies.errors import RigError
+from palpate.protocols.plan import ParticipantRow, compile_plan
+from palpate.protocols.requests import Sense
+from palpate.studies.ahead import Ahead
+from palpate.studies.catalogue import SHIPPED, read_study
+from palpate.studies.errors import RigError
 
 STUDY = read_study(SHIPPED / "texture_photos" / "study.yaml").study
 PLAN = compile_plan(STUDY, ParticipantRow("E001", "all"))

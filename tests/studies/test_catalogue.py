@@ -3,10 +3,10 @@ import shutil
 
 import pytest
 
-from protocols.reading import StudyError
-from protocols.yaml_text import YamlError
-from studies.allocation import AllocationError, allocate
-from studies.catalogue import SHIPPED, find, names, read_study
+from palpate.protocols.reading import StudyError
+from palpate.protocols.yaml_text import YamlError
+from palpate.studies.allocation import AllocationError, allocate
+from palpate.studies.catalogue import SHIPPED, find, names, read_study
 from tests.protocols.studies_for_tests import toy
 from tests.studies.ten import TEN
 

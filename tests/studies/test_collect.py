@@ -10,14 +10,14 @@ from threading import Barrier
 import pytest
 from sqlalchemy import create_engine, inspect, make_url, select, text
 
-from protocols.canonical import digest
-from studies import collected_schema as schema
-from studies.collect import CollectError, collect, ledgers_in, open_database, rebuild_command
-from studies.messages import hide_passwords
-from studies.participants.identities import Identity, identify
-from studies.participants.registry import reading
-from studies.record import LedgerError, read
-from studies.session import ledger_path, resume
+from palpate.protocols.canonical import digest
+from palpate.studies import collected_schema as schema
+from palpate.studies.collect import CollectError, collect, ledgers_in, open_database, rebuild_command
+from palpate.studies.messages import hide_passwords
+from palpate.studies.participants.identities import Identity, identify
+from palpate.studies.participants.registry import reading
+from palpate.studies.record import LedgerError, read
+from palpate.studies.session import ledger_path, resume
 from tests.studies.labs import Lab, stopping
 from tests.studies.participants.labs import filled, new_lab, postgres_schema
 
@@ -156,7 +156,7 @@ def test_a_damaged_ledger_brings_nothing(lab, engine):
 
 
 def test_samples_are_listed_as_streams(tmp_path, engine):
-    from studies.session import start
+    from palpate.studies.session import start
     from tests.studies.nursery import the_plan, the_rig
 
     record = read(start(tmp_path, the_plan(), the_rig()).path)

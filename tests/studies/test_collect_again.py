@@ -9,11 +9,11 @@ from hypothesis import HealthCheck, Phase, given, settings
 from hypothesis import strategies as st
 from sqlalchemy import select
 
-from studies import collect as collecting
-from studies import collected_schema as schema
-from studies.collect import CollectError, Collector, collect, ledgers_in, open_database
-from studies.record import LedgerError
-from studies.session import ledger_path
+from palpate.studies import collect as collecting
+from palpate.studies import collected_schema as schema
+from palpate.studies.collect import CollectError, Collector, collect, ledgers_in, open_database
+from palpate.studies.record import LedgerError
+from palpate.studies.session import ledger_path
 from tests.studies.labs import Lab
 
 PEOPLE = ("P001", "P002", "P003")

@@ -3,12 +3,12 @@
 import pytest
 from sqlalchemy import text
 
-from analysis.ratings.dataset import DataRefused
-from analysis.ratings.reading import read_ratings
-from protocols.requests import Aside, Ask, Confirm, Reply
-from studies.collect import collect, ledgers_in, open_database
-from studies.rig import Rig, RigPlan, simulated
-from studies.session import ledger_path, start
+from palpate.analysis.ratings.dataset import DataRefused
+from palpate.analysis.ratings.reading import read_ratings
+from palpate.protocols.requests import Aside, Ask, Confirm, Reply
+from palpate.studies.collect import collect, ledgers_in, open_database
+from palpate.studies.rig import Rig, RigPlan, simulated
+from palpate.studies.session import ledger_path, start
 from tests.protocols.every_task import plan_of
 
 

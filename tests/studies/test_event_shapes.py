@@ -11,18 +11,18 @@ import pytest
 from hypothesis import HealthCheck, given, settings
 from hypothesis import strategies as st
 
-import palpate
-from analysis.monitoring.following import follow
-from analysis.streams.reading import attempts_of, counting, streams_in
-from analysis.streams.recorded import StreamError
-from protocols.canonical import canonical
-from protocols.events import Event
-from protocols.worlds import Divergence
-from studies.collect import CollectError, collect, open_database
-from studies.ledger_schema import SEED, event_hash, sitting_hash
-from studies.participants.answers import demographics
-from studies.record import LedgerError, read
-from studies.replay import replay
+from palpate import command_line
+from palpate.analysis.monitoring.following import follow
+from palpate.analysis.streams.reading import attempts_of, counting, streams_in
+from palpate.analysis.streams.recorded import StreamError
+from palpate.protocols.canonical import canonical
+from palpate.protocols.events import Event
+from palpate.protocols.worlds import Divergence
+from palpate.studies.collect import CollectError, collect, open_database
+from palpate.studies.ledger_schema import SEED, event_hash, sitting_hash
+from palpate.studies.participants.answers import demographics
+from palpate.studies.record import LedgerError, read
+from palpate.studies.replay import replay
 
 RECORDED = Path(__file__).parents[1] / "recorded"
 FORMAT_1 = RECORDED / "sessions" / "doors_small_P001_s1.sqlite"
@@ -124,13 +124,13 @@ def test_collect_names_the_bad_ledger_and_takes_the_others(tmp_path, capsys):
     sessions.mkdir()
     shutil.copy(FORMAT_1, sessions)
     forged(FORMAT_1, sessions / "doors_small_P099_s1.sqlite", {3: []})
-    assert palpate._status(["collect", "--lab", str(tmp_path), "--json"]) == 1
+    assert command_line._status(["collect", "--lab", str(tmp_path), "--json"]) == 1
     told = json.loads(capsys.readouterr().out)
     assert (told["new"], told["refused"]) == (1, 1) and "doors_small_P099_s1.sqlite: event 3" in told["problems"][0]
-    assert palpate._status(["replay", "--lab", str(tmp_path)]) == 1
+    assert command_line._status(["replay", "--lab", str(tmp_path)]) == 1
     assert "doors_small_P099_s1.sqlite: event 3 (" in capsys.readouterr().out
     bad = sessions / "doors_small_P099_s1.sqlite"
-    assert palpate._status(["streams", str(bad)]) == 2
+    assert command_line._status(["streams", str(bad)]) == 2
     assert f"{bad}: event 3 (" in capsys.readouterr().err
     assert demographics(tmp_path).refused[0].startswith(f"{bad}: event 3 (")
 

@@ -6,16 +6,16 @@ from pathlib import Path
 
 import pytest
 
-from studies.interrupts import Guard, Interrupted, guarded, interrupt_behind
-from studies.record import read
+from palpate.studies.interrupts import Guard, Interrupted, guarded, interrupt_behind
+from palpate.studies.record import read
 
 ROOT = Path(__file__).resolve().parents[2]
 SESSION = """
 import sys, threading
 from pathlib import Path
 from dataclasses import replace
-from studies.rig import Rig
-from studies.session import start
+from palpate.studies.rig import Rig
+from palpate.studies.session import start
 from tests.studies.labs import Lab
 
 where = sys.argv[2]

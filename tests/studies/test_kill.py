@@ -5,9 +5,9 @@ import sys
 from collections import Counter
 from pathlib import Path
 
-from protocols.plan import Plan
-from studies.record import read
-from studies.session import ledger_path, resume, start
+from palpate.protocols.plan import Plan
+from palpate.studies.record import read
+from palpate.studies.session import ledger_path, resume, start
 from tests.studies import nursery
 
 ROOT = Path(__file__).resolve().parents[2]

@@ -8,12 +8,12 @@ from dataclasses import replace
 import pytest
 from sqlalchemy.exc import OperationalError
 
-from protocols.canonical import canonical
-from protocols.events import Event
-from protocols.requests import Samples
-from studies.ledger import create, take_up
-from studies.ledger_schema import FORMAT
-from studies.record import LedgerError, read
+from palpate.protocols.canonical import canonical
+from palpate.protocols.events import Event
+from palpate.protocols.requests import Samples
+from palpate.studies.ledger import create, take_up
+from palpate.studies.ledger_schema import FORMAT
+from palpate.studies.record import LedgerError, read
 from tests.studies.labs import HEADER
 
 NOTE = b'{"do":"note"}'
@@ -170,7 +170,7 @@ def test_a_changed_file_is_refused_with_its_reason(tmp_path, statement, said):
 
 def test_events_rewritten_with_a_good_chain_do_not_match_the_sittings(tmp_path):
     """Whoever rewrites the last event and its hash still has to explain the closing sitting."""
-    from studies.ledger_schema import event_hash
+    from palpate.studies.ledger_schema import event_hash
 
     path = made(tmp_path)
     record = read(path)
@@ -325,7 +325,7 @@ def test_a_ledger_on_a_full_disk_cannot_be_made_and_says_so(tmp_path, monkeypatc
     def full(*_arguments):
         raise OperationalError("INSERT", {}, Exception("database or disk is full"))
 
-    monkeypatch.setattr("studies.ledger._insert_event", full)
+    monkeypatch.setattr("palpate.studies.ledger._insert_event", full)
     with pytest.raises(LedgerError, match="its first event could not be kept: database or disk is full"):
         create(tmp_path / "s.sqlite", {}, SITTING)
     assert list(tmp_path.iterdir()) == []

@@ -7,21 +7,21 @@ from itertools import pairwise
 import numpy as np
 import pytest
 
-from devices.door.making import Doors, maker_for
-from devices.rig.file import rig_path
-from devices.window.calibration import Calibration, write_calibration
-from protocols.plan import ParticipantRow, compile_plan
-from protocols.requests import Aside, Fault, Present, Reply
-from studies.catalogue import read_study
-from studies.errors import RigError
-from studies.live_doors import FORCES, SETTINGS
-from studies.live_options import LiveOptions
-from studies.live_rig import live_plan
-from studies.made_doors import PresentsMade, made_doors
-from studies.record import read
-from studies.replay import replay
-from studies.rig import simulated
-from studies.session import start
+from palpate.devices.door.making import Doors, maker_for
+from palpate.devices.rig.file import rig_path
+from palpate.devices.window.calibration import Calibration, write_calibration
+from palpate.protocols.plan import ParticipantRow, compile_plan
+from palpate.protocols.requests import Aside, Fault, Present, Reply
+from palpate.studies.catalogue import read_study
+from palpate.studies.errors import RigError
+from palpate.studies.live_doors import FORCES, SETTINGS
+from palpate.studies.live_options import LiveOptions
+from palpate.studies.live_rig import live_plan
+from palpate.studies.made_doors import PresentsMade, made_doors
+from palpate.studies.record import read
+from palpate.studies.replay import replay
+from palpate.studies.rig import simulated
+from palpate.studies.session import start
 from tests.devices.door_link.lines_for_tests import Bench, Lab
 from tests.studies.live.rig_rooms import TWINS, live_doors
 from tests.studies.ten import found_study
@@ -93,7 +93,7 @@ def test_the_hand_meets_the_changed_force_without_a_step(session):
 
 
 def test_the_session_replays_byte_for_byte_and_its_streams_are_read(session):
-    from analysis.streams.reading import streams_of
+    from palpate.analysis.streams.reading import streams_of
 
     replay(session)
     record = read(session)

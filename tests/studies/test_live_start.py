@@ -4,13 +4,13 @@ from __future__ import annotations
 
 import pytest
 
-from palpate import _status
-from studies.catalogue import read_study
-from studies.participants.admission import finish
-from studies.participants.allocations import every_allocation
-from studies.participants.people import add
-from studies.participants.registry import open_registry
-from studies.participants.rows import allocate_row
+from palpate.command_line import _status
+from palpate.studies.catalogue import read_study
+from palpate.studies.participants.admission import finish
+from palpate.studies.participants.allocations import every_allocation
+from palpate.studies.participants.people import add
+from palpate.studies.participants.registry import open_registry
+from palpate.studies.participants.rows import allocate_row
 from tests.studies.participants.labs import new_lab
 
 TOY = """\

@@ -3,8 +3,8 @@
 import numpy as np
 import pytest
 
-from studies.one_axis import dft321, one_axis
-from studies.texture_signals import SignalError
+from palpate.studies.one_axis import dft321, one_axis
+from palpate.studies.texture_signals import SignalError
 
 
 def noise(n=1000, axes=3, seed=0):

@@ -8,13 +8,13 @@ from pathlib import Path
 import pytest
 from click.exceptions import Exit
 
-from devices.rig.file import rig_path
-from palpate import _status
-from protocols.canonical import canonical
-from protocols.events import Event
-from studies.commands_record import recorded
-from studies.commands_sessions import report
-from studies.session import Sat
+from palpate.command_line import _status
+from palpate.devices.rig.file import rig_path
+from palpate.protocols.canonical import canonical
+from palpate.protocols.events import Event
+from palpate.studies.commands_record import recorded
+from palpate.studies.commands_sessions import report
+from palpate.studies.session import Sat
 
 STUDY = """study: quick
 title: A texture, quickly

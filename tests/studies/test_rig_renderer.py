@@ -4,19 +4,19 @@ from dataclasses import dataclass, field, replace
 
 import pytest
 
-from devices.render.errors import RenderError
-from devices.rig.file import read_rig
-from devices.rig.opened import open_rig
-from devices.signals import DeviceError
-from protocols.plan import compile_plan
-from protocols.requests import Aside, Ask, Fault, Present, Reply
-from studies.catalogue import Found
-from studies.errors import RigError
-from studies.hardware import Hardware
-from studies.live import Mounted, Station
-from studies.rig_renderer import RigRenderer, demand_usable
-from studies.rig_station import rig_station
-from studies.virtual_textures import VirtualTextures
+from palpate.devices.render.errors import RenderError
+from palpate.devices.rig.file import read_rig
+from palpate.devices.rig.opened import open_rig
+from palpate.devices.signals import DeviceError
+from palpate.protocols.plan import compile_plan
+from palpate.protocols.requests import Aside, Ask, Fault, Present, Reply
+from palpate.studies.catalogue import Found
+from palpate.studies.errors import RigError
+from palpate.studies.hardware import Hardware
+from palpate.studies.live import Mounted, Station
+from palpate.studies.rig_renderer import RigRenderer, demand_usable
+from palpate.studies.rig_station import rig_station
+from palpate.studies.virtual_textures import VirtualTextures
 from tests.devices.window.shells_for_tests import FakeDesk
 from tests.protocols.every_task import LAB
 from tests.studies.small_textures import write
@@ -264,8 +264,8 @@ def test_what_cannot_render_is_refused_while_the_session_is_planned(lab):
 
 def closed(file):
     """The rig's devices, none of them open."""
-    from devices.rig.kinds import made
-    from devices.rig.opened import OpenRig
+    from palpate.devices.rig.kinds import made
+    from palpate.devices.rig.opened import OpenRig
 
     names = ("stylus", "actuator")
     devices = {name: made(file.kind(name), name, file.devices[name], file.path.parent) for name in names}

@@ -4,13 +4,13 @@ from dataclasses import replace
 
 import pytest
 
-from protocols.events import Event
-from protocols.worlds import Divergence
-from studies.errors import RigError
-from studies.record import LedgerError, read
-from studies.replay import replay
-from studies.rig import Rig
-from studies.session import ledger_path, resume, start
+from palpate.protocols.events import Event
+from palpate.protocols.worlds import Divergence
+from palpate.studies.errors import RigError
+from palpate.studies.record import LedgerError, read
+from palpate.studies.replay import replay
+from palpate.studies.rig import Rig
+from palpate.studies.session import ledger_path, resume, start
 from tests.studies.labs import HEADER, Lab, stopping
 
 
@@ -64,7 +64,7 @@ def test_an_interrupted_session_is_laid_down_safe_and_goes_on(lab, tmp_path, act
 
 
 def order_of_ends(lab, monkeypatch, safe_fails=False, **how):
-    from studies.ledger import Ledger
+    from palpate.studies.ledger import Ledger
 
     ends, close = [], Ledger.close
 
@@ -124,7 +124,7 @@ def test_a_participant_has_one_session_of_a_number(lab):
 
 
 def test_a_changed_task_is_not_resumed_into(lab, monkeypatch):
-    from protocols import tasks
+    from palpate.protocols import tasks
 
     path = lab.start(rig=stopping(lab.rig, 5))
     before = read(path).events
@@ -132,7 +132,7 @@ def test_a_changed_task_is_not_resumed_into(lab, monkeypatch):
     def eager(trial):
         return tasks._outcome((yield tasks.Ask(trial.form, trial)))
 
-    monkeypatch.setattr("protocols.runner.TASKS", {"slider_rating": eager})
+    monkeypatch.setattr("palpate.protocols.runner.TASKS", {"slider_rating": eager})
     with pytest.raises(Divergence, match=r"event 2 \(request, trial 1\): \$\.back: not recorded, now false"):
         resume(path, lab.rig)
     assert read(path).events == before
@@ -140,7 +140,7 @@ def test_a_changed_task_is_not_resumed_into(lab, monkeypatch):
 
 def test_a_plan_that_compiles_to_another_digest_is_refused(lab, monkeypatch):
     path = lab.start()
-    monkeypatch.setattr("protocols.plan.williams_row", lambda n, row: tuple(range(n)))
+    monkeypatch.setattr("palpate.protocols.plan.williams_row", lambda n, row: tuple(range(n)))
     with pytest.raises(LedgerError, match="now compiles to another plan: the order of the trials differs"):
         replay(path)
 
@@ -157,7 +157,7 @@ def test_an_interrupted_session_replays_to_where_it_ends(lab):
 
 
 def test_without_a_device_nothing_can_be_sensed(lab):
-    from protocols.requests import Sense
+    from palpate.protocols.requests import Sense
 
     plan = lab.plan()
     with pytest.raises(RigError, match="no device of this study can do 'sense'"):
@@ -165,7 +165,7 @@ def test_without_a_device_nothing_can_be_sensed(lab):
 
 
 def test_the_error_that_ended_a_session_is_the_one_reported(lab, monkeypatch):
-    from studies.ledger import Ledger
+    from palpate.studies.ledger import Ledger
 
     sit = Ledger.sit
 
@@ -191,7 +191,7 @@ def test_a_rig_that_cannot_be_had_leaves_nothing_behind(lab):
 
 
 def test_a_header_that_declares_nothing_is_refused(lab):
-    from studies.ledger import create
+    from palpate.studies.ledger import create
 
     path = lab.path / "sessions" / "toy_P001_s1.sqlite"
     create(path, HEADER, {"at": "2026-01-01T00:00:00+00:00"})
@@ -200,7 +200,7 @@ def test_a_header_that_declares_nothing_is_refused(lab):
 
 
 def test_events_after_the_end_are_noticed(lab):
-    from studies.ledger import take_up
+    from palpate.studies.ledger import take_up
 
     path = lab.start()
     ledger = take_up(path, {"at": "2026-01-01T00:00:00+00:00"})
@@ -236,7 +236,7 @@ def test_the_receipt_counts_what_was_planned_written_and_read_back(lab):
 def test_a_receipt_shows_in_red_what_the_disk_does_not_hold(lab, monkeypatch, capsys, damage, told):
     from click.exceptions import Exit
 
-    from studies.commands_sessions import report
+    from palpate.studies.commands_sessions import report
 
     def damaged():
         connection = sqlite3.connect(lab.path / "sessions" / "toy_P001_s1.sqlite")

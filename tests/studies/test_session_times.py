@@ -6,10 +6,10 @@ from pathlib import Path
 
 import pytest
 
-from studies import session
-from studies.record import read
-from studies.replay import recompiled, replay
-from studies.session_times import WrongTime, demand_in_time
+from palpate.studies import session
+from palpate.studies.record import read
+from palpate.studies.replay import recompiled, replay
+from palpate.studies.session_times import WrongTime, demand_in_time
 from tests.protocols.studies_for_tests import toy
 
 ROOT = Path(__file__).parents[2]

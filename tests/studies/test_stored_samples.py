@@ -7,13 +7,13 @@ from pathlib import Path
 
 import pytest
 
-from protocols.canonical import canonical
-from protocols.events import Event
-from protocols.requests import Samples
-from studies.ledger import create, take_up
-from studies.record import read
-from studies.stored_samples import SMALL_BYTES, SamplesGone, StoredSamples
-from studies.tables import tables
+from palpate.protocols.canonical import canonical
+from palpate.protocols.events import Event
+from palpate.protocols.requests import Samples
+from palpate.studies.ledger import create, take_up
+from palpate.studies.record import read
+from palpate.studies.stored_samples import SMALL_BYTES, SamplesGone, StoredSamples
+from palpate.studies.tables import tables
 from tests.studies.labs import HEADER
 
 AT = {"at": "2026-01-01T00:00:00+00:00"}

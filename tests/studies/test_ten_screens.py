@@ -2,11 +2,11 @@
 
 import pytest
 
-from devices.window.build import screen_for
-from devices.window.calibration import Calibration
-from devices.window.geometry import problems
-from devices.window.presenter_page import prepare
-from protocols.requests import Ask, Instruct
+from palpate.devices.window.build import screen_for
+from palpate.devices.window.calibration import Calibration
+from palpate.devices.window.geometry import problems
+from palpate.devices.window.presenter_page import prepare
+from palpate.protocols.requests import Ask, Instruct
 from tests.studies.ten import TEN, found_study, plan_for
 
 SMALLEST = Calibration((1280, 720), 3.4, 0, "2026-01-01T00:00:00+00:00")
@@ -30,7 +30,7 @@ def test_a_study_s_screens_are_clear(name, language):
 
 @pytest.mark.parametrize("name", TEN)
 def test_a_translation_leaves_no_word_of_the_study_in_english(name):
-    from devices.window.texts_study import load_study_texts, study_texts
+    from palpate.devices.window.texts_study import load_study_texts, study_texts
 
     study, folder = found_study(name).study, found_study(name).folder
     words = load_study_texts(study, folder, "ko")

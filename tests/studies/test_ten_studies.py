@@ -11,15 +11,15 @@ from statistics import correlation, mean, pstdev
 
 import pytest
 
-from protocols.forms import Consent, Demographics, Eligibility, Likert, Sliders, Words
-from protocols.perceiver import Perceiver
-from protocols.runner import run
-from protocols.study import LARGEST_STUDY
-from studies.catalogue import SHIPPED, names
-from studies.record import read
-from studies.replay import replay
-from studies.rig import simulated
-from studies.session import resume, start
+from palpate.protocols.forms import Consent, Demographics, Eligibility, Likert, Sliders, Words
+from palpate.protocols.perceiver import Perceiver
+from palpate.protocols.runner import run
+from palpate.protocols.study import LARGEST_STUDY
+from palpate.studies.catalogue import SHIPPED, names
+from palpate.studies.record import read
+from palpate.studies.replay import replay
+from palpate.studies.rig import simulated
+from palpate.studies.session import resume, start
 from tests.studies.labs import stopping
 from tests.studies.matching_raters import expected, off_what_is_felt, table_rows
 from tests.studies.ten import TEN, found_study, plan_for
@@ -74,7 +74,7 @@ def test_the_ten_studies_are_shipped(tmp_path):
 
 @pytest.mark.parametrize("name", TEN)
 def test_a_study_is_sound(name):
-    from palpate import _status
+    from palpate.command_line import _status
 
     assert _status(["check", name]) == 0
     assert _status(["plan", name, "--balance", "12", "--json"]) == 0
@@ -209,7 +209,7 @@ def matched():
 
 def test_a_generated_door_is_rated_as_its_models_predict():
     """Not as it was wished, where others at 50 do not allow it: the raters' attributes belong together."""
-    from devices.door.making import maker_for
+    from palpate.devices.door.making import maker_for
 
     maker, off, apart = maker_for(None), [], []
     for (attribute, target), rated in matched().items():

@@ -3,8 +3,8 @@
 import numpy as np
 import pytest
 
-from studies.errors import RigError
-from studies.texture_capturing import captured, scene
+from palpate.studies.errors import RigError
+from palpate.studies.texture_capturing import captured, scene
 
 SECONDS = 1.5
 

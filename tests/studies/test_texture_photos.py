@@ -5,16 +5,16 @@ import io
 import pytest
 from PIL import Image
 
-from protocols.plan import ParticipantRow, compile_plan
-from protocols.requests import Sense
-from studies.catalogue import SHIPPED, read_study
-from studies.errors import RigError
-from studies.record import read
-from studies.replay import replay
-from studies.rig import simulated
-from studies.scenes import pictures_of
-from studies.session import start
-from studies.windowless import asks_anything
+from palpate.protocols.plan import ParticipantRow, compile_plan
+from palpate.protocols.requests import Sense
+from palpate.studies.catalogue import SHIPPED, read_study
+from palpate.studies.errors import RigError
+from palpate.studies.record import read
+from palpate.studies.replay import replay
+from palpate.studies.rig import simulated
+from palpate.studies.scenes import pictures_of
+from palpate.studies.session import start
+from palpate.studies.windowless import asks_anything
 
 FOUND = read_study(SHIPPED / "texture_photos" / "study.yaml")
 

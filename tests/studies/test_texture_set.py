@@ -7,36 +7,36 @@ import signal
 import pytest
 from PIL import Image
 
-from analysis.features.segments import SEGMENT_S
-from analysis.features.tactile import touch_features
-from analysis.features.touch import TRIM_S
-from devices.surfaces.photo import light, photograph, photographs
-from devices.surfaces.relief import relief
-from devices.surfaces.table import read_surfaces
-from modeling.attributes.reading_touch import touches
-from modeling.doors.intervals import COVERAGE, needed
-from modeling.textures.reading_ledgers import read_lab
-from protocols.plan import ParticipantRow, compile_plan
-from protocols.requests import Sense
-from studies import texture_set
-from studies.ahead import Ahead
-from studies.begun import Begun
-from studies.catalogue import SHIPPED, read_study
-from studies.participants.lab import demand_lab
-from studies.participants.making import make_lab
-from studies.participants.people import add as enter
-from studies.participants.registry import open_registry
-from studies.participants.withdrawal import withdraw
-from studies.record import read
-from studies.replay import replay
-from studies.rig import simulated
-from studies.scenes import WHOLE, Strokes
-from studies.session import ledger_path, resume, start
-from studies.texture_set import QUICK, SetWanted, TextureSet, estimate, make_set, room_bytes
-from studies.texture_set_pace import Pace
-from studies.texture_set_rig import ToolAhead, felt, rig_for
-from studies.texture_set_studies import LEAST_S, STUDIES, TextureSetError, all_textures, chosen, planned
-from studies.twins import ToolTwin
+from palpate.analysis.features.segments import SEGMENT_S
+from palpate.analysis.features.tactile import touch_features
+from palpate.analysis.features.touch import TRIM_S
+from palpate.devices.surfaces.photo import light, photograph, photographs
+from palpate.devices.surfaces.relief import relief
+from palpate.devices.surfaces.table import read_surfaces
+from palpate.modeling.attributes.reading_touch import touches
+from palpate.modeling.doors.intervals import COVERAGE, needed
+from palpate.modeling.textures.reading_ledgers import read_lab
+from palpate.protocols.plan import ParticipantRow, compile_plan
+from palpate.protocols.requests import Sense
+from palpate.studies import texture_set
+from palpate.studies.ahead import Ahead
+from palpate.studies.begun import Begun
+from palpate.studies.catalogue import SHIPPED, read_study
+from palpate.studies.participants.lab import demand_lab
+from palpate.studies.participants.making import make_lab
+from palpate.studies.participants.people import add as enter
+from palpate.studies.participants.registry import open_registry
+from palpate.studies.participants.withdrawal import withdraw
+from palpate.studies.record import read
+from palpate.studies.replay import replay
+from palpate.studies.rig import simulated
+from palpate.studies.scenes import WHOLE, Strokes
+from palpate.studies.session import ledger_path, resume, start
+from palpate.studies.texture_set import QUICK, SetWanted, TextureSet, estimate, make_set, room_bytes
+from palpate.studies.texture_set_pace import Pace
+from palpate.studies.texture_set_rig import ToolAhead, felt, rig_for
+from palpate.studies.texture_set_studies import LEAST_S, STUDIES, TextureSetError, all_textures, chosen, planned
+from palpate.studies.twins import ToolTwin
 
 SMALL = {"textures": ("T46", "T15"), "seconds": 6.0, "pictures": 1, "raters": 2}
 ALL = ("texture_capture P001", "texture_photos P001", "texture_ratings P001", "texture_ratings P002")

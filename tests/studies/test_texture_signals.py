@@ -3,7 +3,7 @@
 import numpy as np
 import pytest
 
-from studies.texture_signals import SignalError, band_pass, has_upper_edge, low_pass
+from palpate.studies.texture_signals import SignalError, band_pass, has_upper_edge, low_pass
 
 RATE_HZ = 1000.0
 T = np.arange(8000) / RATE_HZ

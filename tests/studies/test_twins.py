@@ -7,15 +7,15 @@ from types import SimpleNamespace
 import numpy as np
 import pytest
 
-from devices.door.grid import DoorDataError
-from devices.door.making import Doors, maker_for
-from protocols.canonical import canonical, parse
-from protocols.requests import Aside, Present, Reply, Rest, Sense
-from studies.errors import RigError
-from studies.made_doors import PresentsMade, made_doors
-from studies.profiles import Profiles
-from studies.rig import simulated
-from studies.twins import twin_for
+from palpate.devices.door.grid import DoorDataError
+from palpate.devices.door.making import Doors, maker_for
+from palpate.protocols.canonical import canonical, parse
+from palpate.protocols.requests import Aside, Present, Reply, Rest, Sense
+from palpate.studies.errors import RigError
+from palpate.studies.made_doors import PresentsMade, made_doors
+from palpate.studies.profiles import Profiles
+from palpate.studies.rig import simulated
+from palpate.studies.twins import twin_for
 from tests.protocols.every_task import plan_of
 from tests.studies.ten import found_study, plan_for
 

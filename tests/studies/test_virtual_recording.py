@@ -2,9 +2,9 @@
 
 import pytest
 
-from devices.door.opening_scene import OpeningScene
-from studies.errors import RigError
-from studies.virtual_recording import recorded_at_once
+from palpate.devices.door.opening_scene import OpeningScene
+from palpate.studies.errors import RigError
+from palpate.studies.virtual_recording import recorded_at_once
 
 
 def test_a_stimulus_beyond_what_the_simulated_sensor_bears_is_a_plain_refusal():

@@ -8,14 +8,14 @@ from statistics import mean
 import pytest
 from click.testing import CliRunner
 
-from devices.render.found import SHIPPED
-from protocols.plan import compile_plan
-from protocols.requests import Present
-from studies.errors import RigError
-from studies.played_textures import read_felt
-from studies.rig import simulated
-from studies.twins import twin_for
-from studies.virtual_textures import VirtualTextures
+from palpate.devices.render.found import SHIPPED
+from palpate.protocols.plan import compile_plan
+from palpate.protocols.requests import Present
+from palpate.studies.errors import RigError
+from palpate.studies.played_textures import read_felt
+from palpate.studies.rig import simulated
+from palpate.studies.twins import twin_for
+from palpate.studies.virtual_textures import VirtualTextures
 from tests.protocols.every_task import LAB
 from tests.studies.small_textures import write, write_all
 from tests.studies.ten import found_study, plan_for

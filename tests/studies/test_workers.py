@@ -8,12 +8,12 @@ from pathlib import Path
 import pytest
 from click.testing import CliRunner
 
-from studies.commands_records import replay
-from studies.workers import WorkerDied, map_in_order, workers_for
+from palpate.studies.commands_records import replay
+from palpate.studies.workers import WorkerDied, map_in_order, workers_for
 
 INTERRUPTED = """
 import signal
-from studies.workers import map_in_order
+from palpate.studies.workers import map_in_order
 from tests.studies.test_workers import interrupt_at_five
 
 signal.signal(signal.SIGINT, signal.default_int_handler)  # whoever started the tests may ignore it

@@ -8,14 +8,14 @@ from typing import TYPE_CHECKING, Annotated, Literal, Self, TypeAlias
 
 from pydantic import Field, model_validator
 
-from analysis.plans.answers import Answer, Asked, Kind, Row, Selected, Value
-from protocols.study import Text
-from protocols.wording import count, some
+from palpate.analysis.plans.answers import Answer, Asked, Kind, Row, Selected, Value
+from palpate.protocols.study import Text
+from palpate.protocols.wording import count, some
 
 if TYPE_CHECKING:
     import pandas as pd
 
-    from analysis.adjectives.selections import Selections
+    from palpate.analysis.adjectives.selections import Selections
 
 Confidence = Annotated[float, Field(gt=0, lt=1)]
 Threshold = Annotated[float, Field(gt=0, le=1)]
@@ -86,8 +86,8 @@ class AskedLexicon(Asked):
 
 def relevance_answer(selected: Selected, asked: AskedRelevance) -> Answer:
     """The relevance of every word, most relevant first."""
-    from analysis.adjectives.relevance import relevance
-    from analysis.reliability.told import plain_rows
+    from palpate.analysis.adjectives.relevance import relevance
+    from palpate.analysis.reliability.told import plain_rows
 
     selections = _selections(selected)
     draws = asked.draws or selected.draws
@@ -115,8 +115,8 @@ def relevance_answer(selected: Selected, asked: AskedRelevance) -> Answer:
 
 def pairs_answer(selected: Selected, asked: AskedPairs) -> Answer:
     """The bipolar pairs of the kept words; the kept words without a pair in `more`."""
-    from analysis.adjectives.antonyms import antonym_pairs
-    from analysis.adjectives.relevance import relevance
+    from palpate.analysis.adjectives.antonyms import antonym_pairs
+    from palpate.analysis.adjectives.relevance import relevance
 
     selections = _selections(selected)
     scores = relevance(selections, asked.normalisation, asked.threshold, draws=0)
@@ -138,8 +138,8 @@ def pairs_answer(selected: Selected, asked: AskedPairs) -> Answer:
 
 def agreement_answer(selected: Selected, asked: AskedAgreement) -> Answer:
     """Agreement by word, and by stimulus in `more`."""
-    from analysis.adjectives.agreement import word_agreement
-    from analysis.reliability.told import plain_rows, with_interval
+    from palpate.analysis.adjectives.agreement import word_agreement
+    from palpate.analysis.reliability.told import plain_rows, with_interval
 
     selections = _selections(selected)
     found = word_agreement(selections, draws=selected.draws, seed=selected.seed, confidence=asked.confidence)
@@ -167,11 +167,11 @@ def agreement_answer(selected: Selected, asked: AskedAgreement) -> Answer:
 
 def lexicon_answer(selected: Selected, asked: AskedLexicon) -> Answer:
     """The different words that were written; participants and stimuli in `more`."""
-    from analysis.adjectives.lexicon import lexicon, mean_and_sd, merge_word_lists
-    from analysis.plans.asking.describing_rows import require_columns
-    from analysis.ratings.dataset import DataRefused
-    from analysis.reliability.told import plain_rows
-    from analysis.statistics.apa import number
+    from palpate.analysis.adjectives.lexicon import lexicon, mean_and_sd, merge_word_lists
+    from palpate.analysis.plans.asking.describing_rows import require_columns
+    from palpate.analysis.ratings.dataset import DataRefused
+    from palpate.analysis.reliability.told import plain_rows
+    from palpate.analysis.statistics.apa import number
 
     table = selected.table
     require_columns(table, ("participant", "kind", "word"))
@@ -211,8 +211,8 @@ def lexicon_answer(selected: Selected, asked: AskedLexicon) -> Answer:
 
 
 def _selections(selected: Selected) -> Selections:
-    from analysis.adjectives.selections import gather_selections
-    from analysis.ratings.dataset import DataRefused
+    from palpate.analysis.adjectives.selections import gather_selections
+    from palpate.analysis.ratings.dataset import DataRefused
 
     if "kind" not in selected.table.columns or not len(selected.trials):
         raise DataRefused("no adjectives were chosen here: this test needs a study in which words are ticked")
@@ -248,14 +248,14 @@ def _antonyms(selected: Selected, asked: AskedPairs) -> pd.DataFrame:
 def _synonyms(selected: Selected, asked: AskedLexicon) -> Mapping[str, str]:
     if not isinstance(asked.synonyms, str):
         return asked.synonyms
-    from analysis.adjectives.lexicon import synonym_table
+    from palpate.analysis.adjectives.lexicon import synonym_table
 
     return synonym_table(_own_table(selected, asked.synonyms))
 
 
 def _lists(selected: Selected, asked: AskedLexicon) -> dict[str, list[str]]:
     """The words of each list. Raises DataRefused for a table without words, or a list called as the study's own."""
-    from analysis.ratings.dataset import DataRefused
+    from palpate.analysis.ratings.dataset import DataRefused
 
     words: dict[str, list[str]] = {}
     for source, told in asked.lists.items():
@@ -272,8 +272,8 @@ def _lists(selected: Selected, asked: AskedLexicon) -> dict[str, list[str]]:
 
 
 def _own_table(selected: Selected, name: str) -> pd.DataFrame:
-    from analysis.ratings.dataset import DataRefused
-    from protocols.did_you_mean import nearest
+    from palpate.analysis.ratings.dataset import DataRefused
+    from palpate.protocols.did_you_mean import nearest
 
     if name not in selected.tables:
         raise DataRefused(f"the plan has no table {name!r}; {nearest(name, selected.tables)}")

@@ -7,13 +7,13 @@ from typing import TYPE_CHECKING, Annotated, Literal, Self
 
 from pydantic import Field, model_validator
 
-from analysis.plans.answers import Asked, Kind
-from analysis.plans.idle import Idle
-from protocols.lazy import lazy_function
-from protocols.study import Level, Text, Whole
+from palpate.analysis.plans.answers import Asked, Kind
+from palpate.analysis.plans.idle import Idle
+from palpate.protocols.lazy import lazy_function
+from palpate.protocols.study import Level, Text, Whole
 
 if TYPE_CHECKING:
-    from analysis.choices.asking import Asked as Model
+    from palpate.analysis.choices.asking import Asked as Model
 
 Confidence = Annotated[float, Field(gt=0, lt=1)]
 Rate = Annotated[float, Field(ge=0, lt=1)]
@@ -114,8 +114,8 @@ class PsychometricFunction(Asked):
 
     def model(self) -> Model:
         """Return the function that is fitted. Raises BadOption for rates that the task decides, or that it needs."""
-        from analysis.choices.asking import ESTIMATED, asked_of, rates_of
-        from analysis.choices.posterior import UP_TO_HALF
+        from palpate.analysis.choices.asking import ESTIMATED, asked_of, rates_of
+        from palpate.analysis.choices.posterior import UP_TO_HALF
 
         estimated = UP_TO_HALF if self.interval_kind == "posterior" else ESTIMATED
         rates = rates_of(self.task, self.alternatives, self.guess, self.lapse, estimated)
@@ -123,14 +123,17 @@ class PsychometricFunction(Asked):
 
 
 BRADLEY_TERRY = Kind(
-    BradleyTerry, lazy_function("analysis.plans.asking.choices_scales:bradley_terry_answer"), takes="table", each="all"
+    BradleyTerry,
+    lazy_function("palpate.analysis.plans.asking.choices_scales:bradley_terry_answer"),
+    takes="table",
+    each="all",
 )
 THURSTONE = Kind(
-    Thurstone, lazy_function("analysis.plans.asking.choices_scales:thurstone_answer"), takes="table", each="all"
+    Thurstone, lazy_function("palpate.analysis.plans.asking.choices_scales:thurstone_answer"), takes="table", each="all"
 )
 PSYCHOMETRIC = Kind(
     PsychometricFunction,
-    lazy_function("analysis.plans.asking.choices_functions:psychometric_answer"),
+    lazy_function("palpate.analysis.plans.asking.choices_functions:psychometric_answer"),
     takes="table",
     each="all",
 )

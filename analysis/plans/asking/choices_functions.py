@@ -8,24 +8,24 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 import pandas as pd
 
-from analysis.choices.intervals import CORRECTING_DRAWS, Interval, profile_interval, resampled_answers
-from analysis.choices.posterior import posterior_of
-from analysis.choices.psychometric import Psychometric, fitted_function
-from analysis.choices.staircase import Staircase, staircase
-from analysis.choices.trials import gather_levels
-from analysis.plans.answers import Answer
-from analysis.plans.asking.describing_rows import plain_row, require_columns
-from analysis.plans.asking.spaces_tables import numeric, rows_of, sentences
-from analysis.plans.idle import idle_note
-from analysis.statistics.labels import coded
-from analysis.statistics.pvalues import t_critical
-from analysis.statistics.refusals import StatisticsError
+from palpate.analysis.choices.intervals import CORRECTING_DRAWS, Interval, profile_interval, resampled_answers
+from palpate.analysis.choices.posterior import posterior_of
+from palpate.analysis.choices.psychometric import Psychometric, fitted_function
+from palpate.analysis.choices.staircase import Staircase, staircase
+from palpate.analysis.choices.trials import gather_levels
+from palpate.analysis.plans.answers import Answer
+from palpate.analysis.plans.asking.describing_rows import plain_row, require_columns
+from palpate.analysis.plans.asking.spaces_tables import numeric, rows_of, sentences
+from palpate.analysis.plans.idle import idle_note
+from palpate.analysis.statistics.labels import coded
+from palpate.analysis.statistics.pvalues import t_critical
+from palpate.analysis.statistics.refusals import StatisticsError
 
 if TYPE_CHECKING:
     from collections.abc import Iterator
 
-    from analysis.plans.answers import Row, Selected
-    from analysis.plans.asking.choices import PsychometricFunction
+    from palpate.analysis.plans.answers import Row, Selected
+    from palpate.analysis.plans.asking.choices import PsychometricFunction
 
 NUMBERS = (
     "threshold", "threshold_low", "threshold_high", "share_at", "jnd", "jnd_low", "jnd_high", "slope", "guess", "lapse",

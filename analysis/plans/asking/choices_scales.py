@@ -4,20 +4,20 @@ from __future__ import annotations
 
 from typing import TYPE_CHECKING
 
-from analysis.choices.bradley_terry import bradley_terry
-from analysis.choices.scales import SUM_ZERO, Scale, differences
-from analysis.choices.thurstone import thurstone
-from analysis.choices.triads import circular_triads
-from analysis.plans.answers import Answer
-from analysis.plans.asking.describing_rows import require_columns
-from analysis.plans.asking.spaces_tables import numeric, rows_of, sentences
-from analysis.statistics.apa import apa_p
+from palpate.analysis.choices.bradley_terry import bradley_terry
+from palpate.analysis.choices.scales import SUM_ZERO, Scale, differences
+from palpate.analysis.choices.thurstone import thurstone
+from palpate.analysis.choices.triads import circular_triads
+from palpate.analysis.plans.answers import Answer
+from palpate.analysis.plans.asking.describing_rows import require_columns
+from palpate.analysis.plans.asking.spaces_tables import numeric, rows_of, sentences
+from palpate.analysis.statistics.apa import apa_p
 
 if TYPE_CHECKING:
     import pandas as pd
 
-    from analysis.plans.answers import Row, Selected
-    from analysis.plans.asking.choices import BradleyTerry, Thurstone
+    from palpate.analysis.plans.answers import Row, Selected
+    from palpate.analysis.plans.asking.choices import BradleyTerry, Thurstone
 
 KINDS = {
     "se": "standard error, inverse information",

@@ -7,10 +7,10 @@ from typing import Annotated, Literal
 
 from pydantic import Field
 
-from analysis.plans.answers import Answer, Asked, Kind, Selected
-from analysis.plans.idle import Idle
-from protocols.lazy import lazy_function
-from protocols.study import Level, Number, Text, Whole
+from palpate.analysis.plans.answers import Answer, Asked, Kind, Selected
+from palpate.analysis.plans.idle import Idle
+from palpate.protocols.lazy import lazy_function
+from palpate.protocols.study import Level, Number, Text, Whole
 
 Confidence = Annotated[float, Field(gt=0, lt=1)]
 Correction = Literal["holm", "bonferroni", "none"]
@@ -88,12 +88,12 @@ class TargetErrors(Asked):
     confidence: Confidence = 0.95
 
 
-_means: Callable[[Selected, Means], Answer] = lazy_function("analysis.plans.asking.describing_answers:means")
+_means: Callable[[Selected, Means], Answer] = lazy_function("palpate.analysis.plans.asking.describing_answers:means")
 
 
 def _means_of_what_is_there(selected: Selected, asked: Means) -> Answer:
     """With gaps: each mean over participants is one of the same stimuli, or there is none."""
-    from analysis.plans.asking.mixed_model_answers import refuse_averaging
+    from palpate.analysis.plans.asking.mixed_model_answers import refuse_averaging
 
     refuse_averaging(selected, asked.by)
     return _means(selected, asked)
@@ -104,6 +104,10 @@ def _cells(asked: Means) -> tuple[str, ...]:
 
 
 MEANS = Kind(Means, _means, each="outcome", complete=_cells, with_gaps=_means_of_what_is_there)
-TRENDS = Kind(Trends, lazy_function("analysis.plans.asking.describing_answers:trends"), each="all")
-CATEGORIES = Kind(Categories, lazy_function("analysis.plans.asking.describing_categories:categories"), each="all")
-TARGET_ERROR = Kind(TargetErrors, lazy_function("analysis.plans.asking.describing_answers:target_error"), each="all")
+TRENDS = Kind(Trends, lazy_function("palpate.analysis.plans.asking.describing_answers:trends"), each="all")
+CATEGORIES = Kind(
+    Categories, lazy_function("palpate.analysis.plans.asking.describing_categories:categories"), each="all"
+)
+TARGET_ERROR = Kind(
+    TargetErrors, lazy_function("palpate.analysis.plans.asking.describing_answers:target_error"), each="all"
+)

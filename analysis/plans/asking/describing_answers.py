@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from typing import TYPE_CHECKING
 
-from analysis.plans.asking.describing_rows import (
+from palpate.analysis.plans.asking.describing_rows import (
     answer_of,
     averaged_note,
     complete_rows,
@@ -15,23 +15,23 @@ from analysis.plans.asking.describing_rows import (
     share,
     turned_note,
 )
-from analysis.ratings.categories import category_cells, turned
-from analysis.ratings.dataset import DataRefused
-from analysis.ratings.one_sample import columns_of
-from analysis.ratings.person_cells import PersonCells, constant_columns, levels_of, person_cells
-from analysis.ratings.target_errors import ALL, CATEGORY, TargetError, target_errors
-from analysis.ratings.trends import cell_trends, families_of, steps_of
-from analysis.ratings.within_intervals import mean_intervals
-from analysis.statistics.apa import apa_p, number
-from protocols.wording import some
+from palpate.analysis.ratings.categories import category_cells, turned
+from palpate.analysis.ratings.dataset import DataRefused
+from palpate.analysis.ratings.one_sample import columns_of
+from palpate.analysis.ratings.person_cells import PersonCells, constant_columns, levels_of, person_cells
+from palpate.analysis.ratings.target_errors import ALL, CATEGORY, TargetError, target_errors
+from palpate.analysis.ratings.trends import cell_trends, families_of, steps_of
+from palpate.analysis.ratings.within_intervals import mean_intervals
+from palpate.analysis.statistics.apa import apa_p, number
+from palpate.protocols.wording import some
 
 if TYPE_CHECKING:
     from collections.abc import Iterator, Sequence
 
     import pandas as pd
 
-    from analysis.plans.answers import Answer, Row, Selected
-    from analysis.plans.asking.describing import Means, TargetErrors, Trends
+    from palpate.analysis.plans.answers import Answer, Row, Selected
+    from palpate.analysis.plans.asking.describing import Means, TargetErrors, Trends
 
 INTERVALS = {
     "cousineau_morey": "within-participant interval (Cousineau 2005, corrected by Morey 2008)",

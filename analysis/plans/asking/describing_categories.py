@@ -7,7 +7,7 @@ from typing import TYPE_CHECKING
 import numpy as np
 import pandas as pd
 
-from analysis.plans.asking.describing_rows import (
+from palpate.analysis.plans.asking.describing_rows import (
     answer_of,
     complete_rows,
     plain_row,
@@ -16,19 +16,19 @@ from analysis.plans.asking.describing_rows import (
     share,
     turned_note,
 )
-from analysis.ratings.categories import category_cells, category_differences, overall, turned, two_categories
-from analysis.ratings.disagreement import Disagreement, attribute_spreads, disagreement
-from analysis.ratings.one_sample import OneSample, columns_of
-from analysis.ratings.person_cells import PersonCells
-from analysis.ratings.trends import CORRECTIONS
-from analysis.statistics.apa import apa_p, number
-from analysis.statistics.pvalues import adjusted
-from analysis.statistics.refusals import StatisticsError
-from analysis.statistics.within import rm_anova
+from palpate.analysis.ratings.categories import category_cells, category_differences, overall, turned, two_categories
+from palpate.analysis.ratings.disagreement import Disagreement, attribute_spreads, disagreement
+from palpate.analysis.ratings.one_sample import OneSample, columns_of
+from palpate.analysis.ratings.person_cells import PersonCells
+from palpate.analysis.ratings.trends import CORRECTIONS
+from palpate.analysis.statistics.apa import apa_p, number
+from palpate.analysis.statistics.pvalues import adjusted
+from palpate.analysis.statistics.refusals import StatisticsError
+from palpate.analysis.statistics.within import rm_anova
 
 if TYPE_CHECKING:
-    from analysis.plans.answers import Answer, Row, Selected
-    from analysis.plans.asking.describing import Categories
+    from palpate.analysis.plans.answers import Answer, Row, Selected
+    from palpate.analysis.plans.asking.describing import Categories
 
 Pair = tuple[str, str]
 

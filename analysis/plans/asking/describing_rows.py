@@ -6,16 +6,16 @@ import math
 from collections.abc import Iterable, Mapping, Sequence
 from typing import TYPE_CHECKING, Any
 
-from analysis.plans.answers import Answer, Row, Selected, Value
-from analysis.ratings.dataset import DataRefused
-from analysis.ratings.owed import without_gaps
-from protocols.did_you_mean import nearest
-from protocols.wording import count
+from palpate.analysis.plans.answers import Answer, Row, Selected, Value
+from palpate.analysis.ratings.dataset import DataRefused
+from palpate.analysis.ratings.owed import without_gaps
+from palpate.protocols.did_you_mean import nearest
+from palpate.protocols.wording import count
 
 if TYPE_CHECKING:
     import pandas as pd
 
-    from analysis.plans.answers import Asked
+    from palpate.analysis.plans.answers import Asked
 
 CORRECTED = {"holm": "Holm", "bonferroni": "Bonferroni", "none": "not adjusted"}
 

@@ -7,10 +7,10 @@ from typing import Annotated, Literal, Self
 
 from pydantic import Field, model_validator
 
-from analysis.plans.answers import Asked, Kind
-from analysis.plans.idle import Idle
-from protocols.lazy import lazy_function
-from protocols.study import Text
+from palpate.analysis.plans.answers import Asked, Kind
+from palpate.analysis.plans.idle import Idle
+from palpate.protocols.lazy import lazy_function
+from palpate.protocols.study import Text
 
 
 class MixedModel(Asked):
@@ -51,7 +51,7 @@ class MixedModel(Asked):
         return self
 
 
-_mixed_model = lazy_function("analysis.plans.asking.mixed_model_answers:model_answer")
+_mixed_model = lazy_function("palpate.analysis.plans.asking.mixed_model_answers:model_answer")
 
 
 def _columns(asked: MixedModel) -> tuple[str, ...]:

@@ -5,22 +5,22 @@ from __future__ import annotations
 from itertools import combinations
 from typing import TYPE_CHECKING
 
-from analysis.mixed_models.blups import random_effects
-from analysis.mixed_models.model import mixed_model
-from analysis.mixed_models.profiling import profile_intervals
-from analysis.plans.asking.describing_rows import answer_of, plain_rows, require_columns, share, with_numbers
-from analysis.ratings.dataset import DataRefused
-from analysis.statistics.apa import apa_p, number
-from protocols.wording import count
+from palpate.analysis.mixed_models.blups import random_effects
+from palpate.analysis.mixed_models.model import mixed_model
+from palpate.analysis.mixed_models.profiling import profile_intervals
+from palpate.analysis.plans.asking.describing_rows import answer_of, plain_rows, require_columns, share, with_numbers
+from palpate.analysis.ratings.dataset import DataRefused
+from palpate.analysis.statistics.apa import apa_p, number
+from palpate.protocols.wording import count
 
 if TYPE_CHECKING:
     from collections.abc import Iterable, Sequence
 
     import pandas as pd
 
-    from analysis.mixed_models.results import MixedModel as Fitted
-    from analysis.plans.answers import Answer, Row, Selected
-    from analysis.plans.asking.mixed_model import MixedModel
+    from palpate.analysis.mixed_models.results import MixedModel as Fitted
+    from palpate.analysis.plans.answers import Answer, Row, Selected
+    from palpate.analysis.plans.asking.mixed_model import MixedModel
 
 SOURCE = "Bates, Mächler, Bolker & Walker 2015; df by Satterthwaite's method as in lmerTest"
 TESTED = {

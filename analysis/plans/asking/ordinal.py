@@ -7,10 +7,10 @@ from typing import Annotated, Literal, Self
 
 from pydantic import Field, model_validator
 
-from analysis.plans.answers import Asked, Kind, missing_without_effect
-from analysis.plans.idle import ON_RANKS, Idle
-from protocols.lazy import lazy_function
-from protocols.study import Level, Number, Text, Whole
+from palpate.analysis.plans.answers import Asked, Kind, missing_without_effect
+from palpate.analysis.plans.idle import ON_RANKS, Idle
+from palpate.protocols.lazy import lazy_function
+from palpate.protocols.study import Level, Number, Text, Whole
 
 Confidence = Annotated[float, Field(gt=0, lt=1)]
 Correction = Literal["bonferroni", "holm", "none"]
@@ -130,7 +130,7 @@ class Likert(Asked):
         yield from missing_without_effect(self, "on Likert summaries, which count who answered")
 
 
-_ordinal_model = lazy_function("analysis.plans.asking.ordinal_answers:model_answer")
+_ordinal_model = lazy_function("palpate.analysis.plans.asking.ordinal_answers:model_answer")
 
 
 def _factor(asked: Friedman | Nemenyi | Wilcoxon) -> tuple[str, ...]:
@@ -145,11 +145,17 @@ def _predictors(asked: Ordinal) -> tuple[str, ...]:
     return asked.fixed
 
 
-FRIEDMAN = Kind(Friedman, lazy_function("analysis.plans.asking.ordinal_ranks:friedman_answer"), complete=_factor)
-NEMENYI = Kind(Nemenyi, lazy_function("analysis.plans.asking.ordinal_ranks:nemenyi_answer"), complete=_factor)
-WILCOXON = Kind(Wilcoxon, lazy_function("analysis.plans.asking.ordinal_ranks:wilcoxon_answer"), complete=_factor)
+FRIEDMAN = Kind(
+    Friedman, lazy_function("palpate.analysis.plans.asking.ordinal_ranks:friedman_answer"), complete=_factor
+)
+NEMENYI = Kind(Nemenyi, lazy_function("palpate.analysis.plans.asking.ordinal_ranks:nemenyi_answer"), complete=_factor)
+WILCOXON = Kind(
+    Wilcoxon, lazy_function("palpate.analysis.plans.asking.ordinal_ranks:wilcoxon_answer"), complete=_factor
+)
 ALIGNED_RANKS = Kind(
-    AlignedRanks, lazy_function("analysis.plans.asking.ordinal_ranks:aligned_answer"), complete=_within
+    AlignedRanks, lazy_function("palpate.analysis.plans.asking.ordinal_ranks:aligned_answer"), complete=_within
 )
 ORDINAL_MODEL = Kind(Ordinal, _ordinal_model, complete=_predictors, with_gaps=_ordinal_model)
-LIKERT = Kind(Likert, lazy_function("analysis.plans.asking.ordinal_answers:likert_answer"), takes="forms", each="all")
+LIKERT = Kind(
+    Likert, lazy_function("palpate.analysis.plans.asking.ordinal_answers:likert_answer"), takes="forms", each="all"
+)

@@ -5,21 +5,28 @@ from __future__ import annotations
 import math
 from typing import TYPE_CHECKING, Any
 
-from analysis.ordinal.likert import MOST_POINTS, likert
-from analysis.ordinal.ordinal_model import OrdinalModel, ordinal_model
-from analysis.plans.asking.describing_rows import answer_of, plain_row, plain_rows, require_columns, share, with_numbers
-from analysis.ratings.dataset import DataRefused
-from analysis.statistics.apa import apa_p, number
-from protocols.did_you_mean import nearest
-from protocols.wording import count
+from palpate.analysis.ordinal.likert import MOST_POINTS, likert
+from palpate.analysis.ordinal.ordinal_model import OrdinalModel, ordinal_model
+from palpate.analysis.plans.asking.describing_rows import (
+    answer_of,
+    plain_row,
+    plain_rows,
+    require_columns,
+    share,
+    with_numbers,
+)
+from palpate.analysis.ratings.dataset import DataRefused
+from palpate.analysis.statistics.apa import apa_p, number
+from palpate.protocols.did_you_mean import nearest
+from palpate.protocols.wording import count
 
 if TYPE_CHECKING:
     from collections.abc import Hashable, Sequence
 
     import pandas as pd
 
-    from analysis.plans.answers import Answer, Row, Selected
-    from analysis.plans.asking.ordinal import Likert, Ordinal
+    from palpate.analysis.plans.answers import Answer, Row, Selected
+    from palpate.analysis.plans.asking.ordinal import Likert, Ordinal
 
 LINK_NAMES = {"logit": "proportional odds (logit)", "probit": "probit"}
 SOURCE = "McCullagh 1980; Christensen 2018"

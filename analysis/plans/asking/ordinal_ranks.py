@@ -5,23 +5,23 @@ from __future__ import annotations
 from collections.abc import Hashable, Iterable
 from typing import TYPE_CHECKING
 
-from analysis.ordinal.aligned import aligned_ranks
-from analysis.ordinal.friedman import friedman
-from analysis.ordinal.nemenyi import nemenyi
-from analysis.ordinal.rank_tests import wilcoxon_tests
-from analysis.plans.asking.describing_rows import answer_of, averaged_note, plain_rows, require_columns, share
-from analysis.plans.idle import idle_note
-from analysis.reliability.told import with_interval
-from analysis.statistics.apa import apa_p, number
+from palpate.analysis.ordinal.aligned import aligned_ranks
+from palpate.analysis.ordinal.friedman import friedman
+from palpate.analysis.ordinal.nemenyi import nemenyi
+from palpate.analysis.ordinal.rank_tests import wilcoxon_tests
+from palpate.analysis.plans.asking.describing_rows import answer_of, averaged_note, plain_rows, require_columns, share
+from palpate.analysis.plans.idle import idle_note
+from palpate.analysis.reliability.told import with_interval
+from palpate.analysis.statistics.apa import apa_p, number
 
 if TYPE_CHECKING:
     from collections.abc import Mapping
 
     import pandas as pd
 
-    from analysis.plans.answers import Answer, Asked, Row, Selected
-    from analysis.plans.asking.ordinal import AlignedRanks, Friedman, Nemenyi, Wilcoxon
-    from analysis.statistics.cells import Missing
+    from palpate.analysis.plans.answers import Answer, Asked, Row, Selected
+    from palpate.analysis.plans.asking.ordinal import AlignedRanks, Friedman, Nemenyi, Wilcoxon
+    from palpate.analysis.statistics.cells import Missing
 
 CORRECTED = {"bonferroni": "Bonferroni", "holm": "Holm", "none": "not adjusted"}
 EXACT = "exact p given the ties"

@@ -7,9 +7,9 @@ from typing import TYPE_CHECKING, Annotated, Any, Literal
 
 from pydantic import Field
 
-from analysis.plans.answers import Answer, Asked, Kind, Row, Selected, missing_without_effect
-from analysis.plans.idle import ON_RANKS, Idle, outcomes_of_own_table
-from protocols.wording import count
+from palpate.analysis.plans.answers import Answer, Asked, Kind, Row, Selected, missing_without_effect
+from palpate.analysis.plans.idle import ON_RANKS, Idle, outcomes_of_own_table
+from palpate.protocols.wording import count
 
 if TYPE_CHECKING:
     import pandas as pd
@@ -107,8 +107,8 @@ class AskedRaters(Asked):
 
 def icc_answer(selected: Selected, asked: AskedIcc) -> Answer:
     """The six intraclass correlations of one outcome."""
-    from analysis.reliability.intraclass import icc
-    from analysis.reliability.told import averaged, demand_columns, plain_rows, with_interval
+    from palpate.analysis.reliability.intraclass import icc
+    from palpate.analysis.reliability.told import averaged, demand_columns, plain_rows, with_interval
 
     demand_columns(selected.table, (asked.targets, asked.raters, asked.value))
     found = icc(selected.table, asked.value, asked.targets, asked.raters, confidence=asked.confidence, aggregate="mean")
@@ -132,8 +132,8 @@ def icc_answer(selected: Selected, asked: AskedIcc) -> Answer:
 
 def alpha_answer(selected: Selected, asked: AskedAlpha) -> Answer:
     """Cronbach's alpha of all outcomes (or items) together; one row, the items in `more`."""
-    from analysis.reliability.consistency import cronbach_alpha
-    from analysis.reliability.told import averaged, demand_columns, plain, plain_rows, with_interval
+    from palpate.analysis.reliability.consistency import cronbach_alpha
+    from palpate.analysis.reliability.told import averaged, demand_columns, plain, plain_rows, with_interval
 
     known = [name for name in ("participant", "stimulus") if name in selected.table.columns]
     cases = list(asked.cases or known)
@@ -171,9 +171,9 @@ def alpha_answer(selected: Selected, asked: AskedAlpha) -> Answer:
 
 def concordance_answer(selected: Selected, asked: AskedConcordance) -> Answer:
     """Kendall's W of one outcome."""
-    from analysis.reliability.concordance import kendall_w
-    from analysis.reliability.told import averaged, coefficient, demand_columns, plain_rows
-    from analysis.statistics.apa import apa_p, number
+    from palpate.analysis.reliability.concordance import kendall_w
+    from palpate.analysis.reliability.told import averaged, coefficient, demand_columns, plain_rows
+    from palpate.analysis.statistics.apa import apa_p, number
 
     demand_columns(selected.table, (asked.targets, asked.raters, asked.value))
     options: dict[str, Any] = {"p": asked.p, "aggregate": "mean"}
@@ -203,8 +203,8 @@ def krippendorff_answer(selected: Selected, asked: AskedKrippendorff) -> Answer:
     """Krippendorff's alpha of one outcome, with whatever gaps there are."""
     from dataclasses import asdict
 
-    from analysis.reliability.coincidence import krippendorff_alpha
-    from analysis.reliability.told import averaged, demand_columns, demand_once, plain, with_interval
+    from palpate.analysis.reliability.coincidence import krippendorff_alpha
+    from palpate.analysis.reliability.told import averaged, demand_columns, demand_once, plain, with_interval
 
     demand_columns(selected.table, (*asked.units, asked.raters, asked.value))
     if asked.level in ("nominal", "ordinal"):
@@ -228,8 +228,8 @@ def krippendorff_answer(selected: Selected, asked: AskedKrippendorff) -> Answer:
 
 def retest_answer(selected: Selected, asked: AskedRetest) -> Answer:
     """First against second answers of one outcome; people and pairs in `more`."""
-    from analysis.reliability.repeated import retest
-    from analysis.reliability.told import demand_columns, plain_rows, with_interval
+    from palpate.analysis.reliability.repeated import retest
+    from palpate.analysis.reliability.told import demand_columns, plain_rows, with_interval
 
     demand_columns(selected.table, (*asked.targets, *asked.order))
     columns = ("participant", list(asked.targets), list(asked.order))
@@ -259,9 +259,9 @@ def raters_answer(selected: Selected, asked: AskedRaters) -> Answer:
     """Each participant against the others in each outcome; the signs of how they answered in `more`."""
     import pandas as pd
 
-    from analysis.reliability.rater_signs import rater_signs
-    from analysis.reliability.sessions import compared_within, session_signs
-    from analysis.reliability.told import averaged, demand_columns, plain_rows
+    from palpate.analysis.reliability.rater_signs import rater_signs
+    from palpate.analysis.reliability.sessions import compared_within, session_signs
+    from palpate.analysis.reliability.told import averaged, demand_columns, plain_rows
 
     demand_columns(selected.table, asked.targets)
     parts, sizes = [], []

@@ -7,10 +7,10 @@ from typing import Annotated, Literal
 
 from pydantic import AfterValidator, Field
 
-from analysis.plans.answers import Asked, Kind
-from analysis.plans.idle import Idle, outcomes_of_own_table
-from protocols.lazy import lazy_function
-from protocols.study import Number, Text, Whole
+from palpate.analysis.plans.answers import Asked, Kind
+from palpate.analysis.plans.idle import Idle, outcomes_of_own_table
+from palpate.protocols.lazy import lazy_function
+from palpate.protocols.study import Number, Text, Whole
 
 Confidence = Annotated[float, Field(gt=0, lt=1)]
 LEAST_DRAWS = 19  # the smallest p of fewer lies above .05
@@ -150,7 +150,9 @@ class Vectors(Asked):
             yield from (Idle(name, f"with `on: {self.on}`") for name in ("ties", "starts"))
 
 
-PCA = Kind(Pca, lazy_function("analysis.plans.asking.spaces_answers:pca_answer"), each="all")
-MDS = Kind(Mds, lazy_function("analysis.plans.asking.spaces_maps:mds_answer"), each="all")
-PROCRUSTES = Kind(Procrustes, lazy_function("analysis.plans.asking.spaces_compared:procrustes_answer"), each="all")
-VECTORS = Kind(Vectors, lazy_function("analysis.plans.asking.spaces_answers:vectors_answer"), each="all")
+PCA = Kind(Pca, lazy_function("palpate.analysis.plans.asking.spaces_answers:pca_answer"), each="all")
+MDS = Kind(Mds, lazy_function("palpate.analysis.plans.asking.spaces_maps:mds_answer"), each="all")
+PROCRUSTES = Kind(
+    Procrustes, lazy_function("palpate.analysis.plans.asking.spaces_compared:procrustes_answer"), each="all"
+)
+VECTORS = Kind(Vectors, lazy_function("palpate.analysis.plans.asking.spaces_answers:vectors_answer"), each="all")

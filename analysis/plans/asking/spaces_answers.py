@@ -7,8 +7,8 @@ from typing import TYPE_CHECKING
 import numpy as np
 import pandas as pd
 
-from analysis.plans.answers import Answer
-from analysis.plans.asking.spaces_tables import (
+from palpate.analysis.plans.answers import Answer
+from palpate.analysis.plans.asking.spaces_tables import (
     configuration,
     gap_notes,
     points_rows,
@@ -16,17 +16,17 @@ from analysis.plans.asking.spaces_tables import (
     rows_of,
     sentences,
 )
-from analysis.spaces.components import Components, pca
-from analysis.spaces.profiles import Profiles
-from analysis.spaces.retained import parallel_analysis, share_intervals
-from analysis.spaces.vectors import property_vectors
-from analysis.statistics.apa import apa_p
-from analysis.statistics.refusals import StatisticsError
+from palpate.analysis.spaces.components import Components, pca
+from palpate.analysis.spaces.profiles import Profiles
+from palpate.analysis.spaces.retained import parallel_analysis, share_intervals
+from palpate.analysis.spaces.vectors import property_vectors
+from palpate.analysis.statistics.apa import apa_p
+from palpate.analysis.statistics.refusals import StatisticsError
 
 if TYPE_CHECKING:
-    from analysis.plans.answers import Row, Selected
-    from analysis.plans.asking.spaces import Pca, Vectors
-    from analysis.spaces.components import Kind as Variances
+    from palpate.analysis.plans.answers import Row, Selected
+    from palpate.analysis.plans.asking.spaces import Pca, Vectors
+    from palpate.analysis.spaces.components import Kind as Variances
 
 
 def pca_answer(selected: Selected, asked: Pca) -> Answer:

@@ -8,21 +8,21 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 import pandas as pd
 
-from analysis.plans.answers import Answer
-from analysis.plans.asking.describing_rows import require_columns
-from analysis.plans.asking.spaces_tables import configuration, gap_notes, profiles_of, rows_of, sentences
-from analysis.ratings.dataset import DataRefused
-from analysis.spaces.draws import stream
-from analysis.spaces.procrustes import Procrustes as Compared
-from analysis.spaces.procrustes import procrustes
-from analysis.spaces.profiles import Profiles, of_people
-from analysis.statistics.apa import apa_p
-from analysis.statistics.labels import coded
-from analysis.statistics.refusals import TooFew
+from palpate.analysis.plans.answers import Answer
+from palpate.analysis.plans.asking.describing_rows import require_columns
+from palpate.analysis.plans.asking.spaces_tables import configuration, gap_notes, profiles_of, rows_of, sentences
+from palpate.analysis.ratings.dataset import DataRefused
+from palpate.analysis.spaces.draws import stream
+from palpate.analysis.spaces.procrustes import Procrustes as Compared
+from palpate.analysis.spaces.procrustes import procrustes
+from palpate.analysis.spaces.profiles import Profiles, of_people
+from palpate.analysis.statistics.apa import apa_p
+from palpate.analysis.statistics.labels import coded
+from palpate.analysis.statistics.refusals import TooFew
 
 if TYPE_CHECKING:
-    from analysis.plans.answers import Row, Selected
-    from analysis.plans.asking.spaces import Procrustes
+    from palpate.analysis.plans.answers import Row, Selected
+    from palpate.analysis.plans.asking.spaces import Procrustes
 
 MOST_SPLITS = 200
 

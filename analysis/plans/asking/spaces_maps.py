@@ -6,21 +6,21 @@ from typing import TYPE_CHECKING, NamedTuple
 
 import pandas as pd
 
-from analysis.plans.answers import Answer
-from analysis.plans.asking.describing_rows import require_columns
-from analysis.plans.asking.spaces_tables import gap_notes, numeric, points_rows, profiles_of, rows_of, sentences
-from analysis.ratings.dataset import DataRefused
-from analysis.spaces.classical import classical_mds
-from analysis.spaces.dissimilarities import Dissimilarities, pair_dissimilarities, profile_distances
-from analysis.spaces.judging import stress_reference, stress_scree
-from analysis.spaces.nonmetric import nonmetric_mds
-from analysis.spaces.replicated import confidence_ellipses
-from analysis.statistics.apa import apa_p
-from analysis.statistics.refusals import StatisticsError
+from palpate.analysis.plans.answers import Answer
+from palpate.analysis.plans.asking.describing_rows import require_columns
+from palpate.analysis.plans.asking.spaces_tables import gap_notes, numeric, points_rows, profiles_of, rows_of, sentences
+from palpate.analysis.ratings.dataset import DataRefused
+from palpate.analysis.spaces.classical import classical_mds
+from palpate.analysis.spaces.dissimilarities import Dissimilarities, pair_dissimilarities, profile_distances
+from palpate.analysis.spaces.judging import stress_reference, stress_scree
+from palpate.analysis.spaces.nonmetric import nonmetric_mds
+from palpate.analysis.spaces.replicated import confidence_ellipses
+from palpate.analysis.statistics.apa import apa_p
+from palpate.analysis.statistics.refusals import StatisticsError
 
 if TYPE_CHECKING:
-    from analysis.plans.answers import Row, Selected
-    from analysis.plans.asking.spaces import Mds
+    from palpate.analysis.plans.answers import Row, Selected
+    from palpate.analysis.plans.asking.spaces import Mds
 
 SCREE_STARTS = 2  # beside the classical one and the hops; the map's own dimensions have all of its starts
 

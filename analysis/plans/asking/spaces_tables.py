@@ -9,18 +9,18 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 import pandas as pd
 
-from analysis.plans.asking.describing_rows import plain_rows, require_columns
-from analysis.ratings.dataset import DataRefused
-from analysis.spaces.classical import classical_mds
-from analysis.spaces.components import pca
-from analysis.spaces.dissimilarities import profile_distances
-from analysis.spaces.nonmetric import nonmetric_mds
-from analysis.spaces.profiles import Profiles, gather_profiles
-from protocols.wording import count
+from palpate.analysis.plans.asking.describing_rows import plain_rows, require_columns
+from palpate.analysis.ratings.dataset import DataRefused
+from palpate.analysis.spaces.classical import classical_mds
+from palpate.analysis.spaces.components import pca
+from palpate.analysis.spaces.dissimilarities import profile_distances
+from palpate.analysis.spaces.nonmetric import nonmetric_mds
+from palpate.analysis.spaces.profiles import Profiles, gather_profiles
+from palpate.protocols.wording import count
 
 if TYPE_CHECKING:
-    from analysis.plans.answers import Row, Selected
-    from analysis.plans.asking.spaces import Mds, Pca, Procrustes, Vectors
+    from palpate.analysis.plans.answers import Row, Selected
+    from palpate.analysis.plans.asking.spaces import Mds, Pca, Procrustes, Vectors
 
 
 def profiles_of(selected: Selected, asked: Pca | Mds | Procrustes | Vectors) -> Profiles:

@@ -8,10 +8,10 @@ from typing import Annotated, Literal, Self
 
 from pydantic import Field, model_validator
 
-from analysis.plans.answers import Answer, Asked, Kind, Selected
-from analysis.plans.idle import Idle, idle_note
-from protocols.lazy import lazy_function
-from protocols.study import Number, Text, Whole
+from palpate.analysis.plans.answers import Answer, Asked, Kind, Selected
+from palpate.analysis.plans.idle import Idle, idle_note
+from palpate.protocols.lazy import lazy_function
+from palpate.protocols.study import Number, Text, Whole
 
 Confidence = Annotated[float, Field(gt=0, lt=1)]
 
@@ -88,11 +88,11 @@ class Equivalence(Asked):
         return self
 
 
-_anova: Callable[[Selected, Anova], Answer] = lazy_function("analysis.plans.asking.variance_anova:anova_answer")
+_anova: Callable[[Selected, Anova], Answer] = lazy_function("palpate.analysis.plans.asking.variance_anova:anova_answer")
 
 
 def _gaps(selected: Selected, asked: Anova) -> Answer:
-    from analysis.plans.asking.mixed_model_answers import gaps_answer, refuse_averaging
+    from palpate.analysis.plans.asking.mixed_model_answers import gaps_answer, refuse_averaging
 
     if not asked.within:  # one value from each participant who has one: nothing is left for a random effect
         refuse_averaging(selected, asked.between)
@@ -113,7 +113,7 @@ def _factor(asked: Pairs | Equivalence) -> tuple[str, ...]:
 
 
 ANOVA = Kind(Anova, _anova, complete=_within, with_gaps=_gaps)
-PAIRS = Kind(Pairs, lazy_function("analysis.plans.asking.variance_pairs:pairs_answer"), complete=_factor)
+PAIRS = Kind(Pairs, lazy_function("palpate.analysis.plans.asking.variance_pairs:pairs_answer"), complete=_factor)
 EQUIVALENCE = Kind(
-    Equivalence, lazy_function("analysis.plans.asking.variance_pairs:equivalence_answer"), complete=_factor
+    Equivalence, lazy_function("palpate.analysis.plans.asking.variance_pairs:equivalence_answer"), complete=_factor
 )

@@ -6,19 +6,25 @@ import math
 from collections.abc import Hashable, Mapping, Sequence
 from typing import TYPE_CHECKING, Any
 
-from analysis.plans.asking.describing_rows import answer_of, averaged_note, plain_row, plain_rows, require_columns
-from analysis.statistics.apa import apa_f
-from analysis.statistics.between import anova
-from analysis.statistics.eta_intervals import eta_squared_intervals
-from analysis.statistics.mixed import mixed_anova
-from analysis.statistics.sphericity import mauchly_tests
-from analysis.statistics.within import rm_anova
+from palpate.analysis.plans.asking.describing_rows import (
+    answer_of,
+    averaged_note,
+    plain_row,
+    plain_rows,
+    require_columns,
+)
+from palpate.analysis.statistics.apa import apa_f
+from palpate.analysis.statistics.between import anova
+from palpate.analysis.statistics.eta_intervals import eta_squared_intervals
+from palpate.analysis.statistics.mixed import mixed_anova
+from palpate.analysis.statistics.sphericity import mauchly_tests
+from palpate.analysis.statistics.within import rm_anova
 
 if TYPE_CHECKING:
     import pandas as pd
 
-    from analysis.plans.answers import Answer, Row, Selected
-    from analysis.plans.asking.variance import Anova
+    from palpate.analysis.plans.answers import Answer, Row, Selected
+    from palpate.analysis.plans.asking.variance import Anova
 
 NAMES = {
     "SS": "sum_of_squares",

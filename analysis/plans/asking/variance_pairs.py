@@ -5,18 +5,18 @@ from __future__ import annotations
 from collections.abc import Mapping, Sequence
 from typing import TYPE_CHECKING, Any
 
-from analysis.plans.asking.describing_rows import answer_of, plain_row, require_columns, share
-from analysis.plans.asking.variance_anova import made_of, used
-from analysis.statistics.apa import number
-from analysis.statistics.equivalence import equivalence_tests
-from analysis.statistics.pair_order import pairs_in_order
-from analysis.statistics.pairwise import pairwise_tests
+from palpate.analysis.plans.asking.describing_rows import answer_of, plain_row, require_columns, share
+from palpate.analysis.plans.asking.variance_anova import made_of, used
+from palpate.analysis.statistics.apa import number
+from palpate.analysis.statistics.equivalence import equivalence_tests
+from palpate.analysis.statistics.pair_order import pairs_in_order
+from palpate.analysis.statistics.pairwise import pairwise_tests
 
 if TYPE_CHECKING:
     import pandas as pd
 
-    from analysis.plans.answers import Answer, Asked, Row, Selected
-    from analysis.plans.asking.variance import Equivalence, Pairs
+    from palpate.analysis.plans.answers import Answer, Asked, Row, Selected
+    from palpate.analysis.plans.asking.variance import Equivalence, Pairs
 
 CORRECTED = {"bonferroni": "Bonferroni", "holm": "Holm", "none": "not adjusted"}
 TOLD = 6

@@ -6,8 +6,8 @@ import math
 from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass, replace
 
-from devices.door.firmware.plant import Plant
-from devices.door.plant.machine import Mode, Tick
+from palpate.devices.door.firmware.plant import Plant
+from palpate.devices.door.plant.machine import Mode, Tick
 
 Ailment = Callable[[Tick, Tick], Tick]
 """From the true reading, and the last one given, to the one that is given."""

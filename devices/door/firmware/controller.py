@@ -11,15 +11,15 @@ from collections import OrderedDict
 from collections.abc import Mapping
 from typing import Literal
 
-from devices.door.firmware.limits import Limits
-from devices.door.firmware.memory import Memory
-from devices.door.firmware.plant import Plant
-from devices.door.firmware.watch import Found, Watch
-from devices.door.grid import MAX_ANGLE_DEG, POINTS
-from devices.door.link import messages as says
-from devices.door.link.codes import FOLLOWS_FROM, HEARTBEAT_MS, MAGIC, RATES_HZ, VERSION, Fault, Reason, State
-from devices.door.link.frames import Frame, Parser
-from devices.door.plant.machine import Tick
+from palpate.devices.door.firmware.limits import Limits
+from palpate.devices.door.firmware.memory import Memory
+from palpate.devices.door.firmware.plant import Plant
+from palpate.devices.door.firmware.watch import Found, Watch
+from palpate.devices.door.grid import MAX_ANGLE_DEG, POINTS
+from palpate.devices.door.link import messages as says
+from palpate.devices.door.link.codes import FOLLOWS_FROM, HEARTBEAT_MS, MAGIC, RATES_HZ, VERSION, Fault, Reason, State
+from palpate.devices.door.link.frames import Frame, Parser
+from palpate.devices.door.plant.machine import Tick
 
 FIRMWARE = FOLLOWS_FROM
 BOOT_MS = 20

@@ -6,10 +6,10 @@ import math
 from dataclasses import dataclass, field
 from itertools import pairwise
 
-from devices.door.firmware.limits import Limits
-from devices.door.grid import MAX_ANGLE_DEG, POINTS, POINTS_PER_DEG
-from devices.door.link.codes import CHUNK_POINTS, Reason
-from devices.door.link.messages import Part, Profile, ReadBack, UploadBegin, UploadChunk, UploadEnd, profile_crc
+from palpate.devices.door.firmware.limits import Limits
+from palpate.devices.door.grid import MAX_ANGLE_DEG, POINTS, POINTS_PER_DEG
+from palpate.devices.door.link.codes import CHUNK_POINTS, Reason
+from palpate.devices.door.link.messages import Part, Profile, ReadBack, UploadBegin, UploadChunk, UploadEnd, profile_crc
 
 
 @dataclass

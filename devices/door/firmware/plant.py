@@ -5,7 +5,7 @@ from __future__ import annotations
 from collections.abc import Sequence
 from typing import Protocol
 
-from devices.door.plant.machine import Mode, Tick
+from palpate.devices.door.plant.machine import Mode, Tick
 
 
 class Plant(Protocol):

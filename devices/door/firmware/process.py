@@ -1,6 +1,6 @@
 """The firmware emulator as a process of its own, behind a pseudo-terminal: the same bytes as over the serial line.
 
-    python -m devices.door.firmware.process --speed=1 --seed=1 [--ail=stuck@2500] [--log=FILE]
+    python -m palpate.devices.door.firmware.process --speed=1 --seed=1 [--ail=stuck@2500] [--log=FILE]
 
 It prints {"port": PATH} and lives until its standard input ends, as it does when its parent is killed; then the plant
 goes on without the host until the arm is safe. With --log, every change of state is noted there, one JSON line each.
@@ -19,11 +19,11 @@ from dataclasses import dataclass, field
 from pathlib import Path
 from typing import IO, Any
 
-from devices.door.firmware.ailments import AILMENTS, Ailing
-from devices.door.firmware.controller import FIRMWARE, Firmware
-from devices.door.firmware.limits import Limits
-from devices.door.firmware.plant import Plant
-from devices.door.firmware.wire import Wire
+from palpate.devices.door.firmware.ailments import AILMENTS, Ailing
+from palpate.devices.door.firmware.controller import FIRMWARE, Firmware
+from palpate.devices.door.firmware.limits import Limits
+from palpate.devices.door.firmware.plant import Plant
+from palpate.devices.door.firmware.wire import Wire
 
 AT_ONCE = 5
 """Milliseconds of the plant between two looks at the line: a host that was late is heard before it is missed."""
@@ -120,7 +120,7 @@ def main(arguments: list[str] | None = None) -> None:
 
 
 def _plant(asked: argparse.Namespace) -> Plant:
-    from devices.door.firmware.twin_plant import TwinPlant
+    from palpate.devices.door.firmware.twin_plant import TwinPlant
 
     plant = TwinPlant(asked.seed)
     name, _, at = asked.ail.partition("@")
@@ -128,7 +128,7 @@ def _plant(asked: argparse.Namespace) -> Plant:
 
 
 def _parser() -> argparse.ArgumentParser:
-    parser = argparse.ArgumentParser(prog="python -m devices.door.firmware.process", description=__doc__)
+    parser = argparse.ArgumentParser(prog="python -m palpate.devices.door.firmware.process", description=__doc__)
     parser.add_argument("--speed", type=float, default=1.0, help="seconds of the plant per second")
     parser.add_argument("--seed", type=int, default=1)
     parser.add_argument("--baud", type=int, default=1_000_000)

@@ -6,9 +6,9 @@ import math
 from collections import deque
 from dataclasses import dataclass, field
 
-from devices.door.firmware.limits import Limits
-from devices.door.link.codes import Fault, State
-from devices.door.plant.machine import Tick
+from palpate.devices.door.firmware.limits import Limits
+from palpate.devices.door.link.codes import Fault, State
+from palpate.devices.door.plant.machine import Tick
 
 SILENT_MS = 5
 STUCK_MS = 20

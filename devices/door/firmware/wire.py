@@ -5,7 +5,7 @@ from __future__ import annotations
 from collections.abc import Callable
 from dataclasses import dataclass, field
 
-from devices.door.firmware.controller import Firmware
+from palpate.devices.door.firmware.controller import Firmware
 
 BITS_PER_BYTE = 10
 """Start bit, eight data bits, stop bit."""

@@ -5,12 +5,12 @@ from __future__ import annotations
 from collections.abc import Sequence
 from pathlib import Path
 
-from devices.door.link.limits import Limits
-from devices.door.link.link import Link, Timing
-from devices.door.link.ports import SerialPort
-from devices.door.link.simulator import Connection
-from devices.door.link.threads import Threads
-from devices.door.link.twin_process import TwinProcess
+from palpate.devices.door.link.limits import Limits
+from palpate.devices.door.link.link import Link, Timing
+from palpate.devices.door.link.ports import SerialPort
+from palpate.devices.door.link.simulator import Connection
+from palpate.devices.door.link.threads import Threads
+from palpate.devices.door.link.twin_process import TwinProcess
 
 TWIN_PATIENCE_S = 10.0
 """A twin's process shares its machine with others; it may be late where a device would be lost."""

@@ -8,10 +8,10 @@ from typing import Annotated, Literal, Self
 
 from pydantic import Field, model_validator
 
-from devices.door.link.connections import by_serial, by_twin
-from devices.door.link.limits import HANDLE_RADIUS_M, Limits
-from devices.door.link.simulator import DoorSimulator, Setup
-from devices.rig.settings import Date, Strict
+from palpate.devices.door.link.connections import by_serial, by_twin
+from palpate.devices.door.link.limits import HANDLE_RADIUS_M, Limits
+from palpate.devices.door.link.simulator import DoorSimulator, Setup
+from palpate.devices.rig.settings import Date, Strict
 
 
 class Settings(Strict):

@@ -8,8 +8,8 @@ from struct import pack as pack_values
 from typing import ClassVar, Self
 from zlib import crc32
 
-from devices.door.link.codes import MAGIC, VERSION
-from devices.door.link.frames import Frame, on_the_line
+from palpate.devices.door.link.codes import MAGIC, VERSION
+from palpate.devices.door.link.frames import Frame, on_the_line
 
 
 @dataclass(frozen=True, slots=True)

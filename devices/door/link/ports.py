@@ -4,8 +4,8 @@ from __future__ import annotations
 
 from typing import TYPE_CHECKING, Protocol
 
-from devices.signals import DeviceError
-from protocols.extras import missing_sentence
+from palpate.devices.signals import DeviceError
+from palpate.protocols.extras import missing_sentence
 
 if TYPE_CHECKING:
     from serial import Serial

@@ -7,17 +7,17 @@ from collections.abc import Callable, Generator, Mapping, Sequence
 from dataclasses import dataclass
 from typing import Any, Protocol
 
-from devices.acts import Act
-from devices.desk import Desk, Pages, Prompt
-from devices.door.link import dialogue
-from devices.door.link.codes import State
-from devices.door.link.limits import ProfileRefused
-from devices.door.link.link import Link
-from devices.door.link.messages import Identity, Profile
-from devices.door.link.telemetry import Opening, trouble
-from devices.mending import Mending
-from devices.signals import DeviceFault
-from protocols.requests import Aside, Chunk, Fault, Present, Reply
+from palpate.devices.acts import Act
+from palpate.devices.desk import Desk, Pages, Prompt
+from palpate.devices.door.link import dialogue
+from palpate.devices.door.link.codes import State
+from palpate.devices.door.link.limits import ProfileRefused
+from palpate.devices.door.link.link import Link
+from palpate.devices.door.link.messages import Identity, Profile
+from palpate.devices.door.link.telemetry import Opening, trouble
+from palpate.devices.mending import Mending
+from palpate.devices.signals import DeviceFault
+from palpate.protocols.requests import Aside, Chunk, Fault, Present, Reply
 
 PAGE = "feel_now"
 WAITING = "changing_sample"
@@ -26,7 +26,7 @@ Steps = Generator[Aside | Chunk, None, None]
 
 
 class Recorded(Protocol):
-    """What keeps the telemetry meanwhile: devices.streams.recording.Recording."""
+    """What keeps the telemetry meanwhile: palpate.devices.streams.recording.Recording."""
 
     def start(self) -> None:
         """Begin."""
@@ -45,7 +45,7 @@ class Recorded(Protocol):
 
 
 class Changes(Protocol):
-    """Where the profile that is being felt changes from: devices.door.live.LiveDoor."""
+    """Where the profile that is being felt changes from: palpate.devices.door.live.LiveDoor."""
 
     def newer(self, t_ns: int) -> Sequence[float] | None:
         """The 621 forces that are to be felt from now on, in newtons; None while nothing has changed."""

@@ -8,21 +8,21 @@ from dataclasses import dataclass, field
 from inspect import GEN_RUNNING, getgeneratorstate
 from typing import TYPE_CHECKING, Any
 
-from devices.desk import Desk, Pages
-from devices.door.link import dialogue
-from devices.door.link.codes import FOLLOWS_FROM, VERSION, fault_name, state_name
-from devices.door.link.limits import Limits, ProfileRefused, change_for_door, profile_for_door
-from devices.door.link.link import Link
-from devices.door.link.messages import Identity, Profile, SetRate
-from devices.door.link.showing import Changes, Recorded, Showing
-from devices.door.link.telemetry import CHANNELS, UNITS, Numbering, trouble
-from devices.mending import Mending
-from devices.signals import Block, DeviceError, DeviceFault, Health, NowNs, Signal
-from protocols.requests import Came, Fault, Present, Reply
-from protocols.wording import count
+from palpate.devices.desk import Desk, Pages
+from palpate.devices.door.link import dialogue
+from palpate.devices.door.link.codes import FOLLOWS_FROM, VERSION, fault_name, state_name
+from palpate.devices.door.link.limits import Limits, ProfileRefused, change_for_door, profile_for_door
+from palpate.devices.door.link.link import Link
+from palpate.devices.door.link.messages import Identity, Profile, SetRate
+from palpate.devices.door.link.showing import Changes, Recorded, Showing
+from palpate.devices.door.link.telemetry import CHANNELS, UNITS, Numbering, trouble
+from palpate.devices.mending import Mending
+from palpate.devices.signals import Block, DeviceError, DeviceFault, Health, NowNs, Signal
+from palpate.protocols.requests import Came, Fault, Present, Reply
+from palpate.protocols.wording import count
 
 if TYPE_CHECKING:
-    from devices.scene import Scene
+    from palpate.devices.scene import Scene
 
 ProfileFor = Callable[[Present], Sequence[float]]
 """The 621 forces, in newtons at the handle, that a request stands for."""
@@ -59,7 +59,7 @@ def no_profiles(request: Present) -> Sequence[float]:
 
 def streamed(door: DoorSimulator, now_ns: NowNs) -> Recorded:
     """The telemetry, as every other stream is recorded."""
-    from devices.streams.recording import Recording
+    from palpate.devices.streams.recording import Recording
 
     return Recording({door.name: door}, now_ns, room_s=PAUSE_S)
 
@@ -202,7 +202,7 @@ class DoorSimulator:
 
     def health(self, seconds: float) -> Health:
         """Read the telemetry at rest for so long. Called while it is open."""
-        from devices.health import sensed
+        from palpate.devices.health import sensed
 
         link = self._up()
         try:

@@ -7,8 +7,8 @@ from collections.abc import Iterator
 from contextlib import contextmanager
 from dataclasses import dataclass, field
 
-from devices.door.link.link import Link
-from devices.door.link.ports import WAIT_S
+from palpate.devices.door.link.link import Link
+from palpate.devices.door.link.ports import WAIT_S
 
 BEAT_S = 0.010
 ENDS_S = 2.0

@@ -11,11 +11,11 @@ from collections.abc import Sequence
 from dataclasses import dataclass
 from pathlib import Path
 
-import devices
-from devices.door.link.limits import Limits
-from devices.signals import DeviceError
+import palpate
+from palpate.devices.door.link.limits import Limits
+from palpate.devices.signals import DeviceError
 
-MODULE = "devices.door.firmware.process"
+MODULE = "palpate.devices.door.firmware.process"
 STARTS_S = 60.0
 ENDS_S = 5.0
 
@@ -71,6 +71,6 @@ class TwinProcess:
 
 def _env() -> dict[str, str]:
     """The same packages as here, wherever this program was started."""
-    root = str(Path(str(devices.__file__)).parent.parent)
+    root = str(Path(str(palpate.__file__)).parent.parent)
     path = os.environ.get("PYTHONPATH")
     return {**os.environ, "PYTHONPATH": f"{root}{os.pathsep}{path}" if path else root}

@@ -5,9 +5,9 @@ from __future__ import annotations
 from dataclasses import dataclass
 from math import copysign
 
-from devices.door.plant.easing import Easing
-from devices.door.plant.parameters import TICK_S, Parameters
-from devices.door.plant.rendering import Rendered
+from palpate.devices.door.plant.easing import Easing
+from palpate.devices.door.plant.parameters import TICK_S, Parameters
+from palpate.devices.door.plant.rendering import Rendered
 
 SLOW_RAD_S = 0.03
 """Below this speed the brake is let go: at rest its direction is unknown."""

@@ -5,7 +5,7 @@ from __future__ import annotations
 from collections.abc import Sequence
 from math import exp
 
-from devices.door.plant.parameters import Detent
+from palpate.devices.door.plant.parameters import Detent
 
 
 def torque_and_slope(detents: Sequence[Detent], angle_rad: float) -> tuple[float, float]:

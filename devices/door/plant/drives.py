@@ -4,8 +4,8 @@ from __future__ import annotations
 
 from math import exp
 
-from devices.door.plant.hand import NOBODY, Hand
-from devices.door.plant.parameters import Parameters
+from palpate.devices.door.plant.hand import NOBODY, Hand
+from palpate.devices.door.plant.parameters import Parameters
 
 
 class Drives:

@@ -9,14 +9,14 @@ from __future__ import annotations
 from functools import partial
 from math import ceil, inf, sqrt
 
-from devices.door.plant.detents import stiffest, torque_and_slope
-from devices.door.plant.drives import Drives
-from devices.door.plant.gauss import C1, C2, Stages, step, step_nonlinear
-from devices.door.plant.hand import NOBODY, Hand
-from devices.door.plant.ledger import Ledger
-from devices.door.plant.moreau import Setting, implicit_euler
-from devices.door.plant.parameters import TICK_S, Parameters
-from devices.door.plant.rooting import first_zero
+from palpate.devices.door.plant.detents import stiffest, torque_and_slope
+from palpate.devices.door.plant.drives import Drives
+from palpate.devices.door.plant.gauss import C1, C2, Stages, step, step_nonlinear
+from palpate.devices.door.plant.hand import NOBODY, Hand
+from palpate.devices.door.plant.ledger import Ledger
+from palpate.devices.door.plant.moreau import Setting, implicit_euler
+from palpate.devices.door.plant.parameters import TICK_S, Parameters
+from palpate.devices.door.plant.rooting import first_zero
 
 FINE = 0.3
 """Largest step inside an oscillation that matters, in radians of its phase."""

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from devices.door.plant.parameters import TICK_S
+from palpate.devices.door.plant.parameters import TICK_S
 
 BUZZ_NM = 3.0
 """The motor's command turns back between two steps of more than this: one sign of buzzing, far above the noise."""

@@ -5,7 +5,7 @@ from __future__ import annotations
 from math import pi, tau
 from random import Random
 
-from devices.door.plant.parameters import TICK_S, Parameters
+from palpate.devices.door.plant.parameters import TICK_S, Parameters
 
 
 class Sensing:

@@ -9,9 +9,9 @@ from typing import TypeAlias
 import numpy as np
 from numpy.typing import NDArray
 
-from devices.models.native.library import InstructionSet
-from devices.models.native.packing import halves, packed, single
-from devices.models.native.values import Array, NotCompiled, Product, Room, Spot, Value
+from palpate.devices.models.native.library import InstructionSet
+from palpate.devices.models.native.packing import halves, packed, single
+from palpate.devices.models.native.values import Array, NotCompiled, Product, Room, Spot, Value
 
 FIELDS = 24
 """Of an operation (kernel.h)."""

@@ -10,10 +10,10 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
-from devices.models.native.library import ANSWERED, InstructionSet, Library, Program
-from devices.models.native.program import compiled
-from devices.models.runtime import Model
-from protocols.model_card import Card
+from palpate.devices.models.native.library import ANSWERED, InstructionSet, Library, Program
+from palpate.devices.models.native.program import compiled
+from palpate.devices.models.runtime import Model
+from palpate.protocols.model_card import Card
 
 Array = NDArray[np.float64]
 FURTHEST = float(np.finfo(np.float64).max)

@@ -5,8 +5,8 @@ from __future__ import annotations
 import numpy as np
 from numpy.typing import NDArray
 
-from devices.models.native.library import InstructionSet
-from devices.models.native.values import Array, NotCompiled
+from palpate.devices.models.native.library import InstructionSet
+from palpate.devices.models.native.values import Array, NotCompiled
 
 
 def single(numbers: Array) -> NDArray[np.float32]:

@@ -8,8 +8,8 @@ from dataclasses import replace
 import numpy as np
 from numpy.typing import NDArray
 
-from devices.models.native.draft import Draft
-from devices.models.native.shapes import (
+from palpate.devices.models.native.draft import Draft
+from palpate.devices.models.native.shapes import (
     as_wanted,
     at,
     by_channel,
@@ -21,9 +21,9 @@ from devices.models.native.shapes import (
     spread,
     tight,
 )
-from devices.models.native.values import Array, Linear, Product, Value
-from protocols.model_card import Activation, Affine, Clip, MaxPool, Reshape, Upsample
-from protocols.signal_steps import Add, Join, Keep, Part, Recall, Turn
+from palpate.devices.models.native.values import Array, Linear, Product, Value
+from palpate.protocols.model_card import Activation, Affine, Clip, MaxPool, Reshape, Upsample
+from palpate.protocols.signal_steps import Add, Join, Keep, Part, Recall, Turn
 
 Tensors = Mapping[str, NDArray[np.generic]]
 FUNCTIONS = ("relu", "tanh", "sigmoid", "gelu", "elu", "leaky", "softplus", "exp", "log", "square", "abs")

@@ -6,13 +6,13 @@ from dataclasses import replace
 
 import numpy as np
 
-from devices.models.form import LARGEST
-from devices.models.native.draft import Draft
-from devices.models.native.plain_steps import Tensors
-from devices.models.native.shapes import at, by_length, fresh, is_list, settled, sides, tight
-from devices.models.native.values import Array, Linear, NotCompiled, Product, Spot, Value
-from protocols.model_card import Conv, Dense
-from protocols.signal_steps import Attention, Lstm
+from palpate.devices.models.form import LARGEST
+from palpate.devices.models.native.draft import Draft
+from palpate.devices.models.native.plain_steps import Tensors
+from palpate.devices.models.native.shapes import at, by_length, fresh, is_list, settled, sides, tight
+from palpate.devices.models.native.values import Array, Linear, NotCompiled, Product, Spot, Value
+from palpate.protocols.model_card import Conv, Dense
+from palpate.protocols.signal_steps import Attention, Lstm
 
 NARROW = 4
 """A product is done together with the one before it where that one's input is so many times narrower than its own."""

@@ -14,15 +14,15 @@ from typing import Any
 
 import numpy as np
 
-from devices.models.native import plain_steps, product_steps, signal_steps
-from devices.models.native.draft import Draft, Finished, finished
-from devices.models.native.library import InstructionSet
-from devices.models.native.plain_steps import Tensors
-from devices.models.native.shapes import is_list, settled, spread
-from devices.models.native.values import Array, Linear, NotCompiled, Value
-from protocols import model_card as steps_of
-from protocols import signal_steps as signals_of
-from protocols.model_card import Affine, Card, Conv, Dense, Mean, Residual, Step
+from palpate.devices.models.native import plain_steps, product_steps, signal_steps
+from palpate.devices.models.native.draft import Draft, Finished, finished
+from palpate.devices.models.native.library import InstructionSet
+from palpate.devices.models.native.plain_steps import Tensors
+from palpate.devices.models.native.shapes import is_list, settled, spread
+from palpate.devices.models.native.values import Array, Linear, NotCompiled, Value
+from palpate.protocols import model_card as steps_of
+from palpate.protocols import signal_steps as signals_of
+from palpate.protocols.model_card import Affine, Card, Conv, Dense, Mean, Residual, Step
 
 LOOK_AHEAD = 4
 """A spectrum's product, and what may stand between it and the step that takes it apart."""
@@ -45,7 +45,7 @@ class Compiled:
 
 
 def compiled(card: Card, tensors: Tensors, instructions: InstructionSet) -> Compiled:
-    """The program of a model whose steps fit (devices.models.runtime has seen to that). Raises NotCompiled."""
+    """The program of a model whose steps fit (palpate.devices.models.runtime has seen to that). Raises NotCompiled."""
     draft, size = Draft(instructions), card.takes.size
     if size > MOST_INPUTS:
         raise NotCompiled(f"an input of {size} numbers; at most {MOST_INPUTS} are read")

@@ -6,8 +6,8 @@ from dataclasses import replace
 
 import numpy as np
 
-from devices.models.native.draft import Draft
-from devices.models.native.values import Array, Linear, NotCompiled, Spot, Value
+from palpate.devices.models.native.draft import Draft
+from palpate.devices.models.native.values import Array, Linear, NotCompiled, Spot, Value
 
 
 def is_list(value: Value) -> bool:

@@ -6,12 +6,12 @@ from dataclasses import replace
 
 import numpy as np
 
-from devices.models.native.draft import Draft
-from devices.models.native.plain_steps import Tensors
-from devices.models.native.shapes import at, by_channel, by_length, fresh, is_list, settled
-from devices.models.native.values import Array, Linear, NotCompiled, Value
-from devices.models.triangles import Triangles
-from protocols.signal_steps import Autoregression, Cartesian, Norm, Polar
+from palpate.devices.models.native.draft import Draft
+from palpate.devices.models.native.plain_steps import Tensors
+from palpate.devices.models.native.shapes import at, by_channel, by_length, fresh, is_list, settled
+from palpate.devices.models.native.values import Array, Linear, NotCompiled, Value
+from palpate.devices.models.triangles import Triangles
+from palpate.protocols.signal_steps import Autoregression, Cartesian, Norm, Polar
 
 
 def norm(step: Norm, value: Value, draft: Draft, tensors: Tensors) -> Value:

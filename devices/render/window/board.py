@@ -8,23 +8,23 @@ from functools import cached_property
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
-from devices.author.typeset import LABEL_STEPS, SMALL_STEPS, TITLE_STEPS, WORD_STEPS, Typesetter
-from devices.models.errors import ModelFileError
-from devices.models.file import read_card
-from devices.render.range import FASTEST_MM_S, FIRMEST_N
-from devices.render.window.choice import FIRMEST_N as FIRMEST_PRESS_N
-from devices.render.window.choice import LIGHTEST_N, Choice, Models, in_view
-from devices.render.window.elements import DECIBELS, HERTZ, Gauge, Spectrum, Touched, Wave
-from devices.render.window.heard import LEAST_DB, MOST_DB, Heard, scale_for
-from devices.render.window.layout import MOST_CHIPS, Layout, Slider, lay_out
-from devices.render.window.photo import Photo, at_true_size, photo_file, read_photo
-from devices.render.window.words import method_word, texture_word
-from devices.window.geometry import Box, WindowError
-from devices.window.paint import ALERT, QUIET
-from devices.window.screen import Page
-from devices.window.screens.elements import Card, Element, Label, rounding
-from devices.window.screens.targets import Button, Track
-from protocols.model_card import Card as ModelCard
+from palpate.devices.author.typeset import LABEL_STEPS, SMALL_STEPS, TITLE_STEPS, WORD_STEPS, Typesetter
+from palpate.devices.models.errors import ModelFileError
+from palpate.devices.models.file import read_card
+from palpate.devices.render.range import FASTEST_MM_S, FIRMEST_N
+from palpate.devices.render.window.choice import FIRMEST_N as FIRMEST_PRESS_N
+from palpate.devices.render.window.choice import LIGHTEST_N, Choice, Models, in_view
+from palpate.devices.render.window.elements import DECIBELS, HERTZ, Gauge, Spectrum, Touched, Wave
+from palpate.devices.render.window.heard import LEAST_DB, MOST_DB, Heard, scale_for
+from palpate.devices.render.window.layout import MOST_CHIPS, Layout, Slider, lay_out
+from palpate.devices.render.window.photo import Photo, at_true_size, photo_file, read_photo
+from palpate.devices.render.window.words import method_word, texture_word
+from palpate.devices.window.geometry import Box, WindowError
+from palpate.devices.window.paint import ALERT, QUIET
+from palpate.devices.window.screen import Page
+from palpate.devices.window.screens.elements import Card, Element, Label, rounding
+from palpate.devices.window.screens.targets import Button, Track
+from palpate.protocols.model_card import Card as ModelCard
 
 if TYPE_CHECKING:
     from PIL import Image

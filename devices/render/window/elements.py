@@ -8,17 +8,17 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
-from devices.render.window.heard import LEAST_DB, MOST_DB, Array, columns, spectrum_dB
-from devices.window.geometry import Box, Placed
-from devices.window.paint import ACCENT, CARD, HAIR, INK, TINT, Colour, plain
-from devices.window.screens.elements import Element, hair
-from devices.window.screens.profile import GRID
-from devices.window.screens.targets import Target
+from palpate.devices.render.window.heard import LEAST_DB, MOST_DB, Array, columns, spectrum_dB
+from palpate.devices.window.geometry import Box, Placed
+from palpate.devices.window.paint import ACCENT, CARD, HAIR, INK, TINT, Colour, plain
+from palpate.devices.window.screens.elements import Element, hair
+from palpate.devices.window.screens.profile import GRID
+from palpate.devices.window.screens.targets import Target
 
 if TYPE_CHECKING:
     from PIL import Image
 
-    from devices.window.screen import Page
+    from palpate.devices.window.screen import Page
 
 COURSE: Colour = ACCENT
 HERTZ = (0, 100, 200, 300, 400, 500)

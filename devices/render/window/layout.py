@@ -4,10 +4,10 @@ from __future__ import annotations
 
 from dataclasses import dataclass
 
-from devices.author.typeset import SMALL_STEPS
-from devices.render.window.photo import PLATE_MM
-from devices.window.geometry import Box
-from devices.window.screen import Page
+from palpate.devices.author.typeset import SMALL_STEPS
+from palpate.devices.render.window.photo import PLATE_MM
+from palpate.devices.window.geometry import Box
+from palpate.devices.window.screen import Page
 
 MOST_CHIPS = 6
 CELLS = (3, 2)

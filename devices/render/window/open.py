@@ -8,25 +8,25 @@ from dataclasses import dataclass, field, replace
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
-from devices.render.asked import Asked
-from devices.render.found import available
-from devices.render.job import Job, Sounds
-from devices.render.opened import NEED
-from devices.render.process import Rendering
-from devices.render.window.board import Board
-from devices.render.window.choice import Choice
-from devices.render.window.words import render_texts
-from devices.tablet.device import Tablet
-from devices.tablet.pipeline import Shape
-from devices.tablet.pyglet_window import PygletTablet
-from devices.tablet.reports import Report
-from devices.window.at_hand import NEVER, calibration_at_hand
-from devices.window.calibration import Calibration
+from palpate.devices.render.asked import Asked
+from palpate.devices.render.found import available
+from palpate.devices.render.job import Job, Sounds
+from palpate.devices.render.opened import NEED
+from palpate.devices.render.process import Rendering
+from palpate.devices.render.window.board import Board
+from palpate.devices.render.window.choice import Choice
+from palpate.devices.render.window.words import render_texts
+from palpate.devices.tablet.device import Tablet
+from palpate.devices.tablet.pipeline import Shape
+from palpate.devices.tablet.pyglet_window import PygletTablet
+from palpate.devices.tablet.reports import Report
+from palpate.devices.window.at_hand import NEVER, calibration_at_hand
+from palpate.devices.window.calibration import Calibration
 
 if TYPE_CHECKING:
-    from devices.render.window.room import Plays, Room
-    from devices.window.geometry import Box
-    from devices.window.shell import Shell
+    from palpate.devices.render.window.room import Plays, Room
+    from palpate.devices.window.geometry import Box
+    from palpate.devices.window.shell import Shell
 
 MOUSE = Shape(report_hz=60.0)
 """A mouse as a stylus: windows report it once a frame at the slowest."""
@@ -64,7 +64,7 @@ class Begun:
 
 def run_window(asked: Asked) -> None:
     """Show the window until it is closed. Raises WindowError, RigFileError, DeviceError, ModelFileError."""
-    from devices.window.shell import open_shell
+    from palpate.devices.window.shell import open_shell
 
     calibration, hands = calibration_at_hand(asked.lab, asked.screen, asked.windowed), hands_for(asked)
     screen = calibration.screen if asked.screen is None else asked.screen
@@ -86,10 +86,10 @@ def room_on(shell: Shell, calibration: Calibration, asked: Asked, hands: Hands, 
 
     from PIL import Image
 
-    from devices.render.window.room import Room
-    from devices.window.fonts import find_fonts
-    from devices.window.hangul import needed
-    from devices.window.screen import Page
+    from palpate.devices.render.window.room import Room
+    from palpate.devices.window.fonts import find_fonts
+    from palpate.devices.window.hangul import needed
+    from palpate.devices.window.screen import Page
 
     page = Page(calibration.metrics, render_texts(asked.language), find_fonts(asked.language),
                 hangul=needed(asked.language, sys.platform))  # fmt: skip
@@ -110,8 +110,8 @@ def hands_for(asked: Asked) -> Hands:
 
     Raises RigFileError, DeviceError.
     """
-    from devices.rig.file import read_rig, rig_path
-    from devices.rig.kinds import made
+    from palpate.devices.rig.file import read_rig, rig_path
+    from palpate.devices.rig.kinds import made
 
     path = asked.rig or rig_path(asked.lab)
     if asked.twins or (asked.rig is None and not path.is_file()):

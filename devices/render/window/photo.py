@@ -6,13 +6,13 @@ from dataclasses import dataclass
 from pathlib import Path
 from typing import TYPE_CHECKING
 
-from devices.window.geometry import WindowError
-from protocols.model_card import Card
+from palpate.devices.window.geometry import WindowError
+from palpate.protocols.model_card import Card
 
 if TYPE_CHECKING:
     from PIL import Image
 
-PICTURES = Path(__file__).parent / "pictures"
+PICTURES = Path(__file__).resolve().parent / "pictures"
 PLATE_MM = 100.0
 """Side of a sample (thesis 3.3.1): how wide a picture is that does not say so."""
 MM_INCH = 25.4

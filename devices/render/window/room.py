@@ -7,19 +7,19 @@ from dataclasses import dataclass, field, replace
 from pathlib import Path
 from typing import TYPE_CHECKING, Any, Protocol
 
-from devices.render.errors import RenderError
-from devices.render.job import Sounds
-from devices.render.trace import Trace
-from devices.render.window.board import Board, Told
-from devices.render.window.choice import Choice
-from devices.render.window.heard import SHOWN, heard
-from devices.render.window.screen import RenderScreen, Stroke
-from devices.render.window.words import method_word, texture_word
-from devices.tablet.force import Force
-from devices.tablet.reports import Report
-from devices.window.loop import Scene
-from devices.window.screen import Page
-from devices.window.shell import Shell
+from palpate.devices.render.errors import RenderError
+from palpate.devices.render.job import Sounds
+from palpate.devices.render.trace import Trace
+from palpate.devices.render.window.board import Board, Told
+from palpate.devices.render.window.choice import Choice
+from palpate.devices.render.window.heard import SHOWN, heard
+from palpate.devices.render.window.screen import RenderScreen, Stroke
+from palpate.devices.render.window.words import method_word, texture_word
+from palpate.devices.tablet.force import Force
+from palpate.devices.tablet.reports import Report
+from palpate.devices.window.loop import Scene
+from palpate.devices.window.screen import Page
+from palpate.devices.window.shell import Shell
 
 if TYPE_CHECKING:
     from PIL import Image
@@ -29,7 +29,7 @@ LOOK_S, TELL_S = 0.04, 0.5
 
 
 class Plays(Protocol):
-    """What renders: `devices.render.process.Rendering`, or something that stands for it."""
+    """What renders: `palpate.devices.render.process.Rendering`, or something that stands for it."""
 
     trace: Trace
 

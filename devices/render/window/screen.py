@@ -6,16 +6,16 @@ from collections.abc import Iterable
 from dataclasses import replace
 from typing import NamedTuple
 
-from devices.render.window.board import Board, Told
-from devices.render.window.choice import FIRMEST_N, LIGHTEST_N, Choice, beside
-from devices.render.window.elements import Touched
-from devices.render.window.heard import Heard
-from devices.window.inputs import Key, Moved, Pressed, Released
-from devices.window.screen import Page
-from devices.window.screens.base import Base
-from devices.window.screens.elements import Element
-from devices.window.screens.frame import Frame
-from devices.window.screens.targets import Track
+from palpate.devices.render.window.board import Board, Told
+from palpate.devices.render.window.choice import FIRMEST_N, LIGHTEST_N, Choice, beside
+from palpate.devices.render.window.elements import Touched
+from palpate.devices.render.window.heard import Heard
+from palpate.devices.window.inputs import Key, Moved, Pressed, Released
+from palpate.devices.window.screen import Page
+from palpate.devices.window.screens.base import Base
+from palpate.devices.window.screens.elements import Element
+from palpate.devices.window.screens.frame import Frame
+from palpate.devices.window.screens.targets import Track
 
 STEPS = {"right": 1, "left": -1, "pageup": 5, "pagedown": -5}
 LETTERS = {"m": "mute", "q": "close", "ㅡ": "mute", "ㅂ": "close"}

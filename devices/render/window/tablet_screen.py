@@ -13,17 +13,17 @@ from multiprocessing.process import BaseProcess
 from pathlib import Path
 from typing import TYPE_CHECKING
 
-from devices.render.errors import RenderError
-from devices.render.priority import by_itself
-from devices.render.process import uninterrupted
-from devices.render.window.photo import Photo, at_true_size, read_photo
-from devices.window.geometry import Box, WindowError
+from palpate.devices.render.errors import RenderError
+from palpate.devices.render.priority import by_itself
+from palpate.devices.render.process import uninterrupted
+from palpate.devices.render.window.photo import Photo, at_true_size, read_photo
+from palpate.devices.window.geometry import Box, WindowError
 
 if TYPE_CHECKING:
     from PIL import Image
 
-    from devices.tablet.device import Display
-    from devices.window.shell import Shell
+    from palpate.devices.tablet.device import Display
+    from palpate.devices.window.shell import Shell
 
 READY_S, ANSWER_S, GONE_S = 60.0, 10.0, 5.0
 TURN_S = 0.02
@@ -157,10 +157,10 @@ def _opened(display: Display) -> Canvas:
     """The window on the screen that the tablet is, dark. Raises WindowError where there is none."""
     from PIL import Image
 
-    from devices.window.at_hand import NEVER
-    from devices.window.calibration import Calibration
-    from devices.window.shell import open_shell, screen_sizes
-    from devices.window.shell_checks import demand_screen
+    from palpate.devices.window.at_hand import NEVER
+    from palpate.devices.window.calibration import Calibration
+    from palpate.devices.window.shell import open_shell, screen_sizes
+    from palpate.devices.window.shell_checks import demand_screen
 
     sizes = screen_sizes()
     demand_screen(sizes, display.number, None)

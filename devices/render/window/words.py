@@ -4,9 +4,9 @@ from __future__ import annotations
 
 from pathlib import Path
 
-from devices.window.texts import MASTER, Texts, window_texts
+from palpate.devices.window.texts import MASTER, Texts, window_texts
 
-FOLDER = Path(__file__).parent / "texts"
+FOLDER = Path(__file__).resolve().parent / "texts"
 
 
 def render_texts(language: str = MASTER) -> Texts:

@@ -5,15 +5,15 @@ from __future__ import annotations
 from collections.abc import Iterator, Mapping
 from typing import Any
 
-from devices.window.geometry import WindowError
-from devices.window.screen import Page
-from devices.window.screens.authoring import TRY, TRY_KEYS
-from devices.window.screens.base import Base
-from devices.window.screens.elements import Element
-from devices.window.screens.frame import Choice, Frame
-from devices.window.screens.reading import paged
-from protocols.forms import AnchorForm
-from protocols.requests import Ask
+from palpate.devices.window.geometry import WindowError
+from palpate.devices.window.screen import Page
+from palpate.devices.window.screens.authoring import TRY, TRY_KEYS
+from palpate.devices.window.screens.base import Base
+from palpate.devices.window.screens.elements import Element
+from palpate.devices.window.screens.frame import Choice, Frame
+from palpate.devices.window.screens.reading import paged
+from palpate.protocols.forms import AnchorForm
+from palpate.protocols.requests import Ask
 
 
 class AnchorScreen(Base):

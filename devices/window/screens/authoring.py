@@ -4,12 +4,12 @@ from __future__ import annotations
 
 from dataclasses import replace
 
-from devices.window.screen import Page
-from devices.window.screens.base import back_and_next
-from devices.window.screens.frame import Choice, Frame
-from devices.window.screens.sliders import SliderScreen, trial_frame
-from protocols.forms import Sliders
-from protocols.requests import Ask
+from palpate.devices.window.screen import Page
+from palpate.devices.window.screens.base import back_and_next
+from palpate.devices.window.screens.frame import Choice, Frame
+from palpate.devices.window.screens.sliders import SliderScreen, trial_frame
+from palpate.protocols.forms import Sliders
+from palpate.protocols.requests import Ask
 
 TRY = "try"
 TRY_KEYS = {"t", "ㅅ"}

@@ -6,14 +6,14 @@ from collections.abc import Iterable, Iterator, Mapping, Sequence
 from dataclasses import replace
 from typing import TYPE_CHECKING, Any
 
-from devices.window.geometry import Box, Placed
-from devices.window.inputs import Input, Key, Moved, Pressed, Released, Typed
-from devices.window.screen import Page
-from devices.window.screens.elements import Element
-from devices.window.screens.frame import Choice, Frame
-from devices.window.screens.scene import Painted, Scene
-from devices.window.screens.targets import Button, Target
-from protocols.requests import Reply, Samples
+from palpate.devices.window.geometry import Box, Placed
+from palpate.devices.window.inputs import Input, Key, Moved, Pressed, Released, Typed
+from palpate.devices.window.screen import Page
+from palpate.devices.window.screens.elements import Element
+from palpate.devices.window.screens.frame import Choice, Frame
+from palpate.devices.window.screens.scene import Painted, Scene
+from palpate.devices.window.screens.targets import Button, Target
+from palpate.protocols.requests import Reply, Samples
 
 if TYPE_CHECKING:
     from PIL import Image

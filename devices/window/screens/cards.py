@@ -6,9 +6,9 @@ from collections.abc import Callable, Sequence
 from math import ceil
 from typing import TypeVar
 
-from devices.window.geometry import Box
-from devices.window.screen import Page
-from devices.window.screens.frame import STEPS
+from palpate.devices.window.geometry import Box
+from palpate.devices.window.screen import Page
+from palpate.devices.window.screens.frame import STEPS
 
 T = TypeVar("T")
 APART = 1.2

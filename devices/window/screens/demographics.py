@@ -7,15 +7,15 @@ from dataclasses import replace
 from math import isfinite
 from typing import Any
 
-from devices.window.inputs import Key, Pressed
-from devices.window.screen import Page
-from devices.window.screens.base import Base, Missing, back_and_next
-from devices.window.screens.elements import Element
-from devices.window.screens.questions import Asked, Option, questions_on
-from devices.window.screens.sliders import trial_frame
-from devices.window.screens.writing import FieldOn, with_hangul
-from protocols.forms import Demographics, Eligibility, Question
-from protocols.requests import Ask
+from palpate.devices.window.inputs import Key, Pressed
+from palpate.devices.window.screen import Page
+from palpate.devices.window.screens.base import Base, Missing, back_and_next
+from palpate.devices.window.screens.elements import Element
+from palpate.devices.window.screens.questions import Asked, Option, questions_on
+from palpate.devices.window.screens.sliders import trial_frame
+from palpate.devices.window.screens.writing import FieldOn, with_hangul
+from palpate.protocols.forms import Demographics, Eligibility, Question
+from palpate.protocols.requests import Ask
 
 STEP = {"left": -1, "up": -1, "right": 1, "down": 1}
 

@@ -9,14 +9,14 @@ from collections.abc import Iterator
 from dataclasses import dataclass
 from typing import TYPE_CHECKING
 
-from devices.window.geometry import Box, Placed
-from devices.window.paint import ACCENT, CARD, HAIR, INK, Colour, plain
-from devices.window.paint_text import BLANK, Align, Laid, draw, ink
+from palpate.devices.window.geometry import Box, Placed
+from palpate.devices.window.paint import ACCENT, CARD, HAIR, INK, Colour, plain
+from palpate.devices.window.paint_text import BLANK, Align, Laid, draw, ink
 
 if TYPE_CHECKING:
     from PIL import Image
 
-    from devices.window.screen import Page
+    from palpate.devices.window.screen import Page
 
 
 @dataclass(frozen=True)

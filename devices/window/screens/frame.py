@@ -6,12 +6,12 @@ from collections.abc import Iterator, Sequence
 from dataclasses import dataclass
 from functools import cached_property
 
-from devices.window.geometry import Box, WindowError
-from devices.window.paint import ALERT, QUIET
-from devices.window.paint_text import BLANK, Align, Laid, lay
-from devices.window.screen import Page
-from devices.window.screens.elements import Element, Label, Progress
-from devices.window.screens.targets import Button
+from palpate.devices.window.geometry import Box, WindowError
+from palpate.devices.window.paint import ALERT, QUIET
+from palpate.devices.window.paint_text import BLANK, Align, Laid, lay
+from palpate.devices.window.screen import Page
+from palpate.devices.window.screens.elements import Element, Label, Progress
+from palpate.devices.window.screens.targets import Button
 
 STEPS = (5.4, 5.0, 4.6, 4.2, 3.8)
 """Em sizes of text in the design's millimetres, tried one after another; none falls below the floor of the metrics."""

@@ -5,12 +5,12 @@ from __future__ import annotations
 from collections.abc import Sequence
 from math import ceil
 
-from devices.window.geometry import NEAREST_TARGETS_MM, Box, WindowError
-from devices.window.paint_text import Laid, lay
-from devices.window.screen import Page
-from devices.window.screens.cards import dealt
-from devices.window.screens.frame import STEPS, fitted
-from devices.window.screens.targets import Tick
+from palpate.devices.window.geometry import NEAREST_TARGETS_MM, Box, WindowError
+from palpate.devices.window.paint_text import Laid, lay
+from palpate.devices.window.screen import Page
+from palpate.devices.window.screens.cards import dealt
+from palpate.devices.window.screens.frame import STEPS, fitted
+from palpate.devices.window.screens.targets import Tick
 
 MOST_COLUMNS = 8
 TALLEST, WIDEST = 15.0, 72.0

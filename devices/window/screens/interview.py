@@ -5,16 +5,16 @@ from __future__ import annotations
 from collections.abc import Iterator, Mapping
 from typing import Any
 
-from devices.window.fields import Writing
-from devices.window.geometry import Box
-from devices.window.inputs import Key, Pressed
-from devices.window.screen import Page
-from devices.window.screens.base import Base, back_and_next
-from devices.window.screens.elements import Element, Label
-from devices.window.screens.frame import STEPS, Frame, fitted
-from devices.window.screens.writing import FieldOn, with_hangul
-from protocols.forms import Interview
-from protocols.requests import Ask
+from palpate.devices.window.fields import Writing
+from palpate.devices.window.geometry import Box
+from palpate.devices.window.inputs import Key, Pressed
+from palpate.devices.window.screen import Page
+from palpate.devices.window.screens.base import Base, back_and_next
+from palpate.devices.window.screens.elements import Element, Label
+from palpate.devices.window.screens.frame import STEPS, Frame, fitted
+from palpate.devices.window.screens.writing import FieldOn, with_hangul
+from palpate.protocols.forms import Interview
+from palpate.protocols.requests import Ask
 
 FIELD = "answer"
 WIDEST = 220.0

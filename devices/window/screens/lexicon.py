@@ -6,16 +6,16 @@ from collections.abc import Iterator, Mapping, Sequence
 from dataclasses import replace
 from typing import Any
 
-from devices.window.fields import Writing
-from devices.window.geometry import Box
-from devices.window.inputs import Key, Pressed
-from devices.window.screen import Page
-from devices.window.screens.base import Base, Missing, back_and_next
-from devices.window.screens.elements import Element
-from devices.window.screens.sliders import trial_frame
-from devices.window.screens.writing import FieldOn, with_hangul
-from protocols.forms import Lexicon
-from protocols.requests import Ask
+from palpate.devices.window.fields import Writing
+from palpate.devices.window.geometry import Box
+from palpate.devices.window.inputs import Key, Pressed
+from palpate.devices.window.screen import Page
+from palpate.devices.window.screens.base import Base, Missing, back_and_next
+from palpate.devices.window.screens.elements import Element
+from palpate.devices.window.screens.sliders import trial_frame
+from palpate.devices.window.screens.writing import FieldOn, with_hangul
+from palpate.protocols.forms import Lexicon
+from palpate.protocols.requests import Ask
 
 FIELD = "words"
 WIDEST = 150.0

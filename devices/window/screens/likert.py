@@ -6,20 +6,20 @@ from collections.abc import Iterator, Mapping, Sequence
 from dataclasses import dataclass, replace
 from typing import Any
 
-from devices.window.geometry import NEAREST_TARGETS_MM, Box, WindowError
-from devices.window.inputs import Key, Pressed
-from devices.window.paint import QUIET
-from devices.window.paint_text import Laid, lay
-from devices.window.screen import Page
-from devices.window.screens.base import Base, Missing, back_and_next
-from devices.window.screens.cards import dealt, sheets_of, stacked
-from devices.window.screens.elements import Card, Element, Label, rounding
-from devices.window.screens.frame import STEPS, fitted
-from devices.window.screens.sliders import trial_frame
-from devices.window.screens.targets import Points
-from protocols.forms import Likert
-from protocols.requests import Ask
-from protocols.study import Questionnaire
+from palpate.devices.window.geometry import NEAREST_TARGETS_MM, Box, WindowError
+from palpate.devices.window.inputs import Key, Pressed
+from palpate.devices.window.paint import QUIET
+from palpate.devices.window.paint_text import Laid, lay
+from palpate.devices.window.screen import Page
+from palpate.devices.window.screens.base import Base, Missing, back_and_next
+from palpate.devices.window.screens.cards import dealt, sheets_of, stacked
+from palpate.devices.window.screens.elements import Card, Element, Label, rounding
+from palpate.devices.window.screens.frame import STEPS, fitted
+from palpate.devices.window.screens.sliders import trial_frame
+from palpate.devices.window.screens.targets import Points
+from palpate.protocols.forms import Likert
+from palpate.protocols.requests import Ask
+from palpate.protocols.study import Questionnaire
 
 WIDEST = 290.0
 PITCH, TALL = 15.0, 12.0

@@ -9,18 +9,18 @@ from itertools import chain
 
 import numpy as np
 
-from devices.window.geometry import Box, WindowError
-from devices.window.paint import ACCENT, QUIET
-from devices.window.plot import Axes, Masks, axes_for
-from devices.window.screen import Page
-from devices.window.screens.authoring import AuthoringScreen
-from devices.window.screens.elements import Card, Element, Label, rounding
-from devices.window.screens.frame import HINT_STEPS, Choice, Frame, fitted
-from devices.window.screens.profile import Curve, Ground
-from devices.window.screens.rows import rows
-from devices.window.screens.sliders import trial_frame
-from protocols.forms import Sliders
-from protocols.requests import Ask
+from palpate.devices.window.geometry import Box, WindowError
+from palpate.devices.window.paint import ACCENT, QUIET
+from palpate.devices.window.plot import Axes, Masks, axes_for
+from palpate.devices.window.screen import Page
+from palpate.devices.window.screens.authoring import AuthoringScreen
+from palpate.devices.window.screens.elements import Card, Element, Label, rounding
+from palpate.devices.window.screens.frame import HINT_STEPS, Choice, Frame, fitted
+from palpate.devices.window.screens.profile import Curve, Ground
+from palpate.devices.window.screens.rows import rows
+from palpate.devices.window.screens.sliders import trial_frame
+from palpate.protocols.forms import Sliders
+from palpate.protocols.requests import Ask
 
 BESIDE = (0.36, 0.3, 0.26)
 """Shares of the width that the plot may take beside the lines; the first that leaves them on one sheet."""

@@ -6,8 +6,8 @@ import struct
 from dataclasses import dataclass, field
 from typing import Any
 
-from protocols.forms import Sliders
-from protocols.requests import Samples
+from palpate.protocols.forms import Sliders
+from palpate.protocols.requests import Samples
 
 ROW = struct.Struct("<3f")
 

@@ -4,15 +4,15 @@ from __future__ import annotations
 
 from collections.abc import Iterator
 
-from devices.window.geometry import Box, WindowError
-from devices.window.paint import QUIET
-from devices.window.paint_text import Laid
-from devices.window.screen import SLIDER_MM, Page
-from devices.window.screens.base import Base
-from devices.window.screens.elements import Card, Element, Label, Progress, Ruler, rounding
-from devices.window.screens.frame import Choice, Frame, fitted
-from protocols.did_you_mean import nearest
-from protocols.requests import Rest
+from palpate.devices.window.geometry import Box, WindowError
+from palpate.devices.window.paint import QUIET
+from palpate.devices.window.paint_text import Laid
+from palpate.devices.window.screen import SLIDER_MM, Page
+from palpate.devices.window.screens.base import Base
+from palpate.devices.window.screens.elements import Card, Element, Label, Progress, Ruler, rounding
+from palpate.devices.window.screens.frame import Choice, Frame, fitted
+from palpate.protocols.did_you_mean import nearest
+from palpate.protocols.requests import Rest
 
 TITLE_STEPS = (10.0, 9.0, 8.0, 7.0, 6.0, 5.0)
 TEXT_STEPS = (6.6, 6.0, 5.4, 5.0, 4.6, 4.2)

@@ -8,15 +8,15 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
-from devices.window.geometry import Box, Placed
-from devices.window.paint import ACCENT, CARD, INK, Colour, plain
-from devices.window.plot import Axes, Masks, band_mask
-from devices.window.screens.elements import Element, hair
+from palpate.devices.window.geometry import Box, Placed
+from palpate.devices.window.paint import ACCENT, CARD, INK, Colour, plain
+from palpate.devices.window.plot import Axes, Masks, band_mask
+from palpate.devices.window.screens.elements import Element, hair
 
 if TYPE_CHECKING:
     from PIL import Image
 
-    from devices.window.screen import Page
+    from palpate.devices.window.screen import Page
 
 GRID: Colour = (231, 235, 239)
 BAND: Colour = (238, 241, 244)

@@ -5,14 +5,14 @@ from __future__ import annotations
 from collections.abc import Iterator, Sequence
 from dataclasses import dataclass
 
-from devices.window.geometry import Box, WindowError
-from devices.window.paint_text import BLANK, Laid, lay
-from devices.window.screen import Page
-from devices.window.screens.cards import dealt, sheets_of, stacked
-from devices.window.screens.elements import Card, Element, Label, rounding
-from devices.window.screens.frame import STEPS, fitted
-from devices.window.screens.targets import Dot
-from protocols.forms import Question
+from palpate.devices.window.geometry import Box, WindowError
+from palpate.devices.window.paint_text import BLANK, Laid, lay
+from palpate.devices.window.screen import Page
+from palpate.devices.window.screens.cards import dealt, sheets_of, stacked
+from palpate.devices.window.screens.elements import Card, Element, Label, rounding
+from palpate.devices.window.screens.frame import STEPS, fitted
+from palpate.devices.window.screens.targets import Dot
+from palpate.protocols.forms import Question
 
 WIDEST = 300.0
 ASKED_SHARE = 0.40

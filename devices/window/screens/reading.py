@@ -7,17 +7,17 @@ from collections.abc import Iterator, Mapping
 from dataclasses import dataclass, replace
 from typing import Any
 
-from devices.window.geometry import Box, WindowError
-from devices.window.inputs import Key
-from devices.window.paint_text import Laid, lay
-from devices.window.screen import Page
-from devices.window.screens.base import Base
-from devices.window.screens.elements import Element, Label
-from devices.window.screens.frame import Choice, Frame, fitted
-from devices.window.screens.targets import Button
-from protocols.did_you_mean import nearest
-from protocols.forms import Consent
-from protocols.requests import Ask, Instruct
+from palpate.devices.window.geometry import Box, WindowError
+from palpate.devices.window.inputs import Key
+from palpate.devices.window.paint_text import Laid, lay
+from palpate.devices.window.screen import Page
+from palpate.devices.window.screens.base import Base
+from palpate.devices.window.screens.elements import Element, Label
+from palpate.devices.window.screens.frame import Choice, Frame, fitted
+from palpate.devices.window.screens.targets import Button
+from palpate.protocols.did_you_mean import nearest
+from palpate.protocols.forms import Consent
+from palpate.protocols.requests import Ask, Instruct
 
 WIDEST = 205.0
 """Longest line, in the design's millimetres: some 75 letters, beyond which the eye loses the next line."""

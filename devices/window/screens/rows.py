@@ -6,15 +6,15 @@ from collections.abc import Sequence
 from dataclasses import dataclass, replace
 from itertools import pairwise
 
-from devices.window.geometry import Box, WindowError
-from devices.window.paint import QUIET
-from devices.window.paint_text import Laid, lay
-from devices.window.screen import Page
-from devices.window.screens.cards import dealt, sheets_of, stacked
-from devices.window.screens.elements import Card, Element, Label, rounding
-from devices.window.screens.frame import MARGIN, STEPS, fitted
-from devices.window.screens.targets import Track
-from protocols.study import Attribute, Scale
+from palpate.devices.window.geometry import Box, WindowError
+from palpate.devices.window.paint import QUIET
+from palpate.devices.window.paint_text import Laid, lay
+from palpate.devices.window.screen import Page
+from palpate.devices.window.screens.cards import dealt, sheets_of, stacked
+from palpate.devices.window.screens.elements import Card, Element, Label, rounding
+from palpate.devices.window.screens.frame import MARGIN, STEPS, fitted
+from palpate.devices.window.screens.targets import Track
+from palpate.protocols.study import Attribute, Scale
 
 WIDEST_WORDS, NARROWEST_WORDS = 76.0, 24.0
 """Room for the words beside a line, in the design's millimetres."""

@@ -6,14 +6,14 @@ from collections.abc import Iterable
 from dataclasses import dataclass, replace
 from typing import TYPE_CHECKING
 
-from devices.window.geometry import Box
-from devices.window.paint import GROUND
-from devices.window.screens.elements import Element
+from palpate.devices.window.geometry import Box
+from palpate.devices.window.paint import GROUND
+from palpate.devices.window.screens.elements import Element
 
 if TYPE_CHECKING:
     from PIL import Image
 
-    from devices.window.screen import Page
+    from palpate.devices.window.screen import Page
 
 Scene = tuple[Element, ...]
 

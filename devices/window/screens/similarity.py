@@ -6,17 +6,17 @@ from collections.abc import Iterator, Sequence
 from dataclasses import dataclass, field
 from typing import Any
 
-from devices.window.geometry import Box
-from devices.window.inputs import Key
-from devices.window.screen import Page
-from devices.window.screens.base import Missing, back_and_next
-from devices.window.screens.elements import Element, Label
-from devices.window.screens.frame import STEPS, Frame, fitted
-from devices.window.screens.rows import Row, rows
-from devices.window.screens.sliders import SliderScreen, trial_frame
-from devices.window.screens.targets import Button
-from protocols.forms import Sliders
-from protocols.requests import Ask
+from palpate.devices.window.geometry import Box
+from palpate.devices.window.inputs import Key
+from palpate.devices.window.screen import Page
+from palpate.devices.window.screens.base import Missing, back_and_next
+from palpate.devices.window.screens.elements import Element, Label
+from palpate.devices.window.screens.frame import STEPS, Frame, fitted
+from palpate.devices.window.screens.rows import Row, rows
+from palpate.devices.window.screens.sliders import SliderScreen, trial_frame
+from palpate.devices.window.screens.targets import Button
+from palpate.protocols.forms import Sliders
+from palpate.protocols.requests import Ask
 
 TALL, WIDE = 20.0, 84.0
 SIDE = "side "

@@ -6,17 +6,17 @@ from collections.abc import Iterator, Mapping, Sequence
 from dataclasses import replace
 from typing import Any
 
-from devices.window.geometry import Box
-from devices.window.inputs import Key, Moved, Pressed, Released
-from devices.window.screen import Page
-from devices.window.screens.base import Base, Missing, back_and_next
-from devices.window.screens.elements import Element
-from devices.window.screens.frame import Choice, Frame
-from devices.window.screens.marks import Marks
-from devices.window.screens.rows import Row, rows
-from devices.window.screens.targets import Track
-from protocols.forms import Sliders
-from protocols.requests import Ask, Samples
+from palpate.devices.window.geometry import Box
+from palpate.devices.window.inputs import Key, Moved, Pressed, Released
+from palpate.devices.window.screen import Page
+from palpate.devices.window.screens.base import Base, Missing, back_and_next
+from palpate.devices.window.screens.elements import Element
+from palpate.devices.window.screens.frame import Choice, Frame
+from palpate.devices.window.screens.marks import Marks
+from palpate.devices.window.screens.rows import Row, rows
+from palpate.devices.window.screens.targets import Track
+from palpate.protocols.forms import Sliders
+from palpate.protocols.requests import Ask, Samples
 
 FINE = 100
 """Steps from end to end by keyboard where the scale has none."""

@@ -6,9 +6,9 @@ from dataclasses import dataclass
 from pathlib import Path
 from typing import Any
 
-from protocols.yaml_text import load
+from palpate.protocols.yaml_text import load
 
-FOLDER = Path(__file__).parents[1] / "texts" / "specimens"
+FOLDER = Path(__file__).resolve().parents[1] / "texts" / "specimens"
 
 
 @dataclass(frozen=True)

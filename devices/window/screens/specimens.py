@@ -6,8 +6,8 @@ from collections.abc import Mapping
 from dataclasses import dataclass, field, replace
 from typing import Any
 
-from devices.window.screens.specimen_words import Wording, wording
-from protocols.forms import (
+from palpate.devices.window.screens.specimen_words import Wording, wording
+from palpate.protocols.forms import (
     AnchorForm,
     Consent,
     Demographics,
@@ -20,9 +20,9 @@ from protocols.forms import (
     Sliders,
     Words,
 )
-from protocols.plan import Trial
-from protocols.requests import Ask, Confirm, Instruct, Present, Rest
-from protocols.study import Anchor, Attribute, Criterion, Item, Questionnaire, Scale, Stimulus
+from palpate.protocols.plan import Trial
+from palpate.protocols.requests import Ask, Confirm, Instruct, Present, Rest
+from palpate.protocols.study import Anchor, Attribute, Criterion, Item, Questionnaire, Scale, Stimulus
 
 TRIALS = 45
 RATED = Scale.model_validate({"from": 0, "to": 100})

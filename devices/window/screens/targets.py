@@ -6,15 +6,15 @@ from collections.abc import Iterator
 from dataclasses import dataclass
 from typing import TYPE_CHECKING
 
-from devices.window.geometry import NEAREST_TARGETS_MM, Box, Placed
-from devices.window.paint import ACCENT, CARD, EDGE, GROUND, HAIR, INK, QUIET, TINT, Colour, plain
-from devices.window.paint_text import BLANK, LEADING, Laid, bearing, draw, ink
-from devices.window.screens.elements import Element, Label, hair, ring, rounding
+from palpate.devices.window.geometry import NEAREST_TARGETS_MM, Box, Placed
+from palpate.devices.window.paint import ACCENT, CARD, EDGE, GROUND, HAIR, INK, QUIET, TINT, Colour, plain
+from palpate.devices.window.paint_text import BLANK, LEADING, Laid, bearing, draw, ink
+from palpate.devices.window.screens.elements import Element, Label, hair, ring, rounding
 
 if TYPE_CHECKING:
     from PIL import Image
 
-    from devices.window.screen import Page
+    from palpate.devices.window.screen import Page
 
 
 @dataclass(frozen=True)

@@ -6,17 +6,17 @@ from collections.abc import Iterator, Mapping
 from dataclasses import replace
 from typing import Any
 
-from devices.window.geometry import Box
-from devices.window.inputs import Key, Pressed
-from devices.window.screen import Page
-from devices.window.screens.base import Base, back_and_next
-from devices.window.screens.elements import Element
-from devices.window.screens.frame import HINT_STEPS, fitted
-from devices.window.screens.grid import grid
-from devices.window.screens.sliders import trial_frame
-from devices.window.screens.writing import FieldOn, with_hangul
-from protocols.forms import Words
-from protocols.requests import Ask
+from palpate.devices.window.geometry import Box
+from palpate.devices.window.inputs import Key, Pressed
+from palpate.devices.window.screen import Page
+from palpate.devices.window.screens.base import Base, back_and_next
+from palpate.devices.window.screens.elements import Element
+from palpate.devices.window.screens.frame import HINT_STEPS, fitted
+from palpate.devices.window.screens.grid import grid
+from palpate.devices.window.screens.sliders import trial_frame
+from palpate.devices.window.screens.writing import FieldOn, with_hangul
+from palpate.protocols.forms import Words
+from palpate.protocols.requests import Ask
 
 FURTHER = "further"
 SEPARATORS = ",;，、"

@@ -4,13 +4,13 @@ from __future__ import annotations
 
 from dataclasses import dataclass, field
 
-from devices.window.fields import View, Writing, place_at, step, view
-from devices.window.geometry import Box
-from devices.window.hangul import KEYS, joined, shortened
-from devices.window.inputs import Key
-from devices.window.paint_text import LEADING, Laid, bearing
-from devices.window.screen import Page
-from devices.window.screens.targets import TextBox, inside
+from palpate.devices.window.fields import View, Writing, place_at, step, view
+from palpate.devices.window.geometry import Box
+from palpate.devices.window.hangul import KEYS, joined, shortened
+from palpate.devices.window.inputs import Key
+from palpate.devices.window.paint_text import LEADING, Laid, bearing
+from palpate.devices.window.screen import Page
+from palpate.devices.window.screens.targets import TextBox, inside
 
 
 @dataclass

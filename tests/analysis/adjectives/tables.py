@@ -5,7 +5,7 @@ from __future__ import annotations
 import numpy as np
 import pandas as pd
 
-from analysis.adjectives.selections import Selections, gather_selections
+from palpate.analysis.adjectives.selections import Selections, gather_selections
 
 WORDS = ("Rough", "Smooth", "Hard", "Soft", "Vague")
 

@@ -8,10 +8,10 @@ import numpy as np
 import pandas as pd
 import pytest
 
-from analysis.adjectives.agreement import ALL, word_agreement
-from analysis.adjectives.selections import gather_selections
-from analysis.reliability.coincidence import krippendorff
-from analysis.statistics.refusals import TooFew
+from palpate.analysis.adjectives.agreement import ALL, word_agreement
+from palpate.analysis.adjectives.selections import gather_selections
+from palpate.analysis.reliability.coincidence import krippendorff
+from palpate.analysis.statistics.refusals import TooFew
 from tests.analysis.adjectives.tables import WORDS, random_ticks, study, tables
 
 TICKS = random_ticks(6, 8, seed=4)

@@ -5,8 +5,8 @@ from __future__ import annotations
 import pandas as pd
 import pytest
 
-from analysis.adjectives.antonyms import AntonymTableError, antonym_pairs
-from analysis.statistics.refusals import UnknownColumn
+from palpate.analysis.adjectives.antonyms import AntonymTableError, antonym_pairs
+from palpate.analysis.statistics.refusals import UnknownColumn
 
 OFFERED = ("Rough", "Smooth", "Flat", "Bumpy", "Hard", "Soft", "Grainy", "Thin", "Thick")
 GOOD = [("Rough", "Smooth"), ("Flat", "Bumpy"), ("Hard", "Soft"), ("Thin", "Thick")]

@@ -6,7 +6,7 @@ import numpy as np
 import pandas as pd
 import pytest
 
-from analysis.adjectives.lexicon import (
+from palpate.analysis.adjectives.lexicon import (
     Lexicon,
     SynonymTableError,
     lexicon,
@@ -14,8 +14,8 @@ from analysis.adjectives.lexicon import (
     normalised,
     synonym_table,
 )
-from analysis.statistics.refusals import BadOption, BadValue, UnknownColumn
-from studies.catalogue import SHIPPED, read_study
+from palpate.analysis.statistics.refusals import BadOption, BadValue, UnknownColumn
+from palpate.studies.catalogue import SHIPPED, read_study
 
 ROWS = [
     ("P1", 1, "BC3", "Heavy"),

@@ -7,10 +7,10 @@ import pandas as pd
 import pytest
 from scipy.stats import bootstrap
 
-from analysis.adjectives.relevance import relevance
-from analysis.adjectives.selections import gather_selections
-from analysis.reliability.resampling import generator
-from analysis.statistics.refusals import BadOption, BadValue, TooFew
+from palpate.analysis.adjectives.relevance import relevance
+from palpate.analysis.adjectives.selections import gather_selections
+from palpate.analysis.reliability.resampling import generator
+from palpate.analysis.statistics.refusals import BadOption, BadValue, TooFew
 from tests.analysis.adjectives.tables import WORDS, random_ticks, study, tables
 
 SMALL = {

@@ -7,9 +7,9 @@ import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
-from analysis.aligning.aligned import LONGEST_GAP_S, align, grid_points
-from analysis.aligning.methods import METHODS
-from analysis.aligning.refusals import AlignError
+from palpate.analysis.aligning.aligned import LONGEST_GAP_S, align, grid_points
+from palpate.analysis.aligning.methods import METHODS
+from palpate.analysis.aligning.refusals import AlignError
 from tests.examples import examples
 
 RATE_HZ = 120.0

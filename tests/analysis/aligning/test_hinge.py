@@ -7,8 +7,8 @@ import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
-from analysis.aligning.hinge import fit_hinge
-from analysis.aligning.refusals import AlignError
+from palpate.analysis.aligning.hinge import fit_hinge
+from palpate.analysis.aligning.refusals import AlignError
 from tests.examples import examples
 
 

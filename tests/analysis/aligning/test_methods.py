@@ -7,11 +7,11 @@ import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
-from analysis.aligning.aligned import align, grid_points
-from analysis.aligning.bandlimited import band
-from analysis.aligning.errors import leak, sine_error
-from analysis.aligning.methods import METHODS, method_named
-from analysis.aligning.refusals import AlignError
+from palpate.analysis.aligning.aligned import align, grid_points
+from palpate.analysis.aligning.bandlimited import band
+from palpate.analysis.aligning.errors import leak, sine_error
+from palpate.analysis.aligning.methods import METHODS, method_named
+from palpate.analysis.aligning.refusals import AlignError
 from tests.examples import examples
 
 BOUNDS = {  # of a sine at w, sampled every T

@@ -8,9 +8,9 @@ import numpy as np
 import pytest
 from scipy.signal import savgol_coeffs
 
-from analysis.aligning.refusals import AlignError
-from analysis.aligning.speed import floor_mm_s, slope, speed, velocity
 from benchmarks.speed_table import Stroke, table
+from palpate.analysis.aligning.refusals import AlignError
+from palpate.analysis.aligning.speed import floor_mm_s, slope, speed, velocity
 
 RATE = 120.0
 EVERY = [(3, 1), (3, 2), (7, 2), (9, 3), (13, 4), (31, 2), (101, 5), (1001, 4)]

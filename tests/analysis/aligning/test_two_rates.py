@@ -8,8 +8,8 @@ import numpy as np
 import pytest
 from scipy.signal import firwin
 
-from analysis.aligning.aligned import align, grid_points
-from analysis.aligning.methods import METHODS
+from palpate.analysis.aligning.aligned import align, grid_points
+from palpate.analysis.aligning.methods import METHODS
 
 DATA = Path(__file__).parent / "terrain"
 

@@ -11,11 +11,11 @@ import pytest
 from pydantic import ValidationError
 from scipy.special import ndtr
 
-from analysis.choices.bradley_terry import bradley_terry
-from analysis.plans import kinds
-from analysis.plans.answers import Answer, Selected
-from analysis.ratings.dataset import DataRefused
-from analysis.statistics.refusals import StatisticsError
+from palpate.analysis.choices.bradley_terry import bradley_terry
+from palpate.analysis.plans import kinds
+from palpate.analysis.plans.answers import Answer, Selected
+from palpate.analysis.ratings.dataset import DataRefused
+from palpate.analysis.statistics.refusals import StatisticsError
 from tests.analysis.choices.choices_for_tests import baseball, with_ties
 from tests.analysis.choices.test_staircase import run
 

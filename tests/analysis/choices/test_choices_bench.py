@@ -7,7 +7,7 @@ import math
 import pytest
 
 from benchmarks.statistics.choices import cases
-from protocols.bench import Case
+from palpate.protocols.bench import Case
 
 CASES = list(cases(quick=True))
 OURS = [case for case in CASES if case.method == "palpate"]

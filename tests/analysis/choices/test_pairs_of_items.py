@@ -8,12 +8,12 @@ import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
-from analysis.choices.bradley_terry import bradley_terry
-from analysis.choices.existing import NoEstimate
-from analysis.choices.scales import differences
-from analysis.choices.thurstone import thurstone
-from analysis.choices.triads import circular_triads
-from analysis.statistics.refusals import BadOption, BadValue, IncompleteCells, StatisticsError, UnknownColumn
+from palpate.analysis.choices.bradley_terry import bradley_terry
+from palpate.analysis.choices.existing import NoEstimate
+from palpate.analysis.choices.scales import differences
+from palpate.analysis.choices.thurstone import thurstone
+from palpate.analysis.choices.triads import circular_triads
+from palpate.analysis.statistics.refusals import BadOption, BadValue, IncompleteCells, StatisticsError, UnknownColumn
 from tests.analysis.choices.choices_for_tests import baseball, choices, in_r, with_ties
 from tests.examples import examples
 

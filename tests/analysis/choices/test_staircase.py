@@ -7,10 +7,10 @@ import pandas as pd
 import pytest
 from scipy.special import ndtr, ndtri
 
-from analysis.choices.existing import NoEstimate
-from analysis.choices.psychometric import fit_psychometric
-from analysis.choices.staircase import staircase
-from analysis.statistics.refusals import BadOption, BadValue, TooFew
+from palpate.analysis.choices.existing import NoEstimate
+from palpate.analysis.choices.psychometric import fit_psychometric
+from palpate.analysis.choices.staircase import staircase
+from palpate.analysis.statistics.refusals import BadOption, BadValue, TooFew
 
 
 def track(levels: list[float], hits: list[int]) -> pd.DataFrame:

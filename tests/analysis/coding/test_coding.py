@@ -6,11 +6,11 @@ import json
 import pytest
 from click.testing import CliRunner
 
-from analysis.commands import analyse
-from analysis.importing.dialects import TableRefused
-from protocols.requests import Ask, Reply
-from studies.rig import Rig, RigPlan, simulated
-from studies.session import start
+from palpate.analysis.commands import analyse
+from palpate.analysis.importing.dialects import TableRefused
+from palpate.protocols.requests import Ask, Reply
+from palpate.studies.rig import Rig, RigPlan, simulated
+from palpate.studies.session import start
 from tests.analysis.exporting.labs import exported
 from tests.protocols.every_task import plan_of
 

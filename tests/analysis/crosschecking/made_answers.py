@@ -7,10 +7,10 @@ from typing import Any
 import numpy as np
 import pandas as pd
 
-from analysis.plans.answers import Selected
-from analysis.plans.kinds import test_kind as kind_of
-from analysis.plans.missing import MissingTold
-from analysis.regenerating.running import Answered
+from palpate.analysis.plans.answers import Selected
+from palpate.analysis.plans.kinds import test_kind as kind_of
+from palpate.analysis.plans.missing import MissingTold
+from palpate.analysis.regenerating.running import Answered
 
 
 def rated(shape: tuple[int, ...] = (12, 4), *, seed: int = 3, groups: int = 1, apart: float = 8.0) -> pd.DataFrame:

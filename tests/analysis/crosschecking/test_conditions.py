@@ -9,8 +9,8 @@ import numpy as np
 import pandas as pd
 import pytest
 
-from analysis.crosschecking import conditions, packages
-from analysis.crosschecking.checks import cross_check
+from palpate.analysis.crosschecking import conditions, packages
+from palpate.analysis.crosschecking.checks import cross_check
 from tests.analysis.crosschecking.made_answers import answered, long, rated
 
 RNG = np.random.Generator(np.random.PCG64(7))

@@ -10,15 +10,15 @@ from pathlib import Path
 
 import pytest
 
-import palpate
-from analysis.exporting.exported import Choices, export
-from analysis.reporting.sources import Wanted
-from protocols.canonical import canonical
-from protocols.forms import LabForms
-from protocols.plan import ParticipantRow, compile_plan
-from protocols.study import Study
-from studies.ledger import create, take_up
-from studies.record import read
+from palpate import command_line
+from palpate.analysis.exporting.exported import Choices, export
+from palpate.analysis.reporting.sources import Wanted
+from palpate.protocols.canonical import canonical
+from palpate.protocols.forms import LabForms
+from palpate.protocols.plan import ParticipantRow, compile_plan
+from palpate.protocols.study import Study
+from palpate.studies.ledger import create, take_up
+from palpate.studies.record import read
 
 RECORDED = Path(__file__).parents[2] / "recorded"
 AT = {"at": "1987-06-05T04:03:02+00:00"}
@@ -41,10 +41,10 @@ def exported(lab, study, to, fmt, *, include_incomplete=False, simulated=None, u
 
 def told(monkeypatch, *arguments):
     """The verb by the front door: exit code, output, errors."""
-    monkeypatch.setitem(palpate.VERBS, "export", ("analysis.exporting.commands:export", "Share data."))
+    monkeypatch.setitem(command_line.VERBS, "export", ("palpate.analysis.exporting.commands:export", "Share data."))
     out, err = io.StringIO(), io.StringIO()
     with contextlib.redirect_stdout(out), contextlib.redirect_stderr(err), pytest.raises(SystemExit) as ended:
-        palpate.main([str(each) for each in arguments])
+        command_line.main([str(each) for each in arguments])
     return int(ended.value.code or 0), out.getvalue(), err.getvalue()
 
 

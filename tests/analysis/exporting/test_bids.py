@@ -13,8 +13,8 @@ from pathlib import Path
 import numpy as np
 import pytest
 
-from analysis.streams.reading import streams_of
-from studies.record import read
+from palpate.analysis.streams.reading import streams_of
+from palpate.studies.record import read
 from tests.analysis.exporting.labs import AT, RECORDED, exported, lab_of, rewritten
 from tests.analysis.streams.ledgers import Written, block, told
 

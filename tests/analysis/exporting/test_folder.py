@@ -4,9 +4,9 @@ from __future__ import annotations
 
 import pytest
 
-from analysis.exporting.folder import MARK
-from analysis.exporting.tabular import ExportRefused
-from studies.record import LedgerError
+from palpate.analysis.exporting.folder import MARK
+from palpate.analysis.exporting.tabular import ExportRefused
+from palpate.studies.record import LedgerError
 from tests.analysis.exporting.labs import exported, lab_of
 
 STUDY = "door_authoring"

@@ -4,10 +4,10 @@ from __future__ import annotations
 
 import pytest
 
-from analysis.exporting.guard import Guard, about_who
-from analysis.exporting.tabular import ExportRefused
-from studies.participants.identities import Identity
-from studies.record import read
+from palpate.analysis.exporting.guard import Guard, about_who
+from palpate.analysis.exporting.tabular import ExportRefused
+from palpate.studies.participants.identities import Identity
+from palpate.studies.record import read
 from tests.analysis.exporting.labs import RECORDED, answering, exported, rewritten
 
 LEXICON = RECORDED / "ten/door_lexicon_P001_s1.sqlite"

@@ -8,10 +8,10 @@ import pandas as pd
 import pytest
 from pyarrow import parquet
 
-from analysis.exporting.reading_back import exported_ratings
-from analysis.exporting.tabular import ExportRefused
-from analysis.ratings.reading import read_ratings
-from studies.collect import collect, open_database
+from palpate.analysis.exporting.reading_back import exported_ratings
+from palpate.analysis.exporting.tabular import ExportRefused
+from palpate.analysis.ratings.reading import read_ratings
+from palpate.studies.collect import collect, open_database
 from tests.analysis.exporting.labs import RECORDED, exported, lab_of
 
 pytestmark = pytest.mark.needs("pyarrow")

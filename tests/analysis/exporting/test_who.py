@@ -7,10 +7,10 @@ import json
 
 import pytest
 
-from analysis.exporting.demographics import People, without_small_groups
-from analysis.exporting.tabular import Column, ExportRefused
-from analysis.ratings.dataset import DataRefused
-from studies.collect import collect, open_database
+from palpate.analysis.exporting.demographics import People, without_small_groups
+from palpate.analysis.exporting.tabular import Column, ExportRefused
+from palpate.analysis.ratings.dataset import DataRefused
+from palpate.studies.collect import collect, open_database
 from tests.analysis.exporting.labs import RECORDED, answering, exported, lab_of, rewritten, told
 from tests.studies.test_collect_forms import ran
 

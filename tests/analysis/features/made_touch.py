@@ -2,7 +2,7 @@
 
 import numpy as np
 
-from analysis.features.touch import Stretch, Touch
+from palpate.analysis.features.touch import Stretch, Touch
 
 
 def noise(n, axes=3, seed=0, level=1.0):

@@ -3,7 +3,7 @@
 import numpy as np
 import pytest
 
-from analysis.features.augmenting import chance_of, varied
+from palpate.analysis.features.augmenting import chance_of, varied
 from tests.analysis.features.made_pictures import grains
 
 VALUES = grains(128).astype("f4") / 255

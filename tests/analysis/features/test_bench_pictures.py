@@ -3,8 +3,8 @@
 import numpy as np
 import pytest
 
-from analysis.features.pictures import SIDE
 from benchmarks.attributes.picture_features import cases, counted
+from palpate.analysis.features.pictures import SIDE
 
 
 @pytest.mark.needs("skimage")

@@ -4,8 +4,8 @@ import numpy as np
 import pytest
 from skimage.feature import graycomatrix
 
-from analysis.features.glcm import glcm, levels
-from analysis.features.pictures import PictureError
+from palpate.analysis.features.glcm import glcm, levels
+from palpate.analysis.features.pictures import PictureError
 from tests.analysis.features.made_pictures import grains
 
 pytestmark = pytest.mark.needs("skimage")

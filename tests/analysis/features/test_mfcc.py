@@ -5,8 +5,8 @@ import numpy as np
 import pytest
 from scipy.signal.windows import hann
 
-from analysis.features.mfcc import COEFFICIENTS, FRAME, FRAMES, frames, mfcc, starts
-from analysis.features.spectra import FLOOR
+from palpate.analysis.features.mfcc import COEFFICIENTS, FRAME, FRAMES, frames, mfcc, starts
+from palpate.analysis.features.spectra import FLOOR
 from tests.analysis.features.made_touch import noise
 
 pytestmark = pytest.mark.needs("librosa")

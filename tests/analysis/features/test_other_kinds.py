@@ -5,9 +5,9 @@ import pytest
 import pywt
 from scipy.stats import entropy
 
-from analysis.features.hand import hand
-from analysis.features.spectra import spectrum
-from analysis.features.wavelets import wavelets
+from palpate.analysis.features.hand import hand
+from palpate.analysis.features.spectra import spectrum
+from palpate.analysis.features.wavelets import wavelets
 from tests.analysis.features.made_touch import noise
 
 pytestmark = pytest.mark.needs("pywt")

@@ -7,7 +7,7 @@ import numpy as np
 import pytest
 from PIL import Image
 
-from analysis.features.pictures import Looking, PictureError, patches, square
+from palpate.analysis.features.pictures import Looking, PictureError, patches, square
 from tests.analysis.features.made_pictures import file_of, grains
 
 SIDE = 256

@@ -3,10 +3,10 @@
 import numpy as np
 import pytest
 
-from analysis.features.mfcc import mfcc
-from analysis.features.segments import contact, segments
-from analysis.features.tactile import SIZES, touch_features
-from analysis.features.touch import FeatureError, Stretch, Touch
+from palpate.analysis.features.mfcc import mfcc
+from palpate.analysis.features.segments import contact, segments
+from palpate.analysis.features.tactile import SIZES, touch_features
+from palpate.analysis.features.touch import FeatureError, Stretch, Touch
 from tests.analysis.features.made_touch import noise, touch
 
 

@@ -3,8 +3,8 @@
 import numpy as np
 import pytest
 
-from analysis.features.segments import SEGMENT, segments
-from analysis.features.touch import FeatureError, Stretch, Touch
+from palpate.analysis.features.segments import SEGMENT, segments
+from palpate.analysis.features.touch import FeatureError, Stretch, Touch
 from tests.analysis.features.made_touch import noise, stretch, touch
 
 

@@ -17,12 +17,12 @@ from pathlib import Path
 import pandas as pd
 from sqlalchemy import create_engine, text
 
-from analysis.figures.drawn import FigureKind, Shown
-from analysis.figures.style import drawing
-from analysis.plans.answers import Selected
-from analysis.plans.kinds import figure_kind, test_kind
-from analysis.ratings.reading import read_ratings
-from studies.catalogue import find, read_study
+from palpate.analysis.figures.drawn import FigureKind, Shown
+from palpate.analysis.figures.style import drawing
+from palpate.analysis.plans.answers import Selected
+from palpate.analysis.plans.kinds import figure_kind, test_kind
+from palpate.analysis.ratings.reading import read_ratings
+from palpate.studies.catalogue import find, read_study
 
 ENDS = ("Strongly disagree", "Strongly agree")
 

@@ -4,9 +4,9 @@ from __future__ import annotations
 
 import pandas as pd
 
-from analysis.figures.drawn import Drawn, FigureData, FigureKind, Shown
-from analysis.figures.style import drawing, svg_text
-from analysis.plans.answers import Answer, Selected
+from palpate.analysis.figures.drawn import Drawn, FigureData, FigureKind, Shown
+from palpate.analysis.figures.style import drawing, svg_text
+from palpate.analysis.plans.answers import Answer, Selected
 
 NOTHING = pd.DataFrame({"participant": pd.Series(dtype=object)})
 

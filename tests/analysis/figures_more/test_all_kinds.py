@@ -10,10 +10,10 @@ from collections.abc import Callable
 import pandas as pd
 import pytest
 
-from analysis.figures.drawn import FigureData, Shown
-from analysis.figures.style import drawing, inline_svg
-from analysis.plans.kinds import figure_kind
-from analysis.ratings.dataset import DataRefused
+from palpate.analysis.figures.drawn import FigureData, Shown
+from palpate.analysis.figures.style import drawing, inline_svg
+from palpate.analysis.plans.kinds import figure_kind
+from palpate.analysis.ratings.dataset import DataRefused
 from tests.analysis.figures_more import test_matching_and_likert, test_predictions, test_similarity_bars, test_space_map
 from tests.analysis.figures_more.shown_for_tests import answer, asked, shown, svg
 from tests.analysis.figures_more.test_treemap import relevant

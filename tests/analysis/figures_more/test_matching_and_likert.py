@@ -5,10 +5,10 @@ from __future__ import annotations
 import pandas as pd
 import pytest
 
-from analysis.figures.likert import LIKERT
-from analysis.figures.likert_bars import colours
-from analysis.figures.matching import MATCHING
-from analysis.ratings.dataset import DataRefused
+from palpate.analysis.figures.likert import LIKERT
+from palpate.analysis.figures.likert_bars import colours
+from palpate.analysis.figures.matching import MATCHING
+from palpate.analysis.ratings.dataset import DataRefused
 from tests.analysis.figures_more.shown_for_tests import asked, shown, svg
 
 

@@ -8,12 +8,12 @@ import numpy as np
 import pandas as pd
 import pytest
 
-from analysis.figures.class_heatmap import CLASS_HEATMAP
-from analysis.figures.predicted import PREDICTED
-from analysis.figures.predicted_drawing import grid_columns
-from analysis.figures.violins import VIOLINS
-from analysis.ratings.dataset import DataRefused
-from analysis.statistics.refusals import BadValue
+from palpate.analysis.figures.class_heatmap import CLASS_HEATMAP
+from palpate.analysis.figures.predicted import PREDICTED
+from palpate.analysis.figures.predicted_drawing import grid_columns
+from palpate.analysis.figures.violins import VIOLINS
+from palpate.analysis.ratings.dataset import DataRefused
+from palpate.analysis.statistics.refusals import BadValue
 from tests.analysis.figures_more.shown_for_tests import asked, shown, svg
 
 

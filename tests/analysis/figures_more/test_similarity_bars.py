@@ -10,9 +10,9 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
-from analysis.figures.significance import stacked, stars
-from analysis.figures.similarity_bars import SIMILARITY_BARS
-from analysis.ratings.dataset import DataRefused
+from palpate.analysis.figures.significance import stacked, stars
+from palpate.analysis.figures.similarity_bars import SIMILARITY_BARS
+from palpate.analysis.ratings.dataset import DataRefused
 from tests.analysis.figures_more.shown_for_tests import answer, asked, shown, svg
 
 

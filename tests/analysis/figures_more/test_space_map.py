@@ -7,9 +7,9 @@ import math
 import pandas as pd
 import pytest
 
-from analysis.figures.map_names import about, placed
-from analysis.figures.space_map import MAP
-from analysis.ratings.dataset import DataRefused
+from palpate.analysis.figures.map_names import about, placed
+from palpate.analysis.figures.space_map import MAP
+from palpate.analysis.ratings.dataset import DataRefused
 from tests.analysis.figures_more.shown_for_tests import answer, asked, shown, svg
 
 PLACES = [{"stimulus": f"T{i}", "dim1": float(i), "dim2": float(i % 3)} for i in range(1, 13)]

@@ -8,9 +8,9 @@ import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
-from analysis.figures.treemap import TREEMAP
-from analysis.figures.treemap_layout import squarified
-from analysis.ratings.dataset import DataRefused
+from palpate.analysis.figures.treemap import TREEMAP
+from palpate.analysis.figures.treemap_layout import squarified
+from palpate.analysis.ratings.dataset import DataRefused
 from tests.analysis.figures_more.shown_for_tests import answer, asked, shown, svg
 from tests.examples import examples
 

@@ -12,16 +12,16 @@ import numpy as np
 import pandas as pd
 import pytest
 
-from analysis.figures.axes import elided, lettered, quarters, signed, spread
-from analysis.figures.drawn import Drawn, FigureData, Shown
-from analysis.figures.label_places import Bubble, placed_labels
-from analysis.figures.lettering import width_pt
-from analysis.figures.seriation import similar_order
-from analysis.figures.style import drawing, svg_text
-from analysis.plans.answers import Selected
-from analysis.plans.kinds import figure_kind
-from analysis.ratings.dataset import DataRefused
-from analysis.ratings.within_intervals import mean_intervals
+from palpate.analysis.figures.axes import elided, lettered, quarters, signed, spread
+from palpate.analysis.figures.drawn import Drawn, FigureData, Shown
+from palpate.analysis.figures.label_places import Bubble, placed_labels
+from palpate.analysis.figures.lettering import width_pt
+from palpate.analysis.figures.seriation import similar_order
+from palpate.analysis.figures.style import drawing, svg_text
+from palpate.analysis.plans.answers import Selected
+from palpate.analysis.plans.kinds import figure_kind
+from palpate.analysis.ratings.dataset import DataRefused
+from palpate.analysis.ratings.within_intervals import mean_intervals
 
 KINDS = ("bubbles", "means", "trends", "raincloud", "rating_heatmap", "order_effect")
 BY = {"means": {"by": ("stimulus",)}, "trends": {"by": ("stimulus",)}, "raincloud": {"by": ("stimulus",)}}

@@ -9,7 +9,7 @@ from pathlib import Path
 
 import pandas as pd
 
-from analysis.mixed_models.model import mixed_model
+from palpate.analysis.mixed_models.model import mixed_model
 
 FOLDER = Path(__file__).parent.parent / "data" / "r"
 

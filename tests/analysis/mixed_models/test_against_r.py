@@ -5,11 +5,11 @@ from __future__ import annotations
 import numpy as np
 import pytest
 
-from analysis.mixed_models.blups import random_effects
-from analysis.mixed_models.comparing import compare_models
-from analysis.mixed_models.model import mixed_model
-from analysis.mixed_models.profiling import profile_intervals
-from analysis.statistics.references import reference_table, reference_values
+from palpate.analysis.mixed_models.blups import random_effects
+from palpate.analysis.mixed_models.comparing import compare_models
+from palpate.analysis.mixed_models.model import mixed_model
+from palpate.analysis.mixed_models.profiling import profile_intervals
+from palpate.analysis.statistics.references import reference_table, reference_values
 from tests.analysis.mixed_models.reference_for_tests import NAMES, expected, group_of, ours, plain, table, whole
 
 SHIPPED = {

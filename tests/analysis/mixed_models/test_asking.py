@@ -6,12 +6,12 @@ import numpy as np
 import pandas as pd
 import pytest
 
-from analysis.plans.answers import Selected
-from analysis.plans.asking.mixed_model import MIXED_MODEL
-from analysis.plans.asking.mixed_model_answers import gaps_answer
-from analysis.plans.kinds import test_kind as kind_named
-from analysis.ratings.dataset import DataRefused
-from analysis.statistics.within import rm_anova
+from palpate.analysis.plans.answers import Selected
+from palpate.analysis.plans.asking.mixed_model import MIXED_MODEL
+from palpate.analysis.plans.asking.mixed_model_answers import gaps_answer
+from palpate.analysis.plans.kinds import test_kind as kind_named
+from palpate.analysis.ratings.dataset import DataRefused
+from palpate.analysis.statistics.within import rm_anova
 
 LEVELS = {"car": ("K8", "BC3", "G90"), "variant": ("soft", "hard"), "group": ("1", "2")}
 

@@ -6,10 +6,10 @@ import numpy as np
 import pandas as pd
 import pytest
 
-from analysis.mixed_models import optimising
-from analysis.mixed_models.criterion import deviance, solved
-from analysis.mixed_models.model import mixed_model
-from analysis.mixed_models.refusals import NotConverged
+from palpate.analysis.mixed_models import optimising
+from palpate.analysis.mixed_models.criterion import deviance, solved
+from palpate.analysis.mixed_models.model import mixed_model
+from palpate.analysis.mixed_models.refusals import NotConverged
 from tests.analysis.mixed_models.reference_for_tests import asked, table
 
 

@@ -9,7 +9,7 @@ import numpy as np
 import pandas as pd
 import pytest
 
-from analysis.mixed_models.model import mixed_model
+from palpate.analysis.mixed_models.model import mixed_model
 
 
 def balanced(between, residual, offset=0.0, n=12, k=4, seed=5):

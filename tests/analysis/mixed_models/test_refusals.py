@@ -6,10 +6,17 @@ import numpy as np
 import pandas as pd
 import pytest
 
-from analysis.mixed_models.comparing import compare_models
-from analysis.mixed_models.model import mixed_model
-from analysis.mixed_models.refusals import NoResidual, NotComparable, NotIdentified, RankDeficient
-from analysis.statistics.refusals import BadOption, BadValue, IncompleteCells, StatisticsError, TooFew, UnknownColumn
+from palpate.analysis.mixed_models.comparing import compare_models
+from palpate.analysis.mixed_models.model import mixed_model
+from palpate.analysis.mixed_models.refusals import NoResidual, NotComparable, NotIdentified, RankDeficient
+from palpate.analysis.statistics.refusals import (
+    BadOption,
+    BadValue,
+    IncompleteCells,
+    StatisticsError,
+    TooFew,
+    UnknownColumn,
+)
 
 
 def ratings(n=10, k=4, repeats=2, seed=3):

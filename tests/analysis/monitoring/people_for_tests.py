@@ -9,11 +9,11 @@ from dataclasses import dataclass, field, replace
 from pathlib import Path
 from typing import Any
 
-from protocols.plan import Plan
-from protocols.requests import Aside, Ask, Reply, Request
-from studies import session
-from studies.interrupts import Interrupted
-from studies.rig import Rig, RigPlan, simulated
+from palpate.protocols.plan import Plan
+from palpate.protocols.requests import Aside, Ask, Reply, Request
+from palpate.studies import session
+from palpate.studies.interrupts import Interrupted
+from palpate.studies.rig import Rig, RigPlan, simulated
 from tests.protocols.studies_for_tests import toy_plan
 
 PLAIN: dict[str, Any] = {"navigation": "forward", "rest": None}

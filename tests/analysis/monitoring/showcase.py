@@ -13,11 +13,11 @@ from contextlib import contextmanager
 from pathlib import Path
 from typing import Any
 
-from protocols.plan import Plan, compile_plan
-from studies import catalogue
-from studies.allocation import allocate
-from studies.launch import lab_forms
-from studies.rig import RigPlan, simulated
+from palpate.protocols.plan import Plan, compile_plan
+from palpate.studies import catalogue
+from palpate.studies.allocation import allocate
+from palpate.studies.launch import lab_forms
+from palpate.studies.rig import RigPlan, simulated
 from tests.analysis.monitoring.people_for_tests import as_they_are, gate, play, straight
 from tests.protocols.studies_for_tests import toy
 from tests.studies.nursery import child

@@ -4,9 +4,9 @@ import re
 
 import pytest
 
-from analysis.monitoring.access import Access, access_for
-from analysis.monitoring.app import make_app
-from analysis.monitoring.watching import MonitorError, Watch
+from palpate.analysis.monitoring.access import Access, access_for
+from palpate.analysis.monitoring.app import make_app
+from palpate.analysis.monitoring.watching import MonitorError, Watch
 from tests.analysis.monitoring.people_for_tests import run
 from tests.studies.labs import Lab
 

@@ -2,11 +2,11 @@ from __future__ import annotations
 
 import pytest
 
-from analysis.monitoring.watching import Watch
-from studies.participants.people import add
-from studies.participants.registry import open_registry
-from studies.participants.rows import allocate_row, release
-from studies.participants.withdrawal import withdraw
+from palpate.analysis.monitoring.watching import Watch
+from palpate.studies.participants.people import add
+from palpate.studies.participants.registry import open_registry
+from palpate.studies.participants.rows import allocate_row, release
+from palpate.studies.participants.withdrawal import withdraw
 from tests.analysis.monitoring.people_for_tests import PLAIN, run
 from tests.protocols.studies_for_tests import toy
 from tests.studies.labs import Lab

@@ -5,12 +5,12 @@ from dataclasses import asdict
 
 import pytest
 
-from analysis.monitoring import following
-from analysis.monitoring.following import catch_up, follow
-from studies import session
-from studies.ledger import take_up
-from studies.ledger_state import file_state, held
-from studies.record import LedgerError, read
+from palpate.analysis.monitoring import following
+from palpate.analysis.monitoring.following import catch_up, follow
+from palpate.studies import session
+from palpate.studies.ledger import take_up
+from palpate.studies.ledger_state import file_state, held
+from palpate.studies.record import LedgerError, read
 from tests.studies.labs import Lab
 
 AT = {"at": "2026-01-01T00:00:00+00:00"}

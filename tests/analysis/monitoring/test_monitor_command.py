@@ -9,9 +9,9 @@ import sys
 import pytest
 from click.testing import CliRunner
 
-import palpate
-from analysis.monitoring.commands import monitor
-from analysis.monitoring.watching import MonitorError
+from palpate import command_line
+from palpate.analysis.monitoring.commands import monitor
+from palpate.analysis.monitoring.watching import MonitorError
 from tests.analysis.monitoring.people_for_tests import run, straight
 from tests.studies.labs import Lab
 
@@ -82,7 +82,7 @@ def test_an_address_that_is_not_this_machines_is_said_so(lab):
 
 @pytest.mark.needs("flask")
 def test_a_users_mistake_ends_with_a_message_and_exit_code_2(tmp_path, capsys):
-    assert palpate._status(["monitor", "--lab", str(tmp_path / "nowhere")]) == 2
+    assert command_line._status(["monitor", "--lab", str(tmp_path / "nowhere")]) == 2
     assert capsys.readouterr().err == f"Error: {tmp_path / 'nowhere'}: no such folder; give the lab's with --lab\n"
 
 
@@ -101,7 +101,7 @@ def test_a_lab_that_is_none_is_refused_before_anything_is_served(tmp_path):
 )
 def test_only_what_is_needed_is_imported(lab, arguments, unwanted):
     code = (
-        "import sys\nfrom analysis.monitoring.commands import monitor\n"
+        "import sys\nfrom palpate.analysis.monitoring.commands import monitor\n"
         f"monitor({[*arguments, '--lab', str(lab.path)]!r}, standalone_mode=False)\n"
         f"print(sorted(set({unwanted!r}) & set(sys.modules)), file=sys.stderr)"
     )

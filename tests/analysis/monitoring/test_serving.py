@@ -7,8 +7,8 @@ from importlib import import_module
 
 import pytest
 
-from analysis.monitoring.commands import SERVER, _listening
-from analysis.monitoring.watching import MonitorError
+from palpate.analysis.monitoring.commands import SERVER, _listening
+from palpate.analysis.monitoring.watching import MonitorError
 
 pytestmark = pytest.mark.needs("flask")
 

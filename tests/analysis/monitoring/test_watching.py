@@ -10,18 +10,18 @@ from itertools import pairwise
 
 import pytest
 
-from analysis.monitoring import finished, following, watching
-from analysis.monitoring.people import People
-from analysis.monitoring.watching import MonitorError, Watch
-from protocols.canonical import canonical
-from protocols.events import Event
-from protocols.plan import ParticipantRow, compile_plan
-from protocols.requests import Fault, Present
-from protocols.study import Study
-from studies import session
-from studies.ledger import take_up
-from studies.record import read
-from studies.rig import Rig, RigPlan, simulated
+from palpate.analysis.monitoring import finished, following, watching
+from palpate.analysis.monitoring.people import People
+from palpate.analysis.monitoring.watching import MonitorError, Watch
+from palpate.protocols.canonical import canonical
+from palpate.protocols.events import Event
+from palpate.protocols.plan import ParticipantRow, compile_plan
+from palpate.protocols.requests import Fault, Present
+from palpate.protocols.study import Study
+from palpate.studies import session
+from palpate.studies.ledger import take_up
+from palpate.studies.record import read
+from palpate.studies.rig import Rig, RigPlan, simulated
 from tests.analysis.monitoring.people_for_tests import PLAIN, play, run, straight
 from tests.protocols.studies_for_tests import toy, toy_plan
 from tests.studies.labs import Lab

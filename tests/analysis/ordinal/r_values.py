@@ -8,7 +8,7 @@ from pathlib import Path
 import numpy as np
 import pandas as pd
 
-from analysis.statistics.references import reference_table
+from palpate.analysis.statistics.references import reference_table
 
 FOLDER = Path(__file__).parent.parent / "data" / "r"
 HOUSING_ORDERS = {

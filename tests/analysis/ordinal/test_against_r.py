@@ -5,13 +5,13 @@ from __future__ import annotations
 import numpy as np
 import pytest
 
-from analysis.ordinal.aligned import aligned_ranks
-from analysis.ordinal.friedman import friedman
-from analysis.ordinal.nemenyi import nemenyi
-from analysis.ordinal.rank_sums import rank_sums
-from analysis.ordinal.rank_tests import wilcoxon_tests
-from analysis.ordinal.signed_ranks import signed_ranks
-from analysis.ordinal.studentized import range_quantile, range_tail
+from palpate.analysis.ordinal.aligned import aligned_ranks
+from palpate.analysis.ordinal.friedman import friedman
+from palpate.analysis.ordinal.nemenyi import nemenyi
+from palpate.analysis.ordinal.rank_sums import rank_sums
+from palpate.analysis.ordinal.rank_tests import wilcoxon_tests
+from palpate.analysis.ordinal.signed_ranks import signed_ranks
+from palpate.analysis.ordinal.studentized import range_quantile, range_tail
 from tests.analysis.ordinal.r_values import r_values, shipped
 
 SETS = {

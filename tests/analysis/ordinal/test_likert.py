@@ -9,8 +9,8 @@ import numpy as np
 import pandas as pd
 import pytest
 
-from analysis.ordinal.likert import likert
-from analysis.statistics.refusals import BadOption, BadValue, StatisticsError
+from palpate.analysis.ordinal.likert import likert
+from palpate.analysis.statistics.refusals import BadOption, BadValue, StatisticsError
 
 POINTS = range(1, 8)
 THESIS = {"Differentiability": 5.94, "Ease of Use": 5.63, "Correctness": 5.44, "Realism": 5.13, "Learnability": 4.81}

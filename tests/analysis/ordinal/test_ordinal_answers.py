@@ -10,10 +10,10 @@ import pandas as pd
 import pytest
 from pydantic import ValidationError
 
-from analysis.plans.answers import Selected
-from analysis.plans.kinds import test_kind as kind_named
-from analysis.ratings.dataset import DataRefused
-from analysis.statistics.refusals import BadOption, IncompleteCells
+from palpate.analysis.plans.answers import Selected
+from palpate.analysis.plans.kinds import test_kind as kind_named
+from palpate.analysis.ratings.dataset import DataRefused
+from palpate.analysis.statistics.refusals import BadOption, IncompleteCells
 from tests.analysis.ordinal.r_values import r_table, r_values, shipped
 
 RANKS = ("friedman", "nemenyi", "wilcoxon")

@@ -10,10 +10,17 @@ import pytest
 from scipy.integrate import quad
 from scipy.special import expit
 
-from analysis.ordinal.ordinal_model import ordinal_model
-from analysis.ordinal.refusals import NotConverged, Separated
-from analysis.statistics.refusals import BadOption, BadValue, IncompleteCells, StatisticsError, TooFew, UnknownColumn
 from benchmarks.statistics.ordinal_truth import separated_table, wine_table
+from palpate.analysis.ordinal.ordinal_model import ordinal_model
+from palpate.analysis.ordinal.refusals import NotConverged, Separated
+from palpate.analysis.statistics.refusals import (
+    BadOption,
+    BadValue,
+    IncompleteCells,
+    StatisticsError,
+    TooFew,
+    UnknownColumn,
+)
 from tests.analysis.ordinal.r_values import HOUSING_ORDERS, r_table, r_values
 
 

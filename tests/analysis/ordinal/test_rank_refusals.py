@@ -8,14 +8,14 @@ import numpy as np
 import pandas as pd
 import pytest
 
-from analysis.ordinal.aligned import aligned_ranks
-from analysis.ordinal.friedman import friedman, rank_test
-from analysis.ordinal.nemenyi import nemenyi
-from analysis.ordinal.rank_tests import in_family, wilcoxon_tests
-from analysis.ordinal.ranks import doubled_ranks, row_rounding
-from analysis.ordinal.resampling import Interval, w_interval
-from analysis.ordinal.signed_ranks import signed_ranks
-from analysis.statistics.refusals import (
+from palpate.analysis.ordinal.aligned import aligned_ranks
+from palpate.analysis.ordinal.friedman import friedman, rank_test
+from palpate.analysis.ordinal.nemenyi import nemenyi
+from palpate.analysis.ordinal.rank_tests import in_family, wilcoxon_tests
+from palpate.analysis.ordinal.ranks import doubled_ranks, row_rounding
+from palpate.analysis.ordinal.resampling import Interval, w_interval
+from palpate.analysis.ordinal.signed_ranks import signed_ranks
+from palpate.analysis.statistics.refusals import (
     BadOption,
     BadValue,
     DuplicatedCells,

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from dataclasses import replace
 
-from analysis.plans.selecting import all_ratings
+from palpate.analysis.plans.selecting import all_ratings
 from tests.analysis.synthetic_ratings import FAMILY, door_ratings, reasoning
 
 

@@ -5,16 +5,16 @@ from dataclasses import replace
 import numpy as np
 import pytest
 
-from analysis.plans import kinds
-from analysis.plans.exclusions import apply_exclusions
-from analysis.plans.material import read_material
-from analysis.plans.reading import read_plan
-from analysis.plans.selecting import Selecting
-from analysis.ratings.dataset import DataRefused
-from analysis.regenerating.regenerated import read_table
-from analysis.reporting.sources import gathered
-from studies.catalogue import SHIPPED
-from studies.collect import ledgers_in
+from palpate.analysis.plans import kinds
+from palpate.analysis.plans.exclusions import apply_exclusions
+from palpate.analysis.plans.material import read_material
+from palpate.analysis.plans.reading import read_plan
+from palpate.analysis.plans.selecting import Selecting
+from palpate.analysis.ratings.dataset import DataRefused
+from palpate.analysis.regenerating.regenerated import read_table
+from palpate.analysis.reporting.sources import gathered
+from palpate.studies.catalogue import SHIPPED
+from palpate.studies.collect import ledgers_in
 from tests.recorded.make_many import MANY, PEOPLE
 
 RELATIVE = 1e-9

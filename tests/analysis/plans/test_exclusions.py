@@ -5,11 +5,11 @@ from dataclasses import replace
 import pandas as pd
 import pytest
 
-from analysis.plans.exclusions import apply_exclusions
-from analysis.plans.material import imported_material, read_material
-from analysis.plans.schema import AnalysisPlan
-from analysis.ratings.dataset import DataRefused, Exclusion
-from studies.collect import collect, open_database
+from palpate.analysis.plans.exclusions import apply_exclusions
+from palpate.analysis.plans.material import imported_material, read_material
+from palpate.analysis.plans.schema import AnalysisPlan
+from palpate.analysis.ratings.dataset import DataRefused, Exclusion
+from palpate.studies.collect import collect, open_database
 from tests.analysis.ratings_for_tests import small_ratings
 from tests.test_recorded import LEDGERS
 

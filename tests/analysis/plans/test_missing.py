@@ -5,14 +5,14 @@ import pandas as pd
 import pytest
 import yaml
 
-from analysis.plans.exclusions import apply_exclusions
-from analysis.plans.material import read_material
-from analysis.plans.missing import cells_cut
-from analysis.plans.reading import read_plan
-from analysis.plans.selecting import Selecting
-from analysis.regenerating.exact_check import exact_checks
-from analysis.regenerating.running import run_tests
-from studies.collect import collect, open_database
+from palpate.analysis.plans.exclusions import apply_exclusions
+from palpate.analysis.plans.material import read_material
+from palpate.analysis.plans.missing import cells_cut
+from palpate.analysis.plans.reading import read_plan
+from palpate.analysis.plans.selecting import Selecting
+from palpate.analysis.regenerating.exact_check import exact_checks
+from palpate.analysis.regenerating.running import run_tests
+from palpate.studies.collect import collect, open_database
 from tests.test_recorded import LEDGERS
 
 GAP = {"participant": "P003", "car": "K3", "variant": "g3"}

@@ -4,20 +4,20 @@ from pathlib import Path
 
 import pytest
 
-from analysis.plans.exclusions import apply_exclusions
-from analysis.plans.kinds import test_kind as kind_of
-from analysis.plans.people import people_of
-from analysis.plans.reading import Plan
-from analysis.plans.schema import AnalysisPlan
-from analysis.plans.selecting import Selecting
-from analysis.plans.study_columns import study_columns
-from analysis.power.simulating import people, simulated_material
-from analysis.ratings.dataset import DataRefused
-from analysis.regenerating.plan_check import problems_of_test
-from analysis.regenerating.running import run_tests
-from protocols.study import Study
-from protocols.yaml_text import load
-from studies.lab_forms import lab_forms
+from palpate.analysis.plans.exclusions import apply_exclusions
+from palpate.analysis.plans.kinds import test_kind as kind_of
+from palpate.analysis.plans.people import people_of
+from palpate.analysis.plans.reading import Plan
+from palpate.analysis.plans.schema import AnalysisPlan
+from palpate.analysis.plans.selecting import Selecting
+from palpate.analysis.plans.study_columns import study_columns
+from palpate.analysis.power.simulating import people, simulated_material
+from palpate.analysis.ratings.dataset import DataRefused
+from palpate.analysis.regenerating.plan_check import problems_of_test
+from palpate.analysis.regenerating.running import run_tests
+from palpate.protocols.study import Study
+from palpate.protocols.yaml_text import load
+from palpate.studies.lab_forms import lab_forms
 
 LAB = Path("no lab")
 STUDY = Study.model_validate(

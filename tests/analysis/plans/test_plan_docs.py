@@ -5,10 +5,10 @@ from pathlib import Path
 
 import pytest
 
-from analysis.figures.drawn import AskedFigure
-from analysis.plans import kinds
-from analysis.plans.answers import Asked
-from analysis.plans.schema import AnalysisPlan, Rule
+from palpate.analysis.figures.drawn import AskedFigure
+from palpate.analysis.plans import kinds
+from palpate.analysis.plans.answers import Asked
+from palpate.analysis.plans.schema import AnalysisPlan, Rule
 
 DOCS = Path(__file__).resolve().parents[3] / "docs" / "reference"
 PLAN = (DOCS / "analysis-plan.md").read_text(encoding="utf-8")

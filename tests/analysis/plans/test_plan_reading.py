@@ -2,9 +2,9 @@
 
 import pytest
 
-from analysis.plans import kinds
-from analysis.plans.reading import PlanError, read_plan
-from protocols.yaml_text import YamlError
+from palpate.analysis.plans import kinds
+from palpate.analysis.plans.reading import PlanError, read_plan
+from palpate.protocols.yaml_text import YamlError
 
 
 @pytest.fixture

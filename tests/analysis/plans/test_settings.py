@@ -20,18 +20,18 @@ import pandas as pd
 import pytest
 from pydantic import ValidationError
 
-from analysis.plans.idle import idle_settings
-from analysis.plans.kinds import FIGURES, TESTS, figure_kind
-from analysis.plans.kinds import test_kind as kind_of
-from analysis.plans.people import People
-from analysis.plans.reading import Plan
-from analysis.plans.schema import AnalysisPlan
-from analysis.plans.selecting import Selecting
-from analysis.power.simulating import people, simulated_material
-from analysis.regenerating.pictured import picture_data
-from analysis.regenerating.running import by_name, run_tests
-from protocols.study import Study
-from protocols.yaml_text import load
+from palpate.analysis.plans.idle import idle_settings
+from palpate.analysis.plans.kinds import FIGURES, TESTS, figure_kind
+from palpate.analysis.plans.kinds import test_kind as kind_of
+from palpate.analysis.plans.people import People
+from palpate.analysis.plans.reading import Plan
+from palpate.analysis.plans.schema import AnalysisPlan
+from palpate.analysis.plans.selecting import Selecting
+from palpate.analysis.power.simulating import people, simulated_material
+from palpate.analysis.regenerating.pictured import picture_data
+from palpate.analysis.regenerating.running import by_name, run_tests
+from palpate.protocols.study import Study
+from palpate.protocols.yaml_text import load
 
 Settings = dict[str, Any]
 Effects = list[tuple[str, str]]

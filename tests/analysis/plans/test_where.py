@@ -3,16 +3,16 @@
 import pandas as pd
 import pytest
 
-from analysis.plans.exclusions import apply_exclusions
-from analysis.plans.kinds import test_kind as kind_of
-from analysis.plans.people import people_of
-from analysis.plans.schema import Rule
-from analysis.plans.study_columns import study_columns
-from analysis.plans.where import Range, keeps, kept_rows
-from analysis.power.simulating import people, simulated_material
-from analysis.regenerating.plan_check import problems_of_test
-from protocols.study import Study
-from studies.lab_forms import lab_forms
+from palpate.analysis.plans.exclusions import apply_exclusions
+from palpate.analysis.plans.kinds import test_kind as kind_of
+from palpate.analysis.plans.people import people_of
+from palpate.analysis.plans.schema import Rule
+from palpate.analysis.plans.study_columns import study_columns
+from palpate.analysis.plans.where import Range, keeps, kept_rows
+from palpate.analysis.power.simulating import people, simulated_material
+from palpate.analysis.regenerating.plan_check import problems_of_test
+from palpate.protocols.study import Study
+from palpate.studies.lab_forms import lab_forms
 from tests.analysis.plans.test_people import LAB, STUDY, answered, plan_of
 
 ANOVA = {"test": "anova", "within": ["cloth"], "outcomes": ["Soft"]}

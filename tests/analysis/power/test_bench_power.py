@@ -4,8 +4,8 @@ import numpy as np
 import pytest
 from scipy.stats import t
 
-from analysis.power.curve import wilson
 from benchmarks import power as bench
+from palpate.analysis.power.curve import wilson
 
 
 def test_the_exact_power_is_that_of_students_t():

@@ -6,20 +6,30 @@ from dataclasses import replace
 import pytest
 from click.testing import CliRunner
 
-from analysis.plans.answers import Answer
-from analysis.plans.material import read_material
-from analysis.power.commands import Sizes, planned_verdict, power
-from analysis.power.curve import Asking, Point, check_asking, estimate_s, needed, one_run, power_curve, suffices, wilson
-from analysis.power.deciding import p_of
-from analysis.power.refusals import PowerError
-from analysis.power.simulating import people, simulated_material, with_effect
-from analysis.reporting.sources import gathered
-from protocols.plan import compile_plan
-from studies.allocation import allocate
-from studies.catalogue import SHIPPED, find, read_study
-from studies.lab_forms import lab_forms
-from studies.rig import simulated
-from studies.session import start
+from palpate.analysis.plans.answers import Answer
+from palpate.analysis.plans.material import read_material
+from palpate.analysis.power.commands import Sizes, planned_verdict, power
+from palpate.analysis.power.curve import (
+    Asking,
+    Point,
+    check_asking,
+    estimate_s,
+    needed,
+    one_run,
+    power_curve,
+    suffices,
+    wilson,
+)
+from palpate.analysis.power.deciding import p_of
+from palpate.analysis.power.refusals import PowerError
+from palpate.analysis.power.simulating import people, simulated_material, with_effect
+from palpate.analysis.reporting.sources import gathered
+from palpate.protocols.plan import compile_plan
+from palpate.studies.allocation import allocate
+from palpate.studies.catalogue import SHIPPED, find, read_study
+from palpate.studies.lab_forms import lab_forms
+from palpate.studies.rig import simulated
+from palpate.studies.session import start
 
 STUDY = """
 study: pairs

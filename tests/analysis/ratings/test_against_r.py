@@ -10,19 +10,19 @@ import numpy as np
 import pandas as pd
 import pytest
 
-from analysis.ratings.categories import category_cells, category_differences, overall
-from analysis.ratings.disagreement import disagreement
-from analysis.ratings.normalising import normalised
-from analysis.ratings.order_effects import order_effect
-from analysis.ratings.trends import trends
-from analysis.ratings.within_intervals import mean_intervals
+from palpate.analysis.ratings.categories import category_cells, category_differences, overall
+from palpate.analysis.ratings.disagreement import disagreement
+from palpate.analysis.ratings.normalising import normalised
+from palpate.analysis.ratings.order_effects import order_effect
+from palpate.analysis.ratings.trends import trends
+from palpate.analysis.ratings.within_intervals import mean_intervals
 
 FOLDER = Path(__file__).parents[1] / "data" / "r"
 R = json.loads((FOLDER / "describing.json").read_text())
 
 
 def reference_table(name: str) -> pd.DataFrame:
-    from analysis import reference
+    from palpate.analysis import reference
 
     return pd.read_csv(Path(next(iter(reference.__path__))) / "csv" / f"{name}.csv", dtype={"subject": str})
 

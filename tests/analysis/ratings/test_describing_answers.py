@@ -10,11 +10,11 @@ from dataclasses import replace
 import numpy as np
 import pytest
 
-from analysis.plans.answers import Answer, Selected
-from analysis.plans.asking.describing import CATEGORIES, MEANS, TARGET_ERROR, TRENDS
-from analysis.plans.kinds import test_kind as kind_named
-from analysis.ratings.dataset import DataRefused
-from analysis.ratings.describe import describe
+from palpate.analysis.plans.answers import Answer, Selected
+from palpate.analysis.plans.asking.describing import CATEGORIES, MEANS, TARGET_ERROR, TRENDS
+from palpate.analysis.plans.kinds import test_kind as kind_named
+from palpate.analysis.ratings.dataset import DataRefused
+from palpate.analysis.ratings.describe import describe
 from tests.analysis.synthetic_ratings import door_ratings
 
 
@@ -152,6 +152,8 @@ def test_an_unknown_column_is_answered_with_the_nearest() -> None:
 
 
 def test_reading_the_settings_imports_neither_numpy_nor_pandas() -> None:
-    code = "import sys, analysis.plans.asking.describing; print({'numpy', 'pandas', 'scipy'} & set(sys.modules))"
+    code = (
+        "import sys, palpate.analysis.plans.asking.describing; print({'numpy', 'pandas', 'scipy'} & set(sys.modules))"
+    )
     found = subprocess.run([sys.executable, "-c", code], capture_output=True, text=True, check=True)
     assert found.stdout.strip() == "set()"

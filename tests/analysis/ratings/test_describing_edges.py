@@ -10,16 +10,16 @@ import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
-from analysis.ratings.categories import category_cells, turned
-from analysis.ratings.dataset import DataRefused
-from analysis.ratings.disagreement import disagreement
-from analysis.ratings.one_sample import one_sample
-from analysis.ratings.order_effects import order_effect
-from analysis.ratings.owed import without_gaps
-from analysis.ratings.target_errors import target_errors
-from analysis.ratings.trends import trends
-from analysis.ratings.within_intervals import mean_intervals
-from analysis.statistics.refusals import BadOption, BadValue, DuplicatedCells, IncompleteCells
+from palpate.analysis.ratings.categories import category_cells, turned
+from palpate.analysis.ratings.dataset import DataRefused
+from palpate.analysis.ratings.disagreement import disagreement
+from palpate.analysis.ratings.one_sample import one_sample
+from palpate.analysis.ratings.order_effects import order_effect
+from palpate.analysis.ratings.owed import without_gaps
+from palpate.analysis.ratings.target_errors import target_errors
+from palpate.analysis.ratings.trends import trends
+from palpate.analysis.ratings.within_intervals import mean_intervals
+from palpate.analysis.statistics.refusals import BadOption, BadValue, DuplicatedCells, IncompleteCells
 from tests.examples import examples
 
 

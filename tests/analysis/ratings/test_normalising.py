@@ -10,9 +10,9 @@ import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
-from analysis.ratings.dataset import DataRefused
-from analysis.ratings.normalising import normalised
-from analysis.statistics.refusals import BadValue
+from palpate.analysis.ratings.dataset import DataRefused
+from palpate.analysis.ratings.normalising import normalised
+from palpate.analysis.statistics.refusals import BadValue
 from tests.examples import examples
 
 

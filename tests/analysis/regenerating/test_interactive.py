@@ -4,11 +4,11 @@ import re
 
 import pytest
 
-from analysis.figures.compact import compact_svg
-from analysis.figures.drawn import Mark
-from analysis.figures.interactive import figure_markup, key_text, script
-from analysis.figures.style import inline_svg
-from analysis.regenerating.pictured import draw_all
+from palpate.analysis.figures.compact import compact_svg
+from palpate.analysis.figures.drawn import Mark
+from palpate.analysis.figures.interactive import figure_markup, key_text, script
+from palpate.analysis.figures.style import inline_svg
+from palpate.analysis.regenerating.pictured import draw_all
 
 SVG = """<svg xmlns="http://www.w3.org/2000/svg" viewBox="0 0 720 300">
  <defs><clipPath id="f1-c"><rect x="1.23456" y="0" width="5" height="5"/></clipPath>

@@ -8,9 +8,9 @@ from html.parser import HTMLParser
 
 import pytest
 
-from analysis.ratings.dataset import Exclusion
-from analysis.regenerating.page_data import left_out, seconds_told
-from analysis.regenerating.page_words import SHORT, caption, parts_of
+from palpate.analysis.ratings.dataset import Exclusion
+from palpate.analysis.regenerating.page_data import left_out, seconds_told
+from palpate.analysis.regenerating.page_words import SHORT, caption, parts_of
 from tests.analysis.regenerating.small_lab import HOSTILE, TITLE, page_of, small_study
 
 UNCLOSED = {"meta", "link", "br", "path", "use", "rect", "image", "circle"}

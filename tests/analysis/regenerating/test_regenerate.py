@@ -11,8 +11,8 @@ import pandas as pd
 import pytest
 from click.testing import CliRunner
 
-from analysis.regenerating.commands import regenerate
-from analysis.regenerating.running import digest
+from palpate.analysis.regenerating.commands import regenerate
+from palpate.analysis.regenerating.running import digest
 from tests.test_recorded import HERE
 
 PLAN = """
@@ -91,7 +91,7 @@ def expected_f(attribute, source):
 def test_twice_gives_the_same_bytes_also_in_another_process(lab, tmp_path):
     assert run(lab).exit_code == 0
     first = contents(lab / "regenerated" / "doors_small")
-    code = "import sys; from analysis.regenerating.commands import regenerate; regenerate(sys.argv[1:])"
+    code = "import sys; from palpate.analysis.regenerating.commands import regenerate; regenerate(sys.argv[1:])"
     to = str(tmp_path / "again")
     command = [sys.executable, "-c", code, "doors_small", "--lab", str(lab), "--to", to, "--no-crosscheck"]
     subprocess.run(command, check=True, capture_output=True, env={**os.environ, "PYTHONHASHSEED": "7"})
@@ -188,7 +188,7 @@ def test_a_where_on_the_stimulus_keeps_whole_cells(lab):
 
 
 def test_a_version_of_a_changed_study_is_chosen_by_its_digest(lab):
-    from studies.commands_sessions import run as sit
+    from palpate.studies.commands_sessions import run as sit
 
     study = lab / "studies" / "doors_small" / "study.yaml"
     study.write_text(study.read_text().replace("Damped", "Muffled"))
@@ -319,7 +319,7 @@ def test_the_hash_of_a_table_of_the_plans_own_covers_every_column():
 
 
 def test_an_imported_table_is_regenerated_by_the_labs_plan(tmp_path):
-    from analysis.commands import import_
+    from palpate.analysis.commands import import_
 
     assert CliRunner().invoke(import_, ["sk2011", "--lab", str(tmp_path)]).exit_code == 0
     plan = tmp_path / "studies" / "sk2011" / "analysis.yaml"
@@ -348,7 +348,7 @@ def test_a_second_opinion_lies_beside_the_statistics_and_is_no_part_of_what_is_c
 
 
 def test_a_disagreement_stands_at_the_head_of_console_and_report(lab, monkeypatch):
-    from analysis.crosschecking import packages
+    from palpate.analysis.crosschecking import packages
 
     right = packages.read_pingouin_anova
     monkeypatch.setattr(packages, "read_pingouin_anova", lambda table: {k: 1.01 * v for k, v in right(table).items()})

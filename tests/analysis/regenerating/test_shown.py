@@ -6,13 +6,13 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
-from analysis.plans.answers import Answer, Asked
-from analysis.plans.kinds import TESTS
-from analysis.plans.missing import MissingTold
-from analysis.regenerating import shown
-from analysis.regenerating.grid import NO_NUMBER, column_texts, value_grid
-from analysis.regenerating.headings import HEADINGS, KINDS, heading, is_p
-from analysis.regenerating.running import Answered
+from palpate.analysis.plans.answers import Answer, Asked
+from palpate.analysis.plans.kinds import TESTS
+from palpate.analysis.plans.missing import MissingTold
+from palpate.analysis.regenerating import shown
+from palpate.analysis.regenerating.grid import NO_NUMBER, column_texts, value_grid
+from palpate.analysis.regenerating.headings import HEADINGS, KINDS, heading, is_p
+from palpate.analysis.regenerating.running import Answered
 
 
 def answered(outcome, rows, name="levels", test="anova", refused="", **more):

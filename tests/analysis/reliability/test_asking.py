@@ -9,12 +9,12 @@ import numpy as np
 import pandas as pd
 import pytest
 
-from analysis.plans import kinds
-from analysis.plans.answers import Answer, Selected
-from analysis.plans.asking import reliability as asking
-from analysis.ratings.dataset import DataRefused
-from analysis.reliability.intraclass import iccs
-from analysis.statistics.refusals import IncompleteCells
+from palpate.analysis.plans import kinds
+from palpate.analysis.plans.answers import Answer, Selected
+from palpate.analysis.plans.asking import reliability as asking
+from palpate.analysis.ratings.dataset import DataRefused
+from palpate.analysis.reliability.intraclass import iccs
+from palpate.analysis.statistics.refusals import IncompleteCells
 
 OWN = [name for name, place in kinds.TESTS.items() if ".reliability:" in place]
 

@@ -11,9 +11,9 @@ import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
-from analysis.reliability.coincidence import krippendorff, krippendorff_alpha
-from analysis.reliability.disagreement import LEVELS, disagreement_of
-from analysis.statistics.refusals import BadOption, BadValue, DuplicatedCells, TooFew
+from palpate.analysis.reliability.coincidence import krippendorff, krippendorff_alpha
+from palpate.analysis.reliability.disagreement import LEVELS, disagreement_of
+from palpate.analysis.statistics.refusals import BadOption, BadValue, DuplicatedCells, TooFew
 from tests.analysis.reliability.tables import long
 from tests.examples import examples
 

@@ -10,10 +10,10 @@ import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
-from analysis.ordinal.friedman import friedman
-from analysis.reliability.concordance import concordance, kendall_w
-from analysis.statistics.references import reference_table
-from analysis.statistics.refusals import BadOption, IncompleteCells, TooFew
+from palpate.analysis.ordinal.friedman import friedman
+from palpate.analysis.reliability.concordance import concordance, kendall_w
+from palpate.analysis.statistics.references import reference_table
+from palpate.analysis.statistics.refusals import BadOption, IncompleteCells, TooFew
 from tests.analysis.reliability.tables import R, long, relative, wide
 from tests.examples import examples
 

@@ -6,9 +6,9 @@ import numpy as np
 import pandas as pd
 import pytest
 
-from analysis.reliability.consistency import Alpha, cronbach_alpha
-from analysis.statistics.references import reference_path, reference_values
-from analysis.statistics.refusals import IncompleteCells, TooFew, UnknownColumn
+from palpate.analysis.reliability.consistency import Alpha, cronbach_alpha
+from palpate.analysis.statistics.references import reference_path, reference_values
+from palpate.analysis.statistics.refusals import IncompleteCells, TooFew, UnknownColumn
 from tests.analysis.reliability.tables import R, long, relative, wide
 
 

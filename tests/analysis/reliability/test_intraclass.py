@@ -11,9 +11,9 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 from hypothesis.extra import numpy as hnp
 
-from analysis.reliability.intraclass import icc, iccs
-from analysis.statistics.references import reference_table, reference_values
-from analysis.statistics.refusals import BadOption, DuplicatedCells, IncompleteCells, TooFew
+from palpate.analysis.reliability.intraclass import icc, iccs
+from palpate.analysis.statistics.references import reference_table, reference_values
+from palpate.analysis.statistics.refusals import BadOption, DuplicatedCells, IncompleteCells, TooFew
 from tests.analysis.reliability.tables import R, long, relative, wide
 from tests.examples import examples
 

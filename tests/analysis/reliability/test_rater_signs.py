@@ -6,9 +6,9 @@ import numpy as np
 import pandas as pd
 import pytest
 
-from analysis.reliability.rater_signs import rater_signs
-from analysis.reliability.sessions import session_signs
-from analysis.statistics.refusals import TooFew
+from palpate.analysis.reliability.rater_signs import rater_signs
+from palpate.analysis.reliability.sessions import session_signs
+from palpate.analysis.statistics.refusals import TooFew
 from tests.analysis.reliability.tables import long, wide
 
 

@@ -6,8 +6,8 @@ import numpy as np
 import pandas as pd
 import pytest
 
-from analysis.reliability.repeated import Retest, retest
-from analysis.statistics.refusals import DuplicatedCells, TooFew
+from palpate.analysis.reliability.repeated import Retest, retest
+from palpate.analysis.statistics.refusals import DuplicatedCells, TooFew
 from tests.analysis.reliability.tables import R, relative
 
 

@@ -10,7 +10,7 @@ from typing import Any
 import numpy as np
 import pandas as pd
 
-from analysis.spaces.dissimilarities import Dissimilarities, dissimilarities_of
+from palpate.analysis.spaces.dissimilarities import Dissimilarities, dissimilarities_of
 
 FILE = Path(__file__).parents[1] / "data" / "r" / "spaces.json"
 

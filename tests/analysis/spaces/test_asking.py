@@ -10,12 +10,12 @@ import numpy as np
 import pandas as pd
 import pytest
 
-from analysis.plans import kinds
-from analysis.plans.answers import Answer, Selected
-from analysis.ratings.dataset import DataRefused
-from analysis.spaces.components import pca
-from analysis.spaces.profiles import gather_profiles
-from analysis.statistics.refusals import IncompleteCells, StatisticsError, TooFew
+from palpate.analysis.plans import kinds
+from palpate.analysis.plans.answers import Answer, Selected
+from palpate.analysis.ratings.dataset import DataRefused
+from palpate.analysis.spaces.components import pca
+from palpate.analysis.spaces.profiles import gather_profiles
+from palpate.analysis.statistics.refusals import IncompleteCells, StatisticsError, TooFew
 from tests.analysis.spaces.spaces_for_tests import ratings
 
 

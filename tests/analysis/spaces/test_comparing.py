@@ -6,9 +6,9 @@ import numpy as np
 import pandas as pd
 import pytest
 
-from analysis.spaces.procrustes import procrustes
-from analysis.spaces.vectors import property_vectors
-from analysis.statistics.refusals import BadValue, IncompleteCells, TooFew
+from palpate.analysis.spaces.procrustes import procrustes
+from palpate.analysis.spaces.vectors import property_vectors
+from palpate.analysis.statistics.refusals import BadValue, IncompleteCells, TooFew
 from tests.analysis.spaces.spaces_for_tests import attitude, in_r
 
 

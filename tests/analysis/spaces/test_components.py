@@ -8,10 +8,10 @@ import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
-from analysis.spaces.components import pca
-from analysis.spaces.profiles import gather_profiles
-from analysis.spaces.retained import parallel_analysis, share_intervals
-from analysis.statistics.refusals import BadOption, BadValue, IncompleteCells, TooFew
+from palpate.analysis.spaces.components import pca
+from palpate.analysis.spaces.profiles import gather_profiles
+from palpate.analysis.spaces.retained import parallel_analysis, share_intervals
+from palpate.analysis.statistics.refusals import BadOption, BadValue, IncompleteCells, TooFew
 from tests.analysis.spaces.spaces_for_tests import attitude, in_r, ratings
 from tests.examples import examples
 

@@ -7,15 +7,20 @@ import pandas as pd
 import pytest
 from scipy.spatial.distance import pdist, squareform
 
-from analysis.spaces.classical import classical_mds
-from analysis.spaces.dissimilarities import dissimilarities_of, distances, pair_dissimilarities, profile_distances
-from analysis.spaces.isotone import disparities, order_of
-from analysis.spaces.judging import stress_reference, stress_scree
-from analysis.spaces.nonmetric import nonmetric_mds
-from analysis.spaces.procrustes import procrustes
-from analysis.spaces.profiles import gather_profiles
-from analysis.spaces.replicated import confidence_ellipses
-from analysis.statistics.refusals import BadOption, BadValue, IncompleteCells, StatisticsError, TooFew
+from palpate.analysis.spaces.classical import classical_mds
+from palpate.analysis.spaces.dissimilarities import (
+    dissimilarities_of,
+    distances,
+    pair_dissimilarities,
+    profile_distances,
+)
+from palpate.analysis.spaces.isotone import disparities, order_of
+from palpate.analysis.spaces.judging import stress_reference, stress_scree
+from palpate.analysis.spaces.nonmetric import nonmetric_mds
+from palpate.analysis.spaces.procrustes import procrustes
+from palpate.analysis.spaces.profiles import gather_profiles
+from palpate.analysis.spaces.replicated import confidence_ellipses
+from palpate.analysis.statistics.refusals import BadOption, BadValue, IncompleteCells, StatisticsError, TooFew
 from tests.analysis.spaces.spaces_for_tests import given_set, in_r, ratings
 
 SETS = ("eurodist", "ekman", "attitude", "made")

@@ -5,7 +5,7 @@ from __future__ import annotations
 import pytest
 
 from benchmarks.statistics.spaces import cases
-from protocols.bench import Case
+from palpate.protocols.bench import Case
 
 OURS = [case for case in cases(quick=True) if case.method.startswith("palpate")]
 

@@ -7,11 +7,11 @@ from pathlib import Path
 
 import numpy as np
 
-from protocols.canonical import canonical
-from protocols.events import NS, Event
-from protocols.requests import Samples
-from studies.ledger import create, take_up
-from studies.record import read
+from palpate.protocols.canonical import canonical
+from palpate.protocols.events import NS, Event
+from palpate.protocols.requests import Samples
+from palpate.studies.ledger import create, take_up
+from palpate.studies.record import read
 
 RECORDED = Path(__file__).parents[2] / "recorded" / "ten"
 DOOR = RECORDED / "door_capture_P001_s1.sqlite"

@@ -14,14 +14,14 @@ import numpy as np
 import pytest
 from click.testing import CliRunner
 
-from analysis.aligning.refusals import AlignError
-from analysis.streams.commands import streams
-from analysis.streams.recorded import StreamError
-from devices.door.commands import doors
-from devices.door.profiles import normalise
-from devices.door.recording import read_columns
-from devices.door.twin import read_profile
-from studies.ledger import LedgerError
+from palpate.analysis.aligning.refusals import AlignError
+from palpate.analysis.streams.commands import streams
+from palpate.analysis.streams.recorded import StreamError
+from palpate.devices.door.commands import doors
+from palpate.devices.door.profiles import normalise
+from palpate.devices.door.recording import read_columns
+from palpate.devices.door.twin import read_profile
+from palpate.studies.ledger import LedgerError
 from tests.analysis.streams.ledgers import DOOR, RECORDED, Written, block, chunks
 
 ROOT = Path(__file__).parents[3]
@@ -268,7 +268,7 @@ def test_a_measured_car_door_survives_two_sensors_two_clocks_and_an_export(tmp_p
 
 def test_help_imports_nothing_heavy():
     code = (
-        "import sys\nfrom analysis.streams.commands import streams\n"
+        "import sys\nfrom palpate.analysis.streams.commands import streams\n"
         "for words in (['--help'], ['list', '--help'], ['export', '--help']):\n"
         "    streams.main(words, standalone_mode=False)\n"
         "print([name for name in ('numpy', 'scipy', 'sqlalchemy', 'rich', 'devices') if name in sys.modules])"

@@ -8,9 +8,9 @@ from collections.abc import Iterator
 import numpy as np
 import pytest
 
-from analysis.streams.reading import attempts_of, counting, streams_of
-from analysis.streams.recorded import Gap, StreamError
-from studies.record import read
+from palpate.analysis.streams.reading import attempts_of, counting, streams_of
+from palpate.analysis.streams.recorded import Gap, StreamError
+from palpate.studies.record import read
 from tests.analysis.streams.ledgers import DOOR, RECORDED, Written, block, chunks, told
 
 

@@ -9,10 +9,10 @@ from dataclasses import dataclass, field, replace
 import numpy as np
 import pytest
 
-from analysis.streams.reading import streams_of
-from devices.signals import Block, Signal
-from devices.streams.recording import Recording
-from protocols.events import NS
+from palpate.analysis.streams.reading import streams_of
+from palpate.devices.signals import Block, Signal
+from palpate.devices.streams.recording import Recording
+from palpate.protocols.events import NS
 from tests.analysis.streams.ledgers import Written
 
 RATE_HZ, TRUE_HZ, BLOCK, COUNT = 1000.0, 1000.08, 10, 20_000

@@ -11,11 +11,11 @@ import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
-from analysis import StatisticsError, anova, rm_anova
-from analysis.statistics.apa import apa_f
-from analysis.statistics.hypotheses import EXACT_GROUPS
-from analysis.statistics.mixed import mixed_anova
-from analysis.statistics.self_check import self_check
+from palpate.analysis import StatisticsError, anova, rm_anova
+from palpate.analysis.statistics.apa import apa_f
+from palpate.analysis.statistics.hypotheses import EXACT_GROUPS
+from palpate.analysis.statistics.mixed import mixed_anova
+from palpate.analysis.statistics.self_check import self_check
 from tests.analysis.anova_for_tests import relative_error, same
 from tests.analysis.variance.variance_for_tests import UNEQUAL, design
 from tests.examples import examples

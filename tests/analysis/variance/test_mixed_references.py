@@ -7,10 +7,10 @@ from typing import Any
 import pandas as pd
 import pytest
 
-from analysis.statistics.mixed import mixed_anova
-from analysis.statistics.references import reference_table, reference_values
-from analysis.statistics.sphericity import mauchly_tests
-from analysis.statistics.within import rm_anova
+from palpate.analysis.statistics.mixed import mixed_anova
+from palpate.analysis.statistics.references import reference_table, reference_values
+from palpate.analysis.statistics.sphericity import mauchly_tests
+from palpate.analysis.statistics.within import rm_anova
 from tests.analysis.anova_for_tests import NAMES, relative_error
 from tests.analysis.variance.variance_for_tests import R, r_table
 

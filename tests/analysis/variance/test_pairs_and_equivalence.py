@@ -8,11 +8,11 @@ import numpy as np
 import pandas as pd
 import pytest
 
-from analysis import pairwise_tests
-from analysis.statistics.equivalence import equivalence_tests
-from analysis.statistics.pvalues import adjusted
-from analysis.statistics.references import reference_table
-from analysis.statistics.refusals import BadOption
+from palpate.analysis import pairwise_tests
+from palpate.analysis.statistics.equivalence import equivalence_tests
+from palpate.analysis.statistics.pvalues import adjusted
+from palpate.analysis.statistics.references import reference_table
+from palpate.analysis.statistics.refusals import BadOption
 from tests.analysis.anova_for_tests import long_table, relative_error
 from tests.analysis.variance.variance_for_tests import R
 

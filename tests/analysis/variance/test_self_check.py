@@ -5,12 +5,12 @@ from __future__ import annotations
 import numpy as np
 import pytest
 
-from analysis.statistics import self_check as checking
-from analysis.statistics.exact import exact_one_way, exact_within
-from analysis.statistics.exact_mixed import exact_mixed
-from analysis.statistics.mixed import gather_design
-from analysis.statistics.references import reference_table, reference_values
-from analysis.statistics.self_check import self_check
+from palpate.analysis.statistics import self_check as checking
+from palpate.analysis.statistics.exact import exact_one_way, exact_within
+from palpate.analysis.statistics.exact_mixed import exact_mixed
+from palpate.analysis.statistics.mixed import gather_design
+from palpate.analysis.statistics.references import reference_table, reference_values
+from palpate.analysis.statistics.self_check import self_check
 from tests.analysis.anova_for_tests import long_table
 from tests.analysis.variance.variance_for_tests import UNEQUAL, R, design, r_table
 

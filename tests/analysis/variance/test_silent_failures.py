@@ -15,13 +15,13 @@ import numpy as np
 import pandas as pd
 import pytest
 
-from analysis import pairwise_tests, rm_anova
-from analysis.crosschecking import packages
-from analysis.statistics.mixed import mixed_anova
-from analysis.statistics.noncentral import f_chance, f_noncentrality
-from analysis.statistics.references import reference_table, reference_values
-from analysis.statistics.refusals import IncompleteCells
 from benchmarks.statistics.inputs import edge_cells, long_table, wide_input
+from palpate.analysis import pairwise_tests, rm_anova
+from palpate.analysis.crosschecking import packages
+from palpate.analysis.statistics.mixed import mixed_anova
+from palpate.analysis.statistics.noncentral import f_chance, f_noncentrality
+from palpate.analysis.statistics.references import reference_table, reference_values
+from palpate.analysis.statistics.refusals import IncompleteCells
 
 pytestmark = pytest.mark.filterwarnings("ignore")
 
@@ -127,7 +127,7 @@ def test_an_undefined_pair_stays_in_its_family() -> None:
 
 def test_friedman_does_not_rank_rounding() -> None:
     """0.1 + 0.2 and 0.3 are one rating in decimals; as doubles they differ, and SciPy ranks the difference."""
-    from analysis.ordinal.friedman import friedman
+    from palpate.analysis.ordinal.friedman import friedman
 
     tied, rounded = ([[0.3, 0.3, 0.5], [a, 0.3, 0.2], [a, 0.3, 0.7], [0.4, 0.1, 0.6]] for a in (0.3, 0.1 + 0.2))
     expected = theirs("scipy.stats").friedmanchisquare(*np.transpose(tied)).statistic
@@ -148,7 +148,7 @@ def test_a_level_named_none_is_a_level() -> None:
 
 
 def mixed_model_residual(table: pd.DataFrame) -> float:
-    from analysis.mixed_models.model import mixed_model
+    from palpate.analysis.mixed_models.model import mixed_model
 
     variances = mixed_model(table, "y", fixed=["A"], random={"subject": []}).variances
     return float(variances.set_index("group")["variance"].iloc[-1])

@@ -4,9 +4,9 @@ from dataclasses import dataclass, field
 
 import numpy as np
 
-from devices.actuator.device import make
-from devices.actuator.settings import Settings
-from devices.signals import Block, Signal
+from palpate.devices.actuator.device import make
+from palpate.devices.actuator.settings import Settings
+from palpate.devices.signals import Block, Signal
 
 
 @dataclass

@@ -6,12 +6,12 @@ import nidaqmx.error_codes
 import numpy as np
 import pytest
 
-from devices.actuator import analog_out
-from devices.actuator.analog_out import AnalogOut
-from devices.actuator.device import make
-from devices.actuator.queue import Queue
-from devices.actuator.settings import Settings
-from devices.signals import DeviceError
+from palpate.devices.actuator import analog_out
+from palpate.devices.actuator.analog_out import AnalogOut
+from palpate.devices.actuator.device import make
+from palpate.devices.actuator.queue import Queue
+from palpate.devices.actuator.settings import Settings
+from palpate.devices.signals import DeviceError
 from tests.devices.actuator.ni_card import Card
 
 pytestmark = pytest.mark.needs("nidaqmx")

@@ -4,11 +4,11 @@ import numpy as np
 import pytest
 from pydantic import ValidationError
 
-from devices.actuator.calibration import save
-from devices.actuator.identify import identify
-from devices.actuator.resonance import Shaken
-from devices.actuator.settings import Settings
-from devices.signals import DeviceFault
+from palpate.devices.actuator.calibration import save
+from palpate.devices.actuator.identify import identify
+from palpate.devices.actuator.resonance import Shaken
+from palpate.devices.actuator.settings import Settings
+from palpate.devices.signals import DeviceFault
 from tests.devices.actuator.benches import Clock, coil
 
 

@@ -5,13 +5,13 @@ import json
 import numpy as np
 import pytest
 
-from devices.actuator.calibration import load, save
-from devices.actuator.excitation import excitation
-from devices.actuator.identify import Shaking, identify, through
-from devices.actuator.inverse import Wish, gain_at, minimum_phase
-from devices.actuator.resonance import Coil, Shaken
-from devices.actuator.response import ResponseError, estimate
-from devices.signals import DeviceError, DeviceFault
+from palpate.devices.actuator.calibration import load, save
+from palpate.devices.actuator.excitation import excitation
+from palpate.devices.actuator.identify import Shaking, identify, through
+from palpate.devices.actuator.inverse import Wish, gain_at, minimum_phase
+from palpate.devices.actuator.resonance import Coil, Shaken
+from palpate.devices.actuator.response import ResponseError, estimate
+from palpate.devices.signals import DeviceError, DeviceFault
 from tests.devices.actuator.benches import Accelerometer, Clock, coil
 
 BAND = (20.0, 450.0)

@@ -3,8 +3,8 @@
 import numpy as np
 import pytest
 
-from devices.actuator.limits import Limiter
-from devices.actuator.queue import Queue
+from palpate.devices.actuator.limits import Limiter
+from palpate.devices.actuator.queue import Queue
 
 
 def test_samples_come_out_in_order_in_parts_of_any_length():

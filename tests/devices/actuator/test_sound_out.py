@@ -3,16 +3,16 @@
 import numpy as np
 import pytest
 
-from devices.actuator.outputs import SoundOut
-from devices.actuator.upsample import REACH, Upsampler, bank
+from palpate.devices.actuator.outputs import SoundOut
+from palpate.devices.actuator.upsample import REACH, Upsampler, bank
 from tests.devices.sound.tapes import played
 
 SCRIPT = """
 import time
 from pathlib import Path
 import numpy as np
-from devices.actuator.device import make
-from devices.actuator.settings import Settings
+from palpate.devices.actuator.device import make
+from palpate.devices.actuator.settings import Settings
 chosen = Settings(kind="voice_coil", driver="sound", device="tape", ahead_ms=500, full_scale_V=2.0)
 coil = make("coil", chosen, Path("."))
 coil.open()

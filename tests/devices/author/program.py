@@ -3,7 +3,7 @@
 import sys
 from pathlib import Path
 
-from devices.author.open import Options, run_window
+from palpate.devices.author.open import Options, run_window
 from tests.devices.author.fakes import FakeMaker
 
 RIG = """

@@ -4,12 +4,12 @@ from collections import deque
 
 from PIL import Image
 
-from devices.author.room import Room
-from devices.author.words import author_texts
-from devices.window.fonts import find_fonts
-from devices.window.geometry import Metrics
-from devices.window.inputs import Key, Pressed, Released, Typed
-from devices.window.screen import Page
+from palpate.devices.author.room import Room
+from palpate.devices.author.words import author_texts
+from palpate.devices.window.fonts import find_fonts
+from palpate.devices.window.geometry import Metrics
+from palpate.devices.window.inputs import Key, Pressed, Released, Typed
+from palpate.devices.window.screen import Page
 from tests.devices.author.fakes import FakeMaker
 from tests.devices.window.shells_for_tests import FakeShell
 

@@ -9,15 +9,15 @@ import pytest
 from PIL import Image
 
 from benchmarks.doors.designer_window import line_error_px, painted_s
-from devices.author.elements import FEELS, SIDES
-from devices.author.rated import FILE, range_text, rated_range
-from devices.author.words import FOLDER, author_texts
-from devices.author.work import Work, neutral
-from devices.door.twin import read_profile
-from devices.window.geometry import Box, Metrics, WindowError, problems
-from devices.window.paint import CARD, GROUND, contrast
-from devices.window.plot import axes_for, line_mask
-from devices.window.texts import placeholders, read_words
+from palpate.devices.author.elements import FEELS, SIDES
+from palpate.devices.author.rated import FILE, range_text, rated_range
+from palpate.devices.author.words import FOLDER, author_texts
+from palpate.devices.author.work import Work, neutral
+from palpate.devices.door.twin import read_profile
+from palpate.devices.window.geometry import Box, Metrics, WindowError, problems
+from palpate.devices.window.paint import CARD, GROUND, contrast
+from palpate.devices.window.plot import axes_for, line_mask
+from palpate.devices.window.texts import placeholders, read_words
 from tests.devices.author.fakes import FakeMaker
 from tests.devices.author.rooms_for_tests import begun, page_for, typed, wish
 
@@ -60,9 +60,9 @@ def test_the_range_behind_is_that_of_the_rated_doors():
                                                  ((1920, 1200), 3.7), ((3840, 2160), 7.0)])  # fmt: skip
 @pytest.mark.parametrize("language", ["en", "ko"])
 def test_nothing_overlaps_or_is_cut_on_any_screen_in_any_language(size, px_per_mm, language):
-    from devices.author.board import Board, Told
-    from devices.author.screen import AuthorScreen
-    from devices.author.work import History
+    from palpate.devices.author.board import Board, Told
+    from palpate.devices.author.screen import AuthorScreen
+    from palpate.devices.author.work import History
 
     page = page_for(language, size, px_per_mm)
     begin = Work(neutral(7))
@@ -109,7 +109,7 @@ def test_every_language_has_the_same_keys_and_placeholders():
 
 def test_the_command_imports_neither_a_window_nor_arrays_to_say_how_it_is_used():
     program = (
-        "import sys\nfrom devices.author.commands import author\n"
+        "import sys\nfrom palpate.devices.author.commands import author\n"
         "author(['--help'], standalone_mode=False)\n"
         "print(sorted({'numpy', 'psychopy', 'PIL', 'torch'} & set(sys.modules)))"
     )

@@ -4,12 +4,12 @@ from dataclasses import dataclass, field
 
 import pytest
 
-from devices.author.playing import Played, Player
-from devices.door.firmware.ailments import Ailing
-from devices.door.link.limits import Limits
-from devices.door.link.simulator import DoorSimulator, Setup
-from devices.door.live import LiveDoor
-from devices.signals import DeviceError
+from palpate.devices.author.playing import Played, Player
+from palpate.devices.door.firmware.ailments import Ailing
+from palpate.devices.door.link.limits import Limits
+from palpate.devices.door.link.simulator import DoorSimulator, Setup
+from palpate.devices.door.live import LiveDoor
+from palpate.devices.signals import DeviceError
 from tests.devices.author.fakes import FakeMaker
 from tests.devices.author.rooms_for_tests import begun, click, typed, wish
 from tests.devices.door_firmware.plants import TinyPlant

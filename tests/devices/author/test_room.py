@@ -4,10 +4,10 @@ import json
 
 import pytest
 
-from devices.author.designs import KEPT, designs_folder, read_design
-from devices.author.pages import HelpScreen, NameScreen, OpenScreen, RecoverScreen
-from devices.author.work import neutral
-from devices.door.twin import open_door, read_profile
+from palpate.devices.author.designs import KEPT, designs_folder, read_design
+from palpate.devices.author.pages import HelpScreen, NameScreen, OpenScreen, RecoverScreen
+from palpate.devices.author.work import neutral
+from palpate.devices.door.twin import open_door, read_profile
 from tests.devices.author.fakes import LOWS, FakeMaker
 from tests.devices.author.rooms_for_tests import begun, click, do, keys, on, typed, wish
 
@@ -258,7 +258,7 @@ def test_without_a_door_play_says_what_to_do(tmp_path):
 
 
 def test_a_marker_taken_beside_its_middle_does_not_jump(tmp_path):
-    from devices.window.inputs import Moved, Pressed, Released
+    from palpate.devices.window.inputs import Moved, Pressed, Released
 
     room = begun(tmp_path)
     thumb = room.main.board.slider(room.main.work, 0).thumb

@@ -10,11 +10,11 @@ import pytest
 from PIL import Image, ImageFilter
 from pydantic import ValidationError
 
-from devices.camera import keeping
-from devices.camera.device import Settings, make
-from devices.camera.look import Incomplete, Limits, look
-from devices.signals import DeviceError
-from protocols.requests import Aside, Fault, Reply, Sense
+from palpate.devices.camera import keeping
+from palpate.devices.camera.device import Settings, make
+from palpate.devices.camera.look import Incomplete, Limits, look
+from palpate.devices.signals import DeviceError
+from palpate.protocols.requests import Aside, Fault, Reply, Sense
 from tests.devices.stage.seats import Clock, Desk, Window, trial_of
 
 SIDE = 200
@@ -89,7 +89,7 @@ def test_pictures_are_kept_in_the_lab_unless_the_rig_file_says_where(tmp_path):
 
 
 def test_a_twin_has_as_many_lights_as_the_simulated_surfaces_and_no_more():
-    from devices.surfaces.photo import LIGHTS
+    from palpate.devices.surfaces.photo import LIGHTS
 
     assert Settings(kind="camera", driver="twin", lights=LIGHTS).count == LIGHTS
     with pytest.raises(ValidationError, match="a twin has 10, and 11 are asked for"):

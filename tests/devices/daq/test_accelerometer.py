@@ -10,9 +10,9 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 from pydantic import ValidationError
 
-from devices.daq.accelerometer import Settings, make
-from devices.daq.adxl335 import POSITIONS, Scaling, acceleration, calibrate
-from devices.signals import DeviceError, DeviceFault
+from palpate.devices.daq.accelerometer import Settings, make
+from palpate.devices.daq.adxl335 import POSITIONS, Scaling, acceleration, calibrate
+from palpate.devices.signals import DeviceError, DeviceFault
 from tests.devices.daq.scenes import Bent, Clock, Steady, rows, run
 from tests.examples import examples
 

@@ -9,10 +9,10 @@ import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
-from devices.daq.cal_file import AXES, read_cal_file
-from devices.daq.force_torque import SAMPLE
-from devices.daq.wrench import Slopes, calibration, compensated, moved, torque_Nm, wrench
-from devices.signals import DeviceError
+from palpate.devices.daq.cal_file import AXES, read_cal_file
+from palpate.devices.daq.force_torque import SAMPLE
+from palpate.devices.daq.wrench import Slopes, calibration, compensated, moved, torque_Nm, wrench
+from palpate.devices.signals import DeviceError
 from tests.examples import examples
 
 TEXT = SAMPLE.read_text(encoding="utf-8")

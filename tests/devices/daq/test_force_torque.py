@@ -10,9 +10,9 @@ import numpy as np
 import pytest
 from pydantic import ValidationError
 
-from devices.daq.force_torque import SAMPLE, Settings, make
-from devices.daq.sensor import DaqSensor
-from devices.signals import FAULTS, DeviceError, DeviceFault
+from palpate.devices.daq.force_torque import SAMPLE, Settings, make
+from palpate.devices.daq.sensor import DaqSensor
+from palpate.devices.signals import FAULTS, DeviceError, DeviceFault
 from tests.devices.daq.scenes import Bent, Clock, Steady, rows, run
 
 HERE = Path()
@@ -227,7 +227,7 @@ def test_settings_that_cannot_be_meant_are_refused(wrong) -> None:
 
 def test_the_kinds_are_named_without_numpy_or_a_card() -> None:
     code = (
-        "import sys, devices.daq.force_torque, devices.daq.accelerometer;"
+        "import sys, palpate.devices.daq.force_torque, palpate.devices.daq.accelerometer;"
         "print([name for name in ('numpy', 'scipy', 'nidaqmx') if name in sys.modules])"
     )
     done = subprocess.run([sys.executable, "-c", code], capture_output=True, text=True, check=True, timeout=60)

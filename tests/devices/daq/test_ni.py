@@ -12,10 +12,10 @@ from nidaqmx.error_codes import DAQmxErrors
 from nidaqmx.errors import DaqError
 from nidaqmx.task import collections
 
-from devices.daq import ni_errors
-from devices.daq.acquire import Pace, Wiring, channel_names, demand_channels
-from devices.daq.ni import NiDaq
-from devices.signals import FAULTS, DeviceError, DeviceFault
+from palpate.devices.daq import ni_errors
+from palpate.devices.daq.acquire import Pace, Wiring, channel_names, demand_channels
+from palpate.devices.daq.ni import NiDaq
+from palpate.devices.signals import FAULTS, DeviceError, DeviceFault
 from tests.devices.daq import board
 
 pytestmark = pytest.mark.needs("nidaqmx")

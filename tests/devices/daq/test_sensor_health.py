@@ -11,9 +11,9 @@ from pathlib import Path
 import numpy as np
 import pytest
 
-from devices.daq import accelerometer, force_torque
-from devices.health import measured_hz, reading, sensed
-from devices.signals import Block, DeviceFault, Signal
+from palpate.devices.daq import accelerometer, force_torque
+from palpate.devices.health import measured_hz, reading, sensed
+from palpate.devices.signals import Block, DeviceFault, Signal
 from tests.devices.daq.scenes import Bent, Clock, Steady
 
 TWO = Signal("position", ("x", "y"), ("mm", "mm"), 100.0)

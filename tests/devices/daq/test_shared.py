@@ -7,10 +7,10 @@ from pathlib import Path
 import numpy as np
 import pytest
 
-from devices.daq import accelerometer, force_torque
-from devices.daq.acquire import Pace
-from devices.daq.shared import share_cards
-from devices.signals import DeviceError, DeviceFault
+from palpate.devices.daq import accelerometer, force_torque
+from palpate.devices.daq.acquire import Pace
+from palpate.devices.daq.shared import share_cards
+from palpate.devices.signals import DeviceError, DeviceFault
 from tests.devices.daq import board
 
 pytestmark = pytest.mark.needs("nidaqmx")

@@ -7,8 +7,8 @@ import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
-from devices.daq.watch import Watch
-from devices.signals import DeviceFault
+from palpate.devices.daq.watch import Watch
+from palpate.devices.signals import DeviceFault
 from tests.examples import examples
 
 

@@ -3,11 +3,11 @@
 import math
 from dataclasses import dataclass, field
 
-from devices.door.firmware.controller import BOOT_MS, Firmware
-from devices.door.firmware.limits import Limits
-from devices.door.link import messages as says
-from devices.door.link.frames import Parser
-from devices.door.plant.machine import Tick
+from palpate.devices.door.firmware.controller import BOOT_MS, Firmware
+from palpate.devices.door.firmware.limits import Limits
+from palpate.devices.door.link import messages as says
+from palpate.devices.door.link.frames import Parser
+from palpate.devices.door.plant.machine import Tick
 
 
 @dataclass

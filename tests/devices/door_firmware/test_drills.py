@@ -5,12 +5,12 @@ import random
 
 import pytest
 
-from devices.door.firmware.ailments import AILMENTS, Ailing
-from devices.door.firmware.controller import BOOT_MS, Firmware
-from devices.door.firmware.twin_plant import TwinPlant
-from devices.door.link import messages as says
-from devices.door.link.codes import SAFE_WITHIN_MS, Fault, State
-from devices.door.plant.sensing import Sensing
+from palpate.devices.door.firmware.ailments import AILMENTS, Ailing
+from palpate.devices.door.firmware.controller import BOOT_MS, Firmware
+from palpate.devices.door.firmware.twin_plant import TwinPlant
+from palpate.devices.door.link import messages as says
+from palpate.devices.door.link.codes import SAFE_WITHIN_MS, Fault, State
+from palpate.devices.door.plant.sensing import Sensing
 from tests.devices.door_firmware.plants import Host, TinyPlant, firmware, out_and_back, profile
 
 MOVING_MS = 1600

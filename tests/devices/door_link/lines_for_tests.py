@@ -4,15 +4,15 @@ from dataclasses import dataclass, field
 from types import SimpleNamespace
 
 from benchmarks.serial_lines import VirtualLine
-from devices.door.firmware.ailments import Ailing
-from devices.door.firmware.controller import Firmware
-from devices.door.firmware.limits import Limits as DeviceLimits
-from devices.door.firmware.wire import Wire
-from devices.door.link.codes import State
-from devices.door.link.limits import Limits
-from devices.door.link.link import Link, Timing
-from devices.door.link.simulator import Connection, DoorSimulator, Setup
-from protocols.requests import Chunk, Present, Samples
+from palpate.devices.door.firmware.ailments import Ailing
+from palpate.devices.door.firmware.controller import Firmware
+from palpate.devices.door.firmware.limits import Limits as DeviceLimits
+from palpate.devices.door.firmware.wire import Wire
+from palpate.devices.door.link.codes import State
+from palpate.devices.door.link.limits import Limits
+from palpate.devices.door.link.link import Link, Timing
+from palpate.devices.door.link.simulator import Connection, DoorSimulator, Setup
+from palpate.protocols.requests import Chunk, Present, Samples
 from tests.devices.door_firmware.plants import TinyPlant, out_and_back
 
 FRAME_MS = 10

@@ -4,8 +4,8 @@ import numpy as np
 import pytest
 
 from benchmarks.doors.live_door import cases, followed, methods
-from devices.door.designer import designer_for
-from devices.door.plant.rendering import PASSAGE_TICKS
+from palpate.devices.door.designer import designer_for
+from palpate.devices.door.plant.rendering import PASSAGE_TICKS
 
 DESIGNER = designer_for(None)
 WAYS = methods(DESIGNER)

@@ -4,17 +4,17 @@ from itertools import pairwise
 
 import pytest
 
-from devices.door.firmware.ailments import Ailing
-from devices.door.firmware.twin_plant import TwinPlant
-from devices.door.link import dialogue
-from devices.door.link import messages as says
-from devices.door.link.codes import Reason, State
-from devices.door.link.limits import Limits, change_for_door, profile_for_door
-from devices.door.link.messages import Profile
-from devices.door.live import PERIOD_NS, LiveDoor
-from devices.door.plant.rendering import FASTEST_NM_S, PASSAGE_TICKS, STEP_RAD, Passage, Rendered
-from protocols.events import NS
-from protocols.requests import Aside, Fault, Reply
+from palpate.devices.door.firmware.ailments import Ailing
+from palpate.devices.door.firmware.twin_plant import TwinPlant
+from palpate.devices.door.link import dialogue
+from palpate.devices.door.link import messages as says
+from palpate.devices.door.link.codes import Reason, State
+from palpate.devices.door.link.limits import Limits, change_for_door, profile_for_door
+from palpate.devices.door.link.messages import Profile
+from palpate.devices.door.live import PERIOD_NS, LiveDoor
+from palpate.devices.door.plant.rendering import FASTEST_NM_S, PASSAGE_TICKS, STEP_RAD, Passage, Rendered
+from palpate.protocols.events import NS
+from palpate.protocols.requests import Aside, Fault, Reply
 from tests.devices.door_firmware.plants import TinyPlant, out_and_back
 from tests.devices.door_link.lines_for_tests import Bench, Lab, request
 

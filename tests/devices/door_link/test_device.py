@@ -5,7 +5,7 @@ from pathlib import Path
 import pytest
 from pydantic import ValidationError
 
-from devices.door.link.device import Settings, make
+from palpate.devices.door.link.device import Settings, make
 
 
 def test_the_rig_files_example_makes_a_door():
@@ -39,7 +39,7 @@ def test_a_setting_that_cannot_be_is_refused(wrong):
 
 def test_the_settings_import_neither_numpy_nor_pyserial():
     code = (
-        "import sys, devices.door.link.device; print([name for name in ('numpy', 'serial', 'scipy') "
+        "import sys, palpate.devices.door.link.device; print([name for name in ('numpy', 'serial', 'scipy') "
         "if name in sys.modules])"
     )
     done = subprocess.run([sys.executable, "-c", code], capture_output=True, text=True, check=True)

@@ -2,7 +2,7 @@ import pytest
 
 from benchmarks.serial import cases, frames_lost
 from benchmarks.serial_drills import DRILLS, drilled
-from devices.door.link.codes import SAFE_WITHIN_MS, Fault
+from palpate.devices.door.link.codes import SAFE_WITHIN_MS, Fault
 
 
 @pytest.mark.needs("serial")

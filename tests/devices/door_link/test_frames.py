@@ -4,8 +4,8 @@ import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
-from devices.door.link import messages as says
-from devices.door.link.frames import (
+from palpate.devices.door.link import messages as says
+from palpate.devices.door.link.frames import (
     MAX_PAYLOAD,
     MAX_STUFFED,
     Frame,

@@ -3,10 +3,10 @@ import math
 
 import pytest
 
-from devices.door.grid import POINTS
-from devices.door.link.limits import Limits, ProfileRefused, profile_for_door
-from devices.door.twin import read_profile
-from studies.catalogue import SHIPPED
+from palpate.devices.door.grid import POINTS
+from palpate.devices.door.link.limits import Limits, ProfileRefused, profile_for_door
+from palpate.devices.door.twin import read_profile
+from palpate.studies.catalogue import SHIPPED
 
 DOORS = SHIPPED / "door_ratings"
 FLAT = [10.0] * POINTS

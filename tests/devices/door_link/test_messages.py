@@ -2,8 +2,8 @@ from dataclasses import fields
 
 import pytest
 
-from devices.door.link import messages as says
-from devices.door.link.frames import Frame, Parser
+from palpate.devices.door.link import messages as says
+from palpate.devices.door.link.frames import Frame, Parser
 
 SAMPLES = {
     says.Identity: says.Identity(b"PDOR", 1, 2, 77, 621, 60.0, 100.0, 180.0, 40, 1, 0, 0xFFFFFFFF),

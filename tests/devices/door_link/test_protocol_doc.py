@@ -6,14 +6,14 @@ from pathlib import Path
 
 import pytest
 
-import devices
-from devices.door.firmware.controller import ALLOWED, BOOT_MS, REMEMBERED
-from devices.door.firmware.limits import Limits
-from devices.door.firmware.watch import PULLED_NM, SILENT_MS, STANDS_DEG, STUCK_DEG_S, STUCK_MS
-from devices.door.link import messages as says
-from devices.door.link.codes import CHUNK_POINTS, HEARTBEAT_MS, Fault, Reason, State
-from devices.door.link.frames import MAX_PAYLOAD, Frame, bare
-from devices.door.link.link import ALIVE_S, REPLY_S
+from palpate import devices
+from palpate.devices.door.firmware.controller import ALLOWED, BOOT_MS, REMEMBERED
+from palpate.devices.door.firmware.limits import Limits
+from palpate.devices.door.firmware.watch import PULLED_NM, SILENT_MS, STANDS_DEG, STUCK_DEG_S, STUCK_MS
+from palpate.devices.door.link import messages as says
+from palpate.devices.door.link.codes import CHUNK_POINTS, HEARTBEAT_MS, Fault, Reason, State
+from palpate.devices.door.link.frames import MAX_PAYLOAD, Frame, bare
+from palpate.devices.door.link.link import ALIVE_S, REPLY_S
 
 PAGE = (Path(devices.__file__).parent.parent / "docs/reference/door-protocol.md").read_text(encoding="utf-8")
 NAMES = {"H": "u16", "I": "u32", "B": "u8", "f": "f32", "Q": "u64", "4s": "4 bytes"}

@@ -4,13 +4,13 @@ import random
 
 import pytest
 
-from devices.door.firmware.ailments import Ailing
-from devices.door.link import messages as says
-from devices.door.link.codes import SAFE_WITHIN_MS, Fault, State
-from devices.signals import DeviceError
-from protocols.requests import Aside, Chunk, Reply
-from protocols.requests import Fault as Failed
-from studies.interrupts import Interrupted
+from palpate.devices.door.firmware.ailments import Ailing
+from palpate.devices.door.link import messages as says
+from palpate.devices.door.link.codes import SAFE_WITHIN_MS, Fault, State
+from palpate.devices.signals import DeviceError
+from palpate.protocols.requests import Aside, Chunk, Reply
+from palpate.protocols.requests import Fault as Failed
+from palpate.studies.interrupts import Interrupted
 from tests.devices.door_firmware.plants import TinyPlant
 from tests.devices.door_link.lines_for_tests import Bench, Lab, playing, request, slow_lab
 

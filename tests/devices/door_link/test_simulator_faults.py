@@ -4,15 +4,15 @@ import gc
 
 import pytest
 
-from devices.door.firmware.ailments import Ailing
-from devices.door.firmware.limits import Limits as DeviceLimits
-from devices.door.link import messages as says
-from devices.door.link.codes import SAFE_WITHIN_MS, Fault, State
-from devices.door.link.frames import Parser
-from devices.door.link.link import Link
-from devices.door.link.threads import Threads
-from protocols.requests import Aside, Chunk, Reply
-from protocols.requests import Fault as Failed
+from palpate.devices.door.firmware.ailments import Ailing
+from palpate.devices.door.firmware.limits import Limits as DeviceLimits
+from palpate.devices.door.link import messages as says
+from palpate.devices.door.link.codes import SAFE_WITHIN_MS, Fault, State
+from palpate.devices.door.link.frames import Parser
+from palpate.devices.door.link.link import Link
+from palpate.devices.door.link.threads import Threads
+from palpate.protocols.requests import Aside, Chunk, Reply
+from palpate.protocols.requests import Fault as Failed
 from tests.devices.door_firmware.plants import TinyPlant, out_and_back
 from tests.devices.door_link.lines_for_tests import Bench, Drained, Lab, playing, request, slow_lab
 

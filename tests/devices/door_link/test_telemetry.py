@@ -5,8 +5,8 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
-from devices.door.link.messages import Telemetry
-from devices.door.link.telemetry import LOST, Numbering, Opening, untrue
+from palpate.devices.door.link.messages import Telemetry
+from palpate.devices.door.link.telemetry import LOST, Numbering, Opening, untrue
 
 
 def sample(number, angle=0.0, **more):

@@ -12,13 +12,13 @@ from pathlib import Path
 
 import pytest
 
-import devices
-from devices.door.link.connections import by_serial, by_twin
-from devices.door.link.device import Settings, make
-from devices.door.link.limits import Limits
-from devices.door.link.twin_process import TwinProcess
-from devices.signals import DeviceError
-from protocols.requests import Chunk, Fault, Reply
+from palpate import devices
+from palpate.devices.door.link.connections import by_serial, by_twin
+from palpate.devices.door.link.device import Settings, make
+from palpate.devices.door.link.limits import Limits
+from palpate.devices.door.link.twin_process import TwinProcess
+from palpate.devices.signals import DeviceError
+from palpate.protocols.requests import Chunk, Fault, Reply
 from tests.devices.door_link.lines_for_tests import request
 from tests.devices.door_link.twin_processes import children
 
@@ -29,10 +29,10 @@ HOST = """
 import sys, time
 from functools import partial
 from pathlib import Path
-from devices.door.link import dialogue
-from devices.door.link.connections import by_twin
-from devices.door.link.limits import Limits
-from devices.door.link.messages import Profile, SetRate
+from palpate.devices.door.link import dialogue
+from palpate.devices.door.link.connections import by_twin
+from palpate.devices.door.link.limits import Limits
+from palpate.devices.door.link.messages import Profile, SetRate
 connection = by_twin("door", 0.2, 1, Limits(), 1_000_000, Path(sys.argv[1]))
 dialogue.greet(connection.link)
 profile = Profile((10.0,) * 621, 62.0)

@@ -12,5 +12,5 @@ def children():
             parent = int((folder / "stat").read_text().rpartition(")")[2].split()[1])
         except (OSError, ValueError, IndexError):
             continue
-        if parent == os.getpid() and b"devices.door.firmware.process" in words:
+        if parent == os.getpid() and b"palpate.devices.door.firmware.process" in words:
             yield int(folder.name)

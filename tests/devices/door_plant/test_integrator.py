@@ -9,10 +9,10 @@ from benchmarks.plant.explicit import FIXED, solve_fixed
 from benchmarks.plant.passivity import Throw, by_default, by_stepper, excess, grid
 from benchmarks.plant.problems import problems, solve, sticking, worst_rad
 from benchmarks.plant.reference import solve_adaptive
-from devices.door.plant import dynamics as dynamics_module
-from devices.door.plant.dynamics import Dynamics
-from devices.door.plant.hand import NOBODY, Hand, impedance, push
-from devices.door.plant.parameters import Arm, Brake, Detent, Parameters, PlantError
+from palpate.devices.door.plant import dynamics as dynamics_module
+from palpate.devices.door.plant.dynamics import Dynamics
+from palpate.devices.door.plant.hand import NOBODY, Hand, impedance, push
+from palpate.devices.door.plant.parameters import Arm, Brake, Detent, Parameters, PlantError
 
 FREE = Parameters(arm=Arm(viscous_Nm_s_rad=0.0, coulomb_Nm=0.0), brake=Brake(drag_Nm=0.0))
 

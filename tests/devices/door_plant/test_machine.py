@@ -10,12 +10,12 @@ from pathlib import Path
 import pytest
 
 from benchmarks.plant.playback import as_torque, play
-from devices.door.firmware.limits import Limits as FirmwareLimits
-from devices.door.plant.hand import NOBODY, constant_velocity, human, impedance, push
-from devices.door.plant.machine import Machine
-from devices.door.plant.parameters import DEFAULT, Limits, Parameters, PlantError
-from devices.door.plant.rendering import STEP_RAD, Rendered
-from devices.door.twin import read_profile
+from palpate.devices.door.firmware.limits import Limits as FirmwareLimits
+from palpate.devices.door.plant.hand import NOBODY, constant_velocity, human, impedance, push
+from palpate.devices.door.plant.machine import Machine
+from palpate.devices.door.plant.parameters import DEFAULT, Limits, Parameters, PlantError
+from palpate.devices.door.plant.rendering import STEP_RAD, Rendered
+from palpate.devices.door.twin import read_profile
 
 PROFILES = Path(__file__).parents[3] / "studies" / "door_ratings" / "profiles"
 FLAT = [5.0] * 621
@@ -188,10 +188,10 @@ def test_what_is_no_profile_is_refused_and_the_old_one_stays(torque, end, told):
 
 
 def test_the_machine_needs_neither_numpy_nor_what_measures_it():
-    code = "import sys, devices.door.plant.machine as m; m.Machine().step(); print(*sys.modules)"
+    code = "import sys, palpate.devices.door.plant.machine as m; m.Machine().step(); print(*sys.modules)"
     loaded = subprocess.run([sys.executable, "-c", code], check=True, capture_output=True, text=True).stdout.split()
-    assert "devices.door.plant.machine" in loaded
-    assert not {"numpy", "scipy", "devices.door.plant.measuring"} & set(loaded)
+    assert "palpate.devices.door.plant.machine" in loaded
+    assert not {"numpy", "scipy", "palpate.devices.door.plant.measuring"} & set(loaded)
 
 
 def test_the_machine_asks_for_no_speed_that_its_firmware_would_stop():
@@ -201,7 +201,7 @@ def test_the_machine_asks_for_no_speed_that_its_firmware_would_stop():
 def test_every_parameter_with_a_unit_has_a_range():
     from dataclasses import fields
 
-    from devices.door.plant.parameters import RANGES
+    from palpate.devices.door.plant.parameters import RANGES
 
     ranges = {name for name in RANGES if not name.startswith("detent.")}
     names = {f"{part.name}.{one.name}" for part in fields(Parameters) for one in fields(getattr(DEFAULT, part.name))}

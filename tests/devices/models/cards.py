@@ -9,7 +9,7 @@ from pathlib import Path
 import numpy as np
 from safetensors.numpy import save
 
-from protocols.model_card import Card, Dense, DoorFeatures, Interval, Port, Weights
+from palpate.protocols.model_card import Card, Dense, DoorFeatures, Interval, Port, Weights
 
 ATTRIBUTES = ("Easy-to-pull", "Damped")
 ANTONYMS = ("Hard-to-pull", "Recoiling")

@@ -5,10 +5,10 @@ from __future__ import annotations
 import numpy as np
 import pytest
 
-from devices.models.autoregression import predictor_of
-from devices.models.errors import ModelFileError, ModelInputError
-from protocols.model_card import Reshape
-from protocols.signal_steps import Autoregression
+from palpate.devices.models.autoregression import predictor_of
+from palpate.devices.models.errors import ModelFileError, ModelInputError
+from palpate.protocols.model_card import Reshape
+from palpate.protocols.signal_steps import Autoregression
 from tests.devices.models.cards import port
 from tests.devices.models.test_signal_steps import made
 

@@ -10,9 +10,9 @@ import numpy as np
 import pytest
 from safetensors.numpy import save
 
-from devices.models.errors import ModelFileError
-from devices.models.file import read_model
-from protocols.model_card import (
+from palpate.devices.models.errors import ModelFileError
+from palpate.devices.models.file import read_model
+from palpate.protocols.model_card import (
     Affine,
     Clip,
     Conv,

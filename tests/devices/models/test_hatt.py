@@ -8,9 +8,9 @@ import shutil
 import numpy as np
 import pytest
 
-from devices.models.errors import ModelFileError
-from devices.models.file import read_model
-from devices.models.hatt_file import read_hatt_file
+from palpate.devices.models.errors import ModelFileError
+from palpate.devices.models.file import read_model
+from palpate.devices.models.hatt_file import read_hatt_file
 from tests.devices.models.make_hatt import AR, FILE, GAIN, MA, POINTS, VARIANCE, polynomial, text
 
 BAND = slice(20, 500)
@@ -186,7 +186,7 @@ def test_a_foreign_file_is_refused(tmp_path, content, words):
 
 
 def test_it_is_read_where_it_lies(tmp_path, monkeypatch):
-    from devices.models.finding import find_model
+    from palpate.devices.models.finding import find_model
 
     shutil.copy(FILE, tmp_path)
     monkeypatch.chdir(tmp_path)

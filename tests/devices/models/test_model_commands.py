@@ -12,11 +12,11 @@ import numpy as np
 import pytest
 from click.testing import CliRunner, Result
 
-from devices.door.side import DoorSide
-from devices.door.stimuli import profile_text
-from devices.door.twin import read_profile
-from devices.models import finding
-from devices.models.commands import models, predict
+from palpate.devices.door.side import DoorSide
+from palpate.devices.door.stimuli import profile_text
+from palpate.devices.door.twin import read_profile
+from palpate.devices.models import finding
+from palpate.devices.models.commands import models, predict
 from tests.devices.models.cards import FORCE, RATINGS, edited, feeling, saved, shape
 
 RAMP = np.linspace(0, 30, 621)
@@ -59,7 +59,7 @@ def test_the_list_names_what_there_is_and_what_is_broken(lab):
 
 
 def test_a_model_that_another_part_reads_is_listed_as_what_it_is(tmp_path):
-    from modeling.attributes.model_file import FORMAT
+    from palpate.modeling.attributes.model_file import FORMAT
 
     folder = tmp_path / "models"
     folder.mkdir()
@@ -248,7 +248,7 @@ def test_a_labs_model_comes_before_a_shipped_one_of_its_name(lab):
 
 def test_a_prediction_needs_neither_torch_nor_pandas_nor_scipy(lab):
     code = (
-        "import sys; from devices.models.commands import predict; "
+        "import sys; from palpate.devices.models.commands import predict; "
         "before = 'numpy' in sys.modules; "
         "predict(['feeling', 'ramp.csv'], standalone_mode=False); "
         "heavy = {'torch', 'pandas', 'scipy', 'sklearn', 'joblib', 'matplotlib', 'psychopy'} & set(sys.modules); "

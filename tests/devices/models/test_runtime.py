@@ -8,11 +8,11 @@ from concurrent.futures import ThreadPoolExecutor
 import numpy as np
 import pytest
 
-from devices.door.model_features import features
-from devices.door.playable import bounded
-from devices.models.file import read_model
-from devices.models.runtime import ModelInputError
-from protocols.model_card import (
+from palpate.devices.door.model_features import features
+from palpate.devices.door.playable import bounded
+from palpate.devices.models.file import read_model
+from palpate.devices.models.runtime import ModelInputError
+from palpate.protocols.model_card import (
     Activation,
     Affine,
     Clip,

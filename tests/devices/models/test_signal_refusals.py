@@ -5,9 +5,9 @@ from __future__ import annotations
 import numpy as np
 import pytest
 
-from devices.models.errors import ModelFileError
-from protocols.model_card import Clip, Dense, Port, Residual
-from protocols.signal_steps import Add, Attention, Cartesian, Join, Keep, Lstm, Norm, Part, Polar, Recall, Turn
+from palpate.devices.models.errors import ModelFileError
+from palpate.protocols.model_card import Clip, Dense, Port, Residual
+from palpate.protocols.signal_steps import Add, Attention, Cartesian, Join, Keep, Lstm, Norm, Part, Polar, Recall, Turn
 from tests.devices.models.cards import port
 from tests.devices.models.test_signal_steps import ATTEND, ATTENTION, CHANNELS, SIZE, START, made
 

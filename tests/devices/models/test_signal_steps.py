@@ -7,11 +7,11 @@ from concurrent.futures import ThreadPoolExecutor
 import numpy as np
 import pytest
 
-from devices.models.errors import ModelInputError
-from devices.models.file import read_model
-from devices.models.runtime import Model
-from protocols.model_card import Activation, Affine, Card, Conv, Dense, Mean, Reshape, Residual, Weights
-from protocols.signal_steps import Add, Attention, Cartesian, Join, Keep, Lstm, Norm, Part, Polar, Recall, Turn
+from palpate.devices.models.errors import ModelInputError
+from palpate.devices.models.file import read_model
+from palpate.devices.models.runtime import Model
+from palpate.protocols.model_card import Activation, Affine, Card, Conv, Dense, Mean, Reshape, Residual, Weights
+from palpate.protocols.signal_steps import Add, Attention, Cartesian, Join, Keep, Lstm, Norm, Part, Polar, Recall, Turn
 from tests.devices.models.cards import port, saved
 
 RANDOM = np.random.Generator(np.random.PCG64(11))

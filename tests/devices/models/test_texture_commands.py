@@ -9,10 +9,10 @@ import numpy as np
 import pytest
 from click.testing import CliRunner
 
-from devices.models import finding
-from devices.models.commands import models, predict
-from protocols.model_card import Affine, Dense, Port, Reshape, Texture
-from protocols.signal_steps import Attention, Autoregression, Join, Keep, Lstm, Norm, Part, Recall, Turn
+from palpate.devices.models import finding
+from palpate.devices.models.commands import models, predict
+from palpate.protocols.model_card import Affine, Dense, Port, Reshape, Texture
+from palpate.protocols.signal_steps import Attention, Autoregression, Join, Keep, Lstm, Norm, Part, Recall, Turn
 from tests.devices.models.cards import feeling, saved
 from tests.devices.models.make_hatt import FILE
 

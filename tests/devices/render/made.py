@@ -4,8 +4,8 @@ from pathlib import Path
 
 import numpy as np
 
-from devices.models.runtime import Model
-from protocols.model_card import Card, Dense, Port, Texture, Weights
+from palpate.devices.models.runtime import Model
+from palpate.protocols.model_card import Card, Dense, Port, Texture, Weights
 
 M = 8
 RMS = 1.0

@@ -1,13 +1,13 @@
 import numpy as np
 import pytest
 
-from devices.render.errors import RenderError
-from devices.render.hand_files import read_hand
-from devices.render.hand_simulated import simulated_hand
-from devices.render.hands import OnTablet, Pushed, Scripted
-from devices.signals import DeviceError
-from devices.tablet.pipeline import Shape, Stylus
-from devices.tablet.reports import Report
+from palpate.devices.render.errors import RenderError
+from palpate.devices.render.hand_files import read_hand
+from palpate.devices.render.hand_simulated import simulated_hand
+from palpate.devices.render.hands import OnTablet, Pushed, Scripted
+from palpate.devices.signals import DeviceError
+from palpate.devices.tablet.pipeline import Shape, Stylus
+from palpate.devices.tablet.reports import Report
 
 
 def written(folder, text):

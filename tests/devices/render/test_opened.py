@@ -1,13 +1,13 @@
 import pytest
 
-from devices.render.errors import RenderError
-from devices.render.hands import OnTablet, Pushed, Scripted
-from devices.render.job import Job, Sounds
-from devices.render.opened import playing, sounding, warm
-from devices.render.pace import AtOnce
-from devices.render.trace import Trace
-from devices.signals import DeviceFault
-from devices.tablet.pipeline import Shape
+from palpate.devices.render.errors import RenderError
+from palpate.devices.render.hands import OnTablet, Pushed, Scripted
+from palpate.devices.render.job import Job, Sounds
+from palpate.devices.render.opened import playing, sounding, warm
+from palpate.devices.render.pace import AtOnce
+from palpate.devices.render.trace import Trace
+from palpate.devices.signals import DeviceFault
+from palpate.devices.tablet.pipeline import Shape
 from tests.devices.render.made import model, write
 
 RIG = """rig: bench

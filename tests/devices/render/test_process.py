@@ -10,12 +10,12 @@ from pathlib import Path
 import numpy as np
 import pytest
 
-from devices.render.errors import RenderError
-from devices.render.hands import Scripted
-from devices.render.job import Job, Sounds
-from devices.render.priority import in_front, undisturbed
-from devices.render.process import Rendering
-from devices.render.voice import open_voice, play
+from palpate.devices.render.errors import RenderError
+from palpate.devices.render.hands import Scripted
+from palpate.devices.render.job import Job, Sounds
+from palpate.devices.render.priority import in_front, undisturbed
+from palpate.devices.render.process import Rendering
+from palpate.devices.render.voice import open_voice, play
 from tests.devices.render.made import model, write
 
 HAND = Scripted([100.0] * 400, [1.0] * 400)
@@ -103,9 +103,9 @@ def test_what_a_terminal_sends_to_all_does_not_tear_it_off_and_who_ends_it_has_i
 
 OWNER = """
 import os, sys
-from devices.render.hands import Scripted
-from devices.render.job import Job
-from devices.render.process import Rendering
+from palpate.devices.render.hands import Scripted
+from palpate.devices.render.job import Job
+from palpate.devices.render.process import Rendering
 if __name__ == "__main__":
     with Rendering(Job(None, Scripted([], []))) as running:
         print(running._process.pid, flush=True)

@@ -4,8 +4,8 @@ import numpy as np
 import pytest
 from click.testing import CliRunner
 
-from devices.render.commands import render
-from devices.render.voice import play
+from palpate.devices.render.commands import render
+from palpate.devices.render.voice import play
 from tests.devices.render.made import model, write
 
 

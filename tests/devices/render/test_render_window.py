@@ -6,25 +6,25 @@ import numpy as np
 import pytest
 from PIL import Image
 
-from devices.render.errors import RenderError
-from devices.render.found import available
-from devices.render.job import Sounds
-from devices.render.trace import Trace
-from devices.render.window.board import Board, Told
-from devices.render.window.choice import Choice, beside, in_view
-from devices.render.window.heard import columns, heard, scale_for, spectrum_dB
-from devices.render.window.open import on_picture
-from devices.render.window.photo import PICTURES, at_true_size, photo_file, read_photo
-from devices.render.window.room import Room
-from devices.render.window.screen import RenderScreen
-from devices.render.window.words import FOLDER, render_texts
-from devices.surfaces.fields import SIZE_MM
-from devices.tablet.reports import Report
-from devices.window.fonts import find_fonts
-from devices.window.geometry import Box, Metrics, WindowError, problems
-from devices.window.inputs import Key, Moved, Pressed, Released, Typed
-from devices.window.screen import Page
-from devices.window.texts import read_words
+from palpate.devices.render.errors import RenderError
+from palpate.devices.render.found import available
+from palpate.devices.render.job import Sounds
+from palpate.devices.render.trace import Trace
+from palpate.devices.render.window.board import Board, Told
+from palpate.devices.render.window.choice import Choice, beside, in_view
+from palpate.devices.render.window.heard import columns, heard, scale_for, spectrum_dB
+from palpate.devices.render.window.open import on_picture
+from palpate.devices.render.window.photo import PICTURES, at_true_size, photo_file, read_photo
+from palpate.devices.render.window.room import Room
+from palpate.devices.render.window.screen import RenderScreen
+from palpate.devices.render.window.words import FOLDER, render_texts
+from palpate.devices.surfaces.fields import SIZE_MM
+from palpate.devices.tablet.reports import Report
+from palpate.devices.window.fonts import find_fonts
+from palpate.devices.window.geometry import Box, Metrics, WindowError, problems
+from palpate.devices.window.inputs import Key, Moved, Pressed, Released, Typed
+from palpate.devices.window.screen import Page
+from palpate.devices.window.texts import read_words
 from tests.devices.render.made import model, write
 from tests.devices.window.shells_for_tests import FakeShell
 

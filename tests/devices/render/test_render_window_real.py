@@ -11,16 +11,16 @@ import pytest
 
 from benchmarks.window.display import virtual_display
 from benchmarks.window.hand import Hand
-from devices.render.found import available
-from devices.render.window.board import Board
-from devices.render.window.choice import Choice, beside
-from devices.render.window.elements import COURSE
-from devices.render.window.screen import RenderScreen
-from devices.render.window.words import render_texts
-from devices.window.commands_calibrate import USUAL_PX_PER_MM
-from devices.window.fonts import find_fonts
-from devices.window.geometry import Metrics
-from devices.window.screen import Page
+from palpate.devices.render.found import available
+from palpate.devices.render.window.board import Board
+from palpate.devices.render.window.choice import Choice, beside
+from palpate.devices.render.window.elements import COURSE
+from palpate.devices.render.window.screen import RenderScreen
+from palpate.devices.render.window.words import render_texts
+from palpate.devices.window.commands_calibrate import USUAL_PX_PER_MM
+from palpate.devices.window.fonts import find_fonts
+from palpate.devices.window.geometry import Metrics
+from palpate.devices.window.screen import Page
 from tests.devices.render.made import model, write
 
 pytestmark = pytest.mark.needs("psychopy", "xvfb")

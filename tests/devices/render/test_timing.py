@@ -3,10 +3,10 @@ from itertools import count
 import numpy as np
 import pytest
 
-from devices.models.runtime import Model
-from devices.render.errors import RenderError
-from devices.render.timing import met, step_us
-from studies.texture_side import RigTextures
+from palpate.devices.models.runtime import Model
+from palpate.devices.render.errors import RenderError
+from palpate.devices.render.timing import met, step_us
+from palpate.studies.texture_side import RigTextures
 from tests.devices.render.made import M, model, spectra, write
 
 

@@ -1,12 +1,12 @@
 import numpy as np
 import pytest
 
-from devices.models.errors import ModelFileError
-from devices.render.errors import RenderError
-from devices.render.gate import RAMP
-from devices.render.guard import MOST
-from devices.render.sense import HELD_STEPS
-from devices.render.voice import open_voice, play
+from palpate.devices.models.errors import ModelFileError
+from palpate.devices.render.errors import RenderError
+from palpate.devices.render.gate import RAMP
+from palpate.devices.render.guard import MOST
+from palpate.devices.render.sense import HELD_STEPS
+from palpate.devices.render.voice import open_voice, play
 from tests.devices.models.cards import feeling
 from tests.devices.render.made import M, innovation, model, resonance, spectra, write
 

@@ -5,11 +5,11 @@ from pathlib import Path
 
 import pytest
 
-import devices.rig.opened
-from devices.rig.file import RigFile
-from devices.rig.opened import open_rig
-from devices.signals import DeviceError
-from devices.sound.device import Settings
+from palpate.devices.rig import opened as opening
+from palpate.devices.rig.file import RigFile
+from palpate.devices.rig.opened import open_rig
+from palpate.devices.signals import DeviceError
+from palpate.devices.sound.device import Settings
 
 
 @dataclass
@@ -40,7 +40,7 @@ def opened(monkeypatch):
     log = []
 
     def call(*fails):
-        monkeypatch.setattr(devices.rig.opened, "made", lambda _kind, name, _settings, _folder: Thing(name, log, fails))
+        monkeypatch.setattr(opening, "made", lambda _kind, name, _settings, _folder: Thing(name, log, fails))
         settings = Settings(kind="masking_noise", driver="twin")
         return open_rig(RigFile(Path("rig.yaml"), "booth", dict.fromkeys("abc", settings), {}), ["a", "b", "c"])
 

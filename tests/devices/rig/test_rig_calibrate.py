@@ -10,18 +10,18 @@ import click
 import numpy as np
 import pytest
 
-from devices.actuator.calibration import load
-from devices.daq.adxl335 import POSITIONS
-from devices.rig.calibrating import ELSEWHERE, Job, Unfit
-from devices.rig.calibrating_accelerometer import Bench
-from devices.rig.calibrating_bench import Fastened, Hastened, Lying
-from devices.rig.checking import checked
-from devices.rig.commands_calibrate import TAKES, calibrate
-from devices.rig.file import read_rig
-from devices.rig.kinds import KINDS
-from devices.rig.opened import one_opened
-from devices.scene import GRAVITY_M_S2
-from palpate import _status, cli
+from palpate.command_line import _status, cli
+from palpate.devices.actuator.calibration import load
+from palpate.devices.daq.adxl335 import POSITIONS
+from palpate.devices.rig.calibrating import ELSEWHERE, Job, Unfit
+from palpate.devices.rig.calibrating_accelerometer import Bench
+from palpate.devices.rig.calibrating_bench import Fastened, Hastened, Lying
+from palpate.devices.rig.checking import checked
+from palpate.devices.rig.commands_calibrate import TAKES, calibrate
+from palpate.devices.rig.file import read_rig
+from palpate.devices.rig.kinds import KINDS
+from palpate.devices.rig.opened import one_opened
+from palpate.devices.scene import GRAVITY_M_S2
 
 RIG = """# Booth 2, moved in March.
 rig: booth
@@ -91,7 +91,7 @@ def test_write_changes_the_entry_and_no_other_character(said, rig):
 
 
 def test_a_real_one_is_read_in_real_time_after_an_enter_for_each_position(said, monkeypatch):
-    from devices.daq import accelerometer
+    from palpate.devices.daq import accelerometer
 
     made = accelerometer._daq
     monkeypatch.setattr(accelerometer, "_daq", lambda name, settings, *rest: made(
@@ -294,7 +294,7 @@ def test_a_sensor_too_slow_for_the_coil_or_for_so_few_seconds_is_refused(said, r
 
 def test_the_command_is_light_until_it_is_called():
     heavy = {"numpy", "scipy", "yaml", "pydantic", "nidaqmx", "sounddevice"}
-    loaded = f"import devices.rig.commands_calibrate, sys; print({heavy} & {{*sys.modules}} or 'none')"
+    loaded = f"import palpate.devices.rig.commands_calibrate, sys; print({heavy} & {{*sys.modules}} or 'none')"
     told = subprocess.run([sys.executable, "-c", loaded], capture_output=True, text=True, timeout=60, check=True)
     assert told.stdout.strip() == "none"
     assert isinstance(calibrate, click.Command)

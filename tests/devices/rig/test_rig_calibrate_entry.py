@@ -2,8 +2,8 @@
 
 import pytest
 
-from devices.rig.calibrating_entry import put
-from devices.rig.file import RigFileError, read_rig
+from palpate.devices.rig.calibrating_entry import put
+from palpate.devices.rig.file import RigFileError, read_rig
 
 DAY = "2026-11-21"
 NEW = {"sensitivity_V_per_g": [0.3, 0.31, 0.32], "calibrated": DAY}

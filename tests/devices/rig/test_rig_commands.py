@@ -5,10 +5,10 @@ from pathlib import Path
 
 import pytest
 
-from devices.rig.file import read_rig, rig_path
-from devices.rig.kinds import KINDS, TAKES, settings_of
-from devices.rig.meanings import settings_of_kind
-from palpate import _status
+from palpate.command_line import _status
+from palpate.devices.rig.file import read_rig, rig_path
+from palpate.devices.rig.kinds import KINDS, TAKES, settings_of
+from palpate.devices.rig.meanings import settings_of_kind
 
 PAGE = Path(__file__).parents[3] / "docs" / "reference" / "rig-file.md"
 RIG = """rig: booth

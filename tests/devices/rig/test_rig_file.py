@@ -6,8 +6,8 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
-from devices.rig.file import RigFileError, read_rig, rig_path
-from devices.rig.kinds import TAKES
+from palpate.devices.rig.file import RigFileError, read_rig, rig_path
+from palpate.devices.rig.kinds import TAKES
 
 GOOD = """rig: booth
 devices:

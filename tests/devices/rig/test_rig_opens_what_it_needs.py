@@ -5,10 +5,10 @@ import sys
 
 import pytest
 
-from devices.rig.file import read_rig
-from devices.rig.opened import OpenRig, open_rig
-from devices.signals import DeviceError
-from devices.sound.device import MaskingNoise
+from palpate.devices.rig.file import read_rig
+from palpate.devices.rig.opened import OpenRig, open_rig
+from palpate.devices.signals import DeviceError
+from palpate.devices.sound.device import MaskingNoise
 
 LIBRARIES = ("serial", "pylsl", "nidaqmx", "sounddevice", "psychopy", "pyglet", "scipy", "pandas", "sqlalchemy", "PIL")
 RIG = """rig: many
@@ -23,8 +23,8 @@ devices:
 PROGRAM = """
 import sys
 from pathlib import Path
-from devices.rig.file import read_rig
-from devices.rig.opened import open_rig
+from palpate.devices.rig.file import read_rig
+from palpate.devices.rig.opened import open_rig
 rig = open_rig(read_rig(Path(sys.argv[1])), sys.argv[2].split(","))
 rig.close()
 print(",".join(name for name in sys.argv[3].split(",") if name in sys.modules))

@@ -6,17 +6,17 @@ from types import SimpleNamespace
 import numpy as np
 import pytest
 
-from devices.signals import DeviceError, DeviceFault
-from devices.sound import card as card_module
-from devices.sound.card import Card
-from devices.sound.device import MaskingNoise, Settings
-from devices.sound.noise import loop, rms_of
+from palpate.devices.signals import DeviceError, DeviceFault
+from palpate.devices.sound import card as card_module
+from palpate.devices.sound.card import Card
+from palpate.devices.sound.device import MaskingNoise, Settings
+from palpate.devices.sound.noise import loop, rms_of
 from tests.devices.sound.tapes import played
 
 SCRIPT = """
 import time
 from pathlib import Path
-from devices.sound.device import Settings, make
+from palpate.devices.sound.device import Settings, make
 noise = make("noise", Settings(kind="masking_noise", driver="sound", device="tape", ramp_s=0.1), Path("."))
 noise.open()
 fill, frames = noise.output._fill, [0]

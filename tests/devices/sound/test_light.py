@@ -5,7 +5,7 @@ import sys
 
 import pytest
 
-from devices.sound.device import Settings, make
+from palpate.devices.sound.device import Settings, make
 
 HEAVY = "numpy scipy serial nidaqmx sounddevice PIL pandas psychopy"
 
@@ -13,10 +13,10 @@ HEAVY = "numpy scipy serial nidaqmx sounddevice PIL pandas psychopy"
 @pytest.mark.parametrize(
     ("module", "given"),
     [
-        ("devices.sound.device", {"kind": "masking_noise"}),
-        ("devices.actuator.device", {"kind": "voice_coil"}),
-        ("devices.camera.device", {"kind": "camera"}),
-        ("devices.stage.device", {"kind": "stage"}),
+        ("palpate.devices.sound.device", {"kind": "masking_noise"}),
+        ("palpate.devices.actuator.device", {"kind": "voice_coil"}),
+        ("palpate.devices.camera.device", {"kind": "camera"}),
+        ("palpate.devices.stage.device", {"kind": "stage"}),
     ],
 )
 def test_settings_are_read_without_numpy_or_a_driver(module, given):

@@ -4,12 +4,12 @@ from dataclasses import dataclass, field
 
 import numpy as np
 
-from devices.samples import HandMounted
-from devices.signals import DeviceFault
-from devices.sound.device import MaskingNoise, Settings
-from devices.sound.masked import Masked
-from devices.sound.output import Tape
-from protocols.requests import Aside, Fault, Present, Reply
+from palpate.devices.samples import HandMounted
+from palpate.devices.signals import DeviceFault
+from palpate.devices.sound.device import MaskingNoise, Settings
+from palpate.devices.sound.masked import Masked
+from palpate.devices.sound.output import Tape
+from palpate.protocols.requests import Aside, Fault, Present, Reply
 from tests.devices.stage.seats import Clock, Desk, Window, trial_of
 
 RATE = 8000

@@ -7,8 +7,8 @@ import numpy as np
 import pytest
 from pydantic import ValidationError
 
-from devices.sound.device import Settings, make
-from devices.sound.noise import Fader, Player, a_weighted_db, loop, rms_of
+from palpate.devices.sound.device import Settings, make
+from palpate.devices.sound.noise import Fader, Player, a_weighted_db, loop, rms_of
 
 RATE = 48_000
 

@@ -3,7 +3,7 @@
 from collections.abc import Callable
 from dataclasses import dataclass, field
 
-from protocols.plan import ParticipantRow, compile_plan
+from palpate.protocols.plan import ParticipantRow, compile_plan
 from tests.protocols.studies_for_tests import toy
 
 TURN_NS = 50_000_000

@@ -8,11 +8,11 @@ from contextlib import contextmanager, suppress
 import pytest
 from pydantic import ValidationError
 
-from devices.signals import DeviceError
-from devices.stage.codes import known_codes
-from devices.stage.device import Settings, Stage, make
-from devices.stage.scanner import Lines, Scanner
-from protocols.requests import Aside, Fault, Present, Reply
+from palpate.devices.signals import DeviceError
+from palpate.devices.stage.codes import known_codes
+from palpate.devices.stage.device import Settings, Stage, make
+from palpate.devices.stage.scanner import Lines, Scanner
+from palpate.protocols.requests import Aside, Fault, Present, Reply
 from tests.devices.stage.seats import Clock, Desk, Window, trial_of
 
 STIMULI = [trial_of("T07").stimulus, trial_of("T12").stimulus]

@@ -9,13 +9,13 @@ from dataclasses import dataclass, field
 
 import numpy as np
 
-from devices.blocks import interleaved
-from devices.signals import Block, Health, Signal
-from protocols.canonical import canonical
-from protocols.events import NS
-from protocols.plan import Trial
-from protocols.requests import Aside, Sense
-from protocols.study import Stimulus
+from palpate.devices.blocks import interleaved
+from palpate.devices.signals import Block, Health, Signal
+from palpate.protocols.canonical import canonical
+from palpate.protocols.events import NS
+from palpate.protocols.plan import Trial
+from palpate.protocols.requests import Aside, Sense
+from palpate.protocols.study import Stimulus
 
 XYZ = Signal("acceleration", ("x", "y", "z"), ("m/s^2",) * 3, 1000.0, "daq", "made up, 2026-11-01")
 WAIT_S = 10.0

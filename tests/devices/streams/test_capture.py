@@ -3,10 +3,10 @@
 import numpy as np
 import pytest
 
-from devices.signals import Block, DeviceError, DeviceFault
-from devices.streams.capture import Capture
-from protocols.canonical import canonical
-from protocols.requests import Aside, Chunk, Fault, Reply
+from palpate.devices.signals import Block, DeviceError, DeviceFault
+from palpate.devices.streams.capture import Capture
+from palpate.protocols.canonical import canonical
+from palpate.protocols.requests import Aside, Chunk, Fault, Reply
 from tests.devices.streams.labs import XYZ, Desk, Fed, Time, Window, block, fed_until, sense, values
 
 STREAM = "tool_acceleration"
@@ -150,7 +150,7 @@ def test_what_cannot_be_made_safe_is_told_with_the_fault():
 
 
 class Quits(BaseException):
-    """As studies.interrupts.Interrupted: no Exception."""
+    """As palpate.studies.interrupts.Interrupted: no Exception."""
 
 
 def test_an_end_of_the_sitting_in_the_middle_leaves_nothing_running():

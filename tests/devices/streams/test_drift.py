@@ -5,9 +5,9 @@ import random
 
 import pytest
 
-from devices.streams.drift import BINS, ClockFit
-from protocols.clocks import fit_clock
-from protocols.events import NS
+from palpate.devices.streams.drift import BINS, ClockFit
+from palpate.protocols.clocks import fit_clock
+from palpate.protocols.events import NS
 
 DELAYS = {
     "exponential": lambda chance: chance.expovariate(500.0),

@@ -10,18 +10,18 @@ from datetime import UTC, datetime, timedelta
 import numpy as np
 import pytest
 
-from devices.signals import Block, DeviceFault
-from devices.streams.capture import Capture
-from devices.streams.ring import NO_ROOM
-from protocols.events import NS
-from protocols.plan import ParticipantRow, compile_plan
-from protocols.requests import Chunk, Reply
-from protocols.study import Study
-from studies.live import LiveWorld, Station
-from studies.record import LedgerError, read
-from studies.replay import replay
-from studies.rig import Rig, RigPlan
-from studies.session import resume, start
+from palpate.devices.signals import Block, DeviceFault
+from palpate.devices.streams.capture import Capture
+from palpate.devices.streams.ring import NO_ROOM
+from palpate.protocols.events import NS
+from palpate.protocols.plan import ParticipantRow, compile_plan
+from palpate.protocols.requests import Chunk, Reply
+from palpate.protocols.study import Study
+from palpate.studies.live import LiveWorld, Station
+from palpate.studies.record import LedgerError, read
+from palpate.studies.replay import replay
+from palpate.studies.rig import Rig, RigPlan
+from palpate.studies.session import resume, start
 from tests.devices.streams.labs import Desk, Fed, Time, Window, block, fed_until, values
 
 STREAM = "tool_acceleration"
@@ -221,7 +221,7 @@ def test_a_wall_clock_that_is_set_meanwhile_changes_nothing(tmp_path, monkeypatc
     plain = Drill(tmp_path / "plain")
     assert plain.run().complete
     steps = (datetime(2026, 3, 1, 12, tzinfo=UTC) + timedelta(hours=hours * n) for n in itertools.count())
-    monkeypatch.setattr("studies.session.wall_time", lambda: next(steps).isoformat())
+    monkeypatch.setattr("palpate.studies.session.wall_time", lambda: next(steps).isoformat())
     stepped = Drill(tmp_path / "stepped", seconds=2.0)
     assert stepped.run().complete
     record = whole(stepped.path)

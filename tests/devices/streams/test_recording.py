@@ -7,12 +7,12 @@ from dataclasses import replace
 import numpy as np
 import pytest
 
-from devices.signals import Block, DeviceError, DeviceFault, Signal
-from devices.streams import reader
-from devices.streams.recording import NOT_A_NUMBER_S, TURN_S, Recording
-from devices.streams.ring import NO_ROOM
-from devices.streams.stream import TAKE_BYTES
-from protocols.canonical import canonical
+from palpate.devices.signals import Block, DeviceError, DeviceFault, Signal
+from palpate.devices.streams import reader
+from palpate.devices.streams.recording import NOT_A_NUMBER_S, TURN_S, Recording
+from palpate.devices.streams.ring import NO_ROOM
+from palpate.devices.streams.stream import TAKE_BYTES
+from palpate.protocols.canonical import canonical
 from tests.devices.streams.labs import XYZ, Fed, Time, block, fed_until, values
 
 POSITION = Signal("position", ("x", "y", "z"), ("mm",) * 3, 100.0, "tracker")

@@ -2,8 +2,8 @@
 
 import threading
 
-from devices.signals import Block
-from devices.streams.ring import BLOCK_BYTES, NO_ROOM, Ring
+from palpate.devices.signals import Block
+from palpate.devices.streams.ring import BLOCK_BYTES, NO_ROOM, Ring
 
 ROW = 12
 

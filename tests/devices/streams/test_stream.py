@@ -8,11 +8,11 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
-from devices.signals import Block
-from devices.streams.ring import NO_ROOM, Ring
-from devices.streams.stream import ARRIVALS, PIECE_BYTES, Stream
-from protocols.canonical import canonical
-from protocols.events import NS
+from palpate.devices.signals import Block
+from palpate.devices.streams.ring import NO_ROOM, Ring
+from palpate.devices.streams.stream import ARRIVALS, PIECE_BYTES, Stream
+from palpate.protocols.canonical import canonical
+from palpate.protocols.events import NS
 from tests.devices.streams.labs import XYZ, block, rows
 
 

@@ -5,11 +5,11 @@ from dataclasses import replace
 import numpy as np
 import pytest
 
-from devices.surfaces.contact import HELD, INTERNAL_HZ, Drive, at_rest, law, ride
-from devices.surfaces.hand import FORCE_N, REACH_MM, SteadyHand, free_hand
-from devices.surfaces.relief import relief
-from devices.surfaces.table import SPANS, read_surfaces
-from devices.surfaces.tip import ground
+from palpate.devices.surfaces.contact import HELD, INTERNAL_HZ, Drive, at_rest, law, ride
+from palpate.devices.surfaces.hand import FORCE_N, REACH_MM, SteadyHand, free_hand
+from palpate.devices.surfaces.relief import relief
+from palpate.devices.surfaces.table import SPANS, read_surfaces
+from palpate.devices.surfaces.tip import ground
 
 TABLE = read_surfaces()
 STEP = 1 / INTERNAL_HZ

@@ -7,9 +7,9 @@ import sys
 import numpy as np
 import pytest
 
-from devices.surfaces.choice import surface_for
-from devices.surfaces.table import COLUMNS, SHIPPED, SPANS, SurfaceDataError, read_surfaces
-from studies.catalogue import SHIPPED as STUDIES
+from palpate.devices.surfaces.choice import surface_for
+from palpate.devices.surfaces.table import COLUMNS, SHIPPED, SPANS, SurfaceDataError, read_surfaces
+from palpate.studies.catalogue import SHIPPED as STUDIES
 
 ROWS = list(csv.reader(SHIPPED.read_text(encoding="utf-8").splitlines()))
 
@@ -125,5 +125,5 @@ def test_every_stimulus_of_the_study_has_a_surface():
 
 
 def test_the_table_is_read_without_numpy():
-    code = "import sys, devices.surfaces.choice as c; c.surface_for('T01', {}); print('numpy' in sys.modules)"
+    code = "import sys, palpate.devices.surfaces.choice as c; c.surface_for('T01', {}); print('numpy' in sys.modules)"
     assert subprocess.run([sys.executable, "-c", code], check=True, capture_output=True, text=True).stdout == "False\n"

@@ -9,12 +9,12 @@ import numpy as np
 import pytest
 from scipy.stats import spearmanr
 
-from devices.surfaces.hand import SteadyHand
-from devices.surfaces.photo import LIGHTS, light, photograph, save_photo
-from devices.surfaces.relief import relief
-from devices.surfaces.scene import SurfaceScene, first_rows
-from devices.surfaces.table import SurfaceDataError, read_surfaces
-from devices.surfaces.tip import ground
+from palpate.devices.surfaces.hand import SteadyHand
+from palpate.devices.surfaces.photo import LIGHTS, light, photograph, save_photo
+from palpate.devices.surfaces.relief import relief
+from palpate.devices.surfaces.scene import SurfaceScene, first_rows
+from palpate.devices.surfaces.table import SurfaceDataError, read_surfaces
+from palpate.devices.surfaces.tip import ground
 
 TABLE = read_surfaces()
 PIXELS = 784

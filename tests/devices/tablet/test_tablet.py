@@ -15,11 +15,11 @@ import numpy as np
 import pytest
 from pydantic import ValidationError
 
-from devices.health import samples
-from devices.signals import DeviceError, DeviceFault
-from devices.tablet.device import Settings, make
-from devices.tablet.force import Force
-from devices.tablet.reports import Guard, Report
+from palpate.devices.health import samples
+from palpate.devices.signals import DeviceError, DeviceFault
+from palpate.devices.tablet.device import Settings, make
+from palpate.devices.tablet.force import Force
+from palpate.devices.tablet.reports import Guard, Report
 from tests.devices.tablet.test_tablet_evdev import LATER, LIFTED, PRESSED, SYN, record, report
 
 AXES = {
@@ -234,8 +234,11 @@ def test_settings_are_checked_before_anything_is_opened(tmp_path):
 
 
 def test_a_tablet_is_made_without_numpy_or_pyglet():
-    asked = "import sys, devices.tablet.device; print(sorted({'numpy', 'scipy', 'pyglet', 'fcntl'} & set(sys.modules)))"
-    told = subprocess.run([sys.executable, "-c", asked], capture_output=True, text=True, check=True, timeout=60)
+    code = (
+        "import sys, palpate.devices.tablet.device; "
+        "print(sorted({'numpy', 'scipy', 'pyglet', 'fcntl'} & {*sys.modules}))"
+    )
+    told = subprocess.run([sys.executable, "-c", code], capture_output=True, text=True, check=True, timeout=60)
     assert set(eval(told.stdout)) <= {"fcntl"}
 
 

@@ -8,9 +8,9 @@ import numpy as np
 import pytest
 from scipy.optimize import curve_fit
 
-from devices.signals import DeviceError
-from devices.tablet.draw import force_rows
-from devices.tablet.force import Force, fit_force, read_pairs
+from palpate.devices.signals import DeviceError
+from palpate.devices.tablet.draw import force_rows
+from palpate.devices.tablet.force import Force, fit_force, read_pairs
 
 PRESSURES = [k / 10 for k in range(1, 11)]
 

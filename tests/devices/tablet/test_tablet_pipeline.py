@@ -9,11 +9,11 @@ import pytest
 from scipy.signal import butter, lfilter, lfilter_zi
 
 from benchmarks.tablet_errors import Stroke, errors, felt
-from devices.signals import DeviceError
-from devices.tablet.filters import Lowpass, delay_s
-from devices.tablet.force import Force
-from devices.tablet.pipeline import Shape, Stylus
-from devices.tablet.reports import Report
+from palpate.devices.signals import DeviceError
+from palpate.devices.tablet.filters import Lowpass, delay_s
+from palpate.devices.tablet.force import Force
+from palpate.devices.tablet.pipeline import Shape, Stylus
+from palpate.devices.tablet.reports import Report
 
 T = 0.0075
 

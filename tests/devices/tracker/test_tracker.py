@@ -14,12 +14,12 @@ import numpy as np
 import pytest
 from pydantic import ValidationError
 
-from devices.health import samples
-from devices.signals import DeviceError, DeviceFault
-from devices.tracker.device import Settings, make
-from devices.tracker.numbering import Numbering
-from devices.tracker.recorded import read_track
-from devices.tracker.watch import Watch
+from palpate.devices.health import samples
+from palpate.devices.signals import DeviceError, DeviceFault
+from palpate.devices.tracker.device import Settings, make
+from palpate.devices.tracker.numbering import Numbering
+from palpate.devices.tracker.recorded import read_track
+from palpate.devices.tracker.watch import Watch
 
 MOTIVE = """Format Version,1.23,Take Name,Door,Capture Frame Rate,120.000000,Export Frame Rate,120.000000,\
 Rotation Type,Quaternion,Length Units,Meters,Coordinate Space,Global
@@ -226,10 +226,11 @@ def test_settings_are_checked_before_anything_is_opened(tmp_path):
 
 
 def test_a_tracker_is_made_without_numpy_or_pylsl():
-    asked = (
-        "import sys, devices.tracker.device; print(sorted({'numpy', 'scipy', 'pylsl', 'pandas'} & set(sys.modules)))"
+    code = (
+        "import sys, palpate.devices.tracker.device; "
+        "print(sorted({'numpy', 'scipy', 'pylsl', 'pandas'} & {*sys.modules}))"
     )
-    told = subprocess.run([sys.executable, "-c", asked], capture_output=True, text=True, check=True, timeout=60)
+    told = subprocess.run([sys.executable, "-c", code], capture_output=True, text=True, check=True, timeout=60)
     assert told.stdout.strip() == "[]"
 
 

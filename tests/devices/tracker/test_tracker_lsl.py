@@ -10,10 +10,10 @@ from pathlib import Path
 import numpy as np
 import pytest
 
-from devices.health import samples
-from devices.signals import DeviceError, DeviceFault
-from devices.tracker.device import Settings, make
-from protocols.events import NS
+from palpate.devices.health import samples
+from palpate.devices.signals import DeviceError, DeviceFault
+from palpate.devices.tracker.device import Settings, make
+from palpate.protocols.events import NS
 
 pytestmark = pytest.mark.needs("pylsl")
 

@@ -3,11 +3,11 @@
 from collections import deque
 from dataclasses import dataclass, field, replace
 
-from devices.window.fonts import find_fonts
-from devices.window.geometry import Metrics
-from devices.window.screen import Page
-from devices.window.texts import load_texts
-from protocols.events import NS
+from palpate.devices.window.fonts import find_fonts
+from palpate.devices.window.geometry import Metrics
+from palpate.devices.window.screen import Page
+from palpate.devices.window.texts import load_texts
+from palpate.protocols.events import NS
 
 FRAME_S = 0.01
 SIZE = (1280, 720)

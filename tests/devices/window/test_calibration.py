@@ -1,6 +1,6 @@
 import pytest
 
-from devices.window.calibration import (
+from palpate.devices.window.calibration import (
     Calibration,
     demand_reading,
     density_from,
@@ -8,7 +8,7 @@ from devices.window.calibration import (
     station_file,
     write_calibration,
 )
-from devices.window.geometry import WindowError
+from palpate.devices.window.geometry import WindowError
 
 MEASURED = Calibration((1920, 1080), 3.6123456789, 1, "2026-11-21T10:00:00+00:00")
 

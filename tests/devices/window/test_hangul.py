@@ -6,8 +6,8 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
-from devices.window.hangul import FIRST, KEYS, LAST, joined, needed, parts, shortened, syllable
-from protocols.forms import Demographics, Lexicon, Question, Words
+from palpate.devices.window.hangul import FIRST, KEYS, LAST, joined, needed, parts, shortened, syllable
+from palpate.protocols.forms import Demographics, Lexicon, Question, Words
 from tests.devices.window.screens.pages import Hand
 
 WRITTEN = {

@@ -2,13 +2,13 @@
 
 import pytest
 
-from devices.window.build import screen_for
-from devices.window.calibration import Calibration
-from devices.window.geometry import WindowError
-from devices.window.presenter_page import describe, prepare
-from devices.window.screens.targets import Track
-from protocols.plan import ParticipantRow, compile_plan
-from protocols.requests import Ask
+from palpate.devices.window.build import screen_for
+from palpate.devices.window.calibration import Calibration
+from palpate.devices.window.geometry import WindowError
+from palpate.devices.window.presenter_page import describe, prepare
+from palpate.devices.window.screens.targets import Track
+from palpate.protocols.plan import ParticipantRow, compile_plan
+from palpate.protocols.requests import Ask
 from tests.protocols.studies_for_tests import toy
 
 SCREEN = Calibration((1280, 720), 3.6, 0, "2026-01-01")

@@ -2,16 +2,16 @@ import sys
 
 import pytest
 
-from devices.window.calibration import Calibration
-from devices.window.geometry import WindowError
-from devices.window.shell_checks import demand_display, demand_screen, demand_unscaled
+from palpate.devices.window.calibration import Calibration
+from palpate.devices.window.geometry import WindowError
+from palpate.devices.window.shell_checks import demand_display, demand_screen, demand_unscaled
 
 CALIBRATION = Calibration((1920, 1080), 3.6, 1, "2026-11-21T10:00:00+00:00")
 
 
 @pytest.fixture
 def linux(monkeypatch):
-    monkeypatch.setattr("devices.window.shell_checks.demand_packages", lambda *_: None)
+    monkeypatch.setattr("palpate.devices.window.shell_checks.demand_packages", lambda *_: None)
     monkeypatch.setattr("sys.platform", "linux")
     monkeypatch.delenv("DISPLAY", raising=False)
     monkeypatch.delenv("WAYLAND_DISPLAY", raising=False)

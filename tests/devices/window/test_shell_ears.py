@@ -2,8 +2,8 @@ from itertools import count
 
 import pytest
 
-from devices.window.inputs import Key, Moved, Pressed, Released, Typed
-from devices.window.shell_ears import Ears, Keys
+from palpate.devices.window.inputs import Key, Moved, Pressed, Released, Typed
+from palpate.devices.window.shell_ears import Ears, Keys
 
 LEFT, MIDDLE, RIGHT = 1, 2, 4
 TAB, ENTER, ARROW, ESCAPE = 65289, 65293, 65363, 65307

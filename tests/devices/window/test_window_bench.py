@@ -7,7 +7,7 @@ from PIL import Image
 
 from benchmarks.window.gestures import FORM, ROWS, Expected, Gestures
 from benchmarks.window.screens import cases, drawn_px
-from devices.window.geometry import Box, Placed
+from palpate.devices.window.geometry import Box, Placed
 
 NAMES = FORM.items()
 

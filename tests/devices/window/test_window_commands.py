@@ -3,10 +3,10 @@ import json
 import pytest
 from click.testing import CliRunner
 
-from devices.window.calibration import Calibration, read_calibration, write_calibration
-from devices.window.commands import window
-from devices.window.commands_calibrate import _read_until_right
-from devices.window.geometry import WindowError
+from palpate.devices.window.calibration import Calibration, read_calibration, write_calibration
+from palpate.devices.window.commands import window
+from palpate.devices.window.commands_calibrate import _read_until_right
+from palpate.devices.window.geometry import WindowError
 from tests.devices.window.shells_for_tests import FakeShell
 
 GUESS = Calibration((1280, 720), 96 / 25.4, 0, "2026-11-21T10:00:00+00:00")
@@ -104,7 +104,7 @@ def test_the_verbs_import_nothing_heavy():
     import sys
 
     code = (
-        "import sys; from devices.window.commands import window; window(['--help'], standalone_mode=False); "
+        "import sys; from palpate.devices.window.commands import window; window(['--help'], standalone_mode=False); "
         "print(sorted({'PIL', 'psychopy', 'pyglet', 'numpy', 'Xlib'} & set(sys.modules)))"
     )
     done = subprocess.run([sys.executable, "-c", code], capture_output=True, text=True, check=True)

@@ -4,9 +4,9 @@ from dataclasses import dataclass, replace
 
 import numpy as np
 
-from modeling.attributes.judging_whole import Wanted, judge
-from modeling.attributes.material import Material, MaterialError
-from modeling.attributes.methods import Method
+from palpate.modeling.attributes.judging_whole import Wanted, judge
+from palpate.modeling.attributes.material import Material, MaterialError
+from palpate.modeling.attributes.methods import Method
 from tests.modeling.attributes.made_material import made_material
 
 

@@ -4,7 +4,7 @@ from dataclasses import replace
 
 import numpy as np
 
-from modeling.attributes.methods import Learning
+from palpate.modeling.attributes.methods import Learning
 from tests.modeling.attributes.made_material import made_material
 
 TOUCH, SIGHT = ("mfcc", "hand"), ("glcm",)

@@ -2,7 +2,7 @@
 
 import numpy as np
 
-from modeling.attributes.material import Material, Pair, Rated, Texture
+from palpate.modeling.attributes.material import Material, Pair, Rated, Texture
 
 PAIRS = (Pair("Rough", "Smooth"), Pair("Flat", "Bumpy"), Pair("Sticky", "Slippery"), Pair("Hard", "Soft"))
 SIZES = {"mfcc": 520, "hand": 6, "dft": 250, "dwt": 24, "resnet": 2048, "glcm": 256}

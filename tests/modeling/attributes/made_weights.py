@@ -5,7 +5,7 @@ import hashlib
 import numpy as np
 import torch
 
-from modeling.attributes.resnet import ResNet50
+from palpate.modeling.attributes.resnet import ResNet50
 
 
 def made_state(seed=0):

@@ -4,12 +4,12 @@ from __future__ import annotations
 
 import hashlib
 
-from protocols.plan import ParticipantRow, compile_plan
-from studies.catalogue import SHIPPED, read_study
-from studies.ledger import create, take_up
-from studies.record import read
-from studies.rig import simulated
-from studies.session import start
+from palpate.protocols.plan import ParticipantRow, compile_plan
+from palpate.studies.catalogue import SHIPPED, read_study
+from palpate.studies.ledger import create, take_up
+from palpate.studies.record import read
+from palpate.studies.rig import simulated
+from palpate.studies.session import start
 from tests.analysis.features.made_pictures import write_picture
 from tests.analysis.streams.ledgers import DOOR, Written
 

@@ -5,9 +5,9 @@ from dataclasses import replace
 import numpy as np
 import pytest
 
-from modeling.attributes.material import MaterialError, Rated, ratings_of
-from modeling.attributes.model_file import read_model, write_model
-from modeling.attributes.registry import METHODS
+from palpate.modeling.attributes.material import MaterialError, Rated, ratings_of
+from palpate.modeling.attributes.model_file import read_model, write_model
+from palpate.modeling.attributes.registry import METHODS
 from tests.modeling.attributes.learned import answers, asked, learning
 from tests.modeling.attributes.made_material import made_material
 

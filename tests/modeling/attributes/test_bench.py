@@ -2,11 +2,11 @@ from pathlib import Path
 
 import pytest
 
-from analysis.measuring.rows import MEASURED, REFUSED, measure
 from benchmarks.attributes.folds import whole_folds
 from benchmarks.attributes.material import made_up
 from benchmarks.attributes.methods import AREA, cases
-from modeling.attributes.methods import Method
+from palpate.analysis.measuring.rows import MEASURED, REFUSED, measure
+from palpate.modeling.attributes.methods import Method
 from tests.modeling.attributes import judged_attributes as small
 
 pytestmark = pytest.mark.long

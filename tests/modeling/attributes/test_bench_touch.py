@@ -2,8 +2,8 @@
 
 import pytest
 
-from analysis.measuring.rows import MEASURED, measure
 from benchmarks.attributes.touch import ERROR, MEMORY, cases
+from palpate.analysis.measuring.rows import MEASURED, measure
 
 FROM_SENSORS = "from sensors to features"
 

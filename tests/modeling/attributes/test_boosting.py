@@ -4,10 +4,10 @@ import numpy as np
 import pytest
 from sklearn.ensemble import GradientBoostingRegressor
 
-from modeling.attributes import boosting
-from modeling.attributes.boosting import BOOSTING, boosted
-from modeling.attributes.material import ratings_of
-from modeling.attributes.whole import whole_of
+from palpate.modeling.attributes import boosting
+from palpate.modeling.attributes.boosting import BOOSTING, boosted
+from palpate.modeling.attributes.material import ratings_of
+from palpate.modeling.attributes.whole import whole_of
 from tests.modeling.attributes.learned import asked, learning
 from tests.modeling.attributes.made_material import made_material
 

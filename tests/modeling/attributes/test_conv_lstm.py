@@ -4,9 +4,9 @@ import numpy as np
 import pytest
 import torch
 
-from modeling.attributes.conv_lstm import ConvLSTM1D
-from modeling.attributes.material import MaterialError
-from modeling.training.threads import limited
+from palpate.modeling.attributes.conv_lstm import ConvLSTM1D
+from palpate.modeling.attributes.material import MaterialError
+from palpate.modeling.training.threads import limited
 
 pytestmark = pytest.mark.needs("torch")
 

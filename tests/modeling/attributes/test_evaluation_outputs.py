@@ -8,13 +8,13 @@ import numpy as np
 import pytest
 from scipy import stats
 
-from modeling.attributes.evaluation_outputs import as_json, default_of, folder_for, tables, write_all
-from modeling.attributes.evaluation_report import banners, reached, report_html
-from modeling.attributes.evaluation_tables import fold_rows, method_rows, table_rows
-from modeling.attributes.evaluation_thesis import number_of, printed
-from modeling.attributes.methods import Method
-from modeling.attributes.resnet_weights import Weights
-from modeling.files.evaluation_folder import REPORT, RESULTS
+from palpate.modeling.attributes.evaluation_outputs import as_json, default_of, folder_for, tables, write_all
+from palpate.modeling.attributes.evaluation_report import banners, reached, report_html
+from palpate.modeling.attributes.evaluation_tables import fold_rows, method_rows, table_rows
+from palpate.modeling.attributes.evaluation_thesis import number_of, printed
+from palpate.modeling.attributes.methods import Method
+from palpate.modeling.attributes.resnet_weights import Weights
+from palpate.modeling.files.evaluation_folder import REPORT, RESULTS
 from tests.modeling.attributes import judged_attributes as small
 
 TIMES = {"recording": 2.0, "mfcc": 0.25, "hand": 0.5, "picture": 4.0, "glcm": 1.0}

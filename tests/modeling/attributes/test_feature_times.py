@@ -2,9 +2,9 @@
 
 import pytest
 
-from modeling.attributes import feature_times
-from modeling.attributes.feature_times import feature_seconds, steps_of
-from modeling.textures import preparing
+from palpate.modeling.attributes import feature_times
+from palpate.modeling.attributes.feature_times import feature_seconds, steps_of
+from palpate.modeling.textures import preparing
 
 
 def test_what_comes_before_a_sense_is_done_once_and_for_nobody_who_lacks_it():
@@ -22,7 +22,7 @@ def short(monkeypatch):
 @pytest.mark.needs("librosa", "pywt")
 def test_the_recording_is_prepared_and_the_picture_decoded_while_the_clock_runs(short, monkeypatch):
     """A clock that counts what was done: filtering a recording, decoding a picture."""
-    from analysis.features import pictures
+    from palpate.analysis.features import pictures
 
     done = {"filtered": 0, "decoded": 0}
 

@@ -5,8 +5,8 @@ import json
 import numpy as np
 import pytest
 
-from modeling.attributes.features_kept import keep, kept, key_of
-from modeling.attributes.material import MaterialError
+from palpate.modeling.attributes.features_kept import keep, kept, key_of
+from palpate.modeling.attributes.material import MaterialError
 
 ROWS = {"mfcc": np.arange(12, dtype="f4").reshape(3, 4), "hand": np.zeros((3, 6), "f4")}
 TOLD = {"notes": ["odd"]}

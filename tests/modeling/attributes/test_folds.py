@@ -3,9 +3,9 @@ import dataclasses
 import numpy as np
 import pytest
 
-from modeling.attributes.folds import all_of_them, leave_one_texture_out, some_of
-from modeling.attributes.folds_groups import groups_of
-from modeling.attributes.material import Material, MaterialError
+from palpate.modeling.attributes.folds import all_of_them, leave_one_texture_out, some_of
+from palpate.modeling.attributes.folds_groups import groups_of
+from palpate.modeling.attributes.material import Material, MaterialError
 from tests.modeling.attributes.judged_attributes import changed
 from tests.modeling.attributes.made_material import made_material
 

@@ -3,9 +3,9 @@
 import pytest
 import torch
 
-from modeling.attributes.ht_net import HTNet, halved, shapes
-from modeling.attributes.material import MaterialError
-from modeling.training.threads import limited
+from palpate.modeling.attributes.ht_net import HTNet, halved, shapes
+from palpate.modeling.attributes.material import MaterialError
+from palpate.modeling.training.threads import limited
 
 pytestmark = pytest.mark.needs("torch")
 

@@ -4,9 +4,9 @@ import pytest
 import torch
 from torch.nn import functional
 
-from modeling.attributes.hv_net import HVNet, shapes
-from modeling.attributes.material import MaterialError
-from modeling.training.threads import limited
+from palpate.modeling.attributes.hv_net import HVNet, shapes
+from palpate.modeling.attributes.material import MaterialError
+from palpate.modeling.training.threads import limited
 
 pytestmark = pytest.mark.needs("torch")
 

@@ -3,15 +3,15 @@ import dataclasses
 import numpy as np
 import pytest
 
-from modeling.attributes.judging_entries import entries
-from modeling.attributes.judging_jobs import KINDS, MAIN, SAME, Entry, Job
-from modeling.attributes.judging_kept import key
-from modeling.attributes.judging_material import digest_of, reread, stored
-from modeling.attributes.judging_run import answer, learning, run
-from modeling.attributes.judging_whole import context_for, judge, usable
-from modeling.attributes.material import MaterialError
-from modeling.attributes.methods import Method
-from modeling.training.refusals import JobBroken
+from palpate.modeling.attributes.judging_entries import entries
+from palpate.modeling.attributes.judging_jobs import KINDS, MAIN, SAME, Entry, Job
+from palpate.modeling.attributes.judging_kept import key
+from palpate.modeling.attributes.judging_material import digest_of, reread, stored
+from palpate.modeling.attributes.judging_run import answer, learning, run
+from palpate.modeling.attributes.judging_whole import context_for, judge, usable
+from palpate.modeling.attributes.material import MaterialError
+from palpate.modeling.attributes.methods import Method
+from palpate.modeling.training.refusals import JobBroken
 from tests.modeling.attributes import judged_attributes as small
 
 ENTRY = Entry("ridge", ("mfcc",), ("glcm",))

@@ -2,8 +2,8 @@
 
 from dataclasses import replace
 
-from modeling.attributes.evaluation_report import banners, report_html
-from modeling.attributes.lacking import lacking
+from palpate.modeling.attributes.evaluation_report import banners, report_html
+from palpate.modeling.attributes.lacking import lacking
 from tests.modeling.attributes import judged_attributes as small
 
 

@@ -6,9 +6,9 @@ from dataclasses import dataclass
 import numpy as np
 import pytest
 
-from modeling.attributes.material import MaterialError
-from modeling.attributes.model_file import FORMAT, NAME, ModelFileError, read_model, write_model
-from protocols.canonical import digest
+from palpate.modeling.attributes.material import MaterialError
+from palpate.modeling.attributes.model_file import FORMAT, NAME, ModelFileError, read_model, write_model
+from palpate.protocols.canonical import digest
 from tests.modeling.attributes import judged_attributes as small
 from tests.modeling.attributes.made_material import PAIRS, made_material
 from tests.modeling.files.lost_power import only_numbers_are_placed

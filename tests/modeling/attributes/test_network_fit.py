@@ -5,11 +5,11 @@ from dataclasses import replace
 import numpy as np
 import pytest
 
-from modeling.attributes.material import MaterialError, ratings_of
-from modeling.attributes.methods import Learning, predictions
-from modeling.attributes.network_fit import LITERAL_SETTINGS, SETTINGS
-from modeling.attributes.network_methods import HT_NET, HV_NET, VISUO_TACTILE, VISUO_TACTILE_THESIS, restored
-from modeling.attributes.registry import METHODS
+from palpate.modeling.attributes.material import MaterialError, ratings_of
+from palpate.modeling.attributes.methods import Learning, predictions
+from palpate.modeling.attributes.network_fit import LITERAL_SETTINGS, SETTINGS
+from palpate.modeling.attributes.network_methods import HT_NET, HV_NET, VISUO_TACTILE, VISUO_TACTILE_THESIS, restored
+from palpate.modeling.attributes.registry import METHODS
 from tests.modeling.attributes.made_material import PAIRS, made_material
 
 pytestmark = pytest.mark.needs("torch")
@@ -99,7 +99,7 @@ def test_the_same_seed_gives_the_same_bits(fitted, textures):
 def test_it_comes_back_from_its_numbers_to_the_bit(fitted, textures):
     from safetensors.numpy import load, save
 
-    from protocols.canonical import canonical, parse
+    from palpate.protocols.canonical import canonical, parse
 
     _, model = fitted
     arrays, told = model.saved()

@@ -4,8 +4,8 @@ import numpy as np
 import pytest
 import torch
 
-from modeling.attributes.material import MaterialError, Rated, Texture, ratings_of
-from modeling.attributes.network_rows import (
+from palpate.modeling.attributes.material import MaterialError, Rated, Texture, ratings_of
+from palpate.modeling.attributes.network_rows import (
     LIMIT,
     arranged,
     drawn,

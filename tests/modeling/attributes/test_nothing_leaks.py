@@ -5,11 +5,11 @@ from dataclasses import replace
 import numpy as np
 import pytest
 
-from modeling.attributes.judging_jobs import Entry
-from modeling.attributes.judging_material import reread
-from modeling.attributes.judging_run import learning
-from modeling.attributes.judging_whole import Wanted, context_for
-from modeling.attributes.registry import METHODS, OWN_FEATURES
+from palpate.modeling.attributes.judging_jobs import Entry
+from palpate.modeling.attributes.judging_material import reread
+from palpate.modeling.attributes.judging_run import learning
+from palpate.modeling.attributes.judging_whole import Wanted, context_for
+from palpate.modeling.attributes.registry import METHODS, OWN_FEATURES
 from tests.modeling.attributes.judged_attributes import changed
 from tests.modeling.attributes.made_material import made_material
 

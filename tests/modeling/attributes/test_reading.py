@@ -7,12 +7,12 @@ import numpy as np
 import pytest
 from PIL import Image
 
-from modeling.attributes.folds_groups import groups_of
-from modeling.attributes.material import FEW_READ, MaterialError
-from modeling.attributes.reading import read_material
-from studies.participants.people import add as enter
-from studies.participants.registry import open_registry
-from studies.participants.withdrawal import withdraw
+from palpate.modeling.attributes.folds_groups import groups_of
+from palpate.modeling.attributes.material import FEW_READ, MaterialError
+from palpate.modeling.attributes.reading import read_material
+from palpate.studies.participants.people import add as enter
+from palpate.studies.participants.registry import open_registry
+from palpate.studies.participants.withdrawal import withdraw
 from tests.modeling.attributes.captured_textures import session
 from tests.modeling.attributes.photo_labs import LIVE, photos, rated_by, taken
 

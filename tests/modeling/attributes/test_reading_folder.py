@@ -5,9 +5,9 @@ import hashlib
 import numpy as np
 import pytest
 
-from modeling.attributes.material import MaterialError, Pair
-from modeling.attributes.reading_columns import columns_of, rated_in
-from modeling.attributes.reading_folder import read_folder
+from palpate.modeling.attributes.material import MaterialError, Pair
+from palpate.modeling.attributes.reading_columns import columns_of, rated_in
+from palpate.modeling.attributes.reading_folder import read_folder
 from tests.analysis.features.made_pictures import write_picture
 
 HEADER = "id,label,category,Rough-Smooth,Flat-Bumpy,Sticky-Slippery,Hard-Soft"

@@ -4,11 +4,11 @@ import shutil
 
 import pytest
 
-from modeling.attributes.material import MaterialError
-from modeling.attributes.reading_pictures import photographed
-from studies.participants.people import add as enter
-from studies.participants.registry import open_registry
-from studies.participants.withdrawal import withdraw
+from palpate.modeling.attributes.material import MaterialError
+from palpate.modeling.attributes.reading_pictures import photographed
+from palpate.studies.participants.people import add as enter
+from palpate.studies.participants.registry import open_registry
+from palpate.studies.participants.withdrawal import withdraw
 from tests.modeling.attributes.photo_labs import TWINS, photos, taken
 
 

@@ -6,13 +6,13 @@ from pathlib import Path
 import numpy as np
 import pytest
 
-from analysis.ratings.dataset import DataRefused
-from analysis.reporting.sources import Wanted, read_source
-from modeling.attributes.material import MaterialError, Pair
-from modeling.attributes.reading_ratings import attributes_of, read_ratings
-from studies.participants.people import add as enter
-from studies.participants.registry import open_registry
-from studies.participants.withdrawal import withdraw
+from palpate.analysis.ratings.dataset import DataRefused
+from palpate.analysis.reporting.sources import Wanted, read_source
+from palpate.modeling.attributes.material import MaterialError, Pair
+from palpate.modeling.attributes.reading_ratings import attributes_of, read_ratings
+from palpate.studies.participants.people import add as enter
+from palpate.studies.participants.registry import open_registry
+from palpate.studies.participants.withdrawal import withdraw
 from tests.modeling.attributes.photo_labs import rated_by
 
 RECORDED = Path(__file__).parents[2] / "recorded"
@@ -87,7 +87,7 @@ def test_a_lab_without_ratings_has_the_study_s_attributes(tmp_path):
 
 
 def test_ratings_that_were_collected_are_read_without_their_files(tmp_path):
-    from studies.collect import collect, open_database
+    from palpate.studies.collect import collect, open_database
 
     paths = rated_by(tmp_path, ("P001", "P002"))
     engine = open_database(f"sqlite:///{tmp_path / 'lab.sqlite'}")

@@ -3,11 +3,11 @@
 import numpy as np
 import pytest
 
-from modeling.attributes.features_kept import FOLDER
-from modeling.attributes.reading_folder import read_folder
-from modeling.attributes.reading_recordings import Recordings, filed
-from modeling.textures.reading_tables import Held
-from modeling.textures.recording import TextureDataError
+from palpate.modeling.attributes.features_kept import FOLDER
+from palpate.modeling.attributes.reading_folder import read_folder
+from palpate.modeling.attributes.reading_recordings import Recordings, filed
+from palpate.modeling.textures.reading_tables import Held
+from palpate.modeling.textures.recording import TextureDataError
 from tests.analysis.features.made_pictures import write_picture
 from tests.modeling.attributes.made_recordings import rated, table
 from tests.modeling.textures.made_cluster import slide

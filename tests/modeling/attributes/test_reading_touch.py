@@ -6,15 +6,15 @@ import tracemalloc
 import numpy as np
 import pytest
 
-from analysis.features.tactile import touch_features
-from modeling.attributes.reading_touch import felt, recorded, rows_of, touches
-from modeling.attributes.touching import filtering
-from modeling.textures.reading_ledgers import NoCapture, read_lab
-from modeling.textures.recording import TextureDataError
-from modeling.training.jobs import run_jobs
-from studies.participants.people import add as enter
-from studies.participants.registry import open_registry
-from studies.participants.withdrawal import withdraw
+from palpate.analysis.features.tactile import touch_features
+from palpate.modeling.attributes.reading_touch import felt, recorded, rows_of, touches
+from palpate.modeling.attributes.touching import filtering
+from palpate.modeling.textures.reading_ledgers import NoCapture, read_lab
+from palpate.modeling.textures.recording import TextureDataError
+from palpate.modeling.training.jobs import run_jobs
+from palpate.studies.participants.people import add as enter
+from palpate.studies.participants.registry import open_registry
+from palpate.studies.participants.withdrawal import withdraw
 from tests.modeling.attributes.captured_textures import session
 from tests.modeling.attributes.photo_labs import LIVE
 

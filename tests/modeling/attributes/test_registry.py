@@ -3,8 +3,8 @@ import sys
 
 import pytest
 
-from modeling.attributes.material import SIGHT_KINDS, TOUCH_KINDS, MaterialError
-from modeling.attributes.registry import METHODS, OWN_FEATURES, PROPOSED, method_named
+from palpate.modeling.attributes.material import SIGHT_KINDS, TOUCH_KINDS, MaterialError
+from palpate.modeling.attributes.registry import METHODS, OWN_FEATURES, PROPOSED, method_named
 
 pytestmark = pytest.mark.needs("torch")
 
@@ -33,7 +33,7 @@ def test_own_features_are_kinds_of_the_senses_that_the_method_has(name):
 
 def test_methods_are_named_without_torch_and_without_scikit_learn():
     code = (
-        "import sys; from modeling.attributes.registry import METHODS; "
+        "import sys; from palpate.modeling.attributes.registry import METHODS; "
         "[METHODS[name].title for name in METHODS]; sys.exit(bool({'torch', 'sklearn', 'scipy'} & set(sys.modules)))"
     )
     assert subprocess.run([sys.executable, "-c", code], check=False, timeout=60).returncode == 0

@@ -7,7 +7,7 @@ import numpy as np
 import pytest
 import torch
 
-from modeling.attributes.resnet import (
+from palpate.modeling.attributes.resnet import (
     ResNet50,
     colours,
     folded,
@@ -15,7 +15,7 @@ from modeling.attributes.resnet import (
     pool_of_patches,
     random_state,
 )
-from modeling.training.threads import limited
+from palpate.modeling.training.threads import limited
 from tests.modeling.attributes.made_weights import made_input, made_state
 
 pytestmark = pytest.mark.needs("torch")

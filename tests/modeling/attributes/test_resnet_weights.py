@@ -8,8 +8,8 @@ import pytest
 import torch
 from safetensors.torch import save_file
 
-from modeling.attributes.material import MaterialError
-from modeling.attributes.resnet_weights import COUNTED, Weights, read_weights, weights_from
+from palpate.modeling.attributes.material import MaterialError
+from palpate.modeling.attributes.resnet_weights import COUNTED, Weights, read_weights, weights_from
 from tests.modeling.attributes.made_weights import made_state
 
 pytestmark = pytest.mark.needs("torch")

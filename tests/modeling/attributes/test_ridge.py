@@ -7,11 +7,11 @@ import pytest
 from sklearn.linear_model import Ridge
 from sklearn.model_selection import GroupKFold
 
-from modeling.attributes.learnable import inner_folds
-from modeling.attributes.material import MaterialError, ratings_of
-from modeling.attributes.ridge import RIDGE, SHARES
-from modeling.attributes.whole import LIMIT, whole_of
-from modeling.linear_path import PENALTIES, inner_errors, path_of
+from palpate.modeling.attributes.learnable import inner_folds
+from palpate.modeling.attributes.material import MaterialError, ratings_of
+from palpate.modeling.attributes.ridge import RIDGE, SHARES
+from palpate.modeling.attributes.whole import LIMIT, whole_of
+from palpate.modeling.linear_path import PENALTIES, inner_errors, path_of
 from tests.modeling.attributes.learned import asked, learning
 from tests.modeling.attributes.made_material import made_material
 

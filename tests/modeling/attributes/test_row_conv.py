@@ -4,7 +4,7 @@ import pytest
 import torch
 from torch.nn import functional
 
-from modeling.attributes.row_conv import RowConv
+from palpate.modeling.attributes.row_conv import RowConv
 
 pytestmark = pytest.mark.needs("torch")
 

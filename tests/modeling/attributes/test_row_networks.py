@@ -5,14 +5,14 @@ from dataclasses import replace
 import pytest
 import torch
 
-from modeling.attributes import baseline_networks as sizes
-from modeling.attributes.ann import ANN
-from modeling.attributes.baseline_networks import NETWORKS, Ann, CnnLstm, pooled
-from modeling.attributes.material import MaterialError
-from modeling.attributes.registry import METHODS
-from modeling.attributes.row_networks import restored_rows
-from modeling.attributes.row_plans import Plan
-from modeling.attributes.row_stacks import drawn, everything, examples, stack_of
+from palpate.modeling.attributes import baseline_networks as sizes
+from palpate.modeling.attributes.ann import ANN
+from palpate.modeling.attributes.baseline_networks import NETWORKS, Ann, CnnLstm, pooled
+from palpate.modeling.attributes.material import MaterialError
+from palpate.modeling.attributes.registry import METHODS
+from palpate.modeling.attributes.row_networks import restored_rows
+from palpate.modeling.attributes.row_plans import Plan
+from palpate.modeling.attributes.row_stacks import drawn, everything, examples, stack_of
 from tests.modeling.attributes.learned import asked, learning
 
 pytestmark = pytest.mark.needs("torch")

@@ -3,8 +3,8 @@ import pytest
 from scipy import stats
 from sklearn.metrics import mean_absolute_error, root_mean_squared_error
 
-from modeling.attributes.material import MaterialError
-from modeling.attributes.scores import by_class, difference, errors
+from palpate.modeling.attributes.material import MaterialError
+from palpate.modeling.attributes.scores import by_class, difference, errors
 
 CHANCE = np.random.Generator(np.random.PCG64(3))
 RATED, PREDICTED = CHANCE.uniform(0, 100, (30, 4)), CHANCE.uniform(0, 100, (30, 4))

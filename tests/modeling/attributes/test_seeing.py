@@ -6,14 +6,14 @@ from dataclasses import replace
 import numpy as np
 import pytest
 
-from analysis.features.augmenting import chance_of, varied
-from analysis.features.glcm import glcm
-from analysis.features.pictures import Looking, square
-from modeling.attributes.material import MaterialError
-from modeling.attributes.resnet import folded, loaded, pool_of_patches, random_state
-from modeling.attributes.resnet_weights import Weights
-from modeling.attributes.seeing import Album, Picture, Sight, in_a_hurry, seen, sight_with
-from modeling.training.threads import limited
+from palpate.analysis.features.augmenting import chance_of, varied
+from palpate.analysis.features.glcm import glcm
+from palpate.analysis.features.pictures import Looking, square
+from palpate.modeling.attributes.material import MaterialError
+from palpate.modeling.attributes.resnet import folded, loaded, pool_of_patches, random_state
+from palpate.modeling.attributes.resnet_weights import Weights
+from palpate.modeling.attributes.seeing import Album, Picture, Sight, in_a_hurry, seen, sight_with
+from palpate.modeling.training.threads import limited
 from tests.analysis.features.made_pictures import write_picture
 
 pytestmark = pytest.mark.needs("torch")
@@ -77,7 +77,7 @@ def test_kept_rows_are_used_and_damaged_or_other_ones_are_made_anew(albums, tmp_
     assert len(list(folder.glob("*.npz"))) == 8
     key = HOW.key(albums[0].pictures[0], 0)
     marked = {"resnet": np.full(2048, 7, "f4"), "glcm": np.full(256, 8, "f4")}
-    from modeling.attributes.features_kept import keep
+    from palpate.modeling.attributes.features_kept import keep
 
     keep(folder, key, marked, {"notes": []})
     assert look(albums, folder=folder)["T01"].sight["resnet"][0][0] == 7, "what is kept is used"

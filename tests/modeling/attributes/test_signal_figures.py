@@ -7,13 +7,13 @@ import numpy as np
 import pytest
 from click.testing import CliRunner
 
-from analysis.features.segments import SEGMENT
-from analysis.features.touch import RATE_HZ, Stretch, Touch
-from modeling.attributes.signal_figures import COLUMNS, Explored, explored_texture, segment_rows, vibration_rows
-from modeling.commands_library import textures
-from modeling.textures.preparing import Touched
-from modeling.textures.rates import evenly
-from modeling.textures.reading_ledgers import NoCapture
+from palpate.analysis.features.segments import SEGMENT
+from palpate.analysis.features.touch import RATE_HZ, Stretch, Touch
+from palpate.modeling.attributes.signal_figures import COLUMNS, Explored, explored_texture, segment_rows, vibration_rows
+from palpate.modeling.commands_library import textures
+from palpate.modeling.textures.preparing import Touched
+from palpate.modeling.textures.rates import evenly
+from palpate.modeling.textures.reading_ledgers import NoCapture
 from tests.modeling.attributes.captured_textures import session
 
 

@@ -5,13 +5,13 @@ import json
 import pytest
 from click.testing import CliRunner
 
-from modeling.attributes.evaluation_tables import method_rows
-from modeling.attributes.judging_whole import Wanted, judge
-from modeling.attributes.reading import read_material
-from modeling.attributes.registry import METHODS
-from modeling.attributes.training import train_attributes
-from modeling.commands_library import textures
-from studies.texture_set import TextureSet
+from palpate.modeling.attributes.evaluation_tables import method_rows
+from palpate.modeling.attributes.judging_whole import Wanted, judge
+from palpate.modeling.attributes.reading import read_material
+from palpate.modeling.attributes.registry import METHODS
+from palpate.modeling.attributes.training import train_attributes
+from palpate.modeling.commands_library import textures
+from palpate.studies.texture_set import TextureSet
 
 pytestmark = [pytest.mark.long, pytest.mark.needs("torch", "librosa", "pywt", "skimage")]
 

@@ -8,9 +8,9 @@ from sklearn.model_selection import GroupKFold
 from sklearn.preprocessing import StandardScaler
 from sklearn.svm import SVR
 
-from modeling.attributes import tactile_svm
-from modeling.attributes.material import ratings_of
-from modeling.attributes.tactile_svm import TACTILE_SVM
+from palpate.modeling.attributes import tactile_svm
+from palpate.modeling.attributes.material import ratings_of
+from palpate.modeling.attributes.tactile_svm import TACTILE_SVM
 from tests.modeling.attributes.learned import asked, learning
 from tests.modeling.attributes.made_material import made_material
 

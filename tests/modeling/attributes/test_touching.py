@@ -5,13 +5,13 @@ from dataclasses import replace
 import numpy as np
 import pytest
 
-from analysis.features.segments import segments
-from analysis.features.tactile import touch_features
-from modeling.attributes.reading_touch import felt_of
-from modeling.attributes.touching import filtering, touch_of
-from modeling.textures.preparing import Touched, prepared
-from modeling.textures.rates import evenly
-from modeling.textures.recording import TextureDataError
+from palpate.analysis.features.segments import segments
+from palpate.analysis.features.tactile import touch_features
+from palpate.modeling.attributes.reading_touch import felt_of
+from palpate.modeling.attributes.touching import filtering, touch_of
+from palpate.modeling.textures.preparing import Touched, prepared
+from palpate.modeling.textures.rates import evenly
+from palpate.modeling.textures.recording import TextureDataError
 from tests.modeling.textures.made_textures import vibration
 
 N = 8000

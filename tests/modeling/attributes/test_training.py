@@ -4,11 +4,11 @@ from dataclasses import replace
 import numpy as np
 import pytest
 
-from modeling.attributes.material import MaterialError
-from modeling.attributes.methods import Learning, Method
-from modeling.attributes.model_file import ModelFileError, read_model
-from modeling.attributes.training import train_attributes
-from modeling.training.history import Epoch
+from palpate.modeling.attributes.material import MaterialError
+from palpate.modeling.attributes.methods import Learning, Method
+from palpate.modeling.attributes.model_file import ModelFileError, read_model
+from palpate.modeling.attributes.training import train_attributes
+from palpate.modeling.training.history import Epoch
 from tests.modeling.attributes import judged_attributes as small
 from tests.modeling.attributes.made_material import PAIRS
 
@@ -102,7 +102,7 @@ def test_what_refuses_or_cannot_be_kept_is_told(tmp_path):
     def elsewhere(learning):
         return small.fit_linear(learning)
 
-    elsewhere.__module__ = "modeling.attributes.material"
+    elsewhere.__module__ = "palpate.modeling.attributes.material"
     with pytest.raises(ModelFileError, match="cannot be kept"):
         trained(tmp_path, methods={"ridge": Method("ridge", "Not kept", elsewhere)})
     assert not (tmp_path / "models" / "texture-attributes.json").exists()

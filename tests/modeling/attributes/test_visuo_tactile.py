@@ -5,9 +5,9 @@ import math
 import pytest
 import torch
 
-from modeling.attributes.material import MaterialError
-from modeling.attributes.visuo_tactile import OWN, REBUILDING, REBUILT, Answer, VisuoTactile, rmse
-from modeling.training.threads import limited
+from palpate.modeling.attributes.material import MaterialError
+from palpate.modeling.attributes.visuo_tactile import OWN, REBUILDING, REBUILT, Answer, VisuoTactile, rmse
+from palpate.modeling.training.threads import limited
 
 pytestmark = pytest.mark.needs("torch")
 

@@ -4,17 +4,17 @@ from dataclasses import replace
 
 import numpy as np
 
-from devices.models.file import read_model
-from modeling.doors.constant import MEAN
-from modeling.doors.forest import FOREST
-from modeling.doors.gaussian_process import GAUSSIAN_PROCESS
-from modeling.doors.nearest import NEAREST
-from modeling.doors.pca_regression import PCA_REGRESSION
-from modeling.doors.pca_ridge import PCA_RIDGE
-from modeling.doors.ridge import RIDGE
-from modeling.doors.training_variants import with_variants
-from modeling.files.writing import write_model
-from protocols.model_card import Port
+from palpate.devices.models.file import read_model
+from palpate.modeling.doors.constant import MEAN
+from palpate.modeling.doors.forest import FOREST
+from palpate.modeling.doors.gaussian_process import GAUSSIAN_PROCESS
+from palpate.modeling.doors.nearest import NEAREST
+from palpate.modeling.doors.pca_regression import PCA_REGRESSION
+from palpate.modeling.doors.pca_ridge import PCA_RIDGE
+from palpate.modeling.doors.ridge import RIDGE
+from palpate.modeling.doors.training_variants import with_variants
+from palpate.modeling.files.writing import write_model
+from palpate.protocols.model_card import Port
 from tests.modeling.doors.network_learning import SEEN, UNSEEN, data_of, learning, profiles
 
 ON_FEATURES = (RIDGE, FOREST, GAUSSIAN_PROCESS)

@@ -7,19 +7,19 @@ from pathlib import Path
 
 import numpy as np
 
-from devices.door.side import DoorSide
-from modeling.doors.constant import MEAN
-from modeling.doors.data import DoorData
-from modeling.doors.evaluating import Wanted
-from modeling.doors.gaussian_process import GAUSSIAN_PROCESS
-from modeling.doors.methods import Method
-from modeling.doors.nearest import NEAREST
-from modeling.doors.profile_files import read_profile
-from modeling.doors.rated import Individual, Rated
-from modeling.doors.ridge import RIDGE
-from modeling.files.exported import Exported
-from protocols.model_card import Nearest
-from studies.catalogue import SHIPPED
+from palpate.devices.door.side import DoorSide
+from palpate.modeling.doors.constant import MEAN
+from palpate.modeling.doors.data import DoorData
+from palpate.modeling.doors.evaluating import Wanted
+from palpate.modeling.doors.gaussian_process import GAUSSIAN_PROCESS
+from palpate.modeling.doors.methods import Method
+from palpate.modeling.doors.nearest import NEAREST
+from palpate.modeling.doors.profile_files import read_profile
+from palpate.modeling.doors.rated import Individual, Rated
+from palpate.modeling.doors.ridge import RIDGE
+from palpate.modeling.files.exported import Exported
+from palpate.protocols.model_card import Nearest
+from palpate.studies.catalogue import SHIPPED
 
 SIDE = DoorSide()
 ATTRIBUTES = ("Easy-to-pull", "Damped", "Consistent", "Pleasant", "New", "Comfort", "Luxurious")

@@ -4,8 +4,8 @@ from __future__ import annotations
 
 import numpy as np
 
-from modeling.doors.data import DoorData
-from modeling.doors.rated import merged_sources
+from palpate.modeling.doors.data import DoorData
+from palpate.modeling.doors.rated import merged_sources
 
 ATTRIBUTES = ("Easy-to-pull", "Damped", "Consistent", "Pleasant", "New", "Comfort", "Luxurious")
 ANTONYMS = ("Hard-to-pull", "Recoiling", "Stepwise", "Unpleasant", "Old", "Discomfort", "Cheap")

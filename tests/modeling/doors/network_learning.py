@@ -4,12 +4,12 @@ from pathlib import Path
 
 import numpy as np
 
-from devices.door.side import DoorSide
-from devices.models.runtime import Model
-from modeling.doors.data import DoorData
-from modeling.doors.methods import Learning
-from modeling.doors.scaling import scaling_of
-from protocols.model_card import Card, Port, Weights
+from palpate.devices.door.side import DoorSide
+from palpate.devices.models.runtime import Model
+from palpate.modeling.doors.data import DoorData
+from palpate.modeling.doors.methods import Learning
+from palpate.modeling.doors.scaling import scaling_of
+from palpate.protocols.model_card import Card, Port, Weights
 
 PROFILES = Path(__file__).parents[3] / "studies" / "door_ratings" / "profiles"
 ATTRIBUTES = ("Easy-to-pull", "Damped", "Consistent", "Pleasant", "New", "Comfort", "Luxurious")

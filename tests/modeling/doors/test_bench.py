@@ -2,8 +2,8 @@ from pathlib import Path
 
 import pytest
 
-from analysis.measuring.rows import MEASURED, measure
 from benchmarks.doors.models import AREA, Found, cases
+from palpate.analysis.measuring.rows import MEASURED, measure
 from tests.modeling.doors.evaluated_small import SIDE, small_rated, wanted
 
 pytestmark = pytest.mark.needs("torch")

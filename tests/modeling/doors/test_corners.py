@@ -3,8 +3,8 @@
 import numpy as np
 import pytest
 
-from devices.door.side import DoorSide
-from modeling.doors.corners import corners, extremes, singles, unplayable
+from palpate.devices.door.side import DoorSide
+from palpate.modeling.doors.corners import corners, extremes, singles, unplayable
 
 ANGLE = np.arange(621) / 10
 MEASURED = np.array([np.full(621, 10.0), np.full(621, 14.0)])

@@ -11,10 +11,10 @@ from pathlib import Path
 import numpy as np
 import pytest
 
-from devices.door.profiles import normalise
-from modeling.doors.data import ModelDataError
-from modeling.doors.measured import measured_doors
-from modeling.doors.scaling import scaling_of
+from palpate.devices.door.profiles import normalise
+from palpate.modeling.doors.data import ModelDataError
+from palpate.modeling.doors.measured import measured_doors
+from palpate.modeling.doors.scaling import scaling_of
 from tests.modeling.doors.made_up import crossed
 
 SMALL = Path(__file__).parents[2] / "recorded" / "doors_small" / "study.yaml"
@@ -82,8 +82,9 @@ def test_the_licence_folder_tells_of_every_file_in_it():
 def test_reading_folding_and_judging_data_import_no_device_no_torch_and_no_plots():
     code = (
         "import sys\n"
-        "from modeling.doors import ceiling, folding, lab_material, measured, reading_tables, training_variants\n"
-        "from modeling.doors.simulated import simulated_data\n"
+        "from palpate.modeling.doors import ceiling, folding, lab_material, measured, reading_tables\n"
+        "from palpate.modeling.doors import training_variants\n"
+        "from palpate.modeling.doors.simulated import simulated_data\n"
         f"from pathlib import Path\nsimulated_data(2, study=Path({str(SMALL)!r}))\nmeasured.measured_doors()\n"
         "print(sorted({name.split('.')[0] for name in sys.modules} & {'devices', 'torch', 'psychopy', 'sklearn'}))"
     )

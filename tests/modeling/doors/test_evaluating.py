@@ -5,13 +5,13 @@ from pathlib import Path
 import numpy as np
 import pytest
 
-from modeling.commands_training import Training, train_pair
-from modeling.doors.data import ModelDataError
-from modeling.doors.evaluating import Wanted, context_for, judge, plan
-from modeling.doors.evaluating_floors import floors
-from modeling.doors.evaluating_kept import key, load
-from modeling.doors.evaluating_whole import evaluate
-from modeling.doors.evaluation_results import as_json, tables
+from palpate.modeling.commands_training import Training, train_pair
+from palpate.modeling.doors.data import ModelDataError
+from palpate.modeling.doors.evaluating import Wanted, context_for, judge, plan
+from palpate.modeling.doors.evaluating_floors import floors
+from palpate.modeling.doors.evaluating_kept import key, load
+from palpate.modeling.doors.evaluating_whole import evaluate
+from palpate.modeling.doors.evaluation_results import as_json, tables
 from tests.modeling.doors.evaluated_small import METHODS, SIDE, small_data, wanted
 
 pytestmark = pytest.mark.needs("torch")

@@ -3,10 +3,10 @@ from dataclasses import replace
 import numpy as np
 import pytest
 
-from modeling.doors.evaluating_default import forward_choice, inverse_choice
-from modeling.doors.evaluating_gathered import Gathered
-from modeling.doors.evaluating_scores import mae, r2, rmse
-from modeling.doors.evaluation_tables import (
+from palpate.modeling.doors.evaluating_default import forward_choice, inverse_choice
+from palpate.modeling.doors.evaluating_gathered import Gathered
+from palpate.modeling.doors.evaluating_scores import mae, r2, rmse
+from palpate.modeling.doors.evaluation_tables import (
     AVERAGE,
     OVERALL,
     cell_rows,
@@ -16,7 +16,7 @@ from modeling.doors.evaluation_tables import (
     waveform_rows,
     waveform_table,
 )
-from modeling.doors.evaluation_thesis import SAID, printed, printed_waveforms
+from palpate.modeling.doors.evaluation_thesis import SAID, printed, printed_waveforms
 from tests.modeling.doors.evaluated_small import small_data
 
 

@@ -5,11 +5,11 @@ import pytest
 import torch
 from torch import nn
 
-from modeling.doors.data import ModelDataError
-from modeling.doors.exporting_network import exported_network
-from modeling.doors.network_parts import Rescale, answers
-from modeling.doors.networks import ForceToPerception, PerceptionToForce
-from protocols.model_card import Affine, Clip, tensors_named
+from palpate.modeling.doors.data import ModelDataError
+from palpate.modeling.doors.exporting_network import exported_network
+from palpate.modeling.doors.network_parts import Rescale, answers
+from palpate.modeling.doors.networks import ForceToPerception, PerceptionToForce
+from palpate.protocols.model_card import Affine, Clip, tensors_named
 from tests.modeling.doors.network_learning import SEEN, profiles, run_by_numpy
 
 pytestmark = pytest.mark.needs("torch")

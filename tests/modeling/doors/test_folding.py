@@ -10,10 +10,10 @@ import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
-from modeling.doors.data import ModelDataError
-from modeling.doors.folding import Fold, folds, held_share
-from modeling.doors.sources import SAME_N
-from modeling.doors.training_variants import with_variants
+from palpate.modeling.doors.data import ModelDataError
+from palpate.modeling.doors.folding import Fold, folds, held_share
+from palpate.modeling.doors.sources import SAME_N
+from palpate.modeling.doors.training_variants import with_variants
 from tests.examples import examples
 from tests.modeling.doors.made_up import crossed, made_up
 

@@ -8,10 +8,10 @@ import pytest
 import torch
 from torch import nn
 
-from modeling.doors.data import ModelDataError
-from modeling.doors.forward_network import DELTA, LITERAL_SETTINGS, NETWORK, SETTINGS, fit_network, huber
-from modeling.doors.networks import POINTS, ForceToPerception
-from modeling.training.refusals import TrainingError
+from palpate.modeling.doors.data import ModelDataError
+from palpate.modeling.doors.forward_network import DELTA, LITERAL_SETTINGS, NETWORK, SETTINGS, fit_network, huber
+from palpate.modeling.doors.networks import POINTS, ForceToPerception
+from palpate.modeling.training.refusals import TrainingError
 from tests.modeling.doors.network_learning import (
     SEEN,
     UNSEEN,

@@ -6,13 +6,13 @@ import numpy as np
 import pytest
 import torch
 
-from devices.door.side import DoorSide
-from modeling.doors.corners import corners, extremes, singles, unplayable
-from modeling.doors.data import ModelDataError
-from modeling.doors.generator import GENERATOR, Recipe, fit_by
-from modeling.doors.generator_networks import Generator, Size, fresh, random_wishes
-from modeling.doors.generator_shapes import code_of, opened, plausible
-from modeling.doors.generator_teacher import MOST_FOREIGN, Teacher, foreign_to
+from palpate.devices.door.side import DoorSide
+from palpate.modeling.doors.corners import corners, extremes, singles, unplayable
+from palpate.modeling.doors.data import ModelDataError
+from palpate.modeling.doors.generator import GENERATOR, Recipe, fit_by
+from palpate.modeling.doors.generator_networks import Generator, Size, fresh, random_wishes
+from palpate.modeling.doors.generator_shapes import code_of, opened, plausible
+from palpate.modeling.doors.generator_teacher import MOST_FOREIGN, Teacher, foreign_to
 from tests.modeling.doors.network_learning import SEEN, data_of, felt, learning, run_by_numpy
 
 pytestmark = pytest.mark.needs("torch")
@@ -109,7 +109,7 @@ def test_a_training_that_was_cut_off_goes_on_to_the_same_result(tmp_path):
 
 
 def test_a_quick_trial_takes_the_small_recipe(learned, monkeypatch):
-    from modeling.doors import generator
+    from palpate.modeling.doors import generator
 
     taken = []
     monkeypatch.setattr(generator, "fit_by", lambda recipe, _learning: taken.append(recipe))

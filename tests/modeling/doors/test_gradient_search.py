@@ -6,9 +6,9 @@ import numpy as np
 import pytest
 import torch
 
-from modeling.doors.data import ModelDataError
-from modeling.doors.gradient_search import RATING_SD, SEARCH, codes_of
-from modeling.doors.mlp import MLP
+from palpate.modeling.doors.data import ModelDataError
+from palpate.modeling.doors.gradient_search import RATING_SD, SEARCH, codes_of
+from palpate.modeling.doors.mlp import MLP
 from tests.modeling.doors.network_learning import SEEN, data_of, learning, profiles
 
 pytestmark = pytest.mark.needs("torch")

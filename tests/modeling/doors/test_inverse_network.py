@@ -6,11 +6,11 @@ import numpy as np
 import pytest
 import torch
 
-from modeling.doors.data import ModelDataError
-from modeling.doors.forward_network import NETWORK
-from modeling.doors.inverse_network import INVERSE_NETWORK, SETTINGS, fit
-from modeling.doors.mlp import MLP
-from modeling.doors.networks import PerceptionToForce
+from palpate.modeling.doors.data import ModelDataError
+from palpate.modeling.doors.forward_network import NETWORK
+from palpate.modeling.doors.inverse_network import INVERSE_NETWORK, SETTINGS, fit
+from palpate.modeling.doors.mlp import MLP
+from palpate.modeling.doors.networks import PerceptionToForce
 from tests.modeling.doors.network_learning import SEEN, data_of, learning, run_by_numpy
 
 pytestmark = pytest.mark.needs("torch")
@@ -60,7 +60,7 @@ def test_two_fits_are_bit_equal(forward):
 
 
 def test_it_starts_with_the_latents_that_the_frozen_decoder_was_trained_on(forward, monkeypatch):
-    monkeypatch.setattr("modeling.doors.inverse_network.train", lambda *_args, **_kwargs: None)
+    monkeypatch.setattr("palpate.modeling.doors.inverse_network.train", lambda *_args, **_kwargs: None)
     felt = forward.network
     inverse = INVERSE_NETWORK.fit(learning(FEW, forward=forward)).network
     with torch.no_grad():

@@ -3,11 +3,11 @@
 import numpy as np
 import pytest
 
-from devices.door.side import DoorSide
-from modeling.doors.data import ModelDataError
-from modeling.doors.loop import loop_error
-from modeling.doors.perceivers import Perceivers
-from modeling.doors.scaling import Scaling
+from palpate.devices.door.side import DoorSide
+from palpate.modeling.doors.data import ModelDataError
+from palpate.modeling.doors.loop import loop_error
+from palpate.modeling.doors.perceivers import Perceivers
+from palpate.modeling.doors.scaling import Scaling
 
 SCALING = Scaling(force_N=(-20.0, 60.0), rating=(-5.0, 5.0))
 DOORS = np.array([20 * np.sin(np.linspace(0, k, 621)) + 5 for k in (3, 9, 15)])

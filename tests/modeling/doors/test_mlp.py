@@ -5,7 +5,7 @@ import pytest
 import torch
 from torch import nn
 
-from modeling.doors.mlp import MLP
+from palpate.modeling.doors.mlp import MLP
 from tests.modeling.doors.network_learning import UNSEEN, learning, of_the_mean, profiles, run_by_numpy
 
 pytestmark = pytest.mark.needs("torch")

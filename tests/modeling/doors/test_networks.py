@@ -6,8 +6,8 @@ import torch
 from torch import nn
 from torch.nn import functional
 
-from modeling.doors.networks import ForceToPerception, PerceptionToForce, shapes
-from modeling.layers import ResidualBlock
+from palpate.modeling.doors.networks import ForceToPerception, PerceptionToForce, shapes
+from palpate.modeling.layers import ResidualBlock
 
 pytestmark = pytest.mark.needs("torch")
 

@@ -5,11 +5,11 @@ import dataclasses
 import numpy as np
 import pytest
 
-from devices.door.side import DoorSide
-from modeling.doors.data import ModelDataError
-from modeling.doors.perceivers import Perceivers, door_ratings
-from modeling.doors.profile_files import read_profile
-from studies.catalogue import SHIPPED
+from palpate.devices.door.side import DoorSide
+from palpate.modeling.doors.data import ModelDataError
+from palpate.modeling.doors.perceivers import Perceivers, door_ratings
+from palpate.modeling.doors.profile_files import read_profile
+from palpate.studies.catalogue import SHIPPED
 
 FOLDER = SHIPPED / "door_ratings"
 

@@ -11,19 +11,19 @@ from sklearn.gaussian_process.kernels import RBF, ConstantKernel, WhiteKernel
 from sklearn.linear_model import Ridge
 from sklearn.model_selection import GroupKFold
 
-from modeling.columns import standard_of
-from modeling.doors import forest, pca_regression, pca_ridge
-from modeling.doors.components import components_of
-from modeling.doors.data import ModelDataError
-from modeling.doors.featured import featured
-from modeling.doors.forest import FOREST
-from modeling.doors.gaussian_process import GAUSSIAN_PROCESS
-from modeling.doors.linear import PENALTIES, best_penalty, path_of
-from modeling.doors.nearest import NEAREST
-from modeling.doors.pca_regression import PCA_REGRESSION
-from modeling.doors.pca_ridge import PCA_RIDGE
-from modeling.doors.preparing import inner_folds, rows_of
-from modeling.doors.ridge import RIDGE
+from palpate.modeling.columns import standard_of
+from palpate.modeling.doors import forest, pca_regression, pca_ridge
+from palpate.modeling.doors.components import components_of
+from palpate.modeling.doors.data import ModelDataError
+from palpate.modeling.doors.featured import featured
+from palpate.modeling.doors.forest import FOREST
+from palpate.modeling.doors.gaussian_process import GAUSSIAN_PROCESS
+from palpate.modeling.doors.linear import PENALTIES, best_penalty, path_of
+from palpate.modeling.doors.nearest import NEAREST
+from palpate.modeling.doors.pca_regression import PCA_REGRESSION
+from palpate.modeling.doors.pca_ridge import PCA_RIDGE
+from palpate.modeling.doors.preparing import inner_folds, rows_of
+from palpate.modeling.doors.ridge import RIDGE
 from tests.modeling.doors.baseline_learning import ON_FEATURES, SEEN, asked, data_of, learn, profiles
 
 

@@ -9,18 +9,18 @@ import numpy as np
 import pandas as pd
 import pytest
 
-from analysis.plans.reading import PlanError
-from analysis.ratings.dataset import DataRefused, Ratings, Scale
-from analysis.ratings.saved import save_ratings
-from devices.door.twin import read_profile as read_by_the_door
-from modeling.doors.data import ModelDataError
-from modeling.doors.rated import Asked, Shown, rated_of
-from modeling.doors.reading import rated_in_lab, read_lab
-from protocols.reading import StudyError
-from studies.collect import collect, open_database
-from studies.participants.people import add as enter
-from studies.participants.registry import open_registry
-from studies.participants.withdrawal import withdraw
+from palpate.analysis.plans.reading import PlanError
+from palpate.analysis.ratings.dataset import DataRefused, Ratings, Scale
+from palpate.analysis.ratings.saved import save_ratings
+from palpate.devices.door.twin import read_profile as read_by_the_door
+from palpate.modeling.doors.data import ModelDataError
+from palpate.modeling.doors.rated import Asked, Shown, rated_of
+from palpate.modeling.doors.reading import rated_in_lab, read_lab
+from palpate.protocols.reading import StudyError
+from palpate.studies.collect import collect, open_database
+from palpate.studies.participants.people import add as enter
+from palpate.studies.participants.registry import open_registry
+from palpate.studies.participants.withdrawal import withdraw
 from tests.analysis.exporting.labs import rewritten
 from tests.modeling.doors.labs_for_doors import RECORDED, doors_small
 
@@ -107,7 +107,7 @@ def test_whom_the_plan_excludes_is_left_out(lab):
 
 def test_people_who_felt_another_version_of_the_study_are_never_mixed_in(lab):
     source = RECORDED / "sessions" / "doors_small_P005_s1.sqlite"
-    from studies.record import read
+    from palpate.studies.record import read
 
     changed = {**read(source).header["study"], "title": "Doors, changed"}
     rewritten(source, lab / "sessions" / "doors_small_P005_s1.sqlite", header={"study": changed})

@@ -5,8 +5,17 @@ from pathlib import Path
 
 import pytest
 
-from modeling.doors.data import ModelDataError
-from modeling.doors.registry import DEFAULT, FORWARD, INVERSE, SLOW, THESIS, demand_file, method_named, methods_of
+from palpate.modeling.doors.data import ModelDataError
+from palpate.modeling.doors.registry import (
+    DEFAULT,
+    FORWARD,
+    INVERSE,
+    SLOW,
+    THESIS,
+    demand_file,
+    method_named,
+    methods_of,
+)
 
 pytestmark = pytest.mark.needs("torch")
 
@@ -46,7 +55,10 @@ def test_every_method_of_thesis_and_practice_is_there():
 
 
 def test_ridge_is_had_without_torch():
-    code = "import sys; from modeling.doors.registry import FORWARD; FORWARD['ridge']; sys.exit('torch' in sys.modules)"
+    code = (
+        "import sys; from palpate.modeling.doors.registry import FORWARD; FORWARD['ridge']; "
+        "sys.exit('torch' in sys.modules)"
+    )
     assert subprocess.run([sys.executable, "-c", code], check=False, timeout=60).returncode == 0
 
 

@@ -5,14 +5,14 @@ from __future__ import annotations
 import numpy as np
 import pytest
 
-from modeling.doors.data import ModelDataError
-from modeling.doors.reading import rated_in_lab
-from modeling.doors.simulated import simulated_data, simulated_ratings
-from protocols.plan import compile_plan
-from studies.allocation import allocate
-from studies.catalogue import SHIPPED, read_study
-from studies.rig import simulated
-from studies.session import start
+from palpate.modeling.doors.data import ModelDataError
+from palpate.modeling.doors.reading import rated_in_lab
+from palpate.modeling.doors.simulated import simulated_data, simulated_ratings
+from palpate.protocols.plan import compile_plan
+from palpate.studies.allocation import allocate
+from palpate.studies.catalogue import SHIPPED, read_study
+from palpate.studies.rig import simulated
+from palpate.studies.session import start
 from tests.modeling.doors.labs_for_doors import RECORDED, doors_small
 from tests.modeling.doors.made_up import ANTONYMS, ATTRIBUTES
 

@@ -7,9 +7,9 @@ from dataclasses import replace
 import numpy as np
 import pytest
 
-from modeling.doors import changing
-from modeling.doors.data import ModelDataError
-from modeling.doors.training_variants import KINDS, is_variant, with_variants
+from palpate.modeling.doors import changing
+from palpate.modeling.doors.data import ModelDataError
+from palpate.modeling.doors.training_variants import KINDS, is_variant, with_variants
 from tests.modeling.doors.made_up import crossed
 
 NAMES = ("noise", "shift", "smoothing", "amplitude", "spike")
@@ -74,7 +74,7 @@ def test_a_greater_amount_moves_the_ratings_farther_and_the_way_the_table_says(k
 
 
 def test_every_effect_names_an_attribute_of_the_study():
-    from modeling.doors.reading_tables import shipped_attributes
+    from palpate.modeling.doors.reading_tables import shipped_attributes
 
     assert {name for kind in KINDS for name in kind.effect} <= set(shipped_attributes())
 

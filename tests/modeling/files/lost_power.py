@@ -1,6 +1,6 @@
 """Power lost while a model is replaced."""
 
-from protocols import files
+from palpate.protocols import files
 
 
 def only_numbers_are_placed(monkeypatch):

@@ -3,7 +3,7 @@ import json
 import numpy as np
 import pytest
 
-from modeling.files.finished import put_down, taken_up
+from palpate.modeling.files.finished import put_down, taken_up
 
 ARRAYS = {"wave": np.arange(500.0), "steps": np.arange(3)}
 

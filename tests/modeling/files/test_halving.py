@@ -2,10 +2,10 @@ import numpy as np
 import pytest
 from safetensors.numpy import load_file
 
-from modeling.files.exported import Exported
-from modeling.files.replacing import ModelWritingError
-from modeling.files.writing import write_model
-from protocols.model_card import Card, Dense, Port
+from palpate.modeling.files.exported import Exported
+from palpate.modeling.files.replacing import ModelWritingError
+from palpate.modeling.files.writing import write_model
+from palpate.protocols.model_card import Card, Dense, Port
 from tools.half_precision import NOTE, halved
 
 

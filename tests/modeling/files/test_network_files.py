@@ -6,13 +6,13 @@ import numpy as np
 import pytest
 import torch
 
-from devices.models.file import read_model
-from modeling.doors.exporting_network import exported_network
-from modeling.doors.networks import ForceToPerception
-from modeling.files.exported import Exported
-from modeling.files.writing import write_model
-from modeling.layers import conv_relu
-from protocols.model_card import Port, Reshape
+from palpate.devices.models.file import read_model
+from palpate.modeling.doors.exporting_network import exported_network
+from palpate.modeling.doors.networks import ForceToPerception
+from palpate.modeling.files.exported import Exported
+from palpate.modeling.files.writing import write_model
+from palpate.modeling.layers import conv_relu
+from palpate.protocols.model_card import Port, Reshape
 
 pytestmark = pytest.mark.needs("torch")
 

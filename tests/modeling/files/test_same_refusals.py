@@ -7,16 +7,16 @@ from types import SimpleNamespace
 import numpy as np
 import pytest
 
-from devices.door.playable import LIMIT_N
-from devices.models.errors import ModelInputError
-from devices.models.file import read_model
-from modeling.doors.constant import MEAN
-from modeling.doors.data import ModelDataError
-from modeling.doors.evaluating_files import ports
-from modeling.doors.nearest import NEAREST
-from modeling.doors.preparing import LIMITS
-from modeling.doors.ridge import RIDGE
-from modeling.files.writing import write_model
+from palpate.devices.door.playable import LIMIT_N
+from palpate.devices.models.errors import ModelInputError
+from palpate.devices.models.file import read_model
+from palpate.modeling.doors.constant import MEAN
+from palpate.modeling.doors.data import ModelDataError
+from palpate.modeling.doors.evaluating_files import ports
+from palpate.modeling.doors.nearest import NEAREST
+from palpate.modeling.doors.preparing import LIMITS
+from palpate.modeling.doors.ridge import RIDGE
+from palpate.modeling.files.writing import write_model
 from tests.modeling.doors.baseline_learning import asked, learn
 
 FURTHEST_N = LIMITS * LIMIT_N

@@ -12,9 +12,9 @@ from benchmarks.keyswitch.comparing import KIND, RECONSTRUCTION, Part, compare, 
 from benchmarks.keyswitch.curves import CurveError, measured
 from benchmarks.keyswitch.networks import Reconstruction, classifier
 from benchmarks.keyswitch.settings import FULL, QUICK, Size
-from modeling.doors.networks import ForceToPerception
-from modeling.training.refusals import JobError
-from modeling.training.seeding import seeded
+from palpate.modeling.doors.networks import ForceToPerception
+from palpate.modeling.training.refusals import JobError
+from palpate.modeling.training.seeding import seeded
 
 pytestmark = pytest.mark.needs("torch")
 

@@ -1,6 +1,6 @@
 """A made-up library: textures whose attributes are written down here."""
 
-from modeling.library.entries import Entry, Library, Predicted, Rated
+from palpate.modeling.library.entries import Entry, Library, Predicted, Rated
 
 PAIRS = (("Rough", "Smooth"), ("Flat", "Bumpy"), ("Sticky", "Slippery"), ("Hard", "Soft"))
 

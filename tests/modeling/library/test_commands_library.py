@@ -9,10 +9,10 @@ import pytest
 from click.testing import CliRunner
 from PIL import Image
 
-import palpate
-from modeling.commands_library import textures
-from modeling.library.files import place_of, write_library
-from modeling.library.thumbnails import keep
+from palpate import command_line
+from palpate.modeling.commands_library import textures
+from palpate.modeling.library.files import place_of, write_library
+from palpate.modeling.library.thumbnails import keep
 from tests.modeling.library.made_library import made_library
 
 HEAVY = "torch pandas sqlalchemy sklearn scipy librosa"
@@ -47,7 +47,7 @@ def told(lab, *arguments):
 def refused(capsys, *arguments):
     """What the front door says of a mistake."""
     with pytest.raises(SystemExit) as ended:
-        palpate.main(["textures", *map(str, arguments)])
+        command_line.main(["textures", *map(str, arguments)])
     assert ended.value.code == 2
     return capsys.readouterr().err
 
@@ -169,7 +169,8 @@ def test_a_lab_without_a_library_is_told_how_to_make_one(tmp_path, capsys):
 def test_the_questions_load_nothing_heavy(lab, asked):
     code = (
         (
-            f"import sys, palpate\ntry: palpate.main(['textures', *{asked!r}, '--lab', {str(lab)!r}])\n"
+            "import sys\nfrom palpate import command_line\n"
+            f"try: command_line.main(['textures', *{asked!r}, '--lab', {str(lab)!r}])\n"
             f"except SystemExit as ended: assert not ended.code\n"
             f"sys.exit(' '.join(sorted({HEAVY.split()!r} & {{n.partition('.')[0] for n in sys.modules}})) or 0)"
         )
@@ -181,5 +182,5 @@ def test_the_questions_load_nothing_heavy(lab, asked):
 
 
 def test_the_verb_stands_at_the_front_door_with_the_maker_of_simulated_ones():
-    assert palpate.VERBS["textures"][0] == "modeling.commands_library:textures"
+    assert command_line.VERBS["textures"][0] == "palpate.modeling.commands_library:textures"
     assert set(textures.commands) == {"index", "find", "nearest", "show", "map", "draw", "simulate"}

@@ -1,7 +1,7 @@
 """Where nothing fits: what is said of the wishes is so."""
 
-from modeling.library.excluding import Excluded, excluded, none_fits
-from modeling.library.finding import wishes_of
+from palpate.modeling.library.excluding import Excluded, excluded, none_fits
+from palpate.modeling.library.finding import wishes_of
 from tests.modeling.library.made_library import entry, made_library, rated
 
 

@@ -5,9 +5,9 @@ import json
 import pytest
 from pydantic import ValidationError
 
-from modeling.library.entries import Library, LibraryError
-from modeling.library.files import NewerLibrary, earlier_in, place_of, read_library, write_library
-from protocols.canonical import digest
+from palpate.modeling.library.entries import Library, LibraryError
+from palpate.modeling.library.files import NewerLibrary, earlier_in, place_of, read_library, write_library
+from palpate.protocols.canonical import digest
 from tests.modeling.library.made_library import entry, made_library, rated
 
 

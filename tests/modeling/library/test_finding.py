@@ -6,8 +6,8 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
-from modeling.library.entries import LibraryError, felt
-from modeling.library.finding import chosen, find, fitting, known_of, named, wishes_of
+from palpate.modeling.library.entries import LibraryError, felt
+from palpate.modeling.library.finding import chosen, find, fitting, known_of, named, wishes_of
 from tests.modeling.library.made_library import entry, made_library, predicted, rated
 
 LIBRARY = made_library()

@@ -5,9 +5,9 @@ from dataclasses import replace
 import numpy as np
 import pytest
 
-from modeling.attributes.material import Material, MaterialError, Pair, Rated, Texture
-from modeling.library.entries import LibraryError, felt
-from modeling.library.indexing import UNKNOWN_SD, Predictor, gone, library_of
+from palpate.modeling.attributes.material import Material, MaterialError, Pair, Rated, Texture
+from palpate.modeling.library.entries import LibraryError, felt
+from palpate.modeling.library.indexing import UNKNOWN_SD, Predictor, gone, library_of
 from tests.modeling.attributes.made_material import PAIRS, made_material
 
 MATERIAL = made_material(textures=6, segments=3, pictures=2)

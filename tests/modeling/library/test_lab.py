@@ -10,27 +10,27 @@ import numpy as np
 import pytest
 from click.testing import CliRunner
 
-from modeling.attributes import seeing
-from modeling.attributes.material import HURRIED, MaterialError
-from modeling.attributes.methods import Learning
-from modeling.attributes.model_file import NAME, read_model, write_model
-from modeling.attributes.reading import read_material
-from modeling.attributes.registry import METHODS
-from modeling.commands_library import textures
-from modeling.library.entries import NOTHING_KNOWN, LibraryError, felt
-from modeling.library.files import NewerLibrary, place_of, read_library
-from modeling.library.finding import find, wishes_of
-from modeling.library.lab import index
-from modeling.library.sheet import pictures_of
-from modeling.library.sources import Wanted, predictor_of
-from protocols.plan import ParticipantRow, compile_plan
-from studies.catalogue import SHIPPED, read_study
-from studies.collect import collect, open_database
-from studies.participants.people import add as enter
-from studies.participants.registry import open_registry
-from studies.participants.withdrawal import withdraw
-from studies.rig import simulated
-from studies.session import start
+from palpate.modeling.attributes import seeing
+from palpate.modeling.attributes.material import HURRIED, MaterialError
+from palpate.modeling.attributes.methods import Learning
+from palpate.modeling.attributes.model_file import NAME, read_model, write_model
+from palpate.modeling.attributes.reading import read_material
+from palpate.modeling.attributes.registry import METHODS
+from palpate.modeling.commands_library import textures
+from palpate.modeling.library.entries import NOTHING_KNOWN, LibraryError, felt
+from palpate.modeling.library.files import NewerLibrary, place_of, read_library
+from palpate.modeling.library.finding import find, wishes_of
+from palpate.modeling.library.lab import index
+from palpate.modeling.library.sheet import pictures_of
+from palpate.modeling.library.sources import Wanted, predictor_of
+from palpate.protocols.plan import ParticipantRow, compile_plan
+from palpate.studies.catalogue import SHIPPED, read_study
+from palpate.studies.collect import collect, open_database
+from palpate.studies.participants.people import add as enter
+from palpate.studies.participants.registry import open_registry
+from palpate.studies.participants.withdrawal import withdraw
+from palpate.studies.rig import simulated
+from palpate.studies.session import start
 from tests.modeling.attributes.captured_textures import session
 from tests.modeling.attributes.photo_labs import TWINS, photos, rated_by, taken
 

@@ -3,7 +3,7 @@
 import pytest
 from PIL import Image, ImageDraw
 
-from modeling.library.lettering import MORE, Pen
+from palpate.modeling.library.lettering import MORE, Pen
 
 PEN = Pen(ImageDraw.Draw(Image.new("RGB", (10, 10))))
 

@@ -3,10 +3,10 @@
 import pytest
 from matplotlib.patches import Circle
 
-from analysis.figures.bubbles import RADII
-from analysis.figures.style import drawing
-from modeling.library.entries import LibraryError
-from modeling.library.map import FADED, FOUND, draw_map, map_data, roles_of, write_map
+from palpate.analysis.figures.bubbles import RADII
+from palpate.analysis.figures.style import drawing
+from palpate.modeling.library.entries import LibraryError
+from palpate.modeling.library.map import FADED, FOUND, draw_map, map_data, roles_of, write_map
 from tests.modeling.library.made_library import PAIRS, entry, made_library, rated
 
 LIBRARY = made_library(

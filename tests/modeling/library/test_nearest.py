@@ -3,8 +3,8 @@
 import numpy as np
 import pytest
 
-from modeling.doors.shares import JND
-from modeling.library.nearest import measured, near
+from palpate.modeling.doors.shares import JND
+from palpate.modeling.library.nearest import measured, near
 from tests.modeling.library.made_library import entry, made_library, rated
 
 

@@ -9,7 +9,7 @@ from hypothesis import strategies as st
 from scipy.integrate import quad
 from scipy.stats import norm
 
-from modeling.library.ranges import Soft, both, trapezoid, turned
+from palpate.modeling.library.ranges import Soft, both, trapezoid, turned
 
 EDGES = ((55, 70, None, None), (None, None, 20, 35), (45, 55, 70, 80), (30, 45, 55, 70))
 value, sd = st.floats(-20, 120), st.floats(0, 40)

@@ -6,10 +6,10 @@ import numpy as np
 import pytest
 from PIL import Image
 
-from modeling.library.drawing import DOT, FINE, GAP, PREDICTED, WIDE, WISHED, height_of
-from modeling.library.entries import LibraryError
-from modeling.library.finding import wishes_of
-from modeling.library.sheet import HEAD, MOST, NEXT, pictures_of, sheet, tiles_of, write_sheet
+from palpate.modeling.library.drawing import DOT, FINE, GAP, PREDICTED, WIDE, WISHED, height_of
+from palpate.modeling.library.entries import LibraryError
+from palpate.modeling.library.finding import wishes_of
+from palpate.modeling.library.sheet import HEAD, MOST, NEXT, pictures_of, sheet, tiles_of, write_sheet
 from tests.modeling.library.made_library import entry, made_library, rated
 
 LIBRARY = made_library()

@@ -6,10 +6,10 @@ import numpy as np
 import pytest
 from PIL import Image
 
-from modeling.attributes.reading_folder import SUFFIXES, pictures_of
-from modeling.library.entries import LibraryError
-from modeling.library.pictures import pictures_in
-from modeling.library.thumbnails import SIDE, drop, keep, name_of, thumbnail
+from palpate.modeling.attributes.reading_folder import SUFFIXES, pictures_of
+from palpate.modeling.library.entries import LibraryError
+from palpate.modeling.library.pictures import pictures_in
+from palpate.modeling.library.thumbnails import SIDE, drop, keep, name_of, thumbnail
 
 
 def written(array, kind="PNG"):

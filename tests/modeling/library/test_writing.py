@@ -4,8 +4,8 @@ import os
 
 import pytest
 
-from modeling.library.entries import LibraryError
-from modeling.library.writing import demand_folder, write_whole
+from palpate.modeling.library.entries import LibraryError
+from palpate.modeling.library.writing import demand_folder, write_whole
 
 
 def test_a_file_is_replaced_whole_and_nothing_else_is_left(tmp_path):

@@ -4,13 +4,13 @@ from dataclasses import dataclass, replace
 
 import numpy as np
 
-from modeling.files.exported import Exported
-from modeling.textures.judging_whole import Wanted, context_for
-from modeling.textures.methods import Method
-from modeling.textures.recording import TextureDataError
-from modeling.textures.windows import samples_of, windows
-from protocols.model_card import Dense
-from studies.texture_side import RigTextures
+from palpate.modeling.files.exported import Exported
+from palpate.modeling.textures.judging_whole import Wanted, context_for
+from palpate.modeling.textures.methods import Method
+from palpate.modeling.textures.recording import TextureDataError
+from palpate.modeling.textures.windows import samples_of, windows
+from palpate.protocols.model_card import Dense
+from palpate.studies.texture_side import RigTextures
 from tests.modeling.textures.made_up_recording import recording
 
 ORDER = 12

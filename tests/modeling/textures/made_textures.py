@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import numpy as np
 
-from modeling.textures.recording import Recording
+from palpate.modeling.textures.recording import Recording
 
 
 def hand(n, rate_hz=1000.0, seed=0):

@@ -2,7 +2,7 @@
 
 import numpy as np
 
-from modeling.textures.recording import Parts, Recording
+from palpate.modeling.textures.recording import Parts, Recording
 
 
 def recording(seconds=4.0, seed=3, texture="made_up"):

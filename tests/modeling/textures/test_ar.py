@@ -6,21 +6,21 @@ import numpy as np
 import pytest
 from scipy.signal import lfilter
 
-from devices.models.file import read_model
-from modeling.files.exported import Exported
-from modeling.files.writing import write_model
-from modeling.textures.ar import AR, RADIUS, fit
-from modeling.textures.ar_filters import (
+from palpate.devices.models.file import read_model
+from palpate.modeling.files.exported import Exported
+from palpate.modeling.files.writing import write_model
+from palpate.modeling.textures.ar import AR, RADIUS, fit
+from palpate.modeling.textures.ar_filters import (
     burg,
     filters_of,
     frequencies_of,
     power_gain,
     stable_within,
 )
-from modeling.textures.ar_segments import STEP, segmented
-from modeling.textures.methods import Learning
-from modeling.textures.recording import Parts, Recording, TextureDataError
-from protocols.model_card import Port
+from palpate.modeling.textures.ar_segments import STEP, segmented
+from palpate.modeling.textures.methods import Learning
+from palpate.modeling.textures.recording import Parts, Recording, TextureDataError
+from palpate.protocols.model_card import Port
 
 SECONDS = 12
 COUNT = 1000 * SECONDS

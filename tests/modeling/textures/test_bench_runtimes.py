@@ -11,7 +11,7 @@ from safetensors.numpy import save_file
 
 from benchmarks.synthesis import specimens
 from benchmarks.synthesis.runtimes import MAKERS, other_runtimes, read_plainly
-from modeling.textures.recording import TextureDataError
+from palpate.modeling.textures.recording import TextureDataError
 
 pytestmark = pytest.mark.needs("torch")
 

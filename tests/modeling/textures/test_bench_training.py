@@ -7,7 +7,7 @@ import torch
 
 from benchmarks.synthesis.stock_foten import StockFoten
 from benchmarks.synthesis.training import WAYS, cases
-from modeling.textures.foten_network import Foten
+from palpate.modeling.textures.foten_network import Foten
 from tests.modeling.textures.made_up_recording import recording
 
 pytestmark = pytest.mark.needs("torch")

@@ -5,13 +5,13 @@ import re
 import numpy as np
 import pytest
 
-from modeling.files.evaluation_folder import REPORT, RESULTS
-from modeling.textures.evaluation_figures import free_beginning
-from modeling.textures.evaluation_outputs import default_of, tables, write_all
-from modeling.textures.evaluation_report import report_html
-from modeling.textures.evaluation_tables import start_of
-from modeling.textures.evaluation_thesis import printed_errors, printed_times, printed_variant
-from modeling.textures.judging_whole import judge
+from palpate.modeling.files.evaluation_folder import REPORT, RESULTS
+from palpate.modeling.textures.evaluation_figures import free_beginning
+from palpate.modeling.textures.evaluation_outputs import default_of, tables, write_all
+from palpate.modeling.textures.evaluation_report import report_html
+from palpate.modeling.textures.evaluation_tables import start_of
+from palpate.modeling.textures.evaluation_thesis import printed_errors, printed_times, printed_variant
+from palpate.modeling.textures.judging_whole import judge
 from tests.modeling.textures import judged_small as small
 
 pytestmark = pytest.mark.needs("torch")

@@ -2,8 +2,8 @@ from types import SimpleNamespace
 
 import pytest
 
-from modeling.textures import evaluation_reached
-from modeling.textures.evaluation_reached import reached
+from palpate.modeling.textures import evaluation_reached
+from palpate.modeling.textures.evaluation_reached import reached
 
 SIX = ("a", "b", "c", "d", "e", "f")
 GOOD = {"level": 1.0, "smoothed_gfc": 0.99, "envelope": 0.95, "cycle_excess": 0.01, "felt_dB": 1.0, "beyond": ""}

@@ -4,14 +4,14 @@ import numpy as np
 import pytest
 import torch
 
-from modeling.textures.cosine import Cosine, cosine, share_of
-from modeling.textures.fitting import Diet, fed, fit_windows, rows_of, settings_for
-from modeling.textures.foten_network import Foten
-from modeling.textures.heads import mse
-from modeling.textures.methods import Learning
-from modeling.textures.recording import Parts, TextureDataError
-from modeling.textures.resting import with_rest
-from modeling.training.settings import Settings
+from palpate.modeling.textures.cosine import Cosine, cosine, share_of
+from palpate.modeling.textures.fitting import Diet, fed, fit_windows, rows_of, settings_for
+from palpate.modeling.textures.foten_network import Foten
+from palpate.modeling.textures.heads import mse
+from palpate.modeling.textures.methods import Learning
+from palpate.modeling.textures.recording import Parts, TextureDataError
+from palpate.modeling.textures.resting import with_rest
+from palpate.modeling.training.settings import Settings
 from tests.modeling.textures.made_up_recording import parts, recording
 
 pytestmark = pytest.mark.needs("torch")

@@ -4,22 +4,22 @@ import numpy as np
 import pytest
 import torch
 
-from devices.models.file import read_model
-from modeling.files.writing import write_model
-from modeling.textures.exporting_foten import exported_windows, pieces
-from modeling.textures.fitting import FittedWindows
-from modeling.textures.foten import FOTEN, FOTEN_GENERATIVE, FOTEN_THESIS, epochs_for, generative, literal
-from modeling.textures.foten_layers import EncoderLayer
-from modeling.textures.foten_network import Foten
-from modeling.textures.heads import LEAST_LOG_SD, LOSSES, nll
-from modeling.textures.matching import Matched
-from modeling.textures.methods import Learning
-from modeling.textures.recording import Recording, Scale, TextureDataError
-from modeling.textures.spectral_features import MelBlock, WaveletBlock
-from modeling.textures.ten import TEN, TEN_MFCC, TEN_WAVELET
-from modeling.textures.windows import windows
-from modeling.training.seeding import seeded
-from protocols.model_card import Port
+from palpate.devices.models.file import read_model
+from palpate.modeling.files.writing import write_model
+from palpate.modeling.textures.exporting_foten import exported_windows, pieces
+from palpate.modeling.textures.fitting import FittedWindows
+from palpate.modeling.textures.foten import FOTEN, FOTEN_GENERATIVE, FOTEN_THESIS, epochs_for, generative, literal
+from palpate.modeling.textures.foten_layers import EncoderLayer
+from palpate.modeling.textures.foten_network import Foten
+from palpate.modeling.textures.heads import LEAST_LOG_SD, LOSSES, nll
+from palpate.modeling.textures.matching import Matched
+from palpate.modeling.textures.methods import Learning
+from palpate.modeling.textures.recording import Recording, Scale, TextureDataError
+from palpate.modeling.textures.spectral_features import MelBlock, WaveletBlock
+from palpate.modeling.textures.ten import TEN, TEN_MFCC, TEN_WAVELET
+from palpate.modeling.textures.windows import windows
+from palpate.modeling.training.seeding import seeded
+from palpate.protocols.model_card import Port
 from tests.modeling.textures.made_up_recording import parts, recording
 
 pytestmark = pytest.mark.needs("torch")

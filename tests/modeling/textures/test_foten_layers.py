@@ -6,8 +6,8 @@ import pytest
 import torch
 from torch import nn
 
-from modeling.textures.foten_layers import Dropout, Embedding, Encoder, EncoderLayer, positions
-from modeling.training.seeding import seeded
+from palpate.modeling.textures.foten_layers import Dropout, Embedding, Encoder, EncoderLayer, positions
+from palpate.modeling.training.seeding import seeded
 
 pytestmark = pytest.mark.needs("torch")
 

@@ -3,9 +3,9 @@
 import pytest
 import torch
 
-from modeling.textures.fourier import IMPULSE, FourierBlock, inverse, transform
-from modeling.textures.spectral_features import MelBlock, WaveletBlock, wavelet
-from modeling.training.seeding import seeded
+from palpate.modeling.textures.fourier import IMPULSE, FourierBlock, inverse, transform
+from palpate.modeling.textures.spectral_features import MelBlock, WaveletBlock, wavelet
+from palpate.modeling.training.seeding import seeded
 
 pytestmark = pytest.mark.needs("torch")
 

@@ -4,17 +4,17 @@ import numpy as np
 import pytest
 import torch
 
-from devices.models.file import read_model
-from devices.render import block_voice
-from devices.render.voice import play
-from modeling.textures.gan import GAN, watched
-from modeling.textures.gan_networks import NOISE, Critic, Generator
-from modeling.textures.methods import Learning
-from modeling.textures.outputs import write_texture
-from modeling.textures.recording import Recording, TextureDataError
-from modeling.textures.spectrograms import Frames, magnitudes, spectra
-from modeling.training.adversarial import energy_distance
-from modeling.training.seeding import seeded
+from palpate.devices.models.file import read_model
+from palpate.devices.render import block_voice
+from palpate.devices.render.voice import play
+from palpate.modeling.textures.gan import GAN, watched
+from palpate.modeling.textures.gan_networks import NOISE, Critic, Generator
+from palpate.modeling.textures.methods import Learning
+from palpate.modeling.textures.outputs import write_texture
+from palpate.modeling.textures.recording import Recording, TextureDataError
+from palpate.modeling.textures.spectrograms import Frames, magnitudes, spectra
+from palpate.modeling.training.adversarial import energy_distance
+from palpate.modeling.training.seeding import seeded
 from tests.modeling.textures.made_up_recording import parts, recording
 
 pytestmark = pytest.mark.needs("torch")

@@ -3,8 +3,8 @@
 import numpy as np
 import pytest
 
-from modeling.textures.hum import before_filter, notched, without_hum
-from studies.texture_signals import band_pass
+from palpate.modeling.textures.hum import before_filter, notched, without_hum
+from palpate.studies.texture_signals import band_pass
 from tests.modeling.textures.made_textures import hand, vibration
 
 

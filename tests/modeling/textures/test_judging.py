@@ -3,9 +3,9 @@ from dataclasses import replace
 import numpy as np
 import pytest
 
-from modeling.textures.judging import LIMITS, beyond, ceiling, judged, truth_of
-from modeling.textures.judging_drive import explored, from_recording
-from modeling.textures.recording import Parts, Recording, TextureDataError
+from palpate.modeling.textures.judging import LIMITS, beyond, ceiling, judged, truth_of
+from palpate.modeling.textures.judging_drive import explored, from_recording
+from palpate.modeling.textures.recording import Parts, Recording, TextureDataError
 from tests.modeling.textures.judged_small import OtherHands, SmallSide
 from tests.modeling.textures.made_up_recording import parts, recording
 

@@ -4,13 +4,13 @@ import json
 import numpy as np
 import pytest
 
-from modeling.textures.evaluation_tables import figure_4_5, grid_rows
-from modeling.textures.judging_jobs import Explore, Fit, Play
-from modeling.textures.judging_kept import key
-from modeling.textures.judging_run import run
-from modeling.textures.judging_whole import context_for, judge
-from modeling.textures.recording import TextureDataError
-from modeling.training.refusals import JobBroken
+from palpate.modeling.textures.evaluation_tables import figure_4_5, grid_rows
+from palpate.modeling.textures.judging_jobs import Explore, Fit, Play
+from palpate.modeling.textures.judging_kept import key
+from palpate.modeling.textures.judging_run import run
+from palpate.modeling.textures.judging_whole import context_for, judge
+from palpate.modeling.textures.recording import TextureDataError
+from palpate.modeling.training.refusals import JobBroken
 from tests.modeling.textures import judged_small as small
 from tests.modeling.textures.made_up_recording import recording
 

@@ -6,8 +6,8 @@ import numpy as np
 import pytest
 import torch
 
-from modeling.textures.matching import MOST_GAIN, Matched, free_run, match, predictor
-from modeling.textures.recording import Parts, Recording, Scale
+from palpate.modeling.textures.matching import MOST_GAIN, Matched, free_run, match, predictor
+from palpate.modeling.textures.recording import Parts, Recording, Scale
 
 pytestmark = pytest.mark.needs("torch")
 

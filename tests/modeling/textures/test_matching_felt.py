@@ -4,9 +4,9 @@ import numpy as np
 import pytest
 from scipy.signal import lfilter
 
-from modeling.textures.matching_felt import correction
-from modeling.textures.metrics_felt import felt_distance, felt_levels
-from modeling.textures.recording import TextureDataError
+from palpate.modeling.textures.matching_felt import correction
+from palpate.modeling.textures.metrics_felt import felt_distance, felt_levels
+from palpate.modeling.textures.recording import TextureDataError
 
 pytestmark = pytest.mark.needs("torch")
 

@@ -1,7 +1,7 @@
 import numpy as np
 import pytest
 
-from modeling.textures.metrics import (
+from palpate.modeling.textures.metrics import (
     density,
     explained,
     gfc,
@@ -12,7 +12,7 @@ from modeling.textures.metrics import (
     raw_gfc,
     smoothed_gfc,
 )
-from modeling.textures.recording import TextureDataError
+from palpate.modeling.textures.recording import TextureDataError
 from tests.modeling.textures.made_textures import vibration
 
 

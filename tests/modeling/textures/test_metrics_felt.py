@@ -3,8 +3,8 @@ import math
 import numpy as np
 import pytest
 
-from modeling.textures.metrics_felt import BANDS_HZ, felt_distance, felt_levels, threshold_m_s2
-from modeling.textures.recording import TextureDataError
+from palpate.modeling.textures.metrics_felt import BANDS_HZ, felt_distance, felt_levels, threshold_m_s2
+from palpate.modeling.textures.recording import TextureDataError
 from tests.modeling.textures.made_textures import vibration
 
 T = np.arange(20_000) / 1000

@@ -1,8 +1,8 @@
 import numpy as np
 import pytest
 
-from modeling.textures.metrics_running import correlation, cycle, envelope, greatest_ratio, slow
-from modeling.textures.recording import TextureDataError
+from palpate.modeling.textures.metrics_running import correlation, cycle, envelope, greatest_ratio, slow
+from palpate.modeling.textures.recording import TextureDataError
 from tests.modeling.textures.made_textures import vibration
 
 T = np.arange(20_000) / 1000

@@ -3,10 +3,10 @@ import re
 import numpy as np
 import pytest
 
-from devices.models.file import read_model
-from devices.render.voice import open_voice
-from modeling.textures.outputs import model_name, texture_of, write_texture
-from modeling.textures.recording import Parts, TextureDataError
+from palpate.devices.models.file import read_model
+from palpate.devices.render.voice import open_voice
+from palpate.modeling.textures.outputs import model_name, texture_of, write_texture
+from palpate.modeling.textures.recording import Parts, TextureDataError
 from tests.modeling.textures import judged_small as small
 from tests.modeling.textures.made_up_recording import parts, recording
 
@@ -17,7 +17,7 @@ def found():
 
 
 def fitted(found, method):
-    from modeling.textures.methods import Learning
+    from palpate.modeling.textures.methods import Learning
 
     return method.fit(Learning(found, parts(found)))
 

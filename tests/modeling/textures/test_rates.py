@@ -5,8 +5,8 @@ from dataclasses import replace
 import numpy as np
 import pytest
 
-from modeling.textures.rates import Sampled, along, evenly, on_grid, speed_from
-from modeling.textures.recording import TextureDataError
+from palpate.modeling.textures.rates import Sampled, along, evenly, on_grid, speed_from
+from palpate.modeling.textures.recording import TextureDataError
 
 
 def wave(hz, rate_hz, seconds=2.0):

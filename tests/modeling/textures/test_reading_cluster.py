@@ -6,8 +6,8 @@ The times jitter as in that page's example: steps of 0.21 and 0.13 ms, 6 kHz on 
 import numpy as np
 import pytest
 
-from modeling.textures.reading_cluster import read_cluster, slides, touched
-from modeling.textures.recording import TextureDataError
+from palpate.modeling.textures.reading_cluster import read_cluster, slides, touched
+from palpate.modeling.textures.recording import TextureDataError
 from tests.modeling.textures.made_cluster import slide
 
 

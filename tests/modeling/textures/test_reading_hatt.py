@@ -6,8 +6,8 @@ The files are made here, in the toolkit's own way of writing numbers (its models
 import numpy as np
 import pytest
 
-from modeling.textures.reading_hatt import read_hatt, sources, touched
-from modeling.textures.recording import TextureDataError
+from palpate.modeling.textures.reading_hatt import read_hatt, sources, touched
+from palpate.modeling.textures.recording import TextureDataError
 from tests.modeling.textures.made_hatt import UNITS, array, signals, whole
 
 

@@ -6,12 +6,12 @@ from contextlib import closing
 import numpy as np
 import pytest
 
-from modeling.textures.joined import Joined
-from modeling.textures.reading_ledgers import read_lab
-from modeling.textures.recording import TextureDataError
-from studies.participants.people import add as enter
-from studies.participants.registry import open_registry
-from studies.participants.withdrawal import withdraw
+from palpate.modeling.textures.joined import Joined
+from palpate.modeling.textures.reading_ledgers import read_lab
+from palpate.modeling.textures.recording import TextureDataError
+from palpate.studies.participants.people import add as enter
+from palpate.studies.participants.registry import open_registry
+from palpate.studies.participants.withdrawal import withdraw
 from tests.analysis.streams.ledgers import Written, block, told
 from tests.modeling.attributes.captured_textures import session as captures_of
 from tests.modeling.textures.made_textures import vibration

@@ -3,9 +3,9 @@
 import numpy as np
 import pytest
 
-from modeling.textures.reading_tables import Held, read_tables
-from modeling.textures.recording import TextureDataError
-from modeling.textures.splitting import split
+from palpate.modeling.textures.reading_tables import Held, read_tables
+from palpate.modeling.textures.recording import TextureDataError
+from palpate.modeling.textures.splitting import split
 from tests.modeling.textures.made_textures import hand, vibration
 
 

@@ -1,7 +1,7 @@
 import pytest
 
-from modeling.textures.recording import TextureDataError
-from modeling.textures.registry import BASELINE, DEFAULT, METHODS, THESIS, method_named
+from palpate.modeling.textures.recording import TextureDataError
+from palpate.modeling.textures.registry import BASELINE, DEFAULT, METHODS, THESIS, method_named
 
 pytestmark = pytest.mark.needs("torch")
 

@@ -4,20 +4,20 @@ import numpy as np
 import pytest
 import torch
 
-from devices.models.file import read_model
-from modeling.files.writing import write_model
-from modeling.textures.dstn import DSTN, Dstn
-from modeling.textures.exporting_foten import exported_windows, pieces
-from modeling.textures.fnn import FNN, Fnn, bands
-from modeling.textures.hapinf import HAPINF, HapInf, asking, picked
-from modeling.textures.informer_layers import Distilled, ProbSparse
-from modeling.textures.lasting import for_length
-from modeling.textures.methods import Learning
-from modeling.textures.recording import Recording, Scale, TextureDataError
-from modeling.textures.windows import windows
-from modeling.training.seeding import seeded
-from modeling.training.settings import Settings
-from protocols.model_card import Port
+from palpate.devices.models.file import read_model
+from palpate.modeling.files.writing import write_model
+from palpate.modeling.textures.dstn import DSTN, Dstn
+from palpate.modeling.textures.exporting_foten import exported_windows, pieces
+from palpate.modeling.textures.fnn import FNN, Fnn, bands
+from palpate.modeling.textures.hapinf import HAPINF, HapInf, asking, picked
+from palpate.modeling.textures.informer_layers import Distilled, ProbSparse
+from palpate.modeling.textures.lasting import for_length
+from palpate.modeling.textures.methods import Learning
+from palpate.modeling.textures.recording import Recording, Scale, TextureDataError
+from palpate.modeling.textures.windows import windows
+from palpate.modeling.training.seeding import seeded
+from palpate.modeling.training.settings import Settings
+from palpate.protocols.model_card import Port
 from tests.modeling.textures.made_up_recording import parts, recording
 
 pytestmark = pytest.mark.needs("torch")

@@ -3,10 +3,10 @@
 import numpy as np
 import pytest
 
-from modeling.textures.cached import content_key, read_cached, write_cached
-from modeling.textures.joined import joined
-from modeling.textures.recording import TextureDataError
-from modeling.textures.simulated import SIX, simulated
+from palpate.modeling.textures.cached import content_key, read_cached, write_cached
+from palpate.modeling.textures.joined import joined
+from palpate.modeling.textures.recording import TextureDataError
+from palpate.modeling.textures.simulated import SIX, simulated
 from tests.modeling.textures.made_textures import MadeSide, recording
 
 

@@ -3,9 +3,9 @@
 import numpy as np
 import pytest
 
-from modeling.textures.joined import Joined, joined, pieces_of
-from modeling.textures.recording import Recording, TextureDataError
-from modeling.textures.splitting import NAMES, fit_of, frames_of, split, told
+from palpate.modeling.textures.joined import Joined, joined, pieces_of
+from palpate.modeling.textures.recording import Recording, TextureDataError
+from palpate.modeling.textures.splitting import NAMES, fit_of, frames_of, split, told
 from tests.modeling.textures.made_textures import recording
 
 

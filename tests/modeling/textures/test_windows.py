@@ -3,9 +3,9 @@
 import numpy as np
 import pytest
 
-from modeling.textures.recording import Parts, Recording, TextureDataError
-from modeling.textures.splitting import split
-from modeling.textures.windows import LENGTHS, scale_of, windows
+from palpate.modeling.textures.recording import Parts, Recording, TextureDataError
+from palpate.modeling.textures.splitting import split
+from palpate.modeling.textures.windows import LENGTHS, scale_of, windows
 from tests.modeling.textures.made_textures import recording
 
 

@@ -5,10 +5,10 @@ from __future__ import annotations
 import numpy as np
 from torch import nn
 
-from modeling.training.loop import Trained, train
-from modeling.training.seeding import seeded
-from modeling.training.settings import Settings
-from modeling.training.sources import pairs
+from palpate.modeling.training.loop import Trained, train
+from palpate.modeling.training.seeding import seeded
+from palpate.modeling.training.settings import Settings
+from palpate.modeling.training.sources import pairs
 
 
 def rows(count=40, seed=5):

@@ -5,15 +5,15 @@ import pytest
 import torch
 from torch import nn
 
-from modeling.training import loop
-from modeling.training.adversarial import Adversarial, Adversaries, energy_distance, two_adams
-from modeling.training.checkpoints import write_checkpoint
-from modeling.training.clipping import clipped
-from modeling.training.loop import adam, train
-from modeling.training.refusals import CheckpointError, TrainingError
-from modeling.training.seeding import seeded
-from modeling.training.settings import Settings
-from modeling.training.sources import Made, Pairs, pairs
+from palpate.modeling.training import loop
+from palpate.modeling.training.adversarial import Adversarial, Adversaries, energy_distance, two_adams
+from palpate.modeling.training.checkpoints import write_checkpoint
+from palpate.modeling.training.clipping import clipped
+from palpate.modeling.training.loop import adam, train
+from palpate.modeling.training.refusals import CheckpointError, TrainingError
+from palpate.modeling.training.seeding import seeded
+from palpate.modeling.training.settings import Settings
+from palpate.modeling.training.sources import Made, Pairs, pairs
 from tests.modeling.training.small import the_same
 
 pytestmark = pytest.mark.needs("torch")

@@ -10,9 +10,9 @@ from pathlib import Path
 import numpy as np
 import pytest
 
-from modeling.training import jobs_cluster, jobs_local
-from modeling.training.jobs import run_jobs
-from modeling.training.refusals import JobBroken, JobError
+from palpate.modeling.training import jobs_cluster, jobs_local
+from palpate.modeling.training.jobs import run_jobs
+from palpate.modeling.training.refusals import JobBroken, JobError
 from tests.modeling.training import working
 
 pytestmark = pytest.mark.needs("torch")

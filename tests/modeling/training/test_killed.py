@@ -11,10 +11,10 @@ import pytest
 import torch
 from torch import nn
 
-from modeling.training.checkpoints import read_checkpoint, read_latest
-from modeling.training.loop import train
-from modeling.training.refusals import CheckpointError
-from modeling.training.sources import Made
+from palpate.modeling.training.checkpoints import read_checkpoint, read_latest
+from palpate.modeling.training.loop import train
+from palpate.modeling.training.refusals import CheckpointError
+from palpate.modeling.training.sources import Made
 from tests.modeling.training.small import network, rows, settings, the_same, trained
 
 pytestmark = pytest.mark.needs("torch")

@@ -7,11 +7,11 @@ import pytest
 import torch
 from torch import nn
 
-from modeling.training.loop import train
-from modeling.training.refusals import TrainingError
-from modeling.training.schedule import course_of
-from modeling.training.settings import Settings
-from modeling.training.sources import Made, Pairs, pairs
+from palpate.modeling.training.loop import train
+from palpate.modeling.training.refusals import TrainingError
+from palpate.modeling.training.schedule import course_of
+from palpate.modeling.training.settings import Settings
+from palpate.modeling.training.sources import Made, Pairs, pairs
 from tests.modeling.training.small import network, rows, settings, the_same, trained
 
 pytestmark = pytest.mark.needs("torch")
@@ -29,7 +29,7 @@ def test_the_same_seed_gives_the_same_bits_whatever_ran_before():
 
 @pytest.mark.parametrize("threads", [1, 2])
 def test_convolutions_are_repeatable_too(threads):
-    from modeling.training.seeding import seeded
+    from palpate.modeling.training.seeding import seeded
 
     def conv():
         inner = (nn.Conv1d(1, 4, 3, padding=1), nn.ReLU(), nn.MaxPool1d(2), nn.Upsample(scale_factor=2))

@@ -4,13 +4,13 @@ import json
 
 import pytest
 
-from modeling.training.history import Epoch, read_history, remove_history, write_history
-from modeling.training.learning_curve import learning_curve, save_learning_curve
-from modeling.training.progress import Pace, lasting
-from modeling.training.refusals import TrainingError
-from modeling.training.run_card import BESIDE, run_card
-from modeling.training.settings import Settings
-from protocols.canonical import NotCanonical, digest
+from palpate.modeling.training.history import Epoch, read_history, remove_history, write_history
+from palpate.modeling.training.learning_curve import learning_curve, save_learning_curve
+from palpate.modeling.training.progress import Pace, lasting
+from palpate.modeling.training.refusals import TrainingError
+from palpate.modeling.training.run_card import BESIDE, run_card
+from palpate.modeling.training.settings import Settings
+from palpate.protocols.canonical import NotCanonical, digest
 
 pytestmark = pytest.mark.needs("torch")
 

@@ -6,8 +6,8 @@ from importlib.metadata import PackageNotFoundError, version
 
 import pytest
 
-from modeling.training import run_card
-from modeling.training.run_card import BESIDE, PACKAGES, versions
+from palpate.modeling.training import run_card
+from palpate.modeling.training.run_card import BESIDE, PACKAGES, versions
 
 
 @pytest.mark.needs("torch", "librosa", "pywt", "skimage")
@@ -32,7 +32,7 @@ def test_what_is_not_installed_is_null_or_where_it_only_stands_beside_not_named(
 
 def test_no_package_is_imported_for_its_version():
     code = (
-        "import sys; from modeling.training.run_card import versions; versions(); "
+        "import sys; from palpate.modeling.training.run_card import versions; versions(); "
         "sys.exit(bool({'numpy', 'scipy', 'torch', 'sklearn', 'librosa', 'skimage', 'pywt', 'PIL'} & set(sys.modules)))"
     )
     assert subprocess.run([sys.executable, "-c", code], check=False, timeout=60).returncode == 0

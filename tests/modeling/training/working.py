@@ -11,7 +11,7 @@ from pathlib import Path
 CLUSTER = """
 import sys
 from pathlib import Path
-from modeling.training.jobs_cluster import local_cluster
+from palpate.modeling.training.jobs_cluster import local_cluster
 if __name__ == "__main__":
     with local_cluster(2, Path(sys.argv[1])) as address:
         print(address, flush=True)
@@ -20,7 +20,7 @@ if __name__ == "__main__":
 ENDLESS = """
 import signal
 signal.signal(signal.SIGINT, signal.default_int_handler)  # whoever runs the tests in the background ignores it
-from modeling.training.jobs import run_jobs
+from palpate.modeling.training.jobs import run_jobs
 from tests.modeling.training import working
 try:
     run_jobs(working.wait, [0, 1], workers=2)

@@ -11,19 +11,19 @@ from dataclasses import dataclass, field
 from itertools import takewhile
 from typing import Any
 
-from devices.samples import HandMounted
-from devices.suspend import SuspendWatch
-from protocols.answering import answer
-from protocols.events import NS
-from protocols.perceiver import Perceiver
-from protocols.plan import ParticipantRow, Plan, compile_plan
-from protocols.requests import Ask, Confirm, Reply
-from protocols.study import Study
-from studies.console.listening import Heard
-from studies.console.seat import Seat
-from studies.live import LiveWorld, Station
-from studies.live_rig import Opening
-from studies.rig import RigPlan
+from palpate.devices.samples import HandMounted
+from palpate.devices.suspend import SuspendWatch
+from palpate.protocols.answering import answer
+from palpate.protocols.events import NS
+from palpate.protocols.perceiver import Perceiver
+from palpate.protocols.plan import ParticipantRow, Plan, compile_plan
+from palpate.protocols.requests import Ask, Confirm, Reply
+from palpate.protocols.study import Study
+from palpate.studies.console.listening import Heard
+from palpate.studies.console.seat import Seat
+from palpate.studies.live import LiveWorld, Station
+from palpate.studies.live_rig import Opening
+from palpate.studies.rig import RigPlan
 from tests.protocols.studies_for_tests import toy
 
 TURN_NS = NS // 10
@@ -184,7 +184,7 @@ class Hall:
         return self.stage
 
     def _furnish(self, plan: Plan, t_ns: int, presenter: Any, opened: ExitStack):
-        from studies.rig import Rig
+        from palpate.studies.rig import Rig
 
         self.time.t_ns = t_ns
         script = Script(self.time, self.orders, self.by_line)

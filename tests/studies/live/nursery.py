@@ -13,8 +13,8 @@ import time
 from dataclasses import replace
 from pathlib import Path
 
-from studies.rig import RigPlan
-from studies.session import ledger_path, start
+from palpate.studies.rig import RigPlan
+from palpate.studies.session import ledger_path, start
 from tests.studies.live.halls import Hall, sheets_plan
 from tests.studies.nursery import child, kill_after
 

@@ -9,14 +9,14 @@ from pathlib import Path
 
 from rich.console import Console
 
-from devices.samples import mounting
-from protocols.canonical import canonical
-from protocols.events import NS, Event
-from protocols.plan import ParticipantRow, Plan, compile_plan
-from studies.console.board import Board, after
-from studies.console.entry import Entry
-from studies.console.page import page
-from studies.console.view import View
+from palpate.devices.samples import mounting
+from palpate.protocols.canonical import canonical
+from palpate.protocols.events import NS, Event
+from palpate.protocols.plan import ParticipantRow, Plan, compile_plan
+from palpate.studies.console.board import Board, after
+from palpate.studies.console.entry import Entry
+from palpate.studies.console.page import page
+from palpate.studies.console.view import View
 from tests.studies.live.halls import sheets
 
 MATERIALS = ("sandpaper P60", "cork", "steel mesh", "felt", "cardboard", "suede", "acrylic", "denim")

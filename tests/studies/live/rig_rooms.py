@@ -7,15 +7,15 @@ from collections.abc import Callable, Mapping
 from dataclasses import dataclass, field
 from typing import Any
 
-from protocols.answering import answer
-from protocols.perceiver import Perceiver
-from protocols.plan import ParticipantRow, compile_plan
-from protocols.requests import Ask, Present, Reply
-from protocols.study import Study
-from studies.catalogue import SHIPPED, Found, read_study
-from studies.live_options import LiveOptions
-from studies.live_rig import live_plan
-from studies.session import start
+from palpate.protocols.answering import answer
+from palpate.protocols.perceiver import Perceiver
+from palpate.protocols.plan import ParticipantRow, compile_plan
+from palpate.protocols.requests import Ask, Present, Reply
+from palpate.protocols.study import Study
+from palpate.studies.catalogue import SHIPPED, Found, read_study
+from palpate.studies.live_options import LiveOptions
+from palpate.studies.live_rig import live_plan
+from palpate.studies.session import start
 
 DOORS = read_study(SHIPPED / "door_ratings" / "study.yaml")
 TWINS = """rig: twins

@@ -4,9 +4,9 @@ from __future__ import annotations
 
 import pytest
 
-from devices.window.calibration import Calibration
-from protocols.canonical import digest
-from studies.changes import (
+from palpate.devices.window.calibration import Calibration
+from palpate.protocols.canonical import digest
+from palpate.studies.changes import (
     ScreenChanged,
     StudyChanged,
     demand_same_screen,
@@ -15,7 +15,7 @@ from studies.changes import (
     earlier_header,
     study_change,
 )
-from studies.session import start
+from palpate.studies.session import start
 from tests.studies.live.halls import Hall, sheets, sheets_plan
 
 HEADER = {"study": sheets().definition(), "participant": "P001", "session": 1, "calibration": None}

@@ -4,10 +4,10 @@ from __future__ import annotations
 
 import pytest
 
-from protocols.canonical import canonical
-from protocols.events import NS, Event
-from studies.console.board import REMEMBERED, Board, after
-from studies.console.words import about, clock, doing, standing
+from palpate.protocols.canonical import canonical
+from palpate.protocols.events import NS, Event
+from palpate.studies.console.board import REMEMBERED, Board, after
+from palpate.studies.console.words import about, clock, doing, standing
 from tests.studies.live.halls import Hall, sheets_plan
 
 ASK = {"do": "ask", "form": "sliders", "items": ["Soft", "Cold"]}
@@ -77,8 +77,8 @@ def test_only_the_last_remarks_are_kept():
 
 
 def test_the_board_after_a_session_is_that_of_its_ledger(tmp_path):
-    from studies.record import read
-    from studies.session import start
+    from palpate.studies.record import read
+    from palpate.studies.session import start
 
     hall = Hall([(0.0, "confirm"), (1.0, "repeat"), *[(2.0, "confirm")] * 6])
     record = read(start(tmp_path, sheets_plan(), hall.rig).path)

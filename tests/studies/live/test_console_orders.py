@@ -8,15 +8,15 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
-from devices.desk import Prompt
-from protocols.canonical import canonical
-from protocols.events import NS, Event
-from protocols.requests import Aside
-from protocols.study import Console
-from studies.console.entry import IDLE, Entry, press
-from studies.console.orders import LONGEST_NOTE, Order, OrderError, order_of
-from studies.console.seat import Seat
-from studies.interrupts import Interrupted
+from palpate.devices.desk import Prompt
+from palpate.protocols.canonical import canonical
+from palpate.protocols.events import NS, Event
+from palpate.protocols.requests import Aside
+from palpate.protocols.study import Console
+from palpate.studies.console.entry import IDLE, Entry, press
+from palpate.studies.console.orders import LONGEST_NOTE, Order, OrderError, order_of
+from palpate.studies.console.seat import Seat
+from palpate.studies.interrupts import Interrupted
 from tests.studies.live.halls import Paper, Script, Time, sheets_plan
 
 MOUNT, MEASURE = Prompt("Put in place: T07"), Prompt("How long is the line?", "number", 127.0)

@@ -11,16 +11,16 @@ from pathlib import Path
 import pytest
 from rich.console import Console
 
-from devices.desk import Prompt
-from devices.samples import mounting
-from protocols import study
-from protocols.canonical import canonical
-from protocols.events import NS, Event
-from studies.console.board import Board, after
-from studies.console.entry import IDLE, Entry
-from studies.console.page import page
-from studies.console.view import View
-from studies.console.words import where
+from palpate.devices.desk import Prompt
+from palpate.devices.samples import mounting
+from palpate.protocols import study
+from palpate.protocols.canonical import canonical
+from palpate.protocols.events import NS, Event
+from palpate.studies.console.board import Board, after
+from palpate.studies.console.entry import IDLE, Entry
+from palpate.studies.console.page import page
+from palpate.studies.console.view import View
+from palpate.studies.console.words import where
 from tests.studies.live.halls import sheets_plan
 from tests.studies.live.picture import view, words
 

@@ -14,14 +14,14 @@ from pathlib import Path
 
 import pytest
 
-from devices.desk import Prompt
-from protocols.requests import Aside
-from studies.console.board import Board
-from studies.console.listening import Keys, Lines, Listener, Silence, listen
-from studies.console.open import open_seat
-from studies.console.painter import BETWEEN_PAGES_S, Painter
-from studies.console.plain import Plain
-from studies.console.view import View
+from palpate.devices.desk import Prompt
+from palpate.protocols.requests import Aside
+from palpate.studies.console.board import Board
+from palpate.studies.console.listening import Keys, Lines, Listener, Silence, listen
+from palpate.studies.console.open import open_seat
+from palpate.studies.console.painter import BETWEEN_PAGES_S, Painter
+from palpate.studies.console.plain import Plain
+from palpate.studies.console.view import View
 from tests.studies.live.halls import sheets_plan
 
 ROOT = Path(__file__).resolve().parents[3]
@@ -29,7 +29,7 @@ LONGEST_S = 20.0
 ALT_ON, ALT_OFF, CURSOR_ON = b"\x1b[?1049h", b"\x1b[?1049l", b"\x1b[?25h"
 PROGRAM = """
 import sys, threading
-from studies.console.open import open_seat
+from palpate.studies.console.open import open_seat
 from tests.studies.live.halls import sheets_plan
 seat = open_seat(sheets_plan(), lambda: 0, sys.stdin, sys.stdout)
 try:

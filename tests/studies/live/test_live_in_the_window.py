@@ -13,11 +13,11 @@ from pathlib import Path
 import pytest
 
 from benchmarks.window.display import virtual_display
-from devices.window.calibration import Calibration, write_calibration
-from studies.collect import ledgers_in
-from studies.record import read
-from studies.replay import replay
-from studies.session import ledger_path
+from palpate.devices.window.calibration import Calibration, write_calibration
+from palpate.studies.collect import ledgers_in
+from palpate.studies.record import read
+from palpate.studies.replay import replay
+from palpate.studies.session import ledger_path
 
 pytestmark = pytest.mark.needs("psychopy", "xvfb")
 
@@ -58,7 +58,7 @@ def lab(tmp_path):
 
 
 def command(*arguments):
-    return [sys.executable, str(ROOT / "palpate.py"), *arguments]
+    return [sys.executable, "-m", "palpate", *arguments]
 
 
 def palpate(*arguments):

@@ -8,23 +8,23 @@ import click
 import pytest
 from click.testing import CliRunner
 
-from devices.samples import HandMounted
-from devices.window.calibration import Calibration, write_calibration
-from devices.window.geometry import WindowError
-from protocols.plan import ParticipantRow, compile_plan
-from protocols.requests import Ask, Reply, Sense
-from protocols.study import Study
-from protocols.worlds import Done
-from studies.catalogue import SHIPPED, Found, read_study
-from studies.changes import ScreenChanged
-from studies.errors import RigError
-from studies.hardware import twin_station as station
-from studies.live import Mounted, Station, TwinInRealTime
-from studies.live_options import LiveOptions, to_go_on, to_start
-from studies.live_rig import live_plan, plan_to_go_on, window_of
-from studies.record import read
-from studies.session import start
-from studies.windowless import Windowless, asks_anything
+from palpate.devices.samples import HandMounted
+from palpate.devices.window.calibration import Calibration, write_calibration
+from palpate.devices.window.geometry import WindowError
+from palpate.protocols.plan import ParticipantRow, compile_plan
+from palpate.protocols.requests import Ask, Reply, Sense
+from palpate.protocols.study import Study
+from palpate.protocols.worlds import Done
+from palpate.studies.catalogue import SHIPPED, Found, read_study
+from palpate.studies.changes import ScreenChanged
+from palpate.studies.errors import RigError
+from palpate.studies.hardware import twin_station as station
+from palpate.studies.live import Mounted, Station, TwinInRealTime
+from palpate.studies.live_options import LiveOptions, to_go_on, to_start
+from palpate.studies.live_rig import live_plan, plan_to_go_on, window_of
+from palpate.studies.record import read
+from palpate.studies.session import start
+from palpate.studies.windowless import Windowless, asks_anything
 from tests.studies.live.halls import Hall, Stage, sheets, sheets_plan
 
 SCREEN = Calibration((1920, 1080), 3.62, 0, "2026-01-01T10:00:00")

@@ -4,17 +4,17 @@ import itertools
 
 import pytest
 
-from devices.samples import HandMounted
-from protocols.perceiver import Perceiver
-from protocols.plan import ParticipantRow, compile_plan
-from protocols.requests import Aside, Present, Reply
-from protocols.worlds import Done
-from studies.interrupts import Interrupted
-from studies.live import LiveWorld, Mounted, Station, TwinInRealTime, clock_from
-from studies.live_rig import last_page
-from studies.record import read
-from studies.replay import replay
-from studies.session import resume, start
+from palpate.devices.samples import HandMounted
+from palpate.protocols.perceiver import Perceiver
+from palpate.protocols.plan import ParticipantRow, compile_plan
+from palpate.protocols.requests import Aside, Present, Reply
+from palpate.protocols.worlds import Done
+from palpate.studies.interrupts import Interrupted
+from palpate.studies.live import LiveWorld, Mounted, Station, TwinInRealTime, clock_from
+from palpate.studies.live_rig import last_page
+from palpate.studies.record import read
+from palpate.studies.replay import replay
+from palpate.studies.session import resume, start
 from tests.studies.live.halls import Hall, Stage, sheets, sheets_plan
 
 ALL = [(0.0, "confirm")] * 8

@@ -6,19 +6,19 @@ from dataclasses import replace
 
 import pytest
 
-from protocols.events import NS
-from protocols.perceiver import Perceiver
-from protocols.plan import ParticipantRow, compile_plan
-from protocols.worlds import Simulated, VirtualClock
-from studies.catalogue import SHIPPED, Found, read_study
-from studies.collect import ledgers_in, others_in
-from studies.launch import lab_forms
-from studies.live_options import LiveOptions
-from studies.record import read
-from studies.rehearsal import Rehearsed, rehearsal_plan, rehearse
-from studies.replay import replay
-from studies.session import start
-from studies.twins import HandedOver
+from palpate.protocols.events import NS
+from palpate.protocols.perceiver import Perceiver
+from palpate.protocols.plan import ParticipantRow, compile_plan
+from palpate.protocols.worlds import Simulated, VirtualClock
+from palpate.studies.catalogue import SHIPPED, Found, read_study
+from palpate.studies.collect import ledgers_in, others_in
+from palpate.studies.launch import lab_forms
+from palpate.studies.live_options import LiveOptions
+from palpate.studies.record import read
+from palpate.studies.rehearsal import Rehearsed, rehearsal_plan, rehearse
+from palpate.studies.replay import replay
+from palpate.studies.session import start
+from palpate.studies.twins import HandedOver
 from tests.studies.live.halls import Hall, sheets, sheets_plan
 
 FAST = LiveOptions(rehearse=True, no_window=True, pace_s=0.0)

@@ -12,26 +12,26 @@ from functools import partial
 
 import pytest
 
-import studies.live_rig
-from analysis.streams.listing import listed
-from devices.daq.twin import TwinDaq
-from devices.door.link import device
-from devices.door.link.connections import by_twin
-from devices.rig.file import rig_path
-from devices.rig.opened import OpenRig
-from devices.signals import DeviceError
-from protocols.perceiver import Perceiver
-from protocols.plan import ParticipantRow, compile_plan
-from protocols.requests import Ask
-from studies.catalogue import SHIPPED, Found, read_study
-from studies.hardware import hardware_for
-from studies.interrupts import Interrupted
-from studies.live import Station
-from studies.live_options import LiveOptions
-from studies.live_rig import live_plan, plan_to_go_on
-from studies.record import read
-from studies.replay import replay
-from studies.session import resume, start
+from palpate.analysis.streams.listing import listed
+from palpate.devices.daq.twin import TwinDaq
+from palpate.devices.door.link import device
+from palpate.devices.door.link.connections import by_twin
+from palpate.devices.rig.file import rig_path
+from palpate.devices.rig.opened import OpenRig
+from palpate.devices.signals import DeviceError
+from palpate.protocols.perceiver import Perceiver
+from palpate.protocols.plan import ParticipantRow, compile_plan
+from palpate.protocols.requests import Ask
+from palpate.studies import live_rig
+from palpate.studies.catalogue import SHIPPED, Found, read_study
+from palpate.studies.hardware import hardware_for
+from palpate.studies.interrupts import Interrupted
+from palpate.studies.live import Station
+from palpate.studies.live_options import LiveOptions
+from palpate.studies.live_rig import live_plan, plan_to_go_on
+from palpate.studies.record import read
+from palpate.studies.replay import replay
+from palpate.studies.session import resume, start
 from tests.devices.door_link.twin_processes import children
 from tests.studies.live.rig_rooms import TWINS, Room, begun, captures, doors, ends, kinds, lasting, live_doors, plan_of
 
@@ -65,8 +65,8 @@ def rooms(monkeypatch, experimenter):
     def window_of(*_given):
         return lambda plan: Room(Perceiver(plan), meanwhile, experimenter)
 
-    monkeypatch.setattr(studies.live_rig, "window_of", window_of)
-    monkeypatch.setattr(studies.live_rig, "window_calibration", lambda *_given: None)
+    monkeypatch.setattr(live_rig, "window_of", window_of)
+    monkeypatch.setattr(live_rig, "window_calibration", lambda *_given: None)
     return made
 
 
@@ -364,7 +364,7 @@ def test_a_live_session_begun_with_a_door_that_cannot_follow_is_resumed(lab, roo
     firmware(1)
     found = live_doors(lab / "study", practice=False)
     with monkeypatch.context() as former:
-        former.setattr("studies.rig_station.demand_follows", lambda *_given: None)
+        former.setattr("palpate.studies.rig_station.demand_follows", lambda *_given: None)
         path = begun(found, lab).path
     kept = read(path)
     assert kept.header["rig"]["devices"]["door"]["firmware"] == 1

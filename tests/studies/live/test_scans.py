@@ -2,10 +2,10 @@
 
 import pytest
 
-from devices.desk import Prompt
-from studies.console.listening import Heard
-from studies.console.scans import burst
-from studies.console.seat import Seat
+from palpate.devices.desk import Prompt
+from palpate.studies.console.listening import Heard
+from palpate.studies.console.scans import burst
+from palpate.studies.console.seat import Seat
 from tests.studies.live.halls import Paper, sheets_plan
 
 MOUNT = Prompt("Put in place: T07", codes=True)

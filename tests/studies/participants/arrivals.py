@@ -11,9 +11,9 @@ import os
 import sys
 from pathlib import Path
 
-from studies.participants.people import add
-from studies.participants.registry import open_registry
-from studies.participants.rows import allocate_row, release
+from palpate.studies.participants.people import add
+from palpate.studies.participants.registry import open_registry
+from palpate.studies.participants.rows import allocate_row, release
 from tests.studies.participants.labs import grouped
 
 

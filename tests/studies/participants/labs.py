@@ -11,14 +11,14 @@ from typing import Any
 
 from sqlalchemy import create_engine
 
-from protocols.canonical import canonical
-from protocols.events import Event
-from protocols.study import Study
-from studies import session
-from studies.ledger import create, take_up
-from studies.participants.making import make_lab
-from studies.participants.people import add
-from studies.participants.registry import Registry, open_registry
+from palpate.protocols.canonical import canonical
+from palpate.protocols.events import Event
+from palpate.protocols.study import Study
+from palpate.studies import session
+from palpate.studies.ledger import create, take_up
+from palpate.studies.participants.making import make_lab
+from palpate.studies.participants.people import add
+from palpate.studies.participants.registry import Registry, open_registry
 from tests.protocols.studies_for_tests import toy
 from tests.studies.labs import HEADER
 

@@ -1,11 +1,11 @@
 import pytest
 
-from protocols.plan import ParticipantRow
-from studies.participants.admission import admit, decline, demand_not_finished, finish, readmit
-from studies.participants.allocations import every_allocation
-from studies.participants.errors import ParticipantError
-from studies.participants.rows import allocate_row, release
-from studies.participants.withdrawal import withdraw
+from palpate.protocols.plan import ParticipantRow
+from palpate.studies.participants.admission import admit, decline, demand_not_finished, finish, readmit
+from palpate.studies.participants.allocations import every_allocation
+from palpate.studies.participants.errors import ParticipantError
+from palpate.studies.participants.rows import allocate_row, release
+from palpate.studies.participants.withdrawal import withdraw
 from tests.protocols.studies_for_tests import toy
 from tests.studies.participants.labs import filled, grouped
 from tests.studies.participants.test_registry import audit_of

@@ -1,8 +1,8 @@
 import pytest
 
-from studies.participants.consent import consent_text, demand_filled, plain, unfilled
-from studies.participants.errors import ParticipantError
-from studies.participants.making import template_files
+from palpate.studies.participants.consent import consent_text, demand_filled, plain, unfilled
+from palpate.studies.participants.errors import ParticipantError
+from palpate.studies.participants.making import template_files
 
 
 def fill(lab, name="consent.md"):

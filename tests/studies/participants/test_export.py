@@ -2,12 +2,12 @@ import json
 
 import pytest
 
-from studies.participants.errors import ParticipantError
-from studies.participants.export import export
-from studies.participants.identities import Identity, identify
-from studies.participants.people import add
-from studies.participants.rows import allocate_row
-from studies.participants.withdrawal import withdraw
+from palpate.studies.participants.errors import ParticipantError
+from palpate.studies.participants.export import export
+from palpate.studies.participants.identities import Identity, identify
+from palpate.studies.participants.people import add
+from palpate.studies.participants.rows import allocate_row
+from palpate.studies.participants.withdrawal import withdraw
 from tests.protocols.studies_for_tests import toy
 from tests.studies.participants.labs import filled, sat
 
@@ -60,9 +60,9 @@ def test_simulated_people_are_nobody(home):
 
 
 def test_a_simulated_session_that_asks_is_read_as_a_real_one(home):
-    from studies import session
-    from studies.launch import plans_of
-    from studies.rig import simulated
+    from palpate.studies import session
+    from palpate.studies.launch import plans_of
+    from palpate.studies.rig import simulated
 
     study = toy(opening=["demographics"])
     [plan] = plans_of(study, home.lab, ["P001"], 1, live=False)

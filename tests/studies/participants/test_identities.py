@@ -5,8 +5,8 @@ import sys
 
 import pytest
 
-from studies.participants.errors import ParticipantError
-from studies.participants.identities import Identity, erase, identify, identities, store
+from palpate.studies.participants.errors import ParticipantError
+from palpate.studies.participants.identities import Identity, erase, identify, identities, store
 
 HANA = Identity("Kim Hana", "hana@example.org", "2026-03-31", "left-handed mouse")
 
@@ -36,7 +36,7 @@ def test_nothing_is_made_where_nothing_was_told(tmp_path):
 def test_only_the_owner_can_look_into_the_store_whatever_the_umask(tmp_path):
     code = (
         "import os, pathlib, sys; os.umask(0)\n"
-        "from studies.participants.identities import Identity, identify\n"
+        "from palpate.studies.participants.identities import Identity, identify\n"
         "identify(pathlib.Path(sys.argv[1]), 'P001', Identity(name='Lee'))\n"
     )
     subprocess.run([sys.executable, "-c", code, str(tmp_path)], check=True)
@@ -74,7 +74,7 @@ def test_an_erased_person_leaves_no_byte_in_the_store(tmp_path):
 
 def test_the_journal_of_an_erasure_is_overwritten_before_it_goes(tmp_path, monkeypatch):
     identify(tmp_path, "P001", HANA)
-    from studies.participants import identities as module
+    from palpate.studies.participants import identities as module
 
     seen = []
     wipe = module._wipe

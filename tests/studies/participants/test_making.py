@@ -4,9 +4,9 @@ from pathlib import Path
 
 import pytest
 
-from studies.participants.errors import ParticipantError
-from studies.participants.lab import TEMPLATE
-from studies.participants.making import make_lab
+from palpate.studies.participants.errors import ParticipantError
+from palpate.studies.participants.lab import TEMPLATE
+from palpate.studies.participants.making import make_lab
 
 ROOT = Path(__file__).resolve().parents[3]
 FILES = ["README.md", "consent.ko.md", "consent.md", "data_protection.md", "instructions.md", "participants.json",
@@ -75,6 +75,6 @@ def test_an_installed_palpate_has_every_file_of_the_template():
 
 
 def test_the_templates_table_has_a_column_for_each_that_the_sidecar_describes():
-    from studies.participants.sidecar import columns
+    from palpate.studies.participants.sidecar import columns
 
     assert (TEMPLATE / "participants.tsv").read_text() == "\t".join(columns(TEMPLATE / "participants.json")) + "\n"

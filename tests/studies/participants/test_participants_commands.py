@@ -5,7 +5,7 @@ import sys
 import pytest
 from click.testing import CliRunner
 
-from studies.participants.commands import init, participants
+from palpate.studies.participants.commands import init, participants
 from tests.studies.participants.labs import sat
 
 TOY = """\
@@ -159,7 +159,7 @@ def test_init_says_what_is_still_to_do(tmp_path):
 
 def test_help_imports_nothing_heavy():
     code = (
-        "import sys, studies.participants.commands\n"
+        "import sys, palpate.studies.participants.commands\n"
         "print(sorted({'sqlalchemy', 'pydantic', 'numpy', 'pandas', 'yaml'} & set(sys.modules)))"
     )
     assert subprocess.run([sys.executable, "-c", code], capture_output=True, text=True, check=True).stdout == "[]\n"

@@ -2,10 +2,10 @@ import json
 
 import pytest
 
-from protocols.forms import Demographics, Question
-from studies.participants.errors import ParticipantError
-from studies.participants.questions import questions
-from studies.participants.sidecar import columns, identifying, sidecar_file
+from palpate.protocols.forms import Demographics, Question
+from palpate.studies.participants.errors import ParticipantError
+from palpate.studies.participants.questions import questions
+from palpate.studies.participants.sidecar import columns, identifying, sidecar_file
 
 BARE = {"participant_id": {"Description": "Pseudonym"}}
 

@@ -4,11 +4,11 @@ import pytest
 from sqlalchemy import insert, select, text, update
 from sqlalchemy.exc import IntegrityError
 
-from protocols.yaml_text import YamlError
-from studies.participants import schema
-from studies.participants.errors import ParticipantError
-from studies.participants.people import add, status_of
-from studies.participants.registry import TRIES, find_registry, open_registry, reading, withdrawn, write
+from palpate.protocols.yaml_text import YamlError
+from palpate.studies.participants import schema
+from palpate.studies.participants.errors import ParticipantError
+from palpate.studies.participants.people import add, status_of
+from palpate.studies.participants.registry import TRIES, find_registry, open_registry, reading, withdrawn, write
 from tests.studies.participants.labs import filled, sat
 
 
@@ -167,7 +167,7 @@ def test_settings_are_plain_yaml(tmp_path):
 
 
 def test_a_registry_shares_a_server_with_what_was_collected_and_its_own_file_with_nothing(registry):
-    from studies.collect import CollectError, open_database
+    from palpate.studies.collect import CollectError, open_database
 
     url = registry.engine.url
     if url.get_backend_name() == "sqlite":  # the lab's own file, not a database that stations share

@@ -2,12 +2,12 @@ import random
 
 import pytest
 
-from protocols.plan import ParticipantRow, compile_plan
-from studies.participants.allocations import every_allocation
-from studies.participants.errors import ParticipantError
-from studies.participants.people import add
-from studies.participants.rows import allocate_row, release
-from studies.participants.withdrawal import withdraw
+from palpate.protocols.plan import ParticipantRow, compile_plan
+from palpate.studies.participants.allocations import every_allocation
+from palpate.studies.participants.errors import ParticipantError
+from palpate.studies.participants.people import add
+from palpate.studies.participants.rows import allocate_row, release
+from palpate.studies.participants.withdrawal import withdraw
 from tests.protocols.studies_for_tests import toy
 from tests.studies.participants.labs import filled, grouped, sat
 from tests.studies.participants.test_registry import audit_of

@@ -1,9 +1,9 @@
-from protocols.balance import certificate
-from protocols.plan import ParticipantRow, main_order
-from studies.participants.people import add
-from studies.participants.rows import allocate_row, release
-from studies.participants.standing import Overlap, overlaps, standing
-from studies.participants.withdrawal import withdraw
+from palpate.protocols.balance import certificate
+from palpate.protocols.plan import ParticipantRow, main_order
+from palpate.studies.participants.people import add
+from palpate.studies.participants.rows import allocate_row, release
+from palpate.studies.participants.standing import Overlap, overlaps, standing
+from palpate.studies.participants.withdrawal import withdraw
 from tests.protocols.studies_for_tests import toy
 from tests.studies.participants.labs import filled, grouped, sat
 

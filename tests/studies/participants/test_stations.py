@@ -8,9 +8,9 @@ from pathlib import Path
 
 import pytest
 
-from studies.participants.allocations import every_allocation
-from studies.participants.making import make_lab
-from studies.participants.registry import open_registry
+from palpate.studies.participants.allocations import every_allocation
+from palpate.studies.participants.making import make_lab
+from palpate.studies.participants.registry import open_registry
 from tests.studies.participants.labs import postgres_schema
 
 ROOT = Path(__file__).resolve().parents[3]

@@ -1,13 +1,13 @@
 import pytest
 
-from studies.participants.allocations import every_allocation
-from studies.participants.errors import ParticipantError
-from studies.participants.export import export
-from studies.participants.identities import Identity, identify, identities
-from studies.participants.people import add
-from studies.participants.registry import withdrawn
-from studies.participants.rows import allocate_row
-from studies.participants.withdrawal import withdraw
+from palpate.studies.participants.allocations import every_allocation
+from palpate.studies.participants.errors import ParticipantError
+from palpate.studies.participants.export import export
+from palpate.studies.participants.identities import Identity, identify, identities
+from palpate.studies.participants.people import add
+from palpate.studies.participants.registry import withdrawn
+from palpate.studies.participants.rows import allocate_row
+from palpate.studies.participants.withdrawal import withdraw
 from tests.protocols.studies_for_tests import toy
 from tests.studies.participants.labs import filled, sat
 from tests.studies.participants.test_registry import audit_of

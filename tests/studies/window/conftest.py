@@ -6,10 +6,10 @@ import pytest
 
 from benchmarks.window.display import virtual_display
 from benchmarks.window.hand import Hand
-from devices.window.calibration import Calibration, write_calibration
-from studies.participants.making import make_lab
-from studies.participants.people import add
-from studies.participants.registry import open_registry
+from palpate.devices.window.calibration import Calibration, write_calibration
+from palpate.studies.participants.making import make_lab
+from palpate.studies.participants.people import add
+from palpate.studies.participants.registry import open_registry
 
 SIZE, PX_PER_MM = (1280, 720), 3.6
 WRITTEN = "smothrundy0123456789 ."

@@ -18,17 +18,17 @@ import numpy as np
 from PIL import Image, ImageChops
 
 from benchmarks.window.hand import Hand
-from devices.window.build import page_for, screen_for
-from devices.window.calibration import read_calibration
-from devices.window.inputs import Key, Moved, Pressed, Released, Typed
-from devices.window.presenter_page import prepare
-from devices.window.screens.base import DOUBLE_CLICK_S
-from protocols.requests import Ask, Confirm, Instruct, Present, Rest, Sense
-from protocols.runner import run
-from protocols.worlds import EndOfRecord, Recorded
-from studies.made_doors import made_doors
-from studies.record import LedgerError, read
-from studies.replay import recompiled
+from palpate.devices.window.build import page_for, screen_for
+from palpate.devices.window.calibration import read_calibration
+from palpate.devices.window.inputs import Key, Moved, Pressed, Released, Typed
+from palpate.devices.window.presenter_page import prepare
+from palpate.devices.window.screens.base import DOUBLE_CLICK_S
+from palpate.protocols.requests import Ask, Confirm, Instruct, Present, Rest, Sense
+from palpate.protocols.runner import run
+from palpate.protocols.worlds import EndOfRecord, Recorded
+from palpate.studies.made_doors import made_doors
+from palpate.studies.record import LedgerError, read
+from palpate.studies.replay import recompiled
 
 PATIENCE_S = 60.0
 READ_S = 2 * DOUBLE_CLICK_S

@@ -4,14 +4,14 @@ import signal
 
 import pytest
 
-from protocols.requests import Ask
-from studies.catalogue import SHIPPED
-from studies.participants.admission import admit
-from studies.participants.people import add, status_of
-from studies.participants.registry import open_registry
-from studies.record import read
-from studies.replay import replay
-from studies.session import ledger_path
+from palpate.protocols.requests import Ask
+from palpate.studies.catalogue import SHIPPED
+from palpate.studies.participants.admission import admit
+from palpate.studies.participants.people import add, status_of
+from palpate.studies.participants.registry import open_registry
+from palpate.studies.record import read
+from palpate.studies.replay import replay
+from palpate.studies.session import ledger_path
 from tests.studies.window.robot import Robot, Sitting, pending
 
 pytestmark = pytest.mark.needs("psychopy", "xvfb")
@@ -101,7 +101,7 @@ def test_who_declines_takes_no_part_and_gives_up_the_row(hand, lab):
 def decline(robot, request, page):
     from PIL import Image
 
-    from devices.window.build import screen_for
+    from palpate.devices.window.build import screen_for
 
     mirror = screen_for(request, page, 0)
     robot._see(mirror, Image.new("RGB", (page.metrics.width_px, page.metrics.height_px)), "consent")
@@ -110,19 +110,19 @@ def decline(robot, request, page):
 
 
 def found():
-    from studies.catalogue import read_study
+    from palpate.studies.catalogue import read_study
 
     return read_study(SHIPPED / STUDY / "study.yaml").study
 
 
 def wrong_size(lab):
-    from devices.window.calibration import Calibration, write_calibration
+    from palpate.devices.window.calibration import Calibration, write_calibration
 
     write_calibration(lab, Calibration((1024, 768), 3.6, 0, "2026-01-01"))
 
 
 def withdrawn(lab):
-    from studies.participants.withdrawal import withdraw
+    from palpate.studies.participants.withdrawal import withdraw
 
     withdraw(open_registry(lab), "P001", "asked to")
 

@@ -2,15 +2,15 @@
 
 import pytest
 
-from protocols.requests import Ask, Present, Sense
-from protocols.runner import run
-from protocols.worlds import Recorded
-from studies.catalogue import SHIPPED, read_study
-from studies.ledger import take_up
-from studies.record import read
-from studies.replay import recompiled, replay
-from studies.rig import simulated
-from studies.session import ledger_path
+from palpate.protocols.requests import Ask, Present, Sense
+from palpate.protocols.runner import run
+from palpate.protocols.worlds import Recorded
+from palpate.studies.catalogue import SHIPPED, read_study
+from palpate.studies.ledger import take_up
+from palpate.studies.record import read
+from palpate.studies.replay import recompiled, replay
+from palpate.studies.rig import simulated
+from palpate.studies.session import ledger_path
 from tests.studies.window.robot import Robot, Sitting
 
 pytestmark = pytest.mark.needs("psychopy", "xvfb")

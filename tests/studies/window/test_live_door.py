@@ -6,15 +6,15 @@ import sys
 import numpy as np
 import pytest
 
-from analysis.streams.reading import attempts_of, streams_of
-from devices.door.live import RATE_HZ
-from devices.rig.file import rig_path
-from protocols.events import NS
-from protocols.requests import Present
-from studies.live_doors import FORCES, SETTINGS
-from studies.record import read
-from studies.replay import replay
-from studies.session import ledger_path
+from palpate.analysis.streams.reading import attempts_of, streams_of
+from palpate.devices.door.live import RATE_HZ
+from palpate.devices.rig.file import rig_path
+from palpate.protocols.events import NS
+from palpate.protocols.requests import Present
+from palpate.studies.live_doors import FORCES, SETTINGS
+from palpate.studies.record import read
+from palpate.studies.replay import replay
+from palpate.studies.session import ledger_path
 from tests.studies.live.rig_rooms import TWINS, live_doors
 from tests.studies.window.robot import MOVED, Robot, Sitting, pending
 

@@ -18,14 +18,14 @@ from PIL import Image
 
 from benchmarks.window.display import virtual_display
 from benchmarks.window.hand import Hand
-from devices.author.board import Board, Told
-from devices.author.designs import KEPT, designs_folder, read_design
-from devices.author.pages import RecoverScreen
-from devices.author.screen import AuthorScreen
-from devices.author.work import History, Work, neutral
-from devices.door.link.device import Settings, make
-from devices.door.twin import read_profile
-from devices.window.commands_calibrate import USUAL_PX_PER_MM
+from palpate.devices.author.board import Board, Told
+from palpate.devices.author.designs import KEPT, designs_folder, read_design
+from palpate.devices.author.pages import RecoverScreen
+from palpate.devices.author.screen import AuthorScreen
+from palpate.devices.author.work import History, Work, neutral
+from palpate.devices.door.link.device import Settings, make
+from palpate.devices.door.twin import read_profile
+from palpate.devices.window.commands_calibrate import USUAL_PX_PER_MM
 from tests.devices.author.fakes import FakeMaker
 from tests.devices.author.rooms_for_tests import page_for
 

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import pytest
 
-from devices.models.native.library import Library, library
+from palpate.devices.models.native.library import Library, library
 
 
 @pytest.fixture(scope="module")

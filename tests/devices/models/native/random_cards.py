@@ -4,8 +4,8 @@ from __future__ import annotations
 
 import numpy as np
 
-from devices.models.runtime import Model
-from protocols.model_card import (
+from palpate.devices.models.runtime import Model
+from palpate.protocols.model_card import (
     Activation,
     Affine,
     Card,
@@ -20,7 +20,7 @@ from protocols.model_card import (
     Upsample,
     Weights,
 )
-from protocols.signal_steps import (
+from palpate.protocols.signal_steps import (
     Add,
     Attention,
     Cartesian,

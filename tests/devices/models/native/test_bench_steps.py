@@ -9,9 +9,9 @@ from benchmarks.synthesis import specimens
 from benchmarks.synthesis import steps as bench_steps
 from benchmarks.synthesis.rates import Rates, Work, rates, work_of
 from benchmarks.synthesis.steps import Measured, cases, taken
-from devices.models.fastest import fastest
-from devices.models.native.library import library
-from devices.models.native.opened import Native
+from palpate.devices.models.fastest import fastest
+from palpate.devices.models.native.library import library
+from palpate.devices.models.native.opened import Native
 
 
 class Ticks:

@@ -10,15 +10,15 @@ import numpy.linalg._umath_linalg as math_library
 import pytest
 
 from benchmarks.synthesis import specimens
-from devices.models.errors import ModelInputError
-from devices.models.fastest import ByNumpy, fastest
-from devices.models.native import library as libraries
-from devices.models.native.library import KernelMissing, Library, opened
-from devices.models.native.opened import Native
-from devices.models.native.values import NotCompiled
-from devices.models.runtime import Model
-from protocols.model_card import Activation, Affine, Dense, Kernel, Port, Reshape
-from protocols.signal_steps import Attention, Norm, Part, Polar
+from palpate.devices.models.errors import ModelInputError
+from palpate.devices.models.fastest import ByNumpy, fastest
+from palpate.devices.models.native import library as libraries
+from palpate.devices.models.native.library import KernelMissing, Library, opened
+from palpate.devices.models.native.opened import Native
+from palpate.devices.models.native.values import NotCompiled
+from palpate.devices.models.runtime import Model
+from palpate.protocols.model_card import Activation, Affine, Dense, Kernel, Port, Reshape
+from palpate.protocols.signal_steps import Attention, Norm, Part, Polar
 from tests.devices.models.native.random_cards import card_of
 from tests.devices.models.native.test_native import each_set, predictor
 

@@ -10,13 +10,13 @@ import pytest
 from scipy.spatial import Delaunay
 
 from benchmarks.synthesis import specimens
-from devices.models.fastest import fastest
-from devices.models.native.library import InstructionSet, Library
-from devices.models.native.opened import Native
-from devices.models.native.packing import halves, packed
-from devices.models.runtime import Model
-from protocols.model_card import Activation, Affine, Conv, Dense, Reshape
-from protocols.signal_steps import Attention, Autoregression, Part
+from palpate.devices.models.fastest import fastest
+from palpate.devices.models.native.library import InstructionSet, Library
+from palpate.devices.models.native.opened import Native
+from palpate.devices.models.native.packing import halves, packed
+from palpate.devices.models.runtime import Model
+from palpate.protocols.model_card import Activation, Affine, Conv, Dense, Reshape
+from palpate.protocols.signal_steps import Attention, Autoregression, Part
 from tests.devices.models.native.random_cards import card_of, random_model
 
 pytestmark = pytest.mark.needs("compiler")

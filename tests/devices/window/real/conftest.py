@@ -8,9 +8,9 @@ from benchmarks.window.display import virtual_display
 from benchmarks.window.hand import Hand
 from benchmarks.window.stage import Setting
 from benchmarks.window.stagehand import Stage, stage_on
-from devices.window.calibration import Calibration
-from devices.window.geometry import Metrics, problems
-from protocols.requests import Aside
+from palpate.devices.window.calibration import Calibration
+from palpate.devices.window.geometry import Metrics, problems
+from palpate.protocols.requests import Aside
 from tests.devices.window.real.forms import KOREAN, STUDY
 
 SIZE = (1280, 720)

@@ -6,11 +6,11 @@ import pytest
 
 from benchmarks.window.display import virtual_display
 from benchmarks.window.hand import Hand
-from devices.window.calibration import read_calibration
+from palpate.devices.window.calibration import read_calibration
 
 pytestmark = pytest.mark.needs("psychopy", "xvfb")
 
-VERB = "from devices.window.commands import window; window()"
+VERB = "from palpate.devices.window.commands import window; window()"
 
 
 @pytest.fixture(scope="module")

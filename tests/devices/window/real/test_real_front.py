@@ -9,7 +9,7 @@ from PIL import Image
 
 from benchmarks.window.display import virtual_display
 from benchmarks.window.hand import Hand
-from devices.window.shell_front import copier
+from palpate.devices.window.shell_front import copier
 from tests.devices.window.real.conftest import SIZE
 
 pytestmark = pytest.mark.needs("psychopy", "xvfb")
@@ -17,9 +17,9 @@ pytestmark = pytest.mark.needs("psychopy", "xvfb")
 SHOWN = """
 import sys
 from PIL import Image
-from devices.window.calibration import Calibration
-from devices.window.geometry import Box
-from devices.window.shell import open_shell
+from palpate.devices.window.calibration import Calibration
+from palpate.devices.window.geometry import Box
+from palpate.devices.window.shell import open_shell
 way, file = sys.argv[1:]
 shell = open_shell(Calibration((1280, 720), 3.6, 0, "2026-11-21T10:00:00"), 0, True)
 software = shell.copy is not None

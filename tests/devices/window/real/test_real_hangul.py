@@ -3,7 +3,7 @@
 import pytest
 
 from benchmarks.window.stage import Setting
-from studies.catalogue import SHIPPED, read_study
+from palpate.studies.catalogue import SHIPPED, read_study
 from tests.devices.window.real.conftest import CALIBRATION, theatre_of
 from tests.devices.window.real.forms import KOREAN, ask
 

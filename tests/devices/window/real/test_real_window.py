@@ -9,8 +9,8 @@ import pytest
 from benchmarks.window.display import virtual_display
 from benchmarks.window.hand import Hand
 from benchmarks.window.stagehand import StageError, stage_on
-from devices.desk import Prompt
-from protocols.requests import Aside, Confirm, Reply
+from palpate.devices.desk import Prompt
+from palpate.protocols.requests import Aside, Confirm, Reply
 from tests.devices.window.real.conftest import CALIBRATION, SETTING, theatre_of
 from tests.devices.window.real.forms import FORMS, ask
 
@@ -20,8 +20,8 @@ NAMES = FORMS["sliders"].items()
 OPEN_ONE = """
 import sys
 from pathlib import Path
-from devices.window.calibration import Calibration
-from devices.window.presenter_window import open_presenter
+from palpate.devices.window.calibration import Calibration
+from palpate.devices.window.presenter_window import open_presenter
 from tests.devices.window.real.forms import STUDY
 try:
     open_presenter(STUDY, Calibration((1280, 720), 3.6, int(sys.argv[1]), "2026-11-21T10:00:00"), "en", Path()).close()

@@ -2,16 +2,16 @@
 
 from functools import cache
 
-from devices.window.build import screen_for
-from devices.window.fonts import find_fonts
-from devices.window.geometry import Metrics
-from devices.window.inputs import Key, Moved, Pressed, Released, Typed
-from devices.window.screen import Page
-from devices.window.texts import load_texts
-from protocols.forms import Sliders
-from protocols.plan import Trial
-from protocols.requests import Ask
-from protocols.study import Attribute, Scale, Stimulus
+from palpate.devices.window.build import screen_for
+from palpate.devices.window.fonts import find_fonts
+from palpate.devices.window.geometry import Metrics
+from palpate.devices.window.inputs import Key, Moved, Pressed, Released, Typed
+from palpate.devices.window.screen import Page
+from palpate.devices.window.texts import load_texts
+from palpate.protocols.forms import Sliders
+from palpate.protocols.plan import Trial
+from palpate.protocols.requests import Ask
+from palpate.protocols.study import Attribute, Scale, Stimulus
 
 SIZES = {
     "1280x720 at 3.2": Metrics(1280, 720, 3.2),

@@ -4,12 +4,12 @@ from pathlib import Path
 
 import pytest
 
-from devices.window.build import screen_for
-from devices.window.geometry import problems
-from devices.window.texts_study import check_study_texts, load_study_texts
-from protocols.plan import ParticipantRow, compile_plan
-from protocols.requests import Ask, Instruct
-from studies.catalogue import SHIPPED, names, read_study
+from palpate.devices.window.build import screen_for
+from palpate.devices.window.geometry import problems
+from palpate.devices.window.texts_study import check_study_texts, load_study_texts
+from palpate.protocols.plan import ParticipantRow, compile_plan
+from palpate.protocols.requests import Ask, Instruct
+from palpate.studies.catalogue import SHIPPED, names, read_study
 from tests.devices.window.screens.pages import SIZES, page
 
 STUDIES = {name: path for name, path in names(Path("no-lab")).items() if SHIPPED in path.parents}

@@ -1,7 +1,7 @@
 import pytest
 
-from devices.window.fields import Writing, place_at, shown, step, view
-from protocols.forms import Lexicon
+from palpate.devices.window.fields import Writing, place_at, shown, step, view
+from palpate.protocols.forms import Lexicon
 from tests.devices.window.screens.pages import Hand, fonts
 
 
@@ -95,7 +95,7 @@ def test_pressing_in_the_field_of_the_screen_moves_the_caret():
     hand = Hand(Lexicon(1)).type("abcdef\nxyz")
     box = hand.element("words").box
     x, y = box.left + 14, box.top + 20
-    from devices.window.inputs import Pressed, Released
+    from palpate.devices.window.inputs import Pressed, Released
 
     hand.do(Pressed, x, y).do(Released, x, y).type("0").key("up", "down").tap("next")
     assert hand.value["answers"]["words"] == ["0abcdef", "xyz"]

@@ -5,10 +5,10 @@ from pathlib import Path
 
 import pytest
 
-from devices.window.fonts import Face, Fonts, find_fonts
-from devices.window.fonts_cmap import NotAFont, coverage
-from devices.window.fonts_files import font_files, in_order, system_folders
-from devices.window.geometry import WindowError
+from palpate.devices.window.fonts import Face, Fonts, find_fonts
+from palpate.devices.window.fonts_cmap import NotAFont, coverage
+from palpate.devices.window.fonts_files import font_files, in_order, system_folders
+from palpate.devices.window.geometry import WindowError
 from tests.devices.window.screens.pages import fonts
 
 MATPLOTLIB = system_folders()[-1]
@@ -124,6 +124,9 @@ def test_chinese_characters_are_written_as_the_language_knows_them():
 
 
 def test_looking_for_fonts_imports_neither_matplotlib_nor_numpy():
-    code = "import sys; from devices.window.fonts import find_fonts; find_fonts().width('a', 20); print([*sys.modules])"
+    code = (
+        "import sys; from palpate.devices.window.fonts import find_fonts; find_fonts().width('a', 20); "
+        "print([*sys.modules])"
+    )
     done = subprocess.run([sys.executable, "-c", code], capture_output=True, text=True, check=True)
     assert not {"'matplotlib'", "'numpy'", "'psychopy'", "'pyglet'"} & set(done.stdout.strip("[]\n").split(", "))

@@ -1,6 +1,6 @@
 import pytest
 
-from devices.window.geometry import Box, Metrics, Placed, WindowError, problems
+from palpate.devices.window.geometry import Box, Metrics, Placed, WindowError, problems
 
 METRICS = Metrics(1280, 720, 4.0)
 TARGET = Placed("a", "target", Box(100, 100, 60, 40))

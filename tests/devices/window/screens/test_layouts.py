@@ -5,14 +5,14 @@ from dataclasses import replace
 
 import pytest
 
-from devices.window.build import screen_for
-from devices.window.geometry import WindowError, problems
-from devices.window.inputs import Key
-from devices.window.pictures import shown
-from devices.window.screens.specimen_words import Wording, wording
-from devices.window.screens.specimens import specimens
-from protocols.forms import Demographics, Question, Sliders, Words
-from protocols.study import Attribute, Scale
+from palpate.devices.window.build import screen_for
+from palpate.devices.window.geometry import WindowError, problems
+from palpate.devices.window.inputs import Key
+from palpate.devices.window.pictures import shown
+from palpate.devices.window.screens.specimen_words import Wording, wording
+from palpate.devices.window.screens.specimens import specimens
+from palpate.protocols.forms import Demographics, Question, Sliders, Words
+from palpate.protocols.study import Attribute, Scale
 from tests.devices.window.screens.pages import SIZES, ask, page
 
 HINDI = Wording(

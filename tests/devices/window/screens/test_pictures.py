@@ -3,12 +3,12 @@ from typing import get_args
 
 import pytest
 
-from devices.window.pictures import pictures
-from devices.window.screens.specimen_words import FOLDER
-from devices.window.screens.specimens import specimens
-from devices.window.texts import SHIPPED, languages, read_words
-from protocols.forms import Form
-from protocols.requests import Ask
+from palpate.devices.window.pictures import pictures
+from palpate.devices.window.screens.specimen_words import FOLDER
+from palpate.devices.window.screens.specimens import specimens
+from palpate.devices.window.texts import SHIPPED, languages, read_words
+from palpate.protocols.forms import Form
+from palpate.protocols.requests import Ask
 
 DOCS = Path(__file__).parents[4] / "docs" / "pictures"
 WAITING = {"changing_sample", "feel_now", "recording"}

@@ -1,7 +1,7 @@
 import pytest
 
-from protocols.forms import Demographics, Eligibility, Interview, Likert, Question
-from protocols.study import Criterion, Item, Questionnaire
+from palpate.protocols.forms import Demographics, Eligibility, Interview, Likert, Question
+from palpate.protocols.study import Criterion, Item, Questionnaire
 from tests.devices.window.screens.pages import Hand
 
 AGE = Question("age", "How old are you?", "number", unit="years", low=0, high=120)

@@ -2,9 +2,9 @@ from dataclasses import replace
 
 import pytest
 
-from devices.window.geometry import WindowError
-from protocols.forms import AnchorForm
-from protocols.study import Anchor
+from palpate.devices.window.geometry import WindowError
+from palpate.protocols.forms import AnchorForm
+from palpate.protocols.study import Anchor
 from tests.devices.window.screens.pages import STEPS, Hand, sliders
 
 SIMILARITY = sliders(1, sides=("real", "virtual"))

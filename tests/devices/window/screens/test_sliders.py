@@ -2,10 +2,10 @@ import struct
 
 import pytest
 
-from devices.window.build import screen_for
-from devices.window.inputs import Moved, Pressed, Released
-from protocols.forms import Sliders
-from protocols.study import Attribute
+from palpate.devices.window.build import screen_for
+from palpate.devices.window.inputs import Moved, Pressed, Released
+from palpate.protocols.forms import Sliders
+from palpate.protocols.study import Attribute
 from tests.devices.window.screens.pages import FREE, SIZES, STEPS, Hand, ask, page, sliders
 
 

@@ -1,9 +1,9 @@
 import pytest
 
-from devices.window.geometry import WindowError
-from devices.window.texts import SHIPPED, Texts, languages, load_texts, problems, read_words
-from devices.window.texts_study import check_study_texts, load_study_texts, study_texts
-from protocols.study import Study
+from palpate.devices.window.geometry import WindowError
+from palpate.devices.window.texts import SHIPPED, Texts, languages, load_texts, problems, read_words
+from palpate.devices.window.texts_study import check_study_texts, load_study_texts, study_texts
+from palpate.protocols.study import Study
 
 STUDY = Study.model_validate(
     {

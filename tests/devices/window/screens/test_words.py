@@ -1,7 +1,7 @@
 import pytest
 
-from devices.window.inputs import Pressed
-from protocols.forms import Lexicon, Words
+from palpate.devices.window.inputs import Pressed
+from palpate.protocols.forms import Lexicon, Words
 from tests.devices.window.screens.pages import Hand
 
 WORDS = Words(tuple(f"word{n}" for n in range(12)), further=True)

@@ -1,4 +1,7 @@
-"""The console script: an interrupt (Ctrl-C) ends the program with a word at any instant, also while it is imported."""
+"""The console script, and `python -m palpate`.
+
+An interrupt (Ctrl-C) ends the program with a word at any instant, also while it is imported.
+"""
 
 from __future__ import annotations
 
@@ -18,13 +21,13 @@ def main() -> None:
         signal.signal(signal.SIGINT, _stop)
         sys.unraisablehook = _raise_again
     try:
-        import palpate
+        from palpate import command_line
 
         if len(sys.argv) > 1:
-            palpate.import_room(sys.argv[1])
+            command_line.import_room(sys.argv[1])
         if heard:
             signal.signal(signal.SIGINT, usual)
-        palpate.main()
+        command_line.main()
     except KeyboardInterrupt:
         _stop()
     finally:

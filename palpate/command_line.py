@@ -13,41 +13,53 @@ from typing import Any
 
 import click
 
-from protocols.lazy import load_object
+from palpate.protocols.lazy import load_object
 
 INTERRUPTED = 130
 """The exit code after Ctrl-C, as shells give it: 128 and the number of the signal."""
 VERBS = {
-    "init": ("studies.participants.commands:init", "Make a folder a lab."),
-    "participants": ("studies.participants.commands:participants", "Add, list, withdraw people; who holds which row."),
-    "studies": ("studies.commands:studies", "List the studies that can be run here."),
-    "check": ("studies.commands:check", "Check a study file and everything it names."),
-    "plan": ("studies.commands:plan", "Show what a participant will meet, and how balanced the orders are."),
-    "run": ("studies.commands_sessions:run", "Run a session of a study."),
-    "record": ("studies.commands_record:record", "Record stimuli with the station's sensors."),
-    "resume": ("studies.commands_sessions:resume", "Go on with an interrupted session where it stopped."),
-    "replay": ("studies.commands_records:replay", "Prove that recorded sessions repeat, event by event."),
-    "collect": ("studies.commands_records:collect", "Gather a lab's sessions into one database."),
-    "rig": ("devices.rig.commands:rig", "Check a lab's devices; write a rig of simulated ones."),
-    "window": ("devices.window.commands:window", "Calibrate and check the participant's window."),
-    "monitor": ("analysis.monitoring.commands:monitor", "Watch a lab's sessions on a small local page."),
-    "streams": ("analysis.streams.commands:streams", "What a session recorded: streams, gaps, drift; aligned export."),
-    "doors": ("devices.door.commands:doors", "Make car-door stimuli: normalise, simulate, augment."),
-    "author": ("devices.author.commands:author", "Make a door that feels as wished, with seven sliders."),
-    "render": ("devices.render.commands:render", "Feel a texture; or play it for a recorded or simulated hand."),
-    "samples": ("analysis.commands_samples:samples", "Write sample files to try commands on."),
-    "import": ("analysis.commands:import_", "Read a foreign table of ratings into a lab."),
-    "regenerate": ("analysis.regenerating.commands:regenerate", "Every number, table and figure that a plan asks for."),
-    "export": ("analysis.exporting.commands:export", "Share a study's data: BIDS, Psych-DS, CSV or Parquet."),
-    "power": ("analysis.power.commands:power", "How many participants an effect needs, by simulated sessions."),
-    "train": ("modeling.commands:train", "Train the models that predict a feeling and make a profile."),
-    "evaluate": ("modeling.commands:evaluate", "Judge every method side by side: error and time."),
-    "textures": ("modeling.commands_library:textures", "A library of textures, searched by how they feel."),
-    "predict": ("devices.models.commands:predict", "How a profile would feel; a profile for a wished feeling."),
-    "models": ("devices.models.commands:models", "List trained models, show their cards, compare them."),
-    "analyse": ("analysis.commands:analyse", "Compute a study's tables and statistics."),
-    "report": ("analysis.commands:report", "Write a study's report as one HTML file."),
-    "demo": ("palpate:demo", "See the whole loop: 40 participants, from study file to report."),
+    "init": ("palpate.studies.participants.commands:init", "Make a folder a lab."),
+    "participants": (
+        "palpate.studies.participants.commands:participants",
+        "Add, list, withdraw people; who holds which row.",
+    ),
+    "studies": ("palpate.studies.commands:studies", "List the studies that can be run here."),
+    "check": ("palpate.studies.commands:check", "Check a study file and everything it names."),
+    "plan": ("palpate.studies.commands:plan", "Show what a participant will meet, and how balanced the orders are."),
+    "run": ("palpate.studies.commands_sessions:run", "Run a session of a study."),
+    "record": ("palpate.studies.commands_record:record", "Record stimuli with the station's sensors."),
+    "resume": ("palpate.studies.commands_sessions:resume", "Go on with an interrupted session where it stopped."),
+    "replay": ("palpate.studies.commands_records:replay", "Prove that recorded sessions repeat, event by event."),
+    "collect": ("palpate.studies.commands_records:collect", "Gather a lab's sessions into one database."),
+    "rig": ("palpate.devices.rig.commands:rig", "Check a lab's devices; write a rig of simulated ones."),
+    "window": ("palpate.devices.window.commands:window", "Calibrate and check the participant's window."),
+    "monitor": ("palpate.analysis.monitoring.commands:monitor", "Watch a lab's sessions on a small local page."),
+    "streams": (
+        "palpate.analysis.streams.commands:streams",
+        "What a session recorded: streams, gaps, drift; aligned export.",
+    ),
+    "doors": ("palpate.devices.door.commands:doors", "Make car-door stimuli: normalise, simulate, augment."),
+    "author": ("palpate.devices.author.commands:author", "Make a door that feels as wished, with seven sliders."),
+    "render": (
+        "palpate.devices.render.commands:render",
+        "Feel a texture; or play it for a recorded or simulated hand.",
+    ),
+    "samples": ("palpate.analysis.commands_samples:samples", "Write sample files to try commands on."),
+    "import": ("palpate.analysis.commands:import_", "Read a foreign table of ratings into a lab."),
+    "regenerate": (
+        "palpate.analysis.regenerating.commands:regenerate",
+        "Every number, table and figure that a plan asks for.",
+    ),
+    "export": ("palpate.analysis.exporting.commands:export", "Share a study's data: BIDS, Psych-DS, CSV or Parquet."),
+    "power": ("palpate.analysis.power.commands:power", "How many participants an effect needs, by simulated sessions."),
+    "train": ("palpate.modeling.commands:train", "Train the models that predict a feeling and make a profile."),
+    "evaluate": ("palpate.modeling.commands:evaluate", "Judge every method side by side: error and time."),
+    "textures": ("palpate.modeling.commands_library:textures", "A library of textures, searched by how they feel."),
+    "predict": ("palpate.devices.models.commands:predict", "How a profile would feel; a profile for a wished feeling."),
+    "models": ("palpate.devices.models.commands:models", "List trained models, show their cards, compare them."),
+    "analyse": ("palpate.analysis.commands:analyse", "Compute a study's tables and statistics."),
+    "report": ("palpate.analysis.commands:report", "Write a study's report as one HTML file."),
+    "demo": ("palpate.command_line:demo", "See the whole loop: 40 participants, from study file to report."),
     "bench": ("benchmarks.command:bench", "Measure errors and times side by side."),
 }
 
@@ -74,7 +86,7 @@ class Verbs(click.Group):
         if name not in VERBS:
             return None
         place = VERBS[name][0]
-        command: click.Command = _named(place) if name != "bench" or _has_benchmarks() else _no_benchmarks
+        command: click.Command = load_object(place) if name != "bench" or _has_benchmarks() else _no_benchmarks
         return command
 
     def format_commands(self, _ctx: click.Context, formatter: click.HelpFormatter) -> None:
@@ -85,21 +97,15 @@ class Verbs(click.Group):
     def resolve_command(self, ctx: click.Context, args: list[str]) -> Any:
         """As click does, but an unknown verb names the nearest known one."""
         if args and args[0] not in VERBS and not args[0].startswith("-"):
-            from protocols.did_you_mean import nearest
+            from palpate.protocols.did_you_mean import nearest
 
             ctx.fail(f"no verb {args[0]!r}; {nearest(args[0], VERBS)}")
         return super().resolve_command(ctx, args)
 
 
-def _named(place: str) -> Any:
-    """What stands at `module:name`; this module by its own name, also where it runs as a script."""
-    module, _, name = place.partition(":")
-    return globals()[name] if module == "palpate" else load_object(place)
-
-
 def _has_benchmarks() -> bool:
-    """Whether the repository's benchmarks lie beside this file; then they can be imported. They are never installed."""
-    beside = Path(__file__).resolve().parent
+    """Return whether the repository's benchmarks lie beside this package, and let them be imported if so."""
+    beside = Path(__file__).resolve().parent.parent
     if not (beside / "benchmarks" / "command.py").is_file():
         return False
     if str(beside) not in sys.path:
@@ -140,15 +146,15 @@ class Sides:
 
     def doors(self) -> Any:
         """That of doors."""
-        return _named("devices.door.side:DoorSide")()
+        return load_object("palpate.devices.door.side:DoorSide")()
 
     def textures(self) -> Any:
         """That of textures."""
-        return _named("studies.texture_side:RigTextures")()
+        return load_object("palpate.studies.texture_side:RigTextures")()
 
     def texture_set(self) -> Any:
         """What makes sets of simulated textures."""
-        return _named("studies.texture_set:TextureSet")()
+        return load_object("palpate.studies.texture_set:TextureSet")()
 
 
 @click.command()
@@ -158,8 +164,8 @@ def demo(lab: Path) -> None:
 
     Each step is an ordinary command, shown before it runs. The lab is made anew every time.
     """
-    from protocols.files import write_text
-    from protocols.shell_command import shell_command
+    from palpate.protocols.files import write_text
+    from palpate.protocols.shell_command import shell_command
 
     _fresh(lab)
     for line in DEMO:
@@ -190,14 +196,14 @@ def _fresh(lab: Path) -> None:
         import shutil
 
         shutil.rmtree(lab)
-    from protocols.files import write_text
+    from palpate.protocols.files import write_text
 
     write_text(lab / DEMO_MARK, "")
 
 
 def _files_in(lab: Path) -> set[str]:
     """Return the names of all files in the lab, except the mark and what a killed writer left."""
-    from protocols.files import UNFINISHED
+    from palpate.protocols.files import UNFINISHED
 
     paths = (path for path in lab.rglob("*") if path.is_symlink() or not path.is_dir())
     names = {path.relative_to(lab).as_posix() for path in paths}
@@ -258,7 +264,7 @@ def _message(error: Exception) -> str | None:
         error = full if not isinstance(error, OSError) or error.filename is None else error
     if os.environ.get("PALPATE_DEBUG"):
         return None
-    from studies.messages import describe_error
+    from palpate.studies.messages import describe_error
 
     return describe_error(error)
 
