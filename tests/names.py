@@ -31,7 +31,6 @@ WORTH_PARSING = re.compile(rf"""["'](?:{_FOLDERS})[.:/{{]|f["']\{{_?[A-Z_]+\}}[.
 KERNEL = "palpate.devices.models.native._kernel"
 NO_NAMES = {
     KERNEL: "the kernel in C, which is there only where a compiler was",
-    "analysis.yaml": "the file beside a study",
     "tests/NAME.csv": "a file that a regenerated study holds",
     "studies/sponges/study.yaml": "a file of the lab that the README makes",
     "analysis/sponges/report.html": "a file of the lab that the README makes",
