@@ -15,7 +15,7 @@ from palpate.devices.door.link.codes import CHUNK_POINTS, HEARTBEAT_MS, Fault, R
 from palpate.devices.door.link.frames import MAX_PAYLOAD, Frame, bare
 from palpate.devices.door.link.link import ALIVE_S, REPLY_S
 
-PAGE = (Path(devices.__file__).parent.parent / "docs/reference/door-protocol.md").read_text(encoding="utf-8")
+PAGE = (Path(devices.__file__).resolve().parent.parent / "docs/reference/door-protocol.md").read_text(encoding="utf-8")
 NAMES = {"H": "u16", "I": "u32", "B": "u8", "f": "f32", "Q": "u64", "4s": "4 bytes"}
 EXAMPLES = [(says.Hello(), 1), (says.Telemetry(1_500_000, 750, 12.5, -3.25, 8.0, 0.25, State.playing, 0), 750)]
 

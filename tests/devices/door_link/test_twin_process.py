@@ -129,7 +129,7 @@ def test_a_sensor_that_fails_behind_the_pty_is_a_fault_and_the_door_is_safe(tmp_
 @pytest.mark.needs("serial")
 def test_a_host_that_is_killed_leaves_the_door_safe_within_50_ms_of_plant_time(tmp_path):
     log = tmp_path / "log"
-    root = Path(devices.__file__).parent.parent
+    root = Path(devices.__file__).resolve().parent.parent
     host = subprocess.Popen([sys.executable, "-c", HOST, log], stdout=subprocess.PIPE, cwd=root)
     try:
         assert select.select([host.stdout], [], [], PATIENCE_S)[0] and host.stdout.readline() == b"playing\n"

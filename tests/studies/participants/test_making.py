@@ -67,7 +67,7 @@ def test_half_a_lab_is_made_whole_by_the_next_try(tmp_path):
 def test_an_installed_palpate_has_every_file_of_the_template():
     """What setuptools packs is what these patterns of pyproject.toml name; the template lies beside the rooms."""
     setuptools = tomllib.loads((ROOT / "pyproject.toml").read_text())["tool"]["setuptools"]
-    assert any(fnmatch(TEMPLATE.name, pattern) for pattern in setuptools["packages"]["find"]["include"])
+    assert f'"{TEMPLATE.name}"' in (ROOT / "setup.py").read_text(encoding="utf-8")
     patterns = [pattern.removeprefix("**/") for pattern in setuptools["package-data"]["*"]]
     files = [path.name for path in TEMPLATE.iterdir() if path.is_file()]
     assert sorted(files) == sorted(FILES)
