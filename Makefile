@@ -6,8 +6,8 @@ LOCK := -c constraints.txt
 # what a run left out, and how to run it, stands in its last lines.
 EXTRAS ?= test
 ALL := dev,lab,models
-ROOMS := protocols devices studies analysis modeling
-KERNEL := setup.py $(wildcard devices/models/native/*.[ch])
+ROOMS := protocols signals devices studies analysis modeling
+KERNEL := setup.py $(wildcard signals/models/native/*.[ch])
 SOURCES := pyproject.toml setup.py $(wildcard palpate/*.py) $(shell find $(ROOMS) participants_template -type f -not -path '*/__pycache__/*')
 
 # Run a command and say how long it took: $(call timed,words,command)

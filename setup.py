@@ -9,9 +9,9 @@ import os
 from setuptools import Extension, find_namespace_packages, setup
 from setuptools.command.build_ext import build_ext
 
-FOLDERS = ("protocols", "devices", "studies", "analysis", "modeling", "participants_template")
+FOLDERS = ("protocols", "signals", "devices", "studies", "analysis", "modeling", "participants_template")
 """Folders at the top; the package `palpate` has a link to each, for tools that do not read this file."""
-FOLDER = "devices/models/native"
+FOLDER = "signals/models/native"
 HEADERS = ("kernel.h", "set.h", "vector.h", "gemm.h", "attention.h", "plain.h", "recurrence.h", "spectral.h",
            "rates.h")  # fmt: skip
 FLAGS = ["-std=gnu11", "-O3", "-fno-math-errno", "-ffp-contract=fast", "-fvisibility=hidden"]
@@ -26,7 +26,7 @@ class BuildKernel(build_ext):
 
 
 kernel = Extension(
-    "palpate.devices.models.native._kernel",
+    "palpate.signals.models.native._kernel",
     sources=[f"{FOLDER}/kernel.c", f"{FOLDER}/autoregression.c"],
     depends=[f"{FOLDER}/{name}" for name in HEADERS],
     extra_compile_args=FLAGS,

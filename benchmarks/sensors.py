@@ -77,7 +77,7 @@ def _linear(sensor: DaqSensor) -> tuple[Array, Array]:
     """Both sensors are an offset and a matrix."""
     import numpy as np
 
-    from palpate.devices.scene import GRAVITY_M_S2
+    from palpate.signals import GRAVITY_M_S2
 
     told = sensor.describe()
     if "matrix" in told:

@@ -9,9 +9,9 @@ from functools import partial
 import numpy as np
 
 from benchmarks.speed_table import Stroke, simulated
-from palpate.analysis.aligning.refusals import Array
-from palpate.analysis.aligning.speed import Place, slope, velocity
 from palpate.protocols.bench import Case
+from palpate.signals.aligning.refusals import Array
+from palpate.signals.aligning.speed import Place, slope, velocity
 
 STROKES = {
     "a hand's stroke": Stroke(),

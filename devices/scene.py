@@ -9,7 +9,6 @@ import numpy as np
 from numpy.typing import NDArray
 
 Array = NDArray[np.float64]
-GRAVITY_M_S2 = 9.80665
 PIECE_S = 0.25
 """How much of a scene is made at a time, about: memory stays small however long the scene is."""
 

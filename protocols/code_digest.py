@@ -12,7 +12,7 @@ from pathlib import Path
 from typing import Any
 
 ROOT = Path(__file__).resolve().parent.parent
-PACKAGES = ("palpate.protocols", "palpate.devices", "palpate.studies", "palpate.analysis", "palpate.modeling")
+PACKAGES = tuple(f"palpate.{room}" for room in ("protocols", "signals", "devices", "studies", "analysis", "modeling"))
 BESIDE = (".c", ".cal", ".csv", ".dat", ".h", ".json", ".yaml")
 """Files in a module's folder that the module may read."""
 _NAMED = re.compile(rf"((?:{'|'.join(map(re.escape, PACKAGES))})(?:\.\w+)+)(?::\w+)?")

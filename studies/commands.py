@@ -86,9 +86,9 @@ def check(study: tuple[str, ...], lab: Path, as_json: bool) -> None:
 
 
 def _checked(path: Path, lab: Path) -> dict[str, Any]:
-    from palpate.devices.door.grid import DoorDataError
     from palpate.protocols.reading import StudyError
     from palpate.protocols.yaml_text import YamlError
+    from palpate.signals.doors.grid import DoorDataError
     from palpate.studies.catalogue import read_study
     from palpate.studies.errors import RigError
     from palpate.studies.lab_forms import unasked_questions

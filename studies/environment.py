@@ -11,7 +11,7 @@ from typing import Any
 
 from palpate.protocols.code_digest import files_digest, sources_in
 
-ROOMS = ("protocols", "devices", "studies")
+ROOMS = ("protocols", "signals", "devices", "studies")
 PACKAGES = ("pydantic", "pyyaml", "sqlalchemy", "filelock", "psychopy", "pyserial")
 
 

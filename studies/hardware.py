@@ -134,9 +134,9 @@ class Hardware:
         """Open the window on the tablet's screen, dark, where it is one. Raises DeviceError."""
         if (display := self._tablet_display()) is None:
             return
-        from palpate.devices.render.errors import RenderError
         from palpate.devices.render.window.tablet_screen import TabletScreen
         from palpate.devices.signals import DeviceError
+        from palpate.signals.textures.sounds import RenderError
         from palpate.studies.rig_renderer import demand_pictures
 
         demand_pictures(plan, self.found.folder, self.lab)

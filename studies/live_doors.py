@@ -8,10 +8,10 @@ from typing import Any, Protocol, runtime_checkable
 
 from palpate.devices.blocks import interleaved
 from palpate.devices.desk import Desk
-from palpate.devices.door.grid import POINTS, POINTS_PER_DEG
 from palpate.devices.door.live import RATE_HZ, Change, LiveDoor
 from palpate.protocols.events import NS
 from palpate.protocols.requests import Aside, Present, Samples
+from palpate.signals.doors.grid import POINTS, POINTS_PER_DEG
 
 SETTINGS, FORCES = "live_settings", "live_forces"
 Setting = Mapping[str, float]

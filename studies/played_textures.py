@@ -21,7 +21,7 @@ from palpate.studies.errors import RigError
 from palpate.studies.renderings import MET, SEED, Alike, Rendered, told_of
 
 if TYPE_CHECKING:
-    from palpate.devices.render.voice import Voice
+    from palpate.signals.textures.voice import Voice
 
 Array = NDArray[np.float64]
 COLUMNS = ("acceleration_m_s2", "speed_mm_s", "force_N")

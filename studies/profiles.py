@@ -38,6 +38,6 @@ def profile_of(stimulus: Stimulus, profiles: Profiles) -> tuple[float, ...]:
     if stimulus.columns.get("file"):
         return profiles.of(stimulus)
     from palpate.devices.door.catalogue import find_door, read_catalogue
-    from palpate.devices.door.mechanics import simulate
+    from palpate.signals.doors.mechanics import simulate
 
     return tuple(simulate(find_door(read_catalogue(), MID_SIZE).door, MID_SIZE).tolist())

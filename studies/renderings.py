@@ -15,7 +15,7 @@ from palpate.studies.errors import RigError
 
 SEED = 0
 MET = ("sounding", "held", "restarts", "quiet", "muted")
-"""What a record tells of how a model fared, in steps; what each is: palpate.devices.render.voice.Tally."""
+"""What a record tells of how a model fared, in steps; what each is: palpate.signals.textures.voice.Tally."""
 
 
 @dataclass(frozen=True)

@@ -14,10 +14,7 @@ from typing import Any, Protocol
 from palpate.devices.actuator.device import VoiceCoil
 from palpate.devices.desk import Desk, Pages
 from palpate.devices.mending import Mending
-from palpate.devices.models.errors import ModelFileError
-from palpate.devices.models.file import read_card
-from palpate.devices.render.errors import RenderError
-from palpate.devices.render.job import Job, Sounds
+from palpate.devices.render.job import Job
 from palpate.devices.render.process import Rendering
 from palpate.devices.render.sinks import MOST_AHEAD, on_coil
 from palpate.devices.render.window.photo import photo_file, read_photo
@@ -29,6 +26,9 @@ from palpate.protocols.files import file_sha256
 from palpate.protocols.keyed import keyed_bits
 from palpate.protocols.plan import Plan, Trial
 from palpate.protocols.requests import Ask, Came, Fault, Present, Reply
+from palpate.signals.models.errors import ModelFileError
+from palpate.signals.models.file import read_card
+from palpate.signals.textures.sounds import RenderError, Sounds
 from palpate.studies.renderings import MET, told_of
 from palpate.studies.scenes import drawn
 from palpate.studies.virtual_textures import VirtualTextures

@@ -55,14 +55,14 @@ def captured(texture: str, seconds: float, seed: int) -> Mapping[str, tuple[floa
 def scene(texture: str, seconds: float, seed: int, realisation: int = 0) -> Array:
     """(3, n) at 1 kHz of another free exploration, without sensors: acceleration (m/s^2), speed (mm/s), force (N).
 
-    Filtered and put on one axis as recordings are (palpate.studies.texture_signals). No seed shares its
+    Filtered and put on one axis as recordings are (palpate.signals.filters). No seed shares its
     hand with `captured`.
     Another `realisation` is the same hand, speed and force over another place of the surface: what a perfect model
     might play, and so the ceiling for any. Raises RigError as `captured` does.
     """
     from palpate.devices.surfaces.scene import first_rows
-    from palpate.studies.one_axis import one_axis
-    from palpate.studies.texture_signals import band_pass, low_pass
+    from palpate.signals.filters import band_pass, low_pass
+    from palpate.signals.one_axis import one_axis
 
     found = _scene(texture, seconds, "scene", seed, realisation=realisation)
     count = round(seconds * RATE_HZ)
@@ -76,7 +76,7 @@ def scene(texture: str, seconds: float, seed: int, realisation: int = 0) -> Arra
 
 
 def _thinned(felt: Array) -> Array:
-    """At 1 kHz, by the band that recordings keep on their way there (palpate.analysis.aligning.bandlimited)."""
+    """At 1 kHz, by the band that recordings keep on their way there (palpate.signals.aligning.bandlimited)."""
     from scipy.signal import firwin, kaiserord, oaconvolve
 
     taps, beta = kaiserord(STOP_DB, 2 * (STOPS_HZ - PASSES_HZ) / (FINER * RATE_HZ))

@@ -49,7 +49,7 @@ class RigTextures:
 
         Raises ModelFileError, RenderError.
         """
-        from palpate.devices.render.voice import play
+        from palpate.signals.textures.voice import play
 
         return play(card, speed_mm_s, force_N, seed, sampled)
 
@@ -58,6 +58,6 @@ class RigTextures:
 
         Raises ModelFileError, RenderError.
         """
-        from palpate.devices.render.timing import step_us
+        from palpate.signals.textures.timing import step_us
 
         return step_us(card, steps, time.perf_counter_ns)

@@ -20,7 +20,7 @@ from palpate.studies.errors import RigError
 from palpate.studies.renderings import SEED, Rendered, demand_whole, keep, read_kept, restored
 
 if TYPE_CHECKING:
-    from palpate.devices.render.voice import Voice
+    from palpate.signals.textures.voice import Voice
     from palpate.studies.played_textures import Array
 
 VERSION = 1
@@ -40,9 +40,9 @@ class VirtualTextures:
 
     def card(self, stimulus: Stimulus) -> Path:
         """The model's card of a stimulus. Raises RigError where there is none."""
-        from palpate.devices.render.errors import RenderError
         from palpate.devices.render.found import SHIPPED as MODELS
         from palpate.devices.render.found import card_for
+        from palpate.signals.textures.sounds import RenderError
 
         texture, model = (_column(stimulus, name) for name in ("texture", "model"))
         try:
@@ -99,9 +99,9 @@ class VirtualTextures:
         return made
 
     def _voice(self, card: Path) -> Voice:
-        from palpate.devices.models.errors import ModelFileError
-        from palpate.devices.render.errors import RenderError
-        from palpate.devices.render.voice import open_voice
+        from palpate.signals.models.errors import ModelFileError
+        from palpate.signals.textures.sounds import RenderError
+        from palpate.signals.textures.voice import open_voice
 
         try:
             return open_voice(card, seed=SEED)

@@ -16,7 +16,7 @@ import palpate.devices.rig.kinds
 from palpate import analysis
 
 ROOT = Path(__file__).resolve().parent.parent
-INSTALLED = ("protocols", "devices", "studies", "analysis", "modeling")
+INSTALLED = ("protocols", "signals", "devices", "studies", "analysis", "modeling")
 """Folders at the top that are subpackages of `palpate`."""
 PACKAGES = (*INSTALLED, "benchmarks", "tools")
 FILES = ("palpate/__main__.py", "palpate/command_line.py", "setup.py")
@@ -28,7 +28,7 @@ PATH = re.compile(rf"(?:{_FOLDERS})/[\w./-]*")
 STARTED = re.compile(rf"-m (({_ROOTS})[\w.]*)")
 IN_QUOTES = re.compile(rf"`((?:(?:{_ROOTS})\.|(?:{_FOLDERS})/)[\w./-]+)`")
 WORTH_PARSING = re.compile(rf"""["'](?:{_FOLDERS})[.:/{{]|f["']\{{_?[A-Z_]+\}}[.:/]|-m (?:{_ROOTS})""")
-KERNEL = "palpate.devices.models.native._kernel"
+KERNEL = "palpate.signals.models.native._kernel"
 NO_NAMES = {
     KERNEL: "the kernel in C, which is there only where a compiler was",
     "tests/NAME.csv": "a file that a regenerated study holds",
@@ -38,7 +38,7 @@ NO_NAMES = {
 """What looks like a name of ours, and what it is."""
 PUT_TOGETHER = {
     "palpate.analysis.{_HOMES[name]}": [f"palpate.analysis.{home}:{name}" for name, home in analysis._HOMES.items()],
-    **{f"palpate.{{{part}}}": [f"palpate.{name}" for name in INSTALLED] for part in ("name", "folder")},
+    **{f"palpate.{{{part}}}": [f"palpate.{name}" for name in INSTALLED] for part in ("name", "folder", "room")},
 }
 """Names that are put together while the program runs, as an f-string has them, and all that come of it."""
 DEVICES = [f"{module}:{name}" for module in palpate.devices.rig.kinds.KINDS.values() for name in ("Settings", "make")]

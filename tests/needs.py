@@ -43,7 +43,7 @@ def has_programs(*names: str) -> bool:
 
 def has_kernel() -> bool:
     """Whether the kernel of models was compiled when the package was installed, and can be loaded."""
-    from palpate.devices.models.native.library import KernelMissing, library
+    from palpate.signals.models.native.library import KernelMissing, library
 
     try:
         library()

@@ -31,9 +31,9 @@ from palpate.devices.window import calibration as window
 from palpate.modeling.attributes import model_file
 from palpate.modeling.library.entries import Library
 from palpate.protocols import event_shapes, requests
-from palpate.protocols.model_card import Card
 from palpate.protocols.study import Study
 from palpate.protocols.tasks import TASKS
+from palpate.signals.models.card import Card
 from palpate.studies import collected_schema, ledger_schema
 from palpate.studies.participants import identities, lab
 from palpate.studies.participants import schema as registry
@@ -246,7 +246,7 @@ def of_faults() -> Words:
 def words_in_code() -> frozenset[str]:
     """Return all words of the product that are quoted, or that are a key or a field of something."""
     quoted = re.compile(r"""["'](\w+)["']|\b(\w+)(?:=|: )""")
-    folders = [TEMPLATE.parent / name for name in ("protocols", "devices", "studies")]
+    folders = [TEMPLATE.parent / name for name in ("protocols", "signals", "devices", "studies")]
     paths = [path for folder in folders for path in folder.rglob("*.py")]
     found = (quoted.findall(path.read_text(encoding="utf-8")) for path in paths)
     return frozenset(word for pairs in found for pair in pairs for word in pair if word)

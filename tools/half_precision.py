@@ -15,7 +15,7 @@ from safetensors.numpy import load_file
 
 from palpate.modeling.files.exported import Exported
 from palpate.modeling.files.writing import write_model
-from palpate.protocols.model_card import Card
+from palpate.signals.models.card import Card
 
 NOTE = "judged in single precision, shipped in half"
 

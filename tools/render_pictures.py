@@ -14,7 +14,6 @@ import numpy as np
 from palpate.devices.render.found import DEFAULT_METHOD, SHIPPED, available, card_for
 from palpate.devices.render.hand_simulated import simulated_hand
 from palpate.devices.render.headless import at_once
-from palpate.devices.render.job import Sounds
 from palpate.devices.render.window.board import Board, Told
 from palpate.devices.render.window.choice import Choice
 from palpate.devices.render.window.heard import SHOWN, Array, heard
@@ -24,6 +23,7 @@ from palpate.devices.window.fonts import find_fonts
 from palpate.devices.window.geometry import Metrics
 from palpate.devices.window.screen import Page
 from palpate.protocols.files import open_bytes
+from palpate.signals.textures.sounds import Sounds
 
 if TYPE_CHECKING:
     from PIL import Image

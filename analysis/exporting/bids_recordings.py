@@ -14,7 +14,6 @@ from typing import IO, Any
 
 import numpy as np
 
-from palpate.analysis.aligning.refusals import Array
 from palpate.analysis.exporting.about import as_json
 from palpate.analysis.exporting.bids_names import folder_of, label, stem_of
 from palpate.analysis.exporting.cells import NOT_AVAILABLE, cell
@@ -25,6 +24,7 @@ from palpate.analysis.streams.reading import Attempt, attempts_of, counting, str
 from palpate.analysis.streams.recorded import Gap, Stream
 from palpate.protocols.files import open_bytes, write_text
 from palpate.protocols.wording import count
+from palpate.signals.aligning.refusals import Array
 from palpate.studies.record import Record, read
 
 EVENTS = {

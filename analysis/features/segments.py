@@ -9,7 +9,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from palpate.analysis.features.touch import RATE_HZ, Array, FeatureError, Stretch, Touch
-from palpate.studies.one_axis import dft321
+from palpate.signals.one_axis import dft321
 
 SEGMENT_S = 0.5
 SEGMENT = round(SEGMENT_S * RATE_HZ)

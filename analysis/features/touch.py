@@ -12,7 +12,7 @@ RATE_HZ = 1000.0
 TRIM_S = 2.5
 """Taken off both ends of an exploration: the tool is put down and lifted there."""
 BAND_HZ = (20.0, 500.0)
-"""Of acceleration; at 1 kHz the upper edge lies at half the rate and is left out (palpate.studies.texture_signals)."""
+"""Of acceleration; at 1 kHz the upper edge lies at half the rate and is left out (palpate.signals.filters)."""
 
 
 class FeatureError(ValueError):

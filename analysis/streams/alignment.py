@@ -8,13 +8,13 @@ from typing import Any
 
 import numpy as np
 
-from palpate.analysis.aligning.aligned import LONGEST_GAP_S, Aligned, Hole, align, grid_points
-from palpate.analysis.aligning.errors import HAND_HZ, leak, sine_error
-from palpate.analysis.aligning.hinge import Hinge, fit_hinge
-from palpate.analysis.aligning.methods import Method
-from palpate.analysis.aligning.refusals import AlignError, Array
 from palpate.analysis.streams.recorded import Stream, StreamError
 from palpate.analysis.streams.speeds import AXES, NO_SPEED, Moving, SpeedWanted, moving
+from palpate.signals.aligning.aligned import LONGEST_GAP_S, Aligned, Hole, align, grid_points
+from palpate.signals.aligning.errors import HAND_HZ, leak, sine_error
+from palpate.signals.aligning.hinge import Hinge, fit_hinge
+from palpate.signals.aligning.methods import Method
+from palpate.signals.aligning.refusals import AlignError, Array
 
 ANGLE = "angle_deg"
 MANY_HOLES = 200

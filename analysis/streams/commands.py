@@ -120,10 +120,10 @@ def _demand_speed_told_apart(how: dict[str, Any], raw: bool) -> None:
 
 
 def _wanted(how: dict[str, Any]) -> Wanted:
-    from palpate.analysis.aligning.aligned import LONGEST_GAP_S
-    from palpate.analysis.aligning.methods import method_named
     from palpate.analysis.streams.alignment import Wanted
     from palpate.analysis.streams.speeds import WINDOW, SpeedWanted
+    from palpate.signals.aligning.aligned import LONGEST_GAP_S
+    from palpate.signals.aligning.methods import method_named
 
     default, single = "bandlimited", {}
     for part in how["method"].split(","):

@@ -9,12 +9,12 @@ from typing import Any
 
 import numpy as np
 
-from palpate.analysis.aligning.refusals import Array
 from palpate.analysis.streams.alignment import Together, described
 from palpate.analysis.streams.reading import Attempt
 from palpate.analysis.streams.recorded import Stream
 from palpate.protocols.canonical import json_text
 from palpate.protocols.files import file_sha256, open_text, write_text
+from palpate.signals.aligning.refusals import Array
 from palpate.studies.record import Record
 
 DIGITS = 9

@@ -9,10 +9,10 @@ from functools import cached_property
 import numpy as np
 from numpy.typing import NDArray
 
-from palpate.analysis.aligning.stamps import Stamps, stamps_of
 from palpate.protocols.clocks import Clock, ClockError, fit_clock, nominal_clock
 from palpate.protocols.events import NS
 from palpate.protocols.requests import Samples
+from palpate.signals.aligning.stamps import Stamps, stamps_of
 
 Array = NDArray[np.float64]
 Numbers = NDArray[np.int64]

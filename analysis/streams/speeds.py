@@ -8,12 +8,12 @@ from typing import Any
 
 import numpy as np
 
-from palpate.analysis.aligning.aligned import align
-from palpate.analysis.aligning.errors import sine_error
-from palpate.analysis.aligning.methods import METHODS, Method
-from palpate.analysis.aligning.refusals import AlignError, Array
-from palpate.analysis.aligning.speed import Slope, floor_mm_s, slope, velocity
 from palpate.analysis.streams.recorded import Stream, StreamError
+from palpate.signals.aligning.aligned import align
+from palpate.signals.aligning.errors import sine_error
+from palpate.signals.aligning.methods import METHODS, Method
+from palpate.signals.aligning.refusals import AlignError, Array
+from palpate.signals.aligning.speed import Slope, floor_mm_s, slope, velocity
 
 AXES = ("x", "y", "z")
 MM = {"mm": 1.0, "cm": 10.0, "m": 1000.0}

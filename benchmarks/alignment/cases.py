@@ -9,12 +9,12 @@ from pathlib import Path
 import numpy as np
 
 from benchmarks.alignment.truth import GRID_HZ, KINDS, STARTS_S, Known
-from palpate.analysis.aligning.aligned import align
-from palpate.analysis.aligning.methods import METHODS, Method
-from palpate.analysis.aligning.refusals import Array
-from palpate.analysis.aligning.stamps import OF_THE_HOST, stamps_of
 from palpate.protocols.bench import Case
 from palpate.protocols.clocks import Clock, fit_clock, nominal_clock
+from palpate.signals.aligning.aligned import align
+from palpate.signals.aligning.methods import METHODS, Method
+from palpate.signals.aligning.refusals import Array
+from palpate.signals.aligning.stamps import OF_THE_HOST, stamps_of
 
 AREA, CLOCKS_AREA = "alignment", "alignment, by the clock"
 ERROR = "percent of the signal below 25 Hz, RMS"

@@ -7,8 +7,8 @@ from functools import cached_property
 
 import numpy as np
 
-from palpate.analysis.aligning.errors import HAND_HZ
-from palpate.analysis.aligning.refusals import Array
+from palpate.signals.aligning.errors import HAND_HZ
+from palpate.signals.aligning.refusals import Array
 
 GRID_HZ = 1000.0
 SLOWEST_HZ, TONES = 0.2, 48

@@ -14,7 +14,7 @@ from palpate.analysis.features.tactile import touch_features
 from palpate.analysis.features.touch import RATE_HZ, Array, Stretch, Touch
 from palpate.analysis.features.wavelets import wavelets
 from palpate.protocols.bench import Case
-from palpate.studies.one_axis import dft321, one_axis
+from palpate.signals.one_axis import dft321, one_axis
 
 AREA = "features of touch"
 SECONDS, QUICK_SECONDS = 60.0, 10.0

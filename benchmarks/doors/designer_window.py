@@ -17,11 +17,11 @@ import numpy as np
 
 from palpate.devices.author.making import Array, Maker, maker_for
 from palpate.devices.author.work import History, Setting, Work, neutral
-from palpate.devices.door.grid import MAX_ANGLE_DEG, POINTS, POINTS_PER_DEG
 from palpate.devices.window.calibration import Calibration
 from palpate.devices.window.geometry import Box
 from palpate.devices.window.plot import Axes, axes_for, line_mask
 from palpate.protocols.bench import Case
+from palpate.signals.doors.grid import MAX_ANGLE_DEG, POINTS, POINTS_PER_DEG
 
 if TYPE_CHECKING:
     from palpate.devices.author.screen import AuthorScreen

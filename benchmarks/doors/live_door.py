@@ -20,8 +20,8 @@ from palpate.devices.door.link.link import Link
 from palpate.devices.door.live import LiveDoor
 from palpate.devices.door.making import NEUTRAL, Array
 from palpate.devices.door.plant.rendering import FASTEST_NM_S, PASSAGE_TICKS
-from palpate.devices.door.playable import bounded
 from palpate.protocols.bench import Case
+from palpate.signals.doors.playable import bounded
 
 AREA, BAUD, END_DEG = "doors", 1_000_000, 62.0
 MOVES, QUICK_MOVES = 200, 30

@@ -6,11 +6,11 @@ import math
 from collections.abc import Sequence
 from dataclasses import dataclass
 
-from palpate.devices.door.grid import motion_end
 from palpate.devices.door.plant.hand import Hand, human
 from palpate.devices.door.plant.machine import Machine
 from palpate.devices.door.plant.parameters import DEFAULT, Parameters
 from palpate.devices.door.plant.rendering import STEP_RAD
+from palpate.signals.doors.grid import motion_end
 
 HANDLE_M = 0.9
 SETTLE_TICKS = 100

@@ -18,15 +18,16 @@ from numpy.typing import NDArray
 
 from benchmarks.render.extremes import Extremes, run_extremes
 from benchmarks.render.model import measured_card
-from palpate.devices.models.fastest import Runs, fastest
-from palpate.devices.models.file import read_model
-from palpate.devices.models.runtime import Model
 from palpate.devices.render.hand_simulated import simulated_hand
-from palpate.devices.render.job import Job, Sounds
+from palpate.devices.render.job import Job
 from palpate.devices.render.process import Rendering
-from palpate.devices.render.voice import open_voice
 from palpate.protocols.bench import Case
-from palpate.protocols.model_card import Card
+from palpate.signals.models.card import Card
+from palpate.signals.models.fastest import Runs, fastest
+from palpate.signals.models.file import read_model
+from palpate.signals.models.runtime import Model
+from palpate.signals.textures.sounds import Sounds
+from palpate.signals.textures.voice import open_voice
 
 PACED_S, PACED_QUICK_S = 60.0, 3.0
 MINUTES, MINUTES_QUICK = 10.0, 0.1

@@ -10,7 +10,7 @@ from pathlib import Path
 import numpy as np
 from numpy.typing import NDArray
 
-from palpate.devices.render.voice import Voice, open_voice
+from palpate.signals.textures.voice import Voice, open_voice
 
 NAN = math.nan
 MOMENTS: tuple[tuple[float, float], ...] = (

@@ -10,7 +10,7 @@ from safetensors.numpy import save
 
 from palpate.devices.render.found import DEFAULT_METHOD, available
 from palpate.protocols.files import write_bytes, write_text
-from palpate.protocols.model_card import Card, Dense, Port, Texture, Weights
+from palpate.signals.models.card import Card, Dense, Port, Texture, Weights
 
 WINDOW = 20
 RADIUS, HERTZ = 0.95, 150.0

@@ -14,9 +14,9 @@ import numpy as np
 from numpy.typing import NDArray
 
 from palpate.modeling.textures.recording import TextureDataError
-from palpate.protocols import model_card as steps_of
-from palpate.protocols import signal_steps as signals_of
-from palpate.protocols.model_card import Step
+from palpate.signals.models import card as steps_of
+from palpate.signals.models import card_steps as signals_of
+from palpate.signals.models.card import Step
 
 Numbers = NDArray[np.float32]
 Tensors = Mapping[str, NDArray[Any]]

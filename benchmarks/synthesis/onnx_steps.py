@@ -9,7 +9,7 @@ from typing import Any
 import numpy as np
 
 from benchmarks.synthesis.graph import Numbers, Tensors, Tracer, Value
-from palpate.protocols.model_card import Card
+from palpate.signals.models.card import Card
 
 Array = np.ndarray[Any, np.dtype[np.float64]]
 OPSET, IR = 18, 9

@@ -8,9 +8,9 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from palpate.devices.models.native.draft import KINDS
-from palpate.devices.models.native.library import InstructionSet, Library
-from palpate.devices.models.native.opened import Native
+from palpate.signals.models.native.draft import KINDS
+from palpate.signals.models.native.library import InstructionSet, Library
+from palpate.signals.models.native.opened import Native
 
 ROUNDS, READS, TRIES = 20_000, 20, 30
 Clock = Callable[[], float]

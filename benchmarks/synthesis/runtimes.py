@@ -12,7 +12,7 @@ from typing import Any
 import numpy as np
 
 from benchmarks.synthesis.graph import Tensors
-from palpate.protocols.model_card import Card
+from palpate.signals.models.card import Card
 
 Array = np.ndarray[Any, np.dtype[np.float64]]
 Step = Callable[[Array], Array]
@@ -31,7 +31,7 @@ def other_runtimes(card: Card, tensors: Tensors) -> tuple[Mapping[str, Step], tu
 
 
 def read_plainly(card: Path) -> tuple[Card, Tensors]:
-    """A card and its tensors, all in float32; the checks are the rig's (palpate.devices.models.file)."""
+    """A card and its tensors, all in float32; the checks are the rig's (palpate.signals.models.file)."""
     from safetensors.numpy import load_file
 
     found = Card.model_validate_json(card.read_bytes())

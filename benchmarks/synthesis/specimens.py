@@ -8,9 +8,9 @@ from dataclasses import dataclass, field
 import numpy as np
 from numpy.typing import NDArray
 
-from palpate.devices.models.runtime import Model
-from palpate.protocols.model_card import Activation, Affine, Card, Conv, Dense, Port, Reshape, Step, Weights
-from palpate.protocols.signal_steps import Add, Attention, Cartesian, Join, Keep, Norm, Part, Polar, Recall
+from palpate.signals.models.card import Activation, Affine, Card, Conv, Dense, Port, Reshape, Step, Weights
+from palpate.signals.models.card_steps import Add, Attention, Cartesian, Join, Keep, Norm, Part, Polar, Recall
+from palpate.signals.models.runtime import Model
 
 WINDOW, WIDTH, HEADS, HIDDEN, SPECTRAL = 20, 64, 4, 128, 16
 UNITS = (256, 64)

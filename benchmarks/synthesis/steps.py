@@ -17,13 +17,13 @@ from numpy.typing import NDArray
 
 from benchmarks.synthesis.rates import Work, rates, work_of
 from benchmarks.synthesis.specimens import SPREAD, foten, windows
-from palpate.devices.models.fastest import fastest
-from palpate.devices.models.native.library import KernelMissing, library
-from palpate.devices.models.native.opened import Native
-from palpate.devices.models.runtime import Model
 from palpate.devices.render.found import SHIPPED
 from palpate.protocols.bench import Case
-from palpate.protocols.model_card import Card
+from palpate.signals.models.card import Card
+from palpate.signals.models.fastest import fastest
+from palpate.signals.models.native.library import KernelMissing, library
+from palpate.signals.models.native.opened import Native
+from palpate.signals.models.runtime import Model
 
 Array = NDArray[np.float64]
 Step = Callable[[Array], Array]
@@ -151,7 +151,7 @@ def _limit(native: Native, work: Work, place: int, clock: Clock, _error: float) 
 
 def _shipped() -> Iterator[Model]:
     """One shipped model of each method."""
-    from palpate.devices.models.file import read_model
+    from palpate.signals.models.file import read_model
 
     seen: set[str] = set()
     for path in sorted(SHIPPED.glob("texture-*.json")):

@@ -11,8 +11,8 @@ from torch import Tensor, fx, nn
 from torch.nn import functional
 
 from benchmarks.synthesis.graph import Numbers, Tensors, Tracer, Value
-from palpate.protocols import signal_steps as signals_of
-from palpate.protocols.model_card import Activation, Card, Conv, Step
+from palpate.signals.models import card_steps as signals_of
+from palpate.signals.models.card import Activation, Card, Conv, Step
 
 Array = np.ndarray[Any, np.dtype[np.float64]]
 FUNCTIONS: dict[str, Callable[..., Tensor]] = {

@@ -10,10 +10,10 @@ from pydantic import BaseModel, ConfigDict, Field, ValidationError
 
 from palpate.devices.author.making import MOST_SMOOTHING_DEG, Made, Maker
 from palpate.devices.author.work import Setting, Work
-from palpate.devices.door.grid import FORCE_DECIMALS, POINTS
 from palpate.devices.door.stimuli import profile_text
 from palpate.protocols.canonical import json_text
 from palpate.protocols.files import write_text
+from palpate.signals.doors.grid import FORCE_DECIMALS, POINTS
 
 FOLDER = "designs"
 KEPT, BEFORE = ".autosave.json", ".autosave-before.json"

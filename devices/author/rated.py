@@ -8,7 +8,7 @@ from pathlib import Path
 import numpy as np
 
 from palpate.devices.author.making import Array
-from palpate.devices.door.grid import POINTS, DoorDataError
+from palpate.signals.doors.grid import POINTS, DoorDataError
 
 FILE = Path(__file__).resolve().with_name("rated_range.csv")
 COLUMNS = ("angle_deg", "least_N", "most_N")

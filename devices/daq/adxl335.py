@@ -16,9 +16,9 @@ from numpy.typing import ArrayLike, NDArray
 
 from palpate.devices.daq.twin import PIECE, Ideal
 from palpate.devices.daq.watch import Watch
-from palpate.devices.scene import GRAVITY_M_S2
 from palpate.devices.signals import DeviceError, DeviceFault, Reading, Signal
 from palpate.protocols.wording import count
+from palpate.signals import GRAVITY_M_S2
 
 if TYPE_CHECKING:
     from palpate.devices.scene import Scene

@@ -13,8 +13,8 @@ import numpy as np
 from numpy.typing import NDArray
 
 from palpate.devices.daq.cal_file import AXES, CalFile
-from palpate.devices.scene import GRAVITY_M_S2
 from palpate.devices.signals import DeviceError
+from palpate.signals import GRAVITY_M_S2
 
 Array = NDArray[np.float64]
 POUND_N, INCH_M = 4.4482216152605, 0.0254

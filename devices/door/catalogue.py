@@ -6,9 +6,9 @@ from dataclasses import dataclass, fields
 from pathlib import Path
 from typing import Any
 
-from palpate.devices.door.grid import DoorDataError
-from palpate.devices.door.mechanics import CheckFeature, Door, check_ranges
 from palpate.protocols.wording import some
+from palpate.signals.doors.grid import DoorDataError
+from palpate.signals.doors.mechanics import CheckFeature, Door, check_ranges
 
 DOORS_FILE = Path(__file__).resolve().with_name("doors.yaml")
 CHECK_FIELDS = tuple(field.name for field in fields(CheckFeature))

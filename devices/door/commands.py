@@ -9,12 +9,12 @@ from typing import TYPE_CHECKING, Any
 
 import click
 
-from palpate.devices.door.grid import STUDY_SEED, DoorDataError
 from palpate.protocols.canonical import json_text
 from palpate.protocols.wording import count
+from palpate.signals.doors.grid import STUDY_SEED, DoorDataError
 
 if TYPE_CHECKING:
-    from palpate.devices.door.profiles import NormalisedProfile
+    from palpate.signals.doors.profiles import NormalisedProfile
 
 FILE = click.Path(exists=True, dir_okay=False, path_type=Path)
 OUT = click.Path(path_type=Path)
@@ -67,9 +67,9 @@ def normalise_command(
     """
     import numpy as np
 
-    from palpate.devices.door.profiles import normalise
     from palpate.devices.door.stimuli import profile_text
     from palpate.protocols.files import write_text
+    from palpate.signals.doors.profiles import normalise
 
     angle, force = _read(recording, angle_file, angle_column, force_column, time_column)
     angle = np.degrees(angle) if radians else np.asarray(angle)
@@ -95,9 +95,9 @@ def simulate_command(labels: tuple[str, ...], every: bool, parameters: Path | No
       palpate doors simulate --door G90 --door K8 --out profiles/
     """
     from palpate.devices.door.catalogue import DOORS_FILE, find_door, read_catalogue
-    from palpate.devices.door.mechanics import simulate
     from palpate.devices.door.stimuli import profile_text
     from palpate.protocols.files import write_texts
+    from palpate.signals.doors.mechanics import simulate
 
     catalogue = read_catalogue(parameters or DOORS_FILE)
     if bool(labels) == every:
@@ -121,10 +121,10 @@ def augment_command(source: Path, out: Path, seed: int, as_json: bool) -> None:
     """
     import numpy as np
 
-    from palpate.devices.door.augment import VARIANTS, augment
     from palpate.devices.door.stimuli import profile_text
     from palpate.devices.door.twin import read_profile
     from palpate.protocols.files import write_texts
+    from palpate.signals.doors.augment import VARIANTS, augment
 
     texts: dict[str, str] = {}
     for path in _profiles_in(source):
@@ -261,8 +261,8 @@ def _opening(text: str) -> tuple[str, Path]:
 
 def _read(recording: Path, angle_file: Path | None, angle: str, force: str, time: str) -> tuple[Any, Any]:
     """Angle and force, one value each a row, from one file or from two with a time column each."""
-    from palpate.devices.door.profiles import upsample_angle
     from palpate.devices.door.recording import read_columns
+    from palpate.signals.doors.profiles import upsample_angle
 
     if angle_file is None:
         columns = read_columns(recording, (angle, force)).values

@@ -10,13 +10,13 @@ from pathlib import Path
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
-from palpate.devices.door.grid import POINTS, POINTS_PER_DEG, DoorDataError
-from palpate.devices.door.playable import LIMIT_N, STEEPEST_N_DEG, bounded
-from palpate.devices.models.errors import ModelFileError
-from palpate.devices.models.file import CARD_SUFFIX, read_model
 from palpate.devices.models.finding import FOLDER, SHIPPED, find_model
-from palpate.devices.models.runtime import Model
 from palpate.protocols.did_you_mean import nearest
+from palpate.signals.doors.grid import POINTS, POINTS_PER_DEG, DoorDataError
+from palpate.signals.doors.playable import LIMIT_N, STEEPEST_N_DEG, bounded
+from palpate.signals.models.errors import ModelFileError
+from palpate.signals.models.file import CARD_SUFFIX, read_model
+from palpate.signals.models.runtime import Model
 
 Array = NDArray[np.float64]
 Wish = Mapping[str, float] | ArrayLike

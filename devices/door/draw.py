@@ -10,12 +10,12 @@ from typing import Any
 
 import numpy as np
 
-from palpate.devices.door.features import Array, landmarks, plateau_of
-from palpate.devices.door.grid import MAX_ANGLE_DEG, POINTS, DoorDataError, grid_angle_deg
 from palpate.devices.door.recording import read_columns
 from palpate.devices.door.twin import read_profile
 from palpate.devices.picture import COLOURS, FAINT, INK, SOFT, drawing, write_picture
 from palpate.protocols.wording import some
+from palpate.signals.doors.features import Array, landmarks, plateau_of
+from palpate.signals.doors.grid import MAX_ANGLE_DEG, POINTS, DoorDataError, grid_angle_deg
 
 NEEDED = ("car", "variant", "augmentation", "source", "file")
 ANGLES = [grid_angle_deg(index) for index in range(POINTS)]
@@ -117,7 +117,7 @@ def _line(panel: Any, rows: Sequence[Row], shows: str, colour: str) -> None:
 
 
 def feature_rows(profiles: Mapping[str, Array]) -> list[Row]:
-    """Return what Figure 5.6 shows of each profile, by the definitions of `palpate.devices.door.features`.
+    """Return what Figure 5.6 shows of each profile, by the definitions of `palpate.signals.doors.features`.
 
     `shows` is profile, peak or valley (`value` in N at `angle_deg`), interval (degrees from one peak to the next),
     slope (N per degree from one landmark to the next) or plateau (from `angle_deg` to `to_deg`, `value` its mean in N).

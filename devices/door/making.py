@@ -10,7 +10,7 @@ from typing import Any, Protocol
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
-from palpate.devices.door.grid import FORCE_DECIMALS
+from palpate.signals.doors.grid import FORCE_DECIMALS
 
 Array = NDArray[np.float64]
 

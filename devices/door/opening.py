@@ -7,8 +7,8 @@ from collections.abc import Sequence
 from dataclasses import dataclass
 from itertools import accumulate
 
-from palpate.devices.door.grid import POINTS, POINTS_PER_DEG, DoorDataError, motion_end
 from palpate.protocols.keyed import Key, uniform
+from palpate.signals.doors.grid import POINTS, POINTS_PER_DEG, DoorDataError, motion_end
 
 RATE_HZ = 1000.0
 REST_S = 0.6

@@ -8,10 +8,11 @@ from itertools import count
 import numpy as np
 from numpy.typing import NDArray
 
-from palpate.devices.door.grid import DoorDataError
 from palpate.devices.door.opening import RATE_HZ, opened_once
-from palpate.devices.scene import GRAVITY_M_S2, PIECE_S
+from palpate.devices.scene import PIECE_S
 from palpate.protocols.keyed import Key, uniform
+from palpate.signals import GRAVITY_M_S2
+from palpate.signals.doors.grid import DoorDataError
 
 Numbers = NDArray[np.float64]
 RADIUS_M = 0.95

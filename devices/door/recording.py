@@ -8,7 +8,7 @@ from collections.abc import Sequence
 from dataclasses import dataclass
 from pathlib import Path
 
-from palpate.devices.door.grid import DoorDataError
+from palpate.signals.doors.grid import DoorDataError
 
 DELIMITERS = ",;\t"
 

@@ -8,11 +8,11 @@ from pathlib import Path
 import numpy as np
 from numpy.typing import NDArray
 
-from palpate.devices.door.features import describe
-from palpate.devices.door.grid import FORCE_DECIMALS, POINTS, DoorDataError
 from palpate.devices.door.making import NEUTRAL, Doors, maker_for
 from palpate.devices.door.stimuli import FEATURE_DECIMALS, FOLDER, TABLE, originals, profile_text
 from palpate.protocols.files import write_texts
+from palpate.signals.doors.features import describe
+from palpate.signals.doors.grid import FORCE_DECIMALS, POINTS, DoorDataError
 
 Array = NDArray[np.float64]
 

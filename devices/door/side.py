@@ -9,12 +9,12 @@ from typing import TYPE_CHECKING
 import numpy as np
 from numpy.typing import NDArray
 
-from palpate.devices.door.features import as_profile, describe
-from palpate.devices.door.model_features import FEATURES, features
-from palpate.devices.door.playable import LIMIT_N, STEEPEST_N_DEG, bounded
+from palpate.signals.doors.features import as_profile, describe
+from palpate.signals.doors.model_features import FEATURES, features
+from palpate.signals.doors.playable import LIMIT_N, STEEPEST_N_DEG, bounded
 
 if TYPE_CHECKING:
-    from palpate.devices.models.runtime import Model
+    from palpate.signals.models.runtime import Model
 
 Array = NDArray[np.float64]
 
@@ -57,6 +57,6 @@ class DoorSide:
 
     def load(self, card: Path) -> Model:
         """A model from its card. Raises ModelFileError for a damaged or foreign file."""
-        from palpate.devices.models.file import read_model
+        from palpate.signals.models.file import read_model
 
         return read_model(card)

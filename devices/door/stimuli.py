@@ -8,15 +8,15 @@ from pathlib import Path
 import numpy as np
 from numpy.typing import NDArray
 
-from palpate.devices.door.augment import VARIANTS, augment
 from palpate.devices.door.catalogue import read_catalogue
-from palpate.devices.door.features import describe
-from palpate.devices.door.grid import FORCE_DECIMALS, POINTS, STUDY_SEED, DoorDataError, grid_angle_deg
-from palpate.devices.door.mechanics import simulate
-from palpate.devices.door.profiles import normalise
 from palpate.devices.door.recording import read_columns
 from palpate.devices.door.twin import HEADER
 from palpate.protocols.files import write_texts
+from palpate.signals.doors.augment import VARIANTS, augment
+from palpate.signals.doors.features import describe
+from palpate.signals.doors.grid import FORCE_DECIMALS, POINTS, STUDY_SEED, DoorDataError, grid_angle_deg
+from palpate.signals.doors.mechanics import simulate
+from palpate.signals.doors.profiles import normalise
 
 Array = NDArray[np.float64]
 

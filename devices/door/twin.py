@@ -12,8 +12,8 @@ from dataclasses import dataclass
 from pathlib import Path
 
 from palpate.devices.blocks import interleaved
-from palpate.devices.door.grid import MAX_ANGLE_DEG, POINTS, POINTS_PER_DEG, DoorDataError, grid_angle_deg
 from palpate.protocols.wording import some
+from palpate.signals.doors.grid import MAX_ANGLE_DEG, POINTS, POINTS_PER_DEG, DoorDataError, grid_angle_deg
 
 HEADER = ("angle_deg", "force_N")
 LONGEST = 1_000_000

@@ -8,7 +8,7 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
-from palpate.devices.models.runtime import Model
+from palpate.signals.models.runtime import Model
 
 Array = NDArray[np.float64]
 

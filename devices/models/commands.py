@@ -14,7 +14,7 @@ from palpate.protocols.shell_command import shell_command
 
 if TYPE_CHECKING:
     from palpate.devices.models.comparing import Inputs
-    from palpate.devices.models.runtime import Model
+    from palpate.signals.models.runtime import Model
 
 FILE = click.Path(exists=True, dir_okay=False, path_type=Path)
 recording_option = click.option(
@@ -69,9 +69,9 @@ def card_command(name: str, lab: Path, as_json: bool) -> None:
     Example:
       palpate models card door-perception --lab LAB
     """
-    from palpate.devices.models.file import read_model
     from palpate.devices.models.finding import find_model
     from palpate.devices.models.words import card_words
+    from palpate.signals.models.file import read_model
 
     path = find_model(name, lab)
     model = read_model(path)
@@ -162,8 +162,8 @@ def predict(
 
 def _felt(asked: Model, files: Sequence[Path], recording: bool, zero: bool, as_json: bool) -> None:
     from palpate.devices.models.answers import as_told, heading, in_words, rated
-    from palpate.devices.models.errors import in_file
     from palpate.devices.models.given import profile_of
+    from palpate.signals.models.errors import in_file
 
     if gone := [path for path in files if not path.is_file()]:
         raise click.UsageError(f"there is no profile file {str(gone[0])!r}")
@@ -205,8 +205,8 @@ def _made(asked: Model, given: Sequence[str], to: Path | None, as_json: bool) ->
 
 
 def _read(name: str, lab: Path) -> Model:
-    from palpate.devices.models.file import read_model
     from palpate.devices.models.finding import find_model
+    from palpate.signals.models.file import read_model
 
     return read_model(find_model(name, lab))
 

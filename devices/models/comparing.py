@@ -11,11 +11,11 @@ import numpy as np
 from numpy.typing import NDArray
 
 from palpate.devices.models.comparing_textures import DRIVE, WINDOW, require_one_texture, rows_for
-from palpate.devices.models.errors import ModelInputError
-from palpate.devices.models.fastest import fastest
 from palpate.devices.models.given import NEUTRAL, TOP
-from palpate.devices.models.runtime import Model
-from palpate.protocols.model_card import Port
+from palpate.signals.models.card import Port
+from palpate.signals.models.errors import ModelInputError
+from palpate.signals.models.fastest import fastest
+from palpate.signals.models.runtime import Model
 
 Array = NDArray[np.float64]
 

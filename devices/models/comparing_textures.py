@@ -7,9 +7,9 @@ from collections.abc import Sequence
 import numpy as np
 from numpy.typing import NDArray
 
-from palpate.devices.models.errors import ModelInputError
-from palpate.devices.models.runtime import Model
-from palpate.protocols.model_card import Texture
+from palpate.signals.models.card import Texture
+from palpate.signals.models.errors import ModelInputError
+from palpate.signals.models.runtime import Model
 
 Array = NDArray[np.float64]
 

@@ -7,11 +7,11 @@ from collections.abc import Iterator
 from dataclasses import dataclass
 from pathlib import Path
 
-from palpate.devices.models.errors import ModelFileError
-from palpate.devices.models.file import CARD_SUFFIX, CODE, read_card
-from palpate.devices.models.tensors import require_size, weights_file
 from palpate.protocols.did_you_mean import nearest
-from palpate.protocols.model_card import Card
+from palpate.signals.models.card import Card
+from palpate.signals.models.errors import ModelFileError
+from palpate.signals.models.file import CARD_SUFFIX, CODE, read_card
+from palpate.signals.models.tensors import require_size, weights_file
 
 SHIPPED = Path(__file__).resolve().parents[1] / "door" / "made"
 TEXTURES = Path(__file__).resolve().parents[1] / "render" / "made"

@@ -8,9 +8,9 @@ from pathlib import Path
 import numpy as np
 from numpy.typing import NDArray
 
-from palpate.devices.models.errors import ModelInputError
 from palpate.protocols.did_you_mean import nearest
-from palpate.protocols.model_card import Port
+from palpate.signals.models.card import Port
+from palpate.signals.models.errors import ModelInputError
 
 Array = NDArray[np.float64]
 
@@ -24,10 +24,10 @@ def profile_of(path: Path, recording: bool, zero: bool) -> Array:
 
     Raises DoorDataError naming file and line.
     """
-    from palpate.devices.door.grid import DoorDataError
-    from palpate.devices.door.profiles import normalise
     from palpate.devices.door.recording import read_columns
     from palpate.devices.door.twin import HEADER, read_profile
+    from palpate.signals.doors.grid import DoorDataError
+    from palpate.signals.doors.profiles import normalise
 
     if not recording:
         try:

@@ -4,9 +4,8 @@ from __future__ import annotations
 
 from collections.abc import Mapping
 
-from palpate.devices.models.form import Values
-from palpate.protocols.model_card import Step
-from palpate.protocols.signal_steps import (
+from palpate.signals.models.card import Step
+from palpate.signals.models.card_steps import (
     Add,
     Attention,
     Autoregression,
@@ -20,6 +19,7 @@ from palpate.protocols.signal_steps import (
     Recall,
     Turn,
 )
+from palpate.signals.models.form import Values
 
 
 def signal_step(step: Step, tensors: Mapping[str, Values]) -> str:

@@ -8,9 +8,9 @@ from typing import Any
 
 from palpate.devices.models.comparing import Apart
 from palpate.devices.models.finding import Listed
-from palpate.devices.models.runtime import Model
 from palpate.devices.models.words import direction, size_words
-from palpate.protocols.model_card import Card, Port
+from palpate.signals.models.card import Card, Port
+from palpate.signals.models.runtime import Model
 
 ERRORS = ("mae", "loop_fresh", "loop_judge", "waveform_mae")
 """The metrics that stand for a model in the list, the first that there is."""

@@ -6,9 +6,9 @@ from collections.abc import Callable, Iterator, Mapping, Sequence
 from textwrap import wrap
 from typing import Any
 
-from palpate.devices.models.form import Values
 from palpate.devices.models.signal_words import signal_step
-from palpate.protocols.model_card import Card, Conv, Dense, Forest, Kernel, Mean, Nearest, Port, Residual, Step, Texture
+from palpate.signals.models.card import Card, Conv, Dense, Forest, Kernel, Mean, Nearest, Port, Residual, Step, Texture
+from palpate.signals.models.form import Values
 
 KINDS = {
     "force_profile": "a force profile", "ratings": "ratings", "texture_window": "a texture's last samples",

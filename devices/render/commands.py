@@ -16,7 +16,7 @@ from palpate.devices.window.options import size_px
 
 if TYPE_CHECKING:
     from palpate.devices.render.headless import Played
-    from palpate.devices.render.job import Sounds
+    from palpate.signals.textures.sounds import Sounds
 
 
 @click.command()
@@ -71,7 +71,7 @@ def render(
                       language, screen, windowed)  # fmt: skip
         import_module("palpate.devices.render.window.open").run_window(asked)
         return
-    from palpate.devices.render.job import Sounds
+    from palpate.signals.textures.sounds import Sounds
 
     played = _played(
         Sounds(card, seed, not mean, accept_missed), hand, seconds, out, paced, (rig_file, ahead, real_time)

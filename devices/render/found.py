@@ -5,8 +5,8 @@ from __future__ import annotations
 from collections.abc import Iterator
 from pathlib import Path
 
-from palpate.devices.render.errors import RenderError
 from palpate.protocols.did_you_mean import nearest
+from palpate.signals.textures.sounds import RenderError
 
 SHIPPED = Path(__file__).resolve().parent / "made"
 FOLDER = "models"

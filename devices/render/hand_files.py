@@ -12,7 +12,6 @@ from pathlib import Path
 import numpy as np
 from numpy.typing import NDArray
 
-from palpate.devices.render.errors import RenderError
 from palpate.devices.render.hands import RATE_HZ, Scripted
 from palpate.devices.signals import DeviceFault
 from palpate.devices.tablet.pipeline import Shape, Stylus
@@ -20,6 +19,7 @@ from palpate.devices.tablet.recorded import COLUMNS as REPORTED
 from palpate.devices.tablet.recorded import read_reports
 from palpate.devices.tablet.reports import REFUSED, Guard, Report
 from palpate.protocols.wording import count, some
+from palpate.signals.textures.sounds import RenderError
 
 Array = NDArray[np.float64]
 FELT = ("t_s", "speed_mm_s", "force_N")

@@ -10,10 +10,10 @@ from pathlib import Path
 import numpy as np
 from numpy.typing import NDArray
 
-from palpate.devices.render.errors import RenderError
 from palpate.devices.render.hands import Scripted
 from palpate.devices.surfaces.hand import FreeHand, Motion, free_hand
 from palpate.devices.tablet.device import Settings, make
+from palpate.signals.textures.sounds import RenderError
 
 Array = NDArray[np.float64]
 PIECE = 256

@@ -7,10 +7,10 @@ from collections.abc import Callable, Sequence
 from dataclasses import dataclass, field
 from typing import Protocol
 
-from palpate.devices.render.errors import RenderError
 from palpate.devices.tablet.device import Tablet
 from palpate.devices.tablet.pipeline import Shape, Stylus
 from palpate.devices.tablet.reports import Guard, Report
+from palpate.signals.textures.sounds import RenderError
 
 RATE_HZ = 1000
 

@@ -12,16 +12,16 @@ import numpy as np
 from numpy.typing import NDArray
 
 from palpate.devices.render.deadlines import Deadlines
-from palpate.devices.render.errors import RenderError
 from palpate.devices.render.hand_files import read_hand
 from palpate.devices.render.hand_simulated import simulated_hand
 from palpate.devices.render.hands import RATE_HZ, Scripted
-from palpate.devices.render.job import Job, Sounds
+from palpate.devices.render.job import Job
 from palpate.devices.render.opened import told
 from palpate.devices.render.process import Rendering
-from palpate.devices.render.voice import opened_voice
 from palpate.protocols.files import open_bytes
 from palpate.protocols.wording import count
+from palpate.signals.textures.sounds import RenderError, Sounds
+from palpate.signals.textures.voice import opened_voice
 
 Array = NDArray[np.float64]
 SIMULATED = "simulated"

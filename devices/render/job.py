@@ -8,17 +8,7 @@ from pathlib import Path
 from palpate.devices.render.hands import Scripted
 from palpate.devices.tablet.pipeline import Shape
 from palpate.devices.tablet.reports import Report
-
-
-@dataclass(frozen=True)
-class Sounds:
-    """A texture to be played: its model's card, the seed, whether a conditional scale is sampled, and whether a model
-    that missed an aim of its training is played all the same."""
-
-    card: Path
-    seed: int = 0
-    sampled: bool = True
-    accept_missed: bool = False
+from palpate.signals.textures.sounds import Sounds
 
 
 @dataclass(frozen=True)

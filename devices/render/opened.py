@@ -11,18 +11,18 @@ from typing import Any
 
 from palpate.devices.actuator.device import VoiceCoil, make
 from palpate.devices.actuator.settings import Settings
-from palpate.devices.render.errors import RenderError
 from palpate.devices.render.hands import Hand, OnTablet, Pushed, Scripted
-from palpate.devices.render.job import Job, Sounds
+from palpate.devices.render.job import Job
 from palpate.devices.render.loop import Loop
 from palpate.devices.render.pace import AtOnce, Pace, Wall
 from palpate.devices.render.sinks import MOST_AHEAD, Coil, on_coil
 from palpate.devices.render.stages import Renderer
 from palpate.devices.render.trace import Trace
-from palpate.devices.render.voice import Voice, opened_voice
 from palpate.devices.rig.file import read_rig
 from palpate.devices.rig.opened import open_rig
 from palpate.devices.tablet.device import Tablet
+from palpate.signals.textures.sounds import RenderError, Sounds
+from palpate.signals.textures.voice import Voice, opened_voice
 
 NEED = "texture_renderer"
 WARM_MS = 50

@@ -16,9 +16,8 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
-from palpate.devices.render.errors import RenderError
 from palpate.devices.render.hands import Pushed
-from palpate.devices.render.job import Ask, End, Job, Reports, Sounds, Switch, Volume
+from palpate.devices.render.job import Ask, End, Job, Reports, Switch, Volume
 from palpate.devices.render.loop import NEVER
 from palpate.devices.render.opened import Playing, playing, sounding
 from palpate.devices.render.outside import outside
@@ -26,6 +25,7 @@ from palpate.devices.render.priority import by_itself, in_front, undisturbed
 from palpate.devices.render.trace import BYTES, Trace
 from palpate.devices.signals import DeviceFault
 from palpate.devices.tablet.reports import Report
+from palpate.signals.textures.sounds import RenderError, Sounds
 
 READY_S, ANSWER_S, GONE_S = 60.0, 10.0, 5.0
 ONE_THREAD = ("OMP_NUM_THREADS", "OPENBLAS_NUM_THREADS", "MKL_NUM_THREADS")

@@ -10,8 +10,8 @@ import numpy as np
 
 from palpate.devices.actuator.device import VoiceCoil
 from palpate.devices.actuator.outputs import Felt
-from palpate.devices.render.errors import RenderError
 from palpate.protocols.shell_command import shell_command
+from palpate.signals.textures.sounds import RenderError
 
 WHEN_LATE = "the last sample, dying away with a time constant of 2 ms"
 """What devices/actuator/queue.py plays where a sample is missing."""

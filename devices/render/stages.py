@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import math
 
-from palpate.devices.render.voice import Voice
+from palpate.signals.textures.voice import Voice
 
 CROSS_MS = 20
 MOST_CHANGE = 1 / CROSS_MS

@@ -11,11 +11,11 @@ import numpy as np
 from numpy.typing import NDArray
 from scipy.signal import lfilter
 
-from palpate.devices.scene import GRAVITY_M_S2
 from palpate.devices.surfaces.body import LEAN, MODES, Mode, mode_filter, to_tool
 from palpate.devices.surfaces.contact import INTERNAL_HZ, THETA, Drive, Law, Ride, at_rest, ride
 from palpate.devices.surfaces.hand import Hand, Motion, Wave
 from palpate.devices.surfaces.tip import Ground
+from palpate.signals import GRAVITY_M_S2
 
 Numbers = NDArray[np.float64]
 BLOCKS, BLOCK = 64, 1000

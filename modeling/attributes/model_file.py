@@ -19,8 +19,8 @@ from palpate.modeling.attributes.material import Array, MaterialError, Pair, Tex
 from palpate.modeling.attributes.methods import Fitted, Method, predictions
 from palpate.modeling.files.replacing import NUMBERS, replace_model
 from palpate.protocols.canonical import NotCanonical, canonical, digest, json_text, parse
-from palpate.protocols.model_card import Interval, Weights, complaint
 from palpate.protocols.strict import Strict
+from palpate.signals.models.card import Interval, Weights, complaint
 
 FORMAT = "palpate-attributes/1"
 NAME = "texture-attributes"

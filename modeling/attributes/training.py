@@ -19,8 +19,8 @@ from palpate.modeling.attributes.methods import Fitted, Learning, Method
 from palpate.modeling.attributes.model_file import NAME, Kept, ModelFileError, read_card, write_model
 from palpate.modeling.doors.intervals import COVERAGE, half_widths, needed
 from palpate.modeling.training.run_card import run_card
-from palpate.protocols.model_card import Interval
 from palpate.protocols.wording import count
+from palpate.signals.models.card import Interval
 
 Report = Callable[[str], None]
 METRICS = ("mae", "rmse", "within_jnd", "coverage")

@@ -14,7 +14,7 @@ from palpate.modeling.doors.methods import Fitted
 from palpate.modeling.doors.preparing import WISH, furthest_N
 from palpate.modeling.doors.registry import Direction
 from palpate.modeling.doors.side import Runs
-from palpate.protocols.model_card import Port
+from palpate.signals.models.card import Port
 
 ENOUGH_S, LEAST, MOST = 0.3, 5, 400
 """Single answers are timed until this much has been timed, at least and at most so many."""

@@ -14,7 +14,7 @@ from palpate.modeling.doors.network_parts import Rescale
 from palpate.modeling.doors.networks import ATTRIBUTES, LATENT, ForceToPerception, PerceptionToForce
 from palpate.modeling.files.exported import Exported
 from palpate.modeling.layers import ResidualBlock
-from palpate.protocols.model_card import Activation, Affine, Conv, Dense, MaxPool, Reshape, Residual, Step, Upsample
+from palpate.signals.models.card import Activation, Affine, Conv, Dense, MaxPool, Reshape, Residual, Step, Upsample
 
 Pieces = Iterator[tuple[Step, Mapping[str, Tensor]]]
 

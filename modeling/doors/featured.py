@@ -10,7 +10,7 @@ from palpate.modeling.doors.data import Array
 from palpate.modeling.doors.methods import Learning
 from palpate.modeling.doors.preparing import Rows, checked_forces, furthest_N
 from palpate.modeling.doors.side import DoorSide
-from palpate.protocols.model_card import Affine, DoorFeatures, Step
+from palpate.signals.models.card import Affine, DoorFeatures, Step
 
 
 @dataclass(frozen=True)

@@ -10,7 +10,7 @@ from palpate.modeling.doors.methods import Learning, Method
 from palpate.modeling.doors.preparing import rows_of
 from palpate.modeling.files.exported import Exported
 from palpate.modeling.trees import Trees, trees_of
-from palpate.protocols import model_card
+from palpate.signals.models import card as model_card
 
 TREES = 100
 """300 are no better here (docs/reference/door-models.md)."""

@@ -14,7 +14,7 @@ from palpate.modeling.doors.featured import Featured, featured
 from palpate.modeling.doors.methods import Learning, Method
 from palpate.modeling.doors.preparing import on_one_thread, rows_of
 from palpate.modeling.files.exported import Exported
-from palpate.protocols.model_card import Affine, Kernel
+from palpate.signals.models.card import Affine, Kernel
 
 LENGTHS: Array = np.logspace(-1, 2, 31)
 """Lengths that are tried, in multiples of the square root of the number of features."""

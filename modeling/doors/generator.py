@@ -28,7 +28,7 @@ from palpate.modeling.doors.preparing import checked_wishes, on_one_thread, rows
 from palpate.modeling.doors.scaling import TOP
 from palpate.modeling.doors.side import DoorSide
 from palpate.modeling.files.exported import Exported
-from palpate.protocols.model_card import Activation, Affine, Clip, Dense, Playable
+from palpate.signals.models.card import Activation, Affine, Clip, Dense, Playable
 
 STRAY = 0.3
 """SD by which half of the generator's own codes are moved before they are rated: the student sees around them."""

@@ -15,7 +15,7 @@ from numpy.typing import NDArray
 
 from palpate.modeling.doors.data import Array, ModelDataError
 from palpate.modeling.doors.methods import as_rows
-from palpate.protocols.model_card import Interval
+from palpate.signals.models.card import Interval
 
 COVERAGE = 0.9
 LEAST_SD = 0.1

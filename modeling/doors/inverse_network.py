@@ -24,7 +24,7 @@ from palpate.modeling.training.loop import Trained, train
 from palpate.modeling.training.seeding import seeded, training_state
 from palpate.modeling.training.settings import Settings
 from palpate.modeling.training.sources import Pairs, pairs
-from palpate.protocols.model_card import Affine, Playable
+from palpate.signals.models.card import Affine, Playable
 
 SETTINGS = Settings(
     epochs=200, batch=8, learning_rate=1e-4, least_rate=1e-6, plateau_patience=None, stop_patience=6, every_epochs=10

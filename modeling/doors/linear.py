@@ -11,7 +11,7 @@ from palpate.modeling.doors.data import Array, Indices
 from palpate.modeling.doors.preparing import inner_folds
 from palpate.modeling.files.exported import Exported
 from palpate.modeling.linear_path import PENALTIES, Path, inner_errors, path_of
-from palpate.protocols.model_card import Dense
+from palpate.signals.models.card import Dense
 
 __all__ = ["PENALTIES", "Linear", "Path", "best_penalty", "path_of"]
 

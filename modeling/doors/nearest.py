@@ -10,7 +10,7 @@ from palpate.modeling.doors.data import Array
 from palpate.modeling.doors.methods import Learning, Method
 from palpate.modeling.doors.preparing import checked_wishes, rows_of
 from palpate.modeling.files.exported import Exported
-from palpate.protocols import model_card
+from palpate.signals.models import card as model_card
 
 
 @dataclass(frozen=True)

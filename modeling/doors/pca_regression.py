@@ -15,7 +15,7 @@ from palpate.modeling.doors.methods import Learning, Method
 from palpate.modeling.doors.preparing import Rows, checked_wishes, inner_folds, on_one_thread, rows_of
 from palpate.modeling.doors.side import DoorSide
 from palpate.modeling.files.exported import Exported
-from palpate.protocols.model_card import Playable
+from palpate.signals.models.card import Playable
 
 COMPONENTS = (1, 2, 3, 4, 5, 6, 7, 10, 15, 20)
 

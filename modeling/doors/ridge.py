@@ -10,7 +10,7 @@ from palpate.modeling.doors.linear import best_penalty, path_of
 from palpate.modeling.doors.methods import Learning, Method
 from palpate.modeling.doors.preparing import on_one_thread, rows_of
 from palpate.modeling.files.exported import Exported
-from palpate.protocols.model_card import Dense
+from palpate.signals.models.card import Dense
 
 
 @dataclass(frozen=True)

@@ -8,7 +8,7 @@ from typing import Any
 
 from numpy.typing import NDArray
 
-from palpate.protocols.model_card import Step
+from palpate.signals.models.card import Step
 
 
 @dataclass(frozen=True)

@@ -18,7 +18,7 @@ from safetensors import numpy as numbers
 from palpate.modeling.files.exported import Exported
 from palpate.modeling.files.replacing import NUMBERS, ModelWritingError, replace_model
 from palpate.protocols.canonical import NotCanonical, canonical
-from palpate.protocols.model_card import Card, Interval, Port, Texture, Weights, complaint, tensors_named
+from palpate.signals.models.card import Card, Interval, Port, Texture, Weights, complaint, tensors_named
 
 NAME = re.compile(r"[A-Za-z0-9][A-Za-z0-9_.-]{0,63}")
 KINDS = ("float16", "float32", "float64", "int32", "int64")

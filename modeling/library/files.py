@@ -10,7 +10,7 @@ from pydantic import ValidationError
 from palpate.modeling.library.entries import FORMAT, Library, LibraryError
 from palpate.modeling.library.writing import write_whole
 from palpate.protocols.canonical import digest, parse
-from palpate.protocols.model_card import complaint
+from palpate.signals.models.card import complaint
 
 FOLDER, INDEX = "library", "index.json"
 AGAIN = "`palpate textures index` makes it anew from the lab's ratings and recordings."

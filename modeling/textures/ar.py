@@ -10,15 +10,15 @@ import numpy as np
 from scipy.cluster.hierarchy import fcluster, ward
 
 from palpate.modeling.files.exported import Exported
-from palpate.modeling.textures.ar_filters import burg, damped_within, expanded, filters_of, frequencies_of, power_gain
 from palpate.modeling.textures.ar_levels import levelled
 from palpate.modeling.textures.ar_places import PER, Mesh, meshed
 from palpate.modeling.textures.ar_segments import Stretch, segmented
 from palpate.modeling.textures.methods import Learning, Method
 from palpate.modeling.textures.recording import CHANNELS, Array, TextureDataError
-from palpate.protocols.model_card import Affine, Reshape
-from palpate.protocols.signal_steps import Autoregression
 from palpate.protocols.wording import count
+from palpate.signals.linear_prediction import burg, damped_within, expanded, filters_of, frequencies_of, power_gain
+from palpate.signals.models.card import Affine, Reshape
+from palpate.signals.models.card_steps import Autoregression
 
 WINDOW = 30
 RADIUS = 0.998

@@ -24,8 +24,8 @@ from palpate.modeling.textures.recording import TextureDataError
 from palpate.modeling.textures.shapes import shaped
 from palpate.modeling.training.clipping import clipped
 from palpate.modeling.training.settings import Settings
-from palpate.protocols.model_card import Activation
-from palpate.protocols.signal_steps import Add, Join, Keep, Lstm, Part, Recall
+from palpate.signals.models.card import Activation
+from palpate.signals.models.card_steps import Add, Join, Keep, Lstm, Part, Recall
 
 WINDOW = 40
 CHANNELS, HIDDEN, UNITS = 32, 32, 64

@@ -24,8 +24,8 @@ from palpate.modeling.textures.matching import Matched
 from palpate.modeling.textures.recording import Scale, TextureDataError
 from palpate.modeling.textures.spectral_features import MelBlock, WaveletBlock
 from palpate.modeling.training.asked import answers_of
-from palpate.protocols.model_card import Activation, Affine, Conv, Dense, Reshape, Step
-from palpate.protocols.signal_steps import Add, Attention, Cartesian, Join, Keep, Norm, Part, Polar, Recall
+from palpate.signals.models.card import Activation, Affine, Conv, Dense, Reshape, Step
+from palpate.signals.models.card_steps import Add, Attention, Cartesian, Join, Keep, Norm, Part, Polar, Recall
 
 Pieces = Iterator[tuple[Step, Mapping[str, Tensor]]]
 """Steps, each with the tensors that it names."""

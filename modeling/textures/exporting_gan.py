@@ -9,8 +9,8 @@ from palpate.modeling.textures.exporting_foten import Pieces, pieces
 from palpate.modeling.textures.exporting_informer import attended  # noqa: F401 - convolutions are registered there
 from palpate.modeling.textures.gan_networks import BOUND, CHANNELS, NOISE, Generator
 from palpate.modeling.textures.gan_scale import SpectraScale
-from palpate.protocols.model_card import Activation, Affine, Reshape, Step, Upsample
-from palpate.protocols.signal_steps import Turn
+from palpate.signals.models.card import Activation, Affine, Reshape, Step, Upsample
+from palpate.signals.models.card_steps import Turn
 
 
 def exported_generator(network: Generator, scale: SpectraScale) -> Exported:

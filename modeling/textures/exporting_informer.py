@@ -10,8 +10,8 @@ from torch import nn
 from palpate.modeling.textures.exporting_foten import Pieces, each_place, pieces
 from palpate.modeling.textures.informer_layers import Attended, Distilled, Embedded, Forward, ProbSparse
 from palpate.modeling.textures.recording import TextureDataError
-from palpate.protocols.model_card import Activation, Affine, Conv, MaxPool
-from palpate.protocols.signal_steps import Add, Attention, Keep
+from palpate.signals.models.card import Activation, Affine, Conv, MaxPool
+from palpate.signals.models.card_steps import Add, Attention, Keep
 
 
 def attending(layer: ProbSparse, name: str, memory: str | None = None) -> Pieces:

@@ -21,8 +21,8 @@ from palpate.modeling.textures.methods import Learning, Method
 from palpate.modeling.textures.recording import RATE_HZ, Array
 from palpate.modeling.textures.shapes import shaped
 from palpate.modeling.training.settings import Settings
-from palpate.protocols.model_card import Activation, Reshape
-from palpate.protocols.signal_steps import Add, Join, Keep, Part, Recall
+from palpate.signals.models.card import Activation, Reshape
+from palpate.signals.models.card_steps import Add, Join, Keep, Part, Recall
 
 WINDOW = 30
 BORDERS_HZ = (100.0, 250.0)

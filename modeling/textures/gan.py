@@ -7,7 +7,7 @@ so that a block is 56 samples too; log magnitudes; small convolutions along freq
 1 kHz; the losses of modeling/training/adversarial.py; the weights of the epoch whose spectrograms for held-out speeds
 and forces lie nearest to the real ones (energy distance); each bin's mean power made that of the training part. The
 paper finds phases by iterations that need the whole signal (Griffin and Lim 1984); the renderer draws them
-(devices/render/block_voice.py).
+(signals/textures/block_voice.py).
 """
 
 from __future__ import annotations

@@ -24,8 +24,8 @@ from palpate.modeling.textures.methods import Learning, Method
 from palpate.modeling.textures.recording import TextureDataError
 from palpate.modeling.textures.shapes import shaped
 from palpate.modeling.training.settings import Settings
-from palpate.protocols.model_card import Reshape
-from palpate.protocols.signal_steps import Keep, Part, Recall
+from palpate.signals.models.card import Reshape
+from palpate.signals.models.card_steps import Keep, Part, Recall
 
 WINDOW = 10
 WIDTH, HEADS, HIDDEN = 64, 4, 128

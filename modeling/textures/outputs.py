@@ -15,7 +15,7 @@ from palpate.modeling.textures.methods import Fitted, Method
 from palpate.modeling.textures.recording import RATE_HZ, Array, Parts, Recording, TextureDataError
 from palpate.modeling.textures.side import TextureSide
 from palpate.modeling.textures.windows import samples_of
-from palpate.protocols.model_card import Port, Texture
+from palpate.signals.models.card import Port, Texture
 
 START_SPEED_MM_S, START_FORCE_N = 45.0, 0.8
 """What hands begin with (thesis 4.5.1; 45 m/s there is a misprint)."""

@@ -76,7 +76,7 @@ def _write(fit: Fit, fitted: Done, played: Done, context: Context, folder: Path)
 
     from palpate.modeling.files.exported import Exported
     from palpate.modeling.files.writing import write_model
-    from palpate.protocols.model_card import Card
+    from palpate.signals.models.card import Card
 
     if fitted.card is None:
         raise TextureDataError(f"{fit.name}: there is no file of it.")

@@ -9,13 +9,13 @@ import numpy as np
 import pytest
 
 from palpate.devices.door.designer import Designer, designer_for, smoothed
-from palpate.devices.door.grid import DoorDataError
-from palpate.devices.door.playable import LIMIT_N, STEEPEST_N_DEG
-from palpate.devices.models.errors import ModelFileError
-from palpate.devices.models.file import read_model
 from palpate.modeling.files.exported import Exported
 from palpate.modeling.files.writing import write_model
-from palpate.protocols.model_card import Affine, Clip, Dense, Playable, Port
+from palpate.signals.doors.grid import DoorDataError
+from palpate.signals.doors.playable import LIMIT_N, STEEPEST_N_DEG
+from palpate.signals.models.card import Affine, Clip, Dense, Playable, Port
+from palpate.signals.models.errors import ModelFileError
+from palpate.signals.models.file import read_model
 
 NAMES, ANTONYMS = ("Light", "Soft"), ("Heavy", "Hard")
 ANGLE = np.arange(621) / 10

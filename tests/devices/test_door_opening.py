@@ -7,9 +7,9 @@ import pytest
 from click.testing import CliRunner
 
 from palpate.devices.door.commands import doors
-from palpate.devices.door.grid import DoorDataError
 from palpate.devices.door.opening import RATE_HZ, opened_once
 from palpate.devices.door.twin import read_profile
+from palpate.signals.doors.grid import DoorDataError
 from palpate.studies.catalogue import SHIPPED
 
 CARS = ("BC3", "FORD", "G90", "K3", "K8", "MQ4")

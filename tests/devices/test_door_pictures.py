@@ -9,8 +9,8 @@ from click.testing import CliRunner
 
 from palpate.devices.door.commands import doors
 from palpate.devices.door.draw import feature_rows, opening_rows
-from palpate.devices.door.grid import DoorDataError
 from palpate.devices.picture import PictureError
+from palpate.signals.doors.grid import DoorDataError
 
 STUDY = Path("studies/door_ratings")
 

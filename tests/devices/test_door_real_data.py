@@ -8,12 +8,12 @@ import numpy as np
 import pytest
 from click.testing import CliRunner
 
-from palpate.analysis.aligning.hinge import fit_hinge
 from palpate.devices.door.commands import doors
-from palpate.devices.door.grid import POINTS, DoorDataError
-from palpate.devices.door.profiles import normalise
 from palpate.devices.door.recording import read_columns
 from palpate.devices.door.twin import read_profile
+from palpate.signals.aligning.hinge import fit_hinge
+from palpate.signals.doors.grid import POINTS, DoorDataError
+from palpate.signals.doors.profiles import normalise
 
 DATA = Path(__file__).parent / "pr2_data"
 RADIUS_M = {"ikea_cabinet_log": 0.301, "ikea_cabinet_2": 0.309, "lab_cabinet_log": 0.380}

@@ -7,12 +7,12 @@ import pickle
 import numpy as np
 import pytest
 
-from palpate.devices.door.features import describe
-from palpate.devices.door.grid import DoorDataError
-from palpate.devices.door.model_features import FEATURES
-from palpate.devices.door.playable import LIMIT_N, STEEPEST_N_DEG, bounded, hardest
 from palpate.devices.door.side import DoorSide
-from tests.devices.models.cards import feeling
+from palpate.signals.doors.features import describe
+from palpate.signals.doors.grid import DoorDataError
+from palpate.signals.doors.model_features import FEATURES
+from palpate.signals.doors.playable import LIMIT_N, STEEPEST_N_DEG, bounded, hardest
+from tests.signals.models.cards import feeling
 
 RANDOM = np.random.Generator(np.random.PCG64(11))
 FORCE = np.clip(np.cumsum(RANDOM.normal(size=621)), -40, 40)

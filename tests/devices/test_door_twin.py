@@ -12,8 +12,8 @@ import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
-from palpate.devices.door.grid import POINTS, DoorDataError
 from palpate.devices.door.twin import open_door, read_profile
+from palpate.signals.doors.grid import POINTS, DoorDataError
 from tests.examples import examples
 
 STRAIGHT = tuple(index / 20 for index in range(POINTS))

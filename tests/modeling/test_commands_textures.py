@@ -4,9 +4,9 @@ import numpy as np
 import pytest
 from click.testing import CliRunner
 
-from palpate.devices.models.file import read_model
 from palpate.modeling.commands_textures import evaluate_textures, train_textures
 from palpate.modeling.textures.recording import TextureDataError
+from palpate.signals.models.file import read_model
 from palpate.studies.texture_side import RigTextures
 from tests.modeling.textures.made_up_recording import recording
 

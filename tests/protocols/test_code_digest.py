@@ -114,7 +114,7 @@ def test_a_partial_is_of_the_module_of_its_function():
             {"modules": ("palpate.studies.texture_side",), "registries": True},
             {
                 "palpate.devices.daq.force_torque",
-                "palpate.devices.models.native.library",
+                "palpate.signals.models.native.library",
                 "palpate.devices.surfaces.hand",
                 "palpate.protocols.keyed",
             },
@@ -123,7 +123,7 @@ def test_a_partial_is_of_the_module_of_its_function():
         (
             {"modules": ("palpate.modeling.doors.evaluating_run", "palpate.devices.door.side"), "registries": True},
             {
-                "palpate.devices.door.features",
+                "palpate.signals.doors.features",
                 "palpate.modeling.doors.ridge",
                 "palpate.modeling.training.loop",
                 "palpate.analysis.statistics",

@@ -25,8 +25,8 @@ def column(found, name):
 
 def expected():
     """attribute -> column (or intercept) -> weight."""
-    from palpate.devices.models.file import read_card
     from palpate.devices.models.finding import SHIPPED as MODELS
+    from palpate.signals.models.file import read_card
 
     ratings, matching = study("door_ratings"), study("door_matching")
     low, high = read_card(MODELS / "door-force.json").takes.scale

@@ -9,7 +9,7 @@ from pathlib import Path
 import numpy as np
 from safetensors.numpy import save
 
-from palpate.protocols.model_card import Card, Dense, Port, Texture, Weights
+from palpate.signals.models.card import Card, Dense, Port, Texture, Weights
 from palpate.studies.played_textures import read_felt
 from tools.similarity_table import FOLDER, TEXTURES
 

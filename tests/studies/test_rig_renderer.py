@@ -4,12 +4,12 @@ from dataclasses import dataclass, field, replace
 
 import pytest
 
-from palpate.devices.render.errors import RenderError
 from palpate.devices.rig.file import read_rig
 from palpate.devices.rig.opened import open_rig
 from palpate.devices.signals import DeviceError
 from palpate.protocols.plan import compile_plan
 from palpate.protocols.requests import Aside, Ask, Fault, Present, Reply
+from palpate.signals.textures.sounds import RenderError
 from palpate.studies.catalogue import Found
 from palpate.studies.errors import RigError
 from palpate.studies.hardware import Hardware

@@ -23,7 +23,7 @@ BY_THE_WALL_CLOCK = {
 
 def test_nothing_of_a_session_is_timed_by_the_wall_clock():
     asks = re.compile(r"\btime\.time\b|\btime\.time_ns\b|datetime\.now|\bdate\.today|utcnow|CLOCK_REALTIME")
-    files = [path for room in ("protocols", "devices", "studies") for path in (ROOT / room).rglob("*.py")]
+    files = [path for room in ("protocols", "signals", "devices", "studies") for path in (ROOT / room).rglob("*.py")]
     found = {path.relative_to(ROOT).as_posix() for path in files if asks.search(path.read_text("utf-8"))}
     assert found == set(BY_THE_WALL_CLOCK)
 

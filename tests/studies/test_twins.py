@@ -7,10 +7,10 @@ from types import SimpleNamespace
 import numpy as np
 import pytest
 
-from palpate.devices.door.grid import DoorDataError
 from palpate.devices.door.making import Doors, maker_for
 from palpate.protocols.canonical import canonical, parse
 from palpate.protocols.requests import Aside, Present, Reply, Rest, Sense
+from palpate.signals.doors.grid import DoorDataError
 from palpate.studies.errors import RigError
 from palpate.studies.made_doors import PresentsMade, made_doors
 from palpate.studies.profiles import Profiles

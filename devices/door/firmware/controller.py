@@ -15,11 +15,11 @@ from palpate.devices.door.firmware.limits import Limits
 from palpate.devices.door.firmware.memory import Memory
 from palpate.devices.door.firmware.plant import Plant
 from palpate.devices.door.firmware.watch import Found, Watch
-from palpate.devices.door.grid import MAX_ANGLE_DEG, POINTS
 from palpate.devices.door.link import messages as says
 from palpate.devices.door.link.codes import FOLLOWS_FROM, HEARTBEAT_MS, MAGIC, RATES_HZ, VERSION, Fault, Reason, State
 from palpate.devices.door.link.frames import Frame, Parser
 from palpate.devices.door.plant.machine import Tick
+from palpate.signals.doors.grid import MAX_ANGLE_DEG, POINTS
 
 FIRMWARE = FOLLOWS_FROM
 BOOT_MS = 20

@@ -7,9 +7,9 @@ from dataclasses import dataclass, field
 from itertools import pairwise
 
 from palpate.devices.door.firmware.limits import Limits
-from palpate.devices.door.grid import MAX_ANGLE_DEG, POINTS, POINTS_PER_DEG
 from palpate.devices.door.link.codes import CHUNK_POINTS, Reason
 from palpate.devices.door.link.messages import Part, Profile, ReadBack, UploadBegin, UploadChunk, UploadEnd, profile_crc
+from palpate.signals.doors.grid import MAX_ANGLE_DEG, POINTS, POINTS_PER_DEG
 
 
 @dataclass

@@ -7,10 +7,10 @@ from collections.abc import Callable, Sequence
 from dataclasses import replace
 from random import Random
 
-from palpate.devices.door.grid import MAX_ANGLE_DEG
 from palpate.devices.door.plant.hand import NOBODY, Hand, minimum_jerk
 from palpate.devices.door.plant.machine import Machine, Mode, Tick
 from palpate.devices.door.plant.parameters import DEFAULT
+from palpate.signals.doors.grid import MAX_ANGLE_DEG
 
 STIFFNESS_NM_RAD, DAMPING_NM_S_RAD, GRIP_NM = 600.0, 20.0, 250.0
 BEYOND_RAD = math.radians(4)

@@ -9,10 +9,10 @@ from typing import Annotated
 
 from pydantic import Field
 
-from palpate.devices.door.grid import POINTS, POINTS_PER_DEG, grid_angle_deg, motion_end
 from palpate.devices.door.link.messages import Profile
 from palpate.devices.rig.settings import Strict
 from palpate.devices.signals import DeviceError
+from palpate.signals.doors.grid import POINTS, POINTS_PER_DEG, grid_angle_deg, motion_end
 
 LEAST_OPENING_DEG = 5.0
 HANDLE_RADIUS_M = 0.9

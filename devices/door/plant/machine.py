@@ -6,13 +6,13 @@ from collections.abc import Sequence
 from dataclasses import dataclass
 from typing import Literal
 
-from palpate.devices.door.grid import POINTS
 from palpate.devices.door.plant.control import Asked, Cascade
 from palpate.devices.door.plant.dynamics import Dynamics
 from palpate.devices.door.plant.hand import Hand, human
 from palpate.devices.door.plant.parameters import DEFAULT, TICK_S, Parameters
 from palpate.devices.door.plant.rendering import STEP_RAD, Passage, Rendered
 from palpate.devices.door.plant.sensing import Sensing
+from palpate.signals.doors.grid import POINTS
 
 Mode = Literal["off", "hold", "play"]
 TICK_US = round(TICK_S * 1e6)

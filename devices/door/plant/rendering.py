@@ -5,8 +5,8 @@ from __future__ import annotations
 import math
 from collections.abc import Sequence
 
-from palpate.devices.door.grid import MAX_ANGLE_DEG, POINTS
 from palpate.devices.door.plant.parameters import PlantError
+from palpate.signals.doors.grid import MAX_ANGLE_DEG, POINTS
 
 STEP_RAD = math.radians(MAX_ANGLE_DEG) / (POINTS - 1)
 PASSAGE_TICKS = 50

@@ -9,9 +9,6 @@ from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
 from palpate.devices.author.typeset import LABEL_STEPS, SMALL_STEPS, TITLE_STEPS, WORD_STEPS, Typesetter
-from palpate.devices.models.errors import ModelFileError
-from palpate.devices.models.file import read_card
-from palpate.devices.render.range import FASTEST_MM_S, FIRMEST_N
 from palpate.devices.render.window.choice import FIRMEST_N as FIRMEST_PRESS_N
 from palpate.devices.render.window.choice import LIGHTEST_N, Choice, Models, in_view
 from palpate.devices.render.window.elements import DECIBELS, HERTZ, Gauge, Spectrum, Touched, Wave
@@ -24,7 +21,10 @@ from palpate.devices.window.paint import ALERT, QUIET
 from palpate.devices.window.screen import Page
 from palpate.devices.window.screens.elements import Card, Element, Label, rounding
 from palpate.devices.window.screens.targets import Button, Track
-from palpate.protocols.model_card import Card as ModelCard
+from palpate.signals.models.card import Card as ModelCard
+from palpate.signals.models.errors import ModelFileError
+from palpate.signals.models.file import read_card
+from palpate.signals.textures.range import FASTEST_MM_S, FIRMEST_N
 
 if TYPE_CHECKING:
     from PIL import Image

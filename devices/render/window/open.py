@@ -10,7 +10,7 @@ from typing import TYPE_CHECKING, Any
 
 from palpate.devices.render.asked import Asked
 from palpate.devices.render.found import available
-from palpate.devices.render.job import Job, Sounds
+from palpate.devices.render.job import Job
 from palpate.devices.render.opened import NEED
 from palpate.devices.render.process import Rendering
 from palpate.devices.render.window.board import Board
@@ -22,6 +22,7 @@ from palpate.devices.tablet.pyglet_window import PygletTablet
 from palpate.devices.tablet.reports import Report
 from palpate.devices.window.at_hand import NEVER, calibration_at_hand
 from palpate.devices.window.calibration import Calibration
+from palpate.signals.textures.sounds import Sounds
 
 if TYPE_CHECKING:
     from palpate.devices.render.window.room import Plays, Room

@@ -7,7 +7,7 @@ from pathlib import Path
 from typing import TYPE_CHECKING
 
 from palpate.devices.window.geometry import WindowError
-from palpate.protocols.model_card import Card
+from palpate.signals.models.card import Card
 
 if TYPE_CHECKING:
     from PIL import Image

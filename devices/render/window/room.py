@@ -7,8 +7,6 @@ from dataclasses import dataclass, field, replace
 from pathlib import Path
 from typing import TYPE_CHECKING, Any, Protocol
 
-from palpate.devices.render.errors import RenderError
-from palpate.devices.render.job import Sounds
 from palpate.devices.render.trace import Trace
 from palpate.devices.render.window.board import Board, Told
 from palpate.devices.render.window.choice import Choice
@@ -20,6 +18,7 @@ from palpate.devices.tablet.reports import Report
 from palpate.devices.window.loop import Scene
 from palpate.devices.window.screen import Page
 from palpate.devices.window.shell import Shell
+from palpate.signals.textures.sounds import RenderError, Sounds
 
 if TYPE_CHECKING:
     from PIL import Image

@@ -14,13 +14,13 @@ import numpy as np
 import pytest
 from click.testing import CliRunner
 
-from palpate.analysis.aligning.refusals import AlignError
 from palpate.analysis.streams.commands import streams
 from palpate.analysis.streams.recorded import StreamError
 from palpate.devices.door.commands import doors
-from palpate.devices.door.profiles import normalise
 from palpate.devices.door.recording import read_columns
 from palpate.devices.door.twin import read_profile
+from palpate.signals.aligning.refusals import AlignError
+from palpate.signals.doors.profiles import normalise
 from palpate.studies.ledger import LedgerError
 from tests.analysis.streams.ledgers import DOOR, RECORDED, Written, block, chunks
 

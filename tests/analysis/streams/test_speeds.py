@@ -9,9 +9,9 @@ import numpy as np
 import pytest
 from click.testing import CliRunner
 
-from palpate.analysis.aligning.speed import slope
 from palpate.analysis.streams.commands import streams
 from palpate.analysis.streams.recorded import StreamError
+from palpate.signals.aligning.speed import slope
 from tests.analysis.streams.ledgers import Written, block, chunks, told
 
 TRUE_HZ, START_S, HZ, AMPLITUDE = 120.006, 20.0, 1.5, 40.0

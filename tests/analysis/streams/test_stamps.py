@@ -9,11 +9,11 @@ import numpy as np
 import pytest
 from click.testing import CliRunner
 
-from palpate.analysis.aligning.stamps import stamps_of
 from palpate.analysis.streams.commands import streams
 from palpate.analysis.streams.reading import streams_of
 from palpate.analysis.streams.recorded import StreamError
 from palpate.protocols.clocks import fit_clock
+from palpate.signals.aligning.stamps import stamps_of
 from tests.analysis.streams.ledgers import Written, block, told
 
 XYZ = {"channels": ("x", "y", "z"), "units": ("mm",) * 3}

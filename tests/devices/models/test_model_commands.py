@@ -17,7 +17,7 @@ from palpate.devices.door.stimuli import profile_text
 from palpate.devices.door.twin import read_profile
 from palpate.devices.models import finding
 from palpate.devices.models.commands import models, predict
-from tests.devices.models.cards import FORCE, RATINGS, edited, feeling, saved, shape
+from tests.signals.models.cards import FORCE, RATINGS, edited, feeling, saved, shape
 
 RAMP = np.linspace(0, 30, 621)
 

@@ -11,10 +11,10 @@ from click.testing import CliRunner
 
 from palpate.devices.models import finding
 from palpate.devices.models.commands import models, predict
-from palpate.protocols.model_card import Affine, Dense, Port, Reshape, Texture
-from palpate.protocols.signal_steps import Attention, Autoregression, Join, Keep, Lstm, Norm, Part, Recall, Turn
-from tests.devices.models.cards import feeling, saved
-from tests.devices.models.make_hatt import FILE
+from palpate.signals.models.card import Affine, Dense, Port, Reshape, Texture
+from palpate.signals.models.card_steps import Attention, Autoregression, Join, Keep, Lstm, Norm, Part, Recall, Turn
+from tests.signals.models.cards import feeling, saved
+from tests.signals.models.make_hatt import FILE
 
 NEXT = Port(kind="acceleration", size=2, unit="m/s^2")
 

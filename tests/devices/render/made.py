@@ -4,8 +4,8 @@ from pathlib import Path
 
 import numpy as np
 
-from palpate.devices.models.runtime import Model
-from palpate.protocols.model_card import Card, Dense, Port, Texture, Weights
+from palpate.signals.models.card import Card, Dense, Port, Texture, Weights
+from palpate.signals.models.runtime import Model
 
 M = 8
 RMS = 1.0

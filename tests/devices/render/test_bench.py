@@ -4,9 +4,9 @@ import pytest
 from benchmarks.render.cases import Nothing, cases, stepped
 from benchmarks.render.extremes import run_extremes
 from benchmarks.render.model import measured_card, predictor
-from palpate.devices.models.fastest import fastest
-from palpate.devices.models.file import read_model
-from palpate.devices.render.voice import open_voice, play
+from palpate.signals.models.fastest import fastest
+from palpate.signals.models.file import read_model
+from palpate.signals.textures.voice import open_voice, play
 
 
 def test_the_bench_names_what_is_to_be_reached(tmp_path):

@@ -1,13 +1,13 @@
 import numpy as np
 import pytest
 
-from palpate.devices.render.errors import RenderError
 from palpate.devices.render.hand_files import read_hand
 from palpate.devices.render.hand_simulated import simulated_hand
 from palpate.devices.render.hands import OnTablet, Pushed, Scripted
 from palpate.devices.signals import DeviceError
 from palpate.devices.tablet.pipeline import Shape, Stylus
 from palpate.devices.tablet.reports import Report
+from palpate.signals.textures.sounds import RenderError
 
 
 def written(folder, text):

@@ -5,14 +5,14 @@ import pytest
 
 from palpate.devices.actuator.queue import DECAY
 from palpate.devices.render.deadlines import EDGES_US, Deadlines
-from palpate.devices.render.errors import RenderError
 from palpate.devices.render.hands import Scripted
 from palpate.devices.render.loop import Loop
 from palpate.devices.render.opened import twin_coil
 from palpate.devices.render.pace import AtOnce
 from palpate.devices.render.sinks import Coil, Kept, on_coil
 from palpate.devices.render.trace import ROOM, Trace
-from palpate.devices.render.voice import open_voice, play
+from palpate.signals.textures.sounds import RenderError
+from palpate.signals.textures.voice import open_voice, play
 from tests.devices.render.made import model
 
 MS = 1_000_000

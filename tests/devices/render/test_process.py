@@ -10,12 +10,12 @@ from pathlib import Path
 import numpy as np
 import pytest
 
-from palpate.devices.render.errors import RenderError
 from palpate.devices.render.hands import Scripted
-from palpate.devices.render.job import Job, Sounds
+from palpate.devices.render.job import Job
 from palpate.devices.render.priority import in_front, undisturbed
 from palpate.devices.render.process import Rendering
-from palpate.devices.render.voice import open_voice, play
+from palpate.signals.textures.sounds import RenderError, Sounds
+from palpate.signals.textures.voice import open_voice, play
 from tests.devices.render.made import model, write
 
 HAND = Scripted([100.0] * 400, [1.0] * 400)

@@ -5,7 +5,7 @@ import pytest
 from click.testing import CliRunner
 
 from palpate.devices.render.commands import render
-from palpate.devices.render.voice import play
+from palpate.signals.textures.voice import play
 from tests.devices.render.made import model, write
 
 

@@ -6,9 +6,7 @@ import numpy as np
 import pytest
 from PIL import Image
 
-from palpate.devices.render.errors import RenderError
 from palpate.devices.render.found import available
-from palpate.devices.render.job import Sounds
 from palpate.devices.render.trace import Trace
 from palpate.devices.render.window.board import Board, Told
 from palpate.devices.render.window.choice import Choice, beside, in_view
@@ -25,6 +23,7 @@ from palpate.devices.window.geometry import Box, Metrics, WindowError, problems
 from palpate.devices.window.inputs import Key, Moved, Pressed, Released, Typed
 from palpate.devices.window.screen import Page
 from palpate.devices.window.texts import read_words
+from palpate.signals.textures.sounds import RenderError, Sounds
 from tests.devices.render.made import model, write
 from tests.devices.window.shells_for_tests import FakeShell
 

@@ -8,10 +8,10 @@ from PIL import Image
 
 from benchmarks.window.display import virtual_display
 from benchmarks.window.hand import Hand
-from palpate.devices.render.errors import RenderError
 from palpate.devices.render.window.photo import PICTURES
 from palpate.devices.render.window.tablet_screen import GROUND, Canvas, TabletScreen
 from palpate.devices.tablet.device import Display
+from palpate.signals.textures.sounds import RenderError
 from tests.devices.window.shells_for_tests import FakeShell
 
 CLOTH = PICTURES / "cloth.jpg"

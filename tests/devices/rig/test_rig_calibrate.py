@@ -21,7 +21,7 @@ from palpate.devices.rig.commands_calibrate import TAKES, calibrate
 from palpate.devices.rig.file import read_rig
 from palpate.devices.rig.kinds import KINDS
 from palpate.devices.rig.opened import one_opened
-from palpate.devices.scene import GRAVITY_M_S2
+from palpate.signals import GRAVITY_M_S2
 
 RIG = """# Booth 2, moved in March.
 rig: booth

@@ -4,7 +4,6 @@ from dataclasses import replace
 
 import numpy as np
 
-from palpate.devices.models.file import read_model
 from palpate.modeling.doors.constant import MEAN
 from palpate.modeling.doors.forest import FOREST
 from palpate.modeling.doors.gaussian_process import GAUSSIAN_PROCESS
@@ -14,7 +13,8 @@ from palpate.modeling.doors.pca_ridge import PCA_RIDGE
 from palpate.modeling.doors.ridge import RIDGE
 from palpate.modeling.doors.training_variants import with_variants
 from palpate.modeling.files.writing import write_model
-from palpate.protocols.model_card import Port
+from palpate.signals.models.card import Port
+from palpate.signals.models.file import read_model
 from tests.modeling.doors.network_learning import SEEN, UNSEEN, data_of, learning, profiles
 
 ON_FEATURES = (RIDGE, FOREST, GAUSSIAN_PROCESS)

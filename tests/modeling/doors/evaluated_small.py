@@ -18,7 +18,7 @@ from palpate.modeling.doors.profile_files import read_profile
 from palpate.modeling.doors.rated import Individual, Rated
 from palpate.modeling.doors.ridge import RIDGE
 from palpate.modeling.files.exported import Exported
-from palpate.protocols.model_card import Nearest
+from palpate.signals.models.card import Nearest
 from palpate.studies.catalogue import SHIPPED
 
 SIDE = DoorSide()

@@ -5,11 +5,11 @@ from pathlib import Path
 import numpy as np
 
 from palpate.devices.door.side import DoorSide
-from palpate.devices.models.runtime import Model
 from palpate.modeling.doors.data import DoorData
 from palpate.modeling.doors.methods import Learning
 from palpate.modeling.doors.scaling import scaling_of
-from palpate.protocols.model_card import Card, Port, Weights
+from palpate.signals.models.card import Card, Port, Weights
+from palpate.signals.models.runtime import Model
 
 PROFILES = Path(__file__).parents[3] / "studies" / "door_ratings" / "profiles"
 ATTRIBUTES = ("Easy-to-pull", "Damped", "Consistent", "Pleasant", "New", "Comfort", "Luxurious")

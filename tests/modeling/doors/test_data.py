@@ -11,10 +11,10 @@ from pathlib import Path
 import numpy as np
 import pytest
 
-from palpate.devices.door.profiles import normalise
 from palpate.modeling.doors.data import ModelDataError
 from palpate.modeling.doors.measured import measured_doors
 from palpate.modeling.doors.scaling import scaling_of
+from palpate.signals.doors.profiles import normalise
 from tests.modeling.doors.made_up import crossed
 
 SMALL = Path(__file__).parents[2] / "recorded" / "doors_small" / "study.yaml"

@@ -9,7 +9,7 @@ from palpate.modeling.doors.data import ModelDataError
 from palpate.modeling.doors.exporting_network import exported_network
 from palpate.modeling.doors.network_parts import Rescale, answers
 from palpate.modeling.doors.networks import ForceToPerception, PerceptionToForce
-from palpate.protocols.model_card import Affine, Clip, tensors_named
+from palpate.signals.models.card import Affine, Clip, tensors_named
 from tests.modeling.doors.network_learning import SEEN, profiles, run_by_numpy
 
 pytestmark = pytest.mark.needs("torch")

@@ -3,10 +3,10 @@
 import numpy as np
 import pytest
 
-from palpate.devices.door.playable import hardest
 from palpate.devices.door.side import DoorSide
 from palpate.modeling.doors.data import ModelDataError
 from palpate.modeling.doors.plausibility import distances_N, judged, judged_all, work_J_m
+from palpate.signals.doors.playable import hardest
 
 ANGLE = np.arange(621) / 10
 SIDE = DoorSide()

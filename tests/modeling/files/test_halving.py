@@ -5,7 +5,7 @@ from safetensors.numpy import load_file
 from palpate.modeling.files.exported import Exported
 from palpate.modeling.files.replacing import ModelWritingError
 from palpate.modeling.files.writing import write_model
-from palpate.protocols.model_card import Card, Dense, Port
+from palpate.signals.models.card import Card, Dense, Port
 from tools.half_precision import NOTE, halved
 
 

@@ -6,13 +6,13 @@ import numpy as np
 import pytest
 import torch
 
-from palpate.devices.models.file import read_model
 from palpate.modeling.doors.exporting_network import exported_network
 from palpate.modeling.doors.networks import ForceToPerception
 from palpate.modeling.files.exported import Exported
 from palpate.modeling.files.writing import write_model
 from palpate.modeling.layers import conv_relu
-from palpate.protocols.model_card import Port, Reshape
+from palpate.signals.models.card import Port, Reshape
+from palpate.signals.models.file import read_model
 
 pytestmark = pytest.mark.needs("torch")
 

@@ -7,9 +7,6 @@ from types import SimpleNamespace
 import numpy as np
 import pytest
 
-from palpate.devices.door.playable import LIMIT_N
-from palpate.devices.models.errors import ModelInputError
-from palpate.devices.models.file import read_model
 from palpate.modeling.doors.constant import MEAN
 from palpate.modeling.doors.data import ModelDataError
 from palpate.modeling.doors.evaluating_files import ports
@@ -17,6 +14,9 @@ from palpate.modeling.doors.nearest import NEAREST
 from palpate.modeling.doors.preparing import LIMITS
 from palpate.modeling.doors.ridge import RIDGE
 from palpate.modeling.files.writing import write_model
+from palpate.signals.doors.playable import LIMIT_N
+from palpate.signals.models.errors import ModelInputError
+from palpate.signals.models.file import read_model
 from tests.modeling.doors.baseline_learning import asked, learn
 
 FURTHEST_N = LIMITS * LIMIT_N

@@ -9,13 +9,13 @@ import numpy as np
 import pytest
 from safetensors.numpy import load_file
 
-from palpate.devices.models.file import ModelFileError, read_model
 from palpate.modeling.files import replacing
 from palpate.modeling.files.exported import Exported
 from palpate.modeling.files.replacing import ModelWritingError
 from palpate.modeling.files.writing import write_model
 from palpate.protocols import files
-from palpate.protocols.model_card import Affine, Dense, Interval, Port, Residual
+from palpate.signals.models.card import Affine, Dense, Interval, Port, Residual
+from palpate.signals.models.file import ModelFileError, read_model
 from tests.modeling.files.lost_power import only_numbers_are_placed
 
 PORT = Port(kind="ratings", size=2, unit="0..100", names=("a", "b"))

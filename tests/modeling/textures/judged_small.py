@@ -9,7 +9,7 @@ from palpate.modeling.textures.judging_whole import Wanted, context_for
 from palpate.modeling.textures.methods import Method
 from palpate.modeling.textures.recording import TextureDataError
 from palpate.modeling.textures.windows import samples_of, windows
-from palpate.protocols.model_card import Dense
+from palpate.signals.models.card import Dense
 from palpate.studies.texture_side import RigTextures
 from tests.modeling.textures.made_up_recording import recording
 

@@ -6,21 +6,21 @@ import numpy as np
 import pytest
 from scipy.signal import lfilter
 
-from palpate.devices.models.file import read_model
 from palpate.modeling.files.exported import Exported
 from palpate.modeling.files.writing import write_model
 from palpate.modeling.textures.ar import AR, RADIUS, fit
-from palpate.modeling.textures.ar_filters import (
+from palpate.modeling.textures.ar_segments import STEP, segmented
+from palpate.modeling.textures.methods import Learning
+from palpate.modeling.textures.recording import Parts, Recording, TextureDataError
+from palpate.signals.linear_prediction import (
     burg,
     filters_of,
     frequencies_of,
     power_gain,
     stable_within,
 )
-from palpate.modeling.textures.ar_segments import STEP, segmented
-from palpate.modeling.textures.methods import Learning
-from palpate.modeling.textures.recording import Parts, Recording, TextureDataError
-from palpate.protocols.model_card import Port
+from palpate.signals.models.card import Port
+from palpate.signals.models.file import read_model
 
 SECONDS = 12
 COUNT = 1000 * SECONDS

@@ -4,7 +4,6 @@ import numpy as np
 import pytest
 import torch
 
-from palpate.devices.models.file import read_model
 from palpate.modeling.files.writing import write_model
 from palpate.modeling.textures.exporting_foten import exported_windows, pieces
 from palpate.modeling.textures.fitting import FittedWindows
@@ -19,7 +18,8 @@ from palpate.modeling.textures.spectral_features import MelBlock, WaveletBlock
 from palpate.modeling.textures.ten import TEN, TEN_MFCC, TEN_WAVELET
 from palpate.modeling.textures.windows import windows
 from palpate.modeling.training.seeding import seeded
-from palpate.protocols.model_card import Port
+from palpate.signals.models.card import Port
+from palpate.signals.models.file import read_model
 from tests.modeling.textures.made_up_recording import parts, recording
 
 pytestmark = pytest.mark.needs("torch")

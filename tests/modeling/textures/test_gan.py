@@ -4,9 +4,6 @@ import numpy as np
 import pytest
 import torch
 
-from palpate.devices.models.file import read_model
-from palpate.devices.render import block_voice
-from palpate.devices.render.voice import play
 from palpate.modeling.textures.gan import GAN, watched
 from palpate.modeling.textures.gan_networks import NOISE, Critic, Generator
 from palpate.modeling.textures.methods import Learning
@@ -15,6 +12,9 @@ from palpate.modeling.textures.recording import Recording, TextureDataError
 from palpate.modeling.textures.spectrograms import Frames, magnitudes, spectra
 from palpate.modeling.training.adversarial import energy_distance
 from palpate.modeling.training.seeding import seeded
+from palpate.signals.models.file import read_model
+from palpate.signals.textures import block_voice
+from palpate.signals.textures.voice import play
 from tests.modeling.textures.made_up_recording import parts, recording
 
 pytestmark = pytest.mark.needs("torch")

@@ -4,7 +4,7 @@ import numpy as np
 import pytest
 
 from palpate.modeling.textures.hum import before_filter, notched, without_hum
-from palpate.studies.texture_signals import band_pass
+from palpate.signals.filters import band_pass
 from tests.modeling.textures.made_textures import hand, vibration
 
 

@@ -3,10 +3,10 @@ import re
 import numpy as np
 import pytest
 
-from palpate.devices.models.file import read_model
-from palpate.devices.render.voice import open_voice
 from palpate.modeling.textures.outputs import model_name, texture_of, write_texture
 from palpate.modeling.textures.recording import Parts, TextureDataError
+from palpate.signals.models.file import read_model
+from palpate.signals.textures.voice import open_voice
 from tests.modeling.textures import judged_small as small
 from tests.modeling.textures.made_up_recording import parts, recording
 

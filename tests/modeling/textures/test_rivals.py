@@ -4,7 +4,6 @@ import numpy as np
 import pytest
 import torch
 
-from palpate.devices.models.file import read_model
 from palpate.modeling.files.writing import write_model
 from palpate.modeling.textures.dstn import DSTN, Dstn
 from palpate.modeling.textures.exporting_foten import exported_windows, pieces
@@ -17,7 +16,8 @@ from palpate.modeling.textures.recording import Recording, Scale, TextureDataErr
 from palpate.modeling.textures.windows import windows
 from palpate.modeling.training.seeding import seeded
 from palpate.modeling.training.settings import Settings
-from palpate.protocols.model_card import Port
+from palpate.signals.models.card import Port
+from palpate.signals.models.file import read_model
 from tests.modeling.textures.made_up_recording import parts, recording
 
 pytestmark = pytest.mark.needs("torch")

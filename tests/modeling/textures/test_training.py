@@ -3,13 +3,12 @@ import math
 import numpy as np
 import pytest
 
-from palpate.devices.models.file import read_model
-from palpate.devices.render.errors import RenderError
-from palpate.devices.render.job import Sounds
-from palpate.devices.render.voice import opened_voice, play
 from palpate.modeling.textures.foten import missed_aims
 from palpate.modeling.textures.recording import TextureDataError
 from palpate.modeling.textures.training import train_textures
+from palpate.signals.models.file import read_model
+from palpate.signals.textures.sounds import RenderError, Sounds
+from palpate.signals.textures.voice import opened_voice, play
 from tests.modeling.textures import judged_small as small
 from tests.modeling.textures.made_up_recording import recording
 from tools.half_precision import halved

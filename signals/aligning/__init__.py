@@ -1,0 +1,1 @@
+"""Streams of different clocks and rates on one grid."""

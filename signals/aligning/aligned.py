@@ -1,0 +1,120 @@
+"""One stream on a grid: whole stretches by a method, short holes bridged and marked, long ones left empty."""
+
+from __future__ import annotations
+
+from collections.abc import Iterator
+from dataclasses import dataclass
+
+import numpy as np
+from numpy.typing import NDArray
+
+from palpate.signals.aligning.interpolating import SAME_S
+from palpate.signals.aligning.methods import Method
+from palpate.signals.aligning.refusals import AlignError, Array, demand_grid, demand_samples, demand_times
+
+Mask = NDArray[np.bool_]
+
+LONGEST_GAP_S = 0.02
+"""Half a period of 25 Hz, the fastest that a hand moves (thesis 3.4.1): in a longer hole it can do what it likes."""
+MOST_POINTS = 1e8
+LACKS = 0.5
+"""Times further apart than a step and this share of one have a hole between them."""
+
+
+@dataclass(frozen=True)
+class Hole:
+    """Samples lack between two that are there, `seconds` more than a step apart."""
+
+    after_s: float
+    before_s: float
+    seconds: float
+    bridged: bool
+
+
+@dataclass(frozen=True)
+class Aligned:
+    """Values (m, channels) on the grid, NaN where nothing is known; `bridged` (m,) marks those within a short hole.
+
+    `not_finite` samples were no numbers and count as missing. `empty` is how many grid points have no value.
+    """
+
+    values: Array
+    bridged: Mask
+    holes: tuple[Hole, ...]
+    not_finite: int
+
+    @property
+    def empty(self) -> int:
+        """Grid points without a value."""
+        return int(np.isnan(self.values[:, 0]).sum())
+
+
+def align(
+    times_s: Array, values: Array, grid_s: Array, method: Method, *, rate_hz: float, grid_hz: float,
+    longest_gap_s: float = LONGEST_GAP_S,
+) -> Aligned:  # fmt: skip
+    """Bring samples (n, channels), taken at times (n,) at about rate_hz, onto the grid (m,) of grid_hz.
+
+    Nothing is extrapolated: before the first sample, after the last and in holes longer than `longest_gap_s` the grid
+    stays NaN. A sample with a channel that is no finite number is a missing one.
+
+    Raises:
+        AlignError: no samples, a single one, times that are not finite, stand, come twice or out of order; less than
+            two samples that are numbers; what the method cannot take.
+    """
+    demand_samples(times_s, values)
+    demand_times(times_s)
+    demand_grid(grid_s, grid_hz)
+    if not (np.isfinite(rate_hz) and rate_hz > 0 and longest_gap_s >= 0):
+        raise AlignError(f"a rate of {rate_hz} Hz and a longest gap of {longest_gap_s} s: positive numbers are needed")
+    sound = np.isfinite(values).all(axis=1)
+    if sound.sum() < 2:
+        raise AlignError(f"{int(sound.sum())} of {len(values)} samples are finite numbers: two or more are needed")
+    times_s, values = times_s[sound], values[sound]
+    holes = tuple(_holes(times_s, 1 / rate_hz, longest_gap_s))
+    found = np.full((len(grid_s), values.shape[1]), np.nan)
+    for first, last in _stretches(times_s, holes):
+        inside = slice(*np.searchsorted(grid_s, [times_s[first] - SAME_S, times_s[last] + SAME_S]))
+        if last > first and inside.stop > inside.start:
+            part = slice(first, last + 1)
+            found[inside] = method.run(times_s[part], values[part], grid_s[inside], rate_hz, grid_hz)
+    return Aligned(found, _bridged(grid_s, holes), holes, int((~sound).sum()))
+
+
+def _holes(times_s: Array, step_s: float, longest_gap_s: float) -> Iterator[Hole]:
+    for place in np.flatnonzero(np.diff(times_s) > (1 + LACKS) * step_s):
+        after, before = float(times_s[place]), float(times_s[place + 1])
+        seconds = before - after - step_s
+        yield Hole(after, before, seconds, seconds <= longest_gap_s + SAME_S)
+
+
+def _stretches(times_s: Array, holes: tuple[Hole, ...]) -> Iterator[tuple[int, int]]:
+    """First and last sample of each stretch between long holes."""
+    cuts = np.searchsorted(times_s, [hole.before_s for hole in holes if not hole.bridged])
+    firsts, lasts = [0, *cuts], [*(cuts - 1), len(times_s) - 1]
+    for first, last in zip(firsts, lasts, strict=True):
+        yield int(first), int(last)
+
+
+def _bridged(grid_s: Array, holes: tuple[Hole, ...]) -> Mask:
+    marked = np.zeros(len(grid_s), dtype=bool)
+    for hole in holes:
+        if hole.bridged:
+            first, last = np.searchsorted(grid_s, [hole.after_s + SAME_S, hole.before_s - SAME_S])
+            marked[first:last] = True
+    return marked
+
+
+def grid_points(start_s: float, end_s: float, grid_hz: float) -> Array:
+    """The grid's times within both: whole numbers of steps since the session began, so that all exports share them.
+
+    Raises AlignError where there are less than two, or more than fit into memory.
+    """
+    if not (np.isfinite([start_s, end_s, grid_hz]).all() and grid_hz > 0):
+        raise AlignError(f"a grid of {grid_hz} Hz from {start_s} to {end_s} s: finite numbers are needed")
+    first, last = np.ceil((start_s - SAME_S) * grid_hz), np.floor((end_s + SAME_S) * grid_hz)
+    if last - first < 1:
+        raise AlignError(f"from {start_s:.3f} to {end_s:.3f} s there are less than two points at {grid_hz:g} Hz")
+    if last - first > MOST_POINTS:
+        raise AlignError(f"a grid of {last - first:.3g} points: at most {MOST_POINTS:.3g} are made; lower the rate")
+    return np.arange(first, last + 1) / grid_hz

@@ -1,0 +1,133 @@
+"""Speed from positions: the slope of a polynomial that is fitted to a window of samples (Savitzky and Golay 1964).
+
+Every estimate states what it costs: its noise, its bias, how late it is. Nothing is estimated across a hidden sample.
+"""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Sequence
+from dataclasses import dataclass
+from typing import Literal
+
+import numpy as np
+
+from palpate.signals.aligning.refusals import AlignError, Array
+
+Place = Literal["middle", "end"]
+
+
+@dataclass(frozen=True)
+class Slope:
+    """The derivative of a least-squares polynomial of `degree` over `window` samples, as weights of the samples.
+
+    In the `middle` the phase is zero, and a value is known (window - 1) / 2 samples after its instant. At the `end` it
+    is known at once: the weights look back only.
+    """
+
+    window: int
+    degree: int
+    rate_hz: float
+    place: Place
+    weights: tuple[float, ...]
+
+    @property
+    def noise_gain_per_s(self) -> float:
+        """Standard deviation of a velocity per standard deviation of the positions (white noise), in 1/s."""
+        return math.sqrt(math.fsum(weight * weight for weight in self.weights))
+
+    @property
+    def wait_s(self) -> float:
+        """How long after an instant its velocity is known."""
+        return (self.window - 1) / 2 / self.rate_hz if self.place == "middle" else 0.0
+
+    @property
+    def lag_s(self) -> float:
+        """By how much a steadily changing velocity is told late: what is told at t was so at t - lag."""
+        return -self.moment(2)
+
+    def moment(self, order: int) -> float:
+        """What the estimate takes from the order-th derivative of the position, in s^(order - 1): 1 of the first."""
+        terms = (weight * t_s**order for weight, t_s in zip(self.weights, self._times_s(), strict=True))
+        return math.fsum(terms) / math.factorial(order)
+
+    @property
+    def bias_order(self) -> int:
+        """The lowest derivative of the position (above the first) that the estimate is wrong about."""
+        # A window that is symmetric about its instant is blind to even derivatives; a fit of even degree n to n + 1.
+        order = self.degree + 1
+        return order + 1 if self.place == "middle" and order % 2 == 0 else order
+
+    @property
+    def bias(self) -> float:
+        """Its factor: the estimate is too large by bias x that derivative, in s^(order - 1)."""
+        return self.moment(self.bias_order)
+
+    def response(self, frequency_hz: float) -> complex:
+        """Estimated over true velocity of a sinusoid: 1 is perfect; its angle is the phase."""
+        omega = 2 * math.pi * frequency_hz
+        whole = sum(w * np.exp(1j * omega * t) for w, t in zip(self.weights, self._times_s(), strict=True))
+        return complex(whole / (1j * omega))
+
+    def _times_s(self) -> list[float]:
+        now = (self.window - 1) / 2 if self.place == "middle" else self.window - 1
+        return [(number - now) / self.rate_hz for number in range(self.window)]
+
+
+def slope(window: int, degree: int, rate_hz: float, place: Place = "middle") -> Slope:
+    """The weights of that estimate, orthogonalised so that long windows lose no digits.
+
+    Raises:
+        AlignError: an even window in the middle, fewer samples than the polynomial has coefficients, no rate.
+    """
+    if degree < 1 or window < degree + 1 or window > 100_001 or (place == "middle" and window % 2 == 0):
+        raise AlignError(
+            f"a window of {window} samples and degree {degree}: a degree from 1, at least degree + 1 samples, and for "
+            "the middle an odd number are expected."
+        )
+    if not (math.isfinite(rate_hz) and rate_hz > 0):
+        raise AlignError(f"{rate_hz} Hz: a rate above 0 is expected.")
+    now = (window - 1) / 2 if place == "middle" else window - 1
+    half = max(1.0, (window - 1) / 2)
+    # In units of half a window about its middle the Legendre basis is nearly orthogonal, whatever the window.
+    scaled = (np.arange(window) - (window - 1) / 2) / half
+    basis = np.polynomial.legendre.legvander(scaled, degree)
+    at = (now - (window - 1) / 2) / half
+    slopes = [np.polynomial.legendre.legval(at, np.polynomial.legendre.legder(unit)) for unit in np.eye(degree + 1)]
+    q, r = np.linalg.qr(basis)
+    weights = q @ np.linalg.solve(r.T, np.array(slopes)) * rate_hz / half
+    return Slope(window, degree, rate_hz, place, tuple(map(float, weights)))
+
+
+def velocity(positions: Array, estimate: Slope) -> Array:
+    """Velocities of shape (n, axes) from positions of that shape, sampled evenly; lost samples stand as NaN in it.
+
+    NaN where the window holds a NaN or reaches beyond the recording: nothing is bridged or extrapolated.
+    """
+    n, window = len(positions), estimate.window
+    told = np.full(positions.shape, np.nan)
+    if n < window:
+        return told
+    views = np.lib.stride_tricks.sliding_window_view(positions, window, axis=0)
+    # Differences from the window's middle sample: far from the origin no digits are lost.
+    differences = views - positions[window // 2 : n - window + 1 + window // 2, :, None]
+    first = (window - 1) // 2 if estimate.place == "middle" else window - 1
+    told[first : first + n - window + 1] = differences @ np.array(estimate.weights)
+    return told
+
+
+def speed(positions: Array, estimate: Slope, normal: Sequence[float] | None = None) -> Array:
+    """Speeds of shape (n,): lengths of the velocities, in the surface with that normal where one is given (4.3.3)."""
+    told = velocity(positions, estimate)
+    if normal is not None:
+        unit = np.asarray(normal, float) / np.linalg.norm(normal)
+        if not np.isfinite(unit).all():
+            raise AlignError(f"the normal {list(normal)} has no direction.")
+        told = told - np.outer(told @ unit, unit)
+    return np.asarray(np.linalg.norm(told, axis=1))
+
+
+def floor_mm_s(noise_mm: float, estimate: Slope, axes: int = 3) -> float:
+    """The speed that a marker at rest seems to have: noise of each axis adds up (mean of a chi distribution)."""
+    ratio = math.exp(math.lgamma((axes + 1) / 2) - math.lgamma(axes / 2))
+    return math.sqrt(2) * ratio * noise_mm * estimate.noise_gain_per_s

@@ -1,0 +1,152 @@
+"""Samples' own stamps beside their arrivals: how late they came, where both are told by the host's clock.
+
+A stamp errs to both sides, so the line goes through the middle of the stamps, not under them; those that lie far off
+it are left out. Where the stamps' clock is the host's, what lies between this line and that under the arrivals is the
+delay that all arrivals share, which no arrival shows. A device's own clock tells differences only.
+"""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Sequence
+from dataclasses import dataclass
+from typing import Any
+
+import numpy as np
+
+from palpate.protocols.clocks import TOLERANCE_PPM, WINDOWS, Clock
+from palpate.signals.aligning.refusals import Array
+
+OF_THE_HOST = ("lsl",)
+"""Clocks whose times the recorder put into session time (docs/reference/streams.md)."""
+FEWEST = 2 * WINDOWS
+FAR = 5.0
+"""A stamp so many robust deviations off the line was set late; it is left out."""
+ROUNDS = 5
+MOST_LATE_S = 1.0
+"""No transport of a sensor that is recorded is later, in order; a stamp that is older is by another clock."""
+SURE = 3.0
+"""Lines that are so many standard errors apart disagree."""
+COARSE_S = 1e-6
+"""No clock is read, and no two of them are compared, more finely."""
+
+
+@dataclass(frozen=True)
+class Stamps:
+    """The line through a stream's own stamps, and how late its samples came against it.
+
+    `late_s` is by how much the line under the arrivals lies above, `late_error_s` its standard error; `late_median_s`
+    and `late_p95_s` are those of the arrivals; None where the clock is not the host's. `scatter_s` is the stamps' SD
+    about their line. `problem` says why the stream cannot be timed by them; None where it can.
+    """
+
+    clock: str
+    count: int
+    line: Clock | None = None
+    scatter_s: float | None = None
+    late_s: float | None = None
+    late_error_s: float | None = None
+    late_median_s: float | None = None
+    late_p95_s: float | None = None
+    problem: str | None = None
+
+    def account(self) -> dict[str, Any]:
+        """As JSON data."""
+        return {
+            "clock": self.clock, "of_the_host": self.clock in OF_THE_HOST, "count": self.count,
+            "rate_hz": self.line.rate_hz if self.line else None, "scatter_s": self.scatter_s,
+            "wander_s": self.line.wander_s if self.line else None, "late_s": self.late_s,
+            "late_error_s": self.late_error_s, "late_median_s": self.late_median_s, "late_p95_s": self.late_p95_s,
+            "usable": self.problem is None, "why_not": self.problem,
+        }  # fmt: skip
+
+
+def stamps_of(stamped: Sequence[tuple[int, float, float]], rate_hz: float, clock: str, arrived: Clock) -> Stamps:
+    """What stamps (n, arrival in s of session time, stamp in s) tell, of a stream whose arrivals tell `arrived`."""
+    count = len(stamped)
+    if count < FEWEST:
+        return Stamps(clock, count, problem=f"{count} stamps are too few for a line: {FEWEST} are needed")
+    n, came_s, stamp_s = np.array(stamped, dtype=np.float64).T
+    line, scatter_s = _line_through(n, stamp_s, rate_hz)
+    if line is None:
+        return Stamps(clock, count, problem="its stamps do not lie on a line: their clock stood, or was set meanwhile")
+    if clock not in OF_THE_HOST:
+        return Stamps(clock, count, line, scatter_s, problem=_own(clock))
+    late = came_s - (line.t0_s + n / line.rate_hz)
+    ends = stamped[0][0], stamped[-1][0]
+    apart = [arrived.time_s(at) - line.time_s(at) for at in ends]
+    problem = _disagree(apart, _allowed_s(line, arrived, (ends[1] - ends[0]) / rate_hz))
+    if problem is not None:
+        return Stamps(clock, count, line, scatter_s, problem=problem)
+    error_s = math.hypot(line.offset_error_s or 0.0, arrived.offset_error_s or 0.0)
+    return Stamps(
+        clock, count, line, scatter_s, sum(apart) / 2, error_s, float(np.median(late)), float(np.quantile(late, 0.95))
+    )
+
+
+def _own(clock: str) -> str:
+    return (
+        f"its stamps are by a clock of its own ({clock}): only their differences mean something, and they do not say "
+        "when in session time a sample was taken. Where its delay is known, --latency takes it"
+    )
+
+
+def _allowed_s(line: Clock, arrived: Clock, span_s: float) -> tuple[float, float]:
+    """How far the lines' offset, and how far their distance from end to end, may be off by what the fits allow."""
+    at_middle = sum(error or 0.0 for each in (line, arrived) for error in (each.offset_error_s, each.wander_s))
+    paces = [each.drift_error_ppm for each in (line, arrived)]
+    pace = math.inf if None in paces else math.hypot(*(error or 0.0 for error in paces)) * 1e-6 * span_s
+    return SURE * (at_middle + COARSE_S), SURE * (at_middle + pace + COARSE_S)
+
+
+def _disagree(apart: Sequence[float], allowed_s: tuple[float, float]) -> str | None:
+    """In what the arrivals' line is not a little later than the stamps' all the way."""
+    middle = sum(apart) / 2
+    if not -allowed_s[0] <= middle <= MOST_LATE_S:
+        return (
+            f"its samples came {middle:.6g} s after their stamps: between {-allowed_s[0]:.2g} and {MOST_LATE_S:g} s "
+            "would be plausible, so the stamps are not by this host's clock, or their sender's clock is set wrong"
+        )
+    if abs(apart[1] - apart[0]) > allowed_s[1]:
+        return (
+            f"its stamps go apart from its arrivals by {1e3 * (apart[1] - apart[0]):.3g} ms over the recording, where "
+            f"{1e3 * allowed_s[1]:.2g} ms is what both lines may err: one of the two clocks does not run evenly"
+        )
+    return None
+
+
+def _line_through(n: Array, stamp_s: Array, rate_hz: float) -> tuple[Clock | None, float | None]:
+    """The least-squares line, those far off left out, and the others' SD; None where there is no line."""
+    off_s = stamp_s - stamp_s[0] - (n - n[0]) / rate_hz  # the drift alone: no digits lost
+    from_middle = n - n.mean()
+    kept = np.isfinite(off_s)
+    slope = middle = scale = 0.0
+    for _ in range(ROUNDS):
+        if kept.sum() < max(3, len(n) // 2):
+            return None, None
+        slope, middle = (float(each) for each in np.polyfit(from_middle[kept], off_s[kept], 1))
+        left = np.abs(off_s - middle - slope * from_middle)
+        scale = 1.4826 * float(np.median(left))
+        kept = left <= FAR * scale + COARSE_S
+    scatter_s = float(np.sqrt(np.mean((off_s - middle - slope * from_middle)[kept] ** 2)))
+    if 1 / rate_hz + slope <= 0 or scatter_s > MOST_LATE_S:
+        return None, None
+    zero_s = float(stamp_s[0] - n[0] / rate_hz)
+    return _clock(n[kept], zero_s, off_s[kept], rate_hz, scatter_s), scatter_s
+
+
+def _clock(n: Array, zero_s: float, off_s: Array, rate_hz: float, scatter_s: float) -> Clock:
+    """The clock of stamps at zero_s + n / rate_hz + off_s."""
+    middle_n = float(n.mean())
+    from_middle = n - middle_n
+    error_n = scatter_s / math.sqrt(float((from_middle**2).sum()))
+    slope, middle_s = (float(each) for each in np.polyfit(from_middle, off_s, 1))
+    error_ppm = error_n * rate_hz * 1e6
+    measured = error_ppm <= TOLERANCE_PPM or abs(slope * rate_hz) * 1e6 > TOLERANCE_PPM + SURE * error_ppm
+    slope = slope if measured else 0.0
+    left = off_s - middle_s - slope * from_middle
+    wander_s = max(abs(float(part.mean())) for part in np.array_split(left, WINDOWS) if len(part))
+    return Clock(
+        zero_s + middle_s - slope * middle_n, 1 / (1 / rate_hz + slope), rate_hz, measured, error_ppm,
+        scatter_s / math.sqrt(len(n)), None, None, wander_s, len(n),
+    )  # fmt: skip

@@ -1,0 +1,1 @@
+"""Force profiles of doors: their grid, features, limits and variants."""

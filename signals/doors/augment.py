@@ -1,0 +1,201 @@
+"""The fourteen variants g1 to g14 of a door profile (thesis 5.3.4.1).
+
+The thesis gives each strategy in a sentence; where it is silent, the reading is in the function's docstring and in
+docs/reference/doors.md.
+"""
+
+from __future__ import annotations
+
+import hashlib
+from collections.abc import Callable
+from dataclasses import dataclass
+from functools import partial
+
+import numpy as np
+from numpy.typing import NDArray
+
+from palpate.signals.doors.features import as_profile, landmarks, plateau_after_second_peak, require_cycles
+from palpate.signals.doors.grid import FORCE_DECIMALS, POINTS_PER_DEG, STUDY_SEED, DoorDataError
+from palpate.signals.doors.shaping import add_cycles, ease, move_knots, raise_span, set_peak, straighten
+
+Array = NDArray[np.float64]
+
+AMPLITUDES_N = {"g1": 20.0, "g2": 30.0, "g3": 40.0}
+COMPLETE_AT_DEG = {"g4": (1, 14.5), "g5": (2, 29.5), "g6": (3, 29.5)}
+"""Cycles and the angle by which they are complete: half a degree before the thesis' 15 and 30."""
+RECOVERY_DEG = 5.0
+RISE_POWER = 4
+MOVED_PEAK_DEG = 10.0
+FLATTENED_UP_TO_DEG = 20.0
+PLATEAU_STRETCH_DEG = 6.0
+PLATEAU_RAISE_SHARE = 0.3
+BUMP_N = 2.0
+BUMPS = 3
+
+
+@dataclass(frozen=True)
+class Draw:
+    """Random numbers keyed by seed, door and variant: the same on every machine, in any order."""
+
+    seed: int
+    door: str
+    variant: str
+
+    def between(self, name: str, low: float, high: float) -> float:
+        """A number drawn evenly from low to high, for one named purpose."""
+        key = f"{self.seed}/{self.door}/{self.variant}/{name}".encode()
+        share = int.from_bytes(hashlib.sha256(key).digest()[:6], "big") / 2**48
+        return low + (high - low) * share
+
+
+def augment(force_N: Array, variant: str, *, door: str = "", seed: int = STUDY_SEED) -> Array:
+    """Make one variant, `g1` to `g14`, of a 621-point profile (`g0` is the profile itself).
+
+    The result is rounded to the decimals of a profile file. `door` and `seed` only matter for g8 and g9.
+
+    Raises:
+        DoorDataError: an unknown variant, a profile that is not 621 finite points, or one that lacks the feature
+            the variant works on; the message names the feature.
+    """
+    base = np.round(as_profile(force_N, door or "profile"), FORCE_DECIMALS)
+    if variant == "g0":
+        return base
+    if variant not in VARIANTS:
+        raise DoorDataError(f"There is no variant {variant!r}; there are g0, {', '.join(VARIANTS)}.")
+    made = np.round(VARIANTS[variant].make(base, Draw(seed, door, variant)), FORCE_DECIMALS) + 0.0
+    return as_profile(made, f"{door} {variant}".strip())
+
+
+def first_peak_amplitude(variant: str, base: Array, _draw: Draw) -> Array:
+    """g1 to g3: the first peak at 20, 30 or 40 N, its flanks stretched from the start and from the valley."""
+    found = require_cycles(base, 1, f"{variant} (first peak amplitude)")
+    return set_peak(base, 0, found.peaks[0], found.valleys[0], AMPLITUDES_N[variant])
+
+
+def compressed_cycles(variant: str, base: Array, _draw: Draw) -> Array:
+    """g4, g5: the first one or two cycles, evenly compressed, end before 15 or 30 degrees; the rest stretches."""
+    count, complete_deg = COMPLETE_AT_DEG[variant]
+    purpose = f"{variant} (cycle {count} complete before {complete_deg + 0.5:g} degrees)"
+    found = require_cycles(base, count, purpose)
+    valley, target = found.valleys[count - 1], complete_deg * POINTS_PER_DEG
+    if not target < valley:
+        at = valley / POINTS_PER_DEG
+        raise DoorDataError(f"{purpose}: this profile's is complete at {at:.1f} degrees, nothing to compress.")
+    if valley >= found.end:
+        return move_knots(base, [(valley - 1e-6, target)], found.end)
+    return move_knots(base, [(valley, target)], found.end)
+
+
+def compressed_with_end_rise(base: Array, draw: Draw) -> Array:
+    """g6: all three cycles before 30 degrees, and a force that rises rapidly toward the end.
+
+    5.3.4.1 has the third cycle complete "before 30", 5.3.4.3 all major peaks before 30 degrees and a rapid rise
+    at the end. Silent: what lies between. Here the force returns to the base's mean within 5 degrees, and from
+    there rises with the fourth power of the remaining angle to the height of the base's highest major peak.
+    """
+    made = compressed_cycles("g6", base, draw)
+    found = landmarks(base)
+    index = np.arange(len(base), dtype=np.float64)
+    valley = round(COMPLETE_AT_DEG["g6"][1] * POINTS_PER_DEG)
+    level, top = float(base[: found.end + 1].mean()), float(base[list(found.peaks)].max())
+    recovery = ease((index - valley) / (RECOVERY_DEG * POINTS_PER_DEG))
+    rise = np.clip((index - valley) / (found.end - valley), 0, 1) ** RISE_POWER
+    low = made[valley]
+    tail = low + (level - low) * recovery + (top - level) * rise
+    made[valley : found.end + 1] = tail[valley : found.end + 1]
+    return made
+
+
+def moved_first_peak(base: Array, _draw: Draw) -> Array:
+    """g7: the first peak at 10 degrees, its valley where it was."""
+    found = require_cycles(base, 1, "g7 (first peak to 10 degrees)")
+    peak, valley, target = found.peaks[0], found.valleys[0], MOVED_PEAK_DEG * POINTS_PER_DEG
+    if peak == target or valley <= target:
+        raise DoorDataError(
+            f"g7 moves the first peak to 10 degrees; here it is at {peak / POINTS_PER_DEG:.1f} degrees "
+            f"and its valley at {valley / POINTS_PER_DEG:.1f}."
+        )
+    knots = [(peak, target)] if valley >= found.end else [(peak, target), (valley, valley)]
+    return move_knots(base, knots, found.end)
+
+
+def flattened_start(base: Array, draw: Draw) -> Array:
+    """g8: a straight line from a drawn angle between 3 and 6 degrees to one between 18 and 20."""
+    _require_motion(base, FLATTENED_UP_TO_DEG, "g8 (flattened up to 20 degrees)")
+    first = round(draw.between("from", 3.0, 6.0) * POINTS_PER_DEG)
+    last = round(draw.between("to", 18.0, FLATTENED_UP_TO_DEG) * POINTS_PER_DEG)
+    return straighten(base, first, last)
+
+
+def small_cycles(base: Array, draw: Draw) -> Array:
+    """g9: three or four cycles of 3 to 5 N, drawn, before the first peak or between the first and the second."""
+    found = require_cycles(base, 2, "g9 (small cycles)")
+    before = draw.between("place", 0, 1) < 0.5
+    first, last = (0.2 * found.peaks[0], 0.95 * found.peaks[0]) if before else (found.peaks[0], found.peaks[1])
+    cycles = 3 if draw.between("cycles", 0, 1) < 0.5 else 4
+    return add_cycles(base, first, last, cycles, draw.between("height", 3.0, 5.0))
+
+
+def unchanged_plateau(base: Array, _draw: Draw) -> Array:
+    """g10: "no change": equal to g0, so each door has one hidden repeat. A plateau must be there."""
+    plateau_after_second_peak(base, "g10 (plateau)")
+    return base
+
+
+def stretched_plateau(base: Array, _draw: Draw) -> Array:
+    """g11: the plateau after the second peak is 6 degrees longer; what follows is compressed to make room."""
+    return _stretch(base, "g11 (stretched plateau)")[0]
+
+
+def heightened_plateau(base: Array, _draw: Draw) -> Array:
+    """g12: the stretched plateau raised by 0.3 of the way from its middle to the second peak."""
+    purpose = "g12 (stretched and heightened plateau)"
+    made, (first, last) = _stretch(base, purpose)
+    found = require_cycles(made, 2, purpose)
+    by_N = PLATEAU_RAISE_SHARE * float(made[found.peaks[1]] - made[(first + last) // 2])
+    return raise_span(made, (found.peaks[1], found.valleys[1]), (first, last), by_N)
+
+
+def bumps_before_peak(base_variant: str, base: Array, draw: Draw) -> Array:
+    """g13, g14: three bumps of up to 2 N before the first peak of g2 or g3, which keeps its 30 or 40 N."""
+    made = first_peak_amplitude(base_variant, base, draw)
+    peak = landmarks(base).peaks[0]
+    return add_cycles(made, 0.15 * peak, 0.9 * peak, BUMPS, BUMP_N)
+
+
+def _stretch(base: Array, purpose: str) -> tuple[Array, tuple[int, int]]:
+    first, last = plateau_after_second_peak(base, purpose)
+    end = landmarks(base).end
+    longer = last + round(PLATEAU_STRETCH_DEG * POINTS_PER_DEG)
+    if longer >= end:
+        raise DoorDataError(f"{purpose}: no room before the end of the motion at {end / POINTS_PER_DEG:.1f} degrees.")
+    return move_knots(base, [(first, first), (last, longer)], end), (first, longer)
+
+
+def _require_motion(base: Array, up_to_deg: float, purpose: str) -> None:
+    end_deg = landmarks(base).end / POINTS_PER_DEG
+    if end_deg <= up_to_deg:
+        raise DoorDataError(f"{purpose}: this profile's motion ends at {end_deg:.1f} degrees.")
+
+
+@dataclass(frozen=True)
+class Variant:
+    """One variant's strategy, as named in the stimulus table, and how it is made."""
+
+    augmentation: str
+    make: Callable[[Array, Draw], Array]
+
+
+VARIANTS: dict[str, Variant] = {
+    **{name: Variant("amplitude", partial(first_peak_amplitude, name)) for name in ("g1", "g2", "g3")},
+    **{name: Variant("position", partial(compressed_cycles, name)) for name in ("g4", "g5")},
+    "g6": Variant("position", compressed_with_end_rise),
+    "g7": Variant("perturbation", moved_first_peak),
+    "g8": Variant("perturbation", flattened_start),
+    "g9": Variant("perturbation", small_cycles),
+    "g10": Variant("plateau", unchanged_plateau),
+    "g11": Variant("plateau", stretched_plateau),
+    "g12": Variant("plateau", heightened_plateau),
+    "g13": Variant("bump", partial(bumps_before_peak, "g2")),
+    "g14": Variant("bump", partial(bumps_before_peak, "g3")),
+}

@@ -1,0 +1,168 @@
+"""The engineered features that models of a door's feeling learn from: peaks, intervals, slopes, plateaus, energy.
+
+Thesis 5.3.4.1 and Figure 5.6; energy is ours. Every one is defined for every finite profile;
+`docs/reference/model-files.md` has the table.
+A model's card holds their names: a feature never changes its meaning without a new name.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from itertools import pairwise
+
+import numpy as np
+from numpy.typing import NDArray
+
+from palpate.protocols.did_you_mean import nearest
+from palpate.signals.doors.features import Landmarks, as_profile, columns, landmarks_and_felt, plateau_of
+from palpate.signals.doors.grid import POINTS_PER_DEG, DoorDataError
+from palpate.signals.doors.profiles import demand_force
+
+Array = NDArray[np.float64]
+
+FEATURES = (
+    "first_peak_N", "first_peak_deg", "peak_count", "initial_force_N", "mean_force_N", "max_force_N", "min_force_N",
+    "drop_N", "end_slope_N_deg", "roughness_N", "opening_deg",
+    "major_peak_count", "peak_2_N", "peak_2_deg", "peak_3_N", "peak_3_deg", "valley_1_N", "valley_1_deg", "valley_2_N",
+    "valley_2_deg", "interval_1_deg", "interval_2_deg", "start_N", "end_N", "force_sd_N",
+    "rise_N_deg", "rise_deg", "fall_N_deg", "fall_deg", "slope_rms_N_deg", "flat_share", "travel_N",
+    "flat_deg", "flat_N", "plateau_deg", "plateau_N",
+    "work_J_m", "work_pulled_J_m", "work_returned_J_m", "work_0_20_J_m", "work_20_40_J_m", "work_40_62_J_m",
+)  # fmt: skip
+"""Their names, in order: the columns of the stimulus table, peaks and valleys, slopes, plateaus, energy."""
+PEAKS, VALLEYS = 3, 2
+"""So many major peaks and valleys have columns of their own."""
+FLAT_N_DEG = 1.0
+"""Along a flat stretch the force changes by at most so much a degree."""
+PARTS_DEG = ((0, 20), (20, 40), (40, 62))
+"""The parts of the opening whose work is told apart."""
+
+
+def features(force_N: Array, names: Sequence[str] | None = None) -> Array:
+    """The engineered features of profiles, (n, 621) newtons to (n, features); of one profile (621,), (features,).
+
+    `names` picks and orders them; without it, all of FEATURES.
+
+    Raises:
+        DoorDataError: a row that is no profile (not 621 finite forces within 1e9 N), or a name that is no feature.
+    """
+    given = np.asarray(force_N, dtype=np.float64)
+    wanted = FEATURES if names is None else tuple(names)
+    if unknown := [name for name in wanted if name not in FEATURES]:
+        raise DoorDataError(f"{unknown[0]!r} is no feature of a profile; {nearest(unknown[0], FEATURES)}")
+    if given.ndim == 1:
+        return _row(given, "profile", wanted)
+    if given.ndim != 2:
+        raise DoorDataError(f"profiles: an array of (n, 621) is expected, found one of shape {given.shape}.")
+    rows = [_row(row, f"profile {number}", wanted) for number, row in enumerate(given, start=1)]
+    return np.array(rows).reshape(len(given), len(wanted))
+
+
+def all_features(force_N: Array) -> dict[str, float]:
+    """The engineered features of one profile (621,), by name. Raises DoorDataError as `features` does."""
+    return _found(_checked(force_N, "profile"))
+
+
+def _found(profile: Array) -> dict[str, float]:
+    found, felt = landmarks_and_felt(profile)
+    moving = profile[: found.end + 1]
+    slope = _slope_over_a_degree(moving)
+    return {
+        **columns(profile, found, felt),
+        **_extremes(moving, found),
+        **_slopes(moving, slope),
+        **_plateaus(profile, moving, slope, found),
+        **_work(profile),
+    }
+
+
+def _extremes(moving: Array, found: Landmarks) -> dict[str, float]:
+    """Major peaks and valleys; one that is missing stands at the end of the motion."""
+    peaks = [*found.peaks, *[found.end] * PEAKS][:PEAKS]
+    valleys = [*found.valleys, *[found.end] * VALLEYS][:VALLEYS]
+    made = {"major_peak_count": float(len(found.peaks))}
+    for number, place in enumerate(peaks[1:], start=2):
+        made |= {f"peak_{number}_N": float(moving[place]), f"peak_{number}_deg": place / POINTS_PER_DEG}
+    for number, place in enumerate(valleys, start=1):
+        made |= {f"valley_{number}_N": float(moving[place]), f"valley_{number}_deg": place / POINTS_PER_DEG}
+    for number, (before, after) in enumerate(pairwise(peaks), start=1):
+        made[f"interval_{number}_deg"] = (after - before) / POINTS_PER_DEG
+    return made | {"start_N": float(moving[0]), "end_N": float(moving[-1]), "force_sd_N": float(moving.std())}
+
+
+def _slopes(moving: Array, slope: Array) -> dict[str, float]:
+    """Change of force over one degree: the steepest rise and fall and where they are, and its RMS."""
+    rise, fall = int(np.argmax(slope)), int(np.argmin(slope))
+    return {
+        "rise_N_deg": max(float(slope[rise]), 0.0),
+        "rise_deg": rise / POINTS_PER_DEG if slope[rise] > 0 else 0.0,
+        "fall_N_deg": max(float(-slope[fall]), 0.0),
+        "fall_deg": fall / POINTS_PER_DEG if slope[fall] < 0 else 0.0,
+        "slope_rms_N_deg": float(np.sqrt(np.mean(slope**2))),
+        "flat_share": float(np.mean(np.abs(slope) <= FLAT_N_DEG)),
+        "travel_N": float(np.abs(np.diff(moving)).sum()),
+    }
+
+
+def _plateaus(profile: Array, moving: Array, slope: Array, found: Landmarks) -> dict[str, float]:
+    """The longest flat stretch and the plateau after the second major peak; one that is missing has length 0.
+
+    The level of a missing flat stretch is the mean force; of a missing plateau, midway between peak and valley.
+    """
+    start, length = _longest(np.abs(slope) <= FLAT_N_DEG)
+    level = moving[start : start + length + POINTS_PER_DEG] if length else moving
+    made = {"flat_deg": length / POINTS_PER_DEG, "flat_N": float(level.mean())}
+    plateau = plateau_of(profile, found)
+    if plateau is None:
+        top, bottom = (found.peaks[1], found.valleys[1]) if len(found.peaks) > 1 else (found.end, found.end)
+        return {**made, "plateau_deg": 0.0, "plateau_N": float(moving[top] + moving[bottom]) / 2}
+    first, last = plateau
+    return {
+        **made,
+        "plateau_deg": (last - first) / POINTS_PER_DEG,
+        "plateau_N": float(profile[first : last + 1].mean()),
+    }
+
+
+def _work(profile: Array) -> dict[str, float]:
+    """Work over the whole grid in J per metre of handle radius: the integral of the force over the angle in radians."""
+    width = np.radians(1 / POINTS_PER_DEG)
+    pieces = (profile[1:] + profile[:-1]) / 2 * width
+    made = {
+        "work_J_m": float(pieces.sum()),
+        "work_pulled_J_m": float(pieces[pieces > 0].sum()),
+        "work_returned_J_m": float(-pieces[pieces < 0].sum()),
+    }
+    for low, high in PARTS_DEG:
+        part = pieces[low * POINTS_PER_DEG : high * POINTS_PER_DEG]
+        made[f"work_{low}_{high}_J_m"] = float(part.sum())
+    return made
+
+
+def _slope_over_a_degree(moving: Array) -> Array:
+    """N/deg between points a degree apart; of a shorter motion, over all of it."""
+    span = min(POINTS_PER_DEG, len(moving) - 1)
+    if span == 0:
+        return np.zeros(1)
+    return (moving[span:] - moving[:-span]) * (POINTS_PER_DEG / span)
+
+
+def _longest(true: NDArray[np.bool_]) -> tuple[int, int]:
+    """Start and length of the longest run, the first of equals; length 0 where there is none."""
+    edges = np.diff(true.astype(np.int8), prepend=0, append=0)
+    starts, ends = np.flatnonzero(edges == 1), np.flatnonzero(edges == -1)
+    if not starts.size:
+        return 0, 0
+    best = int(np.argmax(ends - starts))
+    return int(starts[best]), int(ends[best] - starts[best])
+
+
+def _row(profile: Array, where: str, names: Sequence[str]) -> Array:
+    found = _found(_checked(profile, where))
+    return np.array([found[name] for name in names])
+
+
+def _checked(force_N: Array, where: str) -> Array:
+    profile = as_profile(force_N, where)
+    demand_force(profile, where)
+    return profile

@@ -1,0 +1,1 @@
+"""Trained models as files: cards, their weights, and the runtime that plays them."""

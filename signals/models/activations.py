@@ -1,0 +1,118 @@
+"""Activations by element, and softmax: in place where the numbers are needed no more."""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Mapping
+from dataclasses import replace
+
+import numpy as np
+
+from palpate.signals.models.card import Activation
+from palpate.signals.models.form import At, Built, Form, Kept, Values
+
+SLOPE = 0.2
+"""Of a leaky relu below zero."""
+LEAST = 1e-10
+"""What a logarithm is taken of, at least."""
+SAFE = 40.0
+"""The exponential of a number within this is far from all limits, in single precision too."""
+ROOT_HALF = float(np.sqrt(0.5))
+
+
+def activation(step: Activation, form: Form, at: At) -> Built:  # noqa: ARG001 - it fits every form
+    """The function that the card names."""
+    after = replace(form, owned=True)
+    if step.function == "softmax":
+        return _softmax(form), after
+    if step.function == "gelu":
+        return _gelu(), after
+    function = FUNCTIONS[step.function]
+
+    def run(x: Values, _kept: Kept) -> Values:
+        return function(x, x if form.owned else None)
+
+    return run, after
+
+
+def soft(x: Values, axis: int) -> Values:
+    """exp(x) / sum of exp(x) along an axis, in place; from its greatest, where it would overflow or vanish else."""
+    if not (x.max() < SAFE and x.min() > -SAFE):
+        x -= np.maximum.reduce(x, axis=axis, keepdims=True)
+    np.exp(x, out=x)
+    x /= np.add.reduce(x, axis=axis, keepdims=True)
+    return x
+
+
+def _softmax(form: Form) -> Callable[[Values, Kept], Values]:
+    axis = 1 if form.length_first or len(form.shape) == 1 else 2
+
+    def run(x: Values, _kept: Kept) -> Values:
+        return soft(x if form.owned else x.copy(), axis)
+
+    return run
+
+
+def _gelu() -> Callable[[Values, Kept], Values]:
+    """x times the normal distribution function; by erfc, which keeps its digits far below zero."""
+    from scipy.special import erfc
+
+    def run(x: Values, _kept: Kept) -> Values:
+        y: Values = erfc(x * -ROOT_HALF)
+        y *= x
+        y *= 0.5
+        return y
+
+    return run
+
+
+def _relu(x: Values, into: Values | None) -> Values:
+    return np.asarray(np.maximum(x, 0, out=into))
+
+
+def _tanh(x: Values, into: Values | None) -> Values:
+    return np.asarray(np.tanh(x, out=into))
+
+
+def _sigmoid(x: Values, into: Values | None) -> Values:
+    y = np.negative(x, out=into)
+    np.exp(y, out=y)
+    y += 1
+    return np.asarray(np.reciprocal(y, out=y))
+
+
+def _elu(x: Values, into: Values | None) -> Values:
+    below = np.expm1(np.minimum(x, 0))
+    return np.asarray(np.add(np.maximum(x, 0, out=into), below, out=below))
+
+
+def _leaky(x: Values, into: Values | None) -> Values:
+    return np.asarray(np.maximum(x, x * SLOPE, out=into))
+
+
+def _softplus(x: Values, into: Values | None) -> Values:
+    """log(1 + exp(x)), also where exp(x) would overflow."""
+    beyond = np.log1p(np.exp(-np.abs(x)))
+    return np.asarray(np.add(np.maximum(x, 0, out=into), beyond, out=beyond))
+
+
+def _exp(x: Values, into: Values | None) -> Values:
+    return np.asarray(np.exp(x, out=into))
+
+
+def _log(x: Values, into: Values | None) -> Values:
+    y = np.maximum(x, LEAST, out=into)
+    return np.asarray(np.log(y, out=y))
+
+
+def _square(x: Values, into: Values | None) -> Values:
+    return np.asarray(np.multiply(x, x, out=into))
+
+
+def _abs(x: Values, into: Values | None) -> Values:
+    return np.asarray(np.abs(x, out=into))
+
+
+FUNCTIONS: Mapping[str, Callable[[Values, Values | None], Values]] = {
+    "relu": _relu, "tanh": _tanh, "sigmoid": _sigmoid, "elu": _elu, "leaky": _leaky, "softplus": _softplus,
+    "exp": _exp, "log": _log, "square": _square, "abs": _abs,
+}  # fmt: skip

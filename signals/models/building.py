@@ -1,0 +1,151 @@
+"""From a card's steps to something that runs: every shape is followed and checked once, before anything is asked."""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Mapping, Sequence
+from dataclasses import replace
+from typing import Any
+
+import numpy as np
+
+from palpate.signals.models import (
+    activations,
+    autoregression,
+    kept_values,
+    layers,
+    look_ups,
+    profile_steps,
+    recurrence,
+    sequence_layers,
+)
+from palpate.signals.models import card as steps_of
+from palpate.signals.models import card_steps as signal_steps
+from palpate.signals.models.card import Conv, Dense, Mean, Residual, Step, Upsample
+from palpate.signals.models.card_steps import Attention, Norm
+from palpate.signals.models.errors import ModelFileError
+from palpate.signals.models.form import LARGEST, At, Built, Form, Kept, Run, Values
+
+__all__ = ["Form", "Run", "built"]
+
+
+def built(steps: Sequence[Step], tensors: Mapping[str, Values], form: Form) -> Built:
+    """What these steps do to (n, *form.shape), and the form that comes out. Raises ModelFileError naming the step."""
+    if form.size > LARGEST:
+        raise ModelFileError(f"{form.size} numbers for one input; at most {LARGEST} are run. Export the model again.")
+    return _chain(steps, form, At("", tensors))
+
+
+def _chain(steps: Sequence[Step], form: Form, at: At) -> Built:
+    runs: list[Run] = []
+    place = 0
+    while place < len(steps):
+        together = 2 if _one_step(steps[place : place + 2], at) else 1
+        kinds = ", ".join(step.do for step in steps[place : place + together])
+        here = at.inner(f"step {place + 1} ({kinds})")
+        run, form = _next(steps[place : place + together], form, here)
+        if form.size > LARGEST:
+            raise here.refuse(f"{form.size} numbers for one input; at most {LARGEST} are run")
+        runs.append(run)
+        place += together
+    return _one_after_another(tuple(runs)), form
+
+
+def _one_step(steps: Sequence[Step], at: At) -> bool:
+    """Copies need not be made, and places not scaled, where what follows can have that in its weights."""
+    if len(steps) < 2:
+        return False
+    if isinstance(steps[0], Upsample):
+        return isinstance(steps[1], Dense)
+    return isinstance(steps[0], Norm) and _by_place(steps[1], at)
+
+
+def _by_place(step: Step, at: At) -> bool:
+    """Whether it multiplies each place by a matrix."""
+    if isinstance(step, Conv):
+        weight = at.tensors.get(step.weight)
+        return not step.pad and weight is not None and weight.shape[2:] == (1,)
+    return isinstance(step, Attention) and step.memory is None
+
+
+def _next(steps: Sequence[Step], form: Form, at: At) -> Built:
+    """One step at work, or two together."""
+    first, last = steps[0], steps[-1]
+    make: Callable[[Any, Form, At], Built] = _BUILDERS[type(last)]
+    if isinstance(first, Upsample) and isinstance(last, Dense):
+        layers.require_sides(first, form, at)
+        return layers.dense(last, form, at, times=first.times)
+    if isinstance(first, Norm) and isinstance(last, Attention | Conv):
+        return sequence_layers.norm_before(first, last, make, form, at)
+    return make(first, form, at)
+
+
+def _one_after_another(runs: tuple[Run, ...]) -> Run:
+    def run(x: Values, kept: Kept) -> Values:
+        for each in runs:
+            x = each(x, kept)
+        return x
+
+    return run
+
+
+def _residual(step: Residual, form: Form, at: At) -> Built:
+    inner, out = _chain(step.steps, replace(form, owned=False), at)
+    if out.shape != form.shape:
+        raise at.refuse(f"its steps turn shape {form.shape} into {out.shape}; the same shape is expected")
+
+    def run(x: Values, kept: Kept) -> Values:
+        y = inner(x, kept)
+        if out.length_first != form.length_first:
+            y = y.swapaxes(1, 2)
+        total = np.add(y, x, out=y) if out.owned and y.dtype == np.result_type(x, y) else y + x
+        return np.asarray(np.maximum(total, 0, out=total))
+
+    return run, replace(form, owned=True)
+
+
+def _mean(step: Mean, form: Form, at: At) -> Built:
+    if not step.members:
+        raise at.refuse("it has no members; at least one is expected")
+    members = []
+    for number, steps in enumerate(step.members, start=1):
+        run, out = _chain(steps, replace(form, owned=False), at.inner(f"member {number}"))
+        members.append((run, out))
+    shapes = {out.shape for _, out in members}
+    if len(shapes) > 1 or any(len(shape) != 1 for shape in shapes):
+        raise at.refuse(f"its members give shapes {sorted(shapes)}; one and the same list of numbers is expected")
+
+    def mean(x: Values, kept: Kept) -> Values:
+        return np.asarray(sum(run(x, kept).astype(np.float64) for run, _ in members) / len(members))
+
+    return mean, Form(shapes.pop(), owned=True)
+
+
+_BUILDERS: Mapping[type, Callable[[Any, Form, At], Built]] = {
+    steps_of.Affine: layers.affine,
+    steps_of.Dense: layers.dense,
+    steps_of.Conv: layers.conv,
+    steps_of.Activation: activations.activation,
+    steps_of.MaxPool: layers.max_pool,
+    steps_of.Upsample: layers.upsample,
+    steps_of.Reshape: layers.reshape,
+    steps_of.Clip: layers.clip,
+    steps_of.Kernel: look_ups.kernel,
+    steps_of.Forest: look_ups.forest,
+    steps_of.Nearest: look_ups.nearest,
+    steps_of.DoorFeatures: profile_steps.door_features,
+    steps_of.Playable: profile_steps.playable,
+    steps_of.Residual: _residual,
+    steps_of.Mean: _mean,
+    signal_steps.Keep: kept_values.keep,
+    signal_steps.Recall: kept_values.recall,
+    signal_steps.Add: kept_values.add,
+    signal_steps.Join: kept_values.join,
+    signal_steps.Part: kept_values.part,
+    signal_steps.Turn: kept_values.turn,
+    signal_steps.Polar: kept_values.polar,
+    signal_steps.Cartesian: kept_values.cartesian,
+    signal_steps.Norm: sequence_layers.norm,
+    signal_steps.Attention: sequence_layers.attention,
+    signal_steps.Lstm: recurrence.lstm,
+    signal_steps.Autoregression: autoregression.autoregression,
+}

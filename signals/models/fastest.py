@@ -1,0 +1,105 @@
+"""The quickest way to run a model on this machine: the compiled kernel where it can, else NumPy."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass, field
+from typing import Protocol
+
+import numpy as np
+from numpy.typing import NDArray
+
+from palpate.signals.models.card import Card
+from palpate.signals.models.errors import ModelInputError
+from palpate.signals.models.runtime import Model
+
+Array = NDArray[np.float64]
+TRIED = 12
+"""Inputs on which the kernel is tried when a model is opened."""
+AGREES = 1e-3
+"""Single precision is a hundred times nearer; a fault is farther off."""
+
+
+class Runs(Protocol):
+    """A model that answers; `runtime` says by what, in a word or two."""
+
+    @property
+    def card(self) -> Card:
+        """What it takes and gives."""
+
+    @property
+    def runtime(self) -> str:
+        """What runs it: "native (AVX-512)" or "NumPy"."""
+
+    def run(self, given: Array) -> Array:
+        """As `Model.run`: (in,) to (out,), or (n, in) to (n, out), in float64. Raises ModelInputError as it does."""
+
+
+@dataclass(frozen=True)
+class ByNumpy:
+    """A model run by NumPy; `why`: what stood in the kernel's way."""
+
+    model: Model = field(repr=False)
+    why: str = ""
+    runtime: str = "NumPy"
+
+    @property
+    def card(self) -> Card:
+        """What it takes and gives."""
+        return self.model.card
+
+    def run(self, given: Array) -> Array:
+        """As `Model.run`."""
+        return self.model.run(given)
+
+
+def fastest(model: Model, instructions: str | None = None) -> Runs:
+    """The model, run by the compiled kernel where that was built and knows all its steps, else by NumPy.
+
+    The kernel's answers are compared with NumPy's here, once; one that does not agree is not used. `instructions`
+    names one of the kernel's instruction sets; None: the first that this processor has. Every call opens a workspace
+    of its own.
+    """
+    from palpate.signals.models.native.library import KernelMissing, library
+    from palpate.signals.models.native.opened import Native
+    from palpate.signals.models.native.values import NotCompiled
+
+    try:
+        kernel = library()
+        sets = [each for each in kernel.sets if instructions in (None, each.name)]
+        if not sets:
+            return ByNumpy(model, f"this processor has no {instructions}")
+        found = Native(model, kernel, sets[0], fastest)
+    except (KernelMissing, NotCompiled) as error:
+        return ByNumpy(model, str(error))
+    far = apart(found, model)
+    return found if far <= AGREES else ByNumpy(model, f"the kernel's answers are {far:.1e} off")
+
+
+def apart(found: Runs, model: Model) -> float:
+    """The greatest difference between both on a few inputs, relative to the size of the answers; inf for none.
+
+    Where an answer may jump (a phase at its cut, the choice of a sparse attention) rounding may decide: the second
+    largest difference counts.
+    """
+    rows = _tried(model.card)
+    try:
+        answers, wanted = found.run(rows), model.run(rows)
+    except ModelInputError:
+        return float("inf")
+    scale = max(float(np.abs(wanted).max()), np.finfo(np.float32).tiny)
+    return float(np.sort(np.abs(answers - wanted).max(axis=1))[-2] / scale)
+
+
+def _tried(card: Card) -> Array:
+    """Inputs (TRIED, in) about what a texture's recording held, or about 0, within what the model answers to."""
+    chance, takes, texture = np.random.Generator(np.random.PCG64(1)), card.takes, card.texture
+    rows = chance.standard_normal((TRIED, takes.size))
+    if texture is not None and takes.size % 3 == 0:
+        wide = rows.reshape(TRIED, 3, -1)
+        wide[:, 0] *= texture.rms_m_s2
+        for channel, ends in ((1, texture.speed_mm_s), (2, texture.force_N)):
+            wide[:, channel] = chance.uniform(*ends, wide[:, channel].shape)
+    if takes.within is None:
+        return rows
+    low, high = takes.within
+    return np.clip(rows, low, high) if low < 1 and high > -1 else chance.uniform(low, high, rows.shape)

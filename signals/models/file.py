@@ -1,0 +1,91 @@
+"""Reading a trained model: the card, the numbers beside it, and the check that both belong together and fit."""
+
+from __future__ import annotations
+
+from pathlib import Path
+from typing import Any
+
+from pydantic import ValidationError
+
+from palpate.protocols.canonical import canonical, parse
+from palpate.signals.models.card import FORMAT, Card, complaint
+from palpate.signals.models.errors import ModelFileError, reading
+from palpate.signals.models.runtime import Model
+from palpate.signals.models.tensors import read_tensors
+
+__all__ = ["CARD_SUFFIX", "Model", "ModelFileError", "read_card", "read_model"]
+
+CARD_SUFFIX = ".json"
+HATT_SUFFIX = ".xml"
+LARGEST_CARD = 8 * 1024**2
+"""Bytes of a card; the numbers are in the other file."""
+CODE = {".pt", ".pth", ".pkl", ".pickle", ".joblib", ".onnx", ".h5", ".hdf5", ".keras", ".pb", ".npy", ".npz", ".ckpt"}
+"""Files of other programs, some of which run code when they are opened."""
+FAMILY = FORMAT.rpartition("/")[0]
+
+
+def read_model(card: Path | str) -> Model:
+    """Read a model from its card, NAME.json, and the weights that the card names beside it.
+
+    Everything is checked here, once: a model that was read answers every finite input of the right size. A texture of
+    the Penn Haptic Texture Toolkit, `Models_NAME.xml`, is read as a model too (signals/models/hatt.py).
+
+    Raises:
+        ModelFileError: a file that is missing, foreign, newer, truncated or changed, or whose steps do not fit.
+    """
+    path = Path(card)
+    if path.suffix.lower() == HATT_SUFFIX:
+        from palpate.signals.models.hatt import read_hatt
+
+        return read_hatt(path)
+    found = read_card(path)
+    tensors = read_tensors(path, found)
+    try:
+        return Model(found, tensors)
+    except ModelFileError as error:
+        raise ModelFileError(f"{path}: {error}") from None
+
+
+def read_card(path: Path | str) -> Card:
+    """Read a card alone. Raises ModelFileError as `read_model` does."""
+    path = Path(path)
+    with reading(path):
+        content = _content(path)
+    try:
+        told = parse(content)
+        canonical(told)  # a number such as 1e999 is infinite only once it is read
+    except (ValueError, RecursionError) as error:
+        raise ModelFileError(f"{path}: not a model's card: {error}. A card is a JSON text file.") from None
+    _require_format(path, told)
+    try:
+        return Card.model_validate_json(content, strict=True)
+    except ValidationError as error:
+        raise ModelFileError(f"{path}: {complaint(error)}. Export the model again, or repair the card.") from None
+
+
+def _content(path: Path) -> bytes:
+    if path.suffix.lower() in CODE:
+        raise ModelFileError(
+            f"{path}: {path.suffix} files are not opened: they may run code or need another program. "
+            f"A model here is a card, NAME{CARD_SUFFIX}, with NAME.safetensors beside it: `palpate train` writes both."
+        )
+    if path.suffix == ".safetensors":
+        raise ModelFileError(f"{path}: these are a model's numbers; give its card, {path.stem}{CARD_SUFFIX}.")
+    if not path.is_file():
+        raise ModelFileError(
+            f"{path}: there is no such file. A model is given by its name or as its card, NAME{CARD_SUFFIX}; "
+            "`palpate models list` shows those there are."
+        )
+    if (size := path.stat().st_size) > LARGEST_CARD:
+        raise ModelFileError(f"{path}: {size} bytes; a model's card has at most {LARGEST_CARD}.")
+    return path.read_bytes()
+
+
+def _require_format(path: Path, told: Any) -> None:
+    found = told.get("format") if isinstance(told, dict) else None
+    if found == FORMAT:
+        return
+    if isinstance(found, str) and found.startswith(f"{FAMILY}/"):
+        raise ModelFileError(f"{path}: format {found!r}; this version reads {FORMAT!r}. Update palpate to use it.")
+    was = "no format is named" if found is None else f"format {str(found)[:40]!r}"
+    raise ModelFileError(f"{path}: not a model's card: {was}, {FORMAT!r} is expected.")

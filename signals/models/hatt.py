@@ -1,0 +1,230 @@
+"""A texture of the Penn Haptic Texture Toolkit as a model that runs like every other one here.
+
+The toolkit interpolates line spectral frequencies and the variance of the excitation within triangles over speed and
+force; so does `Autoregression`, if it is given the variance in the place of the log SD. A moving average has no state
+here: such models become autoregressions of a higher order with the same first autocorrelations.
+"""
+
+from __future__ import annotations
+
+import hashlib
+import re
+from collections.abc import Iterator
+from dataclasses import dataclass, replace
+from pathlib import Path
+from typing import Any, TypeAlias
+
+import numpy as np
+from numpy.typing import NDArray
+
+from palpate.signals.linear_prediction import predictor_of
+from palpate.signals.models.card import Activation, Affine, Card, Port, Reshape, Step, Texture, Weights
+from palpate.signals.models.card_steps import Autoregression, Join, Keep, Part, Recall
+from palpate.signals.models.errors import ModelFileError
+from palpate.signals.models.hatt_file import Array, Hatt, read_hatt_file
+from palpate.signals.models.runtime import Model
+
+RADIUS = 0.998
+"""No pole of what runs lies further out, whatever speed and force are."""
+DAMP = 0.995
+PER = (100.0, 1.0)
+HIGHER = 40
+"""Order of the autoregression that a moving average becomes a part of."""
+FINER = 3
+"""A triangle's side is cut into so many where there is a moving average: what lies between is converted too."""
+SPECTRUM = 2**12
+"""Places on the unit circle at which a spectrum is looked at."""
+START_MM_S, START_N = 45.0, 0.8
+"""What a texture begins with (thesis 4.5.1)."""
+WARM_UP = 1000
+PEAK_SDS = 6.0
+"""Nothing beyond so many SDs of the loudest point is played."""
+
+
+Numbers: TypeAlias = dict[str, NDArray[Any]]
+
+
+@dataclass(frozen=True)
+class _Points:
+    """Points (k, 2) with error filters (k, order + 1) and variances (k,) of their innovations; triangles (t, 3)."""
+
+    points: Array
+    filters: Array
+    variance: Array
+    triangles: NDArray[np.int64]
+
+
+def read_hatt(path: Path | str) -> Model:
+    """Read a texture of the toolkit, `Models_NAME.xml`, as a model that continues a texture.
+
+    An AR model is exact: frequencies and variance are interpolated as the toolkit does. An ARMA model is exact in its
+    first 40 autocorrelations at each of its points, and at nine places of each triangle. Poles beyond a radius of 0.998
+    are drawn in. Raises ModelFileError: a file that is missing, foreign or damaged, units other than m/s^2, mm/s and N,
+    frequencies that are not those of a stable filter.
+    """
+    path = Path(path)
+    said, content = read_hatt_file(path)
+    try:
+        found = _converted(said)
+    except ModelFileError as error:
+        raise ModelFileError(f"{path}: {error}") from None
+    tensors = _tensors(found)
+    window = found.filters.shape[1] - 1
+    return Model(_card(path, said, found, content, window), {**tensors, "start": _start(tensors, window)})
+
+
+def _converted(said: Hatt) -> _Points:
+    """Each point's predictor; with a moving average, of more points between them. Raises ModelFileError."""
+    fine = said if not said.ma.shape[1] else _finer(said)
+    if not said.ma.shape[1]:
+        filters, error = _error_filters(fine.ar), np.ones(len(fine.ar))
+    else:
+        with np.errstate(over="ignore", divide="ignore", invalid="ignore"):
+            filters, error = _without_average(fine)
+        if not (np.isfinite(filters).all() and (error >= 0).all()):
+            raise ModelFileError("ARlsf and MAlsf of a model lie too near the edge of what is stable to be converted.")
+    return _Points(fine.points, _drawn_in(filters), error * fine.variance, fine.triangles)
+
+
+def _finer(said: Hatt) -> Hatt:
+    """Every triangle in nine, what lies between being interpolated as the toolkit does."""
+    known: dict[tuple[tuple[int, int], ...], int] = {}
+    triangles = [
+        [known.setdefault(place, len(known)) for place in small]
+        for corners in said.triangles.tolist()
+        for small in _nine(corners)
+    ]
+    shares = np.zeros((len(known), len(said.points)))
+    for place, row in known.items():
+        for corner, share in place:
+            shares[row, corner] = share / FINER
+    return replace(
+        said, points=shares @ said.points, ar=shares @ said.ar, ma=shares @ said.ma, gain=shares @ said.gain,
+        variance=shares @ said.variance, triangles=np.array(triangles),
+    )  # fmt: skip
+
+
+def _nine(corners: list[int]) -> Iterator[list[tuple[tuple[int, int], ...]]]:
+    """The small triangles, each corner as (point, share in thirds) of the large ones' corners."""
+
+    def at(i: int, j: int) -> tuple[tuple[int, int], ...]:
+        together: dict[int, int] = {}
+        for corner, share in zip(corners, (FINER - i - j, i, j), strict=True):
+            together[corner] = together.get(corner, 0) + share
+        return tuple(sorted((corner, share) for corner, share in together.items() if share))
+
+    for i in range(FINER):
+        for j in range(FINER - i):
+            yield [at(i, j), at(i + 1, j), at(i, j + 1)]
+            if i + j < FINER - 1:
+                yield [at(i + 1, j), at(i + 1, j + 1), at(i, j + 1)]
+
+
+def _error_filters(frequencies: Array) -> Array:
+    return np.concatenate([np.ones((len(frequencies), 1)), -predictor_of(frequencies.shape[1])(frequencies)], axis=1)
+
+
+def _without_average(said: Hatt) -> tuple[Array, Array]:
+    """Error filters of a higher order and their error, for an excitation of variance 1 (Levinson and Durbin)."""
+    spectra = [np.abs(np.fft.rfft(_error_filters(each), SPECTRUM)) ** 2 for each in (said.ma, said.ar)]
+    lags = np.fft.irfft(spectra[0] / spectra[1] * said.gain[:, None] ** 2)[:, : HIGHER + 1]
+    filters = np.zeros_like(lags)
+    filters[:, 0], error = 1, lags[:, 0].copy()
+    for order in range(1, HIGHER + 1):
+        across = (filters[:, :order] * lags[:, order:0:-1]).sum(axis=1)
+        reflection = np.divide(-across, error, out=np.zeros_like(error), where=error > 0)
+        filters[:, : order + 1] += reflection[:, None] * filters[:, order::-1]
+        error *= 1 - reflection**2
+    return filters, error
+
+
+def _drawn_in(filters: Array) -> Array:
+    """Filters (k, order + 1) with all poles inside RADIUS: where one is not, they are damped again and again."""
+    found = filters.copy()
+    while (out := ~_stable(found / RADIUS ** np.arange(found.shape[1]))).any():
+        found[out] *= DAMP ** np.arange(found.shape[1])
+    return found
+
+
+def _stable(filters: Array) -> NDArray[np.bool_]:
+    """(k,): whether all poles lie within 1: all reflection coefficients do (Schur and Cohn)."""
+    left, stable = filters, np.ones(len(filters), dtype=bool)
+    for place in range(filters.shape[1] - 1, 0, -1):
+        last = left[:, place : place + 1]
+        stable &= np.abs(last[:, 0]) < 1
+        with np.errstate(divide="ignore", invalid="ignore", over="ignore"):
+            left = (left[:, :place] - last * left[:, place:0:-1]) / (1 - last**2)
+    return stable
+
+
+def _frequencies(found: Array) -> Array:
+    """Line spectral frequencies of the filter whose poles are the given one's divided by RADIUS."""
+    longer = np.append(found / RADIUS ** np.arange(len(found)), 0.0)
+    signs = (-1.0) ** np.arange(len(longer))
+    symmetric, other = longer + longer[::-1], np.cumsum(longer - longer[::-1])[:-1]  # the other has a root at 1
+    if len(found) % 2:
+        symmetric = (signs * np.cumsum(signs * symmetric))[:-1]  # and the symmetric one at -1,
+    else:
+        other = (signs[:-1] * np.cumsum(signs[:-1] * other))[:-1]  # or, of an odd order, the other too
+    angles = np.concatenate([np.angle(np.roots(half)) for half in (symmetric, other)])
+    return np.sort(angles[angles > 0])
+
+
+def _tensors(found: _Points) -> Numbers:
+    window = found.filters.shape[1] - 1
+    damping = np.ones((3, window))
+    damping[0] = RADIUS ** np.arange(window, 0, -1)
+    frequencies = np.array([_frequencies(each) for each in found.filters])
+    return {
+        "damping": damping, "points": found.points / PER, "frequencies": frequencies, "variance": found.variance,
+        "triangles": found.triangles,
+    }  # fmt: skip
+
+
+def _steps(window: int) -> tuple[Step, ...]:
+    """The variance is interpolated, and only then the log of the SD is taken."""
+    predictor = Autoregression(
+        points="points", frequencies="frequencies", log_sd="variance", triangles="triangles", per=PER
+    )
+    log_sd = (Part(start=1, stop=2), Activation(function="log"), Affine(gain=0.5), Keep(kept="log_sd"))
+    both = (Recall(kept="both"), Part(start=0, stop=1), Join(kept=("log_sd",)))
+    return (Reshape(shape=(3, window)), Affine(gain="damping"), predictor, Keep(kept="both"), *log_sd, *both)
+
+
+def _card(path: Path, said: Hatt, found: _Points, content: bytes, window: int) -> Card:
+    levels = np.sqrt(found.variance * _gains(found.filters))
+    name = "hatt-" + (re.sub(r"[^a-z0-9]+", "_", said.material.lower()).strip("_") or "texture")[:50]
+    low, high = found.points.min(axis=0), found.points.max(axis=0)
+    notes = ["read from the Penn Haptic Texture Toolkit; see its licence"]
+    notes += [f"an ARMA model of orders {said.ar.shape[1]} and {said.ma.shape[1]}"] if said.ma.shape[1] else []
+    notes += [f"kinetic friction {said.friction:g}, which is not rendered"] if said.friction is not None else []
+    return Card(
+        name=name, title=f"{said.material} (HaTT)", method="hatt", steps=_steps(window), notes=tuple(notes),
+        weights=Weights(file=path.name, sha256=hashlib.sha256(content).hexdigest(), bytes=len(content)),
+        takes=Port(kind="texture_window", size=3 * window, unit="m/s^2, mm/s, N"),
+        gives=Port(kind="acceleration", size=2, unit="m/s^2"),
+        texture=Texture(
+            id=name, label=said.material, rate_hz=said.rate_hz, window=window, start="start",
+            speed_mm_s=(float(low[0]), float(high[0])), force_N=(float(low[1]), float(high[1])),
+            rms_m_s2=float(np.sqrt(np.mean(levels**2))), peak_m_s2=PEAK_SDS * max(float(levels.max()), 1e-3),
+        ),
+    )  # fmt: skip
+
+
+def _gains(filters: Array) -> Array:
+    """(k,): how much stronger than its innovations a predictor's signal is, by the energy of its response."""
+    return np.asarray(np.fft.irfft(1 / np.abs(np.fft.rfft(filters, SPECTRUM)) ** 2)[:, 0])
+
+
+def _start(tensors: Numbers, window: int) -> Array:
+    """What the model itself makes at 45 mm/s and 0.8 N."""
+    silent = Weights(file="x", sha256="0" * 64, bytes=0)
+    takes, gives = Port(kind="texture_window", size=3 * window, unit=""), Port(kind="acceleration", size=2, unit="")
+    card = Card(name="x", title="", method="hatt", weights=silent, takes=takes, gives=gives, steps=_steps(window))
+    hand = np.tile(np.repeat([START_MM_S, START_N], window), (window, 1))
+    answers = Model(card, tensors).run(np.concatenate([np.eye(window), hand], axis=1))
+    innovations = np.random.Generator(np.random.PCG64(0)).normal(size=WARM_UP) * np.exp(answers[0, 1])
+    past = np.zeros(window)
+    for each in innovations:
+        past = np.append(past[1:], answers[:, 0] @ past + each)
+    return past

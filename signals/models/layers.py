@@ -1,0 +1,162 @@
+"""The steps that networks are made of, in NumPy. A convolution is one product of matrices."""
+
+from __future__ import annotations
+
+from dataclasses import replace
+
+import numpy as np
+from numpy.lib.stride_tricks import as_strided
+
+from palpate.signals.models.card import Affine, Clip, Conv, Dense, MaxPool, Reshape, Upsample
+from palpate.signals.models.form import LARGEST, At, Built, Form, Kept, Run, Values, flattened
+
+
+def affine(step: Affine, form: Form, at: At) -> Built:
+    """y = gain * x + offset."""
+    gain, offset = _factor(step.gain, form, at), _factor(step.offset, form, at)
+
+    def run(x: Values, _kept: Kept) -> Values:
+        return np.asarray(gain * x + offset)
+
+    return run, replace(form, owned=True)
+
+
+def dense(step: Dense, form: Form, at: At, times: int = 1) -> Built:
+    """y = weight x + bias; `times`: every element along the length stands for so many equal ones."""
+    weight = at.reals(step.weight, None, form.size * times)
+    bias = at.reals(step.bias, len(weight)).astype(weight.dtype)
+    if times > 1:
+        weight = weight.reshape(len(weight), *form.shape, times).sum(axis=-1)
+    if form.length_first:
+        weight = weight.reshape(len(weight), *form.shape).swapaxes(1, 2)
+    matrix = np.ascontiguousarray(weight.reshape(len(weight), -1)).T
+
+    def run(x: Values, _kept: Kept) -> Values:
+        y: Values = x.reshape(len(x), -1).astype(matrix.dtype, copy=False) @ matrix
+        y += bias
+        return y
+
+    return run, Form((len(bias),), owned=True)
+
+
+def conv(step: Conv, form: Form, at: At) -> Built:
+    """Cross-correlation along the length: all windows side by side, times the weights."""
+    channels, length = sides(form, at)
+    weight = at.reals(step.weight, None, channels, None)
+    filters, _, width = weight.shape
+    bias = at.reals(step.bias, filters).astype(weight.dtype)
+    out_length = length + 2 * step.pad - width + 1
+    if out_length < 1 or out_length * width * channels > LARGEST:
+        raise at.refuse(f"a width of {width} over a length of {length} and {step.pad} zeros on either side")
+    matrix = np.ascontiguousarray(weight.transpose(2, 1, 0).reshape(width * channels, filters))
+    if width == 1 and not step.pad:
+        return by_place(matrix, bias, form), Form((filters, length), length_first=True, owned=True)
+
+    def run(x: Values, _kept: Kept) -> Values:
+        padded = np.zeros((len(x), length + 2 * step.pad, channels), dtype=matrix.dtype)
+        padded[:, step.pad : step.pad + length] = x if form.length_first else x.swapaxes(1, 2)
+        sample, row, item = padded.strides
+        windows = as_strided(padded, (len(x), out_length, width * channels), (sample, row, item))
+        y: Values = windows.reshape(len(x) * out_length, -1) @ matrix
+        y += bias
+        return y.reshape(len(x), out_length, filters)
+
+    return run, Form((filters, out_length), length_first=True, owned=True)
+
+
+def by_place(matrix: Values, bias: Values, form: Form) -> Run:
+    """x matrix + bias at each place: (n, length, channels) to (n, length, filters)."""
+    length = form.shape[1]
+
+    def run(x: Values, _kept: Kept) -> Values:
+        y: Values = rows_of(x, form).astype(matrix.dtype, copy=False) @ matrix
+        y += bias
+        return y.reshape(-1, length, len(bias))
+
+    return run
+
+
+def rows_of(x: Values, form: Form) -> Values:
+    """(n * length, channels), the places of all inputs one below the other."""
+    return (x if form.length_first else x.swapaxes(1, 2)).reshape(-1, form.shape[0])
+
+
+def max_pool(step: MaxPool, form: Form, at: At) -> Built:
+    """The greatest of every `size` neighbours."""
+    channels, length = sides(form, at)
+    pooled = length // step.size
+    if pooled < 1:
+        raise at.refuse(f"a length of {length} has no {step.size} neighbours")
+
+    def run(x: Values, _kept: Kept) -> Values:
+        kept = (x if form.length_first else x.swapaxes(1, 2))[:, : pooled * step.size]
+        most = np.maximum(kept[:, 0 :: step.size], kept[:, 1 :: step.size])
+        for place in range(2, step.size):
+            np.maximum(most, kept[:, place :: step.size], out=most)
+        return most
+
+    return run, Form((channels, pooled), length_first=True, owned=True)
+
+
+def upsample(step: Upsample, form: Form, at: At) -> Built:
+    """Every element `times` times."""
+    channels, length = require_sides(step, form, at)
+
+    def run(x: Values, _kept: Kept) -> Values:
+        return np.repeat(x, step.times, axis=1 if form.length_first else 2)
+
+    return run, Form((channels, length * step.times), form.length_first, owned=True)
+
+
+def reshape(step: Reshape, form: Form, at: At) -> Built:
+    """The same numbers in C order, in another shape: a list, or channels and length."""
+    if len(step.shape) not in (1, 2) or any(side < 1 for side in step.shape) or Form(step.shape).size != form.size:
+        raise at.refuse(f"{form.size} numbers of shape {form.shape} do not fit shape {step.shape}")
+    flat = flattened(form)
+
+    def run(x: Values, _kept: Kept) -> Values:
+        return flat(x).reshape(len(x), *step.shape)
+
+    return run, Form(step.shape, owned=form.owned)
+
+
+def clip(step: Clip, form: Form, at: At) -> Built:
+    """Within low and high; what is not finite is not made to look so."""
+    if step.low > step.high:
+        raise at.refuse(f"low {step.low:g} is above high {step.high:g}")
+
+    def run(x: Values, _kept: Kept) -> Values:
+        return np.where(np.isfinite(x), np.clip(x, step.low, step.high), np.nan)
+
+    return run, replace(form, owned=True)
+
+
+def require_sides(step: Upsample, form: Form, at: At) -> tuple[int, int]:
+    """Channels and length, where so many copies can be held."""
+    channels, length = sides(form, at)
+    if form.size * step.times > LARGEST:
+        raise at.refuse(f"{form.size} numbers {step.times} times; at most {LARGEST} are run")
+    return channels, length
+
+
+def sides(form: Form, at: At) -> tuple[int, int]:
+    """Channels and length. Raises ModelFileError for a list."""
+    if len(form.shape) != 2:
+        raise at.refuse(f"shape {form.shape} comes to it; (channels, length) is expected")
+    return form.shape[0], form.shape[1]
+
+
+def _factor(given: float | str, form: Form, at: At) -> float | Values:
+    """A number, or a tensor spread over the form as it is kept."""
+    if not isinstance(given, str):
+        return given
+    tensor = at.any_reals(given)
+    try:
+        fits = np.broadcast_shapes(tensor.shape, form.shape) == form.shape
+    except ValueError:
+        fits = False
+    if not fits:
+        raise at.refuse(f"{given!r} has shape {tensor.shape}; one that fits {form.shape} is expected")
+    if form.length_first:
+        return np.ascontiguousarray(np.broadcast_to(tensor, form.shape).T)
+    return tensor

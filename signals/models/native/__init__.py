@@ -1,0 +1,1 @@
+"""The runtime's kernel in C, and what opens it."""

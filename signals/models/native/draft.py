@@ -1,0 +1,163 @@
+"""A program while it is put together: its operations, numbers and rooms; at the end, one workspace that rooms share."""
+
+from __future__ import annotations
+
+from collections.abc import Iterable, Sequence
+from dataclasses import dataclass, field
+from typing import TypeAlias
+
+import numpy as np
+from numpy.typing import NDArray
+
+from palpate.signals.models.native.library import InstructionSet
+from palpate.signals.models.native.packing import halves, packed, single
+from palpate.signals.models.native.values import Array, NotCompiled, Product, Room, Spot, Value
+
+FIELDS = 24
+"""Of an operation (kernel.h)."""
+SPARE = 64
+"""Numbers behind the last one that a vector may look at."""
+LINE = 16
+"""Rooms begin at whole lines of the processor's cache."""
+MOST_LINES, MOST_WORK = 2000, 2**24
+"""Operations, and numbers of the workspace: a model with more is no model for a kernel."""
+KINDS = (
+    "normalise", "linear", "polar", "cartesian", "gemm", "norm", "attention", "function", "affine", "add", "copy",
+    "softmax", "pool", "repeat", "lstm", "autoregression", "clip",
+)  # fmt: skip
+Field: TypeAlias = int | Spot
+Line: TypeAlias = tuple[str, tuple[Field, ...]] | Product
+
+
+@dataclass
+class Numbers:
+    """Arrays one behind the other."""
+
+    parts: list[NDArray[np.float64] | NDArray[np.float32]] = field(default_factory=list)
+    size: int = 0
+
+    def put(self, numbers: Array | NDArray[np.float32], whole: int = 1) -> int:
+        """Where these begin; the next begin at a multiple of `whole`."""
+        start, flat = self.size, numbers.reshape(-1)
+        self.parts += [flat, np.zeros(-len(flat) % whole, dtype=flat.dtype)]
+        self.size += len(flat) + -len(flat) % whole
+        return start
+
+
+@dataclass
+class Draft:
+    """What `program.py` writes into."""
+
+    instructions: InstructionSet
+    lines: list[Line] = field(default_factory=list)
+    weights: Numbers = field(default_factory=Numbers)
+    doubles: Numbers = field(default_factory=Numbers)
+    wide: int = 0
+    kept: dict[str, Value] = field(default_factory=dict)
+
+    def room(self, size: int, fixed: bool = False) -> Spot:
+        """Room for so many numbers."""
+        return Spot(Room(size, fixed))
+
+    def wide_room(self, size: int) -> int:
+        """Room in double precision."""
+        self.wide += size
+        return self.wide - size
+
+    def say(self, kind: str, *fields: Field) -> None:
+        """The next operation."""
+        self.lines.append((kind, fields))
+
+    def multiply(self, product: Product) -> None:
+        """The next operation, a product; it may still be changed until the program is finished."""
+        self.lines.append(product)
+
+    def weight(self, numbers: Array) -> int:
+        """Numbers in single precision, as they are. Raises NotCompiled where that does not hold them."""
+        return self.weights.put(single(numbers), LINE)
+
+    def panels(self, matrix: Array) -> int:
+        """A matrix (k, n) in panels."""
+        return self.weights.put(packed(matrix, self.instructions), LINE)
+
+
+@dataclass(frozen=True)
+class Finished:
+    """All of a program's numbers, ready to be pointed at."""
+
+    ops: NDArray[np.int64]
+    weights: NDArray[np.float32]
+    doubles: NDArray[np.float64]
+    work: int
+    wide: int
+
+
+def finished(draft: Draft, last: Spot) -> Finished:
+    """The program, its rooms laid out so that those that are needed at different times share their place.
+
+    Raises NotCompiled where it is too long, too wide, or where its numbers did not stay finite.
+    """
+    if len(draft.lines) > MOST_LINES:
+        raise NotCompiled(f"{len(draft.lines)} operations; at most {MOST_LINES} are run")
+    lines = [_line(draft, each) for each in draft.lines]
+    size = _lay_out([fields for _, fields in lines], last)
+    if size > MOST_WORK:
+        raise NotCompiled(f"a workspace of {size} numbers; at most {MOST_WORK} are held")
+    ops = np.zeros((len(lines), FIELDS), dtype=np.int64)
+    for row, (kind, fields) in enumerate(lines):
+        ops[row, : len(fields) + 1] = (KINDS.index(kind), *(_place(each) for each in fields))
+    weights = np.concatenate([*draft.weights.parts, np.zeros(SPARE, dtype=np.float32)])
+    doubles = np.concatenate([*draft.doubles.parts, np.zeros(SPARE)])
+    if not np.isfinite(doubles).all():
+        raise NotCompiled("numbers beyond double precision")
+    return Finished(ops, weights, doubles, size + SPARE, draft.wide + SPARE)
+
+
+def _line(draft: Draft, line: Line) -> tuple[str, tuple[Field, ...]]:
+    if not isinstance(line, Product):
+        return line
+    k, n = line.weight.shape
+    half = line.m == 1 and line.col_step == 1 and draft.instructions.lanes > 4 and halves(line.weight)
+    weight = draft.weights.put(packed(line.weight, draft.instructions, half), LINE)
+    plain = not line.bias.any()
+    bias = -1 if plain else draft.weight(np.pad(line.bias, ((0, 0), (0, -n % LINE))))
+    bias_step = 0 if len(line.bias) == 1 else n + -n % LINE
+    more: tuple[Field, ...] = (-1, 0) if line.more is None else (line.more, line.more_step)
+    return "gemm", (
+        line.a, line.row_step, line.col_step, line.m, k, n, weight, int(half), bias, bias_step, *more, line.y,
+        n, int(line.relu),
+    )  # fmt: skip
+
+
+def _place(each: Field) -> int:
+    return each.room.start + each.past if isinstance(each, Spot) else each
+
+
+def _lay_out(lines: Sequence[tuple[Field, ...]], last: Spot) -> int:
+    """Give every room its start; how much they need together."""
+    spans: dict[Room, tuple[int, int]] = {}
+    for number, fields in enumerate([*lines, (last,)]):
+        for room in (each.room for each in fields if isinstance(each, Spot)):
+            spans[room] = (spans.get(room, (number, number))[0], number)
+    most = 0
+    placed: list[Room] = []
+    for room, span in spans.items():
+        others = [other for other in placed if room.fixed or other.fixed or _meet(spans[other], span)]
+        room.start = _gap(others, room.size)
+        placed.append(room)
+        most = max(most, room.start + room.size)
+    return most
+
+
+def _meet(one: tuple[int, int], two: tuple[int, int]) -> bool:
+    return one[0] <= two[1] and two[0] <= one[1]
+
+
+def _gap(others: Iterable[Room], size: int) -> int:
+    """The first start where nothing of the others is in the way."""
+    start = 0
+    for other in sorted(others, key=lambda room: room.start):
+        if start + size <= other.start:
+            break
+        start = max(start, -(-(other.start + other.size) // LINE) * LINE)
+    return start

@@ -1,0 +1,219 @@
+"""Steps on every number, and those that keep, join and take parts."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from dataclasses import replace
+
+import numpy as np
+from numpy.typing import NDArray
+
+from palpate.signals.models.card import Activation, Affine, Clip, MaxPool, Reshape, Upsample
+from palpate.signals.models.card_steps import Add, Join, Keep, Part, Recall, Turn
+from palpate.signals.models.native.draft import Draft
+from palpate.signals.models.native.shapes import (
+    as_wanted,
+    at,
+    by_channel,
+    by_length,
+    fresh,
+    is_list,
+    settled,
+    sides,
+    spread,
+    tight,
+)
+from palpate.signals.models.native.values import Array, Linear, Product, Value
+
+Tensors = Mapping[str, NDArray[np.generic]]
+FUNCTIONS = ("relu", "tanh", "sigmoid", "gelu", "elu", "leaky", "softplus", "exp", "log", "square", "abs")
+
+
+def affine(step: Affine, value: Value, draft: Draft, tensors: Tensors) -> Value:
+    """Kept as a formula before anything was run; put into the product that was made last, if one was."""
+    gain, offset = (_numbers(each, tensors) for each in (step.gain, step.offset))
+    if value.linear is not None:
+        gains, offsets = (np.broadcast_to(each, value.shape).reshape(-1) for each in (gain, offset))
+        linear = Linear(value.linear.matrix * gains[:, None], value.linear.offset * gains + offsets)
+        return replace(value, linear=linear)
+    if value.sides is not None:
+        value = settled(draft, value)
+    gains, offsets = spread(gain, value), spread(offset, value)
+    if value.free and _into_product(value.made, gains, offsets):
+        return value
+    made = fresh(draft, value.shape, value.length_first)
+    rows, cols = value.matrix
+    steps = [0 if len(each) == 1 else cols for each in (gains, offsets)]
+    draft.say(
+        "affine", *at(value), *at(made), rows, cols, draft.weight(gains), steps[0], draft.weight(offsets), steps[1]
+    )
+    return made
+
+
+def _into_product(made: Product | None, gains: Array, offsets: Array) -> bool:
+    """Whether a product could take it over: before a relu, a factor for each column alone."""
+    if made is None or made.relu or made.more is not None or len(gains) > 1:
+        return False
+    made.weight, made.bias = made.weight * gains, made.bias * gains + offsets
+    return True
+
+
+def activation(step: Activation, value: Value, draft: Draft, _tensors: Tensors) -> Value:
+    """A relu is part of the product before it."""
+    if step.function == "softmax":
+        return _softmax(value, draft)
+    value = settled(draft, value)
+    if step.function == "relu" and value.free and value.made is not None:
+        value.made.relu = True
+        return replace(value, made=None)
+    made = value if value.free else fresh(draft, value.shape, value.length_first)
+    draft.say("function", *at(value), *at(made), *value.matrix, FUNCTIONS.index(step.function))
+    return replace(made, made=None)
+
+
+def _softmax(value: Value, draft: Draft) -> Value:
+    value = settled(draft, value) if is_list(value) else by_channel(draft, value)
+    made = fresh(draft, value.shape, False)
+    draft.say("softmax", *at(value), *at(made), *value.matrix)
+    return made
+
+
+def clip(step: Clip, value: Value, draft: Draft, _tensors: Tensors) -> Value:
+    """What is not finite stays so."""
+    value = settled(draft, value)
+    made = fresh(draft, value.shape, value.length_first)
+    draft.say("clip", *at(value), *at(made), *value.matrix, draft.doubles.put(np.array([step.low, step.high])))
+    return made
+
+
+def max_pool(step: MaxPool, value: Value, draft: Draft, _tensors: Tensors) -> Value:
+    """Rows are places."""
+    value = by_length(draft, value)
+    channels, length = sides(value)
+    made = fresh(draft, (channels, length // step.size), True)
+    draft.say("pool", *at(value), *at(made), length // step.size, channels, step.size)
+    return made
+
+
+def upsample(step: Upsample, value: Value, draft: Draft, _tensors: Tensors) -> Value:
+    """Rows are places."""
+    value = by_length(draft, value)
+    channels, length = sides(value)
+    made = fresh(draft, (channels, length * step.times), True)
+    draft.say("repeat", *at(value), *at(made), length, channels, step.times)
+    return made
+
+
+def reshape(step: Reshape, value: Value, draft: Draft, _tensors: Tensors) -> Value:
+    """A list that was read length first stays so where the next step can read it; else numbers change places."""
+    if value.linear is not None:
+        return replace(value, shape=step.shape)
+    if len(step.shape) == 1 and not is_list(value) and value.length_first and 1 not in value.shape:
+        value = tight(draft, value)
+        return Value(step.shape, value.at, value.size, sides=sides(value))
+    if value.sides == step.shape:
+        return Value(step.shape, value.at, step.shape[0], length_first=True)
+    value = settled(draft, value) if is_list(value) else tight(draft, by_channel(draft, value))
+    return Value(step.shape, value.at, step.shape[-1])
+
+
+def keep(step: Keep, value: Value, draft: Draft, _tensors: Tensors) -> Value:
+    """Nobody changes it any more."""
+    draft.kept[step.kept] = replace(value, free=False)
+    return draft.kept[step.kept]
+
+
+def recall(step: Recall, _value: Value, draft: Draft, _tensors: Tensors) -> Value:
+    """What was kept."""
+    return draft.kept[step.kept]
+
+
+def add(step: Add, value: Value, draft: Draft, _tensors: Tensors) -> Value:
+    """Part of the product before it, if there is one."""
+    return added(settled(draft, value), draft.kept[step.kept], draft, False)
+
+
+def added(value: Value, other: Value, draft: Draft, relu: bool) -> Value:
+    """value + other, then a relu if wished for."""
+    other = settled(draft, other)
+    if not is_list(value):
+        other = as_wanted(draft, other, value.length_first)
+    made = value.made
+    if value.free and made is not None and not made.relu and made.more is None:
+        made.more, made.more_step, made.relu = other.spot, other.step, relu
+        _last(draft, made)
+        return replace(value, made=None if relu else made)
+    into = fresh(draft, value.shape, value.length_first)
+    draft.say("add", *at(value), *at(other), *at(into), *value.matrix, int(relu))
+    return into
+
+
+def _last(draft: Draft, product: Product) -> None:
+    """What is added may have been brought into order after the product was written down: the product then waits."""
+    draft.lines.remove(product)
+    draft.lines.append(product)
+
+
+def join(step: Join, value: Value, draft: Draft, _tensors: Tensors) -> Value:
+    """Channels below each other, or lists behind each other."""
+    values = [value, *(draft.kept[name] for name in step.kept)]
+    if all(each.linear is not None for each in values):
+        return _joined_formulas(values)
+    values = [settled(draft, each) for each in values]
+    if is_list(value):
+        made = fresh(draft, (sum(each.size for each in values),), False)
+        _copy_all(draft, [(each, 1, each.size) for each in values], made)
+        return made
+    length = sides(value)[1]
+    made = fresh(draft, (sum(sides(each)[0] for each in values), length), True)
+    _copy_all(draft, [(each, length, sides(each)[0]) for each in values], made)
+    return made
+
+
+def _joined_formulas(values: list[Value]) -> Value:
+    linears = [each.linear for each in values if each.linear is not None]
+    matrix = np.concatenate([each.matrix for each in linears])
+    first = sum(each.shape[0] for each in values)
+    offset = np.concatenate([each.offset for each in linears])
+    return Value((first, *values[0].shape[1:]), linear=Linear(matrix, offset))
+
+
+def _copy_all(draft: Draft, values: list[tuple[Value, int, int]], made: Value) -> None:
+    start = made.spot
+    for value, rows, cols in values:
+        across = not is_list(value) and not value.length_first
+        steps = (1, value.step) if across else (value.step, 1)
+        draft.say("copy", value.spot, steps[0], start, made.step, rows, cols, steps[1])
+        start = start.beyond(cols)
+
+
+def part(step: Part, value: Value, draft: Draft, _tensors: Tensors) -> Value:
+    """A view."""
+    shape = _part_shape(step, value)
+    if value.linear is not None:
+        places = np.arange(value.size).reshape(value.shape)
+        taken = places[:, step.start : step.stop] if step.along == "length" else places[step.start : step.stop]
+        linear = Linear(value.linear.matrix[taken.reshape(-1)], value.linear.offset[taken.reshape(-1)])
+        return Value(shape, linear=linear)
+    value = settled(draft, value)
+    along_rows = not is_list(value) and (step.along == "length") == value.length_first
+    past = step.start * (value.step if along_rows else 1)
+    return Value(shape, value.spot.beyond(past), value.step, value.length_first)
+
+
+def _part_shape(step: Part, value: Value) -> tuple[int, ...]:
+    count = step.stop - step.start
+    return (value.shape[0], count) if step.along == "length" else (count, *value.shape[1:])
+
+
+def turn(_step: Turn, value: Value, _draft: Draft, _tensors: Tensors) -> Value:
+    """Only read the other way."""
+    channels, length = sides(value)
+    if value.linear is not None:
+        order = np.arange(value.size).reshape(channels, length).T.reshape(-1)
+        return Value((length, channels), linear=Linear(value.linear.matrix[order], value.linear.offset[order]))
+    return replace(value, shape=(length, channels), length_first=not value.length_first, made=None)
+
+
+def _numbers(given: float | str, tensors: Tensors) -> Array:
+    return np.asarray(tensors[given] if isinstance(given, str) else given, dtype=np.float64)

@@ -1,0 +1,146 @@
+"""Steps that are products of matrices: dense layers, convolutions, attention, recurrence."""
+
+from __future__ import annotations
+
+from dataclasses import replace
+
+import numpy as np
+
+from palpate.signals.models.card import Conv, Dense
+from palpate.signals.models.card_steps import Attention, Lstm
+from palpate.signals.models.form import LARGEST
+from palpate.signals.models.native.draft import Draft
+from palpate.signals.models.native.plain_steps import Tensors
+from palpate.signals.models.native.shapes import at, by_length, fresh, is_list, settled, sides, tight
+from palpate.signals.models.native.values import Array, Linear, NotCompiled, Product, Spot, Value
+
+NARROW = 4
+"""A product is done together with the one before it where that one's input is so many times narrower than its own."""
+
+
+def dense(step: Dense, value: Value, draft: Draft, tensors: Tensors) -> Value:
+    """Weights are put into the order in which the numbers lie."""
+    weight, bias = _reals(tensors, step.weight), _reals(tensors, step.bias)
+    if value.linear is None and not is_list(value):
+        value = _as_list(draft, value)
+    elif value.linear is not None:
+        value = settled(draft, replace(value, shape=(value.size,)))
+    if value.sides is not None:
+        channels, length = value.sides
+        weight = weight.reshape(-1, channels, length).swapaxes(1, 2).reshape(len(weight), -1)
+    return multiplied(draft, value.spot, (0, 1, 1), weight.T, bias[None], (len(bias),))
+
+
+def _as_list(draft: Draft, value: Value) -> Value:
+    value = tight(draft, value)
+    lies = sides(value) if value.length_first and 1 not in value.shape else None
+    return Value((value.size,), value.at, value.size, sides=lies)
+
+
+def dense_formula(step: Dense, linear: Linear, tensors: Tensors) -> Value:
+    """A dense layer on what is still a formula of the input, for a step that wants it so."""
+    weight, bias = _reals(tensors, step.weight), _reals(tensors, step.bias)
+    _require_small(len(bias), linear)
+    return Value((len(bias),), linear=Linear(weight @ linear.matrix, weight @ linear.offset + bias))
+
+
+def conv_formula(step: Conv, value: Value, linear: Linear, tensors: Tensors) -> Value:
+    """The same for a convolution of width 1."""
+    weight, bias = _reals(tensors, step.weight)[:, :, 0], _reals(tensors, step.bias)
+    length = sides(value)[1]
+    _require_small(len(bias) * length, linear)
+    matrix: Array = np.tensordot(weight, linear.matrix.reshape(weight.shape[1], length, -1), 1).astype(np.float64)
+    offset = weight @ linear.offset.reshape(weight.shape[1], length) + bias[:, None]
+    return Value((len(bias), length), linear=Linear(matrix.reshape(offset.size, -1), offset.reshape(-1)))
+
+
+def _require_small(rows: int, linear: Linear) -> None:
+    if rows * linear.matrix.shape[1] > LARGEST:
+        raise NotCompiled(f"a spectrum of {rows} numbers")
+
+
+def multiplied(
+    draft: Draft, spot: Spot, steps: tuple[int, int, int], weight: Array, bias: Array, shape: tuple[int, ...]
+) -> Value:
+    """The value that a product gives; steps: between rows, between columns, and how many rows."""
+    made = fresh(draft, shape, len(shape) == 2)
+    product = Product(spot, steps[0], steps[1], steps[2], np.ascontiguousarray(weight), bias, made.spot)
+    draft.multiply(product)
+    return replace(made, made=product)
+
+
+def conv(step: Conv, value: Value, draft: Draft, tensors: Tensors) -> Value:
+    """Windows side by side need no copies: rows of places overlap."""
+    weight, bias = _reals(tensors, step.weight), _reals(tensors, step.bias)
+    filters, channels, width = weight.shape
+    length = sides(value)[1] + 2 * step.pad - width + 1
+    if width == 1 and not step.pad:
+        return projected(draft, value, weight[:, :, 0].T, bias)
+    rows = _padded(draft, value, step.pad)
+    matrix = weight.transpose(2, 1, 0).reshape(width * channels, filters)
+    return multiplied(draft, rows.spot, (channels, 1, length), matrix, bias[None], (filters, length))
+
+
+def projected(draft: Draft, value: Value, weight: Array, bias: Array) -> Value:
+    """Every place times a matrix (in, out); from the product before, if its input is far narrower."""
+    before, length = value.made, sides(value)[1]
+    if before is not None and not before.relu and before.more is None and len(before.weight) * NARROW <= len(weight):
+        steps = (before.row_step, before.col_step, before.m)
+        joined = before.bias @ weight + bias
+        return multiplied(draft, before.a, steps, before.weight @ weight, joined, (len(bias), length))
+    value = settled(draft, value)
+    if value.length_first or value.shape[0] == 1:
+        value = by_length(draft, value)
+        return multiplied(draft, value.spot, (value.step, 1, length), weight, bias[None], (len(bias), length))
+    return multiplied(draft, value.spot, (1, value.step, length), weight, bias[None], (len(bias), length))
+
+
+def _padded(draft: Draft, value: Value, pad: int) -> Value:
+    """Places without gaps, zeros before and after."""
+    value = tight(draft, by_length(draft, value))
+    if not pad:
+        return value
+    channels, length = sides(value)
+    room = draft.room((length + 2 * pad) * channels, fixed=True)
+    draft.say("copy", *at(value), room.beyond(pad * channels), channels, length, channels, 1)
+    return Value((channels, length + 2 * pad), room, channels, length_first=True)
+
+
+def attention(step: Attention, value: Value, draft: Draft, tensors: Tensors) -> Value:
+    """Queries, keys and values of one value are one product; 1 / sqrt(depth) is in the queries' weights."""
+    width, length = sides(value)
+    memory = draft.kept[step.memory] if step.memory is not None else value
+    depth, known = width // step.heads, sides(memory)[1]
+    weight, bias = _reals(tensors, step.weight).copy(), _reals(tensors, step.bias).copy()
+    weight[:width] *= depth**-0.5
+    bias[:width] *= depth**-0.5
+    if step.memory is None:
+        queries = projected(draft, value, weight.T, bias)
+        places = [(queries.spot.beyond(part * width), 3 * width) for part in range(3)]
+    else:
+        queries = projected(draft, value, weight[:width].T, bias[:width])
+        rest = projected(draft, memory, weight[width:].T, bias[width:])
+        places = [at(queries), at(rest), (rest.spot.beyond(width), 2 * width)]
+    made = fresh(draft, (width, length), True)
+    lanes = draft.instructions.lanes
+    one, wide = -(-length // lanes) * lanes, -(-step.heads * length // lanes) * lanes
+    work = draft.room(depth * one + known * wide + 2 * step.heads * one)
+    most = 0 if step.sparse is None or step.sparse >= length else step.sparse
+    three = [field for place in places for field in place]
+    draft.say("attention", *three, *at(made), step.heads, depth, length, known, int(step.causal), work, most)
+    return projected(draft, made, _reals(tensors, step.out).T, _reals(tensors, step.out_bias))
+
+
+def lstm(step: Lstm, value: Value, draft: Draft, tensors: Tensors) -> Value:
+    """The gates' inputs of all places are one product."""
+    state, length = _reals(tensors, step.state), sides(value)[1]
+    hidden, lanes = state.shape[1], draft.instructions.lanes
+    drive = projected(draft, value, _reals(tensors, step.weight).T, _reals(tensors, step.bias))
+    made = fresh(draft, (hidden, length), True)
+    room = draft.room(2 * -(-hidden // lanes) * lanes + 4 * hidden + 2 * lanes)
+    draft.say("lstm", *at(drive), *at(made), length, hidden, draft.panels(state.T), int(step.reverse), room)
+    return made
+
+
+def _reals(tensors: Tensors, name: str) -> Array:
+    return np.asarray(tensors[name], dtype=np.float64)

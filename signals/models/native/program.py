@@ -1,0 +1,137 @@
+"""From a card's steps to a flat program of the kernel, with what can be saved without changing the answer.
+
+Saved: normalisation of the input is done once, in double precision, as the numbers are read; a spectrum is one product
+with the input; 1 / sqrt(depth) is in the queries' weights; what adds or scales after a product is in the product; a
+projection of a projection from few channels is one product (the first attention of an embedded signal); copies,
+transpositions and joins of views are not made.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Mapping, Sequence
+from dataclasses import dataclass, replace
+from typing import Any
+
+import numpy as np
+
+from palpate.signals.models import card as steps_of
+from palpate.signals.models import card_steps as signals_of
+from palpate.signals.models.card import Affine, Card, Conv, Dense, Mean, Residual, Step
+from palpate.signals.models.native import plain_steps, product_steps, signal_steps
+from palpate.signals.models.native.draft import Draft, Finished, finished
+from palpate.signals.models.native.library import InstructionSet
+from palpate.signals.models.native.plain_steps import Tensors
+from palpate.signals.models.native.shapes import is_list, settled, spread
+from palpate.signals.models.native.values import Array, Linear, NotCompiled, Value
+
+LOOK_AHEAD = 4
+"""A spectrum's product, and what may stand between it and the step that takes it apart."""
+MOST_FORMULA = 512
+"""Numbers of a spectrum, at most."""
+MOST_INPUTS = 1024
+"""A formula has as many numbers for each of its own; the widest input here is a force profile, of 621."""
+Handler = Callable[[Any, Value, Draft, Tensors], Value]
+
+
+@dataclass(frozen=True)
+class Compiled:
+    """A program, and how its answer becomes the model's: gain * value + offset, in double precision."""
+
+    numbers: Finished
+    answer: int
+    answer64: int
+    out_gain: Array
+    out_offset: Array
+
+
+def compiled(card: Card, tensors: Tensors, instructions: InstructionSet) -> Compiled:
+    """The program of a model whose steps fit (palpate.signals.models.runtime has seen to that). Raises NotCompiled."""
+    draft, size = Draft(instructions), card.takes.size
+    if size > MOST_INPUTS:
+        raise NotCompiled(f"an input of {size} numbers; at most {MOST_INPUTS} are read")
+    value = Value((size,), linear=Linear(np.eye(size), np.zeros(size)))
+    last = card.steps[-1] if card.steps else None
+    steps = card.steps[:-1] if isinstance(last, Affine) else card.steps
+    value = settled(draft, _chain(steps, value, draft, tensors))
+    gain, offset = np.ones(value.size), np.zeros(value.size)
+    if isinstance(last, Affine):
+        gain, offset = (_full(each, value, tensors) for each in (last.gain, last.offset))
+    if not is_list(value):
+        raise NotCompiled("an answer that is no list")
+    numbers = finished(draft, value.spot)
+    return Compiled(numbers, value.spot.room.start + value.spot.past, value.wide, gain, offset)
+
+
+def _full(given: float | str, value: Value, tensors: Tensors) -> Array:
+    numbers = np.asarray(tensors[given] if isinstance(given, str) else given, dtype=np.float64)
+    return np.array(spread(numbers, value)[0])
+
+
+def _chain(steps: Sequence[Step], value: Value, draft: Draft, tensors: Tensors) -> Value:
+    for place, step in enumerate(steps):
+        if value.linear is not None and _to_spectrum(steps[place : place + LOOK_AHEAD], value):
+            value = _formula(step, value, value.linear, tensors)
+        else:
+            value = _next(step, value, draft, tensors)
+    return value
+
+
+def _to_spectrum(steps: Sequence[Step], value: Value) -> bool:
+    """Whether this is a product whose numbers will be taken for real and imaginary parts."""
+    first, between = steps[0], (signals_of.Turn, steps_of.Reshape, Affine)
+    if not isinstance(first, Dense) and not (isinstance(first, Conv) and not first.pad and len(value.shape) == 2):
+        return False
+    after = next((step for step in steps[1:] if not isinstance(step, between)), None)
+    return isinstance(after, signals_of.Polar) and value.size <= MOST_FORMULA
+
+
+def _formula(step: Any, value: Value, linear: Linear, tensors: Tensors) -> Value:
+    if isinstance(step, Dense):
+        return product_steps.dense_formula(step, linear, tensors)
+    if tensors[step.weight].shape[2] != 1:
+        raise NotCompiled("a spectrum by a convolution wider than 1")
+    return product_steps.conv_formula(step, value, linear, tensors)
+
+
+def _next(step: Step, value: Value, draft: Draft, tensors: Tensors) -> Value:
+    if isinstance(step, Residual):
+        value = replace(settled(draft, value), free=False)
+        inner = settled(draft, _chain(step.steps, value, draft, tensors))
+        return plain_steps.added(inner, value, draft, True)
+    if isinstance(step, Mean):
+        return _mean(step, value, draft, tensors)
+    if (handler := _HANDLERS.get(type(step))) is None:
+        raise NotCompiled(f"the step {step.do}")
+    return handler(step, value, draft, tensors)
+
+
+def _mean(step: Mean, value: Value, draft: Draft, tensors: Tensors) -> Value:
+    given = replace(value, free=False)
+    total = settled(draft, _chain(step.members[0], given, draft, tensors))
+    for member in step.members[1:]:
+        total = plain_steps.added(settled(draft, _chain(member, given, draft, tensors)), total, draft, False)
+    return plain_steps.affine(Affine(gain=1 / len(step.members)), total, draft, tensors)
+
+
+_HANDLERS: Mapping[type, Handler] = {
+    steps_of.Affine: plain_steps.affine,
+    steps_of.Activation: plain_steps.activation,
+    steps_of.Clip: plain_steps.clip,
+    steps_of.MaxPool: plain_steps.max_pool,
+    steps_of.Upsample: plain_steps.upsample,
+    steps_of.Reshape: plain_steps.reshape,
+    steps_of.Dense: product_steps.dense,
+    steps_of.Conv: product_steps.conv,
+    signals_of.Keep: plain_steps.keep,
+    signals_of.Recall: plain_steps.recall,
+    signals_of.Add: plain_steps.add,
+    signals_of.Join: plain_steps.join,
+    signals_of.Part: plain_steps.part,
+    signals_of.Turn: plain_steps.turn,
+    signals_of.Attention: product_steps.attention,
+    signals_of.Lstm: product_steps.lstm,
+    signals_of.Norm: signal_steps.norm,
+    signals_of.Polar: signal_steps.polar,
+    signals_of.Cartesian: signal_steps.cartesian,
+    signals_of.Autoregression: signal_steps.autoregression,
+}

@@ -1,0 +1,114 @@
+"""Values brought to where and how an operation needs them; most of it only reads them another way."""
+
+from __future__ import annotations
+
+from dataclasses import replace
+
+import numpy as np
+
+from palpate.signals.models.native.draft import Draft
+from palpate.signals.models.native.values import Array, Linear, NotCompiled, Spot, Value
+
+
+def is_list(value: Value) -> bool:
+    """(size,) rather than (channels, length)."""
+    return len(value.shape) == 1
+
+
+def sides(value: Value) -> tuple[int, int]:
+    """Channels and length."""
+    if is_list(value):
+        raise NotCompiled("a list comes where channels and length are needed")
+    return value.shape[0], value.shape[1]
+
+
+def fresh(draft: Draft, shape: tuple[int, ...], length_first: bool) -> Value:
+    """Room for a new value."""
+    value = Value(shape, length_first=length_first, free=True)
+    rows, cols = value.matrix
+    return replace(value, at=draft.room(rows * cols), step=cols)
+
+
+def settled(draft: Draft, value: Value) -> Value:
+    """The value in the workspace, where it was still a formula of the input; a list in its own order."""
+    if value.linear is not None:
+        return _computed(draft, value, value.linear)
+    if value.sides is None:
+        return value
+    lies = replace(value, shape=value.sides, sides=None, length_first=True, step=value.sides[0])
+    moved = by_channel(draft, lies)
+    packed_value = tight(draft, moved)
+    return Value(value.shape, packed_value.at, value.size)
+
+
+def _computed(draft: Draft, value: Value, linear: Linear) -> Value:
+    if (np.count_nonzero(linear.matrix, axis=1) > 1).any():
+        raise NotCompiled("a sum of the input's numbers that is no spectrum")
+    made = fresh(draft, value.shape, False)
+    one = np.abs(linear.matrix).argmax(axis=1)
+    gains = np.take_along_axis(linear.matrix, one[:, None], axis=1)[:, 0]
+    put = draft.doubles.put
+    draft.say("normalise", made.spot, value.size, put(gains), put(linear.offset), put(one.astype(np.float64)))
+    return replace(made, free=False)
+
+
+def by_length(draft: Draft, value: Value) -> Value:
+    """A row for each place."""
+    value = settled(draft, value)
+    channels, length = sides(value)
+    if value.length_first:
+        return value
+    if channels == 1:
+        return replace(value, length_first=True, step=1, made=None, free=False)
+    if length == 1 and value.step == 1:
+        return replace(value, length_first=True, step=channels, made=None, free=False)
+    return _turned(draft, value)
+
+
+def by_channel(draft: Draft, value: Value) -> Value:
+    """A row for each channel."""
+    value = settled(draft, value)
+    channels, length = sides(value)
+    if not value.length_first:
+        return value
+    if channels == 1 and value.step == 1:
+        return replace(value, length_first=False, step=length, made=None, free=False)
+    if length == 1:
+        return replace(value, length_first=False, step=1, made=None, free=False)
+    return _turned(draft, value)
+
+
+def as_wanted(draft: Draft, value: Value, length_first: bool) -> Value:
+    """In one of both ways."""
+    return by_length(draft, value) if length_first else by_channel(draft, value)
+
+
+def tight(draft: Draft, value: Value) -> Value:
+    """Without gaps between its rows."""
+    if value.packed:
+        return value
+    made = fresh(draft, value.shape, value.length_first)
+    rows, cols = value.matrix
+    draft.say("copy", value.spot, value.step, made.spot, made.step, rows, cols, 1)
+    return made
+
+
+def _turned(draft: Draft, value: Value) -> Value:
+    made = fresh(draft, value.shape, not value.length_first)
+    rows, cols = made.matrix
+    # the row of the new is the column of the old: one number further on each
+    draft.say("copy", value.spot, 1, made.spot, made.step, rows, cols, value.step)
+    return made
+
+
+def spread(numbers: Array, value: Value) -> Array:
+    """Numbers that fit a value's shape, as a matrix laid as the value lies; one row where all rows are alike."""
+    full = np.broadcast_to(numbers, value.shape).astype(np.float64)
+    matrix = full[None] if is_list(value) else full.T if value.length_first else full
+    alike = bool((matrix == matrix[:1]).all())
+    return np.ascontiguousarray(matrix[:1] if alike else matrix)
+
+
+def at(value: Value) -> tuple[Spot, int]:
+    """Where it lies and how far its rows are apart."""
+    return value.spot, value.step

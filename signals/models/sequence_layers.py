@@ -1,0 +1,181 @@
+"""Layer normalisation and attention over the places of a value."""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+from dataclasses import dataclass, replace
+from typing import Any
+
+import numpy as np
+
+from palpate.signals.models.activations import soft
+from palpate.signals.models.card import Conv
+from palpate.signals.models.card_steps import Attention, Norm
+from palpate.signals.models.form import LARGEST, At, Built, Form, Kept, Run, Values
+from palpate.signals.models.layers import rows_of, sides
+
+
+def norm(step: Norm, form: Form, at: At) -> Built:
+    """(x - mean) / sqrt(variance + tiny) * weight + bias, over the channels of each place (Ba et al. 2016)."""
+    weight, bias = _factors(step, form, at)
+    standard = _standard(step, form, weight.dtype.type)
+
+    def run(x: Values, kept: Kept) -> Values:
+        y = standard(x, kept)
+        y *= weight
+        y += bias
+        return y
+
+    return run, replace(form, length_first=len(form.shape) == 2, owned=True)
+
+
+def norm_before(
+    step: Norm, other: Attention | Conv, make: Callable[[Any, Form, At], Built], form: Form, at: At
+) -> Built:
+    """A norm and a step that multiplies each place by a matrix: the norm's weight and bias are in the matrix."""
+    gain, shift = _factors(step, form, at)
+    sides(form, at)
+    weight = at.reals(other.weight, None, len(gain), *([1] if isinstance(other, Conv) else []))
+    flat = weight.reshape(len(weight), -1).astype(np.float64)
+    bias = at.reals(other.bias, len(weight)) + flat @ shift
+    changed = {
+        other.weight: (flat * gain).reshape(weight.shape).astype(weight.dtype), other.bias: bias.astype(weight.dtype)
+    }  # fmt: skip
+    standard, between = _standard(step, form, weight.dtype.type), replace(form, length_first=True, owned=True)
+    then, out = make(other, between, replace(at, tensors={**at.tensors, **changed}))
+
+    def run(x: Values, kept: Kept) -> Values:
+        return then(standard(x, kept), kept)
+
+    return run, out
+
+
+def _standard(step: Norm, form: Form, kind: Callable[[float], Any]) -> Run:
+    """(n, *shape) as it is kept to (n, length, channels), or a list, of mean 0 and variance 1."""
+    size = form.shape[0]
+    share, least = np.full(size, kind(1 / size)), kind(size * step.tiny)
+    root, turned = kind(size**0.5), len(form.shape) == 2 and not form.length_first
+
+    def run(x: Values, _kept: Kept) -> Values:
+        given = (x.swapaxes(1, 2) if turned else x).astype(share.dtype, copy=False)
+        y: Values = given - (given @ share)[..., None]
+        squares = np.vecdot(y, y)
+        squares += least
+        y *= (np.sqrt(squares) / squares * root)[..., None]  # an overflow becomes NaN and is refused, 1 / sqrt hides it
+        return y
+
+    return run
+
+
+def _factors(step: Norm, form: Form, at: At) -> tuple[Values, Values]:
+    weight = at.reals(step.weight, form.shape[0])
+    return weight, at.reals(step.bias, form.shape[0]).astype(weight.dtype)
+
+
+@dataclass(frozen=True)
+class _Heads:
+    """The projections of an attention, turned for rows from the left; the scale is in those of the queries."""
+
+    asking: Values
+    asking_bias: Values
+    answering: Values
+    answering_bias: Values
+    out: Values
+    out_bias: Values
+    heads: int
+
+    def split(self, rows: Values, length: int, parts: int) -> tuple[Values, ...]:
+        """(n * length, parts * width) to `parts` of (n, heads, length, width / heads); nothing is moved."""
+        shaped = rows.reshape(-1, length, parts, self.heads, len(self.out) // self.heads)
+        return tuple(shaped[:, :, part].swapaxes(1, 2) for part in range(parts))
+
+
+def attention(step: Attention, form: Form, at: At) -> Built:
+    """Multi-head scaled dot-product attention; `sparse` as in Zhou et al. 2021, with all keys looked at."""
+    width, length = sides(form, at)
+    memory = None if step.memory is None else _memory(step, form, at)
+    heads = _heads(step, width, at)
+    keys = length if memory is None else memory.shape[1]
+    if step.heads * length * keys > LARGEST:
+        raise at.refuse(f"{length} places ask {keys} with {step.heads} heads; at most {LARGEST} numbers are run")
+    future = np.triu(np.ones((length, keys), dtype=bool), 1).T if step.causal else None
+    asked = length if step.sparse is None else min(step.sparse, length)
+
+    def run(x: Values, kept: Kept) -> Values:
+        queries, known, values = _projected(x, form, kept.get(step.memory or ""), memory, heads)
+        scores = known @ queries.swapaxes(2, 3)  # (n, heads, keys, queries): sums over keys run along whole rows
+        lazy = None if asked == length else _lazy(scores, asked)
+        if future is not None:
+            scores[..., future] = -np.inf
+        shares = soft(scores, axis=2)
+        answers = np.empty((len(x), length, heads.heads, width // heads.heads), dtype=shares.dtype)
+        np.matmul(shares.swapaxes(2, 3), values, out=answers.swapaxes(1, 2))
+        if lazy is not None:
+            _answer_plainly(answers.swapaxes(1, 2), values, lazy, step.causal)
+        y: Values = answers.reshape(-1, width) @ heads.out
+        y += heads.out_bias
+        return y.reshape(-1, length, width)
+
+    return run, Form(form.shape, length_first=True, owned=True)
+
+
+def _memory(step: Attention, form: Form, at: At) -> Form:
+    """The form of what keys and values come from."""
+    memory = at.was_kept(step.memory or "")
+    if len(memory.shape) != 2 or memory.shape[0] != form.shape[0]:
+        raise at.refuse(f"{step.memory!r} has shape {memory.shape}; ({form.shape[0]}, any) is expected")
+    if step.causal and memory.shape[1] != form.shape[1]:
+        raise at.refuse(f"it is causal over {form.shape[1]} places and {step.memory!r} has {memory.shape[1]}")
+    return memory
+
+
+def _heads(step: Attention, width: int, at: At) -> _Heads:
+    if width % step.heads:
+        raise at.refuse(f"{step.heads} heads do not share {width} channels evenly")
+    weight = at.reals(step.weight, 3 * width, width)
+    bias = at.reals(step.bias, 3 * width).astype(weight.dtype)
+    scale = np.ones(3 * width)
+    scale[:width] = (width // step.heads) ** -0.5
+    weight = np.ascontiguousarray((weight * scale[:, None]).astype(weight.dtype).T)
+    bias = (bias * scale).astype(weight.dtype)
+    out = np.ascontiguousarray(at.reals(step.out, width, width).astype(weight.dtype).T)
+    out_bias = at.reals(step.out_bias, width).astype(weight.dtype)
+    apart = 0 if step.memory is None else width
+    return _Heads(weight[:, :apart], bias[:apart], weight[:, apart:], bias[apart:], out, out_bias, step.heads)
+
+
+def _projected(
+    x: Values, form: Form, remembered: Values | None, memory: Form | None, heads: _Heads
+) -> tuple[Values, ...]:
+    """Queries, keys and values."""
+    rows = rows_of(x, form).astype(heads.out.dtype, copy=False)
+    if remembered is None or memory is None:
+        return heads.split(_linear(rows, heads.answering, heads.answering_bias), form.shape[1], 3)
+    known = rows_of(remembered, memory).astype(heads.out.dtype, copy=False)
+    queries = heads.split(_linear(rows, heads.asking, heads.asking_bias), form.shape[1], 1)
+    return queries + heads.split(_linear(known, heads.answering, heads.answering_bias), memory.shape[1], 2)
+
+
+def _linear(rows: Values, matrix: Values, bias: Values) -> Values:
+    y: Values = rows @ matrix
+    y += bias
+    return y
+
+
+def _lazy(scores: Values, asked: int) -> Values:
+    """(n, heads, queries): all but the `asked` places whose greatest score stands out most, of equals the first.
+
+    A place whose scores overflowed is not among them, and its scores are made NaN.
+    """
+    apart = scores.max(axis=2) - scores.mean(axis=2)
+    if not (known := np.isfinite(apart)).all():  # nobody knows whether a place whose scores overflowed would ask
+        scores += np.where(known, 0.0, np.nan).astype(scores.dtype)[:, :, None]
+    lazy = np.ones(apart.shape, dtype=bool)
+    np.put_along_axis(lazy, np.argsort(-apart, axis=2, kind="stable")[..., :asked], False, axis=2)
+    return np.asarray(lazy & known)
+
+
+def _answer_plainly(answers: Values, values: Values, lazy: Values, causal: bool) -> None:
+    """Places that do not ask answer the mean of the values, or where causal their sum up to there."""
+    plain = np.cumsum(values, axis=2) if causal else np.broadcast_to(values.mean(axis=2, keepdims=True), answers.shape)
+    answers[lazy] = plain[lazy]

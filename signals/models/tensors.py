@@ -1,0 +1,101 @@
+"""The numbers of a model, read from the safetensors file that its card names."""
+
+from __future__ import annotations
+
+import hashlib
+from collections.abc import Mapping
+from pathlib import Path
+from typing import Any, TypeAlias
+
+import numpy as np
+from numpy.typing import NDArray
+
+from palpate.signals.models.card import Card, Weights, card_tensors
+from palpate.signals.models.errors import ModelFileError, reading
+
+Tensors: TypeAlias = Mapping[str, NDArray[Any]]
+
+LARGEST_WEIGHTS = 2 * 1024**3
+"""Bytes of a weights file."""
+TYPES = {"F16": "<f2", "F32": "<f4", "F64": "<f8", "I32": "<i4", "I64": "<i8"}
+"""What numbers may be: real ones in single or double precision, or in half, which only saves room; whole ones for the
+nodes of trees."""
+HALF = "F16"
+
+
+def read_tensors(card_path: Path, card: Card) -> dict[str, NDArray[Any]]:
+    """The arrays that the card's steps use, exactly those, all finite. Raises ModelFileError."""
+    path = weights_file(card_path, card.weights)
+    require_size(path, card_path, card.weights)
+    content = _intact(path, card_path, card.weights)
+    tensors = _parsed(path, content)
+    _require_names(path, set(tensors), set(card_tensors(card)))
+    for name, tensor in tensors.items():
+        if not np.isfinite(tensor).all():
+            raise ModelFileError(f"{path}: {name!r} holds a value that is not finite. Train the model again.")
+        tensor.flags.writeable = False
+    return tensors
+
+
+def weights_file(card_path: Path, weights: Weights) -> Path:
+    """The file beside the card. Only a bare name: a card must not point anywhere else. Raises ModelFileError."""
+    name = weights.file
+    if name in ("", ".", "..") or any(mark in name for mark in "/\\:\0") or not name.endswith(".safetensors"):
+        raise ModelFileError(
+            f"{card_path}: weights.file is {name!r}; the name of a .safetensors file beside the card is expected."
+        )
+    return card_path.parent / name
+
+
+def require_size(path: Path, card_path: Path, weights: Weights) -> None:
+    """The file is there, and as long as the card says. Raises ModelFileError."""
+    with reading(path):
+        if not path.is_file():
+            raise ModelFileError(f"{path}: missing; it belongs to {card_path.name}. Copy both files, or train again.")
+        size = path.stat().st_size
+    if size > LARGEST_WEIGHTS:
+        raise ModelFileError(f"{path}: {size} bytes; a model's numbers have at most {LARGEST_WEIGHTS}.")
+    if size != weights.bytes:
+        raise ModelFileError(
+            f"{path}: {size} bytes found, {weights.bytes} expected by {card_path.name}: truncated or another model's. "
+            "Copy both files again."
+        )
+
+
+def _intact(path: Path, card_path: Path, weights: Weights) -> bytes:
+    """The file's content, if it is byte for byte what the card was written for."""
+    with reading(path):
+        content = path.read_bytes()
+    found = hashlib.sha256(content).hexdigest()
+    if found != weights.sha256:
+        raise ModelFileError(
+            f"{path}: SHA-256 {found[:12]}... found, {weights.sha256[:12]}... expected by {card_path.name}: the "
+            "numbers were changed or belong to another model. Copy both files again."
+        )
+    return content
+
+
+def _parsed(path: Path, content: bytes) -> dict[str, NDArray[Any]]:
+    from safetensors import SafetensorError, deserialize
+
+    try:
+        listed: list[tuple[str, dict[str, Any]]] = deserialize(content)  # type: ignore[no-untyped-call]
+    except SafetensorError as error:
+        raise ModelFileError(f"{path}: not a safetensors file ({error}). Export the model again.") from None
+    tensors: dict[str, NDArray[Any]] = {}
+    for name, told in listed:
+        if told["dtype"] not in TYPES:
+            raise ModelFileError(f"{path}: {name!r} is {told['dtype']}; {', '.join(TYPES)} are read. Export it as F32.")
+        try:
+            tensor = np.frombuffer(told["data"], dtype=TYPES[told["dtype"]]).reshape(told["shape"])
+        except ValueError as error:
+            raise ModelFileError(f"{path}: {name!r} cannot be held: {error}. Export the model again.") from None
+        tensors[name] = tensor.astype(np.float32) if told["dtype"] == HALF else tensor
+    return tensors
+
+
+def _require_names(path: Path, found: set[str], needed: set[str]) -> None:
+    if missing := sorted(needed - found):
+        raise ModelFileError(f"{path}: the steps need {', '.join(map(repr, missing[:4]))}, which is not in the file.")
+    if unused := sorted(found - needed):
+        raise ModelFileError(f"{path}: no step uses {', '.join(map(repr, unused[:4]))}: not this model's numbers.")

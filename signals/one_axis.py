@@ -1,0 +1,92 @@
+"""Three axes of vibration on one: DFT321, spectrum by spectrum (thesis 4.3.3; Landin et al. 2010).
+
+Over a whole exploration a spectrum knows nothing of when: each frequency is scaled by one number, which rings from end
+to end, and energy of fast strokes is spread into rests. So explorations are mapped in short frames (`one_axis`).
+"""
+
+from __future__ import annotations
+
+import math
+
+import numpy as np
+from numpy.lib.stride_tricks import sliding_window_view
+from numpy.typing import NDArray
+
+from palpate.signals.filters import Array, SignalError, demand_finite
+
+FRAME_S = 0.064
+"""Long enough to tell 20 Hz from its neighbours, short enough for a hand's movement: docs/reference/texture-data.md has
+what other lengths cost."""
+
+
+def dft321(axes: Array) -> Array:
+    """Several axes (n, k) on one (n,), by one spectrum: the energy of all, the phase of their sum.
+
+    |A(f)| is the root of the axes' summed squares, so that energy is kept; its phase is that of the sum of the axes
+    (Landin, Romano, McMahan and Kuchenbecker 2010); 0 where they cancel out. One axis is given back as it is. Take
+    gravity out before. Raises SignalError.
+    """
+    if axes.ndim != 2 or axes.shape[1] < 1:
+        raise SignalError(f"axes of shape {axes.shape}: (samples, axes) are expected")
+    demand_finite(axes, least=1)
+    return np.array(axes[:, 0]) if axes.shape[1] == 1 else _mapped(axes)
+
+
+def one_axis(axes: Array, rate_hz: float, frame_s: float = FRAME_S) -> Array:
+    """Several axes (n, k) on one (n,) by DFT321 in frames that overlap by half, energy kept where and when it was.
+
+    Frames are weighed by half a sine before and after, so that one axis comes back as it is. What the frames' overlap
+    takes is given back, frame by frame, then in all: the energy is that of the axes. Raises SignalError.
+    """
+    if axes.ndim == 2 and axes.shape[1] == 1:
+        return dft321(axes)
+    frame = 2 * max(1, round(frame_s * rate_hz / 2))
+    if axes.ndim != 2 or len(axes) <= frame:
+        return dft321(axes)
+    demand_finite(axes)
+    scale = 2.0 ** math.frexp(float(np.abs(axes).max()))[1]  # a power of two: exact, and no square overflows
+    scaled = axes / scale
+    found = _overlapped(scaled, frame)
+    wanted, had = (_nearby(power, frame) for power in ((scaled**2).sum(axis=1), found**2))
+    found *= np.sqrt(np.divide(wanted, had, out=np.ones_like(had), where=had > TINY * had.max()))
+    energy = float((found**2).sum())
+    whole = math.sqrt(float((scaled**2).sum()) / energy) if energy else 1.0
+    return np.asarray(found * whole * scale)
+
+
+TINY = 1e-20
+"""Power below this share of the largest is rounding: nothing is made louder there."""
+
+
+def _overlapped(axes: Array, frame: int) -> Array:
+    half = frame // 2
+    weight = np.sin(math.pi * (np.arange(frame) + 0.5) / frame)
+    padded = np.pad(axes, ((half, 2 * frame), (0, 0)))
+    pieces = sliding_window_view(padded, frame, axis=0)[::half].transpose(0, 2, 1) * weight[:, None]
+    mapped = _mapped(pieces) * weight
+    found = np.zeros(half * (len(pieces) + 1))
+    for number, piece in enumerate(mapped):
+        found[number * half : number * half + frame] += piece
+    return found[half : half + len(axes)]
+
+
+def _mapped(axes: Array) -> Array:
+    """(..., n, k) to (..., n)."""
+    largest = float(np.abs(axes).max())
+    scale = 2.0 ** math.frexp(largest)[1] if largest else 1.0
+    spectra = np.fft.rfft(axes / scale, axis=-2)
+    size = np.sqrt((spectra.real**2 + spectra.imag**2).sum(axis=-1))
+    return np.asarray(np.fft.irfft(size * _direction(spectra.sum(axis=-1)), axes.shape[-2], axis=-1) * scale)
+
+
+def _direction(numbers: NDArray[np.complex128]) -> NDArray[np.complex128]:
+    """Each number over its size; 1 for 0."""
+    size = np.abs(numbers)
+    still = size == 0
+    return np.where(still, 1.0, numbers / np.where(still, 1.0, size))
+
+
+def _nearby(power: Array, frame: int) -> Array:
+    """Its mean within half a frame to either side, the nearest weighing most."""
+    weight = np.hanning(frame + 1)[1:]
+    return np.maximum(np.convolve(power, weight / weight.sum(), "same"), 0.0)

@@ -1,0 +1,1 @@
+"""A texture played sample by sample: the model on its own output, with its limits."""

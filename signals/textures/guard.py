@@ -1,0 +1,100 @@
+"""Watches a running model: what has left all bounds is begun anew, over a short cross-fade."""
+
+from __future__ import annotations
+
+import math
+
+from palpate.signals.textures.gate import GAINS, RAMP
+from palpate.signals.textures.range import Range
+from palpate.signals.textures.sounding import Sounding
+
+MEMORY_MS = 16
+"""Time constant of the level and of the mean."""
+KEEP = math.exp(-1 / MEMORY_MS)
+QUIET = 0.01
+"""Below this share of the training's level a model counts as dead: told, and left alone (a texture may be faint)."""
+MOST, WELL = 4, 1000
+"""A model that had to be begun anew more often, without so many good steps in between, is given a pause."""
+PAUSE, LONGEST = 40, 5
+"""Milliseconds of silence before the next try; twice as long every further time, five times over."""
+
+
+class Guard:
+    """The model's next sample, always finite and within the peak.
+
+    Begun anew: an answer that is no number; a level above `loud`; a mean beyond `off`. `restarts`, `quiet` and `muted`
+    count for the record: how often, steps of a dead model, steps of silence before a model was tried again.
+    """
+
+    def __init__(self, inner: Sounding, bounds: Range, level: float) -> None:
+        """`level` is the RMS of the training part."""
+        self.inner = inner
+        self.restarts = self.quiet = self.muted = 0
+        self._loud, self._off, self._peak = bounds.loud**2, bounds.off, bounds.peak
+        self._faint = (QUIET * level) ** 2
+        self._level = level
+        self.begin()
+
+    def begin(self) -> None:
+        """A touch begins."""
+        self.inner.begin()
+        self._settle()
+        self._last = self._tail = 0.0
+        self._fade = RAMP
+        self._recent = self._well = self._pause = self._pauses = 0
+
+    def _settle(self) -> None:
+        self._square, self._mean = self._level**2, 0.0
+
+    def step(self, speed_mm_s: float, force_N: float) -> float:
+        """The next sample in m/s^2."""
+        if self._pause:
+            return self._silent()
+        made = self.inner.step(speed_mm_s, force_N)
+        if not self._sound(made):
+            made = self._anew(speed_mm_s, force_N)
+        self._last = made = self._faded(made)
+        return made
+
+    def _sound(self, made: float) -> bool:
+        """Whether this answer leaves the model within its bounds."""
+        if not -self._peak <= made <= self._peak:  # also where it is no number
+            return False
+        self._square += (1 - KEEP) * (made * made - self._square)
+        self._mean += (1 - KEEP) * (made - self._mean)
+        self.quiet += self._square < self._faint
+        self._well += 1
+        if self._well == WELL:
+            self._recent = self._pauses = 0
+        return self._square <= self._loud and -self._off <= self._mean <= self._off
+
+    def _anew(self, speed_mm_s: float, force_N: float) -> float:
+        """Begin anew; what was played last fades away meanwhile."""
+        self.restarts += 1
+        self._recent, self._well = self._recent + 1, 0
+        self._tail, self._fade = self._last, 0
+        if self._recent > MOST:
+            self._pause = PAUSE << min(self._pauses, LONGEST)
+            self._pauses += 1
+        self._settle()
+        self.inner.begin()
+        made = self.inner.step(speed_mm_s, force_N)
+        return made if -self._peak <= made <= self._peak else 0.0
+
+    def _silent(self) -> float:
+        """A step of a pause; after its last one the model begins anew."""
+        self._pause -= 1
+        self.muted += 1
+        self._last = made = self._faded(0.0)
+        if not self._pause:
+            self._recent, self._tail, self._fade = 0, 0.0, 0
+            self._settle()
+            self.inner.begin()
+        return made
+
+    def _faded(self, made: float) -> float:
+        if self._fade == RAMP:
+            return made
+        self._fade += 1
+        gain = GAINS[self._fade]
+        return gain * made + (1 - gain) * self._tail

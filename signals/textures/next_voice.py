@@ -1,0 +1,66 @@
+"""A model that gives the next sample from the last ones, run on its own output (thesis 4.5.1)."""
+
+from __future__ import annotations
+
+import math
+
+import numpy as np
+from numpy.typing import NDArray
+
+from palpate.signals.models.errors import ModelInputError
+from palpate.signals.models.fastest import Runs
+from palpate.signals.textures.normals import Normals
+
+Array = NDArray[np.float64]
+LEAST_LOG_SD = -30.0
+
+
+class Next:
+    """Answers from a window that holds acceleration, speed and force of the last `window` steps, oldest first.
+
+    At a touch the acceleration is the start sequence and speed and force are as if the hand had always moved as it
+    does at that step. A model with a conditional scale is sampled where there are `normals`, else its mean is taken.
+    What is fed back is limited to the peak.
+    """
+
+    __slots__ = ("_cold", "_most_log_sd", "_normals", "_peak", "_run", "_size", "_start", "window")
+
+    def __init__(self, runs: Runs, start: Array, peak: float, normals: Normals | None) -> None:
+        """`start` (window,) in m/s^2."""
+        self._run, self._start, self._peak = runs.run, start, peak
+        self._normals = normals if runs.card.gives.size == 2 else None
+        self._most_log_sd = math.log(peak)
+        self._size = len(start)
+        self.window = np.zeros(3 * self._size)
+        self.begin()
+
+    def begin(self) -> None:
+        """The next step is the first of a touch."""
+        self.window[: self._size] = self._start
+        self._cold = True
+
+    def step(self, speed_mm_s: float, force_N: float) -> float:
+        """The next sample; NaN where the model has no answer."""
+        window, size = self.window, self._size
+        if self._cold:
+            window[size : 2 * size] = speed_mm_s
+            window[2 * size :] = force_N
+            self._cold = False
+        try:
+            made = self._made(self._run(window))
+        except ModelInputError:
+            return math.nan
+        peak = self._peak
+        made = -peak if made < -peak else min(made, peak)
+        window[:-1] = window[1:]
+        window[size - 1], window[2 * size - 1], window[-1] = made, speed_mm_s, force_N
+        return made
+
+    def _made(self, answer: Array) -> float:
+        mean = float(answer[0])
+        if self._normals is None:
+            return mean
+        log_sd = float(answer[1])
+        if not log_sd >= LEAST_LOG_SD:
+            log_sd = LEAST_LOG_SD if log_sd < LEAST_LOG_SD else math.nan
+        return mean + math.exp(min(log_sd, self._most_log_sd)) * self._normals.next()

@@ -1,0 +1,104 @@
+"""What one step of a model costs here, by runtime, on windows as they occur while it runs; each with its error."""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Mapping
+from dataclasses import replace
+from pathlib import Path
+
+import numpy as np
+from numpy.typing import NDArray
+
+from palpate.signals.models.card import Card
+from palpate.signals.models.fastest import Runs, fastest
+from palpate.signals.models.file import read_model
+from palpate.signals.models.runtime import Model
+from palpate.signals.textures.sounds import RenderError
+from palpate.signals.textures.voice import open_voice
+
+Array = NDArray[np.float64]
+WARM = 50
+LEAST = 10
+
+
+class Recorder:
+    """Runs a model and keeps what it was given."""
+
+    def __init__(self, inner: Runs, steps: int) -> None:
+        """Room for so many inputs; no more are kept."""
+        self.inner = inner
+        self.given = np.zeros((steps, inner.card.takes.size))
+        self.kept = 0
+
+    @property
+    def card(self) -> Card:
+        """The model's."""
+        return self.inner.card
+
+    @property
+    def runtime(self) -> str:
+        """The inner one's."""
+        return self.inner.runtime
+
+    def run(self, given: Array) -> Array:
+        """As the inner one."""
+        if self.kept < len(self.given):
+            self.given[self.kept] = given
+            self.kept += 1
+        return self.inner.run(given)
+
+
+def step_us(card: Path | Model, steps: int, now_ns: Callable[[], int]) -> Mapping[str, tuple[float, float, float]]:
+    """{runtime: (median us, p99 us, largest difference from float64 relative to the answers' SD)}.
+
+    Raises:
+        ModelFileError, RenderError: a file that is no texture's model; fewer than 10 steps.
+    """
+    if steps < LEAST:
+        raise RenderError(f"{steps} steps are timed; {LEAST} at least are expected.")
+    model = card if isinstance(card, Model) else read_model(card)
+    given = met(model, steps)
+    exact = np.array([in_double(model).run(each) for each in given])
+    spread = float(exact[:, 0].std()) or 1.0
+    quick = fastest(model)
+    runs: dict[str, Runs | Model] = {"NumPy": model, **({} if quick.runtime == "NumPy" else {quick.runtime: quick})}
+    return {name: (*_timed(run, given, now_ns), _error(run, given, exact) / spread) for name, run in runs.items()}
+
+
+def met(model: Model, steps: int) -> Array:
+    """What the model is given while it runs under a hand whose speed and force go through its range: (steps, in)."""
+    recorder = Recorder(fastest(model), steps)
+    voice = open_voice(model, seed=0, runs=lambda _model: recorder)
+    texture = model.card.texture
+    if texture is None:
+        raise RenderError(f"{model.card.name}: no model of a texture.")
+    phase = 0
+    while recorder.kept < steps:
+        speed, force = (
+            low + (high - low) * (0.5 + 0.4 * np.sin(rate * phase))
+            for (low, high), rate in ((texture.speed_mm_s, 0.0061), (texture.force_N, 0.0037))
+        )
+        voice.step(max(float(speed), 11.0), max(float(force), 0.16))
+        phase += 1
+    return recorder.given
+
+
+def in_double(model: Model) -> Model:
+    """The same model with its numbers in float64: the reference."""
+    wide = {name: each.astype(np.float64) if each.dtype.kind == "f" else each for name, each in model.tensors.items()}
+    return replace(model, tensors=wide)
+
+
+def _timed(runs: Runs | Model, given: Array, now_ns: Callable[[], int]) -> tuple[float, float]:
+    for each in given[:WARM]:
+        runs.run(each)
+    took = np.empty(len(given))
+    for place, each in enumerate(given):
+        begun = now_ns()
+        runs.run(each)
+        took[place] = now_ns() - begun
+    return float(np.median(took)) / 1e3, float(np.percentile(took, 99)) / 1e3
+
+
+def _error(runs: Runs | Model, given: Array, exact: Array) -> float:
+    return float(max(np.abs(runs.run(each) - wanted).max() for each, wanted in zip(given, exact, strict=True)))

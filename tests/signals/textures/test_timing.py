@@ -1,0 +1,37 @@
+from itertools import count
+
+import numpy as np
+import pytest
+
+from palpate.signals.models.runtime import Model
+from palpate.signals.textures.sounds import RenderError
+from palpate.signals.textures.timing import met, step_us
+from palpate.studies.texture_side import RigTextures
+from tests.devices.render.made import M, model, spectra, write
+
+
+def test_steps_are_timed_by_the_clock_and_their_error_is_that_of_single_precision():
+    made = model()
+    single = Model(made.card, {name: each.astype(np.float32) for name, each in made.tensors.items()})
+    ticks = count(0, 5000)
+    told = step_us(single, 200, lambda: next(ticks))
+    for median, p99, error in told.values():
+        assert median == p99 == 5.0
+        assert 0 < error < 1e-6
+
+
+def test_inputs_are_those_that_occur_while_it_runs():
+    given = met(model(), 500)
+    assert given.shape == (500, 3 * M)
+    np.testing.assert_array_equal(given[1:, : M - 1], given[:-1, 1:M])
+    assert np.ptp(given[:, 2 * M - 1]) > 50
+    assert met(spectra(), 20).shape == (20, 3)
+
+
+def test_modeling_is_told_of_played_signals_and_times_by_the_rigs_side(tmp_path):
+    card, side = write(tmp_path, model()), RigTextures()
+    heard = side.played(card, np.full(200, 100.0), np.ones(200), seed=1)
+    assert heard.tobytes() == side.played(card, np.full(200, 100.0), np.ones(200), seed=1).tobytes()
+    assert "NumPy" in side.step_us(card, 20)
+    with pytest.raises(RenderError, match=r"10 at least"):
+        side.step_us(card, 3)
