@@ -6,7 +6,7 @@ from pathlib import Path
 
 import click
 
-from palpate.protocols.lazy import load_object
+from palpate.protocols.registry import load_object
 
 AREAS = {
     "statistics": "benchmarks.statistics.cases:cases",

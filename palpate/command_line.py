@@ -13,7 +13,7 @@ from typing import Any
 
 import click
 
-from palpate.protocols.lazy import load_object
+from palpate.protocols.registry import load_object
 
 INTERRUPTED = 130
 """The exit code after Ctrl-C, as shells give it: 128 and the number of the signal."""

@@ -20,7 +20,7 @@ from sqlalchemy import MetaData
 from palpate.analysis.figures.drawn import AskedFigure
 from palpate.analysis.importing import map_file
 from palpate.analysis.plans.answers import Asked
-from palpate.analysis.plans.kinds import FIGURES, TESTS, figure_kind, test_kind
+from palpate.analysis.plans.kinds import FIGURES, TESTS
 from palpate.analysis.plans.schema import AnalysisPlan
 from palpate.devices.actuator.calibration import Calibration
 from palpate.devices.author.designs import Design, Kept
@@ -225,8 +225,8 @@ def of_stations() -> Words:
 
 def of_analysis_plans() -> Words:
     """Return the keys of an analysis plan, and of each kind of test and figure."""
-    tests = {f"test {name}": test_kind(name).settings for name in TESTS}
-    figures = {f"figure {name}": figure_kind(name).settings for name in FIGURES}
+    tests = {f"test {name}": TESTS[name].settings for name in TESTS}
+    figures = {f"figure {name}": FIGURES[name].settings for name in FIGURES}
     return of_models(plan=AnalysisPlan, test=Asked, figure=AskedFigure, **tests, **figures)
 
 

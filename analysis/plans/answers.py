@@ -138,17 +138,20 @@ class Answer:
 
 @dataclass(frozen=True)
 class Kind:
-    """A kind of test that a plan may ask for.
+    """A kind of test that a plan may ask for; `title` is what a report calls it.
 
     `answer` raises a ValueError of ours that says why, where the question has no answer. `each` says whether it is
     asked for every outcome by itself or once for all. `complete` names, for given settings, the factors whose cells
     each participant must have filled (averaging over the study's other factors): where a cell is missing, the plan's
-    `missing` decides before `answer` is called. `with_gaps` answers instead under `missing: mixed_model`.
+    `missing` decides before `answer` is called. `with_gaps` answers instead under `missing: mixed_model`. `headings`
+    are names of columns of its own for a reader, beside those that all tests share (regenerating/headings.py).
     """
 
+    title: str
     settings: type[Asked]
     answer: Callable[[Selected, Any], Answer]
     takes: Takes = "ratings"
     each: Literal["outcome", "all"] = "outcome"
     complete: Callable[[Any], tuple[str, ...]] | None = None
     with_gaps: Callable[[Selected, Any], Answer] | None = None
+    headings: Mapping[str, str] = field(default_factory=lambda: _NONE)

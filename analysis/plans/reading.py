@@ -12,7 +12,7 @@ from pydantic import BaseModel, ValidationError
 
 from palpate.analysis.figures.drawn import AskedFigure
 from palpate.analysis.plans.answers import Asked
-from palpate.analysis.plans.kinds import FIGURES, TESTS, figure_kind, test_kind
+from palpate.analysis.plans.kinds import FIGURES, TESTS
 from palpate.analysis.plans.schema import AnalysisPlan
 from palpate.protocols.complaints import listed, translated
 from palpate.protocols.did_you_mean import nearest
@@ -78,11 +78,11 @@ def _validated(
 
 
 def _test_settings(name: str) -> type[Asked] | None:
-    return test_kind(name).settings if name in TESTS else None
+    return TESTS[name].settings if name in TESTS else None
 
 
 def _figure_settings(name: str) -> type[AskedFigure] | None:
-    return figure_kind(name).settings if name in FIGURES else None
+    return FIGURES[name].settings if name in FIGURES else None
 
 
 def _asked(

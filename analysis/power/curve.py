@@ -12,7 +12,7 @@ from typing import Any
 
 from palpate.analysis.plans.answers import Asked
 from palpate.analysis.plans.exclusions import apply_exclusions
-from palpate.analysis.plans.kinds import test_kind
+from palpate.analysis.plans.kinds import TESTS
 from palpate.analysis.plans.material import Material
 from palpate.analysis.plans.reading import Plan, PlanError, read_plan
 from palpate.analysis.plans.selecting import Selecting
@@ -147,7 +147,7 @@ def one_run(todo: tuple[Asking, tuple[int, ...], int]) -> dict[int, Decided]:
 def only(plan: Plan, asking: Asking, study: Study) -> Plan:
     """The plan with nothing but the test that is meant, for one outcome where it is asked for each by itself."""
     asked = next(each for each in plan.tests if each.name == asking.test)
-    kind = test_kind(asked.test)
+    kind = TESTS[asked.test]
     first = next((each.name for each in study.attributes), "") if kind.each == "outcome" else ""
     if (outcome := asking.outcome or first) and (asked.source or kind.takes) == "ratings":
         asked = asked.model_copy(update={"outcomes": (outcome,)})

@@ -7,7 +7,7 @@ from collections.abc import Sequence
 from dataclasses import dataclass
 
 from palpate.analysis.plans.idle import effective
-from palpate.analysis.plans.kinds import test_kind
+from palpate.analysis.plans.kinds import TESTS
 from palpate.analysis.regenerating.running import Answered
 from palpate.analysis.statistics.self_check import self_check
 
@@ -40,7 +40,7 @@ def _of(each: Answered) -> list[ExactCheck]:
         return []
     if each.missing.cells and not each.missing.left_out:
         return [ExactCheck(name, "all", None, "not checked: answered by a mixed model")]
-    asked = effective(each.asked, test_kind(each.asked.test)).model_dump()
+    asked = effective(each.asked, TESTS[each.asked.test]).model_dump()
     found = self_check(
         each.rows,
         "value",

@@ -53,17 +53,23 @@ def plain_grid(heads: Iterable[str | Head], rows: Iterable[Sequence[str]]) -> Gr
 
 
 def value_grid(
-    rows: Sequence[Row], kinds: Mapping[str, str] = _NONE, known: Collection[str] = (), without: str = NO_NUMBER
+    rows: Sequence[Row],
+    kinds: Mapping[str, str] = _NONE,
+    known: Collection[str] = (),
+    without: str = NO_NUMBER,
+    headings: Mapping[str, str] = _NONE,
 ) -> Grid:
     """The rows as texts under their columns' names in words; a row's `note` stands below, at the number it is about.
 
     `known` are the keys of marks: a row belongs to those that it names. `without` is said of a number that a row lacks
-    without a note; where it is "", such a cell is left empty.
+    without a note; where it is "", such a cell is left empty. `headings` names columns that have no usual heading.
     """
     notes = Footnotes()
     names = filled_columns(rows)
     texts = [_marked(row, cells, notes, without) for row, cells in zip(rows, _by_row(names, rows), strict=True)]
-    heads = tuple(replace(_head(name, rows), told=kinds.get(name, "")) for name in names)
+    heads = tuple(
+        replace(_head(name, rows, headings.get(name) or heading(name)), told=kinds.get(name, "")) for name in names
+    )
     return Grid(heads, tuple(texts), notes.lines(), keys=tuple(row_keys(row, known) for row in rows))
 
 
@@ -78,11 +84,11 @@ def row_keys(row: Row, known: Collection[str]) -> tuple[str, ...]:
     return tuple(dict.fromkeys(value for value in row.values() if isinstance(value, str) and value in known))
 
 
-def _head(name: str, rows: Sequence[Row]) -> Head:
+def _head(name: str, rows: Sequence[Row], words: str) -> Head:
     texts = [value for row in rows if isinstance(value := row.get(name), str)]
     if not texts:
-        return Head(heading(name), "number", name)
-    return Head(heading(name), "words" if max(map(len, texts)) > LONG_TEXT else "text", name)
+        return Head(words, "number", name)
+    return Head(words, "words" if max(map(len, texts)) > LONG_TEXT else "text", name)
 
 
 def _by_row(names: Sequence[str], rows: Sequence[Row]) -> list[tuple[str, ...]]:

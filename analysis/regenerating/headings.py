@@ -1,4 +1,4 @@
-"""Columns and kinds of test under the names that a reader knows them by."""
+"""Columns under the names that a reader knows them by."""
 
 from __future__ import annotations
 
@@ -45,19 +45,6 @@ HEADINGS: Mapping[str, str] = {
     "angle_deg": "ellipse, angle (°)", "first_trial": "first trial", "last_trial": "last trial", "stars": "marked",
     "response_time_s": "response time (s)", "words_of_its_own": "words of its own",
 }  # fmt: skip
-KINDS: Mapping[str, str] = {
-    "anova": "analysis of variance", "pairs": "pairwise comparisons", "equivalence": "equivalence (TOST)",
-    "mixed_model": "linear mixed model", "friedman": "Friedman's test", "nemenyi": "Nemenyi's test",
-    "wilcoxon": "Wilcoxon's signed ranks", "aligned_ranks": "aligned rank transform", "ordinal_model": "ordinal model",
-    "likert": "Likert items", "icc": "intraclass correlation", "cronbach_alpha": "Cronbach's alpha",
-    "kendall_w": "Kendall's W", "krippendorff_alpha": "Krippendorff's alpha", "retest": "test and retest",
-    "raters": "rater diagnostics", "relevance": "relevance of words", "adjective_pairs": "pairs of adjectives",
-    "word_agreement": "agreement on words", "lexicon": "words written", "means": "mean ratings",
-    "trends": "trends within families", "categories": "kinds of attribute", "target_error": "error from targets",
-    "pca": "principal components", "mds": "multidimensional scaling", "procrustes": "Procrustes comparison",
-    "vectors": "adjectives as vectors", "bradley_terry": "Bradley–Terry scale", "thurstone": "Thurstone scale",
-    "psychometric": "psychometric functions",
-}  # fmt: skip
 _NUMBERED = {"pc": "component", "dim": "dimension", "direction_": "direction"}
 
 
@@ -69,11 +56,6 @@ def heading(name: str) -> str:
         if name.startswith(start) and name.removeprefix(start).isdigit():
             return f"{word} {name.removeprefix(start)}"
     return " ".join(name.replace("_", " ").split())
-
-
-def kind_told(test: str) -> str:
-    """A kind of test in words."""
-    return KINDS.get(test, test.replace("_", " "))
 
 
 def is_p(name: str) -> bool:

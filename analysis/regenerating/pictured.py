@@ -10,7 +10,7 @@ from palpate.analysis.figures.drawn import AskedFigure, FigureData, Mark, Shown
 from palpate.analysis.figures.style import drawing, save, svg_text
 from palpate.analysis.plans.answers import Answer
 from palpate.analysis.plans.idle import effective, idle_notes
-from palpate.analysis.plans.kinds import figure_kind
+from palpate.analysis.plans.kinds import FIGURES
 from palpate.analysis.plans.selecting import Selecting
 
 Progress = Callable[[int, int, str], None]
@@ -39,7 +39,7 @@ def picture_data(selecting: Selecting, answers: Mapping[str, Mapping[str, Answer
 
 
 def _pictured(selecting: Selecting, answers: Mapping[str, Mapping[str, Answer]], asked: AskedFigure) -> Pictured:
-    kind = figure_kind(asked.figure)
+    kind = FIGURES[asked.figure]
     settings = effective(asked, kind)
     try:
         lacking = [name for name in settings.tests if name not in answers]
@@ -65,7 +65,7 @@ def draw_all(
 
 def _drawn(asked: AskedFigure, data: FigureData, folder: Path | None) -> Picture:
     with drawing(asked.name):
-        drawn = figure_kind(asked.figure).draw(data)
+        drawn = FIGURES[asked.figure].draw(data)
         files = save(drawn.figure, folder, asked.name) if folder is not None else []
         svg = svg_text(drawn.figure) if folder is None else files[0].read_text(encoding="utf-8")
     return Picture(svg, drawn.marks)

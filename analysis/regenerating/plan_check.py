@@ -8,7 +8,7 @@ from pathlib import Path
 from palpate.analysis.figures.drawn import AskedFigure, FigureKind
 from palpate.analysis.plans.answers import COLUMNS, Asked, Kind, Takes, columns_named
 from palpate.analysis.plans.idle import idle_settings
-from palpate.analysis.plans.kinds import figure_kind, test_kind
+from palpate.analysis.plans.kinds import FIGURES, TESTS
 from palpate.analysis.plans.reading import Plan
 from palpate.analysis.plans.schema import Rule
 from palpate.analysis.plans.study_columns import StudyColumns, study_columns
@@ -126,7 +126,7 @@ def _takes(asked: Asked | AskedFigure) -> Takes:
 
 
 def _kind_of(asked: Asked | AskedFigure) -> Kind | FigureKind:
-    return test_kind(asked.test) if isinstance(asked, Asked) else figure_kind(asked.figure)
+    return TESTS[asked.test] if isinstance(asked, Asked) else FIGURES[asked.figure]
 
 
 def _problems(

@@ -11,7 +11,7 @@ import pandas as pd
 
 from palpate.analysis.plans.answers import COLUMNS, Answer, Asked, Kind, Selected, columns_named
 from palpate.analysis.plans.idle import effective, idle_notes
-from palpate.analysis.plans.kinds import test_kind
+from palpate.analysis.plans.kinds import TESTS
 from palpate.analysis.plans.missing import MissingTold, handled
 from palpate.analysis.plans.selecting import Selecting
 from palpate.analysis.statistics.one_thread import one_thread
@@ -68,7 +68,7 @@ def run_tests(
 
 
 def _questions(selecting: Selecting, asked: Asked) -> Iterator[Question]:
-    kind = test_kind(asked.test)
+    kind = TESTS[asked.test]
     try:
         selected = selecting.of(asked, kind.takes)
     except ValueError as refusal:

@@ -7,8 +7,8 @@ from dataclasses import replace
 from itertools import groupby
 
 from palpate.analysis.plans.answers import Row
+from palpate.analysis.plans.kinds import TESTS
 from palpate.analysis.regenerating.grid import Grid, value_grid
-from palpate.analysis.regenerating.headings import kind_told
 from palpate.analysis.regenerating.running import Answered
 
 MOST_ROWS = 2000
@@ -30,7 +30,7 @@ def test_grid(answered: Sequence[Answered], known: Collection[str] = ()) -> Grid
 
 def _with_column(answered: Sequence[Answered], kinds: Mapping[str, str], known: Collection[str]) -> Grid:
     rows = [{OUTCOME: each.outcome, **row} for each in answered for row in _rows(each)]
-    return value_grid(rows, kinds, known)
+    return value_grid(rows, kinds, known, headings=TESTS[answered[0].asked.test].headings)
 
 
 def _with_headings(answered: Sequence[Answered], kinds: Mapping[str, str], known: Collection[str]) -> Grid:
@@ -40,7 +40,7 @@ def _with_headings(answered: Sequence[Answered], kinds: Mapping[str, str], known
         if each.outcome:
             groups[len(rows)] = each.outcome
         rows += _rows(each)[:MOST_ROWS]
-    found = value_grid(rows, kinds, known)
+    found = value_grid(rows, kinds, known, headings=TESTS[answered[0].asked.test].headings)
     return replace(found, notes=(*found.notes, *_cut(answered)), groups=groups)
 
 
@@ -67,7 +67,7 @@ def test_name(answered: Sequence[Answered]) -> str:
 
 def test_kind(answered: Sequence[Answered]) -> str:
     """The kind of a test in words, "" where its name already says so."""
-    told = kind_told(answered[0].asked.test)
+    told = TESTS[answered[0].asked.test].title
     return "" if told.lower() == test_name(answered).lower() else told
 
 

@@ -7,11 +7,11 @@ from collections.abc import Mapping
 from palpate.modeling.attributes.judging_entries import PROPOSED
 from palpate.modeling.attributes.material import SIGHT, TOUCH, MaterialError
 from palpate.modeling.attributes.methods import Method
-from palpate.protocols.lazy import LazyTable
+from palpate.protocols.registry import Registry
 
 __all__ = ["METHODS", "OWN_FEATURES", "PROPOSED", "method_named"]
 
-METHODS: Mapping[str, Method] = LazyTable(
+METHODS: Mapping[str, Method] = Registry(
     {
         "visuo_tactile": "palpate.modeling.attributes.network_methods:VISUO_TACTILE",
         "visuo_tactile_thesis": "palpate.modeling.attributes.network_methods:VISUO_TACTILE_THESIS",

@@ -7,12 +7,12 @@ from typing import Literal
 
 from palpate.modeling.doors.data import ModelDataError
 from palpate.modeling.doors.methods import Method
-from palpate.protocols.lazy import LazyTable
+from palpate.protocols.registry import Registry
 
 Direction = Literal["forward", "inverse"]
 
 
-FORWARD: Mapping[str, Method] = LazyTable(
+FORWARD: Mapping[str, Method] = Registry(
     {
         "mean": "palpate.modeling.doors.constant:MEAN",
         "ridge": "palpate.modeling.doors.ridge:RIDGE",
@@ -24,7 +24,7 @@ FORWARD: Mapping[str, Method] = LazyTable(
         "network_thesis": "palpate.modeling.doors.forward_network:NETWORK_THESIS",
     },
 )
-INVERSE: Mapping[str, Method] = LazyTable(
+INVERSE: Mapping[str, Method] = Registry(
     {
         "nearest": "palpate.modeling.doors.nearest:NEAREST",
         "pca_regression": "palpate.modeling.doors.pca_regression:PCA_REGRESSION",

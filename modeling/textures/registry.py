@@ -6,9 +6,9 @@ from collections.abc import Mapping
 
 from palpate.modeling.textures.methods import Method
 from palpate.modeling.textures.recording import TextureDataError
-from palpate.protocols.lazy import LazyTable
+from palpate.protocols.registry import Registry
 
-METHODS: Mapping[str, Method] = LazyTable(
+METHODS: Mapping[str, Method] = Registry(
     {
         "ar": "palpate.modeling.textures.ar:AR",
         "fnn": "palpate.modeling.textures.fnn:FNN",

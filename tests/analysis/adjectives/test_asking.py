@@ -28,7 +28,7 @@ SETTINGS: dict[str, dict[str, Any]] = {
 
 
 def answer(test: str, given: Selected, **settings: Any) -> Answer:
-    kind = kinds.test_kind(test)
+    kind = kinds.TESTS[test]
     asked = kind.settings.model_validate({"name": "x", "test": test, **SETTINGS[test], **settings})
     before = given.table.copy()
     found = kind.answer(given, asked)
@@ -85,7 +85,7 @@ def test_relevance_counts_what_was_ticked_alone_and_names_the_normalisation() ->
 
 
 def test_neither_normalisation_nor_threshold_is_chosen_in_silence() -> None:
-    model = kinds.test_kind("relevance").settings
+    model = kinds.TESTS["relevance"].settings
     for lacking in ("normalisation", "threshold"):
         given = {"name": "x", "test": "relevance", **SETTINGS["relevance"]}
         del given[lacking]

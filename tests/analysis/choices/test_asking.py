@@ -21,7 +21,7 @@ from tests.analysis.choices.test_staircase import run
 
 
 def answer(test: str, table: pd.DataFrame, **settings: Any) -> Answer:
-    kind, before = kinds.test_kind(test), table.copy()
+    kind, before = kinds.TESTS[test], table.copy()
     given = Selected(table, pd.DataFrame(), (), {}, seed=3, draws=99)
     found = kind.answer(given, kind.settings.model_validate({"name": "x", "test": test, "table": "t", **settings}))
     pd.testing.assert_frame_equal(before, table)

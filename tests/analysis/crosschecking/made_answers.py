@@ -8,7 +8,7 @@ import numpy as np
 import pandas as pd
 
 from palpate.analysis.plans.answers import Selected
-from palpate.analysis.plans.kinds import test_kind as kind_of
+from palpate.analysis.plans.kinds import TESTS
 from palpate.analysis.plans.missing import MissingTold
 from palpate.analysis.regenerating.running import Answered
 
@@ -42,7 +42,7 @@ def long(cells: np.ndarray, groups: int = 1) -> pd.DataFrame:
 
 def answered(table: pd.DataFrame, test: str, missing: str = "refuse", gaps: int = 0, **settings: Any) -> Answered:
     """The answer of one test on these rows; `gaps` cells of them are missing, `missing` says what is done about it."""
-    kind = kind_of(test)
+    kind = TESTS[test]
     asked = kind.settings(name=test, test=test, missing=missing, **settings)
     selected = Selected(table=table, trials=table, outcomes=("Soft",), levels={}, draws=100)
     answer = (kind.with_gaps if gaps and kind.with_gaps else kind.answer)(selected, asked)

@@ -20,7 +20,7 @@ from sqlalchemy import create_engine, text
 from palpate.analysis.figures.drawn import FigureKind, Shown
 from palpate.analysis.figures.style import drawing
 from palpate.analysis.plans.answers import Selected
-from palpate.analysis.plans.kinds import figure_kind, test_kind
+from palpate.analysis.plans.kinds import FIGURES, TESTS
 from palpate.analysis.ratings.reading import read_ratings
 from palpate.studies.catalogue import find, read_study
 
@@ -68,7 +68,7 @@ def treemap(lab: Path) -> Shown:
         levels={"stimulus": tuple(stimulus.id for stimulus in study.stimuli)},
         offered=tuple(word.word for word in study.adjectives.words),
     )
-    kind = test_kind("relevance")
+    kind = TESTS["relevance"]
     asked = kind.settings(name="relevance", test="relevance", normalisation="share_of_trials", threshold=0.2)
     return Shown(chosen, {"relevance": {"": kind.answer(chosen, asked)}})
 
@@ -76,7 +76,7 @@ def treemap(lab: Path) -> Shown:
 def similarity(lab: Path) -> Shown:
     """The ratings of likeness, and the paired tests between methods over all textures."""
     ratings = replace(rated(lab, "texture_similarity"), outcomes=("Similarity",))
-    kind = test_kind("pairs")
+    kind = TESTS["pairs"]
     asked = kind.settings(name="methods", test="pairs", factor="method", correction="bonferroni")
     return Shown(ratings, {"methods": {"": kind.answer(ratings, asked)}})
 
@@ -97,7 +97,7 @@ def space(lab: Path) -> Shown:
     """The textures' map from their mean ratings, its ellipses from resampled participants, and the attributes in it."""
     ratings, answers = rated(lab, "texture_ratings"), {}
     for name, more in (("mds", {"starts": 4, "replications": 100, "reference": 0}), ("vectors", {"starts": 4})):
-        kind = test_kind(name)
+        kind = TESTS[name]
         answers[name] = {"": kind.answer(ratings, kind.settings(name=name, test=name, **more))}
     return Shown(ratings, answers)
 
@@ -147,7 +147,7 @@ def main() -> None:
     for name in sys.argv[3:] or SHOWN:
         make, settings = SHOWN[name]
         kind = settings.get("figure", name)
-        print(name, save(figure_kind(kind), make(lab), {"figure": kind, **settings}, to / f"figure-{name}.png"))
+        print(name, save(FIGURES[kind], make(lab), {"figure": kind, **settings}, to / f"figure-{name}.png"))
 
 
 if __name__ == "__main__":

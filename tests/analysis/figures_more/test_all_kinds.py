@@ -12,7 +12,7 @@ import pytest
 
 from palpate.analysis.figures.drawn import FigureData, Shown
 from palpate.analysis.figures.style import drawing, inline_svg
-from palpate.analysis.plans.kinds import figure_kind
+from palpate.analysis.plans.kinds import FIGURES
 from palpate.analysis.ratings.dataset import DataRefused
 from tests.analysis.figures_more import test_matching_and_likert, test_predictions, test_similarity_bars, test_space_map
 from tests.analysis.figures_more.shown_for_tests import answer, asked, shown, svg
@@ -34,7 +34,7 @@ RATED = [name for name in KINDS if name not in ("treemap", "map")]
 @pytest.mark.parametrize("name", KINDS)
 def test_equal_data_give_equal_bytes_and_every_mark_its_own_group(name: str) -> None:
     make, settings = KINDS[name]
-    kind = figure_kind(name)
+    kind = FIGURES[name]
     first, drawn = svg(kind, asked(kind, make(), **settings))
     assert svg(kind, asked(kind, make(), **settings))[0] == first
     inline = inline_svg(first, "f1")
@@ -49,7 +49,7 @@ def test_equal_data_give_equal_bytes_and_every_mark_its_own_group(name: str) -> 
 def test_a_figure_is_drawn_from_its_table_as_a_file_would_hold_it(name: str) -> None:
     """Every row has the same columns of plain values, finite where they are numbers."""
     make, settings = KINDS[name]
-    kind = figure_kind(name)
+    kind = FIGURES[name]
     data = asked(kind, make(), **settings)
     assert len({tuple(row) for row in data.rows}) == 1
     assert all(type(v) in (float, int, str, bool, type(None)) for row in data.rows for v in row.values())
@@ -63,7 +63,7 @@ def test_a_figure_is_drawn_from_its_table_as_a_file_would_hold_it(name: str) -> 
 @pytest.mark.parametrize("name", KINDS)
 def test_png_bytes_are_equal_too(name: str) -> None:
     make, settings = KINDS[name]
-    kind = figure_kind(name)
+    kind = FIGURES[name]
     found = []
     for _ in range(2):
         with drawing(name):
@@ -76,7 +76,7 @@ def test_png_bytes_are_equal_too(name: str) -> None:
 @pytest.mark.parametrize("name", RATED)
 def test_row_and_column_order_and_the_type_of_labels_change_nothing(name: str) -> None:
     make, settings = KINDS[name]
-    kind, given = figure_kind(name), make()
+    kind, given = FIGURES[name], make()
     table = given.selected.table
     first = asked(kind, given, **settings)
     turned = table.sample(frac=1, random_state=5)[list(table)[::-1]]
@@ -89,17 +89,17 @@ def test_an_empty_table_is_refused_by_the_figures_name(name: str) -> None:
     make, settings = KINDS[name]
     empty = make().selected.table.iloc[:0]
     with pytest.raises(DataRefused, match="figure 'made'"):
-        asked(figure_kind(name), shown(empty), **settings)
+        asked(FIGURES[name], shown(empty), **settings)
 
 
 def test_labels_that_look_like_no_value_are_labels() -> None:
     table = test_predictions.table().assign(car=["None"] * 4 + ["nan"] * 4)
-    data = asked(figure_kind("predicted"), shown(table), panels="car")
+    data = asked(FIGURES["predicted"], shown(table), panels="car")
     assert [row["panel"] for row in data.rows][::4] == ["None", "nan"]
     numbered = test_predictions.table().assign(car=[1] * 4 + [2] * 4)
     by_text = numbered.assign(car=numbered["car"].astype(str))
-    rows = asked(figure_kind("predicted"), shown(numbered), panels="car").rows
-    assert rows == asked(figure_kind("predicted"), shown(by_text), panels="car").rows
-    assert rows == asked(figure_kind("predicted"), shown(numbered.assign(car=numbered["car"] / 1.0)), panels="car").rows
+    rows = asked(FIGURES["predicted"], shown(numbered), panels="car").rows
+    assert rows == asked(FIGURES["predicted"], shown(by_text), panels="car").rows
+    assert rows == asked(FIGURES["predicted"], shown(numbered.assign(car=numbered["car"] / 1.0)), panels="car").rows
     with pytest.raises(ValueError, match="car"):
-        asked(figure_kind("predicted"), shown(numbered.assign(car=pd.Series([1, "1"] * 4, dtype=object))), panels="car")
+        asked(FIGURES["predicted"], shown(numbered.assign(car=pd.Series([1, "1"] * 4, dtype=object))), panels="car")

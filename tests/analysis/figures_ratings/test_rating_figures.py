@@ -19,7 +19,7 @@ from palpate.analysis.figures.lettering import width_pt
 from palpate.analysis.figures.seriation import similar_order
 from palpate.analysis.figures.style import drawing, svg_text
 from palpate.analysis.plans.answers import Selected
-from palpate.analysis.plans.kinds import figure_kind
+from palpate.analysis.plans.kinds import FIGURES
 from palpate.analysis.ratings.dataset import DataRefused
 from palpate.analysis.ratings.within_intervals import mean_intervals
 
@@ -64,7 +64,7 @@ def rated(
 
 
 def made(kind: str, selected: Selected, **settings: object) -> tuple[FigureData, Drawn, str]:
-    found = figure_kind(kind)
+    found = FIGURES[kind]
     asked = found.settings(name="x", figure=kind, **BY.get(kind, {}), **settings)
     data = found.data(Shown(selected), asked)
     with drawing("x"):

@@ -7,9 +7,8 @@ import pandas as pd
 import pytest
 
 from palpate.analysis.plans.answers import Selected
-from palpate.analysis.plans.asking.mixed_model import MIXED_MODEL
-from palpate.analysis.plans.asking.mixed_model_answers import gaps_answer
-from palpate.analysis.plans.kinds import test_kind as kind_named
+from palpate.analysis.plans.families.mixed_model_answers import gaps_answer
+from palpate.analysis.plans.kinds import TESTS
 from palpate.analysis.ratings.dataset import DataRefused
 from palpate.analysis.statistics.within import rm_anova
 
@@ -37,12 +36,11 @@ def selected(lacking=(), repeats=1, n=12):
     return Selected(kept, kept[["participant", "stimulus"]], ("Damped",), LEVELS)
 
 
+MIXED_MODEL = TESTS["mixed_model"]
+
+
 def asked(**settings):
     return MIXED_MODEL.settings(**{"name": "m", "test": "mixed_model", **settings})
-
-
-def test_the_plan_finds_the_kind():
-    assert kind_named("mixed_model") is MIXED_MODEL
 
 
 def test_coefficients_against_the_studys_first_level_with_tables_beside():

@@ -55,7 +55,7 @@ def selecting():
 def question(selecting, study, name):
     chosen = selecting(study)
     asked = next(each for each in chosen.plan.tests if each.name == name)
-    kind = kinds.test_kind(asked.test)
+    kind = kinds.TESTS[asked.test]
     selected = chosen.of(asked, kind.takes)
     if kind.each == "outcome" and "attribute" not in (getattr(asked, "factor", ""), *getattr(asked, "within", ())):
         selected = next(chosen.by_outcome(selected))
@@ -120,7 +120,7 @@ def test_an_answer_that_stands_twice_is_refused_and_never_weighs_double(selectin
     )
     asked = next(each for each in chosen.plan.tests if each.name == name)
     with pytest.raises(DataRefused, match="2 rows hold the same answers twice, the first: participant P001, session"):
-        Selecting(twice, chosen.plan, chosen.tables).of(asked, kinds.test_kind(asked.test).takes)
+        Selecting(twice, chosen.plan, chosen.tables).of(asked, kinds.TESTS[asked.test].takes)
 
 
 def test_every_kind_that_a_shipped_plan_asks_for_is_among_them():

@@ -5,7 +5,7 @@ from pathlib import Path
 import pytest
 
 from palpate.analysis.plans.exclusions import apply_exclusions
-from palpate.analysis.plans.kinds import test_kind as kind_of
+from palpate.analysis.plans.kinds import TESTS
 from palpate.analysis.plans.people import people_of
 from palpate.analysis.plans.reading import Plan
 from palpate.analysis.plans.schema import AnalysisPlan
@@ -58,7 +58,7 @@ def material():
 
 
 def plan_of(*tests, **declared):
-    asked = tuple(kind_of(one["test"]).settings.model_validate({"name": f"t{n}", **one}) for n, one in enumerate(tests))
+    asked = tuple(TESTS[one["test"]].settings.model_validate({"name": f"t{n}", **one}) for n, one in enumerate(tests))
     plan = AnalysisPlan.model_validate({"study": "two", "draws": 100, **declared})
     return Plan(Path("analysis.yaml"), "", plan, asked, (), load(b"a: 1", "analysis.yaml"))
 
@@ -96,7 +96,7 @@ def test_what_the_check_calls_in_order_is_never_refused_for_its_declaration(mate
         outcomes = {} if one["test"] in ("likert", "cronbach_alpha") or "attribute" in str(one) else ("Soft",)
         try:
             whole = {"name": f"t{number}", **({"outcomes": outcomes} if outcomes else {}), **one}
-            asked = kind_of(one["test"]).settings.model_validate(whole)
+            asked = TESTS[one["test"]].settings.model_validate(whole)
         except ValueError:
             continue
         if not problems_of_test(asked, columns):

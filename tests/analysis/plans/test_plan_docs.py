@@ -23,7 +23,7 @@ def own(settings, common):
 def test_every_setting_of_every_kind_of_test_is_in_its_row(name):
     row = next(line for line in PLAN.splitlines() if line.startswith(f"| `{name}` |") and ".md)" in line)
     told = set(re.findall(r"`(\w+)`", row.split("|")[2]))
-    assert told == own(kinds.test_kind(name).settings, Asked)
+    assert told == own(kinds.TESTS[name].settings, Asked)
     page = re.search(r"\]\((\S+\.md)\)", row)[1]
     assert (DOCS / page).is_file()
 
@@ -32,7 +32,7 @@ def test_every_setting_of_every_kind_of_test_is_in_its_row(name):
 def test_every_kind_of_figure_has_its_section_with_its_settings_and_a_picture(name):
     sections = re.split(r"^## ", FIGURES, flags=re.M)
     section = next(each for each in sections if each.split("\n", 1)[0].strip().strip("`").startswith(name))
-    for setting in own(kinds.figure_kind(name).settings, AskedFigure):
+    for setting in own(kinds.FIGURES[name].settings, AskedFigure):
         assert f"`{setting}`" in section, setting
     picture = re.search(r"\]\(\.\./(pictures/\S+\.png)\)", section)
     assert picture and (DOCS.parent / picture[1]).is_file()

@@ -90,11 +90,11 @@ def test_what_is_no_plan_is_refused(plan, tmp_path):
 
 @pytest.mark.parametrize("name", kinds.TESTS)
 def test_every_kind_of_test_exists_and_bears_its_name(name):
-    kind = kinds.test_kind(name)
+    kind = kinds.TESTS[name]
     assert kind.settings.model_fields["test"].annotation.__args__ == (name,)
 
 
 @pytest.mark.parametrize("name", kinds.FIGURES)
 def test_every_kind_of_figure_exists_and_bears_its_name(name):
-    kind = kinds.figure_kind(name)
+    kind = kinds.FIGURES[name]
     assert kind.settings.model_fields["figure"].annotation.__args__ == (name,)

@@ -21,8 +21,7 @@ import pytest
 from pydantic import ValidationError
 
 from palpate.analysis.plans.idle import idle_settings
-from palpate.analysis.plans.kinds import FIGURES, TESTS, figure_kind
-from palpate.analysis.plans.kinds import test_kind as kind_of
+from palpate.analysis.plans.kinds import FIGURES, TESTS
 from palpate.analysis.plans.people import People
 from palpate.analysis.plans.reading import Plan
 from palpate.analysis.plans.schema import AnalysisPlan
@@ -406,9 +405,9 @@ def answers(material: Any, asked: list[Any]) -> list[Outcome]:
 @pytest.fixture(scope="module")
 def shown(materials: Mapping[str, Any]) -> Mapping[str, Any]:
     """The answers of the tests that figures show."""
-    tests = [kind_of(one["test"]).settings.model_validate(one) for one in SHOWN]
+    tests = [TESTS[one["test"]].settings.model_validate(one) for one in SHOWN]
     relevance = {"name": "relevance", "test": "relevance", "normalisation": "share_of_trials", "threshold": 0.6}
-    words = [kind_of("relevance").settings.model_validate(relevance)]
+    words = [TESTS["relevance"].settings.model_validate(relevance)]
     return {
         **by_name(run_tests(selecting(materials["ratings"], tests, []))),
         **by_name(run_tests(selecting(materials["words"], words, []))),
@@ -458,9 +457,7 @@ def tried(
 def test_every_kind_has_cases_and_every_setting_a_value_to_try() -> None:
     assert sorted(ASKED) == sorted(TESTS)
     assert sorted(FIGURE_CASES) == sorted(FIGURES)
-    models = {kind: kind_of(kind).settings for kind in TESTS} | {
-        f"{k} (figure)": figure_kind(k).settings for k in FIGURES
-    }
+    models = {kind: TESTS[kind].settings for kind in TESTS} | {f"{k} (figure)": FIGURES[k].settings for k in FIGURES}
     assert not {
         f"{kind}: {name}"
         for kind, model in models.items()
@@ -473,7 +470,7 @@ def test_every_kind_has_cases_and_every_setting_a_value_to_try() -> None:
 def test_a_setting_of_a_test_changes_its_answer_or_is_noted(
     kind: str, materials: Mapping[str, Any], full_run: bool
 ) -> None:
-    of = kind_of(kind)
+    of = TESTS[kind]
 
     def outcomes(asked: list[Any], gap: bool) -> list[Outcome]:
         return answers(materials["words" if of.takes == "words" else "gap" if gap else "ratings"], asked)
@@ -486,7 +483,7 @@ def test_a_setting_of_a_test_changes_its_answer_or_is_noted(
 def test_a_setting_of_a_figure_changes_it_or_is_noted(
     kind: str, materials: Mapping[str, Any], shown: Mapping[str, Any], full_run: bool
 ) -> None:
-    of = figure_kind(kind)
+    of = FIGURES[kind]
 
     def outcomes(asked: list[Any], _gap: bool) -> list[Outcome]:
         return pictures(materials["words" if of.takes == "words" else "ratings"], asked, shown)

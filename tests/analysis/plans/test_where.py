@@ -4,7 +4,7 @@ import pandas as pd
 import pytest
 
 from palpate.analysis.plans.exclusions import apply_exclusions
-from palpate.analysis.plans.kinds import test_kind as kind_of
+from palpate.analysis.plans.kinds import TESTS
 from palpate.analysis.plans.people import people_of
 from palpate.analysis.plans.schema import Rule
 from palpate.analysis.plans.study_columns import study_columns
@@ -24,7 +24,7 @@ def material():
 
 
 def checked(test, study=STUDY):
-    asked = kind_of(test["test"]).settings.model_validate({"name": "t", **test})
+    asked = TESTS[test["test"]].settings.model_validate({"name": "t", **test})
     columns = study_columns(study, lab_forms(study, LAB, live=False).questions)
     return [f"{each.path} {each.message}" for each in problems_of_test(asked, columns)]
 

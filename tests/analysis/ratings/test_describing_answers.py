@@ -11,11 +11,13 @@ import numpy as np
 import pytest
 
 from palpate.analysis.plans.answers import Answer, Selected
-from palpate.analysis.plans.asking.describing import CATEGORIES, MEANS, TARGET_ERROR, TRENDS
-from palpate.analysis.plans.kinds import test_kind as kind_named
+from palpate.analysis.plans.families.describing import KINDS
+from palpate.analysis.plans.kinds import TESTS
 from palpate.analysis.ratings.dataset import DataRefused
 from palpate.analysis.ratings.describe import describe
 from tests.analysis.synthetic_ratings import door_ratings
+
+MEANS, TRENDS, CATEGORIES, TARGET_ERROR = KINDS.values()
 
 
 def door(people: int = 4, attributes: int = 7) -> Selected:
@@ -34,7 +36,7 @@ def door(people: int = 4, attributes: int = 7) -> Selected:
 
 
 def asked(kind: object, selected: Selected, **settings: object) -> Answer:
-    name = next(name for name in ("means", "trends", "categories", "target_error") if kind_named(name) is kind)
+    name = next(name for name in ("means", "trends", "categories", "target_error") if TESTS[name] is kind)
     return kind.answer(selected, kind.settings(name="x", test=name, **settings))  # type: ignore[attr-defined]
 
 
@@ -153,7 +155,7 @@ def test_an_unknown_column_is_answered_with_the_nearest() -> None:
 
 def test_reading_the_settings_imports_neither_numpy_nor_pandas() -> None:
     code = (
-        "import sys, palpate.analysis.plans.asking.describing; print({'numpy', 'pandas', 'scipy'} & set(sys.modules))"
+        "import sys, palpate.analysis.plans.families.describing; print({'numpy', 'pandas', 'scipy'} & set(sys.modules))"
     )
     found = subprocess.run([sys.executable, "-c", code], capture_output=True, text=True, check=True)
     assert found.stdout.strip() == "set()"

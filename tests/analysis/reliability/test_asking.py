@@ -11,12 +11,12 @@ import pytest
 
 from palpate.analysis.plans import kinds
 from palpate.analysis.plans.answers import Answer, Selected
-from palpate.analysis.plans.asking import reliability as asking
+from palpate.analysis.plans.families import reliability as asking
 from palpate.analysis.ratings.dataset import DataRefused
 from palpate.analysis.reliability.intraclass import iccs
 from palpate.analysis.statistics.refusals import IncompleteCells
 
-OWN = [name for name, place in kinds.TESTS.items() if ".reliability:" in place]
+OWN = list(asking.KINDS)
 
 
 def selected(meetings: int = 2, scale: tuple[float, float] | None = (0.0, 100.0)) -> Selected:
@@ -36,7 +36,7 @@ def selected(meetings: int = 2, scale: tuple[float, float] | None = (0.0, 100.0)
 
 
 def answer(test: str, given: Selected, **settings: Any) -> Answer:
-    kind = kinds.test_kind(test)
+    kind = kinds.TESTS[test]
     if kind.each == "outcome":
         rows = given.table[given.table["attribute"] == "rough"].reset_index(drop=True)
         given = Selected(rows, given.trials, ("rough",), {}, draws=given.draws, seed=given.seed, scale=given.scale)
@@ -109,8 +109,8 @@ def test_gaps_are_refused_left_out_or_kept_as_each_statistic_can() -> None:
 
 def test_the_cells_that_must_be_filled_are_named_for_the_plan() -> None:
     settings = asking.AskedIcc(name="x", test="icc", targets="texture")
-    assert asking.ICC.complete is not None
-    assert asking.ICC.complete(settings) == ("texture",)
+    assert asking.KINDS["icc"].complete is not None
+    assert asking.KINDS["icc"].complete(settings) == ("texture",)
 
 
 def test_a_rater_who_reverses_the_scale_has_a_flag() -> None:

@@ -27,7 +27,7 @@ def selected(table: pd.DataFrame | None = None) -> Selected:
 
 
 def answer(test: str, given: Selected | None = None, **settings: Any) -> Answer:
-    kind, given = kinds.test_kind(test), given or selected()
+    kind, given = kinds.TESTS[test], given or selected()
     before = given.table.copy()
     found = kind.answer(given, kind.settings.model_validate({"name": "x", "test": test, **settings}))
     pd.testing.assert_frame_equal(before, given.table)

@@ -12,7 +12,7 @@ from pydantic import ValidationError
 
 from palpate.analysis import anova, pairwise_tests, rm_anova
 from palpate.analysis.plans.answers import Answer, Selected
-from palpate.analysis.plans.kinds import test_kind as kind_of
+from palpate.analysis.plans.kinds import TESTS
 from palpate.analysis.statistics.mixed import mixed_anova
 from tests.analysis.variance.variance_for_tests import UNEQUAL, design
 
@@ -26,7 +26,7 @@ def rows_of(table: pd.DataFrame) -> pd.DataFrame:
 
 
 def ask(table: pd.DataFrame, test: str, **settings: Any) -> Answer:
-    kind = kind_of(test)
+    kind = TESTS[test]
     asked = kind.settings.model_validate({"name": "q", "test": test, **settings})
     rows = rows_of(table)
     return kind.answer(Selected(rows, rows[["participant"]], ("Damped",), ORDER), asked)

@@ -8,8 +8,14 @@ from typing import TYPE_CHECKING
 from palpate.analysis.mixed_models.blups import random_effects
 from palpate.analysis.mixed_models.model import mixed_model
 from palpate.analysis.mixed_models.profiling import profile_intervals
-from palpate.analysis.plans.asking.describing_rows import answer_of, plain_rows, require_columns, share, with_numbers
-from palpate.analysis.ratings.dataset import DataRefused
+from palpate.analysis.plans.families.rows import (
+    answer_of,
+    plain_rows,
+    refuse_averaging,
+    require_columns,
+    share,
+    with_numbers,
+)
 from palpate.analysis.statistics.apa import apa_p, number
 from palpate.protocols.wording import count
 
@@ -20,7 +26,7 @@ if TYPE_CHECKING:
 
     from palpate.analysis.mixed_models.results import MixedModel as Fitted
     from palpate.analysis.plans.answers import Answer, Row, Selected
-    from palpate.analysis.plans.asking.mixed_model import MixedModel
+    from palpate.analysis.plans.families.mixed_model import MixedModel
 
 SOURCE = "Bates, Mächler, Bolker & Walker 2015; df by Satterthwaite's method as in lmerTest"
 TESTED = {
@@ -111,21 +117,6 @@ def gaps_answer(selected: Selected, within: Sequence[str], between: Sequence[str
         notes=notes,
         more=more,
     )
-
-
-def refuse_averaging(selected: Selected, factors: Sequence[str]) -> None:
-    """Refuse means over stimuli: with some of them missing, two means are about different stimuli."""
-    if "stimulus" not in selected.table.columns:
-        return
-    require_columns(selected.table, factors)
-    cells = selected.table.groupby(["participant", *factors], observed=True)
-    most = int(cells["stimulus"].nunique().max())
-    if most > 1:
-        raise DataRefused(
-            f"a participant's mean in a cell of {' x '.join(factors)} rests on up to {most} stimuli, and some are"
-            " missing: means of different stimuli would be compared; name the other factors, too, choose"
-            " `missing: listwise`, or ask a test of kind mixed_model with stimulus among its random effects"
-        )
 
 
 def _parts(table: pd.DataFrame, asked: MixedModel) -> Iterable[str]:

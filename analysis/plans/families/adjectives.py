@@ -168,7 +168,7 @@ def agreement_answer(selected: Selected, asked: AskedAgreement) -> Answer:
 def lexicon_answer(selected: Selected, asked: AskedLexicon) -> Answer:
     """The different words that were written; participants and stimuli in `more`."""
     from palpate.analysis.adjectives.lexicon import lexicon, mean_and_sd, merge_word_lists
-    from palpate.analysis.plans.asking.describing_rows import require_columns
+    from palpate.analysis.plans.families.rows import require_columns
     from palpate.analysis.ratings.dataset import DataRefused
     from palpate.analysis.reliability.told import plain_rows
     from palpate.analysis.statistics.apa import number
@@ -297,7 +297,9 @@ def _answer(
     return Answer(tuple(rows), method, kinds, people, ticks, headline, (*notes, *known, *again), more or {})
 
 
-RELEVANCE = Kind(AskedRelevance, relevance_answer, takes="words", each="all")
-ADJECTIVE_PAIRS = Kind(AskedPairs, pairs_answer, takes="words", each="all")
-WORD_AGREEMENT = Kind(AskedAgreement, agreement_answer, takes="words", each="all")
-LEXICON = Kind(AskedLexicon, lexicon_answer, takes="words", each="all")
+KINDS: Mapping[str, Kind] = {
+    "relevance": Kind("relevance of words", AskedRelevance, relevance_answer, takes="words", each="all"),
+    "adjective_pairs": Kind("pairs of adjectives", AskedPairs, pairs_answer, takes="words", each="all"),
+    "word_agreement": Kind("agreement on words", AskedAgreement, agreement_answer, takes="words", each="all"),
+    "lexicon": Kind("words written", AskedLexicon, lexicon_answer, takes="words", each="all"),
+}

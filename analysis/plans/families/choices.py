@@ -2,18 +2,20 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterator
+from collections.abc import Iterator, Mapping
 from typing import TYPE_CHECKING, Annotated, Literal, Self
 
 from pydantic import Field, model_validator
 
 from palpate.analysis.plans.answers import Asked, Kind
 from palpate.analysis.plans.idle import Idle
-from palpate.protocols.lazy import lazy_function
+from palpate.protocols.registry import lazy_function
 from palpate.protocols.study import Level, Text, Whole
 
 if TYPE_CHECKING:
     from palpate.analysis.choices.asking import Asked as Model
+
+_ANSWERS = "palpate.analysis.plans.families.choices_answers"
 
 Confidence = Annotated[float, Field(gt=0, lt=1)]
 Rate = Annotated[float, Field(ge=0, lt=1)]
@@ -122,18 +124,22 @@ class PsychometricFunction(Asked):
         return asked_of(self.function, rates, self.threshold, self.jnd, self.falling)
 
 
-BRADLEY_TERRY = Kind(
-    BradleyTerry,
-    lazy_function("palpate.analysis.plans.asking.choices_scales:bradley_terry_answer"),
-    takes="table",
-    each="all",
-)
-THURSTONE = Kind(
-    Thurstone, lazy_function("palpate.analysis.plans.asking.choices_scales:thurstone_answer"), takes="table", each="all"
-)
-PSYCHOMETRIC = Kind(
-    PsychometricFunction,
-    lazy_function("palpate.analysis.plans.asking.choices_functions:psychometric_answer"),
-    takes="table",
-    each="all",
-)
+KINDS: Mapping[str, Kind] = {
+    "bradley_terry": Kind(
+        "Bradley–Terry scale",
+        BradleyTerry,
+        lazy_function(f"{_ANSWERS}:bradley_terry_answer"),
+        takes="table",
+        each="all",
+    ),
+    "thurstone": Kind(
+        "Thurstone scale", Thurstone, lazy_function(f"{_ANSWERS}:thurstone_answer"), takes="table", each="all"
+    ),
+    "psychometric": Kind(
+        "psychometric functions",
+        PsychometricFunction,
+        lazy_function(f"{_ANSWERS}:psychometric_answer"),
+        takes="table",
+        each="all",
+    ),
+}

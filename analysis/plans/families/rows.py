@@ -1,4 +1,4 @@
-"""Rows, notes and words that the answers about ratings share."""
+"""What the answers of all families share: rows of plain values, columns that must be there, notes."""
 
 from __future__ import annotations
 
@@ -127,3 +127,18 @@ def turned_note(names: Sequence[str], selected: Selected) -> list[str]:
         return []
     about = "0" if selected.scale is None else f"{(selected.scale[0] + selected.scale[1]) / 2:g}"
     return [f"Turned round about {about} before averaging: {', '.join(names)}."]
+
+
+def refuse_averaging(selected: Selected, factors: Sequence[str]) -> None:
+    """Refuse means over stimuli: with some of them missing, two means are about different stimuli."""
+    if "stimulus" not in selected.table.columns:
+        return
+    require_columns(selected.table, factors)
+    cells = selected.table.groupby(["participant", *factors], observed=True)
+    most = int(cells["stimulus"].nunique().max())
+    if most > 1:
+        raise DataRefused(
+            f"a participant's mean in a cell of {' x '.join(factors)} rests on up to {most} stimuli, and some are"
+            " missing: means of different stimuli would be compared; name the other factors, too, choose"
+            " `missing: listwise`, or ask a test of kind mixed_model with stimulus among its random effects"
+        )

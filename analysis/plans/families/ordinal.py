@@ -2,15 +2,17 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterator
+from collections.abc import Iterator, Mapping
 from typing import Annotated, Literal, Self
 
 from pydantic import Field, model_validator
 
 from palpate.analysis.plans.answers import Asked, Kind, missing_without_effect
 from palpate.analysis.plans.idle import ON_RANKS, Idle
-from palpate.protocols.lazy import lazy_function
+from palpate.protocols.registry import lazy_function
 from palpate.protocols.study import Level, Number, Text, Whole
+
+_ANSWERS = "palpate.analysis.plans.families.ordinal_answers"
 
 Confidence = Annotated[float, Field(gt=0, lt=1)]
 Correction = Literal["bonferroni", "holm", "none"]
@@ -130,7 +132,7 @@ class Likert(Asked):
         yield from missing_without_effect(self, "on Likert summaries, which count who answered")
 
 
-_ordinal_model = lazy_function("palpate.analysis.plans.asking.ordinal_answers:model_answer")
+_ordinal_model = lazy_function(f"{_ANSWERS}:model_answer")
 
 
 def _factor(asked: Friedman | Nemenyi | Wilcoxon) -> tuple[str, ...]:
@@ -145,17 +147,15 @@ def _predictors(asked: Ordinal) -> tuple[str, ...]:
     return asked.fixed
 
 
-FRIEDMAN = Kind(
-    Friedman, lazy_function("palpate.analysis.plans.asking.ordinal_ranks:friedman_answer"), complete=_factor
-)
-NEMENYI = Kind(Nemenyi, lazy_function("palpate.analysis.plans.asking.ordinal_ranks:nemenyi_answer"), complete=_factor)
-WILCOXON = Kind(
-    Wilcoxon, lazy_function("palpate.analysis.plans.asking.ordinal_ranks:wilcoxon_answer"), complete=_factor
-)
-ALIGNED_RANKS = Kind(
-    AlignedRanks, lazy_function("palpate.analysis.plans.asking.ordinal_ranks:aligned_answer"), complete=_within
-)
-ORDINAL_MODEL = Kind(Ordinal, _ordinal_model, complete=_predictors, with_gaps=_ordinal_model)
-LIKERT = Kind(
-    Likert, lazy_function("palpate.analysis.plans.asking.ordinal_answers:likert_answer"), takes="forms", each="all"
-)
+KINDS: Mapping[str, Kind] = {
+    "friedman": Kind("Friedman's test", Friedman, lazy_function(f"{_ANSWERS}:friedman_answer"), complete=_factor),
+    "nemenyi": Kind("Nemenyi's test", Nemenyi, lazy_function(f"{_ANSWERS}:nemenyi_answer"), complete=_factor),
+    "wilcoxon": Kind(
+        "Wilcoxon's signed ranks", Wilcoxon, lazy_function(f"{_ANSWERS}:wilcoxon_answer"), complete=_factor
+    ),
+    "aligned_ranks": Kind(
+        "aligned rank transform", AlignedRanks, lazy_function(f"{_ANSWERS}:aligned_answer"), complete=_within
+    ),
+    "ordinal_model": Kind("ordinal model", Ordinal, _ordinal_model, complete=_predictors, with_gaps=_ordinal_model),
+    "likert": Kind("Likert items", Likert, lazy_function(f"{_ANSWERS}:likert_answer"), takes="forms", each="all"),
+}

@@ -9,8 +9,10 @@ from pydantic import Field, model_validator
 
 from palpate.analysis.plans.answers import Asked, Kind
 from palpate.analysis.plans.idle import Idle
-from palpate.protocols.lazy import lazy_function
+from palpate.protocols.registry import lazy_function
 from palpate.protocols.study import Text
+
+_ANSWERS = "palpate.analysis.plans.families.mixed_model_answers"
 
 
 class MixedModel(Asked):
@@ -51,11 +53,13 @@ class MixedModel(Asked):
         return self
 
 
-_mixed_model = lazy_function("palpate.analysis.plans.asking.mixed_model_answers:model_answer")
+_mixed_model = lazy_function(f"{_ANSWERS}:model_answer")
 
 
 def _columns(asked: MixedModel) -> tuple[str, ...]:
     return (*asked.fixed, *asked.numeric)
 
 
-MIXED_MODEL = Kind(MixedModel, _mixed_model, complete=_columns, with_gaps=_mixed_model)
+KINDS: Mapping[str, Kind] = {
+    "mixed_model": Kind("linear mixed model", MixedModel, _mixed_model, complete=_columns, with_gaps=_mixed_model),
+}

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterator
+from collections.abc import Iterator, Mapping
 from typing import TYPE_CHECKING, Annotated, Any, Literal
 
 from pydantic import Field
@@ -318,9 +318,11 @@ def _whole_targets(asked: AskedIcc | AskedConcordance) -> tuple[str, ...]:
     return (asked.targets,) if asked.raters == "participant" else ()
 
 
-ICC = Kind(AskedIcc, icc_answer, complete=_whole_targets)
-CRONBACH_ALPHA = Kind(AskedAlpha, alpha_answer, each="all")
-KENDALL_W = Kind(AskedConcordance, concordance_answer, complete=_whole_targets)
-KRIPPENDORFF_ALPHA = Kind(AskedKrippendorff, krippendorff_answer)
-RETEST = Kind(AskedRetest, retest_answer)
-RATERS = Kind(AskedRaters, raters_answer, each="all")
+KINDS: Mapping[str, Kind] = {
+    "icc": Kind("intraclass correlation", AskedIcc, icc_answer, complete=_whole_targets),
+    "cronbach_alpha": Kind("Cronbach's alpha", AskedAlpha, alpha_answer, each="all"),
+    "kendall_w": Kind("Kendall's W", AskedConcordance, concordance_answer, complete=_whole_targets),
+    "krippendorff_alpha": Kind("Krippendorff's alpha", AskedKrippendorff, krippendorff_answer),
+    "retest": Kind("test and retest", AskedRetest, retest_answer),
+    "raters": Kind("rater diagnostics", AskedRaters, raters_answer, each="all"),
+}

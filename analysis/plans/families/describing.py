@@ -2,15 +2,17 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Iterator
+from collections.abc import Iterator, Mapping
 from typing import Annotated, Literal
 
 from pydantic import Field
 
-from palpate.analysis.plans.answers import Answer, Asked, Kind, Selected
+from palpate.analysis.plans.answers import Asked, Kind
 from palpate.analysis.plans.idle import Idle
-from palpate.protocols.lazy import lazy_function
+from palpate.protocols.registry import lazy_function
 from palpate.protocols.study import Level, Number, Text, Whole
+
+_ANSWERS = "palpate.analysis.plans.families.describing_answers"
 
 Confidence = Annotated[float, Field(gt=0, lt=1)]
 Correction = Literal["holm", "bonferroni", "none"]
@@ -88,26 +90,20 @@ class TargetErrors(Asked):
     confidence: Confidence = 0.95
 
 
-_means: Callable[[Selected, Means], Answer] = lazy_function("palpate.analysis.plans.asking.describing_answers:means")
-
-
-def _means_of_what_is_there(selected: Selected, asked: Means) -> Answer:
-    """With gaps: each mean over participants is one of the same stimuli, or there is none."""
-    from palpate.analysis.plans.asking.mixed_model_answers import refuse_averaging
-
-    refuse_averaging(selected, asked.by)
-    return _means(selected, asked)
-
-
 def _cells(asked: Means) -> tuple[str, ...]:
     return asked.by
 
 
-MEANS = Kind(Means, _means, each="outcome", complete=_cells, with_gaps=_means_of_what_is_there)
-TRENDS = Kind(Trends, lazy_function("palpate.analysis.plans.asking.describing_answers:trends"), each="all")
-CATEGORIES = Kind(
-    Categories, lazy_function("palpate.analysis.plans.asking.describing_categories:categories"), each="all"
-)
-TARGET_ERROR = Kind(
-    TargetErrors, lazy_function("palpate.analysis.plans.asking.describing_answers:target_error"), each="all"
-)
+KINDS: Mapping[str, Kind] = {
+    "means": Kind(
+        "mean ratings",
+        Means,
+        lazy_function(f"{_ANSWERS}:means"),
+        each="outcome",
+        complete=_cells,
+        with_gaps=lazy_function(f"{_ANSWERS}:means_with_gaps"),
+    ),
+    "trends": Kind("trends within families", Trends, lazy_function(f"{_ANSWERS}:trends"), each="all"),
+    "categories": Kind("kinds of attribute", Categories, lazy_function(f"{_ANSWERS}:categories"), each="all"),
+    "target_error": Kind("error from targets", TargetErrors, lazy_function(f"{_ANSWERS}:target_error"), each="all"),
+}

@@ -2,16 +2,17 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Iterator
-from dataclasses import replace
+from collections.abc import Iterator, Mapping
 from typing import Annotated, Literal, Self
 
 from pydantic import Field, model_validator
 
-from palpate.analysis.plans.answers import Answer, Asked, Kind, Selected
-from palpate.analysis.plans.idle import Idle, idle_note
-from palpate.protocols.lazy import lazy_function
+from palpate.analysis.plans.answers import Asked, Kind
+from palpate.analysis.plans.idle import Idle
+from palpate.protocols.registry import lazy_function
 from palpate.protocols.study import Number, Text, Whole
+
+_ANSWERS = "palpate.analysis.plans.families.variance_answers"
 
 Confidence = Annotated[float, Field(gt=0, lt=1)]
 
@@ -88,22 +89,6 @@ class Equivalence(Asked):
         return self
 
 
-_anova: Callable[[Selected, Anova], Answer] = lazy_function("palpate.analysis.plans.asking.variance_anova:anova_answer")
-
-
-def _gaps(selected: Selected, asked: Anova) -> Answer:
-    from palpate.analysis.plans.asking.mixed_model_answers import gaps_answer, refuse_averaging
-
-    if not asked.within:  # one value from each participant who has one: nothing is left for a random effect
-        refuse_averaging(selected, asked.between)
-        return _anova(selected, asked)
-    answer = gaps_answer(selected, asked.within, asked.between)
-    where = "where cells are missing and a mixed model answers"
-    settings = ("sum_of_squares", "correction", "interval", "eta")
-    idle = [name for name in settings if getattr(asked, name) != type(asked).model_fields[name].default]
-    return replace(answer, notes=(*answer.notes, *(idle_note(name, where) for name in idle)))
-
-
 def _within(asked: Anova) -> tuple[str, ...]:
     return asked.within
 
@@ -112,8 +97,16 @@ def _factor(asked: Pairs | Equivalence) -> tuple[str, ...]:
     return (asked.factor,)
 
 
-ANOVA = Kind(Anova, _anova, complete=_within, with_gaps=_gaps)
-PAIRS = Kind(Pairs, lazy_function("palpate.analysis.plans.asking.variance_pairs:pairs_answer"), complete=_factor)
-EQUIVALENCE = Kind(
-    Equivalence, lazy_function("palpate.analysis.plans.asking.variance_pairs:equivalence_answer"), complete=_factor
-)
+KINDS: Mapping[str, Kind] = {
+    "anova": Kind(
+        "analysis of variance",
+        Anova,
+        lazy_function(f"{_ANSWERS}:anova_answer"),
+        complete=_within,
+        with_gaps=lazy_function(f"{_ANSWERS}:anova_with_gaps"),
+    ),
+    "pairs": Kind("pairwise comparisons", Pairs, lazy_function(f"{_ANSWERS}:pairs_answer"), complete=_factor),
+    "equivalence": Kind(
+        "equivalence (TOST)", Equivalence, lazy_function(f"{_ANSWERS}:equivalence_answer"), complete=_factor
+    ),
+}

@@ -2,15 +2,17 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterator
+from collections.abc import Iterator, Mapping
 from typing import Annotated, Literal
 
 from pydantic import AfterValidator, Field
 
 from palpate.analysis.plans.answers import Asked, Kind
 from palpate.analysis.plans.idle import Idle, outcomes_of_own_table
-from palpate.protocols.lazy import lazy_function
+from palpate.protocols.registry import lazy_function
 from palpate.protocols.study import Number, Text, Whole
+
+_ANSWERS = "palpate.analysis.plans.families.spaces_answers"
 
 Confidence = Annotated[float, Field(gt=0, lt=1)]
 LEAST_DRAWS = 19  # the smallest p of fewer lies above .05
@@ -150,9 +152,9 @@ class Vectors(Asked):
             yield from (Idle(name, f"with `on: {self.on}`") for name in ("ties", "starts"))
 
 
-PCA = Kind(Pca, lazy_function("palpate.analysis.plans.asking.spaces_answers:pca_answer"), each="all")
-MDS = Kind(Mds, lazy_function("palpate.analysis.plans.asking.spaces_maps:mds_answer"), each="all")
-PROCRUSTES = Kind(
-    Procrustes, lazy_function("palpate.analysis.plans.asking.spaces_compared:procrustes_answer"), each="all"
-)
-VECTORS = Kind(Vectors, lazy_function("palpate.analysis.plans.asking.spaces_answers:vectors_answer"), each="all")
+KINDS: Mapping[str, Kind] = {
+    "pca": Kind("principal components", Pca, lazy_function(f"{_ANSWERS}:pca_answer"), each="all"),
+    "mds": Kind("multidimensional scaling", Mds, lazy_function(f"{_ANSWERS}:mds_answer"), each="all"),
+    "procrustes": Kind("Procrustes comparison", Procrustes, lazy_function(f"{_ANSWERS}:procrustes_answer"), each="all"),
+    "vectors": Kind("adjectives as vectors", Vectors, lazy_function(f"{_ANSWERS}:vectors_answer"), each="all"),
+}

@@ -1,0 +1,58 @@
+"""Registries: the parts of one kind by name, each imported only when it is asked for, as is all named "module:NAME"."""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Iterator, Mapping
+from dataclasses import dataclass, field
+from functools import cached_property
+from importlib import import_module
+from typing import Any, Generic, TypeVar, cast
+
+T = TypeVar("T")
+
+
+def load_object(place: str) -> Any:
+    """Import the module of "module:NAME" and return its NAME. Raises ImportError and AttributeError."""
+    module, _, name = place.partition(":")
+    return getattr(import_module(module), name)
+
+
+def lazy_function(place: str) -> Callable[..., Any]:
+    """Return a function that calls the one named "module:NAME", which is imported at the first call."""
+
+    def call(*arguments: Any, **options: Any) -> Any:
+        return load_object(place)(*arguments, **options)
+
+    return call
+
+
+@dataclass(frozen=True)
+class Registry(Mapping[str, T], Generic[T]):
+    """The parts of one kind by name: tests, figures, devices, methods, in the order that lists show.
+
+    `places` says where each one is ("module:NAME"). Parts that are light to import may stand in `families` instead:
+    modules with a mapping `KINDS` of parts by name, so that a new part is one line in its own module.
+    """
+
+    places: Mapping[str, str] = field(default_factory=dict)
+    families: tuple[str, ...] = ()
+
+    @cached_property
+    def _of_families(self) -> Mapping[str, T]:
+        found: dict[str, T] = {}
+        for family in self.families:
+            for name, part in cast(Mapping[str, T], load_object(f"{family}:KINDS")).items():
+                if name in found or name in self.places:
+                    raise ValueError(f"{family}: {name!r} is registered twice")
+                found[name] = part
+        return found
+
+    def __getitem__(self, name: str) -> T:
+        return cast(T, load_object(self.places[name])) if name in self.places else self._of_families[name]
+
+    def __iter__(self) -> Iterator[str]:
+        yield from self.places
+        yield from self._of_families
+
+    def __len__(self) -> int:
+        return len(self.places) + len(self._of_families)
