@@ -39,29 +39,33 @@ def row_rounding(rows: Floats) -> Floats:
     return np.broadcast_to(rounding(largest), rows.shape)
 
 
-def doubled_ranks(rows: Floats, allowed: Floats, computed: bool = False) -> Ints:
+def doubled_ranks(rows: Floats, allowed: Floats, computed: bool | Truths = False) -> Ints:
     """Twice the midranks (1 .. k) within each row of a matrix, whole numbers whatever is tied.
 
     Neighbours in a sorted row are tied where they are equal, or differ by no more than the larger of their `allowed`
-    (same shape) and not both are short decimals, which are as they were written (unless all are `computed`). Reversing
-    the sign of all values reverses the ranks exactly.
+    (same shape) and not both are short decimals, which are as they were written, unless one of them was `computed`
+    from numbers that are not (all of them, or an array of the same shape). Reversing the sign of all values reverses
+    the ranks exactly.
     """
     order = np.argsort(rows, axis=1, kind="stable")
     values, room = np.take_along_axis(rows, order, 1), np.take_along_axis(allowed, order, 1)
-    tied = same_value(values[:, 1:], values[:, :-1], np.maximum(room[:, 1:], room[:, :-1]), computed)
+    blurred = np.take_along_axis(np.broadcast_to(computed, rows.shape), order, 1)
+    either = blurred[:, 1:] | blurred[:, :-1]
+    tied = same_value(values[:, 1:], values[:, :-1], np.maximum(room[:, 1:], room[:, :-1]), either)
     sums = _first_plus_last(tied) + 2
     ranks = np.empty_like(sums)
     np.put_along_axis(ranks, order, sums, 1)
     return ranks
 
 
-def same_value(a: Floats, b: Floats, allowed: Floats, computed: bool = False) -> Truths:
+def same_value(a: Floats, b: Floats, allowed: Floats, computed: bool | Truths = False) -> Truths:
     """Where two arrays hold the same values: equal, or only rounding apart with not both of them short decimals."""
     gap: Floats = np.abs(a - b)
     same: Truths = gap == 0
     doubtful = (gap <= allowed) & ~same
     if doubtful.any():
-        same[doubtful] = True if computed else ~(_written(a[doubtful]) & _written(b[doubtful]))
+        blurred = np.broadcast_to(computed, same.shape)[doubtful]
+        same[doubtful] = blurred | ~(written(a[doubtful]) & written(b[doubtful]))
     return same
 
 
@@ -76,7 +80,7 @@ def _first_plus_last(tied: Truths) -> Ints:
     return first + last
 
 
-def _written(values: Floats) -> Truths:
+def written(values: Floats) -> Truths:
     """Whether each value is a whole number or a decimal of at most 15 digits, so that arithmetic has not blurred it."""
     return np.array([_is_written(value) for value in values.tolist()], dtype=bool)
 

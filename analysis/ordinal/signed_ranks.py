@@ -4,13 +4,14 @@ from __future__ import annotations
 
 import math
 from dataclasses import dataclass
+from decimal import Decimal
 from typing import Literal, TypeAlias
 
 import numpy as np
 from scipy.special import ndtr
 
 from palpate.analysis.ordinal.permutations import MOST_SIGNED, signed_rank_chances, two_sided
-from palpate.analysis.ordinal.ranks import Ints, Truths, doubled_ranks, rounding, same_value
+from palpate.analysis.ordinal.ranks import Ints, Truths, doubled_ranks, rounding, same_value, written
 from palpate.analysis.ordinal.shifts import Shift, one_sample_shift
 from palpate.analysis.statistics.doubles import Floats
 from palpate.analysis.statistics.pvalues import SMALLEST, p_note
@@ -57,7 +58,10 @@ def signed_ranks(a: Floats, b: Floats, zeros: Zeros = "wilcoxon", confidence: fl
     lost, pairs = int(np.count_nonzero(zero)), (len(a), len(b))
     if lost == len(a):
         return RankComparison(pairs, lost, *(math.nan,) * 5, shift, "V is undefined: every difference is zero")
-    ranks = _ranks(size, allowed, zero, zeros)
+    exact = written(a) & written(b)
+    kept = np.ones_like(zero) if zeros == "pratt" else ~zero
+    ranked = np.where(exact & ~zero, np.abs(_decimal_differences(a, b, exact)), size)
+    ranks: Ints = doubled_ranks(ranked[None, kept], allowed[None, kept], ~exact[None, kept])[0, ~zero[kept]]
     positive, total = int(ranks[change[~zero] > 0].sum()), int(ranks.sum())
     z, p_normal = _normal(positive, ranks)
     p_exact = math.nan
@@ -72,13 +76,12 @@ def signed_ranks(a: Floats, b: Floats, zeros: Zeros = "wilcoxon", confidence: fl
     return RankComparison(pairs, lost, positive / 2, z, p_normal, p_exact, biserial, shift, note)
 
 
-def _ranks(size: Floats, allowed: Floats, zero: Truths, zeros: Zeros) -> Ints:
-    """Twice the ranks of the differences that are not zero."""
-    if zeros == "pratt":
-        ranks: Ints = doubled_ranks(size[None], allowed[None])[0, ~zero]
-    else:
-        ranks = doubled_ranks(size[None, ~zero], allowed[None, ~zero])[0]
-    return ranks
+def _decimal_differences(a: Floats, b: Floats, exact: Truths) -> Floats:
+    """a - b, of short decimals without the rounding that subtracting doubles has: 0.3 - 0.2 is 0.2 - 0.1."""
+    found = a - b
+    for place in np.flatnonzero(exact):
+        found[place] = float(Decimal(repr(float(a[place]))) - Decimal(repr(float(b[place]))))
+    return found
 
 
 def _normal(positive: int, ranks: Ints) -> tuple[float, float]:

@@ -11,7 +11,7 @@ import pytest
 from pydantic import ValidationError
 
 from palpate.analysis.plans.answers import Selected
-from palpate.analysis.plans.kinds import test_kind as kind_named
+from palpate.analysis.plans.kinds import TESTS
 from palpate.analysis.ratings.dataset import DataRefused
 from palpate.analysis.statistics.refusals import BadOption, IncompleteCells
 from tests.analysis.ordinal.r_values import r_table, r_values, shipped
@@ -35,7 +35,7 @@ def wine():
 
 
 def ask(test, selected, **settings):
-    kind = kind_named(test)
+    kind = TESTS[test]
     return kind.answer(selected, kind.settings(name="asked", test=test, **settings))
 
 
@@ -105,7 +105,7 @@ def test_empty_answers_are_left_out_only_where_the_plan_says_so():
     answer = ask("ordinal_model", gaps, fixed=("temp",), missing="listwise")
     assert answer.values == 71
     assert answer.notes[0] == "Left out: 1 row without an answer."
-    assert kind_named("ordinal_model").with_gaps is not None
+    assert TESTS["ordinal_model"].with_gaps is not None
 
 
 def forms():
@@ -126,7 +126,7 @@ def forms():
 
 
 def test_likert_items_stand_in_the_order_they_are_asked_in():
-    assert (kind_named("likert").takes, kind_named("likert").each) == ("forms", "all")
+    assert (TESTS["likert"].takes, TESTS["likert"].each) == ("forms", "all")
     answer = numbers_are_said(ask("likert", forms()))
     assert [row["item"] for row in answer.rows] == ["Realism", "Correctness"]
     assert [row["n"] for row in answer.rows] == [16, 16]
@@ -155,7 +155,7 @@ def test_a_wrong_name_is_answered_with_the_nearest(test):
 def test_settings_that_ask_for_nothing_are_refused():
     for test in ("aligned_ranks", "ordinal_model"):
         with pytest.raises(ValidationError, match="name a"):
-            kind_named(test).settings(name="x", test=test)
+            TESTS[test].settings(name="x", test=test)
     with pytest.raises(BadOption, match="family=2"):
         ask("wilcoxon", rounding_times(), factor="method", family=2)
     with pytest.raises(DataRefused, match="scale is not known"):

@@ -7,7 +7,7 @@ import math
 import numpy as np
 import pandas as pd
 import pytest
-from hypothesis import given, settings
+from hypothesis import example, given, settings
 from hypothesis import strategies as st
 from hypothesis.extra import numpy as hnp
 
@@ -56,7 +56,9 @@ def test_types_of_labels_change_no_bit(cells):
 
 
 @settings(max_examples=examples(12), deadline=None)
-@given(TENTHS, st.sampled_from([0.1, 3.0, 1e-9, 1e9, 1 / 3]), st.sampled_from([0, 1, 7.7, 1e6]))
+@given(TENTHS, st.sampled_from([0.1, 3.0, 1e-9, 1e9, 1 / 3]), st.sampled_from([0, 1, 7.7, 7.75, 1e6]))
+@example(np.array([[-10, -11], [-11, -11], [-16, -17]]), 1e9, 7.7)
+@example(np.array([[-8, 0, -9], [0, 0, 0], [16, 0, 17]]), 1e-9, 7.75)
 def test_units_and_offsets_change_no_rank(cells, unit, offset):
     plain = rank_results(long(cells))
     moved = rank_results(long((cells + offset) * unit))
