@@ -10,7 +10,7 @@ from typing import Any
 
 import numpy as np
 
-from palpate.modeling.doors.data import POINTS, DoorData
+from palpate.modeling.doors.data import DoorData
 from palpate.modeling.doors.evaluating import DIRECTIONS, Judged, Wanted, context_for, judge
 from palpate.modeling.doors.evaluating_files import ports
 from palpate.modeling.doors.evaluating_gathered import Gathered
@@ -24,6 +24,7 @@ from palpate.modeling.doors.methods import Fitted, Method
 from palpate.modeling.doors.registry import Direction
 from palpate.modeling.doors.side import DoorSide
 from palpate.modeling.training.threads import limited
+from palpate.signals.doors.grid import POINTS
 
 NAMES: Mapping[Direction, str] = {"forward": "door-perception", "inverse": "door-force"}
 TITLES: Mapping[Direction, str] = {"forward": "How a door feels", "inverse": "A door for a feeling"}

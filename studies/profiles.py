@@ -5,9 +5,9 @@ from __future__ import annotations
 from dataclasses import dataclass, field
 from pathlib import Path
 
-from palpate.devices.door.twin import read_profile
 from palpate.protocols.files import file_sha256
 from palpate.protocols.study import Stimulus
+from palpate.signals.doors.profile_file import read_profile
 from palpate.studies.errors import RigError
 
 MID_SIZE = "K8"

@@ -36,7 +36,6 @@ LOADED_ALL_THE_SAME = {
     ("palpate.devices.door.link.device", "palpate.devices.door.link.simulator"),
     ("palpate.devices.tablet.device", "palpate.devices.tablet.twin"),
     ("palpate.devices.tracker.device", "palpate.devices.tracker.twin"),
-    ("palpate.studies.profiles", "palpate.devices.door.twin"),
     ("palpate.studies.rig_renderer", "palpate.studies.scenes"),
     ("palpate.studies.rig_renderer", "palpate.studies.virtual_textures"),
     ("palpate.studies.rig_station", "palpate.studies.scenes"),

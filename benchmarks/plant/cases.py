@@ -16,8 +16,8 @@ from benchmarks.plant.rendered_stop import by_default as arm_by_default
 from palpate.devices.door.plant.hand import constant_velocity, human
 from palpate.devices.door.plant.machine import Machine
 from palpate.devices.door.plant.parameters import PlantError
-from palpate.devices.door.twin import read_profile
 from palpate.protocols.bench import Case
+from palpate.signals.doors.profile_file import read_profile
 
 AREA = "plant"
 OURS = "palpate, implicit"

@@ -122,9 +122,9 @@ def augment_command(source: Path, out: Path, seed: int, as_json: bool) -> None:
     import numpy as np
 
     from palpate.devices.door.stimuli import profile_text
-    from palpate.devices.door.twin import read_profile
     from palpate.protocols.files import write_texts
     from palpate.signals.doors.augment import VARIANTS, augment
+    from palpate.signals.doors.profile_file import read_profile
 
     texts: dict[str, str] = {}
     for path in _profiles_in(source):
@@ -265,9 +265,9 @@ def _read(recording: Path, angle_file: Path | None, angle: str, force: str, time
     from palpate.signals.doors.profiles import upsample_angle
 
     if angle_file is None:
-        columns = read_columns(recording, (angle, force)).values
+        columns = read_columns(recording, (angle, force))
         return columns[angle], columns[force]
-    forces, angles = read_columns(recording, (time, force)).values, read_columns(angle_file, (time, angle)).values
+    forces, angles = read_columns(recording, (time, force)), read_columns(angle_file, (time, angle))
     try:
         return upsample_angle(forces[time], forces[force], angles[time], angles[angle])
     except DoorDataError as error:

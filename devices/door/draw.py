@@ -11,11 +11,11 @@ from typing import Any
 import numpy as np
 
 from palpate.devices.door.recording import read_columns
-from palpate.devices.door.twin import read_profile
 from palpate.devices.picture import COLOURS, FAINT, INK, SOFT, drawing, write_picture
 from palpate.protocols.wording import some
 from palpate.signals.doors.features import Array, landmarks, plateau_of
 from palpate.signals.doors.grid import MAX_ANGLE_DEG, POINTS, DoorDataError, grid_angle_deg
+from palpate.signals.doors.profile_file import read_profile
 
 NEEDED = ("car", "variant", "augmentation", "source", "file")
 ANGLES = [grid_angle_deg(index) for index in range(POINTS)]
@@ -162,7 +162,7 @@ def opening_rows(profiles: Mapping[str, Array], tracks: Mapping[str, tuple[Array
 
 
 def _track(path: Path, time: str, angle: str) -> tuple[Array, Array]:
-    values = read_columns(path, (time, angle)).values
+    values = read_columns(path, (time, angle))
     seconds, degrees = np.array(values[time]), np.array(values[angle])
     if len(seconds) < 2 or (np.diff(seconds) <= 0).any():
         raise DoorDataError(f"{path}: two or more rows whose {time} rises are expected.")

@@ -10,12 +10,12 @@ from numpy.typing import NDArray
 
 from palpate.devices.door.catalogue import read_catalogue
 from palpate.devices.door.recording import read_columns
-from palpate.devices.door.twin import HEADER
 from palpate.protocols.files import write_texts
 from palpate.signals.doors.augment import VARIANTS, augment
 from palpate.signals.doors.features import describe
 from palpate.signals.doors.grid import FORCE_DECIMALS, POINTS, STUDY_SEED, DoorDataError, grid_angle_deg
 from palpate.signals.doors.mechanics import simulate
+from palpate.signals.doors.profile_file import HEADER
 from palpate.signals.doors.profiles import normalise
 
 Array = NDArray[np.float64]
@@ -42,7 +42,7 @@ def profile_text(force_N: Array) -> str:
 
 def originals(measured: Path = MEASURED_FILE) -> Iterator[tuple[str, str, Array]]:
     """The six unmodified doors: label, source (measured or simulated) and force, the measured one first."""
-    columns = read_columns(measured, HEADER).values
+    columns = read_columns(measured, HEADER)
     yield MEASURED_LABEL, "measured", normalise(columns["angle_deg"], columns["force_N"]).force_N
     for label, entry in read_catalogue().items():
         yield label, "simulated", simulate(entry.door, label)

@@ -5,17 +5,13 @@ Pure Python on purpose: a rating session with a simulated door needs no numpy.
 
 from __future__ import annotations
 
-import csv
 import math
-from collections.abc import Iterator, Sequence
+from collections.abc import Sequence
 from dataclasses import dataclass
-from pathlib import Path
 
 from palpate.devices.blocks import interleaved
-from palpate.protocols.wording import some
-from palpate.signals.doors.grid import MAX_ANGLE_DEG, POINTS, POINTS_PER_DEG, DoorDataError, grid_angle_deg
+from palpate.signals.doors.grid import POINTS, POINTS_PER_DEG, DoorDataError
 
-HEADER = ("angle_deg", "force_N")
 LONGEST = 1_000_000
 """Most samples of one opening; more is a mistake in a rate or a duration."""
 
@@ -51,28 +47,6 @@ def open_door(profile_N: Sequence[float], duration_s: float, rate_hz: float) -> 
     return DoorTelemetry(rate_hz, tuple(place / POINTS_PER_DEG for place in grid), tuple(force))
 
 
-def read_profile(path: Path | str) -> tuple[float, ...]:
-    """Read the 621 forces, in newtons, of a profile file with the columns angle_deg, force_N.
-
-    Raises:
-        DoorDataError: naming file and line, when the columns, the angles, the count or a number is wrong.
-    """
-    path = Path(path)
-    try:
-        with path.open(encoding="utf-8-sig", newline="") as lines:
-            rows = csv.reader(lines)
-            _check_header(path, next(rows, []))
-            forces = tuple(_forces(path, rows))
-    except UnicodeDecodeError as error:
-        raise DoorDataError(f"{path}: not a UTF-8 text file ({error.reason}).") from error
-    if len(forces) != POINTS:
-        raise DoorDataError(
-            f"{path}: {len(forces)} points found, {POINTS} expected (0 to {MAX_ANGLE_DEG} degrees). "
-            "A raw recording becomes a profile with `palpate doors normalise`."
-        )
-    return forces
-
-
 def _steps(duration_s: float, rate_hz: float) -> int:
     """Whole sampling steps in the opening; a product a hair below a whole number counts as that number."""
     for name, value in (("duration_s", duration_s), ("rate_hz", rate_hz)):
@@ -95,30 +69,3 @@ def _between(profile_N: Sequence[float], place: float) -> float:
     index = min(int(place), POINTS - 2)
     rest = place - index
     return profile_N[index] * (1 - rest) + profile_N[index + 1] * rest
-
-
-def _check_header(path: Path, found: list[str]) -> None:
-    if tuple(found) != HEADER:
-        raise DoorDataError(f"{path}, line 1: found {some(found, 8, ',')!r}, expected {','.join(HEADER)!r}.")
-
-
-def _forces(path: Path, rows: Iterator[list[str]]) -> Iterator[float]:
-    for index, row in enumerate(rows):
-        line = index + 2
-        if len(row) != len(HEADER):
-            raise DoorDataError(f"{path}, line {line}: {len(row)} values found, 2 expected.")
-        angle, force = (_number(path, line, *cell) for cell in zip(HEADER, row, strict=True))
-        if index >= POINTS or abs(angle - grid_angle_deg(index)) > 1e-6:
-            expected = f"{grid_angle_deg(index):.1f}" if index < POINTS else "the end of the file"
-            raise DoorDataError(f"{path}, line {line}: angle {angle:g} found, {expected} expected.")
-        yield force
-
-
-def _number(path: Path, line: int, column: str, text: str) -> float:
-    try:
-        value = float(text)
-    except ValueError:
-        value = math.nan
-    if not math.isfinite(value):
-        raise DoorDataError(f"{path}, line {line}: {column} is {text!r}, a finite number is needed.")
-    return value

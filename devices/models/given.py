@@ -25,8 +25,8 @@ def profile_of(path: Path, recording: bool, zero: bool) -> Array:
     Raises DoorDataError naming file and line.
     """
     from palpate.devices.door.recording import read_columns
-    from palpate.devices.door.twin import HEADER, read_profile
     from palpate.signals.doors.grid import DoorDataError
+    from palpate.signals.doors.profile_file import HEADER, read_profile
     from palpate.signals.doors.profiles import normalise
 
     if not recording:
@@ -34,7 +34,7 @@ def profile_of(path: Path, recording: bool, zero: bool) -> Array:
             return np.array(read_profile(path))
         except DoorDataError as error:
             raise DoorDataError(f"{error} Or let a raw recording be normalised with --recording.") from None
-    columns = read_columns(path, HEADER).values
+    columns = read_columns(path, HEADER)
     try:
         return normalise(columns["angle_deg"], columns["force_N"], zero=zero).force_N
     except DoorDataError as error:

@@ -2,10 +2,9 @@
 
 from __future__ import annotations
 
-import csv
 import math
 from collections import Counter
-from collections.abc import Mapping, Sequence
+from collections.abc import Sequence
 from contextlib import suppress
 from pathlib import Path
 
@@ -18,12 +17,34 @@ from palpate.devices.tablet.pipeline import Shape, Stylus
 from palpate.devices.tablet.recorded import COLUMNS as REPORTED
 from palpate.devices.tablet.recorded import read_reports
 from palpate.devices.tablet.reports import REFUSED, Guard, Report
+from palpate.protocols.tables import Mistake, Table, TableFormat, read_table
 from palpate.protocols.wording import count, some
 from palpate.signals.textures.sounds import RenderError
 
 Array = NDArray[np.float64]
 FELT = ("t_s", "speed_mm_s", "force_N")
 LONGEST_S = 86_400.0
+
+
+def _unreadable(wrong: Mistake) -> str:
+    why = getattr(wrong.problem, "strerror", None) or "it is no table in UTF-8"
+    return f"{wrong.path}: cannot be read as a hand's recording: {why}."
+
+
+RECORDING = TableFormat(
+    error=RenderError,
+    strip=True,
+    blank_above=True,
+    unreadable=_unreadable,
+    encoding=_unreadable,
+    quoting=_unreadable,
+    missing=lambda wrong: (
+        f"{wrong.path}: the column {wrong.column} is missing; {', '.join(FELT)} or {', '.join(REPORTED)} are expected, "
+        f"found {some(sorted(wrong.header)) or 'none'}."
+    ),
+    short=lambda wrong: f"{wrong.path}: a row does not hold three numbers ({wrong.column!r}).",
+    number=lambda wrong: f"{wrong.path}: a row does not hold three numbers ({wrong.problem}).",
+)
 
 
 def read_hand(path: Path, shape: Shape | None = None) -> Scripted:
@@ -37,36 +58,18 @@ def read_hand(path: Path, shape: Shape | None = None) -> Scripted:
             reports that no tablet gives.
         DeviceError: reports that are no numbers.
     """
-    rows = _rows(path)
-    heads = [name.strip() for name in rows[0]] if rows else []
-    if not set(REPORTED) - set(heads):
+    table = read_table(path, (), RECORDING)
+    if not set(REPORTED) - set(table.header):
         return _stroked(path, shape or Shape())
-    if lacking := [name for name in FELT if name not in heads]:
-        raise RenderError(
-            f"{path}: the column {lacking[0]} is missing; {', '.join(FELT)} or {', '.join(REPORTED)} are expected, "
-            f"found {some(sorted(heads)) or 'none'}."
-        )
-    return _felt(path, [dict(zip(heads, row, strict=False)) for row in rows[1:]])
+    table.demand(FELT)
+    return _felt(table)
 
 
-def _rows(path: Path) -> list[list[str]]:
-    try:
-        with path.open(encoding="utf-8-sig", newline="") as file:
-            return [row for row in csv.reader(file) if row]
-    except (OSError, UnicodeDecodeError, csv.Error) as problem:
-        told = getattr(problem, "strerror", None) or "it is no table in UTF-8"
-        raise RenderError(f"{path}: cannot be read as a hand's recording: {told}.") from None
-
-
-def _felt(path: Path, rows: Sequence[Mapping[str, str]]) -> Scripted:
-    try:
-        columns = np.array([[float(row[name].strip() or "nan") for row in rows] for name in FELT])
-    except (ValueError, KeyError) as problem:
-        raise RenderError(f"{path}: a row does not hold three numbers ({problem}).") from None
-    times = columns[0] if rows else np.zeros(0)
-    _require_rising(path, times)
+def _felt(table: Table) -> Scripted:
+    times, *felt = map(np.asarray, table.numbers(FELT, gaps=True, finite=False).values())
+    _require_rising(table.path, times)
     at = times[0] + np.arange(math.floor((times[-1] - times[0]) * RATE_HZ + 1e-6) + 1) / RATE_HZ
-    speed, force = (np.interp(at, times, column).tolist() for column in columns[1:])
+    speed, force = (np.interp(at, times, column).tolist() for column in felt)
     return Scripted(speed, force)
 
 

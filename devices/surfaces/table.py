@@ -2,13 +2,13 @@
 
 from __future__ import annotations
 
-import csv
 import math
 import re
-from collections.abc import Iterator, Mapping
+from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, fields
 from pathlib import Path
 
+from palpate.protocols.tables import Row, TableFormat, has_text, read_table
 from palpate.protocols.wording import some
 
 SHIPPED = Path(__file__).resolve().with_name("textures.csv")
@@ -117,6 +117,13 @@ class Surface:
 
 
 COLUMNS = tuple("class" if each.name == "category" else each.name for each in fields(Surface))
+FORMAT = TableFormat(
+    error=SurfaceDataError,
+    counted=has_text,
+    encoding=lambda wrong: f"{wrong.path}: not a UTF-8 text file ({wrong.reason})",
+    quoting=None,
+    width=lambda wrong: f"{wrong.where}: {wrong.cells} values found, {len(COLUMNS)} expected",
+)
 
 
 def read_surfaces(path: Path | str = SHIPPED) -> dict[str, Surface]:
@@ -126,33 +133,20 @@ def read_surfaces(path: Path | str = SHIPPED) -> dict[str, Surface]:
         SurfaceDataError: naming file, line and column, where a column is missing or unknown, a number is none or out
             of its range, a name is not known, or an id stands twice.
     """
-    path = Path(path)
-    try:
-        with path.open(encoding="utf-8-sig", newline="") as lines:
-            rows = csv.reader(lines)
-            _demand_columns(path, next(rows, []))
-            return _by_id(path, rows)
-    except UnicodeDecodeError as error:
-        raise SurfaceDataError(f"{path}: not a UTF-8 text file ({error.reason})") from None
-    except OSError as error:
-        raise SurfaceDataError(f"{path}: cannot be read ({error.strerror})") from None
-
-
-def _by_id(path: Path, rows: Iterator[list[str]]) -> dict[str, Surface]:
+    table = read_table(Path(path), (), FORMAT)
+    _demand_columns(table.path, table.header)
     found: dict[str, Surface] = {}
-    for line, row in enumerate(rows, 2):
-        if not any(cell.strip() for cell in row):
-            continue
-        surface = _surface(path, line, row)
+    for row in table.rows():
+        surface = _surface(row)
         if surface.id in found:
-            raise SurfaceDataError(f"{path}, line {line}, column 'id': {surface.id!r} stands twice")
+            raise SurfaceDataError(f"{row.where}, column 'id': {surface.id!r} stands twice")
         found[surface.id] = surface
     if not found:
         raise SurfaceDataError(f"{path}: no surface found; one a line is expected")
     return found
 
 
-def _demand_columns(path: Path, header: list[str]) -> None:
+def _demand_columns(path: Path, header: Sequence[str]) -> None:
     for name in COLUMNS:
         if header.count(name) != 1:
             problem = "stands more than once" if name in header else "is missing"
@@ -162,27 +156,26 @@ def _demand_columns(path: Path, header: list[str]) -> None:
         raise SurfaceDataError(f"{path}, line 1: found {found}; expected {','.join(COLUMNS)}")
 
 
-def _surface(path: Path, line: int, row: list[str]) -> Surface:
-    if len(row) != len(COLUMNS):
-        raise SurfaceDataError(f"{path}, line {line}: {len(row)} values found, {len(COLUMNS)} expected")
-    values = {name: _value(path, line, name, cell.strip()) for name, cell in zip(COLUMNS, row, strict=True)}
+def _surface(row: Row) -> Surface:
+    values = {name: _value(row, name) for name in COLUMNS}
     values["category"] = values.pop("class")
     try:
         return Surface(**values)  # type: ignore[arg-type]
     except SurfaceDataError as error:
-        raise SurfaceDataError(f"{path}, line {line}: {error}") from None
+        raise SurfaceDataError(f"{row.where}: {error}") from None
 
 
-def _value(path: Path, line: int, name: str, text: str) -> str | float:
+def _value(row: Row, name: str) -> str | float:
+    text = row[name].strip()
     if name not in SPANS:
         if not text:
-            raise SurfaceDataError(f"{path}, line {line}, column {name!r}: empty, a value is expected")
+            raise SurfaceDataError(f"{row.where}, column {name!r}: empty, a value is expected")
         return text
     try:
         value = float(text)
     except ValueError:
         value = math.nan
-    _demand_in(f"{path}, line {line}", name, value, SPANS[name], text)
+    _demand_in(row.where, name, value, SPANS[name], text)
     return value
 
 

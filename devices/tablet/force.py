@@ -2,17 +2,34 @@
 
 from __future__ import annotations
 
-import csv
 import math
 from collections.abc import Sequence
 from dataclasses import dataclass
 from pathlib import Path
 
 from palpate.devices.signals import DeviceError
+from palpate.protocols.tables import Mistake, TableFormat, read_table
 
 FEWEST = 4
 STEEPEST = 50.0
 ROUNDS = 100
+MEASURED = ("pressure", "force_N")
+NO_CELL = "float() argument must be a string or a real number, not 'NoneType'"
+
+
+def _no_numbers(wrong: Mistake) -> str:
+    return f"{wrong.path}, line {wrong.line or 2}: two numbers are expected ({wrong.problem or NO_CELL})."
+
+
+PAIRS = TableFormat(
+    error=DeviceError,
+    unreadable=_no_numbers,
+    encoding=_no_numbers,
+    quoting=None,
+    missing=lambda wrong: f"{wrong.path}: the column {wrong.column!r} is missing; pressure,force_N are expected.",
+    short=_no_numbers,
+    number=_no_numbers,
+)
 
 
 @dataclass(frozen=True)
@@ -64,17 +81,8 @@ def fit_force(pressures: Sequence[float], forces_N: Sequence[float]) -> Fit:
 
 def read_pairs(path: Path) -> tuple[list[float], list[float]]:
     """Pressures and forces from a CSV with the columns pressure, force_N. Raises DeviceError naming the line."""
-    pressures, forces = [], []
-    try:
-        rows = csv.DictReader(path.read_text(encoding="utf-8-sig").splitlines())
-        for row in rows:
-            pressures.append(float(row["pressure"]))
-            forces.append(float(row["force_N"]))
-    except KeyError as lacking:
-        raise DeviceError(f"{path}: the column {lacking} is missing; pressure,force_N are expected.") from None
-    except (OSError, ValueError, TypeError) as problem:
-        raise DeviceError(f"{path}, line {len(forces) + 2}: two numbers are expected ({problem}).") from None
-    return pressures, forces
+    pressures, forces_N = read_table(path, MEASURED, PAIRS).numbers(MEASURED, finite=False).values()
+    return pressures.tolist(), forces_N.tolist()
 
 
 def _demand_pairs(pressures: Sequence[float], forces_N: Sequence[float]) -> None:

@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import csv
 import math
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, field
@@ -13,6 +12,7 @@ from typing import TYPE_CHECKING
 
 from palpate.devices.signals import DeviceError
 from palpate.devices.tablet.reports import Batch, Elapsed, Report
+from palpate.protocols.tables import Mistake, TableFormat, read_table
 
 if TYPE_CHECKING:
     from palpate.devices.scene import Scene
@@ -21,27 +21,31 @@ COLUMNS = ("t_s", "x_mm", "y_mm", "pressure")
 MOST = 256
 
 
+def _unreadable(wrong: Mistake) -> str:
+    return f"{wrong.path}: cannot be read as a tablet's recording: {wrong.problem}"
+
+
+RECORDING = TableFormat(
+    error=DeviceError,
+    unreadable=_unreadable,
+    encoding=_unreadable,
+    quoting=None,
+    missing=lambda wrong: f"{wrong.path}: the column {wrong.column} is missing; {','.join(COLUMNS)} are expected.",
+    number=lambda wrong: f"{wrong.where}: numbers are expected ({wrong.problem}).",
+)
+
+
 def read_reports(path: Path) -> list[Report]:
     """Reports from a CSV with the columns t_s, x_mm, y_mm, pressure; empty positions: the stylus is away.
 
     Raises:
         DeviceError: naming file and line.
     """
+    columns = read_table(path, COLUMNS, RECORDING).numbers(COLUMNS, gaps=True, finite=False)
     reports = []
-    try:
-        rows = csv.DictReader(path.read_text(encoding="utf-8-sig").splitlines())
-        if lacking := [name for name in COLUMNS if name not in (rows.fieldnames or ())]:
-            raise DeviceError(f"{path}: the column {lacking[0]} is missing; {','.join(COLUMNS)} are expected.")
-        for row in rows:
-            t_s, x, y, pressure = (float(row[name] or math.nan) for name in COLUMNS)
-            away = math.isnan(x) or math.isnan(y)
-            reports.append(Report(t_s, x, y, 0.0 if away else pressure, not away and pressure > 0, away))
-    except (OSError, UnicodeDecodeError) as problem:
-        raise DeviceError(f"{path}: cannot be read as a tablet's recording: {problem}") from None
-    except (ValueError, TypeError) as problem:
-        if isinstance(problem, DeviceError):
-            raise
-        raise DeviceError(f"{path}, line {len(reports) + 2}: numbers are expected ({problem}).") from None
+    for t_s, x, y, pressure in zip(*columns.values(), strict=True):
+        away = math.isnan(x) or math.isnan(y)
+        reports.append(Report(t_s, x, y, 0.0 if away else pressure, not away and pressure > 0, away))
     if not reports or not math.isfinite(reports[0].t_s):
         raise DeviceError(f"{path}: no report, or none with a time; a recording of a tablet is expected.")
     return reports

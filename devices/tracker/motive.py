@@ -5,7 +5,6 @@ Layout: docs.optitrack.com, "Data Export: CSV". Blank cells stand for a marker t
 
 from __future__ import annotations
 
-import csv
 import math
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
@@ -13,6 +12,7 @@ from pathlib import Path
 
 from palpate.devices.signals import DeviceError
 from palpate.devices.tracker.source import Row
+from palpate.protocols.tables import Table
 from palpate.protocols.wording import some
 
 UNITS = {"meters": "m", "centimeters": "cm", "millimeters": "mm"}
@@ -31,14 +31,14 @@ class Export:
     facts: Mapping[str, str]
 
 
-def is_motive(lines: Sequence[str]) -> bool:
+def is_motive(opened: Table) -> bool:
     """Whether the file begins as Motive's exports do."""
-    return bool(lines) and lines[0].startswith("Format Version,")
+    return opened.header[:1] == ["Format Version"]
 
 
-def read_motive(path: Path, lines: Sequence[str], marker: str | None) -> Export:
+def read_motive(opened: Table, marker: str | None) -> Export:
     """The track of the named marker, or of the only one. Raises DeviceError."""
-    table = [row for row in csv.reader(lines) if any(row)]
+    path, table = opened.path, [opened.header, *opened.records()]
     head = next((place for place, row in enumerate(table) if row[0] == "Frame"), None)
     if head is None or len(table[head]) < 5:
         raise DeviceError(f"{path}: no row that begins with Frame; export from Motive with header and markers.")

@@ -2,11 +2,10 @@
 
 from __future__ import annotations
 
-import csv
 import math
-from collections.abc import Mapping, Sequence
+from collections.abc import Iterable, Mapping, Sequence
 from dataclasses import dataclass, field
-from itertools import pairwise
+from itertools import pairwise, repeat
 from pathlib import Path
 from statistics import median
 from threading import Event
@@ -15,6 +14,7 @@ from typing import TYPE_CHECKING
 from palpate.devices.signals import DeviceError, DeviceFault, NowNs
 from palpate.devices.tracker.motive import is_motive, read_motive
 from palpate.devices.tracker.source import Batch, Elapsed, Opened, Row, awaited
+from palpate.protocols.tables import Mistake, Table, TableFormat, read_table
 from palpate.protocols.wording import count
 
 if TYPE_CHECKING:
@@ -23,6 +23,24 @@ if TYPE_CHECKING:
 MM = {"mm": 1.0, "cm": 10.0, "m": 1000.0}
 COLUMNS = ("t_s", "x", "y", "z")
 MOST = 64
+
+
+def _unreadable(wrong: Mistake) -> str:
+    return f"{wrong.path}: cannot be read as a tracker's recording: {wrong.problem}"
+
+
+RECORDING = TableFormat(
+    error=DeviceError,
+    strip=True,
+    counted=any,
+    unreadable=_unreadable,
+    encoding=_unreadable,
+    quoting=None,
+    missing=lambda wrong: (
+        f"{wrong.path}: the column {wrong.column} is missing; t_s,x,y,z and perhaps seen are expected."
+    ),
+    number=lambda wrong: f"{wrong.where}: a number is expected in column {wrong.place + 1}, found {wrong.text!r}.",
+)
 
 
 @dataclass(frozen=True)
@@ -43,19 +61,17 @@ def read_track(path: Path, unit: str | None = None, marker: str | None = None) -
     Raises:
         DeviceError: naming file and line.
     """
-    try:
-        text = path.read_bytes().decode("utf-8-sig")
-    except (OSError, UnicodeDecodeError) as problem:
-        raise DeviceError(f"{path}: cannot be read as a tracker's recording: {problem}") from None
-    lines = text.splitlines()
-    if is_motive(lines):
-        found = read_motive(path, lines, marker)
+    times_s: Sequence[float]
+    rows: Iterable[Row]
+    table = read_table(path, (), RECORDING)
+    if is_motive(table):
+        found = read_motive(table, marker)
         times_s, rows, facts, scale = found.times_s, found.rows, found.facts, MM[found.unit]
     else:
-        times_s, rows = _plain(path, lines)
-        facts, scale = {}, MM[unit or "mm"]
+        times_s, rows = _plain(table)
+        facts, scale = None, MM[unit or "mm"]
     _demand_rising(path, times_s)
-    return Track(times_s, [(x * scale, y * scale, z * scale, seen) for x, y, z, seen in rows], facts)
+    return Track(times_s, [(x * scale, y * scale, z * scale, seen) for x, y, z, seen in rows], facts or {})
 
 
 @dataclass
@@ -124,31 +140,16 @@ class Played:
         return Batch(times[first : self.given], track.rows[first : self.given])
 
 
-def _plain(path: Path, lines: list[str]) -> tuple[list[float], list[Row]]:
-    reader = csv.reader(lines)
-    header = [name.strip() for name in next(reader, [])]
-    if lacking := [name for name in COLUMNS if name not in header]:
-        raise DeviceError(f"{path}: the column {lacking[0]} is missing; t_s,x,y,z and perhaps seen are expected.")
-    places = [header.index(name) for name in COLUMNS]
-    seen_at = header.index("seen") if "seen" in header else None
-    times_s, rows = [], []
-    for cells in filter(any, reader):
-        where = f"{path}, line {reader.line_num}"
-        t_s, x, y, z = (number(where, cells, place) for place in places)
+def _plain(table: Table) -> tuple[Sequence[float], Iterable[Row]]:
+    table.demand(COLUMNS)
+    table.places |= {name: table.header.index(name) for name in table.header}  # the first of two of one name
+    told = ("seen",) if "seen" in table.header else ()
+    times_s, x, y, z, *others = table.numbers([*COLUMNS, *told], gaps=True, finite=False).values()
+    for t_s, line in zip(times_s, table.lines, strict=True):
         if not math.isfinite(t_s):
-            raise DeviceError(f"{where}: a time is expected in the column t_s, found none.")
-        times_s.append(t_s)
-        rows.append((x, y, z, seen_at is None or number(where, cells, seen_at) > 0))
-    return times_s, rows
-
-
-def number(where: str, cells: Sequence[str], place: int) -> float:
-    """The number in a cell; NaN where it is empty or beyond the row's end. Raises DeviceError."""
-    cell = cells[place].strip() if place < len(cells) else ""
-    try:
-        return float(cell) if cell else math.nan
-    except ValueError:
-        raise DeviceError(f"{where}: a number is expected in column {place + 1}, found {cell!r}.") from None
+            raise DeviceError(f"{table.path}, line {line}: a time is expected in the column t_s, found none.")
+    seen = (value > 0 for value in others[0]) if others else repeat(True, len(x))
+    return times_s, zip(x, y, z, seen, strict=True)
 
 
 def _demand_rising(path: Path, times_s: Sequence[float]) -> None:

@@ -6,10 +6,10 @@ from functools import partial
 
 import numpy as np
 
-from palpate.modeling.doors.data import POINTS
 from palpate.modeling.doors.linear import Linear
 from palpate.modeling.doors.methods import Learning, Method
 from palpate.modeling.doors.preparing import checked_forces, furthest_N, rows_of
+from palpate.signals.doors.grid import POINTS
 
 
 def fit(learning: Learning) -> Linear:

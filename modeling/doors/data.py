@@ -12,9 +12,6 @@ from numpy.typing import NDArray
 Array = NDArray[np.float64]
 Indices = NDArray[np.int64]
 
-POINTS = 621
-POINTS_PER_DEG = 10
-
 
 class ModelDataError(ValueError):
     """Data that no model can be trained on or asked about: the message says where, what was found, what is expected."""

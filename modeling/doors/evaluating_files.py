@@ -8,12 +8,13 @@ from pathlib import Path
 
 import numpy as np
 
-from palpate.modeling.doors.data import POINTS, Array
+from palpate.modeling.doors.data import Array
 from palpate.modeling.doors.evaluating_jobs import Clock, Context, Job
 from palpate.modeling.doors.methods import Fitted
 from palpate.modeling.doors.preparing import WISH, furthest_N
 from palpate.modeling.doors.registry import Direction
 from palpate.modeling.doors.side import Runs
+from palpate.signals.doors.grid import POINTS
 from palpate.signals.models.card import Port
 
 ENOUGH_S, LEAST, MOST = 0.3, 5, 400

@@ -9,11 +9,12 @@ import numpy as np
 from numpy.typing import NDArray
 from torch import Tensor, nn
 
-from palpate.modeling.doors.data import POINTS, ModelDataError
+from palpate.modeling.doors.data import ModelDataError
 from palpate.modeling.doors.network_parts import Rescale
 from palpate.modeling.doors.networks import ATTRIBUTES, LATENT, ForceToPerception, PerceptionToForce
 from palpate.modeling.files.exported import Exported
 from palpate.modeling.layers import ResidualBlock
+from palpate.signals.doors.grid import POINTS
 from palpate.signals.models.card import Activation, Affine, Conv, Dense, MaxPool, Reshape, Residual, Step, Upsample
 
 Pieces = Iterator[tuple[Step, Mapping[str, Tensor]]]

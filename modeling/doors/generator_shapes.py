@@ -7,8 +7,9 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.random import Generator
 
-from palpate.modeling.doors.data import POINTS, POINTS_PER_DEG, Array, ModelDataError
+from palpate.modeling.doors.data import Array, ModelDataError
 from palpate.modeling.doors.side import DoorSide
+from palpate.signals.doors.grid import POINTS, POINTS_PER_DEG
 
 MIXED = 3
 """At most so many measured profiles are mixed."""

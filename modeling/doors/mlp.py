@@ -4,10 +4,10 @@ from __future__ import annotations
 
 from torch import nn
 
-from palpate.modeling.doors.data import POINTS
 from palpate.modeling.doors.forward_network import FeltThrough, fit_network
 from palpate.modeling.doors.methods import Learning, Method
 from palpate.modeling.training.settings import Settings
+from palpate.signals.doors.grid import POINTS
 
 HIDDEN = (64, 32)
 DROPOUT = 0.1

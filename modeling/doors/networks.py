@@ -5,8 +5,8 @@ from __future__ import annotations
 import torch
 from torch import Tensor, nn
 
-from palpate.modeling.doors.data import POINTS
 from palpate.modeling.layers import ResidualBlock, conv_relu
+from palpate.signals.doors.grid import POINTS
 
 ATTRIBUTES = 7
 LATENT = (128, 155)

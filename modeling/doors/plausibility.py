@@ -6,9 +6,10 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from palpate.modeling.doors.data import POINTS, POINTS_PER_DEG, Array, ModelDataError
+from palpate.modeling.doors.data import Array, ModelDataError
 from palpate.modeling.doors.methods import as_rows
 from palpate.modeling.doors.side import DoorSide
+from palpate.signals.doors.grid import POINTS, POINTS_PER_DEG
 
 ROUNDING = 1e-9
 """How far beyond a limit a profile may lie by rounding, as a share of the limit."""

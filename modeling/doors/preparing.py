@@ -10,10 +10,11 @@ from typing import TypeVar
 import numpy as np
 
 from palpate.analysis.statistics.one_thread import one_thread
-from palpate.modeling.doors.data import POINTS, POINTS_PER_DEG, Array, DoorData, Indices, ModelDataError
+from palpate.modeling.doors.data import Array, DoorData, Indices, ModelDataError
 from palpate.modeling.doors.methods import Learning, as_rows
 from palpate.modeling.doors.side import DoorSide
 from palpate.modeling.doors.sources import source_groups
+from palpate.signals.doors.grid import POINTS, POINTS_PER_DEG
 
 INNER_FOLDS = 5
 LIMITS = 10.0

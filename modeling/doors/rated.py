@@ -10,9 +10,10 @@ import numpy as np
 import pandas as pd
 from numpy.typing import NDArray
 
-from palpate.modeling.doors.data import POINTS, Array, DoorData, Indices, ModelDataError
+from palpate.modeling.doors.data import Array, DoorData, Indices, ModelDataError
 from palpate.modeling.doors.sources import near_groups
 from palpate.protocols.wording import some
+from palpate.signals.doors.grid import POINTS
 
 Mask = NDArray[np.bool_]
 SHOWN = 5

@@ -8,8 +8,8 @@ from click.testing import CliRunner
 
 from palpate.devices.door.commands import doors
 from palpate.devices.door.opening import RATE_HZ, opened_once
-from palpate.devices.door.twin import read_profile
 from palpate.signals.doors.grid import DoorDataError
+from palpate.signals.doors.profile_file import read_profile
 from palpate.studies.catalogue import SHIPPED
 
 CARS = ("BC3", "FORD", "G90", "K3", "K8", "MQ4")

@@ -9,8 +9,8 @@ from palpate.devices.daq.force_torque import Settings, make
 from palpate.devices.daq.gauges import gauge_volts
 from palpate.devices.door.opening import RATE_HZ, opened_once
 from palpate.devices.door.opening_scene import ASIDE, OpeningScene
-from palpate.devices.door.twin import read_profile
 from palpate.signals.doors.grid import DoorDataError
+from palpate.signals.doors.profile_file import read_profile
 from palpate.studies.catalogue import SHIPPED
 
 K8 = read_profile(SHIPPED / "door_capture" / "profiles" / "K8.csv")

@@ -10,9 +10,9 @@ from click.testing import CliRunner
 
 from palpate.devices.door.commands import doors
 from palpate.devices.door.recording import read_columns
-from palpate.devices.door.twin import read_profile
 from palpate.signals.aligning.hinge import fit_hinge
 from palpate.signals.doors.grid import POINTS, DoorDataError
+from palpate.signals.doors.profile_file import read_profile
 from palpate.signals.doors.profiles import normalise
 
 DATA = Path(__file__).parent / "pr2_data"
@@ -24,7 +24,7 @@ GRID = np.arange(POINTS) / 10
 def opening(name, sensor="ati"):
     """Angle in degrees from the path of the hand, and what the hand pulled along it, in N."""
     axes = [f"ee_{axis}_m" for axis in "xyz"], [f"{sensor}_f{axis}_N" for axis in "xyz"]
-    read = read_columns(DATA / f"{name}.csv", [*axes[0], *axes[1]]).values
+    read = read_columns(DATA / f"{name}.csv", [*axes[0], *axes[1]])
     positions, forces = (np.column_stack([read[each] for each in names]) for names in axes)
     hinge = fit_hinge(positions)
     angle = hinge.angle_deg(positions)

@@ -12,9 +12,9 @@ import pytest
 from click.testing import CliRunner, Result
 
 from palpate.devices.door.commands import doors
-from palpate.devices.door.twin import read_profile
 from palpate.signals.doors.features import describe
 from palpate.signals.doors.grid import DoorDataError
+from palpate.signals.doors.profile_file import read_profile
 
 STUDY = Path(__file__).parents[2] / "studies" / "door_ratings"
 

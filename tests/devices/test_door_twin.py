@@ -12,8 +12,9 @@ import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
-from palpate.devices.door.twin import open_door, read_profile
+from palpate.devices.door.twin import open_door
 from palpate.signals.doors.grid import POINTS, DoorDataError
+from palpate.signals.doors.profile_file import read_profile
 from tests.examples import examples
 
 STRAIGHT = tuple(index / 20 for index in range(POINTS))

@@ -18,8 +18,8 @@ from palpate.analysis.streams.commands import streams
 from palpate.analysis.streams.recorded import StreamError
 from palpate.devices.door.commands import doors
 from palpate.devices.door.recording import read_columns
-from palpate.devices.door.twin import read_profile
 from palpate.signals.aligning.refusals import AlignError
+from palpate.signals.doors.profile_file import read_profile
 from palpate.signals.doors.profiles import normalise
 from palpate.studies.ledger import LedgerError
 from tests.analysis.streams.ledgers import DOOR, RECORDED, Written, block, chunks
@@ -232,7 +232,7 @@ def test_a_recorded_door_is_exported_and_normalised_to_its_profile(tmp_path, met
 
 def test_a_measured_car_door_survives_two_sensors_two_clocks_and_an_export(tmp_path):
     """studies/door_ratings/measured, opened in 7 s with backlash, tracked as a marker in space by another clock."""
-    known = read_columns(ROOT / "studies/door_ratings/measured/haptune_actual.csv", ("angle_deg", "force_N")).values
+    known = read_columns(ROOT / "studies/door_ratings/measured/haptune_actual.csv", ("angle_deg", "force_N"))
     force_of = np.array(known["angle_deg"]), np.array(known["force_N"])
 
     def angle_at(t):

@@ -13,11 +13,11 @@ from palpate.devices.author.elements import FEELS, SIDES
 from palpate.devices.author.rated import FILE, range_text, rated_range
 from palpate.devices.author.words import FOLDER, author_texts
 from palpate.devices.author.work import Work, neutral
-from palpate.devices.door.twin import read_profile
 from palpate.devices.window.geometry import Box, Metrics, WindowError, problems
 from palpate.devices.window.paint import CARD, GROUND, contrast
 from palpate.devices.window.plot import axes_for, line_mask
 from palpate.devices.window.texts import placeholders, read_words
+from palpate.signals.doors.profile_file import read_profile
 from tests.devices.author.fakes import FakeMaker
 from tests.devices.author.rooms_for_tests import begun, page_for, typed, wish
 

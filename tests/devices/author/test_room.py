@@ -7,7 +7,8 @@ import pytest
 from palpate.devices.author.designs import KEPT, designs_folder, read_design
 from palpate.devices.author.pages import HelpScreen, NameScreen, OpenScreen, RecoverScreen
 from palpate.devices.author.work import neutral
-from palpate.devices.door.twin import open_door, read_profile
+from palpate.devices.door.twin import open_door
+from palpate.signals.doors.profile_file import read_profile
 from tests.devices.author.fakes import LOWS, FakeMaker
 from tests.devices.author.rooms_for_tests import begun, click, do, keys, on, typed, wish
 

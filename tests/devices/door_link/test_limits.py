@@ -4,8 +4,8 @@ import math
 import pytest
 
 from palpate.devices.door.link.limits import Limits, ProfileRefused, profile_for_door
-from palpate.devices.door.twin import read_profile
 from palpate.signals.doors.grid import POINTS
+from palpate.signals.doors.profile_file import read_profile
 from palpate.studies.catalogue import SHIPPED
 
 DOORS = SHIPPED / "door_ratings"

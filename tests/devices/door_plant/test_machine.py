@@ -15,7 +15,7 @@ from palpate.devices.door.plant.hand import NOBODY, constant_velocity, human, im
 from palpate.devices.door.plant.machine import Machine
 from palpate.devices.door.plant.parameters import DEFAULT, Limits, Parameters, PlantError
 from palpate.devices.door.plant.rendering import STEP_RAD, Rendered
-from palpate.devices.door.twin import read_profile
+from palpate.signals.doors.profile_file import read_profile
 
 PROFILES = Path(__file__).parents[3] / "studies" / "door_ratings" / "profiles"
 FLAT = [5.0] * 621

@@ -14,9 +14,9 @@ from click.testing import CliRunner, Result
 
 from palpate.devices.door.side import DoorSide
 from palpate.devices.door.stimuli import profile_text
-from palpate.devices.door.twin import read_profile
 from palpate.devices.models import finding
 from palpate.devices.models.commands import models, predict
+from palpate.signals.doors.profile_file import read_profile
 from tests.signals.models.cards import FORCE, RATINGS, edited, feeling, saved, shape
 
 RAMP = np.linspace(0, 30, 621)

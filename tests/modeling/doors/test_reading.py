@@ -12,11 +12,11 @@ import pytest
 from palpate.analysis.plans.reading import PlanError
 from palpate.analysis.ratings.dataset import DataRefused, Ratings, Scale
 from palpate.analysis.ratings.saved import save_ratings
-from palpate.devices.door.twin import read_profile as read_by_the_door
 from palpate.modeling.doors.data import ModelDataError
 from palpate.modeling.doors.rated import Asked, Shown, rated_of
 from palpate.modeling.doors.reading import rated_in_lab, read_lab
 from palpate.protocols.reading import StudyError
+from palpate.signals.doors.profile_file import read_profile as read_by_the_door
 from palpate.studies.collect import collect, open_database
 from palpate.studies.participants.people import add as enter
 from palpate.studies.participants.registry import open_registry

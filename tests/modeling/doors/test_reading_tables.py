@@ -7,11 +7,11 @@ import shutil
 import numpy as np
 import pytest
 
-from palpate.devices.door.twin import read_profile as read_by_the_door
 from palpate.modeling.doors.data import ModelDataError
 from palpate.modeling.doors.profile_files import read_profile
 from palpate.modeling.doors.reading_tables import read_table
 from palpate.signals.doors.grid import DoorDataError
+from palpate.signals.doors.profile_file import read_profile as read_by_the_door
 from tests.modeling.doors.labs_for_doors import RECORDED
 
 GOOD = ["angle_deg,force_N", *(f"{n / 10:.1f},{n % 7}" for n in range(621))]

@@ -154,7 +154,7 @@ def test_the_five_doors_have_three_cycles_a_plateau_and_forces_like_the_measured
 
 def test_the_model_fitted_to_the_measured_door_is_within_0_7_newton_rms() -> None:
     fit = read_catalogue(DOORS_FILE.with_name("measured_fit.yaml"))["MEASURED_FIT"].door
-    measured = read_columns(MEASURED_FILE, ("angle_deg", "force_N")).values
+    measured = read_columns(MEASURED_FILE, ("angle_deg", "force_N"))
     angle, force = np.array(measured["angle_deg"]), np.array(measured["force_N"])
     error = (hand_force(fit, angle) - force)[angle <= 62]
     assert np.sqrt(np.mean(error**2)) < 0.7

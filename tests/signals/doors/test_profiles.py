@@ -14,9 +14,9 @@ from hypothesis import strategies as st
 from palpate.devices.door.catalogue import read_catalogue
 from palpate.devices.door.commands import doors
 from palpate.devices.door.recording import read_columns
-from palpate.devices.door.twin import read_profile
 from palpate.signals.doors.grid import POINTS, DoorDataError
 from palpate.signals.doors.mechanics import hand_force, simulate
+from palpate.signals.doors.profile_file import read_profile
 from palpate.signals.doors.profiles import normalise, upsample_angle
 from tests.examples import examples
 
@@ -188,7 +188,8 @@ def test_upsampling_interpolates_and_never_extrapolates() -> None:
 def test_encodings_delimiters_and_decimal_commas_are_understood(tmp_path, content) -> None:
     path = tmp_path / "recording.csv"
     path.write_bytes(content)
-    assert read_columns(path, ("angle_deg", "force_N")).values == {"angle_deg": [0.0, 3.0], "force_N": [1.5, 2.0]}
+    read = read_columns(path, ("angle_deg", "force_N"))
+    assert (read["angle_deg"].tolist(), read["force_N"].tolist()) == ([0.0, 3.0], [1.5, 2.0])
 
 
 @pytest.mark.parametrize(
@@ -219,7 +220,7 @@ def test_a_real_cabinet_door_with_backlash_is_imported_close_to_its_rows(tmp_pat
     answer = CliRunner().invoke(doors, [*arguments, "--json"], catch_exceptions=False)
     account = json.loads(answer.output)
     assert (account["rows"], account["backward_rows"], account["padded_points"]) == (998, 19, 0)
-    rows = read_columns(DATA / "cabinet_hindsight.csv", ("angle_deg", "ftan_ati_N")).values
+    rows = read_columns(DATA / "cabinet_hindsight.csv", ("angle_deg", "ftan_ati_N"))
     profile = np.array(read_profile(out))
     angle, force = np.array(rows["angle_deg"]), np.array(rows["ftan_ati_N"])
     for degree in range(2, 62, 5):

@@ -24,8 +24,8 @@ from palpate.devices.author.pages import RecoverScreen
 from palpate.devices.author.screen import AuthorScreen
 from palpate.devices.author.work import History, Work, neutral
 from palpate.devices.door.link.device import Settings, make
-from palpate.devices.door.twin import read_profile
 from palpate.devices.window.commands_calibrate import USUAL_PX_PER_MM
+from palpate.signals.doors.profile_file import read_profile
 from tests.devices.author.fakes import FakeMaker
 from tests.devices.author.rooms_for_tests import page_for
 

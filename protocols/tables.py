@@ -1,0 +1,328 @@
+"""Read tables of delimited text: bytes to a header, rows with their lines, and columns of numbers.
+
+A kind of file declares its columns, how its tables are written and its own messages (`TableFormat`), and nothing else.
+Numbers come as `array('d')`: 8 bytes each, and `numpy.asarray` takes them without a copy.
+"""
+
+from __future__ import annotations
+
+import csv
+import io
+import itertools
+import math
+from array import array
+from collections.abc import Callable, Iterable, Iterator, Mapping, Sequence
+from dataclasses import dataclass
+from pathlib import Path
+from typing import Any, NamedTuple
+
+from palpate.protocols.wording import some
+
+UTF8 = ("utf-8-sig",)
+"""UTF-8 with or without a byte-order mark."""
+MARKS_OF_UTF16 = (b"\xff\xfe", b"\xfe\xff")
+DELIMITERS = ",;\t"
+BATCH = 512
+"""Rows that `Table.numbers` reads at once."""
+
+
+class TableError(ValueError):
+    """A table cannot be read; the message names file, line and column."""
+
+
+@dataclass(frozen=True)
+class Mistake:
+    """What is wrong in a table, and where; a field that a mistake does not have is empty.
+
+    `place` is the column's index from 0, `cells` the number of cells in the row, `header` the columns' names as found.
+    """
+
+    path: Path
+    line: int = 0
+    column: str = ""
+    place: int = 0
+    text: str = ""
+    cells: int = 0
+    header: Sequence[str] = ()
+    problem: Exception | None = None
+
+    @property
+    def where(self) -> str:
+        """The file and the line, as most messages begin."""
+        return f"{self.path}, line {self.line}"
+
+    @property
+    def reason(self) -> str:
+        """What the system, the codec or the parser says, without the file's name."""
+        own = getattr(self.problem, "strerror", None) or getattr(self.problem, "reason", None)
+        return str(own or self.problem)
+
+
+Message = Callable[[Mistake], str]
+
+
+def has_cells(cells: Sequence[str]) -> bool:
+    """Return whether a row is none of a blank line."""
+    return bool(cells)
+
+
+def has_text(cells: Sequence[str]) -> bool:
+    """Return whether any cell of a row holds more than spaces."""
+    return not "".join(cells).isspace() and any(cells)
+
+
+@dataclass(frozen=True)
+class TableFormat:
+    """How a kind of table is written, and what is said of mistakes in it.
+
+    The first of `encodings` that fits is used (UTF-16 only with its mark), and the commonest of `delimiters` in the
+    first line that is not blank; where that is not the comma, a comma in a number is decimal. `strip` takes the spaces
+    around names and cells away. Rows that are not `counted` are passed over; `blank_above` passes over blank lines
+    above the header. A message that is None: the error of the system or of the csv module is not caught, a column
+    that stands twice is the last one, a row may be short.
+    """
+
+    error: Callable[[str], Exception] = TableError
+    encodings: Sequence[str] = UTF8
+    delimiters: str = ","
+    strip: bool = False
+    strict: bool = False
+    blank_above: bool = False
+    counted: Callable[[Sequence[str]], bool] = has_cells
+    unreadable: Message | None = lambda wrong: f"{wrong.path}: cannot be read ({wrong.reason})"
+    encoding: Message = lambda wrong: f"{wrong.path}: not a text file in UTF-8 ({wrong.reason})"
+    quoting: Message | None = lambda wrong: f"{wrong.where}: {wrong.reason}"
+    missing: Message = lambda wrong: (
+        f"{wrong.path}: no column {wrong.column!r}; found {some(wrong.header) or 'an empty file'}"
+    )
+    twice: Message | None = None
+    width: Message | None = lambda wrong: (
+        f"{wrong.where}: {wrong.cells} cells, {len(wrong.header)} columns are expected"
+    )
+    number: Message = lambda wrong: f"{wrong.where}: {wrong.column} is {wrong.text!r}, a finite number is expected"
+    short: Message | None = None
+
+    def content(self, path: Path) -> bytes:
+        """Read a file. Raises the format's error where it cannot be read, OSError where there is no message."""
+        try:
+            return path.read_bytes()
+        except OSError as problem:
+            if self.unreadable is None:
+                raise
+            raise self.error(self.unreadable(Mistake(path, problem=problem))) from None
+
+
+class Record(NamedTuple):
+    """The cells of one record, and the first and the last line that it takes, from 1."""
+
+    first: int
+    line: int
+    cells: list[str]
+
+
+class RecordError(ValueError):
+    """The text is no delimited text; `first` is the line where the record begins, `line` the last one read."""
+
+    def __init__(self, problem: csv.Error, first: int, line: int) -> None:
+        super().__init__(str(problem))
+        self.first, self.line = first, line
+
+
+def split_records(lines: Iterable[str], delimiter: str = ",", *, strict: bool = False) -> Iterator[Record]:
+    """Split lines into records, blank ones too. Raises RecordError."""
+    reader = csv.reader(lines, delimiter=delimiter, strict=strict)
+    first = 1
+    try:
+        for cells in reader:
+            yield Record(first, reader.line_num, cells)
+            first = reader.line_num + 1
+    except csv.Error as problem:
+        raise RecordError(problem, first, reader.line_num) from None
+
+
+def commonest_delimiter(line: str, delimiters: str = DELIMITERS) -> str:
+    """Return the delimiter that stands most often in a line, the first of them where there is none."""
+    return max(delimiters, key=line.count)
+
+
+@dataclass(frozen=True)
+class Row:
+    """A row of a table: its line in the file and its cells by the names of their columns."""
+
+    table: Table
+    line: int
+    cells: Mapping[str, str]
+
+    @property
+    def where(self) -> str:
+        """The file and the line, as most messages begin."""
+        return f"{self.table.path}, line {self.line}"
+
+    def __getitem__(self, column: str) -> str:
+        return self.cells[column]
+
+    def number(self, column: str) -> float:
+        """Return the finite number in a column. Raises the format's error with its message on a number."""
+        return self.table.finite(self.line, column, self.cells[column])
+
+
+class Table:
+    """A table whose header is read; its rows are read once, by `rows` or by `numbers`."""
+
+    def __init__(self, path: Path, lines: Iterator[str], layout: TableFormat) -> None:
+        self.path, self.layout = path, layout
+        self.header: list[str] = []
+        first = "\n"
+        above: list[str] = []
+        if len(layout.delimiters) > 1:
+            above = list(_up_to_text(lines))
+            first = above[-1] if above else ""
+        self.delimiter = commonest_delimiter(first, layout.delimiters)
+        self._reader = csv.reader(itertools.chain(above, lines), delimiter=self.delimiter, strict=layout.strict)
+        self.header = self._header()
+        self.places = {name: place for place, name in enumerate(self.header)}
+        self.lines = array("Q")
+        """The line of each row, once `numbers` has read them."""
+
+    def demand(self, columns: Iterable[str]) -> None:
+        """Raise the format's error where a column is missing, or stands twice and must not."""
+        for name in columns:
+            if name not in self.places:
+                raise self._refusal(self.layout.missing, column=name)
+            if self.layout.twice is not None and self.header.count(name) > 1:
+                raise self._refusal(self.layout.twice, column=name)
+
+    def records(self) -> Iterator[list[str]]:
+        """Read the rows as they stand. Raises the format's error where quotes are wrong."""
+        try:
+            yield from filter(self.layout.counted, self._reader)
+        except csv.Error as problem:
+            raise self._quoting(problem) from None
+
+    def rows(self) -> Iterator[Row]:
+        """Read the rows as texts. Raises the format's error on one with too few or too many cells."""
+        width, strip = self.layout.width, self.layout.strip
+        for cells in self.records():
+            if len(cells) != len(self.header) and width is not None:
+                raise self._refusal(width, line=self._reader.line_num, cells=len(cells))
+            texts = [cell.strip() for cell in cells] if strip else cells
+            yield Row(self, self._reader.line_num, dict(zip(self.header, texts, strict=False)))
+
+    def numbers(self, columns: Sequence[str], *, gaps: bool = False, finite: bool = True) -> dict[str, array[float]]:
+        """Read the rows as numbers, a column each.
+
+        With `gaps` an empty cell is NaN, and one beyond the row's end too unless the format has a message for it.
+        Raises the format's error on a cell that is no number, or not `finite`.
+        """
+        columns = list(dict.fromkeys(columns))
+        read = {name: array("d") for name in columns}
+        records = self.records()
+        while batch := [(self._reader.line_num, cells) for cells in itertools.islice(records, BATCH)]:
+            try:
+                values = [self._column(batch, self.places[name], finite) for name in columns]
+            except (ValueError, IndexError):  # one row after another, to find the cell
+                rows = [self._numbers(line, cells, columns, gaps, finite) for line, cells in batch]
+                values = [list(column) for column in zip(*rows, strict=True)]
+            self.lines.extend([line for line, _ in batch])
+            for column, more in zip(read.values(), values, strict=True):
+                column.extend(more)
+        return read
+
+    def finite(self, line: int, column: str, text: str) -> float:
+        """Return a cell's finite number. Raises the format's error."""
+        try:
+            value = float(text)
+        except ValueError:
+            value = math.nan
+        if not math.isfinite(value):
+            raise self._refusal(self.layout.number, line=line, column=column, text=text)
+        return value
+
+    def _header(self) -> list[str]:
+        try:
+            cells: list[str] = next(filter(any, self._reader) if self.layout.blank_above else self._reader, [])
+        except csv.Error as problem:
+            raise self._quoting(problem) from None
+        return [cell.strip() for cell in cells] if self.layout.strip else cells
+
+    def _column(self, batch: Sequence[tuple[int, Sequence[str]]], place: int, finite: bool) -> list[float]:
+        """Read a column of some rows. Raises ValueError or IndexError, which cell it is: `_numbers`."""
+        if self.delimiter == ",":
+            values = [float(cells[place]) for _, cells in batch]
+        else:
+            values = [float(cells[place].replace(",", ".")) for _, cells in batch]
+        if finite and not all(map(math.isfinite, values)):
+            raise ValueError
+        return values
+
+    def _numbers(
+        self, line: int, cells: Sequence[str], columns: Sequence[str], gaps: bool, finite: bool
+    ) -> list[float]:
+        """Read a row. Raises the format's error at the first cell that is no number."""
+        values = []
+        for name in columns:
+            place = self.places[name]
+            if place >= len(cells) and self.layout.short is not None:
+                raise self._refusal(self.layout.short, line=line, column=name, place=place, cells=len(cells))
+            text = cells[place] if place < len(cells) else ""
+            problem = None
+            try:
+                value = float(text if self.delimiter == "," else text.replace(",", "."))
+            except ValueError as error:
+                value, problem = math.nan, error
+            empty = not (text.strip() if self.layout.strip else text)
+            if not math.isfinite(value) if finite else problem and not (gaps and empty):
+                raise self._refusal(
+                    self.layout.number, line=line, column=name, place=place, text=text.strip(), problem=problem
+                ) from None
+            values.append(value)
+        return values
+
+    def _quoting(self, problem: csv.Error) -> Exception:
+        if self.layout.quoting is None:
+            return problem
+        return self._refusal(self.layout.quoting, line=self._reader.line_num, problem=problem)
+
+    def _refusal(self, message: Message, **fields: Any) -> Exception:
+        return self.layout.error(message(Mistake(self.path, header=self.header, **fields)))
+
+
+def read_table(path: Path, columns: Iterable[str] = (), layout: TableFormat = TableFormat()) -> Table:
+    """Open a table in which the columns must stand.
+
+    Raises the format's error, with its message, on a file that cannot be read or is no text, a column that is missing
+    and, where the format minds, one that stands twice.
+    """
+    return parse_table(layout.content(path), path, columns, layout)
+
+
+def parse_table(content: bytes, path: Path, columns: Iterable[str] = (), layout: TableFormat = TableFormat()) -> Table:
+    """Open a table in which the columns must stand, from the bytes of its file. Raises as `read_table` does."""
+    table = Table(path, _lines(content, path, layout), layout)
+    table.demand(columns)
+    return table
+
+
+def _lines(content: bytes, path: Path, layout: TableFormat) -> Iterator[str]:
+    """Decode all of the file once, then line by line: its text is not kept."""
+    marked = content.startswith(MARKS_OF_UTF16) and "utf-16" in layout.encodings
+    problem: Exception = ValueError("it holds NUL characters")
+    for encoding in layout.encodings:
+        if marked is not (encoding == "utf-16"):
+            continue
+        try:
+            text = content.decode(encoding)
+        except UnicodeDecodeError as refused:
+            problem = refused
+            continue
+        if "\0" not in text or len(layout.encodings) == 1:
+            return io.TextIOWrapper(io.BytesIO(content), encoding, newline="")
+    raise layout.error(layout.encoding(Mistake(path, problem=problem)))
+
+
+def _up_to_text(lines: Iterator[str]) -> Iterator[str]:
+    """Take lines up to the first one that is not blank, and that one."""
+    for line in lines:
+        yield line
+        if line.strip():
+            return
