@@ -6,7 +6,7 @@ import os
 from collections.abc import Callable, Iterable, Iterator, Sequence
 from dataclasses import dataclass, field
 from pathlib import Path
-from typing import Literal, Protocol
+from typing import Literal
 
 from palpate.devices.signals import DeviceError, DeviceFault
 from palpate.protocols.requests import Sense
@@ -25,22 +25,6 @@ class Arrived:
 
     name: str
     data: bytes
-
-
-class Source(Protocol):
-    """What gives new pictures."""
-
-    def begin(self, request: Sense) -> None:
-        """From now on pictures are for this request; those that are there already are not."""
-
-    def new(self, now_s: float) -> Sequence[Arrived]:
-        """What has come since the last call, in order. Raises DeviceFault."""
-
-    def refuse(self, name: str, why: str) -> None:
-        """It was not whole: give it again once it has changed."""
-
-    def broken(self) -> Sequence[str]:
-        """What lies there and is not whole, in words."""
 
 
 @dataclass

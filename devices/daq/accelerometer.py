@@ -57,13 +57,13 @@ def make(name: str, settings: Settings, folder: Path) -> DaqSensor:  # noqa: ARG
     from palpate.devices.daq.acquire import Wiring, demand_channels
     from palpate.devices.daq.adxl335 import Accelerometer
     from palpate.devices.daq.sensor import DaqSensor
-    from palpate.devices.daq.watch import Watch
+    from palpate.devices.daq.voltage_check import VoltageCheck
 
     low, high = settings.range_V
     channels = demand_channels(settings.channels, 3, name, "one for each axis")
     wiring = Wiring(channels, low, high, settings.rate_hz, settings.buffer_s, settings.terminals)
     scaling = _scaling(settings)
-    watch = Watch(name, wiring.channels, 0.0, settings.supply_V, settings.rate_hz, settings.stuck_s)
+    watch = VoltageCheck(name, wiring.channels, 0.0, settings.supply_V, settings.rate_hz, settings.stuck_s)
     transducer = Accelerometer(
         name, _signal(settings), scaling, watch, settings.full_scale_g, settings.clipped_s, settings.calibrated
     )

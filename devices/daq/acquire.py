@@ -12,7 +12,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from palpate.devices.signals import DeviceError, NowNs
-from palpate.protocols.events import NS
+from palpate.devices.source import Elapsed, since
 
 if TYPE_CHECKING:
     from palpate.devices.scene import Scene
@@ -52,17 +52,16 @@ class Taken:
 class Pace:
     """How time passes for who waits for samples: seconds since the start, and a way to let some pass."""
 
-    elapsed_s: Callable[[], float]
+    elapsed_s: Elapsed
     wait: Callable[[float], None]
 
     @staticmethod
     def real(now_ns: NowNs) -> Pace:
         """Real time, from now on."""
-        begun = now_ns()
-        return Pace(lambda: (now_ns() - begun) / NS, time.sleep)
+        return Pace(since(now_ns), time.sleep)
 
     @staticmethod
-    def told(elapsed_s: Callable[[], float]) -> Pace:
+    def told(elapsed_s: Elapsed) -> Pace:
         """The time that somebody else tells, from now on; nothing is waited for."""
         begun = elapsed_s()
         return Pace(lambda: elapsed_s() - begun, lambda _seconds: None)

@@ -15,7 +15,7 @@ import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
 from palpate.devices.daq.twin import PIECE, Ideal
-from palpate.devices.daq.watch import Watch
+from palpate.devices.daq.voltage_check import VoltageCheck
 from palpate.devices.signals import DeviceError, DeviceFault, Reading, Signal
 from palpate.protocols.wording import count
 from palpate.signals import GRAVITY_M_S2
@@ -123,7 +123,7 @@ class Accelerometer:
     device: str
     signal: Signal
     scaling: Scaling
-    watch: Watch
+    watch: VoltageCheck
     full_scale_g: float
     clipped_s: float
     calibrated: str | None

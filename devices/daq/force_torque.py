@@ -101,7 +101,7 @@ def _wiring(name: str, settings: Settings, file: CalFile) -> Wiring:
 
 def _gauges(name: str, settings: Settings, file: CalFile, wiring: Wiring, path: Path) -> Gauges:
     from palpate.devices.daq.gauges import UNITS, Gauges
-    from palpate.devices.daq.watch import Watch
+    from palpate.devices.daq.voltage_check import VoltageCheck
     from palpate.devices.daq.wrench import calibration
 
     found = calibration(file, str(path))
@@ -111,7 +111,7 @@ def _gauges(name: str, settings: Settings, file: CalFile, wiring: Wiring, path: 
         Signal("wrench", CHANNELS, UNITS, settings.rate_hz, "host", number),
         found,
         _framed(settings.frame, found.matrix),
-        Watch(name, wiring.channels, wiring.low_V, wiring.high_V, wiring.rate_hz, settings.stuck_s),
+        VoltageCheck(name, wiring.channels, wiring.low_V, wiring.high_V, wiring.rate_hz, settings.stuck_s),
         _slopes(name, settings.thermistor, file, path),
         _told(settings, file, path),
         settings.calibrated or file.date,

@@ -12,7 +12,7 @@ from numpy.typing import NDArray
 
 from palpate.devices.daq.cal_file import AXES
 from palpate.devices.daq.twin import PIECE, Ideal
-from palpate.devices.daq.watch import Watch
+from palpate.devices.daq.voltage_check import VoltageCheck
 from palpate.devices.daq.wrench import Array, Calibration, Slopes, compensated, wrench
 from palpate.devices.signals import DeviceError, DeviceFault, Reading, Signal
 from palpate.protocols.wording import count
@@ -44,7 +44,7 @@ class Gauges:
     signal: Signal
     calibration: Calibration
     matrix: Array
-    watch: Watch
+    watch: VoltageCheck
     slopes: Slopes | None
     told: Mapping[str, Any]
     calibrated: str | None

@@ -2,24 +2,19 @@
 
 from __future__ import annotations
 
-import importlib
 import os
 from dataclasses import dataclass, field
-from typing import Any
+from typing import TYPE_CHECKING
 
+from palpate.devices.serial_port import open_serial
 from palpate.devices.signals import DeviceError, DeviceFault
+
+if TYPE_CHECKING:
+    from serial import Serial
 
 LONGEST = 256
 """Bytes of a code; what is longer is no code, and is dropped up to the end of its line."""
 ENDS = b"\r\n"
-
-
-def pyserial() -> Any:
-    """The package. Raises DeviceError where it is not installed."""
-    try:
-        return importlib.import_module("serial")
-    except ImportError:
-        raise DeviceError("a serial scanner needs the package pyserial: pip install 'palpate[rig]'") from None
 
 
 @dataclass
@@ -53,7 +48,7 @@ class Scanner:
     port: str
     baud: int
     lines: Lines = field(default_factory=Lines)
-    _serial: Any = None
+    _serial: Serial | None = None
 
     @property
     def is_open(self) -> bool:
@@ -63,10 +58,11 @@ class Scanner:
     def open(self) -> None:
         """Open the port, anew where it is open. Raises DeviceError."""
         self.close()
-        serial = pyserial()
         try:
-            self._serial = serial.Serial(self.port, self.baud, timeout=0, exclusive=True)
-        except (serial.SerialException, OSError, ValueError) as error:
+            self._serial = open_serial(self.port, self.baud, timeout_s=0)
+        except ImportError:
+            raise DeviceError("a serial scanner needs the package pyserial: pip install 'palpate[rig]'") from None
+        except (OSError, ValueError) as error:
             told = f"{self.name}: the scanner's port {self.port} cannot be opened: {_why(error)}"
             raise DeviceError(told) from None
         self.lines = Lines()

@@ -15,13 +15,13 @@ from pydantic import Field
 from palpate.devices.blocks import interleaved
 from palpate.devices.rig.settings import Date, Finite, Positive, Strict
 from palpate.devices.signals import Block, DeviceError, DeviceFault, Health, NowNs, Signal
-from palpate.devices.tablet.evdev_file import EventFile
-from palpate.devices.tablet.evdev_kernel import Axis
+from palpate.devices.source import Elapsed, since
+from palpate.devices.tablet.evdev import Axis, EventFile
 from palpate.devices.tablet.force import Force
 from palpate.devices.tablet.pipeline import Shape, Stylus, Upsampling
 from palpate.devices.tablet.pyglet_window import PygletTablet
 from palpate.devices.tablet.recorded import PlayedReports
-from palpate.devices.tablet.reports import REFUSED, Batch, Elapsed, Guard, Report, Source, since
+from palpate.devices.tablet.reports import REFUSED, Batch, Guard, Report, TabletSource
 from palpate.devices.tablet.twin import TwinTablet
 
 if TYPE_CHECKING:
@@ -106,7 +106,7 @@ def make(name: str, settings: Settings, folder: Path) -> Tablet:
     return Tablet(name, settings, _source(name, settings, folder, shape.force), shape)
 
 
-def _source(name: str, one: Settings, folder: Path, force: Force) -> Source:
+def _source(name: str, one: Settings, folder: Path, force: Force) -> TabletSource:
     if one.driver == "evdev":
         axes = {} if one.axes is None else {key: Axis(**value) for key, value in one.axes.model_dump().items()}
         return EventFile(name, folder / _given(name, one.path, "path: /dev/input/event3"), axes)
@@ -127,7 +127,7 @@ class Tablet:
 
     name: str
     settings: Settings
-    source: Source
+    source: TabletSource
     shape: Shape
     elapsed_s: Elapsed | None = None
     now_ns: NowNs = time.monotonic_ns

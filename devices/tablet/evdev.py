@@ -1,20 +1,46 @@
-"""The bytes of Linux' input events, and how they make up a tablet's reports (kernel: Documentation/input/event-codes).
+"""A tablet through Linux' /dev/input/eventN, or bytes that were recorded from one.
 
-A record is `struct input_event` on a 64-bit machine: two 8-byte numbers of seconds and microseconds, two 2-byte ones of
-type and code, a 4-byte value. Records up to a SYN_REPORT belong together; only what changed is told.
+A record is `struct input_event` on a 64-bit machine (kernel: Documentation/input/event-codes): two 8-byte numbers of
+seconds and microseconds, two 2-byte ones of type and code, a 4-byte value. Records up to a SYN_REPORT belong together;
+only what changed is told.
 """
 
 from __future__ import annotations
 
+import errno
+import os
+import select
+import stat
 import struct
-from collections.abc import Callable, Iterator
-from dataclasses import dataclass
+import time
+from collections.abc import Callable, Iterator, Mapping
+from dataclasses import dataclass, field
+from importlib import import_module
+from pathlib import Path
+from threading import Lock
+from typing import TYPE_CHECKING
+
+from palpate.devices.signals import DeviceError, DeviceFault
+from palpate.devices.source import Elapsed
+from palpate.devices.tablet.reports import Batch, Report
+
+if TYPE_CHECKING:
+    from palpate.devices.scene import Scene
 
 RECORD = struct.Struct("<qqHHi")
 EV_SYN, EV_KEY, EV_ABS = 0, 1, 3
 SYN_REPORT, SYN_DROPPED = 0, 3
 ABS_X, ABS_Y, ABS_PRESSURE = 0x00, 0x01, 0x18
 BTN_TOOL_PEN, BTN_TOUCH = 0x140, 0x14A
+ABSINFO = struct.Struct("<6i")
+"""value, minimum, maximum, fuzz, flat, resolution (units per mm for x and y)."""
+KEYS = 96
+"""Bytes that hold a bit for every key."""
+MONOTONIC = 1
+Ioctl = Callable[[int, int, bytes], bytes]
+"""Asks the kernel: file, request, buffer; gives the buffer as it came back. Raises OSError."""
+RECORDS = 64
+NAMES = {ABS_X: "x", ABS_Y: "y", ABS_PRESSURE: "pressure"}
 
 
 @dataclass
@@ -96,3 +122,210 @@ class Assembler:
         pressure = state.pressure or 0
         touching = known and pressure > 0 and state.touch is not False
         return Raw(t_s, state.x or 0, state.y or 0, pressure, touching, known)
+
+
+@dataclass(frozen=True)
+class Axis:
+    """The range of an axis in the tablet's units, and units per mm (0: the tablet does not know)."""
+
+    least: int
+    most: int
+    per_mm: float = 0.0
+
+
+def kernel(file: int, request: int, buffer: bytes) -> bytes:
+    """The real thing, on Linux."""
+    answer: bytes = import_module("fcntl").ioctl(file, request, buffer)
+    return answer
+
+
+def asks(number: int, size: int) -> int:
+    """The request `number` of input devices that reads `size` bytes."""
+    return 2 << 30 | size << 16 | ord("E") << 8 | number
+
+
+def sets(number: int, size: int) -> int:
+    """The request `number` that writes `size` bytes."""
+    return 1 << 30 | size << 16 | ord("E") << 8 | number
+
+
+def name_of(ask: Ioctl, file: int) -> str:
+    """What the device calls itself; "" where it does not answer."""
+    return _asked(ask, file, asks(0x06, 256), 256).split(b"\0")[0].decode("utf-8", "replace")
+
+
+def axis_of(ask: Ioctl, file: int, code: int) -> Axis | None:
+    """The range of an axis; None where there is no such axis."""
+    known = _asked(ask, file, asks(0x20 + EV_ABS, 8), 8)
+    if not known or not known[code // 8] >> code % 8 & 1:
+        return None
+    found = _asked(ask, file, asks(0x40 + code, ABSINFO.size), ABSINFO.size)
+    if not found:
+        return None
+    _, least, most, _, _, per_mm = ABSINFO.unpack(found)
+    return Axis(least, most, per_mm)
+
+
+def state_of(ask: Ioctl, file: int) -> State | None:
+    """Where the stylus is by the kernel; None where it does not answer."""
+    found = [_asked(ask, file, asks(0x40 + code, ABSINFO.size), ABSINFO.size) for code in (ABS_X, ABS_Y, ABS_PRESSURE)]
+    keys = _asked(ask, file, asks(0x18, KEYS), KEYS)
+    if not all(found) or not keys:
+        return None
+    x, y, pressure = (ABSINFO.unpack(each)[0] for each in found)
+    touch, near = (bool(keys[key // 8] >> key % 8 & 1) for key in (BTN_TOUCH, BTN_TOOL_PEN))
+    return State(x, y, pressure, touch, near)
+
+
+def timed_monotonic(ask: Ioctl, file: int) -> bool:
+    """Have its time stamps count by the clock that nobody sets; whether it does."""
+    return bool(_asked(ask, file, sets(0xA0, 4), 4, struct.pack("<i", MONOTONIC)))
+
+
+def input_devices(folder: Path = Path("/sys/class/input")) -> list[str]:
+    """The input devices that there are: /dev/input/event3 (Wacom Intuos Pen)."""
+    found = []
+    for place in sorted(folder.glob("event*"), key=lambda each: (len(each.name), each.name)):
+        try:
+            name = (place / "device" / "name").read_text(encoding="utf-8").strip()
+        except OSError:
+            name = "no name"
+        found.append(f"/dev/input/{place.name} ({name})")
+    return found
+
+
+def _asked(ask: Ioctl, file: int, request: int, size: int, buffer: bytes = b"") -> bytes:
+    try:
+        return ask(file, request, buffer or bytes(size))
+    except OSError:
+        return b""
+
+
+@dataclass
+class EventFile:
+    """Reads an event file; `axes` (x, y, pressure) stand in for what the kernel says of them, where they are given."""
+
+    name: str
+    path: Path
+    axes: Mapping[str, Axis]
+    ask: Ioctl = kernel
+    monotonic_s: Callable[[], float] = time.monotonic
+    file: int = -1
+    special: bool = False
+    aligned: bool = False
+    behind_s: float = 0.0
+    assembler: Assembler = field(default_factory=Assembler)
+    ranges: dict[int, Axis] = field(default_factory=dict)
+    reading: Lock = field(default_factory=Lock)
+
+    def open(self) -> Mapping[str, str]:
+        """Open it and learn its axes.
+
+        Raises:
+            DeviceError: no such file (naming the input devices that there are), no right to read it, no tablet.
+        """
+        try:
+            self.file = os.open(self.path, os.O_RDONLY | getattr(os, "O_NONBLOCK", 0))
+        except OSError as problem:
+            raise DeviceError(self._not_there(problem)) from None
+        try:
+            self.special = stat.S_ISCHR(os.fstat(self.file).st_mode)
+            title = name_of(self.ask, self.file)
+            self.ranges = {code: self._axis(code, title) for code in NAMES}
+        except DeviceError:
+            self.close()
+            raise
+        self.aligned = timed_monotonic(self.ask, self.file)
+        self.assembler = self._assembler()
+        x, y, pressure = (self.ranges[code] for code in NAMES)
+        size = f"{(x.most - x.least) / x.per_mm:.0f} x {(y.most - y.least) / y.per_mm:.0f} mm"
+        return {"tablet": title or self.path.name, "size": size, "pressures": str(pressure.most - pressure.least + 1)}
+
+    def expect(self, scene: Scene | None) -> None:
+        """A real stylus goes where a hand leads it."""
+
+    def start(self, elapsed_s: Elapsed) -> None:
+        """Begin; what waits from before is dropped, where it is a device. Raises DeviceError where it is not open."""
+        with self.reading:
+            if self.file < 0:
+                raise DeviceError(f"{self.name} is not open.")
+            while self.special and select.select([self.file], [], [], 0)[0] and self._bytes():
+                pass
+            self.assembler = self._assembler()
+            self.behind_s = self.monotonic_s() - elapsed_s()
+
+    def pull(self, timeout_s: float) -> Batch:
+        """What came.
+
+        Raises:
+            DeviceFault: `link_lost` where it was unplugged, or where the bytes end.
+        """
+        with self.reading:
+            if self.file < 0 or not select.select([self.file], [], [], timeout_s)[0]:
+                return Batch()
+            before = self.assembler.dropped
+            raws = list(self.assembler.feed(self._bytes()))
+            return Batch([self._report(raw) for raw in raws], self.assembler.dropped - before)
+
+    def stop(self) -> None:
+        """The file stays open, so that nothing else has to be asked again."""
+
+    def close(self) -> None:
+        """Let go of it."""
+        with self.reading:
+            if self.file >= 0:
+                os.close(self.file)
+            self.file = -1
+
+    def _bytes(self) -> bytes:
+        """At least one byte."""
+        try:
+            data = os.read(self.file, RECORDS * RECORD.size)
+        except BlockingIOError:
+            return b""
+        except OSError as problem:
+            told = "was unplugged" if problem.errno == errno.ENODEV else f"cannot be read: {problem.strerror}"
+            raise DeviceFault(self.name, "link_lost", f"{self.name}: {self.path} {told}; plug it in again.") from None
+        if not data:
+            cut = self.assembler.cut_off
+            told = f" in the middle of a record ({cut} of {RECORD.size} bytes)" if cut else ""
+            raise DeviceFault(self.name, "link_lost", f"{self.name}: {self.path} ended{told}.")
+        return data
+
+    def _report(self, raw: Raw) -> Report:
+        x, y, pressure = (self.ranges[code] for code in NAMES)
+        return Report(
+            raw.t_s - (self.behind_s if self.aligned else 0.0),
+            (raw.x - x.least) / x.per_mm,
+            (raw.y - y.least) / y.per_mm,
+            (raw.pressure - pressure.least) / (pressure.most - pressure.least),
+            raw.touching,
+            not raw.known,
+        )
+
+    def _assembler(self) -> Assembler:
+        return Assembler(lambda: state_of(self.ask, self.file))
+
+    def _axis(self, code: int, title: str) -> Axis:
+        axis = self.axes.get(NAMES[code]) or axis_of(self.ask, self.file, code)
+        what = f"{self.name}: {self.path} ({title or 'no name'})"
+        if axis is None:
+            other = "; a touch screen for fingers?" if code == ABS_PRESSURE else ""
+            raise DeviceError(
+                f"{what} has no {NAMES[code]} axis: not a stylus tablet{other} {self._there()} "
+                "Bytes recorded from one need `axes` in the rig file."
+            )
+        if axis.most <= axis.least:
+            raise DeviceError(f"{what}: its {NAMES[code]} axis goes from {axis.least} to {axis.most}; set `axes`.")
+        if code != ABS_PRESSURE and axis.per_mm <= 0:
+            raise DeviceError(f"{what} does not say how long its {NAMES[code]} axis is: set `axes` with `per_mm`.")
+        return axis
+
+    def _not_there(self, problem: OSError) -> str:
+        told = f"{self.name}: {self.path} cannot be opened: {problem.strerror}."
+        if problem.errno in (errno.EACCES, errno.EPERM):
+            return f"{told} Let the station's user into the group that owns it (often `input`)."
+        return f"{told} {self._there()}"
+
+    def _there(self) -> str:
+        return f"Input devices that there are: {', '.join(input_devices()) or 'none'}."

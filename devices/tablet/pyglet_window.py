@@ -15,7 +15,8 @@ from importlib import import_module
 from typing import TYPE_CHECKING, Any
 
 from palpate.devices.signals import DeviceError, DeviceFault
-from palpate.devices.tablet.reports import Batch, Elapsed, Report
+from palpate.devices.source import Elapsed
+from palpate.devices.tablet.reports import Batch, Report
 
 if TYPE_CHECKING:
     from palpate.devices.scene import Scene

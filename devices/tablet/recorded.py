@@ -4,14 +4,14 @@ from __future__ import annotations
 
 import math
 from collections.abc import Mapping, Sequence
-from dataclasses import dataclass, field
+from dataclasses import dataclass
 from itertools import pairwise
 from pathlib import Path
-from threading import Event
 from typing import TYPE_CHECKING
 
 from palpate.devices.signals import DeviceError
-from palpate.devices.tablet.reports import Batch, Elapsed, Report
+from palpate.devices.source import Elapsed, TimedSource
+from palpate.devices.tablet.reports import Batch, Report
 from palpate.protocols.tables import Mistake, TableFormat, read_table
 
 if TYPE_CHECKING:
@@ -52,15 +52,13 @@ def read_reports(path: Path) -> list[Report]:
 
 
 @dataclass
-class PlayedReports:
+class PlayedReports(TimedSource):
     """The recording as a source; after its last report the stylus stays as it was."""
 
     path: Path
     aligned: bool = True
     reports: Sequence[Report] = ()
-    elapsed_s: Elapsed | None = None
     given: int = 0
-    stopped: Event = field(default_factory=Event)
 
     def open(self) -> Mapping[str, str]:
         """Read the whole file. Raises DeviceError."""
@@ -75,8 +73,8 @@ class PlayedReports:
 
     def start(self, elapsed_s: Elapsed) -> None:
         """Begin with the first report."""
-        self.elapsed_s, self.given = elapsed_s, 0
-        self.stopped.clear()
+        self.given = 0
+        super().start(elapsed_s)
 
     def pull(self, timeout_s: float) -> Batch:
         """What is due by now, 256 reports at most; one whose time runs back is due at once."""
@@ -90,12 +88,3 @@ class PlayedReports:
         if self.given == first:
             self.stopped.wait(timeout_s)
         return Batch([one._replace(t_s=one.t_s - begun) for one in self.reports[first : self.given]])
-
-    def stop(self) -> None:
-        """Give no more."""
-        self.elapsed_s = None
-        self.stopped.set()
-
-    def close(self) -> None:
-        """The same as stop."""
-        self.stop()

@@ -4,18 +4,13 @@ from __future__ import annotations
 
 import math
 from collections import Counter
-from collections.abc import Callable, Mapping, Sequence
+from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, field
-from typing import TYPE_CHECKING, NamedTuple, Protocol
+from typing import NamedTuple, Protocol
 
-from palpate.devices.signals import DeviceFault, NowNs
-from palpate.protocols.events import NS
+from palpate.devices.signals import DeviceFault
+from palpate.devices.source import Source
 
-if TYPE_CHECKING:
-    from palpate.devices.scene import Scene
-
-Elapsed = Callable[[], float]
-"""Seconds since sampling was started."""
 SLACK = 0.05
 """How far beyond 0 and 1 a pressure may be by a driver's rounding; it is taken to the limit."""
 AHEAD_S = 1.0
@@ -54,30 +49,12 @@ class Batch:
     dropped: int = 0
 
 
-class Source(Protocol):
-    """A way to reports. One thread pulls, another may start and stop."""
+class TabletSource(Source[Mapping[str, str], Batch], Protocol):
+    """A source of reports; `open` returns facts to show."""
 
     @property
     def aligned(self) -> bool:
         """Whether its reports are timed in seconds since the start; else their clock is its own."""
-
-    def open(self) -> Mapping[str, str]:
-        """Get hold of it; facts to show. Raises DeviceError."""
-
-    def expect(self, scene: Scene | None) -> None:
-        """What the stylus does next; only a twin minds."""
-
-    def start(self, elapsed_s: Elapsed) -> None:
-        """Begin: earlier reports are not given. Raises DeviceError."""
-
-    def pull(self, timeout_s: float) -> Batch:
-        """What came since the last pull; waits at most that long. Raises DeviceFault."""
-
-    def stop(self) -> None:
-        """End; also where it has not begun."""
-
-    def close(self) -> None:
-        """Let go of it."""
 
 
 @dataclass
@@ -133,9 +110,3 @@ class Guard:
         self.refused["clock_reset"] += 1
         self.shift_s, self.last_s, self.jumped = now_s - report.t_s, now_s, 0
         return None
-
-
-def since(now_ns: NowNs) -> Elapsed:
-    """Seconds of that clock from now on."""
-    begun = now_ns()
-    return lambda: (now_ns() - begun) / NS

@@ -6,12 +6,12 @@ import hashlib
 from collections.abc import Iterator, Mapping
 from dataclasses import dataclass, field
 from itertools import chain, count, pairwise
-from threading import Event
 from typing import TYPE_CHECKING
 
 from palpate.devices.noise import gaussians
+from palpate.devices.source import Elapsed, TimedSource
 from palpate.devices.tablet.force import Force
-from palpate.devices.tablet.reports import Batch, Elapsed, Report
+from palpate.devices.tablet.reports import Batch, Report
 
 if TYPE_CHECKING:
     from palpate.devices.scene import Array, Scene
@@ -24,7 +24,7 @@ LOOKED = 1024
 
 
 @dataclass
-class TwinTablet:
+class TwinTablet(TimedSource):
     """Reports at `report_hz` with jitter, positions in steps of `step_mm`, pressures in `levels`.
 
     As a real tablet it is silent where nothing changed. The force is the scene's third one, pushed or pulled.
@@ -39,10 +39,8 @@ class TwinTablet:
     seed: int
     aligned: bool = True
     scene: Scene | None = None
-    elapsed_s: Elapsed | None = None
     reports: Iterator[tuple[float, Report | None]] = field(default_factory=lambda: iter(()))
     ahead: tuple[float, Report | None] | None = None
-    stopped: Event = field(default_factory=Event)
 
     def open(self) -> Mapping[str, str]:
         """There is nothing to get hold of."""
@@ -54,9 +52,9 @@ class TwinTablet:
 
     def start(self, elapsed_s: Elapsed) -> None:
         """Begin with the scene's first moment."""
-        self.elapsed_s, self.ahead = elapsed_s, None
+        self.ahead = None
         self.reports = iter(()) if self.scene is None else self._reports(self.scene)
-        self.stopped.clear()
+        super().start(elapsed_s)
 
     def pull(self, timeout_s: float) -> Batch:
         """What is due by now, 256 reports at most."""
@@ -70,15 +68,6 @@ class TwinTablet:
         if not due:
             self.stopped.wait(timeout_s)
         return Batch(due)
-
-    def stop(self) -> None:
-        """Give no more."""
-        self.elapsed_s = None
-        self.stopped.set()
-
-    def close(self) -> None:
-        """The same as stop."""
-        self.stop()
 
     def _next(self, now_s: float) -> Report | None:
         """The next report that is due and tells news."""

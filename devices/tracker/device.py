@@ -13,13 +13,11 @@ from pydantic import Field
 from palpate.devices.blocks import interleaved
 from palpate.devices.rig.settings import Date, Positive, Strict
 from palpate.devices.signals import Block, DeviceError, DeviceFault, Health, NowNs, Signal
+from palpate.devices.source import Elapsed, since
 from palpate.devices.tracker.lsl import LslStream
-from palpate.devices.tracker.numbering import Numbering
 from palpate.devices.tracker.recorded import Played
-from palpate.devices.tracker.source import Batch, Elapsed, Opened, Source, since
-from palpate.devices.tracker.tally import Tally
+from palpate.devices.tracker.samples import Batch, Numbering, OcclusionDetector, Opened, Tally, TrackerSource
 from palpate.devices.tracker.twin import Twin
-from palpate.devices.tracker.watch import Watch
 from palpate.protocols.events import NS
 
 if TYPE_CHECKING:
@@ -67,7 +65,7 @@ def make(name: str, settings: Settings, folder: Path) -> Tracker:
     return Tracker(name, settings, _source(name, settings, folder))
 
 
-def _source(name: str, settings: Settings, folder: Path) -> Source:
+def _source(name: str, settings: Settings, folder: Path) -> TrackerSource:
     one = settings
     if one.driver == "lsl":
         return LslStream(
@@ -92,13 +90,13 @@ class Tracker:
 
     name: str
     settings: Settings
-    source: Source
+    source: TrackerSource
     elapsed_s: Elapsed | None = None
     now_ns: NowNs = time.monotonic_ns
     opened: Opened | None = None
     clock_ns: NowNs = time.monotonic_ns
     numbering: Numbering = field(default_factory=lambda: Numbering(1.0))
-    watch: Watch = field(default_factory=Watch)
+    watch: OcclusionDetector = field(default_factory=OcclusionDetector)
     tally: Tally = field(default_factory=Tally)
     heard_ns: int = 0
     zero_s: float = 0.0
@@ -139,7 +137,7 @@ class Tracker:
         if problem := self._misdeclared(self.opened):
             raise DeviceError(problem)
         one = self.settings
-        self.numbering, self.watch, self.tally = Numbering(one.rate_hz), Watch(one.repeats), Tally()
+        self.numbering, self.watch, self.tally = Numbering(one.rate_hz), OcclusionDetector(one.repeats), Tally()
         self.source.start(self.elapsed_s or since(now_ns))
         self.zero_s = self.source.zero_s(now_ns)
         self.clock_ns, self.heard_ns = now_ns, now_ns()

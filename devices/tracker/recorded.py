@@ -1,4 +1,8 @@
-"""A tracker's recording, read from a file and played at its own times."""
+"""A tracker's recording (a CSV of ours, or an export of Motive), read from a file and played at its own times.
+
+Motive's CSV (docs.optitrack.com, "Data Export: CSV", format versions 1.2x) has a line of facts, rows that name the
+columns, then frames; blank cells stand for a marker that was not seen.
+"""
 
 from __future__ import annotations
 
@@ -8,14 +12,13 @@ from dataclasses import dataclass, field
 from itertools import pairwise, repeat
 from pathlib import Path
 from statistics import median
-from threading import Event
 from typing import TYPE_CHECKING
 
 from palpate.devices.signals import DeviceError, DeviceFault, NowNs
-from palpate.devices.tracker.motive import is_motive, read_motive
-from palpate.devices.tracker.source import Batch, Elapsed, Opened, Row, awaited
+from palpate.devices.source import Elapsed, TimedSource
+from palpate.devices.tracker.samples import Batch, Opened, Row, awaited
 from palpate.protocols.tables import Mistake, Table, TableFormat, read_table
-from palpate.protocols.wording import count
+from palpate.protocols.wording import count, some
 
 if TYPE_CHECKING:
     from palpate.devices.scene import Scene
@@ -23,6 +26,10 @@ if TYPE_CHECKING:
 MM = {"mm": 1.0, "cm": 10.0, "m": 1000.0}
 COLUMNS = ("t_s", "x", "y", "z")
 MOST = 64
+UNITS = {"meters": "m", "centimeters": "cm", "millimeters": "mm"}
+KINDS = ("Marker", "Rigid Body", "Rigid Body Marker")
+"""What has a position, the measured one first: a rigid body's marker is where the solver put it."""
+AXES = ("X", "Y", "Z")
 
 
 def _unreadable(wrong: Mistake) -> str:
@@ -75,7 +82,7 @@ def read_track(path: Path, unit: str | None = None, marker: str | None = None) -
 
 
 @dataclass
-class Played:
+class Played(TimedSource):
     """The recording as a source: a sample is there once its time has passed since the start.
 
     After the last one there is silence: that is a fault, as it is with a real tracker.
@@ -88,9 +95,7 @@ class Played:
     silent_s: float
     clock: str = "recording"
     track: Track | None = None
-    elapsed_s: Elapsed | None = None
     given: int = 0
-    stopped: Event = field(default_factory=Event)
 
     def open(self) -> Opened:
         """Read the whole file. Raises DeviceError."""
@@ -103,8 +108,8 @@ class Played:
 
     def start(self, elapsed_s: Elapsed) -> None:
         """Begin with the first sample."""
-        self.elapsed_s, self.given = elapsed_s, 0
-        self.stopped.clear()
+        self.given = 0
+        super().start(elapsed_s)
 
     def zero_s(self, now_ns: NowNs) -> float:  # noqa: ARG002
         """Its clock is its own, and begins with its first sample."""
@@ -113,11 +118,6 @@ class Played:
     def pull(self, timeout_s: float) -> Batch:
         """What is due by now, 64 samples at most. Raises DeviceFault (`silent`) past the end."""
         return awaited(self._come, self.stopped, timeout_s, 0.002)
-
-    def stop(self) -> None:
-        """Give no more."""
-        self.elapsed_s = None
-        self.stopped.set()
 
     def close(self) -> None:
         """The same as stop; what was read is let go."""
@@ -167,3 +167,75 @@ def usual_hz(times_s: Sequence[float]) -> float:
     steps = [after - before for before, after in pairwise(times_s)]
     usual = [step for step in steps if step <= 1.5 * median(steps)]
     return len(usual) / sum(usual)
+
+
+@dataclass(frozen=True)
+class Export:
+    """One marker's samples, in `unit`."""
+
+    times_s: list[float]
+    rows: list[Row]
+    unit: str
+    facts: Mapping[str, str]
+
+
+def is_motive(opened: Table) -> bool:
+    """Whether the file begins as Motive's exports do."""
+    return opened.header[:1] == ["Format Version"]
+
+
+def read_motive(opened: Table, marker: str | None) -> Export:
+    """The track of the named marker, or of the only one. Raises DeviceError."""
+    path, table = opened.path, [opened.header, *opened.records()]
+    head = next((place for place, row in enumerate(table) if row[0] == "Frame"), None)
+    if head is None or len(table[head]) < 5:
+        raise DeviceError(f"{path}: no row that begins with Frame; export from Motive with header and markers.")
+    facts = dict(zip(table[0][::2], table[0][1::2], strict=False))
+    unit = UNITS.get(facts.get("Length Units", "").lower())
+    if unit is None:
+        raise DeviceError(f"{path}: Length Units is {facts.get('Length Units')!r}; expected one of {', '.join(UNITS)}.")
+    places = _chosen(path, _columns(table[1 : head + 1]), marker)
+    times_s, rows = _frames(path, table[head + 1 :], places)
+    return Export(times_s, rows, unit, _told(facts))
+
+
+def _columns(head: Sequence[Sequence[str]]) -> dict[tuple[str, str], list[int]]:
+    """Per kind and name the columns of X, Y and Z of its position."""
+    labelled = {label: row for row in head for label in row[:2] if label in {"Type", "Name"}}
+    kinds, names, what, axes = labelled.get("Type", []), labelled.get("Name", []), head[-2], head[-1]
+    found: dict[tuple[str, str], list[int]] = {}
+    for place in range(2, min(map(len, (kinds, names, what, axes)))):
+        if what[place] == "Position" and axes[place] in AXES:
+            found.setdefault((kinds[place], names[place]), []).append(place)
+    return {key: places for key, places in found.items() if len(places) == 3}
+
+
+def _chosen(path: Path, columns: Mapping[tuple[str, str], list[int]], marker: str | None) -> list[int]:
+    names = sorted({name for kind, name in columns if kind in KINDS})
+    wanted = marker if marker is not None else (names[0] if len(names) == 1 else None)
+    found = [columns[kind, wanted] for kind in KINDS if wanted is not None and (kind, wanted) in columns]
+    if not found:
+        asked = "several markers" if marker is None and names else f"no marker {marker!r}"
+        raise DeviceError(f"{path}: {asked}; name one as `marker`: {some(names) or 'there is none'}.")
+    return found[0]
+
+
+def _frames(path: Path, table: Sequence[Sequence[str]], places: Sequence[int]) -> tuple[list[float], list[Row]]:
+    times_s, rows = [], []
+    for frame in table:
+        try:
+            times_s.append(float(frame[1]))
+            x, y, z = (
+                float(frame[place]) if frame[place : place + 1] not in ([], [""]) else math.nan for place in places
+            )
+        except (ValueError, IndexError):
+            raise DeviceError(
+                f"{path}: frame {frame[0]}: numbers are expected, found {some(frame, 8, ',')!r}."
+            ) from None
+        rows.append((x, y, z, True))
+    return times_s, rows
+
+
+def _told(facts: Mapping[str, str]) -> dict[str, str]:
+    wanted = {"Take Name": "take", "Export Frame Rate": "exported at", "Length Units": "length units"}
+    return {name: facts[key] for key, name in wanted.items() if facts.get(key)}

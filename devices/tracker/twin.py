@@ -8,12 +8,12 @@ import random
 from collections.abc import Iterator
 from dataclasses import dataclass, field
 from itertools import chain
-from threading import Event
 from typing import TYPE_CHECKING
 
 from palpate.devices.noise import gaussians
 from palpate.devices.signals import DeviceFault, NowNs
-from palpate.devices.tracker.source import Batch, Elapsed, Opened, Row, awaited
+from palpate.devices.source import Elapsed, TimedSource
+from palpate.devices.tracker.samples import Batch, Opened, Row, awaited
 
 if TYPE_CHECKING:
     from palpate.devices.scene import Scene
@@ -28,7 +28,7 @@ SHORTEST_S = 1e-3
 
 
 @dataclass
-class Twin:
+class Twin(TimedSource):
     """A simulated tracker; what it gives is decided by the seed and by what it sees, so an act repeats exactly."""
 
     name: str
@@ -42,10 +42,8 @@ class Twin:
     silent_after_s: float | None
     clock: str = "tracker"
     scene: Scene | None = None
-    elapsed_s: Elapsed | None = None
     rows: Iterator[Row] = field(default_factory=lambda: iter(()))
     given: int = 0
-    stopped: Event = field(default_factory=Event)
 
     def open(self) -> Opened:
         """There is nothing to get hold of."""
@@ -57,9 +55,8 @@ class Twin:
 
     def start(self, elapsed_s: Elapsed) -> None:
         """Begin with the scene's first sample."""
-        self.elapsed_s, self.given = elapsed_s, 0
-        self.rows = self._rows()
-        self.stopped.clear()
+        self.given, self.rows = 0, self._rows()
+        super().start(elapsed_s)
 
     def zero_s(self, now_ns: NowNs) -> float:  # noqa: ARG002
         """Its clock is its own, and begins with its first sample."""
@@ -80,15 +77,6 @@ class Twin:
         rows = [next(self.rows) for _ in range(min(due, MOST))]
         self.given += len(rows)
         return Batch([number / self.rate_hz for number in range(first, self.given)], rows)
-
-    def stop(self) -> None:
-        """Give no more."""
-        self.elapsed_s = None
-        self.stopped.set()
-
-    def close(self) -> None:
-        """The same as stop."""
-        self.stop()
 
     def _due(self, elapsed_s: float) -> int:
         silent = self.silent_after_s

@@ -14,7 +14,7 @@ from typing import Literal
 from palpate.devices.door.firmware.limits import Limits
 from palpate.devices.door.firmware.memory import Memory
 from palpate.devices.door.firmware.plant import Plant
-from palpate.devices.door.firmware.watch import Found, Watch
+from palpate.devices.door.firmware.sensor_check import Found, SensorCheck
 from palpate.devices.door.link import messages as says
 from palpate.devices.door.link.codes import FOLLOWS_FROM, HEARTBEAT_MS, MAGIC, RATES_HZ, VERSION, Fault, Reason, State
 from palpate.devices.door.link.frames import Frame, Parser
@@ -66,7 +66,7 @@ class Firmware:
         self.reading: Tick | None = None
         self.memory = Memory(self.limits)
         self.parser = Parser()
-        self._watch = Watch(self.limits)
+        self._watch = SensorCheck(self.limits)
         self._wrong: Found | None = None
         self._answers: OrderedDict[Frame, bytes] = OrderedDict()
         self._out = bytearray()
@@ -220,7 +220,7 @@ class Firmware:
             return Reason.bad_value
         if self.pressed or self._wrong is not None:
             return Reason.cause_remains
-        self.fault, self._watch = Fault.none, Watch(self.limits)
+        self.fault, self._watch = Fault.none, SensorCheck(self.limits)
         return None
 
     def _arm(self, crc: int) -> Reason | None:

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from typing import TYPE_CHECKING, Protocol
 
+from palpate.devices.serial_port import open_serial
 from palpate.devices.signals import DeviceError
 from palpate.protocols.extras import missing_sentence
 
@@ -51,11 +52,9 @@ class SerialPort:
 
 def _opened(name: str, path: str, baud: int) -> Serial:
     try:
-        from serial import Serial
+        return open_serial(path, baud, WAIT_S, WRITE_S)
     except ModuleNotFoundError:
         raise DeviceError(f"{name}: {missing_sentence('a serial port', ['serial'])}") from None
-    try:
-        return Serial(path, baud, timeout=WAIT_S, write_timeout=WRITE_S, exclusive=True)
     except (OSError, ValueError) as error:
         raise DeviceError(
             f"{name}: the port {path} at {baud} baud cannot be opened ({error}). Is the door simulator plugged in and "

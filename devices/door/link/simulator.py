@@ -15,7 +15,7 @@ from palpate.devices.door.link.limits import Limits, ProfileRefused, change_for_
 from palpate.devices.door.link.link import Link
 from palpate.devices.door.link.messages import Identity, Profile, SetRate
 from palpate.devices.door.link.showing import Changes, Recorded, Showing
-from palpate.devices.door.link.telemetry import CHANNELS, UNITS, Numbering, trouble
+from palpate.devices.door.link.telemetry import CHANNELS, UNITS, TelemetryBlocks, trouble
 from palpate.devices.mending import Mending
 from palpate.devices.signals import Block, DeviceError, DeviceFault, Health, NowNs, Signal
 from palpate.protocols.requests import Came, Fault, Present, Reply
@@ -79,7 +79,7 @@ class DoorSimulator:
     """Where the profile changes from while it is felt; None where it does not."""
     _connection: Connection | None = None
     _showing: tuple[Present, Generator[Came, None, None]] | None = None
-    _numbering: Numbering | None = None
+    _numbering: TelemetryBlocks | None = None
 
     @property
     def by(self) -> str:
@@ -170,7 +170,7 @@ class DoorSimulator:
         link.stamp_ns = now_ns
         link.from_now()
         link.samples.clear()
-        self._numbering = Numbering()
+        self._numbering = TelemetryBlocks()
 
     def read(self, timeout_s: float) -> Mapping[str, Sequence[Block]]:
         """The telemetry that has come. Raises DeviceFault where the link is lost or falls silent."""

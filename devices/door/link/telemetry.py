@@ -40,7 +40,7 @@ def untrue(name: str, sample: Telemetry) -> DeviceFault | None:
 
 
 @dataclass
-class Numbering:
+class TelemetryBlocks:
     """Makes blocks of what arrived; the first sample after the start is number 0."""
 
     start: int | None = None

@@ -6,7 +6,7 @@ from hypothesis import given
 from hypothesis import strategies as st
 
 from palpate.devices.door.link.messages import Telemetry
-from palpate.devices.door.link.telemetry import LOST, Numbering, Opening, untrue
+from palpate.devices.door.link.telemetry import LOST, Opening, TelemetryBlocks, untrue
 
 
 def sample(number, angle=0.0, **more):
@@ -15,7 +15,7 @@ def sample(number, angle=0.0, **more):
 
 
 def test_lost_samples_are_numbered_and_said():
-    blocks = Numbering().blocks([(n, sample(n)) for n in (7, 8, 9, 13, 14)])
+    blocks = TelemetryBlocks().blocks([(n, sample(n)) for n in (7, 8, 9, 13, 14)])
     assert [(block.first, len(block.data) // 20, block.lost, block.why) for block in blocks] == [
         (0, 3, 0, ""),
         (6, 2, 3, LOST),
@@ -26,7 +26,7 @@ def test_lost_samples_are_numbered_and_said():
 @given(st.lists(st.integers(0, 200), max_size=60, unique=True), st.integers(0, 2**32 - 1), st.integers(1, 9))
 def test_numbers_rise_and_everything_is_given_or_lost_across_calls_and_over_the_counters_end(some, start, size):
     numbers = sorted({0, *some})
-    numbering, next_, kept = Numbering(), 0, 0
+    numbering, next_, kept = TelemetryBlocks(), 0, 0
     for at in range(0, len(numbers), size):
         for block in numbering.blocks([(0, sample(start + n)) for n in numbers[at : at + size]]):
             assert block.first == next_ + block.lost
@@ -35,12 +35,12 @@ def test_numbers_rise_and_everything_is_given_or_lost_across_calls_and_over_the_
 
 
 def test_a_sample_that_comes_twice_counts_once():
-    blocks = Numbering().blocks([(0, sample(n)) for n in (0, 1, 1, 0, 2)])
+    blocks = TelemetryBlocks().blocks([(0, sample(n)) for n in (0, 1, 1, 0, 2)])
     assert [(block.first, len(block.data) // 20) for block in blocks] == [(0, 3)]
 
 
 def test_a_row_holds_the_channels_in_their_order():
-    (block,) = Numbering().blocks([(0, sample(0, 12.5, velocity_deg_s=3.0, torque_Nm=7.25, brake_A=0.5))])
+    (block,) = TelemetryBlocks().blocks([(0, sample(0, 12.5, velocity_deg_s=3.0, torque_Nm=7.25, brake_A=0.5))])
     assert struct.unpack("<5f", block.data) == (12.5, 3.0, 7.25, 0.5, 3.0)
 
 

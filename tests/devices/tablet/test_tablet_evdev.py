@@ -12,9 +12,18 @@ from pathlib import Path
 import pytest
 
 from palpate.devices.signals import DeviceError, DeviceFault
-from palpate.devices.tablet.evdev import Assembler, Raw, State
-from palpate.devices.tablet.evdev_file import EventFile
-from palpate.devices.tablet.evdev_kernel import Axis, asks, axis_of, input_devices, sets, state_of
+from palpate.devices.tablet.evdev import (
+    Assembler,
+    Axis,
+    EventFile,
+    Raw,
+    State,
+    asks,
+    axis_of,
+    input_devices,
+    sets,
+    state_of,
+)
 
 SYN, KEY, ABS = 0, 1, 3
 X, Y, PRESSURE, PEN, TOUCH = 0, 1, 0x18, 0x140, 0x14A

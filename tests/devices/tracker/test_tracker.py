@@ -17,9 +17,8 @@ from pydantic import ValidationError
 from palpate.devices.health import samples
 from palpate.devices.signals import DeviceError, DeviceFault
 from palpate.devices.tracker.device import Settings, make
-from palpate.devices.tracker.numbering import Numbering
 from palpate.devices.tracker.recorded import read_track
-from palpate.devices.tracker.watch import Watch
+from palpate.devices.tracker.samples import Numbering, OcclusionDetector
 
 MOTIVE = """Format Version,1.23,Take Name,Door,Capture Frame Rate,120.000000,Export Frame Rate,120.000000,\
 Rotation Type,Quaternion,Length Units,Meters,Coordinate Space,Global
@@ -92,8 +91,8 @@ def test_samples_that_were_stamped_late_together_are_not_taken_for_lost():
 
 def test_a_rounded_recording_may_repeat_itself():
     rows = [(1.0, 2.0, 3.0, True)] * 3
-    assert [Watch().see(row)[3] for row in rows[:1]] == [1]
-    strict, lenient = Watch(), Watch(repeats=True)
+    assert [OcclusionDetector().see(row)[3] for row in rows[:1]] == [1]
+    strict, lenient = OcclusionDetector(), OcclusionDetector(repeats=True)
     assert [strict.see(row)[3] for row in rows] == [1, 0, 0]
     assert [lenient.see(row)[3] for row in rows] == [1, 1, 1]
 

@@ -16,7 +16,7 @@ EDGE = 0.005
 
 
 @dataclass
-class Watch:
+class VoltageCheck:
     """Sees every block of volts in their order. `stuck_s` without a change is a fault: noise alone moves the last bit.
 
     `low_V` and `high_V` are the ends that the sensor's output or the card's range sets.

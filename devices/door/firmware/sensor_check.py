@@ -26,7 +26,7 @@ Found = tuple[Fault, float]
 
 
 @dataclass
-class Watch:
+class SensorCheck:
     """Looks at one reading a millisecond."""
 
     limits: Limits

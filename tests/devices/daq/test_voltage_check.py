@@ -7,13 +7,13 @@ import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
-from palpate.devices.daq.watch import Watch
+from palpate.devices.daq.voltage_check import VoltageCheck
 from palpate.devices.signals import DeviceFault
 from tests.examples import examples
 
 
 def watch(stuck_s=0.1):
-    made = Watch("it", ("a", "b"), 0.0, 10.0, 1000.0, stuck_s)
+    made = VoltageCheck("it", ("a", "b"), 0.0, 10.0, 1000.0, stuck_s)
     made.begin()
     return made
 

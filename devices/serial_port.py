@@ -1,0 +1,21 @@
+"""A serial port of the operating system, opened through pyserial."""
+
+from __future__ import annotations
+
+from typing import TYPE_CHECKING
+
+if TYPE_CHECKING:
+    from serial import Serial
+
+
+def open_serial(path: str, baud: int, timeout_s: float, write_timeout_s: float | None = None) -> Serial:
+    """Open the port for this process alone.
+
+    Raises:
+        ModuleNotFoundError: pyserial is not installed.
+        OSError: there is no such port, or it is in use.
+        ValueError: the port cannot have these settings.
+    """
+    from serial import Serial
+
+    return Serial(path, baud, timeout=timeout_s, write_timeout=write_timeout_s, exclusive=True)

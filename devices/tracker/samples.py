@@ -1,0 +1,185 @@
+"""What a tracker's source gives, and what is made of it.
+
+Samples get numbers, so that missing ones are counted; those of a hidden marker become NaN; counts tell of its health.
+"""
+
+from __future__ import annotations
+
+import math
+import time
+from collections import Counter
+from collections.abc import Callable, Mapping, Sequence
+from dataclasses import dataclass, field
+from itertools import accumulate
+from threading import Event
+from typing import ClassVar, Protocol
+
+from palpate.devices.signals import NowNs
+from palpate.devices.source import Source
+
+Row = tuple[float, float, float, bool]
+"""Where the marker is said to be in mm, and whether the tracker itself says that it saw it."""
+NAN = math.nan
+HIDDEN = {
+    "not_seen": "the tracker says that it does not see it",
+    "not_a_number": "positions that are no numbers",
+    "zeros": "all zeros, which Motive sends for a marker it lost",
+    "frozen": "the position before, repeated to the last bit",
+}
+"""How a hidden marker shows, and what that is in words."""
+PULL, DRIFT = 0.1, 0.003
+"""How much of a sample's deviation from its expected time moves the expectation, and how much of it the period: one
+sample's jitter counts for a tenth of what it is, and a rate that is a little off is followed without falling behind."""
+FARTHEST = 0.03
+"""How far the period may be from the nominal one, relatively; a rate that is farther off shows as missing samples."""
+TOGETHER = 8
+"""Samples that are judged together; few enough that a rate 2 % off is not taken for loss among them."""
+
+
+@dataclass(frozen=True)
+class Batch:
+    """Samples as they came in, with the times that they were taken at in seconds of the source's clock.
+
+    `reset` says that this clock was set anew since the batch before; `away` is then how many samples are missing.
+    """
+
+    times_s: Sequence[float] = ()
+    rows: Sequence[Row] = ()
+    reset: bool = False
+    away: int = 0
+
+
+@dataclass(frozen=True)
+class Opened:
+    """What opening a source found out: the rate that it declares (0: none) and facts to show."""
+
+    declared_hz: float = 0.0
+    facts: Mapping[str, str] = field(default_factory=dict)
+
+
+class TrackerSource(Source[Opened, Batch], Protocol):
+    """A source of rows, with times of its own clock."""
+
+    clock: str
+
+    def zero_s(self, now_ns: NowNs) -> float:
+        """Where the source's clock stood when now_ns's was at 0; 0 for a clock that is not this computer's."""
+
+
+def awaited(found: Callable[[], Batch], stopped: Event, timeout_s: float, step_s: float) -> Batch:
+    """The first batch that holds something, looked for every `step_s`; an empty one after the timeout, or stopped."""
+    end_s = time.monotonic() + timeout_s
+    while not (batch := found()).rows:
+        left_s = end_s - time.monotonic()
+        if left_s <= 0 or stopped.wait(min(left_s, step_s)):
+            break
+    return batch
+
+
+@dataclass
+class OcclusionDetector:
+    """Takes samples one by one and turns those of a hidden marker into NaN; counts why.
+
+    A measured position is never equal to the one before in all three axes: noise far above the last bit stands
+    against it. Where positions were rounded (a recording with few digits), `repeats` lets equal ones pass.
+    """
+
+    repeats: bool = False
+    counts: Counter[str] = field(default_factory=Counter)
+    before: tuple[float, float, float] | None = None
+
+    def see(self, row: Row) -> tuple[float, float, float, float]:
+        """x, y, z in mm and 1, or NaN three times and 0."""
+        why = self._hidden(row)
+        self.before = row[:3]
+        self.counts[why or "seen"] += 1
+        return (NAN, NAN, NAN, 0.0) if why else (*row[:3], 1.0)
+
+    def _hidden(self, row: Row) -> str | None:
+        place = row[:3]
+        if not row[3]:
+            return "not_seen"
+        if not all(map(math.isfinite, place)):
+            return "not_a_number"
+        if not any(place):
+            return "zeros"
+        return "frozen" if place == self.before and not self.repeats else None
+
+
+@dataclass
+class Numbering:
+    """Numbers for samples that are taken `rate_hz` times a second; they always rise.
+
+    A sample is as late as its time stamp is against the expected one, in periods, rounded: so many are missing before
+    it. Where a later sample that came with it is less late, it was only stamped late, and nothing is missing.
+    """
+
+    rate_hz: float
+    next: int = 0
+    expected_s: float = math.nan
+    slower: float = 0.0
+
+    def number(self, times_s: Sequence[float]) -> list[int]:
+        """The numbers of samples that came together, in that order."""
+        parts = (times_s[first : first + TOGETHER] for first in range(0, len(times_s), TOGETHER))
+        return [number for part in parts for number in self._few(part)]
+
+    def anew(self, away: int) -> None:
+        """The clock was set anew and so many samples are missing; the next time stamp is taken as it is."""
+        self.next += away
+        self.expected_s = math.nan
+
+    def _few(self, times_s: Sequence[float]) -> list[int]:
+        if math.isnan(self.expected_s):
+            self.expected_s = times_s[0]
+        period_s = (1 + self.slower) / self.rate_hz
+        late = [(t_s - self.expected_s) / period_s - place for place, t_s in enumerate(times_s)]
+        least = list(accumulate(reversed(late), min))[::-1]
+        missing = list(accumulate((max(0, round(each)) for each in least), max))
+        numbers = [self.next + place + lost for place, lost in enumerate(missing)]
+        off = sum(max(-1.0, min(1.0, each - lost)) for each, lost in zip(late, missing, strict=True))
+        self.expected_s += (len(times_s) + missing[-1] + PULL * off) * period_s
+        self.slower = max(-FARTHEST, min(FARTHEST, self.slower + DRIFT * off))
+        self.next = numbers[-1] + 1
+        return numbers
+
+
+@dataclass
+class Tally:
+    """Counts of samples; the rate is that of samples that came, by their own time stamps."""
+
+    TOLERANCE: ClassVar[float] = 0.02
+    came: int = 0
+    seen: int = 0
+    lost: int = 0
+    spans: int = 0
+    spanned_s: float = 0.0
+    last_s: float = math.nan
+
+    def add(self, came: int, seen: int, lost: int) -> None:
+        """Samples that came, those of them that were seen, and those that are missing."""
+        self.came, self.seen, self.lost = self.came + came, self.seen + seen, self.lost + lost
+
+    def took(self, batch: Batch) -> None:
+        """The batch's times; across a clock that was set anew nothing can be measured."""
+        if not batch.times_s:
+            return
+        before = batch.times_s[0] if batch.reset or math.isnan(self.last_s) else self.last_s
+        self.spans += len(batch.times_s) - (before == batch.times_s[0])
+        self.spanned_s += batch.times_s[-1] - before
+        self.last_s = batch.times_s[-1]
+
+    @property
+    def rate_hz(self) -> float:
+        """Samples that came per second of their own clock; 0 for fewer than two."""
+        return self.spans / self.spanned_s if self.spanned_s > 0 else 0.0
+
+    def told(self, wanted_hz: float, noise_mm: Sequence[float], counts: Mapping[str, int]) -> tuple[bool, str]:
+        """Whether all is well, and one line."""
+        right = abs(self.rate_hz / wanted_hz - 1) <= self.TOLERANCE
+        rate = f"{self.rate_hz:.2f} Hz" + ("" if right else f", not the {wanted_hz:g} Hz of the rig file")
+        hidden = ", ".join(f"{counts[why]} x {told}" for why, told in HIDDEN.items() if counts.get(why))
+        share = f"seen {100 * self.seen / max(1, self.came):.1f} % of {self.came} samples"
+        noise = f"noise {max(noise_mm):.3f} mm" if self.seen > 1 else "no marker is seen: put it in view"
+        missing = f"{self.lost} missing" if self.lost else ""
+        return right and self.seen > 1, "; ".join(filter(None, (rate, share, hidden, missing, noise)))
