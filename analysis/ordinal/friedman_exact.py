@@ -23,11 +23,11 @@ def exact_tail(ranks: Ints) -> float:
     interchangeable, so sets of column sums are kept sorted. Probabilities only ever add, so none loses digits.
     """
     n, k = ranks.shape
-    rows = np.sort(ranks, axis=1) - (k + 1)
-    rows = rows[np.lexsort(rows.T)]
+    centred = ranks - (k + 1)
+    rows = min(_in_order(centred), _in_order(-centred), key=lambda each: each.tolist())  # a turned scale costs as much
     if not _affordable(rows, n, k):
         return math.nan
-    found = int(((ranks - (k + 1)).sum(axis=0) ** 2).sum())
+    found = int((centred.sum(axis=0) ** 2).sum())
     sums, weights, done = rows[:1], np.ones(1), 0
     for row in rows[1:]:
         orders = _orders(row)
@@ -37,6 +37,13 @@ def exact_tail(ranks: Ints) -> float:
         sums, weights = _step(sums, weights, orders)
     reached = (sums * sums).sum(axis=1) >= found
     return min(1.0, max(float(weights[reached].sum()), SMALLEST))
+
+
+def _in_order(rows: Ints) -> Ints:
+    """Each row's ranks rising, and the rows in order: what the distribution rests on."""
+    rising = np.sort(rows, axis=1)
+    ordered: Ints = rising[np.lexsort(rising.T)]
+    return ordered
 
 
 def _affordable(rows: Ints, n: int, k: int) -> bool:
