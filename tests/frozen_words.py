@@ -354,6 +354,7 @@ test bradley_terry: confidence correction count first loser participant referenc
 test bradley_terry.correction =: bonferroni holm none
 test categories: by confidence correction over reversed
 test categories.correction =: bonferroni holm none
+test cochran: exact factor yes
 test cronbach_alpha: cases confidence items reverse value
 test equivalence: bounds bounds_dz factor
 test friedman: confidence exact factor

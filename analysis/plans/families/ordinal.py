@@ -1,4 +1,4 @@
-"""Ranks and ordered answers: Friedman, Nemenyi, Wilcoxon, aligned ranks, ordinal models, Likert summaries."""
+"""Ranks and ordered answers: Friedman, Cochran, Nemenyi, Wilcoxon, aligned ranks, ordinal models, Likert summaries."""
 
 from __future__ import annotations
 
@@ -7,7 +7,7 @@ from typing import Annotated, Literal, Self
 
 from pydantic import Field, model_validator
 
-from palpate.analysis.plans.answers import Asked, Kind, missing_without_effect
+from palpate.analysis.plans.answers import Answer, Asked, Kind, Selected, missing_without_effect
 from palpate.analysis.plans.idle import ON_RANKS, Idle
 from palpate.protocols.registry import lazy_function
 from palpate.protocols.study import Level, Number, Text, Whole
@@ -30,6 +30,54 @@ class Friedman(Asked):
         """Yield the settings that change nothing beside the others."""
         yield from super().idle()
         yield Idle("normalise", ON_RANKS)
+
+
+class Cochran(Asked):
+    """`factor`: a column within participants. Values are 0 or 1, or `yes` is the least mean that counts as 1."""
+
+    test: Literal["cochran"]
+    factor: Text
+    yes: Number | None = None
+    exact: bool = True
+
+    def idle(self) -> Iterator[Idle]:
+        """Yield the settings that change nothing beside the others."""
+        yield from super().idle()
+        if self.yes is None:
+            yield Idle("normalise", "without `yes`, where values are 0 or 1")
+
+
+def cochran_answer(selected: Selected, asked: Cochran) -> Answer:
+    """One row: Cochran's Q; beside it how often each level was answered with yes."""
+    from palpate.analysis.ordinal.cochran import cochran_q
+    from palpate.analysis.plans.families.rows import answer_of, left_out, plain_rows, require_columns, told
+    from palpate.analysis.statistics.apa import apa_p, number
+
+    require_columns(selected.table, ("participant", asked.factor, "value"))
+    table = cochran_q(
+        selected.table, "value", asked.factor, "participant",
+        yes=asked.yes, exact=asked.exact, missing=left_out(asked), aggregate=None if asked.yes is None else "mean",
+    )  # fmt: skip
+    (row,) = plain_rows(table)
+    kinds = {
+        **{"n": "participants", "k": "conditions", "decides": "participants whose answers differ"},
+        **{"Q": "Cochran's Q", "ddof1": "degrees of freedom", "p_unc": "p, chi-squared approximation"},
+        "p_exact": "exact p over all orders of each participant's answers",
+    }
+    method = "Cochran's Q of answers of yes or no within participants (Cochran 1950)"
+    if asked.yes is not None:
+        method += f"; means of at least {asked.yes:g} are yes"
+    counts = table.attrs["yes"].items()
+    shares = tuple(
+        {"level": str(level), "yes": yes, "n": row["n"], "share": yes / table["n"][0]} for level, yes in counts
+    )
+    q, p = row["Q"], row["p_unc"]
+    headline = (
+        f"{asked.factor}: Q({row['ddof1']}) = {number(q)}, {apa_p(p)}"
+        if isinstance(q, float) and isinstance(p, float) else
+        f"Cochran's Q of {asked.factor} is undefined: {row['note']}"
+    )  # fmt: skip
+    return answer_of(selected, [row], method, kinds, headline=headline, notes=told(table), more={"shares": shares})
 
 
 class Nemenyi(Asked):
@@ -135,7 +183,7 @@ class Likert(Asked):
 _ordinal_model = lazy_function(f"{_ANSWERS}:model_answer")
 
 
-def _factor(asked: Friedman | Nemenyi | Wilcoxon) -> tuple[str, ...]:
+def _factor(asked: Friedman | Cochran | Nemenyi | Wilcoxon) -> tuple[str, ...]:
     return (asked.factor,)
 
 
@@ -149,6 +197,7 @@ def _predictors(asked: Ordinal) -> tuple[str, ...]:
 
 KINDS: Mapping[str, Kind] = {
     "friedman": Kind("Friedman's test", Friedman, lazy_function(f"{_ANSWERS}:friedman_answer"), complete=_factor),
+    "cochran": Kind("Cochran's Q", Cochran, cochran_answer, complete=_factor),
     "nemenyi": Kind("Nemenyi's test", Nemenyi, lazy_function(f"{_ANSWERS}:nemenyi_answer"), complete=_factor),
     "wilcoxon": Kind(
         "Wilcoxon's signed ranks", Wilcoxon, lazy_function(f"{_ANSWERS}:wilcoxon_answer"), complete=_factor

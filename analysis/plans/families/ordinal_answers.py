@@ -14,11 +14,12 @@ from palpate.analysis.ordinal.ordinal_model import OrdinalModel, ordinal_model
 from palpate.analysis.ordinal.rank_tests import wilcoxon_tests
 from palpate.analysis.plans.families.rows import (
     answer_of,
-    averaged_note,
+    left_out,
     plain_row,
     plain_rows,
     require_columns,
     share,
+    told,
     with_numbers,
 )
 from palpate.analysis.plans.idle import idle_note
@@ -29,13 +30,19 @@ from palpate.protocols.did_you_mean import nearest
 from palpate.protocols.wording import count
 
 if TYPE_CHECKING:
-    from collections.abc import Hashable, Mapping, Sequence
+    from collections.abc import Hashable, Sequence
 
     import pandas as pd
 
-    from palpate.analysis.plans.answers import Answer, Asked, Row, Selected
-    from palpate.analysis.plans.families.ordinal import AlignedRanks, Friedman, Likert, Nemenyi, Ordinal, Wilcoxon
-    from palpate.analysis.statistics.cells import Missing
+    from palpate.analysis.plans.answers import Answer, Row, Selected
+    from palpate.analysis.plans.families.ordinal import (
+        AlignedRanks,
+        Friedman,
+        Likert,
+        Nemenyi,
+        Ordinal,
+        Wilcoxon,
+    )
 
 
 LINK_NAMES = {"logit": "proportional odds (logit)", "probit": "probit"}
@@ -331,24 +338,6 @@ def _constant(table: pd.DataFrame, factor: str) -> bool:
     """Whether no participant has two levels of the factor."""
     levels = table.groupby("participant", observed=True)[factor].nunique()
     return bool((levels <= 1).all())
-
-
-def left_out(asked: Asked) -> Missing:
-    """How the statistics treat a missing value under what the test declares."""
-    return "listwise" if asked.missing == "listwise" else "raise"
-
-
-def told(table: pd.DataFrame) -> list[str]:
-    """What the result says of how its table was made: averages and who was left out."""
-    attrs: Mapping[Hashable, object] = table.attrs
-    notes = []
-    ratings = attrs.get("ratings_per_cell")
-    if isinstance(ratings, tuple):
-        notes.append(averaged_note(*ratings))
-    dropped = attrs.get("dropped")
-    if isinstance(dropped, list) and dropped:
-        notes.append(f"Left out listwise: {', '.join(map(str, dropped))}.")
-    return notes
 
 
 def _count_words(factor: str, p: Iterable[float], alpha: float, family: str) -> str:

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Iterable, Mapping, Sequence
+from collections.abc import Hashable, Iterable, Mapping, Sequence
 from typing import TYPE_CHECKING, Any
 
 from palpate.analysis.plans.answers import Answer, Row, Selected, Value
@@ -16,6 +16,7 @@ if TYPE_CHECKING:
     import pandas as pd
 
     from palpate.analysis.plans.answers import Asked
+    from palpate.analysis.statistics.cells import Missing
 
 CORRECTED = {"holm": "Holm", "bonferroni": "Bonferroni", "none": "not adjusted"}
 
@@ -142,3 +143,21 @@ def refuse_averaging(selected: Selected, factors: Sequence[str]) -> None:
             " missing: means of different stimuli would be compared; name the other factors, too, choose"
             " `missing: listwise`, or ask a test of kind mixed_model with stimulus among its random effects"
         )
+
+
+def left_out(asked: Asked) -> Missing:
+    """How the statistics treat a missing value under what the test declares."""
+    return "listwise" if asked.missing == "listwise" else "raise"
+
+
+def told(table: pd.DataFrame) -> list[str]:
+    """What the result says of how its table was made: averages and who was left out."""
+    attrs: Mapping[Hashable, object] = table.attrs
+    notes = []
+    ratings = attrs.get("ratings_per_cell")
+    if isinstance(ratings, tuple):
+        notes.append(averaged_note(*ratings))
+    dropped = attrs.get("dropped")
+    if isinstance(dropped, list) and dropped:
+        notes.append(f"Left out listwise: {', '.join(map(str, dropped))}.")
+    return notes

@@ -181,6 +181,7 @@ ASKED: Mapping[str, list[Settings]] = {
         {**FIRST, "random": {"participant": [], "stimulus": []}},
     ],
     "friedman": [{**FIRST, "factor": "dose"}],
+    "cochran": [{"outcomes": ["Dear"], "factor": "stimulus", "yes": 40}],
     "nemenyi": [{"outcomes": ["Dear"], "factor": "stimulus"}],
     "wilcoxon": [
         {"outcomes": ["Dear"], "factor": "stimulus"}, {**FIRST, "factor": "group"},
@@ -318,7 +319,7 @@ OTHER: Settings = {
     "task": "symmetric", "tests": ["cloths"], "threshold": 0.4, "tie": "tied", "ties": "secondary", "title": "Another",
     "top": 70, "uncorrelated": ["participant"], "unit": "N", "units": ["cloth"], "value": "response_time_s",
     "vectors": False, "where": {"side": "l"}, "whiskers": "between", "width_in": 8.0, "winner": "better",
-    "within": ["wish"], "words": "kept", "x": "Calm", "y": "Calm", "zeros": "pratt",
+    "within": ["wish"], "yes": 55, "words": "kept", "x": "Calm", "y": "Calm", "zeros": "pratt",
 }  # fmt: skip
 """Another value of each setting, by its name."""
 OWN: Mapping[tuple[str, str], Any] = {
