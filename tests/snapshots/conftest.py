@@ -1,4 +1,4 @@
-"""What a terminal is to all snapshots: 100 characters wide, without colours."""
+"""What a terminal is to all snapshots: 100 characters wide, without colours, on no display."""
 
 import pytest
 
@@ -9,3 +9,4 @@ from tests.snapshots.texts import WIDTH
 def plain_terminal(monkeypatch):
     for name, value in {"COLUMNS": str(WIDTH), "NO_COLOR": "1", "TERM": "dumb", "LINES": "50"}.items():
         monkeypatch.setenv(name, value)
+    monkeypatch.delenv("DISPLAY", raising=False)

@@ -1,6 +1,6 @@
 """No text is kept that no test compares."""
 
-from tests.snapshots.test_commands import RUNS
+from tests.snapshots.test_commands import LONG_RUNS, RUNS
 from tests.snapshots.test_reports import LONG_SCENES, SCENES
 from tests.snapshots.texts import EXPECTED, command_line
 
@@ -8,7 +8,8 @@ from tests.snapshots.texts import EXPECTED, command_line
 def test_every_kept_text_is_compared_with_something():
     compared = {
         *(f"help/{name}" for name in ("palpate", *command_line.VERBS)),
-        *(f"commands/{name}" for name in RUNS),
+        *(f"commands/{name}" for name in (*RUNS, *LONG_RUNS, "monitor")),
+        *(f"evaluations/{name}" for name in ("doors", "textures", "attributes")),
         *(f"reports/{name}" for name in (*SCENES, *LONG_SCENES)),
     }
     kept = {path.relative_to(EXPECTED).with_suffix("").as_posix() for path in EXPECTED.rglob("*.*")}

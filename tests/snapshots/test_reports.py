@@ -12,9 +12,8 @@ from pathlib import Path
 import pytest
 
 from tests.recorded.make_many import MANY, PEOPLE
-from tests.snapshots.texts import HERE, call, compare, make_lab, read_page, run, without_what_varies
+from tests.snapshots.texts import PLANS, call, compare, make_lab, read_page, run, without_what_varies
 
-PLANS = HERE / "plans"
 SCENES = {
     "foreign": [
         "import PLANS/towels.yaml --lab LAB",

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import difflib
+import math
 import os
 import re
 import shlex
@@ -15,22 +16,31 @@ from palpate import command_line
 
 HERE = Path(__file__).parent
 EXPECTED = HERE / "expected"
+PLANS = HERE / "plans"
 ROOT = HERE.parents[1]
 RECORDED = ROOT / "tests" / "recorded"
 FROZEN = RECORDED / "frozen"
 RENEW = bool(os.environ.get("RENEW_SNAPSHOTS"))
 WIDTH = 100
+NUMBER = re.compile(
+    r"(?<![\w.])[-−]?(?:\d{1,3}(?:,\d{3})+|\d+)(?:\.\d+)?(?:e[-+]?\d+)?(?!\w|\.\d)|(?<![\w.])[-−]?\.\d+"
+)
 LEFT_OUT = {
     "a file that Palpate brings, wherever it lies": (
         r"CHECKOUT/(?:[\w-]+/)*?([\w-]+/study\.yaml|[\w-]+\.\w+)",
         r"SHIPPED/\1",
     ),
     "the digest of a ledger, which names the packages' versions": (r"\bdigest [0-9a-f]{16}\b", "digest DIGEST"),
-    "the same as JSON": (r'"(head|head_hash|last_hash|ledger_sha256)":\s?"[0-9a-f]{64}"', r'"\1":"DIGEST"'),
+    "the digests in JSON": (r'"(head|head_hash|last_hash|ledger_sha256)":\s?"[0-9a-f]{64}"', r'"\1":"DIGEST"'),
     "how long something took": (r"\b(in|took|takes|after) [\d.,]+ (s|ms|min)\b(?! of)", r"\1 TIME"),
     "the same in words": (r"The answers took [^.]*?(\d\.\d)?[^.]*? when", "The answers took TIME when"),
+    "how long ago a file was changed": (r"\b\d[\w ]*? ago\b", "WHILE ago"),
+    "a day and an hour by this computer's clock": (r"\b\d{1,2} [A-Z][a-z]{2}, \d\d:\d\d\b", "WHEN"),
+    "the same where a page ends": (r"\bAs of \d\d:\d\d:\d\d\b", "As of WHEN"),
+    "a model's time to answer here": (r"(one answer here, ms) .*", r"\1 TIME"),
+    "both as JSON": (r'"(at|last_event_age_s)":\s?[\d.e+]+', r'"\1":TIME'),
     "how much faster than life": (r"\([\d,]+ times as fast\)", "(N times as fast)"),
-    "the same in numbers": (r'"(seconds|rate|took_s|times_as_fast|train_s)":\s?[\d.e+-]+', r'"\1":TIME'),
+    "the same in numbers": (r'"(seconds|rate|took_s|times_as_fast|train_s|ms)":\s?[\d.e+-]+', r'"\1":TIME'),
     "the computer's name": (r"stations/[\w.-]+/", "stations/HOST/"),
     "versions of packages": (
         r"\b((?i:pingouin|statsmodels|SciPy|NumPy|pandas|Python|torch|matplotlib|SQLAlchemy)) \d+\.\d[\w.+]*",
@@ -44,12 +54,16 @@ LEFT_OUT = {
     "a table of versions": (r"(?m)^([\w.-]+ \| )\d+\.\d+[\w.+]*$", r"\1VERSION"),
 }
 """What differs between two runs or machines: the reason, the pattern, and what stands in its place."""
+RECORDED_AT = 1_795_600_000
 RECORDED_DAYS = (date(2026, 11, 20), date(2026, 11, 28))
 """When the recorded sessions and the frozen lab were made: such a day may be that of this run, or look like it."""
 
 
-def compare(name: str, text: str) -> None:
-    """Compare a text with expected/NAME.txt, or keep it there. Raises AssertionError with the lines that differ."""
+def compare(name: str, text: str, tolerance: float = 0) -> None:
+    """Compare a text with expected/NAME.txt, or keep it there. Raises AssertionError with the lines that differ.
+
+    With a tolerance, numbers that differ by this share of the larger one or less are taken as equal.
+    """
     file = EXPECTED / f"{name}.txt"
     if RENEW:
         file.parent.mkdir(parents=True, exist_ok=True)
@@ -57,15 +71,35 @@ def compare(name: str, text: str) -> None:
     if not file.is_file():
         raise AssertionError(f"no snapshot {name}: RENEW_SNAPSHOTS=1")
     kept = file.read_text(encoding="utf-8")
+    if tolerance:
+        text = with_near_numbers(text, kept, tolerance)
     if text != kept:
         lines = difflib.unified_diff(kept.splitlines(), text.splitlines(), f"kept {name}", "now", lineterm="", n=1)
         raise AssertionError("\n" + "\n".join(line.rstrip() for line in lines))
+
+
+def with_near_numbers(text: str, kept: str, tolerance: float) -> str:
+    """Return the text with the kept number in place of each that is near it, in lines with equal words."""
+    number = re.compile(r"((?<![\w.])-?\d+(?:\.\d+)?(?:e[-+]?\d+)?(?!\w))")
+
+    def nearer(line: str, kept_line: str) -> str:
+        parts, kept_parts = number.split(line), number.split(kept_line)
+        near = (
+            math.isclose(float(a), float(b), rel_tol=tolerance, abs_tol=1e-6)
+            for a, b in zip(parts[1::2], kept_parts[1::2], strict=True)
+        )
+        return kept_line if parts[::2] == kept_parts[::2] and all(near) else line
+
+    lines, kept_lines = text.split("\n"), kept.split("\n")
+    return "\n".join([*map(nearer, lines, kept_lines), *lines[len(kept_lines) :]])
 
 
 def make_lab(folder: Path) -> None:
     """Copy the frozen lab into the folder, as LAB, and the foreign table and the profile that lie beside it."""
     shutil.copytree(FROZEN, folder, dirs_exist_ok=True, ignore=shutil.ignore_patterns("README.md", "expected.json"))
     (folder / "lab").rename(folder / "LAB")
+    for path in (folder / "LAB" / "sessions").iterdir():
+        os.utime(path, (RECORDED_AT, RECORDED_AT))  # a session that was written to just now counts as running
 
 
 def call(line: str, capsys) -> None:
@@ -104,6 +138,16 @@ def _without_now(match: re.Match[str]) -> str:
         return match[0]
     is_now = abs((day - datetime.now(UTC).date()).days) <= 1
     return "DATE" if is_now or RECORDED_DAYS[0] <= day <= RECORDED_DAYS[1] else match[0]
+
+
+def without_numbers(text: str) -> str:
+    """Replace each number by #, how long something took by TIME, and the spaces that make columns by one."""
+    text = re.sub(r"(?<![\w.])(?=\w*[a-f])[0-9a-f]{16,64}\b", "DIGEST", text)
+    text = re.sub(r"(?m)^.* done: job .*$\n?|^.*captured in .*$\n?", "", text)
+    text = re.sub(r"native \([^)]*\)", "native (CPU)", text)
+    lines = (line if line.startswith(("$ ", "= ")) else NUMBER.sub("#", line) for line in text.split("\n"))
+    text = re.sub(r"# (h|min|s|ms|µs)( # (min|s))?\b", "TIME", "\n".join(lines))
+    return re.sub(r" +(\n|$)", r"\1", re.sub(r" {2,}", " ", text))
 
 
 class PageReader(HTMLParser):
