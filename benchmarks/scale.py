@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import csv
 import json
 import os
 import shutil
@@ -21,7 +20,8 @@ from pathlib import Path
 from sqlalchemy import delete
 
 from palpate.protocols.bench import Case
-from palpate.studies.catalogue import SHIPPED
+from palpate.protocols.tables import table_text
+from palpate.studies.catalogue import SHIPPED, stimulus_rows
 from palpate.studies.collect import Collector, ledgers_in, open_database
 from palpate.studies.collected_rows import OF_A_SESSION
 from palpate.studies.collected_schema import metadata
@@ -305,13 +305,10 @@ def _write_study(folder: Path) -> None:
     """Fifty of the shipped doors: five cars in ten variants."""
     source = SHIPPED / "door_ratings"
     (folder / "profiles").mkdir(parents=True, exist_ok=True)
-    with (source / "stimuli.csv").open(encoding="utf-8", newline="") as file:
-        rows = [row for row in csv.DictReader(file) if row["car"] in CARS and row["variant"] in VARIANTS]
+    rows = [row for row in stimulus_rows(source / "stimuli.csv") if row["car"] in CARS and row["variant"] in VARIANTS]
     for row in rows:
         shutil.copyfile(source / row["file"], folder / row["file"])
-    with (folder / "stimuli.csv").open("w", encoding="utf-8", newline="") as file:
-        table = csv.DictWriter(file, list(rows[0]), lineterminator="\n")
-        table.writeheader()
-        table.writerows(rows)
+    text = table_text(rows[0].cells, (row.cells.values() for row in rows))
+    (folder / "stimuli.csv").write_text(text, encoding="utf-8", newline="")
     (folder / "study.yaml").write_text(DEFINITION, encoding="utf-8")
     (folder / "analysis.yaml").write_text(PLAN, encoding="utf-8")

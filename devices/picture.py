@@ -2,14 +2,13 @@
 
 from __future__ import annotations
 
-import csv
-import io
 from collections.abc import Iterator, Mapping, Sequence
 from contextlib import contextmanager
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
 from palpate.protocols.files import open_bytes, staged_files, write_text
+from palpate.protocols.tables import table_text
 
 if TYPE_CHECKING:
     from matplotlib.figure import Figure
@@ -63,8 +62,5 @@ def write_picture(figure: Figure, out: Path, rows: Sequence[Mapping[str, Any]] =
 
 def _csv_text(rows: Sequence[Mapping[str, Any]]) -> str:
     """Return the rows as CSV; None is an empty cell, a float has at most nine digits."""
-    text = io.StringIO(newline="")
-    writer = csv.DictWriter(text, list(rows[0]), lineterminator="\n")
-    writer.writeheader()
-    writer.writerows({name: f"{v:.9g}" if isinstance(v, float) else v for name, v in row.items()} for row in rows)
-    return text.getvalue()
+    cells = ([row.get(name) for name in rows[0]] for row in rows)
+    return table_text(rows[0], ([f"{v:.9g}" if isinstance(v, float) else v for v in row] for row in cells))

@@ -18,9 +18,11 @@ from typing import Any, NamedTuple
 
 from palpate.protocols.wording import some
 
+NO_CELL = "float() argument must be a string or a real number, not 'NoneType'"
 UTF8 = ("utf-8-sig",)
 """UTF-8 with or without a byte-order mark."""
-MARKS_OF_UTF16 = (b"\xff\xfe", b"\xfe\xff")
+UTF8_MARK = b"\xef\xbb\xbf"
+UTF16_MARKS = (b"\xff\xfe", b"\xfe\xff")
 DELIMITERS = ",;\t"
 BATCH = 512
 """Rows that `Table.numbers` reads at once."""
@@ -52,6 +54,11 @@ class Mistake:
         return f"{self.path}, line {self.line}"
 
     @property
+    def byte(self) -> int:
+        """The first byte that the encoding does not know, from 0."""
+        return self.problem.start if isinstance(self.problem, UnicodeDecodeError) else 0
+
+    @property
     def reason(self) -> str:
         """What the system, the codec or the parser says, without the file's name."""
         own = getattr(self.problem, "strerror", None) or getattr(self.problem, "reason", None)
@@ -79,7 +86,7 @@ class TableFormat:
     first line that is not blank; where that is not the comma, a comma in a number is decimal. `strip` takes the spaces
     around names and cells away. Rows that are not `counted` are passed over; `blank_above` passes over blank lines
     above the header. A message that is None: the error of the system or of the csv module is not caught, a column
-    that stands twice is the last one, a row may be short.
+    that stands twice is the last one, a row may be short, its missing cells empty.
     """
 
     error: Callable[[str], Exception] = TableError
@@ -140,6 +147,11 @@ def split_records(lines: Iterable[str], delimiter: str = ",", *, strict: bool = 
         raise RecordError(problem, first, reader.line_num) from None
 
 
+def split_line(line: str) -> list[str]:
+    """Split one line at its commas."""
+    return next(csv.reader([line]), [])
+
+
 def commonest_delimiter(line: str, delimiters: str = DELIMITERS) -> str:
     """Return the delimiter that stands most often in a line, the first of them where there is none."""
     return max(delimiters, key=line.count)
@@ -184,6 +196,11 @@ class Table:
         self.lines = array("Q")
         """The line of each row, once `numbers` has read them."""
 
+    @property
+    def empty(self) -> bool:
+        """Whether the file has no line at all."""
+        return not self._reader.line_num
+
     def demand(self, columns: Iterable[str]) -> None:
         """Raise the format's error where a column is missing, or stands twice and must not."""
         for name in columns:
@@ -206,7 +223,8 @@ class Table:
             if len(cells) != len(self.header) and width is not None:
                 raise self._refusal(width, line=self._reader.line_num, cells=len(cells))
             texts = [cell.strip() for cell in cells] if strip else cells
-            yield Row(self, self._reader.line_num, dict(zip(self.header, texts, strict=False)))
+            named = zip(self.header, itertools.chain(texts, itertools.repeat("")), strict=False)
+            yield Row(self, self._reader.line_num, dict(named))
 
     def numbers(self, columns: Sequence[str], *, gaps: bool = False, finite: bool = True) -> dict[str, array[float]]:
         """Read the rows as numbers, a column each.
@@ -264,12 +282,12 @@ class Table:
             place = self.places[name]
             if place >= len(cells) and self.layout.short is not None:
                 raise self._refusal(self.layout.short, line=line, column=name, place=place, cells=len(cells))
-            text = cells[place] if place < len(cells) else ""
-            problem = None
+            text, value = cells[place] if place < len(cells) else "", math.nan
+            problem: Exception | None = None if place < len(cells) else TypeError(NO_CELL)
             try:
                 value = float(text if self.delimiter == "," else text.replace(",", "."))
             except ValueError as error:
-                value, problem = math.nan, error
+                problem = problem or error
             empty = not (text.strip() if self.layout.strip else text)
             if not math.isfinite(value) if finite else problem and not (gaps and empty):
                 raise self._refusal(
@@ -303,9 +321,18 @@ def parse_table(content: bytes, path: Path, columns: Iterable[str] = (), layout:
     return table
 
 
+def table_text(columns: Iterable[str], rows: Iterable[Iterable[object]]) -> str:
+    """Return a table as text: a header and rows, commas between cells, quotes where they are needed."""
+    text = io.StringIO(newline="")
+    writer = csv.writer(text, lineterminator="\n")
+    writer.writerow(columns)
+    writer.writerows(rows)
+    return text.getvalue()
+
+
 def _lines(content: bytes, path: Path, layout: TableFormat) -> Iterator[str]:
     """Decode all of the file once, then line by line: its text is not kept."""
-    marked = content.startswith(MARKS_OF_UTF16) and "utf-16" in layout.encodings
+    marked = content.startswith(UTF16_MARKS) and "utf-16" in layout.encodings
     problem: Exception = ValueError("it holds NUL characters")
     for encoding in layout.encodings:
         if marked is not (encoding == "utf-16"):

@@ -2,9 +2,7 @@
 
 from __future__ import annotations
 
-import csv
 import hashlib
-import io
 from collections.abc import Iterator
 from dataclasses import dataclass
 from pathlib import Path
@@ -13,11 +11,21 @@ from typing import Any
 from palpate.protocols.did_you_mean import nearest
 from palpate.protocols.reading import StudyError, study_from
 from palpate.protocols.study import LARGEST_STUDY, Study
+from palpate.protocols.tables import Row, TableFormat, read_table
 from palpate.protocols.wording import some
 from palpate.protocols.yaml_text import Document, load
 
 SHIPPED = Path(__file__).resolve().parent
 STUDY_FILE = "study.yaml"
+STIMULI = TableFormat(
+    error=StudyError,
+    strict=True,
+    encoding=lambda wrong: f"{wrong.path}: byte {wrong.byte} is not UTF-8; save the table as UTF-8",
+    quoting=lambda wrong: f"{wrong.path}: line {wrong.line}: {wrong.reason}",
+    width=lambda wrong: (
+        f"{wrong.path}: line {wrong.line}: {wrong.cells} cells, {len(wrong.header)} columns are expected"
+    ),
+)
 
 
 @dataclass(frozen=True)
@@ -87,47 +95,27 @@ def _table(folder: Path, name: str, where: str) -> Iterator[dict[str, Any]]:
     table = _inside(folder, name, where)
     if not table.is_file():
         raise StudyError(f"{where}: no file {name!r} in {folder}; {nearest(name, _csv_files(folder))}")
-    for line, row in _csv_rows(table):
-        columns = {key: value for key, value in row.items() if key != "id"}
+    for row in stimulus_rows(table):
+        columns = {key: value for key, value in row.cells.items() if key != "id"}
         stimulus = {"id": row["id"], "columns": columns}
         if columns.get("file"):
-            stimulus["sha256"] = _file_digest(folder, columns["file"], f"{table}: line {line}")
+            stimulus["sha256"] = _file_digest(folder, columns["file"], f"{table}: line {row.line}")
         yield stimulus
 
 
-def _csv_rows(table: Path) -> Iterator[tuple[int, dict[str, str]]]:
-    try:
-        text = _bytes(table).decode("utf-8-sig")
-    except UnicodeDecodeError as error:
-        raise StudyError(f"{table}: byte {error.start} is not UTF-8; save the table as UTF-8") from None
-    reader = csv.reader(io.StringIO(text, newline=""), strict=True)
-    header: list[str] = []
-    try:
-        for number, cells in enumerate(reader):
-            if number > LARGEST_STUDY:
-                raise StudyError(f"{table}: more than {LARGEST_STUDY} stimuli")
-            if not header:
-                header = _header(table, cells)
-            elif cells:
-                yield reader.line_num, _row(table, reader.line_num, header, cells)
-    except csv.Error as error:
-        raise StudyError(f"{table}: line {reader.line_num}: {error}") from None
-    if not header:
-        raise StudyError(f"{table}: the file is empty; a header with the column id is expected")
-
-
-def _header(table: Path, cells: list[str]) -> list[str]:
-    if "id" not in cells:
-        raise StudyError(f"{table}: line 1: no column 'id'; found {some(cells) or 'nothing'}")
-    if len(set(cells)) != len(cells) or "" in cells:
-        raise StudyError(f"{table}: line 1: every column needs a name of its own; found {some(cells)}")
-    return cells
-
-
-def _row(table: Path, line: int, header: list[str], cells: list[str]) -> dict[str, str]:
-    if len(cells) != len(header):
-        raise StudyError(f"{table}: line {line}: {len(cells)} cells, {len(header)} columns are expected")
-    return dict(zip(header, cells, strict=True))
+def stimulus_rows(path: Path) -> Iterator[Row]:
+    """Read a stimulus table: a column `id`, others by names of their own. Raises StudyError."""
+    table = read_table(path, (), STIMULI)
+    if table.empty:
+        raise StudyError(f"{path}: the file is empty; a header with the column id is expected")
+    if "id" not in table.header:
+        raise StudyError(f"{path}: line 1: no column 'id'; found {some(table.header) or 'nothing'}")
+    if len(set(table.header)) != len(table.header) or "" in table.header:
+        raise StudyError(f"{path}: line 1: every column needs a name of its own; found {some(table.header)}")
+    for number, row in enumerate(table.rows(), 1):
+        if number > LARGEST_STUDY:
+            raise StudyError(f"{path}: more than {LARGEST_STUDY} stimuli")
+        yield row
 
 
 def _file_digest(folder: Path, name: str, where: str) -> str:

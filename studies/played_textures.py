@@ -7,7 +7,6 @@ that is the study's judgement (studies/texture_similarity/README.md).
 
 from __future__ import annotations
 
-import csv
 import math
 from pathlib import Path
 from typing import TYPE_CHECKING
@@ -16,6 +15,7 @@ import numpy as np
 from numpy.lib.stride_tricks import sliding_window_view
 from numpy.typing import NDArray
 
+from palpate.protocols.tables import Mistake, TableFormat, read_table
 from palpate.protocols.vibration_threshold import BANDS_HZ, band_edges_hz, threshold_m_s2
 from palpate.studies.errors import RigError
 from palpate.studies.renderings import MET, SEED, Alike, Rendered, told_of
@@ -26,6 +26,16 @@ if TYPE_CHECKING:
 Array = NDArray[np.float64]
 COLUMNS = ("acceleration_m_s2", "speed_mm_s", "force_N")
 """Of the file of a hand and what it meets on the real surface."""
+
+
+def _no_numbers(wrong: Mistake) -> str:
+    problem = wrong.problem or repr(wrong.column)
+    return f"{wrong.path}: numbers in the columns {', '.join(COLUMNS)} are expected ({problem})"
+
+
+FELT = TableFormat(
+    error=RigError, unreadable=None, encoding=_no_numbers, quoting=None, missing=_no_numbers, number=_no_numbers
+)
 RATE_HZ = 1000.0
 FRAME, HOP = 256, 128
 """Samples of the frames whose spectra are averaged, and how far apart they begin."""
@@ -56,14 +66,9 @@ def rendered(voice: Voice, card: Path, felt: Array, friction: float | None) -> R
 
 def read_felt(file: Path) -> Array:
     """(3, n) at 1 kHz of a file with the columns t_s and COLUMNS. Raises RigError."""
-    with file.open(encoding="utf-8", newline="") as lines:
-        rows = list(csv.DictReader(lines))
-    try:
-        found = np.array([[float(row[name]) for row in rows] for name in COLUMNS])
-    except (KeyError, TypeError, ValueError) as error:
-        raise RigError(f"{file}: numbers in the columns {', '.join(COLUMNS)} are expected ({error})") from None
+    found = np.array(list(read_table(file, COLUMNS, FELT).numbers(COLUMNS, finite=False).values()))
     if not found.size or not np.isfinite(found).all():
-        raise RigError(f"{file}: {len(rows)} rows; rows of finite numbers are expected")
+        raise RigError(f"{file}: {found.shape[1]} rows; rows of finite numbers are expected")
     return found
 
 

@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import csv
 import math
 from collections.abc import Mapping
 from dataclasses import dataclass, replace
@@ -14,6 +13,7 @@ from numpy.typing import NDArray
 
 from palpate.protocols.keyed import Key, keyed_bits, uniform
 from palpate.protocols.wording import some
+from palpate.studies.catalogue import stimulus_rows
 from palpate.studies.errors import RigError
 
 if TYPE_CHECKING:
@@ -122,7 +122,7 @@ def _scene(texture: str, seconds: float, *key: Key, realisation: int = 0) -> Sur
     from palpate.devices.surfaces.scene import SurfaceScene
     from palpate.devices.surfaces.table import SurfaceDataError
 
-    known = _stimuli()
+    known = stimuli()
     if texture not in known:
         raise RigError(f"there is no texture {texture!r} in {STIMULI}; there are {some(known)}")
     keys = ("texture exploration", texture, *key)
@@ -134,6 +134,6 @@ def _scene(texture: str, seconds: float, *key: Key, realisation: int = 0) -> Sur
         raise RigError(f"{texture}: {error}") from None
 
 
-def _stimuli() -> dict[str, dict[str, Any]]:
-    with STIMULI.open(encoding="utf-8", newline="") as lines:
-        return {row["id"]: row for row in csv.DictReader(lines)}
+def stimuli() -> dict[str, dict[str, Any]]:
+    """The rows of the stimulus table of texture_capture, by id."""
+    return {row["id"]: dict(row.cells) for row in stimulus_rows(STIMULI)}

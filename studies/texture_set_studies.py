@@ -2,8 +2,6 @@
 
 from __future__ import annotations
 
-import csv
-import io
 import re
 import shutil
 from collections.abc import Callable
@@ -14,7 +12,8 @@ from tempfile import TemporaryDirectory
 from palpate.protocols.did_you_mean import nearest
 from palpate.protocols.files import staged_folder, write_text
 from palpate.protocols.study import Study
-from palpate.studies.catalogue import SHIPPED, STUDY_FILE, Found, read_study
+from palpate.protocols.tables import table_text
+from palpate.studies.catalogue import SHIPPED, STUDY_FILE, Found, read_study, stimulus_rows
 
 STUDIES = ("texture_capture", "texture_photos", "texture_ratings")
 GROUPS = {"texture_capture": "perception", "texture_photos": "all", "texture_ratings": None}
@@ -139,17 +138,12 @@ def _yaml(text: str, name: str, wanted: Chosen) -> str:
 
 
 def _rows(name: str) -> list[Row]:
-    with (SHIPPED / name / "stimuli.csv").open(encoding="utf-8", newline="") as lines:
-        return list(csv.DictReader(lines))
+    return [dict(row.cells) for row in stimulus_rows(SHIPPED / name / "stimuli.csv")]
 
 
 def _table(name: str, wanted: Chosen) -> str:
     rows = [changed for row in _rows(name) if (changed := _changed(row, name, wanted)) is not None]
-    text = io.StringIO()
-    table = csv.DictWriter(text, list(rows[0]), lineterminator="\n")
-    table.writeheader()
-    table.writerows(rows)
-    return text.getvalue()
+    return table_text(rows[0], (row.values() for row in rows))
 
 
 def _changed(row: Row, name: str, wanted: Chosen) -> Row | None:

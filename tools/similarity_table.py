@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import csv
 from collections.abc import Iterator, Mapping
 from pathlib import Path
 from statistics import mean, pstdev
@@ -11,8 +10,9 @@ from typing import Any
 import click
 
 from palpate.protocols.canonical import json_text
-from palpate.protocols.files import file_sha256, open_text, write_text
+from palpate.protocols.files import file_sha256, write_text
 from palpate.protocols.study import Stimulus
+from palpate.protocols.tables import table_text
 from palpate.studies.played_textures import friction_apart
 from palpate.studies.virtual_textures import VirtualTextures
 
@@ -59,12 +59,9 @@ def write_felt(file: Path, texture: str) -> None:
     """A hand that strokes over the simulated surface, as `palpate render --hand` reads it too."""
     from palpate.studies.texture_capturing import scene
 
-    acceleration, speed, force = scene(texture, SECONDS, SEED)
-    with open_text(file) as lines:
-        table = csv.writer(lines, lineterminator="\n")
-        table.writerow(["t_s", "acceleration_m_s2", "speed_mm_s", "force_N"])
-        for place, felt in enumerate(zip(acceleration, speed, force, strict=True)):
-            table.writerow([f"{place / 1000:.3f}", f"{felt[0]:.4g}", f"{felt[1]:.4g}", f"{felt[2]:.4g}"])
+    felt = zip(*scene(texture, SECONDS, SEED), strict=True)
+    rows = ([f"{place / 1000:.3f}", *(f"{value:.4g}" for value in values)] for place, values in enumerate(felt))
+    write_text(file, table_text(("t_s", "acceleration_m_s2", "speed_mm_s", "force_N"), rows))
 
 
 def planned() -> Iterator[Stimulus]:
@@ -84,11 +81,9 @@ def planned() -> Iterator[Stimulus]:
 def kinetic(texture: str) -> float:
     """Kinetic friction of a simulated surface."""
     from palpate.devices.surfaces.choice import surface_for
-    from palpate.studies.texture_capturing import STIMULI
+    from palpate.studies.texture_capturing import stimuli
 
-    with STIMULI.open(encoding="utf-8", newline="") as lines:
-        columns = next(row for row in csv.DictReader(lines) if row["id"] == texture)
-    return surface_for(texture, columns).kinetic_friction
+    return surface_for(texture, stimuli()[texture]).kinetic_friction
 
 
 def rendered(stimulus: Stimulus) -> Iterator[tuple[str, Any]]:
@@ -106,10 +101,7 @@ def row(stimulus: Stimulus) -> Mapping[str, str]:
 
 def write_table(rows: list[Mapping[str, str]]) -> None:
     """stimuli.csv."""
-    with open_text(FOLDER / "stimuli.csv") as lines:
-        table = csv.DictWriter(lines, HEAD, lineterminator="\n")
-        table.writeheader()
-        table.writerows(rows)
+    write_text(FOLDER / "stimuli.csv", table_text(HEAD, ([row[name] for name in HEAD] for row in rows)))
 
 
 def weights(rows: list[Mapping[str, str]]) -> dict[str, float]:

@@ -2,14 +2,13 @@
 
 from __future__ import annotations
 
-import csv
 from io import BytesIO
 from pathlib import Path
 
 import click
 
 from palpate.protocols.files import write_bytes
-from palpate.studies.texture_capturing import STIMULI
+from palpate.studies.texture_capturing import stimuli
 from tools.similarity_table import TEXTURES
 
 LIGHT, PX, QUALITY = 3, 800, 78
@@ -23,8 +22,7 @@ def main() -> None:
     """
     from palpate.devices.render.window.photo import PICTURES
 
-    with STIMULI.open(encoding="utf-8", newline="") as lines:
-        known = {row["id"]: row for row in csv.DictReader(lines)}
+    known = stimuli()
     for texture in TEXTURES:
         write(PICTURES / f"{texture}.jpg", texture, known[texture])
 

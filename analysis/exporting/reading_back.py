@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import csv
 import json
 from collections.abc import Iterator
 from pathlib import Path
@@ -14,6 +13,7 @@ from palpate.analysis.exporting.folder import read_mark
 from palpate.analysis.exporting.tabular import ExportRefused
 from palpate.analysis.ratings.reading import column_name
 from palpate.protocols.study import Study
+from palpate.protocols.tables import read_table
 
 Cells = dict[str, str]
 
@@ -59,8 +59,7 @@ def _of_bids(folder: Path) -> Iterator[Cells]:
 def _csv(path: Path) -> Iterator[Cells]:
     if not path.is_file():
         return
-    with path.open(encoding="utf-8", newline="") as file:
-        yield from csv.DictReader(file)
+    yield from (dict(row.cells) for row in read_table(path).rows())
 
 
 def _tsv(path: Path) -> Iterator[Cells]:

@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 import codecs
-import csv
 import hashlib
 import io
 import re
@@ -14,6 +13,7 @@ from pathlib import Path
 
 from palpate.analysis.ratings.dataset import DataRefused
 from palpate.protocols.did_you_mean import nearest
+from palpate.protocols.tables import UTF8_MARK, UTF16_MARKS, RecordError, split_records
 
 DELIMITERS = (",", ";", "\t", "|")
 OFFERED = ("utf-8", "utf-16", "utf-16-be", "cp1252", "latin-1", "mac-roman", "cp949")
@@ -26,8 +26,6 @@ _FORMS = {
     b"<stata_dta": "a Stata file", b"7z\xbc\xaf": "a compressed file (7z)",
     b"{\n": "a JSON file", b'{"': "a JSON file", b"[{": "a JSON file",
 }  # fmt: skip
-_UTF8_MARK = b"\xef\xbb\xbf"
-_UTF16_MARKS = (b"\xff\xfe", b"\xfe\xff")
 _SEP_LINE = re.compile(r"sep=(.)(?:\r\n|\r|\n)")
 SHOWN = 5
 
@@ -135,9 +133,9 @@ def _reads(data: bytes, encoding: str) -> bool:
 def _check_marks(data: bytes, text: str, encoding: str, name: str) -> None:
     """A byte-order mark says what the file is, and a NUL what it is not."""
     known = codecs.lookup(encoding).name
-    if data.startswith(_UTF8_MARK) and not known.startswith("utf-8"):
+    if data.startswith(UTF8_MARK) and not known.startswith("utf-8"):
         raise TableRefused(f"{name}: begins with the mark of UTF-8, not of {encoding}; say encoding: utf-8-sig")
-    if data.startswith(_UTF16_MARKS) and not known.startswith(("utf-16", "utf-32")):
+    if data.startswith(UTF16_MARKS) and not known.startswith(("utf-16", "utf-32")):
         raise TableRefused(f"{name}: begins with the mark of UTF-16, not of {encoding}; say encoding: utf-16")
     if "\0" in text:
         raise TableRefused(f"{name}: holds NUL characters as {encoding}; {_advice(data, [encoding])}")
@@ -164,16 +162,13 @@ def _likeliest_delimiter(text: str, wanted: Sequence[str], trim: bool) -> str:
 
 def _records(text: str, delimiter: str, name: str, trim: bool, skipped: int) -> Iterator[Row]:
     """The records that are not blank lines; `skipped` lines stood before the text."""
-    reader = csv.reader(io.StringIO(text, newline=""), delimiter=delimiter, strict=True)
-    line = 1 + skipped
     try:
-        for cells in reader:
-            if cells:
-                yield Row(line, tuple(cell.strip() if trim else cell for cell in cells))
-            line = reader.line_num + 1 + skipped
-    except csv.Error as error:
+        for record in split_records(io.StringIO(text, newline=""), delimiter, strict=True):
+            if record.cells:
+                yield Row(record.first + skipped, tuple(cell.strip() if trim else cell for cell in record.cells))
+    except RecordError as error:
         raise TableRefused(
-            f"{name}: line {line}: {error}: is a quote not closed, or the delimiter another one?"
+            f"{name}: line {error.first + skipped}: {error}: is a quote not closed, or the delimiter another one?"
         ) from None
 
 

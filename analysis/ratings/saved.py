@@ -16,6 +16,7 @@ import pandas as pd
 from palpate.analysis.ratings.dataset import Crossing, DataRefused, Exclusion, Input, Ratings, Scale
 from palpate.protocols.canonical import json_text
 from palpate.protocols.files import UNFINISHED, staged_folder, write_bytes, write_text
+from palpate.protocols.tables import parse_table
 
 FORMAT = 1
 TABLE = "ratings.csv"
@@ -130,9 +131,9 @@ def _checked_table(folder: Path, described: dict[str, Any]) -> pd.DataFrame:
     data = path.read_bytes()
     if hashlib.sha256(data).hexdigest() != described["table"]["sha256"]:
         raise DataRefused(f"{path}: was changed after the import; change the source and import it again")
-    header, *rows = csv.reader(io.StringIO(data.decode("utf-8"), newline=""))
-    kinds = described["columns"]
-    columns = {name: [_READ[kinds[name]](row[place]) for row in rows] for place, name in enumerate(header)}
+    table = parse_table(data, path)
+    rows, kinds = list(table.records()), described["columns"]
+    columns = {name: [_READ[kinds[name]](row[place]) for row in rows] for place, name in enumerate(table.header)}
     types = {"text": "str", "number": "float64", "whole": "int64", "truth": "bool"}
     return pd.DataFrame({name: pd.Series(cells, dtype=types[kinds[name]]) for name, cells in columns.items()})
 

@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import csv
 import json
 from collections.abc import Iterator, Mapping
 from dataclasses import dataclass
@@ -13,6 +12,7 @@ from palpate.analysis.regenerating.files import OUTCOMES, STATISTICS
 from palpate.analysis.regenerating.headings import is_p
 from palpate.analysis.regenerating.placing import listed
 from palpate.analysis.statistics.refusals import SHOWN
+from palpate.protocols.tables import split_line
 
 RELATIVE, ROUNDING = 1e-9, 1e-12
 ABSENT = "(absent)"
@@ -86,7 +86,7 @@ def _compared(name: str, before: str, now: str) -> Iterator[Difference]:
     old_lines, lines = before.splitlines(), now.splitlines()
     if len(old_lines) != len(lines):
         yield Difference(name, "lines", str(len(old_lines)), str(len(lines)))
-    names = next(csv.reader(lines[:1]), [])
+    names = split_line(lines[0]) if lines else []
     for number, (old_line, line) in enumerate(zip(old_lines, lines, strict=False), start=1):
         if old_line != line and (exact or not _cells_equal(names, old_line, line)):
             yield Difference(name, f"line {number}", repr(old_line)[:120], repr(line)[:120])
@@ -107,7 +107,7 @@ def _results(statistics: Any) -> Any:
 
 
 def _cells_equal(names: list[str], before: str, now: str) -> bool:
-    old, new = next(csv.reader([before]), []), next(csv.reader([now]), [])
+    old, new = split_line(before), split_line(now)
     if not len(old) == len(new) == len(names):
         return False
     cells = zip(names, old, new, strict=True)

@@ -2,14 +2,14 @@
 
 from __future__ import annotations
 
-import csv
-import io
 import math
 from collections.abc import Iterable, Mapping, Sequence
 from typing import Any
 
 import numpy as np
 import pandas as pd
+
+from palpate.protocols.tables import table_text
 
 ROWS = 5_000
 """So many rows of a table stand in memory as texts at a time."""
@@ -27,7 +27,7 @@ def csv_text(rows: Sequence[Mapping[str, Any]]) -> str:
     Raises NotFinite with the column of a number that is infinite.
     """
     columns = list(dict.fromkeys(name for row in rows for name in row))
-    return _written(columns, ([_cell(name, row.get(name)) for name in columns] for row in rows))
+    return table_text(columns, ([_cell(name, row.get(name)) for name in columns] for row in rows))
 
 
 def json_row(row: Mapping[str, Any]) -> dict[str, Any]:
@@ -40,7 +40,7 @@ def json_row(row: Mapping[str, Any]) -> dict[str, Any]:
 def table_csv(table: pd.DataFrame) -> str:
     """A table as CSV, the same text as that of its rows, made column by column of some thousand rows at a time."""
     parts = (table.iloc[first : first + ROWS] for first in range(0, len(table), ROWS))
-    return _written([str(name) for name in table.columns], (row for part in parts for row in _lines(part)))
+    return table_text([str(name) for name in table.columns], (row for part in parts for row in _lines(part)))
 
 
 def _lines(table: pd.DataFrame) -> Iterable[Sequence[str]]:
@@ -57,14 +57,6 @@ def _values(column: pd.Series[Any]) -> list[Any]:
     """The column's values as Python's own."""
     values: list[Any] = column.tolist()
     return [value.item() if isinstance(value, np.generic) else value for value in values]
-
-
-def _written(columns: Sequence[str], rows: Iterable[Sequence[str]]) -> str:
-    text = io.StringIO(newline="")
-    writer = csv.writer(text, lineterminator="\n")
-    writer.writerow(columns)
-    writer.writerows(rows)
-    return text.getvalue()
 
 
 def _cell(name: str, value: Any) -> str:

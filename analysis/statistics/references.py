@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import csv
 import json
 import re
 from pathlib import Path
@@ -11,6 +10,7 @@ from typing import Any
 import pandas as pd
 
 from palpate.analysis.statistics.refusals import StatisticsError
+from palpate.protocols.tables import read_table
 
 FOLDER = Path(__file__).resolve().parent.parent / "reference"
 NUMBERS = ("y", "days")
@@ -42,10 +42,10 @@ def reference_values(name: str) -> dict[str, Any]:
 
 def reference_table(name: str) -> pd.DataFrame:
     """A long table by its path, labels as text and `y` as the double nearest to the decimal number in the file."""
-    with reference_path(name).open(encoding="utf-8", newline="") as lines:
-        columns = dict(zip((rows := list(csv.reader(lines)))[0], zip(*rows[1:], strict=True), strict=True))
+    table = read_table(reference_path(name))
+    rows = [row.cells for row in table.rows()]
     return pd.DataFrame(
-        {key: list(map(float, values)) if key in NUMBERS else list(values) for key, values in columns.items()}
+        {key: [float(row[key]) if key in NUMBERS else row[key] for row in rows] for key in table.header}
     )
 
 

@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import csv
 import hashlib
 from collections.abc import Iterator, Sequence
 from dataclasses import dataclass
@@ -12,6 +11,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from benchmarks.keyswitch.families import families
+from palpate.protocols.tables import split_records
 
 Array = NDArray[np.float64]
 Indices = NDArray[np.int64]
@@ -64,7 +64,8 @@ def _lines(path: Path, columns: int) -> Iterator[Sequence[str]]:
     """The lines after the heading, each with so many cells and a name of its own."""
     with path.open(encoding="utf-8", newline="") as file:
         seen: set[str] = set()
-        for number, line in enumerate(csv.reader(file), 1):
+        for number, record in enumerate(split_records(file), 1):
+            line = record.cells
             if len(line) != columns or line[0] in seen:
                 raise CurveError(f"{path}: line {number} has {len(line)} cells ({columns} expected) or a name again.")
             seen.add(line[0])

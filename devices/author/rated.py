@@ -2,12 +2,12 @@
 
 from __future__ import annotations
 
-import csv
 from pathlib import Path
 
 import numpy as np
 
 from palpate.devices.author.making import Array
+from palpate.protocols.tables import read_table
 from palpate.signals.doors.grid import POINTS, DoorDataError
 
 FILE = Path(__file__).resolve().with_name("rated_range.csv")
@@ -16,11 +16,9 @@ COLUMNS = ("angle_deg", "least_N", "most_N")
 
 def rated_range() -> tuple[Array, Array]:
     """Least and greatest force at each of the 621 angles, in newtons."""
-    with FILE.open(encoding="utf-8", newline="") as lines:
-        rows = list(csv.DictReader(lines))
-    if len(rows) != POINTS:
-        raise DoorDataError(f"{FILE}: {len(rows)} rows found, {POINTS} expected")
-    least, most = (np.array([float(row[column]) for row in rows]) for column in COLUMNS[1:])
+    _angles, least, most = map(np.asarray, read_table(FILE, COLUMNS).numbers(COLUMNS).values())
+    if len(least) != POINTS:
+        raise DoorDataError(f"{FILE}: {len(least)} rows found, {POINTS} expected")
     return least, most
 
 

@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import csv
 from collections.abc import Iterator, Mapping, Sequence
 from itertools import pairwise
 from pathlib import Path
@@ -12,12 +11,14 @@ import numpy as np
 
 from palpate.devices.door.recording import read_columns
 from palpate.devices.picture import COLOURS, FAINT, INK, SOFT, drawing, write_picture
+from palpate.protocols.tables import TableFormat, read_table
 from palpate.protocols.wording import some
 from palpate.signals.doors.features import Array, landmarks, plateau_of
 from palpate.signals.doors.grid import MAX_ANGLE_DEG, POINTS, DoorDataError, grid_angle_deg
 from palpate.signals.doors.profile_file import read_profile
 
 NEEDED = ("car", "variant", "augmentation", "source", "file")
+STIMULI = TableFormat(error=DoorDataError, unreadable=None, width=None)
 ANGLES = [grid_angle_deg(index) for index in range(POINTS)]
 ACROSS = 3
 ROOM = 0.28
@@ -169,10 +170,10 @@ def _track(path: Path, time: str, angle: str) -> tuple[Array, Array]:
     return seconds, degrees
 
 
-def _table(path: Path) -> list[dict[str, str]]:
-    with path.open(encoding="utf-8-sig", newline="") as lines:
-        rows = list(csv.DictReader(lines))
-    missing = [name for name in NEEDED if not rows or name not in rows[0]]
+def _table(path: Path) -> list[Mapping[str, str]]:
+    table = read_table(path, (), STIMULI)
+    rows = [row.cells for row in table.rows()]
+    missing = [name for name in NEEDED if not rows or name not in table.header]
     if missing:
         raise DoorDataError(f"{path}: column {', '.join(missing)} missing, or no rows; `palpate doors make` writes it.")
     return rows
@@ -230,7 +231,7 @@ def _keys() -> list[Any]:
     ]
 
 
-def _panel(panel: Any, folder: Path, rows: list[dict[str, str]], kind: str) -> None:
+def _panel(panel: Any, folder: Path, rows: list[Mapping[str, str]], kind: str) -> None:
     panel.axhline(0, color="0.85", linewidth=0.6)
     for row in (row for row in rows if row["augmentation"] == "original"):
         panel.plot(ANGLES, read_profile(folder / row["file"]), color="0.65", linewidth=2.2)
@@ -244,7 +245,7 @@ def _panel(panel: Any, folder: Path, rows: list[dict[str, str]], kind: str) -> N
     panel.tick_params(labelsize=7)
 
 
-def _label(panels: Any, rows: list[dict[str, str]], cars: list[str], kinds: list[str]) -> None:
+def _label(panels: Any, rows: list[Mapping[str, str]], cars: list[str], kinds: list[str]) -> None:
     sources = {row["car"]: row["source"] for row in rows}
     bottom, top = panels[0, 0].get_ylim()
     panels[0, 0].set_ylim(bottom, top + 0.12 * (top - bottom))

@@ -14,11 +14,10 @@ FEWEST = 4
 STEEPEST = 50.0
 ROUNDS = 100
 MEASURED = ("pressure", "force_N")
-NO_CELL = "float() argument must be a string or a real number, not 'NoneType'"
 
 
 def _no_numbers(wrong: Mistake) -> str:
-    return f"{wrong.path}, line {wrong.line or 2}: two numbers are expected ({wrong.problem or NO_CELL})."
+    return f"{wrong.path}, line {wrong.line or 2}: two numbers are expected ({wrong.problem})."
 
 
 PAIRS = TableFormat(
@@ -27,7 +26,6 @@ PAIRS = TableFormat(
     encoding=_no_numbers,
     quoting=None,
     missing=lambda wrong: f"{wrong.path}: the column {wrong.column!r} is missing; pressure,force_N are expected.",
-    short=_no_numbers,
     number=_no_numbers,
 )
 

@@ -2,8 +2,6 @@
 
 from __future__ import annotations
 
-import csv
-import io
 import re
 from collections.abc import Collection, Iterator, Mapping, Sequence
 from dataclasses import dataclass, replace
@@ -26,8 +24,8 @@ from palpate.modeling.attributes.reading_pictures import picture_sha256
 from palpate.modeling.attributes.reading_ratings import attributes_of
 from palpate.modeling.attributes.resnet_weights import weights_from
 from palpate.modeling.attributes.seeing import Album, Picture, Seen, in_a_hurry, seen, sight_with
-from palpate.modeling.textures.table_columns import separator_of
 from palpate.modeling.training.progress import Report, silent
+from palpate.protocols.tables import DELIMITERS, Row, TableFormat, read_table
 from palpate.protocols.wording import count
 
 if TYPE_CHECKING:
@@ -40,6 +38,16 @@ FEW_STEPS = 10.0
 """Ratings that all lie within 0 and this are hardly of 0 to 100: scales of 5, 7, 9 or 11 steps end there."""
 TABLE = "ratings.csv"
 """What the table is called, unless another one is named or it is the folder's only one."""
+RATINGS = TableFormat(
+    error=MaterialError,
+    delimiters=DELIMITERS,
+    strip=True,
+    strict=True,
+    counted=any,
+    unreadable=lambda wrong: f"{wrong.path}: cannot be read ({wrong.reason}); a CSV table of ratings is expected",
+    encoding=lambda wrong: f"{wrong.path}: byte {wrong.byte} is not UTF-8; save the table as UTF-8",
+    width=lambda wrong: f"{wrong.where}: {count(wrong.cells, 'cell')} found, {len(wrong.header)} columns are expected",
+)
 
 
 @dataclass(frozen=True)
@@ -180,33 +188,20 @@ def _texture(line: Line, album: Album, looked: Seen, felt: FeltRows | None, look
 
 def _lines_of(table: Path, pairs: tuple[Pair, ...]) -> tuple[list[Line], Columns]:
     """The textures' lines and what its columns are. Raises MaterialError on a table that cannot be read, or is none."""
-    try:
-        text = table.read_bytes().decode("utf-8-sig")
-    except OSError as error:
-        raise MaterialError(f"{table}: cannot be read ({error.strerror}); a CSV table of ratings is expected") from None
-    except UnicodeDecodeError as error:
-        raise MaterialError(f"{table}: byte {error.start} is not UTF-8; save the table as UTF-8") from None
-    separator = separator_of(text.partition("\n")[0]) or ","
-    rows = csv.reader(io.StringIO(text, newline=""), strict=True, delimiter=separator)
-    try:
-        header = [name.strip() for name in next(rows, [])]
-        columns = columns_of(f"{table}, line 1", header, pairs)
-        decimal = columns.of_numbers if separator != "," else frozenset[str]()
-        lines = [_line(f"{table}, line {rows.line_num}", header, cells, decimal) for cells in rows if any(cells)]
-    except csv.Error as error:
-        raise MaterialError(f"{table}, line {rows.line_num}: {error}") from None
+    opened = read_table(table, (), RATINGS)
+    columns = columns_of(f"{table}, line 1", opened.header, pairs)
+    decimal = columns.of_numbers if opened.delimiter != "," else frozenset[str]()
+    lines = [_line(row, decimal) for row in opened.rows()]
     if not lines:
         raise MaterialError(f"{table}: no texture stands under the header; one a line is expected")
     _demand_own_ids(lines)
     return lines, columns
 
 
-def _line(place: str, header: Sequence[str], cells: Sequence[str], decimal: Collection[str]) -> Line:
+def _line(row: Row, decimal: Collection[str]) -> Line:
     """A texture; in the columns of `decimal` a comma is a decimal point."""
-    if len(cells) != len(header):
-        raise MaterialError(f"{place}: {count(len(cells), 'cell')} found, {len(header)} columns are expected")
-    named = zip(header, (cell.strip() for cell in cells), strict=True)
-    return Line(place, {name: cell.replace(",", ".") if name in decimal else cell for name, cell in named})
+    cells = {name: cell.replace(",", ".") if name in decimal else cell for name, cell in row.cells.items()}
+    return Line(row.where, cells)
 
 
 def _demand_own_ids(lines: Sequence[Line]) -> None:

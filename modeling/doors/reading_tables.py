@@ -2,11 +2,8 @@
 
 from __future__ import annotations
 
-import csv
-import io
 import math
 from collections.abc import Mapping, Sequence
-from dataclasses import dataclass
 from pathlib import Path
 
 import numpy as np
@@ -16,6 +13,8 @@ from palpate.modeling.doors.profile_files import read_profile
 from palpate.modeling.doors.rated import demand_learnable, merged_sources
 from palpate.protocols.did_you_mean import nearest
 from palpate.protocols.files import file_sha256
+from palpate.protocols.tables import Row, TableFormat
+from palpate.protocols.tables import read_table as open_table
 from palpate.protocols.wording import count, some
 
 NEEDED = ("id", "door", "variant", "file")
@@ -26,12 +25,12 @@ ORIGINS = ("measured", "simulated")
 """What the column `source` of a stimulus table says: where a profile comes from, not what was made of what."""
 
 
-@dataclass(frozen=True)
-class Row:
-    """A line of the table."""
-
-    place: str
-    cells: Mapping[str, str]
+RATED = TableFormat(
+    error=ModelDataError,
+    strict=True,
+    encoding=lambda wrong: f"{wrong.path}: byte {wrong.byte} is not UTF-8; save the table as UTF-8",
+    width=lambda wrong: f"{wrong.where}: {count(wrong.cells, 'cell')} found, {len(wrong.header)} columns are expected",
+)
 
 
 def read_table(
@@ -84,20 +83,10 @@ def shipped_attributes() -> dict[str, str]:
     return {each.name: each.high for each in study.attributes}
 
 
-def _rows(table: Path, attributes: Mapping[str, str]) -> list[Row]:
-    try:
-        text = table.read_bytes().decode("utf-8-sig")
-    except OSError as error:
-        raise ModelDataError(f"{table}: cannot be read ({error.strerror})") from None
-    except UnicodeDecodeError as error:
-        raise ModelDataError(f"{table}: byte {error.start} is not UTF-8; save the table as UTF-8") from None
-    lines = csv.reader(io.StringIO(text, newline=""), strict=True)
-    try:
-        header = next(lines, [])
-        _demand_columns(table, header, attributes)
-        return [_row(table, lines.line_num, header, cells) for cells in lines if cells]
-    except csv.Error as error:
-        raise ModelDataError(f"{table}, line {lines.line_num}: {error}") from None
+def _rows(path: Path, attributes: Mapping[str, str]) -> list[Row]:
+    table = open_table(path, (), RATED)
+    _demand_columns(path, table.header, attributes)
+    return list(table.rows())
 
 
 def _demand_columns(table: Path, header: Sequence[str], attributes: Mapping[str, str]) -> None:
@@ -113,40 +102,23 @@ def _demand_columns(table: Path, header: Sequence[str], attributes: Mapping[str,
             raise ModelDataError(f"{table}, line 1: a column {name!r} is expected{why}; found {some(header)}")
 
 
-def _row(table: Path, line: int, header: Sequence[str], cells: Sequence[str]) -> Row:
-    place = f"{table}, line {line}"
-    if len(cells) != len(header):
-        raise ModelDataError(f"{place}: {count(len(cells), 'cell')} found, {len(header)} columns are expected")
-    return Row(place, dict(zip(header, cells, strict=True)))
-
-
 def _demand_own_names(rows: Sequence[Row], ids: Sequence[str]) -> None:
     for place, name in enumerate(ids):
         if name in ids[:place]:
-            raise ModelDataError(f"{rows[place].place}: the stimulus {name!r} stands there twice")
+            raise ModelDataError(f"{rows[place].where}: the stimulus {name!r} stands there twice")
 
 
 def _text(row: Row, column: str) -> str:
     if not row.cells[column]:
-        raise ModelDataError(f"{row.place}: the column {column!r} is empty")
+        raise ModelDataError(f"{row.where}: the column {column!r} is empty")
     return row.cells[column]
 
 
-def _number(row: Row, column: str) -> float:
-    try:
-        value = float(row.cells[column])
-    except ValueError:
-        value = math.nan
-    if not math.isfinite(value):
-        raise ModelDataError(f"{row.place}: {column} is {row.cells[column]!r}, a finite number is expected")
-    return value
-
-
 def _rating(row: Row, column: str, scale: tuple[float, float]) -> float:
-    value = _number(row, column)
+    value = row.number(column)
     if not scale[0] <= value <= scale[1]:
         raise ModelDataError(
-            f"{row.place}: {column} is {value:g}, a mean rating on the scale from {scale[0]:g} to {scale[1]:g} is"
+            f"{row.where}: {column} is {value:g}, a mean rating on the scale from {scale[0]:g} to {scale[1]:g} is"
             " expected"
         )
     return value
@@ -156,18 +128,18 @@ def _sd(row: Row, attribute: str) -> float:
     column = f"{attribute}{SD}"
     if not row.cells.get(column):
         return math.nan
-    value = _number(row, column)
+    value = row.number(column)
     if value < 0:
-        raise ModelDataError(f"{row.place}: {column} is {value:g}, an SD of 0 or more is expected")
+        raise ModelDataError(f"{row.where}: {column} is {value:g}, an SD of 0 or more is expected")
     return value
 
 
 def _raters(row: Row) -> int:
     if not row.cells.get("raters"):
         return 0
-    value = _number(row, "raters")
+    value = row.number("raters")
     if value != int(value) or not 1 <= value <= MOST_RATERS:
-        raise ModelDataError(f"{row.place}: raters is {value:g}, a whole number of people is expected")
+        raise ModelDataError(f"{row.where}: raters is {value:g}, a whole number of people is expected")
     return int(value)
 
 
@@ -180,8 +152,8 @@ def _source(row: Row, alike: str) -> str:
 def _profile(row: Row, folder: Path) -> Array:
     file = folder / _text(row, "file")
     if not file.is_file():
-        raise ModelDataError(f"{row.place}: no door profile {file}")
+        raise ModelDataError(f"{row.where}: no door profile {file}")
     try:
         return read_profile(file)
     except ModelDataError as error:
-        raise ModelDataError(f"{row.place}: {error}") from None
+        raise ModelDataError(f"{row.where}: {error}") from None

@@ -2,8 +2,6 @@
 
 from __future__ import annotations
 
-import csv
-import io
 from collections.abc import Iterable, Sequence
 from dataclasses import asdict, astuple, dataclass, fields
 from pathlib import Path
@@ -11,6 +9,7 @@ from typing import Any
 
 from palpate.modeling.training.refusals import TrainingError
 from palpate.protocols.files import write_text
+from palpate.protocols.tables import TableFormat, read_table, table_text
 
 
 @dataclass(frozen=True)
@@ -38,23 +37,21 @@ class Epoch:
 
 
 COLUMNS = tuple(field.name for field in fields(Epoch))
+HISTORY = TableFormat(error=TrainingError, unreadable=None, counted=lambda _cells: True)
 
 
 def write_history(history: Iterable[Epoch], path: Path) -> Path:
     """Write one line an epoch, with the fields of `Epoch` as columns; the numbers read back as the same ones."""
-    text = io.StringIO()
-    writer = csv.writer(text, lineterminator="\n")
-    writer.writerow(COLUMNS)
-    writer.writerows(["" if value is None else repr(value) for value in astuple(epoch)] for epoch in history)
-    return write_text(path, text.getvalue())
+    rows = (["" if value is None else repr(value) for value in astuple(epoch)] for epoch in history)
+    return write_text(path, table_text(COLUMNS, rows))
 
 
 def read_history(path: Path) -> tuple[Epoch, ...]:
     """The epochs of such a file. Raises TrainingError with the line where it is not one."""
-    lines = list(csv.reader(path.read_text(encoding="utf-8").splitlines()))
-    if not lines or tuple(lines[0]) != COLUMNS:
+    table = read_table(path, (), HISTORY)
+    if tuple(table.header) != COLUMNS:
         raise TrainingError(f"{path}: the first line has to be {','.join(COLUMNS)}.")
-    return tuple(_epoch(path, number, line) for number, line in enumerate(lines[1:], 2))
+    return tuple(_epoch(path, number, line) for number, line in enumerate(table.records(), 2))
 
 
 def remove_history(folder: Path, name: str) -> None:
