@@ -316,9 +316,17 @@ def read_table(path: Path, columns: Iterable[str] = (), layout: TableFormat = Ta
 
 def parse_table(content: bytes, path: Path, columns: Iterable[str] = (), layout: TableFormat = TableFormat()) -> Table:
     """Open a table in which the columns must stand, from the bytes of its file. Raises as `read_table` does."""
-    table = Table(path, _lines(content, path, layout), layout)
+    _text, encoding = _decoded(content, path, layout)
+    del _text  # decoded once more, line by line: a text in memory is larger than its file
+    table = Table(path, io.TextIOWrapper(io.BytesIO(content), encoding, newline=""), layout)
     table.demand(columns)
     return table
+
+
+def read_lines(path: Path, layout: TableFormat = TableFormat()) -> list[str]:
+    """Read a file's lines, without their ends. Raises as `read_table` does."""
+    text, _encoding = _decoded(layout.content(path), path, layout)
+    return text.splitlines()
 
 
 def table_text(columns: Iterable[str], rows: Iterable[Iterable[object]]) -> str:
@@ -330,8 +338,8 @@ def table_text(columns: Iterable[str], rows: Iterable[Iterable[object]]) -> str:
     return text.getvalue()
 
 
-def _lines(content: bytes, path: Path, layout: TableFormat) -> Iterator[str]:
-    """Decode all of the file once, then line by line: its text is not kept."""
+def _decoded(content: bytes, path: Path, layout: TableFormat) -> tuple[str, str]:
+    """Return the text and its encoding. Raises the format's error."""
     marked = content.startswith(UTF16_MARKS) and "utf-16" in layout.encodings
     problem: Exception = ValueError("it holds NUL characters")
     for encoding in layout.encodings:
@@ -343,7 +351,7 @@ def _lines(content: bytes, path: Path, layout: TableFormat) -> Iterator[str]:
             problem = refused
             continue
         if "\0" not in text or len(layout.encodings) == 1:
-            return io.TextIOWrapper(io.BytesIO(content), encoding, newline="")
+            return text, encoding
     raise layout.error(layout.encoding(Mistake(path, problem=problem)))
 
 

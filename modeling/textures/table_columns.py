@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import csv
 import re
 from collections.abc import Callable, Iterator, Sequence
 from dataclasses import dataclass
@@ -12,16 +11,44 @@ import numpy as np
 from numpy.typing import NDArray
 
 from palpate.modeling.textures.recording import Array, TextureDataError
-from palpate.modeling.textures.table_headers import Heading, headings
-from palpate.modeling.textures.units import PLAIN
+from palpate.modeling.textures.units import PLAIN, known_scale, scale_of_unit
+from palpate.protocols.tables import RecordError, TableFormat, commonest_delimiter, read_lines, split_records
 
+NAMES = (
+    (re.compile("t|time|timestamp"), "time", "time"),
+    (re.compile("acc|accel|acceleration"), "acceleration", "acceleration"),
+    (re.compile("(?:a|acc|accel|acceleration)([xyz])"), "acceleration", "a"),
+    (re.compile("speed|velocity|vel"), "speed", "speed"),
+    (re.compile("(?:pos|position)?([xyz])"), "position", ""),
+    (re.compile("force|normalforce|forcenormal|fn|forcen"), "force", "force"),
+    (re.compile("(?:f|force)([xyz])"), "force", "f"),
+)
+"""How a column may be called, without case, spaces and underscores; what it is; its name, before its axis."""
+BRACKETS = re.compile(r"(?P<name>[^\[(]+)[\[(](?P<unit>.*)[\])]\s*")
+BETWEEN = re.compile(r"[\s_/]+(?:in\s+)?")
+"""What may stand between a name and a unit that has no brackets."""
 COMMENT = "#%"
 """A line that begins so is none of the table's; but the last one above a table without a header is its header."""
-SEPARATORS = ",;\t"
 SPACED = re.compile(r"[^\s\[(]+(?:\s*[\[(][^\])]*[\])])?")
 """A cell of a header between spaces: a name, and a unit in brackets."""
 DECIMALS = 1000
 """So many rows tell how finely times are written."""
+FORMAT = TableFormat(
+    error=TextureDataError,
+    encoding=lambda wrong: f"{wrong.path}: byte {wrong.byte} is not UTF-8; save the table as UTF-8",
+)
+
+
+@dataclass(frozen=True)
+class Heading:
+    """A column that is known: where it stands, its name and kind, what its numbers are multiplied by, and whether the
+    header says its unit."""
+
+    place: int
+    name: str
+    what: str
+    scale: float
+    said: bool
 
 
 @dataclass(frozen=True)
@@ -101,7 +128,7 @@ def _whole(values: Array, heading: Heading, first: Sequence[str]) -> Column:
 def _lines(file: Path) -> _Lines:
     above: list[tuple[int, str]] = []
     numbered: list[tuple[int, str]] = []
-    for number, line in enumerate(_text(file).splitlines(), start=1):
+    for number, line in enumerate(read_lines(file, FORMAT), start=1):
         if line.lstrip()[:1] in COMMENT and line.strip():
             above += [] if numbered else [(number, line.lstrip(COMMENT + " "))]
         elif line.strip():
@@ -118,16 +145,10 @@ def _lines(file: Path) -> _Lines:
         )
     if not rows:
         raise TextureDataError(f"{file}: no row stands under the header")
-    return _Lines(header, at, [line for _, line in rows], [number for number, _ in rows], separator_of(header))
-
-
-def _text(file: Path) -> str:
-    try:
-        return file.read_bytes().decode("utf-8-sig")
-    except OSError as error:
-        raise TextureDataError(f"{file}: cannot be read ({error.strerror})") from None
-    except UnicodeDecodeError as error:
-        raise TextureDataError(f"{file}: byte {error.start} is not UTF-8; save the table as UTF-8") from None
+    separator = commonest_delimiter(header)
+    return _Lines(
+        header, at, [line for _, line in rows], [number for number, _ in rows], separator if separator in header else ""
+    )
 
 
 def _numbers(line: str) -> bool:
@@ -136,12 +157,6 @@ def _numbers(line: str) -> bool:
         return [float(cell) for cell in re.split(r"[,;\s]+", line.strip(" ,;\t"))] != []
     except ValueError:
         return False
-
-
-def separator_of(header: str) -> str:
-    """What separates the cells of a table, by its header: the commonest of `SEPARATORS`, "" where there is none."""
-    most = max(SEPARATORS, key=header.count)
-    return most if most in header else ""
 
 
 def _cells(file: Path, lines: _Lines, count: int, most: int | None = None) -> list[tuple[str, ...]]:
@@ -159,9 +174,11 @@ def _cells(file: Path, lines: _Lines, count: int, most: int | None = None) -> li
 
 def _split(file: Path, lines: list[str], separator: str, spaced: Callable[[str], list[str]]) -> list[list[str]]:
     """The cells of lines; `spaced` splits those in which spaces separate."""
+    if not separator:
+        return [spaced(line) for line in lines]
     try:
-        return list(csv.reader(lines, delimiter=separator)) if separator else [spaced(line) for line in lines]
-    except csv.Error as error:
+        return [record.cells for record in split_records(lines, separator)]
+    except RecordError as error:
         raise TextureDataError(f"{file}: {error}; is this a table?") from None
 
 
@@ -208,3 +225,42 @@ def _written(cells: Sequence[str]) -> float:
         return 0.0
     places: Iterator[int] = (len(cell.strip().partition(".")[2]) for cell in cells)
     return float(10.0 ** -max(places, default=0))
+
+
+def headings(where: str, header: Sequence[str]) -> dict[str, Heading]:
+    """The columns that are known, by name. Raises TextureDataError on a name that comes twice and a foreign unit."""
+    found: dict[str, Heading] = {}
+    for place, text in enumerate(header):
+        read = _read(text)
+        if read is None:
+            continue
+        name, what, unit = read
+        if name in found:
+            raise TextureDataError(f"{where}: the column {name!r} stands there twice")
+        scale = scale_of_unit(what, unit or PLAIN[what], f"{where}, column {text.strip()!r}")
+        found[name] = Heading(place, name, what, scale, bool(unit))
+    return found
+
+
+def _read(text: str) -> tuple[str, str, str] | None:
+    """Name, kind and unit ("" where it says none) of a header's cell; None where it is no column of ours."""
+    bracketed = BRACKETS.fullmatch(text)
+    if bracketed:
+        known = _named(bracketed["name"])
+        return (*known, bracketed["unit"].strip()) if known else None
+    for cut in BETWEEN.finditer(text):
+        known, unit = _named(text[: cut.start()]), text[cut.end() :]
+        if known and known_scale(known[1], unit) is not None:
+            return *known, unit
+    known = _named(text)
+    return (*known, "") if known else None
+
+
+def _named(text: str) -> tuple[str, str] | None:
+    """Name and kind of a column."""
+    squeezed = re.sub(r"[\s_/]", "", text).lower()
+    for pattern, what, name in NAMES:
+        match = pattern.fullmatch(squeezed)
+        if match:
+            return name + "".join(match.groups()), what
+    return None

@@ -14,8 +14,11 @@ from palpate.protocols.tables import (
     TableFormat,
     commonest_delimiter,
     has_text,
+    read_lines,
     read_table,
+    split_line,
     split_records,
+    table_text,
 )
 
 PLAIN = TableFormat()
@@ -123,6 +126,14 @@ def test_records_know_where_they_begin_and_end():
 
 def test_the_commonest_delimiter_is_taken_and_the_first_where_there_is_none():
     assert [commonest_delimiter(line) for line in ("a;b,c;d", "a\tb", "a")] == [";", "\t", ","]
+
+
+def test_what_is_written_reads_back(tmp_path):
+    texts = [["id", 'a "b", c'], ["1", "two\nlines"], ["", "e\u0301"]]
+    (tmp_path / "t.csv").write_text(table_text(texts[0], texts[1:]), encoding="utf-8", newline="")
+    table = read_table(tmp_path / "t.csv")
+    assert [table.header, *table.records()] == texts
+    assert read_lines(tmp_path / "t.csv")[-1] == ",e\u0301" and split_line('"a,b",c') == ["a,b", "c"]
 
 
 def test_tables_are_read_without_numpy():
